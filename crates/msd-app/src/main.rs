@@ -1,0 +1,2 @@
+//! The msd program.
+fn main() {}

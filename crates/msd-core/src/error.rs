@@ -1,0 +1,143 @@
+//! What can go wrong, and what does the message say?
+
+use alloc::string::String;
+
+/// Everything msd-core refuses or reports.
+#[non_exhaustive]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A number outside its domain.
+    #[error("{quantity} of {item} {row} is {value}; it must be {expected}")]
+    OutOfDomain {
+        /// What the number measures.
+        quantity: &'static str,
+        /// What kind of row holds it: particle, spring, plane, pin, body, setting.
+        item: &'static str,
+        /// Which row, from 0.
+        row: usize,
+        /// The number.
+        value: f64,
+        /// The domain, in words.
+        expected: &'static str,
+    },
+    /// An index that names nothing.
+    #[error("{item} {row} names {target} {index}, but there are only {count}, counted from 0")]
+    OutOfRange {
+        /// What kind of row holds the index.
+        item: &'static str,
+        /// Which row, from 0.
+        row: usize,
+        /// What the index should name.
+        target: &'static str,
+        /// The index.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// A spring from a particle to itself.
+    #[error("spring {row} joins particle {particle} to itself; its two ends must differ")]
+    Loop {
+        /// Which spring, from 0.
+        row: usize,
+        /// The particle at both ends.
+        particle: usize,
+    },
+    /// A scene without particles.
+    #[error("the scene has no particles; give it at least one body")]
+    Empty,
+    /// More rows than fit.
+    #[error("{what} would be {count}; at most {limit} fit")]
+    TooLarge {
+        /// What is counted.
+        what: &'static str,
+        /// How many were asked for, saturated.
+        count: u128,
+        /// How many fit.
+        limit: usize,
+    },
+    /// A name that is not in the list.
+    #[error("unknown {what} '{name}'; it must be one of {expected}")]
+    UnknownName {
+        /// What the name should name.
+        what: &'static str,
+        /// The name given.
+        name: String,
+        /// The names allowed.
+        expected: String,
+    },
+    /// Columns of different length.
+    #[error("{what} has {count} rows, but the system has {expected}")]
+    WrongLength {
+        /// Which column.
+        what: &'static str,
+        /// Its rows.
+        count: usize,
+        /// The rows needed.
+        expected: usize,
+    },
+    /// The simulation left the world; the state is the last good one.
+    #[error(transparent)]
+    Diverged(#[from] Divergence),
+}
+
+/// Where a simulation left the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Divergence {
+    /// The first particle outside the world, from 0.
+    pub particle: usize,
+    /// The step that failed, counted from 1; the state kept is the one before it.
+    pub step: u64,
+    /// Simulated time at the start of that step, seconds.
+    pub time: f64,
+    /// The substep in use, seconds.
+    pub substep: f64,
+    /// The largest stable substep predicted on the state kept, seconds; `None` if there is none.
+    pub stable_substep: Option<f64>,
+}
+
+impl core::error::Error for Divergence {}
+
+impl core::fmt::Display for Divergence {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Divergence { particle, step, time, substep, stable_substep } = self;
+        write!(f, "diverged: particle {particle} left the world in step {step} (t = {time:.6} s); ")?;
+        write!(f, "the last good state is kept. The substep is {substep:.3e} s; ")?;
+        match stable_substep {
+            Some(stable) if stable < substep => {
+                write!(f, "at most {stable:.3e} s is predicted stable: use more substeps")
+            }
+            Some(stable) => write!(
+                f,
+                "{stable:.3e} s is predicted stable, so look for a force or a speed too large"
+            ),
+            None => {
+                write!(f, "this integrator is unstable here at any step: use another integrator")
+            }
+        }
+    }
+}
+
+/// Checks that `value` of row `row` lies in a domain.
+pub(crate) fn check(
+    ok: bool,
+    quantity: &'static str,
+    (item, row): (&'static str, usize),
+    value: f64,
+    expected: &'static str,
+) -> Result<(), Error> {
+    if ok { Ok(()) } else { Err(Error::OutOfDomain { quantity, item, row, value, expected }) }
+}
+
+/// Checks that `index` of row `row` names one of `count` targets.
+pub(crate) fn check_index(
+    (item, row): (&'static str, usize),
+    target: &'static str,
+    index: usize,
+    count: usize,
+) -> Result<(), Error> {
+    if index < count {
+        Ok(())
+    } else {
+        Err(Error::OutOfRange { item, row, target, index, count })
+    }
+}

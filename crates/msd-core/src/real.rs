@@ -1,0 +1,173 @@
+//! Which number does a simulation compute with? `f32` or `f64`, chosen when a system is built.
+
+use core::fmt::{Debug, Display};
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use glam::{DVec3, Vec3};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// The scalar of a simulation: [`f32`] or [`f64`].
+///
+/// Every operation is a single IEEE 754 operation, correctly rounded, so that the same scene gives
+/// the same bits on every machine. There is no fused multiply-add here on purpose.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Display
+    + Default
+    + PartialEq
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The three-dimensional vector of this scalar.
+    type Vec3: Vector<Scalar = Self>;
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// One half.
+    const HALF: Self;
+    /// The name a user writes: `f32` or `f64`.
+    const NAME: &'static str;
+    /// The square of the shortest length that still has a direction, m².
+    ///
+    /// Below it the reciprocal of the square overflows or the direction is rounding noise.
+    const SHORTEST_SQUARED: Self;
+
+    /// Rounds a double to this scalar.
+    fn of(value: f64) -> Self;
+    /// Widens to a double, exactly.
+    fn to_f64(self) -> f64;
+    /// The square root, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// The absolute value.
+    fn abs(self) -> Self;
+    /// The smaller of two numbers.
+    fn min(self, other: Self) -> Self {
+        if other < self { other } else { self }
+    }
+    /// The larger of two numbers.
+    fn max(self, other: Self) -> Self {
+        if self < other { other } else { self }
+    }
+}
+
+/// The vector of a [`Real`]: glam's `Vec3` or `DVec3`.
+pub trait Vector:
+    Copy
+    + Debug
+    + Default
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Neg<Output = Self>
+    + Mul<Self::Scalar, Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The scalar of the components.
+    type Scalar;
+    /// The zero vector.
+    const ZERO: Self;
+    /// The scalar product.
+    fn dot(self, other: Self) -> Self::Scalar;
+    /// The vector product.
+    fn cross(self, other: Self) -> Self;
+    /// Rounds each component of a double vector.
+    fn of(value: DVec3) -> Self;
+    /// Widens each component, exactly.
+    fn to_f64(self) -> DVec3;
+    /// Widens or rounds each component to single precision, for drawing.
+    fn to_f32(self) -> Vec3;
+    /// The largest absolute component, or NaN if a component is NaN.
+    fn extent(self) -> Self::Scalar;
+}
+
+macro_rules! impl_real {
+    ($scalar:ident, $vector:ident, $shortest:expr, $sqrt:ident, $as_f32:expr) => {
+        impl Real for $scalar {
+            type Vec3 = $vector;
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const HALF: Self = 0.5;
+            const NAME: &'static str = stringify!($scalar);
+            const SHORTEST_SQUARED: Self = $shortest;
+
+            #[inline]
+            fn of(value: f64) -> Self {
+                value as $scalar
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                #[cfg(feature = "std")]
+                return $scalar::sqrt(self);
+                #[cfg(not(feature = "std"))]
+                return libm::$sqrt(self);
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $scalar::abs(self)
+            }
+        }
+
+        impl Vector for $vector {
+            type Scalar = $scalar;
+            const ZERO: Self = $vector::ZERO;
+
+            #[inline]
+            fn dot(self, other: Self) -> $scalar {
+                self.x * other.x + self.y * other.y + self.z * other.z
+            }
+            #[inline]
+            fn cross(self, other: Self) -> Self {
+                $vector::new(
+                    self.y * other.z - self.z * other.y,
+                    self.z * other.x - self.x * other.z,
+                    self.x * other.y - self.y * other.x,
+                )
+            }
+            #[inline]
+            fn of(value: DVec3) -> Self {
+                $vector::new(value.x as $scalar, value.y as $scalar, value.z as $scalar)
+            }
+            #[inline]
+            fn to_f64(self) -> DVec3 {
+                DVec3::new(f64::from(self.x), f64::from(self.y), f64::from(self.z))
+            }
+            #[inline]
+            fn to_f32(self) -> Vec3 {
+                $as_f32(self)
+            }
+            #[inline]
+            fn extent(self) -> $scalar {
+                // `max` of the standard library drops a NaN; a sum keeps it.
+                let largest = self.x.abs().max(self.y.abs()).max(self.z.abs());
+                largest + (self.x + self.y + self.z) * 0.0
+            }
+        }
+    };
+}
+
+impl_real!(f32, Vec3, 1e-24, sqrtf, |v: Vec3| v);
+impl_real!(f64, DVec3, 1e-200, sqrt, |v: DVec3| v.as_vec3());

@@ -1,0 +1,1 @@
+//! Scene files, built-in scenes, meshes and state files.

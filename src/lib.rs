@@ -1,0 +1,1 @@
+//! Elastic things as particles joined by springs and dampers.
