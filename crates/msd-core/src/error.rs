@@ -100,7 +100,10 @@ impl core::error::Error for Divergence {}
 impl core::fmt::Display for Divergence {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let Divergence { particle, step, time, substep, stable_substep } = self;
-        write!(f, "diverged: particle {particle} left the world in step {step} (t = {time:.6} s); ")?;
+        write!(
+            f,
+            "diverged: particle {particle} left the world in step {step} (t = {time:.6} s); "
+        )?;
         write!(f, "the last good state is kept. The substep is {substep:.3e} s; ")?;
         match stable_substep {
             Some(stable) if stable < substep => {
@@ -135,9 +138,5 @@ pub(crate) fn check_index(
     index: usize,
     count: usize,
 ) -> Result<(), Error> {
-    if index < count {
-        Ok(())
-    } else {
-        Err(Error::OutOfRange { item, row, target, index, count })
-    }
+    if index < count { Ok(()) } else { Err(Error::OutOfRange { item, row, target, index, count }) }
 }

@@ -9,19 +9,33 @@ extern crate std;
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!("msd-core needs a square root: enable the feature `std` (default) or `libm`");
 
-pub mod real;
+pub mod collision;
+pub mod energy;
 pub mod error;
-pub mod surface;
-pub mod scene;
+pub mod forces;
+pub mod integrator;
+pub mod interaction;
+pub mod lattice;
 pub mod part;
-pub mod system;
+pub mod real;
+pub mod scene;
+pub mod shape;
+pub mod simulation;
 pub mod snapshot;
+pub mod stability;
+pub mod surface;
+pub mod system;
 
+pub use energy::{Energy, Momentum};
 pub use error::{Divergence, Error};
 pub use glam;
+pub use integrator::Integrator;
+pub use interaction::{Interaction, Select};
+pub use lattice::{Lattice, Neighbours};
 pub use part::{Material, Part};
 pub use real::{Real, Vector};
 pub use scene::{Body, Friction, Particle, Pin, Plane, Scene, Spring, World};
+pub use simulation::{Settings, Simulation};
 pub use snapshot::Snapshot;
 pub use surface::{Corner, Surface};
-pub use system::{Column, Grab, Model, State};
+pub use system::{Column, Grab, Model, Motion, State};

@@ -127,6 +127,15 @@ pub struct State<R: Real> {
     pub velocities: Vec<R::Vec3>,
 }
 
+/// Positions and velocities at which forces are wanted, one row per particle.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion<'a, R: Real> {
+    /// Positions, metres.
+    pub positions: &'a [R::Vec3],
+    /// Velocities, metres per second.
+    pub velocities: &'a [R::Vec3],
+}
+
 impl<R: Real> Model<R> {
     /// Checks a scene and turns its rows into columns.
     ///
@@ -278,6 +287,11 @@ impl<R: Real> Model<R> {
 }
 
 impl<R: Real> State<R> {
+    /// Borrows the columns at which forces are evaluated.
+    pub fn motion(&self) -> Motion<'_, R> {
+        Motion { positions: &self.positions, velocities: &self.velocities }
+    }
+
     /// The same state in another precision, each number rounded once.
     pub fn convert<S: Real>(&self) -> State<S> {
         let vectors =
@@ -343,8 +357,13 @@ fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
 fn check_body(row: usize, body: &Body, scene: &Scene) -> Result<(), Error> {
     let at = ("body", row);
     let count = scene.particles.len();
-    check_index(at, "particle", body.particles.end.max(body.particles.start), count + 1)?;
-    check_index(at, "spring", body.springs.end.max(body.springs.start), scene.springs.len() + 1)?;
+    for (target, range, count) in
+        [("particle", &body.particles, count), ("spring", &body.springs, scene.springs.len())]
+    {
+        check_index(at, target, range.end, count + 1)?;
+        let ordered = range.start <= range.end;
+        check(ordered, "start of a range", at, range.start as f64, "at most its end")?;
+    }
     for corner in &body.surface.corners {
         check_index(at, "particle", corner.particle as usize, count)?;
     }
@@ -375,10 +394,7 @@ fn check_plane<R: Real>(row: usize, plane: &Plane) -> Result<(), Error> {
     check_friction(at, plane.friction)
 }
 
-pub(crate) fn check_friction(
-    at: (&'static str, usize),
-    friction: Friction,
-) -> Result<(), Error> {
+pub(crate) fn check_friction(at: (&'static str, usize), friction: Friction) -> Result<(), Error> {
     match friction {
         Friction::Coulomb(factor) => check_not_negative::<f32>("friction", at, factor),
         Friction::TangentialLoss(loss) => check_fraction("tangential loss", at, loss),
@@ -396,7 +412,8 @@ pub(crate) fn check_fraction(
 pub(crate) fn check_mass<R: Real>(at: (&'static str, usize), mass: f64) -> Result<(), Error> {
     // The reciprocal must fit too: it is what a step multiplies by.
     let rounded = R::of(mass);
-    let usable = R::ZERO < rounded && is_finite::<R>(mass) && is_finite::<R>(1.0 / rounded.to_f64());
+    let usable =
+        R::ZERO < rounded && is_finite::<R>(mass) && is_finite::<R>(1.0 / rounded.to_f64());
     check(usable, "mass", at, mass, "positive and finite")
 }
 
@@ -421,11 +438,7 @@ pub(crate) fn check_vector<R: Real>(
 }
 
 fn check_count(what: &'static str, count: usize, limit: usize) -> Result<(), Error> {
-    if count <= limit {
-        Ok(())
-    } else {
-        Err(Error::TooLarge { what, count: count as u128, limit })
-    }
+    if count <= limit { Ok(()) } else { Err(Error::TooLarge { what, count: count as u128, limit }) }
 }
 
 /// Whether a number is finite after rounding to precision `R`.

@@ -1,0 +1,94 @@
+//! Where is the energy, and how much momentum is there? All sums are in `f64`.
+
+use crate::real::{Real, Vector};
+use crate::system::{Model, State};
+use core::ops::Range;
+use glam::DVec3;
+
+/// The energy of a system, joules.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Energy {
+    /// Of motion: Σ m v² / 2.
+    pub kinetic: f64,
+    /// In the springs: Σ k (length − rest)² / 2.
+    pub elastic: f64,
+    /// In the uniform fields, gravity and the uniform force: −Σ (m g + f)·x; zero at the origin.
+    pub gravitational: f64,
+    /// Taken away since the start by dampers, drag and contact. What a hand does (grabs, pushes,
+    /// moving pins, changed stiffness) is not counted anywhere.
+    pub dissipated: f64,
+}
+
+impl Energy {
+    /// Everything, joules: constant in an exact run that nobody touches.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic + self.gravitational + self.dissipated
+    }
+}
+
+/// Measures the energy of a state; `dissipated` is passed through.
+pub fn energy<R: Real>(model: &Model<R>, state: &State<R>, dissipated: f64) -> Energy {
+    let mut energy = Energy { dissipated, ..Energy::default() };
+    let (gravity, force) = (model.gravity.to_f64(), model.force.to_f64());
+    for (particle, mass) in model.masses.iter().enumerate() {
+        let mass = mass.to_f64();
+        let velocity = state.velocities[particle].to_f64();
+        energy.kinetic += 0.5 * mass * velocity.dot(velocity);
+        energy.gravitational -= (gravity * mass + force).dot(state.positions[particle].to_f64());
+    }
+    for spring in 0..model.spring_count() {
+        let stretch = length(model, state, spring) - model.rest_lengths[spring].to_f64();
+        energy.elastic += 0.5 * model.stiffnesses.get(spring).to_f64() * stretch * stretch;
+    }
+    energy
+}
+
+/// The momentum of a system.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Momentum {
+    /// Linear momentum, kilogram metres per second.
+    pub linear: DVec3,
+    /// Angular momentum about the origin, kilogram square metres per second.
+    pub angular: DVec3,
+}
+
+/// Measures linear and angular momentum.
+pub fn momentum<R: Real>(model: &Model<R>, state: &State<R>) -> Momentum {
+    let mut momentum = Momentum::default();
+    for (particle, mass) in model.masses.iter().enumerate() {
+        let linear = state.velocities[particle].to_f64() * mass.to_f64();
+        momentum.linear += linear;
+        momentum.angular += state.positions[particle].to_f64().cross(linear);
+    }
+    momentum
+}
+
+/// Measures the centre of mass of a range of particles, metres.
+pub fn centre_of_mass<R: Real>(
+    model: &Model<R>,
+    state: &State<R>,
+    particles: Range<usize>,
+) -> DVec3 {
+    let (mut mass, mut moment) = (0.0, DVec3::ZERO);
+    for particle in particles {
+        let here = model.masses[particle].to_f64();
+        mass += here;
+        moment += state.positions[particle].to_f64() * here;
+    }
+    moment / mass
+}
+
+/// The strain of a spring, (length − rest) / rest; its length in metres where the rest length is 0.
+pub fn strain<R: Real>(model: &Model<R>, state: &State<R>, spring: usize) -> f64 {
+    let (length, rest) = (length(model, state, spring), model.rest_lengths[spring].to_f64());
+    if rest == 0.0 { length } else { (length - rest) / rest }
+}
+
+/// The present length of a spring, metres.
+pub fn length<R: Real>(model: &Model<R>, state: &State<R>, spring: usize) -> f64 {
+    let [a, b] = model.ends[spring].map(|end| state.positions[end as usize].to_f64());
+    let across = b - a;
+    Real::sqrt(across.dot(across))
+}

@@ -1,0 +1,363 @@
+//! What can a hand do between two steps? Values that are queued, checked, applied, and can be
+//! recorded.
+
+use crate::energy::{self, centre_of_mass};
+use crate::error::{Error, check, check_index};
+use crate::real::{Real, Vector};
+use crate::scene::Friction;
+use crate::system::{self, Grab, Model, State};
+use core::ops::Range;
+use glam::DVec3;
+
+/// Some of the particles, or some of the springs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Select {
+    /// All of them.
+    #[default]
+    All,
+    /// Those of one body.
+    Body(usize),
+    /// A single one.
+    One(usize),
+    /// Those from the first number up to but without the second: one kind of spring of a lattice,
+    /// say.
+    Range(usize, usize),
+}
+
+/// One thing a hand does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Interaction {
+    /// Holds a particle to a point by a spring; grabbing it again moves the point.
+    Grab {
+        /// The particle.
+        particle: usize,
+        /// Where to, metres.
+        target: DVec3,
+        /// Frequency of the particle alone on this spring, hertz; capped at a tenth of the
+        /// substeps per second, so that the hand cannot blow up the scene.
+        frequency: f64,
+        /// Damping ratio ζ: 1 is critical.
+        damping_ratio: f64,
+        /// The largest force, newtons; may be infinite.
+        max_force: f64,
+    },
+    /// Lets go of a particle.
+    Release {
+        /// The particle.
+        particle: usize,
+    },
+    /// Pins a particle, held still or moved at a constant velocity.
+    Pin {
+        /// The particle.
+        particle: usize,
+        /// Velocity, metres per second.
+        velocity: DVec3,
+    },
+    /// Frees a pinned particle.
+    Unpin {
+        /// The particle.
+        particle: usize,
+    },
+    /// Pushes a particle for the length of the next step.
+    Push {
+        /// The particle.
+        particle: usize,
+        /// The force, newtons.
+        force: DVec3,
+    },
+    /// Removes a spring; those after it move up by one.
+    Cut {
+        /// The spring.
+        spring: usize,
+    },
+    /// Sets stiffnesses.
+    SetStiffness {
+        /// Of which springs.
+        springs: Select,
+        /// The stiffness, newtons per metre.
+        value: f64,
+    },
+    /// Sets dampings.
+    SetDamping {
+        /// Of which springs.
+        springs: Select,
+        /// The damping, newton seconds per metre.
+        value: f64,
+    },
+    /// Sets masses.
+    SetMass {
+        /// Of which particles.
+        particles: Select,
+        /// The mass of each, kilograms.
+        value: f64,
+    },
+    /// Sets rest lengths.
+    SetRestLength {
+        /// Of which springs.
+        springs: Select,
+        /// The rest length of each, metres.
+        value: f64,
+    },
+    /// Multiplies rest lengths: a body grows or shrinks.
+    ScaleRestLength {
+        /// Of which springs.
+        springs: Select,
+        /// The factor, positive.
+        factor: f64,
+    },
+    /// Makes the present lengths the rest lengths.
+    Freeze {
+        /// Of which springs.
+        springs: Select,
+    },
+    /// Changes momentum at once, shared in proportion to mass.
+    Impulse {
+        /// Of which particles.
+        particles: Select,
+        /// The impulse in all, newton seconds.
+        impulse: DVec3,
+    },
+    /// Adds a turn about the centre of mass.
+    Spin {
+        /// Of which particles.
+        particles: Select,
+        /// Angular velocity added, radians per second.
+        velocity: DVec3,
+    },
+    /// Sets gravity.
+    SetGravity {
+        /// The acceleration, metres per second squared.
+        value: DVec3,
+    },
+    /// Sets how planes give back and slow.
+    SetPlane {
+        /// The plane.
+        plane: usize,
+        /// Fraction of the normal speed that a bounce returns, 0 to 1.
+        restitution: f64,
+        /// What happens along the plane.
+        friction: Friction,
+    },
+}
+
+/// Checks an interaction against a model of which `cuts` springs are about to go.
+pub(crate) fn check_interaction<R: Real>(
+    model: &Model<R>,
+    cuts: usize,
+    interaction: &Interaction,
+) -> Result<(), Error> {
+    use Interaction::*;
+    let at = ("interaction", 0);
+    let springs = model.spring_count() - cuts.min(model.spring_count());
+    let one = |index| check_index(at, "particle", index, model.particle_count());
+    let masses = |select| check_select(model, select, ("particle", model.particle_count()));
+    let among = |select| check_select(model, select, ("spring", springs));
+    match *interaction {
+        Grab { particle, target, frequency, damping_ratio, max_force } => {
+            one(particle)?;
+            system::check_vector::<R>("target", at, target)?;
+            system::check_not_negative::<R>("frequency", at, frequency)?;
+            system::check_not_negative::<R>("damping ratio", at, damping_ratio)?;
+            check(0.0 <= max_force, "force cap", at, max_force, "not negative")
+        }
+        Release { particle } | Unpin { particle } => one(particle),
+        Pin { particle, velocity } => {
+            one(particle)?;
+            system::check_vector::<R>("velocity", at, velocity)
+        }
+        Push { particle, force } => {
+            one(particle)?;
+            system::check_vector::<R>("force", at, force)
+        }
+        Cut { spring } => check_index(at, "spring", spring, springs),
+        Freeze { springs } => among(springs),
+        SetStiffness { springs, value } => {
+            among(springs)?;
+            system::check_not_negative::<R>("stiffness", at, value)
+        }
+        SetDamping { springs, value } => {
+            among(springs)?;
+            system::check_not_negative::<R>("damping", at, value)
+        }
+        SetRestLength { springs, value } => {
+            among(springs)?;
+            system::check_not_negative::<R>("rest length", at, value)
+        }
+        ScaleRestLength { springs, factor } => {
+            among(springs)?;
+            let usable = 0.0 < factor && system::is_finite::<R>(factor);
+            check(usable, "factor", at, factor, "positive and finite")
+        }
+        SetMass { particles, value } => {
+            masses(particles)?;
+            system::check_mass::<R>(at, value)
+        }
+        Impulse { particles, impulse: vector } | Spin { particles, velocity: vector } => {
+            masses(particles)?;
+            system::check_vector::<R>("vector", at, vector)
+        }
+        SetGravity { value } => system::check_vector::<R>("gravity", at, value),
+        SetPlane { plane, restitution, friction } => {
+            check_index(at, "plane", plane, model.planes.len())?;
+            system::check_fraction("restitution", at, restitution)?;
+            system::check_friction(at, friction)
+        }
+    }
+}
+
+fn check_select<R: Real>(
+    model: &Model<R>,
+    select: Select,
+    (target, count): (&'static str, usize),
+) -> Result<(), Error> {
+    let at = ("interaction", 0);
+    match select {
+        Select::All => Ok(()),
+        Select::Body(body) => check_index(at, "body", body, model.bodies.len()),
+        Select::One(index) => check_index(at, target, index, count),
+        Select::Range(start, end) => {
+            check_index(at, target, start, count + 1)?;
+            check_index(at, target, end, count + 1)?;
+            check(start <= end, "start of a range", at, start as f64, "at most its end")
+        }
+    }
+}
+
+/// Applies a checked interaction, with `h` the substep in seconds.
+pub(crate) fn apply<R: Real>(
+    model: &mut Model<R>,
+    state: &mut State<R>,
+    h: f64,
+    interaction: Interaction,
+) {
+    use Interaction::*;
+    match interaction {
+        Grab { .. } => grab(model, h, interaction),
+        Release { particle } => model.grabs.retain(|grab| grab.particle as usize != particle),
+        Pin { particle, velocity } => {
+            model.inverse_masses[particle] = R::ZERO;
+            state.velocities[particle] = R::Vec3::of(velocity);
+        }
+        Unpin { particle } => model.inverse_masses[particle] = R::ONE / model.masses[particle],
+        Push { particle, force } => model.pushes.push((particle as u32, R::Vec3::of(force))),
+        Cut { spring } => cut(model, spring),
+        SetMass { particles, value } => set_mass(model, particles_of(model, particles), value),
+        SetStiffness { springs, value } => {
+            let (range, count) = (springs_of(model, springs), model.spring_count());
+            model.stiffnesses.set(range, count, R::of(value));
+        }
+        SetDamping { springs, value } => {
+            let (range, count) = (springs_of(model, springs), model.spring_count());
+            model.dampings.set(range, count, R::of(value));
+        }
+        SetRestLength { springs, value } => {
+            let range = springs_of(model, springs);
+            model.rest_lengths[range].fill(R::of(value));
+        }
+        ScaleRestLength { springs, factor } => {
+            let range = springs_of(model, springs);
+            model.rest_lengths[range].iter_mut().for_each(|rest| *rest = *rest * R::of(factor));
+        }
+        Freeze { springs } => {
+            for spring in springs_of(model, springs) {
+                model.rest_lengths[spring] = R::of(energy::length(model, state, spring));
+            }
+        }
+        Impulse { particles, impulse } => {
+            let range = particles_of(model, particles);
+            push_all(model, state, range, impulse);
+        }
+        Spin { particles, velocity } => {
+            spin(model, state, particles_of(model, particles), velocity)
+        }
+        SetGravity { value } => model.gravity = R::Vec3::of(value),
+        SetPlane { plane, restitution, friction } => {
+            model.planes[plane].restitution = R::of(restitution);
+            model.planes[plane].friction = friction;
+        }
+    }
+}
+
+fn particles_of<R: Real>(model: &Model<R>, select: Select) -> Range<usize> {
+    match select {
+        Select::All => 0..model.particle_count(),
+        Select::Body(body) => model.bodies[body].particles.clone(),
+        Select::One(particle) => particle..particle + 1,
+        Select::Range(start, end) => start..end,
+    }
+}
+
+fn springs_of<R: Real>(model: &Model<R>, select: Select) -> Range<usize> {
+    match select {
+        Select::All => 0..model.spring_count(),
+        Select::Body(body) => model.bodies[body].springs.clone(),
+        Select::One(spring) => spring..spring + 1,
+        Select::Range(start, end) => start..end,
+    }
+}
+
+fn grab<R: Real>(model: &mut Model<R>, h: f64, interaction: Interaction) {
+    let Interaction::Grab { particle, target, frequency, damping_ratio, max_force } = interaction
+    else {
+        return;
+    };
+    let mass = model.masses[particle].to_f64();
+    let rate = core::f64::consts::TAU * frequency.min(0.1 / h);
+    let hold = Grab {
+        particle: particle as u32,
+        target: R::Vec3::of(target),
+        stiffness: R::of(mass * rate * rate),
+        // Overdamped beyond the substep it would blow up as surely as an overstiff one.
+        damping: R::of(mass * (2.0 * damping_ratio * rate).min(0.5 / h)),
+        max_force: R::of(max_force),
+    };
+    match model.grabs.iter_mut().find(|grab| grab.particle as usize == particle) {
+        Some(grab) => *grab = hold,
+        None => model.grabs.push(hold),
+    }
+}
+
+fn cut<R: Real>(model: &mut Model<R>, spring: usize) {
+    model.ends.remove(spring);
+    model.rest_lengths.remove(spring);
+    model.stiffnesses.remove(spring);
+    model.dampings.remove(spring);
+    for body in &mut model.bodies {
+        let before = |row: usize| row - usize::from(spring < row);
+        body.springs = before(body.springs.start)..before(body.springs.end);
+    }
+}
+
+fn set_mass<R: Real>(model: &mut Model<R>, particles: Range<usize>, mass: f64) {
+    for particle in particles {
+        model.masses[particle] = R::of(mass);
+        if !model.is_pinned(particle) {
+            model.inverse_masses[particle] = R::ONE / model.masses[particle];
+        }
+    }
+}
+
+fn push_all<R: Real>(
+    model: &Model<R>,
+    state: &mut State<R>,
+    particles: Range<usize>,
+    impulse: DVec3,
+) {
+    let free = particles.filter(|&particle| !model.is_pinned(particle));
+    let mass: f64 = free.clone().map(|particle| model.masses[particle].to_f64()).sum();
+    for particle in free {
+        state.velocities[particle] += R::Vec3::of(impulse / mass);
+    }
+}
+
+fn spin<R: Real>(model: &Model<R>, state: &mut State<R>, particles: Range<usize>, spin: DVec3) {
+    let centre = centre_of_mass(model, state, particles.clone());
+    for particle in particles.filter(|&particle| !model.is_pinned(particle)) {
+        let arm = state.positions[particle].to_f64() - centre;
+        state.velocities[particle] += R::Vec3::of(spin.cross(arm));
+    }
+}

@@ -1,0 +1,326 @@
+//! What is one step? Queued interactions, substeps of integrate and collide, and a guard.
+
+use crate::collision;
+use crate::energy::{self, Energy, Momentum};
+use crate::error::{Divergence, Error, check};
+use crate::forces;
+use crate::integrator::{self, Integrator, Scratch, Substep};
+use crate::interaction::{self, Interaction};
+use crate::real::{Real, Vector};
+use crate::scene::Scene;
+use crate::snapshot::Snapshot;
+use crate::stability;
+use crate::system::{Model, Motion, State};
+use alloc::vec::Vec;
+
+/// How a system is stepped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Settings {
+    /// The method. Default velocity Verlet.
+    pub integrator: Integrator,
+    /// Length of a step, seconds. Default 1/60.
+    pub step: f64,
+    /// Substeps per step, at least 1. Default 8.
+    pub substeps: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings { integrator: Integrator::default(), step: 1.0 / 60.0, substeps: 8 }
+    }
+}
+
+impl Settings {
+    /// Length of a substep, seconds.
+    pub fn substep(&self) -> f64 {
+        self.step / f64::from(self.substeps)
+    }
+
+    fn check<R: Real>(&self) -> Result<(), Error> {
+        let at = ("setting", 0);
+        check(0 < self.substeps, "substeps", at, f64::from(self.substeps), "at least 1")?;
+        // A substep that rounds to zero or whose square does would stop the clock silently.
+        let h = R::of(self.substep());
+        let usable = R::ZERO < h * h && (R::ONE / h).to_f64().is_finite() && self.step <= 1e6;
+        check(usable, "step", at, self.step, "positive, finite and at most 1e6 s")
+    }
+}
+
+/// A system that runs.
+#[derive(Clone, Debug)]
+pub struct Simulation<R: Real = f32> {
+    model: Model<R>,
+    state: State<R>,
+    settings: Settings,
+    scratch: Scratch<R>,
+    /// Whether `scratch` holds the accelerations of velocity Verlet at `state`.
+    warm: bool,
+    /// The state at the start of the step, to fall back on.
+    good: State<R>,
+    queue: Vec<Interaction>,
+    dissipated: f64,
+    steps: u64,
+}
+
+impl<R: Real> Simulation<R> {
+    /// Checks a scene and makes it ready to run.
+    ///
+    /// # Errors
+    /// The first row or setting that is out of its domain.
+    pub fn new(scene: &Scene, settings: Settings) -> Result<Self, Error> {
+        let (model, state) = Model::new(scene)?;
+        Simulation::from_parts(model, state, settings)
+    }
+
+    fn from_parts(model: Model<R>, state: State<R>, settings: Settings) -> Result<Self, Error> {
+        settings.check::<R>()?;
+        let mut simulation = Simulation {
+            scratch: Scratch::new(settings.integrator, model.particle_count()),
+            good: state.clone(),
+            model,
+            state,
+            settings,
+            warm: false,
+            queue: Vec::new(),
+            dissipated: 0.0,
+            steps: 0,
+        };
+        // A scene may start inside a plane; it never runs there.
+        simulation.collide();
+        simulation.dissipated = 0.0;
+        Ok(simulation)
+    }
+
+    /// Advances by one step of `settings.step` seconds.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] if a particle left the world; the state is then the one before the step.
+    pub fn step(&mut self) -> Result<(), Error> {
+        self.run_step(&mut |_, _| {}, false)
+    }
+
+    /// Advances by one step with a force of the caller's, which adds to its last argument, newtons.
+    ///
+    /// # Errors
+    /// See [`Simulation::step`].
+    pub fn step_with(
+        &mut self,
+        mut own_force: impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
+    ) -> Result<(), Error> {
+        self.warm = false;
+        self.run_step(&mut own_force, true)
+    }
+
+    fn run_step(
+        &mut self,
+        own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
+        has_own_force: bool,
+    ) -> Result<(), Error> {
+        self.apply_queue();
+        self.good.clone_from(&self.state);
+        let dissipated = self.dissipated;
+        for substep in 0..self.settings.substeps {
+            let warm = self.warm || 0 < substep;
+            self.advance(own_force, warm, has_own_force);
+            let touched = self.collide();
+            self.warm = !touched && !has_own_force && !self.is_damped();
+        }
+        self.model.pushes.clear();
+        if let Err(error) = self.guard() {
+            self.state.clone_from(&self.good);
+            self.dissipated = dissipated;
+            self.warm = false;
+            return Err(error);
+        }
+        self.steps += 1;
+        Ok(())
+    }
+
+    fn apply_queue(&mut self) {
+        let h = self.settings.substep();
+        // Velocities may change as well as forces: nothing remembered holds.
+        self.warm &= self.queue.is_empty() && self.model.pushes.is_empty();
+        for interaction in core::mem::take(&mut self.queue) {
+            interaction::apply(&mut self.model, &mut self.state, h, interaction);
+        }
+    }
+
+    fn advance(
+        &mut self,
+        own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
+        warm: bool,
+        has_own_force: bool,
+    ) {
+        let model = &self.model;
+        let mut force = |motion: Motion<'_, R>, forces: &mut [R::Vec3]| {
+            let drag = forces::set_external_forces(model, motion, forces);
+            let dampers = forces::add_spring_forces(model, motion, forces);
+            own_force(motion, forces);
+            drag + dampers
+        };
+        let substep = Substep {
+            h: R::of(self.settings.substep()),
+            inverse_masses: &model.inverse_masses,
+            warm,
+            damped: has_own_force || self.is_damped(),
+        };
+        let Simulation { settings, state, scratch, .. } = self;
+        self.dissipated +=
+            integrator::advance(settings.integrator, substep, state, scratch, &mut force);
+    }
+
+    /// Whether a force depends on velocity.
+    fn is_damped(&self) -> bool {
+        let model = &self.model;
+        !model.dampings.is_zero() || model.drag != R::ZERO || !model.grabs.is_empty()
+    }
+
+    /// Keeps particles out of planes; returns whether any was moved.
+    fn collide(&mut self) -> bool {
+        let h = R::of(self.settings.substep());
+        let contacts = collision::resolve(&self.model, h, &mut self.state);
+        self.dissipated += contacts.energy;
+        0 < contacts.count
+    }
+
+    /// Refuses a state outside the world.
+    fn guard(&self) -> Result<(), Error> {
+        let model = &self.model;
+        // Negated, so that a NaN is outside.
+        let outside = |position: &R::Vec3| !(position.extent() <= model.extent);
+        let Some(particle) = self.state.positions.iter().position(outside) else {
+            return Ok(());
+        };
+        let stable = self.largest_step_from(&self.good);
+        Err(Error::Diverged(Divergence {
+            particle,
+            step: self.steps + 1,
+            time: self.time(),
+            substep: self.settings.substep(),
+            stable_substep: (stable != 0.0).then_some(stable),
+        }))
+    }
+
+    /// Predicts the largest stable substep at the present state, seconds: 0 if no step is stable,
+    /// infinite if every step is.
+    pub fn stable_substep(&self) -> f64 {
+        self.largest_step_from(&self.state)
+    }
+
+    fn largest_step_from(&self, state: &State<R>) -> f64 {
+        let Settings { integrator, substeps, .. } = self.settings;
+        stability::largest_substep(stability::spectrum(&self.model, state), integrator, substeps)
+    }
+
+    /// Queues an interaction for the start of the next step.
+    ///
+    /// # Errors
+    /// An index that names nothing or a number out of its domain; nothing is queued then.
+    pub fn queue(&mut self, interaction: Interaction) -> Result<(), Error> {
+        let is_cut = |queued: &&Interaction| matches!(queued, Interaction::Cut { .. });
+        let cuts = self.queue.iter().filter(is_cut).count();
+        interaction::check_interaction(&self.model, cuts, &interaction)?;
+        self.queue.push(interaction);
+        Ok(())
+    }
+
+    /// Applies what is queued without stepping: for a paused window.
+    pub fn apply_queued(&mut self) {
+        self.apply_queue();
+    }
+
+    /// Replaces the state, as when a state file is loaded or a step taken back.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for another number of particles; [`Error::OutOfDomain`] for a
+    /// position outside the world or a velocity that is not finite.
+    pub fn set_state(&mut self, state: &State<R>, steps: u64) -> Result<(), Error> {
+        let expected = self.model.particle_count();
+        for (what, count) in
+            [("positions", state.positions.len()), ("velocities", state.velocities.len())]
+        {
+            if count != expected {
+                return Err(Error::WrongLength { what, count, expected });
+            }
+        }
+        for (row, (position, velocity)) in state.positions.iter().zip(&state.velocities).enumerate()
+        {
+            let (at, extent) = (("particle", row), position.extent());
+            let inside = extent <= self.model.extent;
+            check(inside, "position", at, extent.to_f64(), "finite and inside the world")?;
+            let speed = velocity.extent().to_f64();
+            check(speed.is_finite(), "velocity", at, speed, "finite")?;
+        }
+        self.state.clone_from(state);
+        self.steps = steps;
+        self.warm = false;
+        Ok(())
+    }
+
+    /// Changes how the system is stepped from the next step on.
+    ///
+    /// # Errors
+    /// A step or a number of substeps out of its domain; nothing changes then.
+    pub fn set_settings(&mut self, settings: Settings) -> Result<(), Error> {
+        settings.check::<R>()?;
+        if settings.integrator != self.settings.integrator {
+            self.scratch = Scratch::new(settings.integrator, self.model.particle_count());
+        }
+        self.settings = settings;
+        self.warm = false;
+        Ok(())
+    }
+
+    /// The same simulation in another precision, each number rounded once.
+    ///
+    /// # Errors
+    /// A step too short for the other precision.
+    pub fn convert<S: Real>(&self) -> Result<Simulation<S>, Error> {
+        let (model, state) = (self.model.convert(), self.state.convert());
+        let mut other = Simulation::from_parts(model, state, self.settings)?;
+        other.queue.clone_from(&self.queue);
+        (other.dissipated, other.steps) = (self.dissipated, self.steps);
+        Ok(other)
+    }
+
+    /// What a step reads.
+    pub fn model(&self) -> &Model<R> {
+        &self.model
+    }
+
+    /// What a step advances.
+    pub fn state(&self) -> &State<R> {
+        &self.state
+    }
+
+    /// How the system is stepped.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
+    /// Steps taken.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Simulated time, seconds: steps times the step, never a running sum.
+    pub fn time(&self) -> f64 {
+        self.steps as f64 * self.settings.step
+    }
+
+    /// What a renderer may see.
+    pub fn snapshot(&self) -> Snapshot<'_, R> {
+        Snapshot::new(&self.model, &self.state)
+    }
+
+    /// Where the energy is.
+    pub fn energy(&self) -> Energy {
+        energy::energy(&self.model, &self.state, self.dissipated)
+    }
+
+    /// Linear and angular momentum.
+    pub fn momentum(&self) -> Momentum {
+        energy::momentum(&self.model, &self.state)
+    }
+}

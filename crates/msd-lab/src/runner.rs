@@ -1,0 +1,196 @@
+//! How does a program run a scene whose precision is only known at run time?
+
+use msd_core::{
+    Energy, Error, Integrator, Interaction, Momentum, Scene, Settings, Simulation, State,
+};
+use serde::{Deserialize, Serialize};
+
+/// The precision of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Single precision, 24 bits.
+    #[default]
+    F32,
+    /// Double precision, 53 bits.
+    F64,
+}
+
+impl Precision {
+    /// The name a user writes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Precision::F32 => "f32",
+            Precision::F64 => "f64",
+        }
+    }
+}
+
+impl std::fmt::Display for Precision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+/// A state in the precision of its run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnyState {
+    /// Single precision.
+    F32(State<f32>),
+    /// Double precision.
+    F64(State<f64>),
+}
+
+/// A simulation in either precision.
+#[derive(Clone, Debug)]
+pub enum Runner {
+    /// Single precision.
+    F32(Simulation<f32>),
+    /// Double precision.
+    F64(Simulation<f64>),
+}
+
+/// Evaluates an expression on the simulation inside a [`Runner`], whatever its precision.
+///
+/// `on!(runner, simulation => simulation.time())`
+#[macro_export]
+macro_rules! on {
+    ($runner:expr, $simulation:ident => $value:expr) => {
+        match $runner {
+            $crate::Runner::F32($simulation) => $value,
+            $crate::Runner::F64($simulation) => $value,
+        }
+    };
+}
+
+impl Runner {
+    /// Checks a scene and makes it ready to run.
+    ///
+    /// # Errors
+    /// See [`Simulation::new`].
+    pub fn new(scene: &Scene, settings: Settings, precision: Precision) -> Result<Self, Error> {
+        Ok(match precision {
+            Precision::F32 => Runner::F32(Simulation::new(scene, settings)?),
+            Precision::F64 => Runner::F64(Simulation::new(scene, settings)?),
+        })
+    }
+
+    /// The precision it runs in.
+    pub fn precision(&self) -> Precision {
+        match self {
+            Runner::F32(_) => Precision::F32,
+            Runner::F64(_) => Precision::F64,
+        }
+    }
+
+    /// The same simulation in another precision, each number rounded once.
+    ///
+    /// # Errors
+    /// See [`Simulation::convert`].
+    pub fn convert(&self, precision: Precision) -> Result<Self, Error> {
+        Ok(match precision {
+            Precision::F32 => Runner::F32(on!(self, simulation => simulation.convert())?),
+            Precision::F64 => Runner::F64(on!(self, simulation => simulation.convert())?),
+        })
+    }
+
+    /// Advances by one step.
+    ///
+    /// # Errors
+    /// See [`Simulation::step`].
+    pub fn step(&mut self) -> Result<(), Error> {
+        on!(self, simulation => simulation.step())
+    }
+
+    /// Queues an interaction for the start of the next step.
+    ///
+    /// # Errors
+    /// See [`Simulation::queue`].
+    pub fn queue(&mut self, interaction: Interaction) -> Result<(), Error> {
+        on!(self, simulation => simulation.queue(interaction))
+    }
+
+    /// Applies what is queued without stepping.
+    pub fn apply_queued(&mut self) {
+        on!(self, simulation => simulation.apply_queued());
+    }
+
+    /// How the system is stepped.
+    pub fn settings(&self) -> Settings {
+        on!(self, simulation => simulation.settings())
+    }
+
+    /// Changes how the system is stepped.
+    ///
+    /// # Errors
+    /// See [`Simulation::set_settings`].
+    pub fn set_settings(&mut self, settings: Settings) -> Result<(), Error> {
+        on!(self, simulation => simulation.set_settings(settings))
+    }
+
+    /// The method in use.
+    pub fn integrator(&self) -> Integrator {
+        self.settings().integrator
+    }
+
+    /// A copy of the state.
+    pub fn state(&self) -> AnyState {
+        match self {
+            Runner::F32(simulation) => AnyState::F32(simulation.state().clone()),
+            Runner::F64(simulation) => AnyState::F64(simulation.state().clone()),
+        }
+    }
+
+    /// Replaces the state, rounding it if it has another precision.
+    ///
+    /// # Errors
+    /// See [`Simulation::set_state`].
+    pub fn set_state(&mut self, state: &AnyState, steps: u64) -> Result<(), Error> {
+        match (self, state) {
+            (Runner::F32(simulation), AnyState::F32(state)) => simulation.set_state(state, steps),
+            (Runner::F64(simulation), AnyState::F64(state)) => simulation.set_state(state, steps),
+            (Runner::F32(simulation), AnyState::F64(state)) => {
+                simulation.set_state(&state.convert(), steps)
+            }
+            (Runner::F64(simulation), AnyState::F32(state)) => {
+                simulation.set_state(&state.convert(), steps)
+            }
+        }
+    }
+
+    /// Steps taken.
+    pub fn steps(&self) -> u64 {
+        on!(self, simulation => simulation.steps())
+    }
+
+    /// Simulated time, seconds.
+    pub fn time(&self) -> f64 {
+        on!(self, simulation => simulation.time())
+    }
+
+    /// The number of particles.
+    pub fn particle_count(&self) -> usize {
+        on!(self, simulation => simulation.model().particle_count())
+    }
+
+    /// The number of springs.
+    pub fn spring_count(&self) -> usize {
+        on!(self, simulation => simulation.model().spring_count())
+    }
+
+    /// Where the energy is.
+    pub fn energy(&self) -> Energy {
+        on!(self, simulation => simulation.energy())
+    }
+
+    /// Linear and angular momentum.
+    pub fn momentum(&self) -> Momentum {
+        on!(self, simulation => simulation.momentum())
+    }
+
+    /// Predicts the largest stable substep at the present state, seconds: 0 if no step is stable,
+    /// infinite if every step is.
+    pub fn stable_substep(&self) -> f64 {
+        on!(self, simulation => simulation.stable_substep())
+    }
+}
