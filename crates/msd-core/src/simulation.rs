@@ -42,7 +42,8 @@ impl Settings {
         check(0 < self.substeps, "substeps", at, f64::from(self.substeps), "at least 1")?;
         // A substep that rounds to zero or whose square does would stop the clock silently.
         let h = R::of(self.substep());
-        let usable = R::ZERO < h * h && (R::ONE / h).to_f64().is_finite() && self.step <= 1e6;
+        let usable =
+            R::ZERO < h && R::ZERO < h * h && (R::ONE / h).to_f64().is_finite() && self.step <= 1e6;
         check(usable, "step", at, self.step, "positive, finite and at most 1e6 s")
     }
 }

@@ -1,0 +1,105 @@
+//! Shared by the tests: small scenes and runs of them.
+#![allow(dead_code)] // each test binary uses its own part of this file
+
+use msd_core::glam::DVec3;
+use msd_core::{
+    Integrator, Material, Particle, Real, Scene, Settings, Simulation, Spring, State, Vector,
+    World, shape,
+};
+
+/// A world without gravity.
+pub fn weightless() -> World {
+    World { gravity: DVec3::ZERO, ..World::default() }
+}
+
+/// A simulation whose step is a single substep of `h`.
+pub fn simulation<R: Real>(scene: &Scene, integrator: Integrator, h: f64) -> Simulation<R> {
+    Simulation::new(scene, Settings { integrator, step: h, substeps: 1 }).expect("a valid scene")
+}
+
+/// Runs `steps` steps of `h` and returns the final state in double precision.
+pub fn run(scene: &Scene, integrator: Integrator, h: f64, steps: usize) -> State<f64> {
+    let mut simulation = simulation::<f64>(scene, integrator, h);
+    for _ in 0..steps {
+        simulation.step().expect("a stable run");
+    }
+    simulation.state().clone()
+}
+
+/// The largest distance between particles of two states, metres.
+pub fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
+    let pairs = a.positions.iter().zip(&b.positions);
+    pairs.map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max)
+}
+
+/// A 3x3x3 block in free flight that turns and is sheared: every term of a spring is at work.
+pub fn tumbling_block(damping: f64) -> Scene {
+    let material = Material { mass: 1.0, stiffness: 100.0, damping };
+    let mut part = shape::block([3, 3, 3], 1.0, material).unwrap();
+    part.set_motion(DVec3::new(1.0, 2.0, -0.5), DVec3::new(0.3, 1.0, -0.4));
+    for particle in &mut part.particles {
+        let DVec3 { x, y, z } = particle.position;
+        particle.position += DVec3::new(0.10 * y, 0.05 * z, -0.08 * x * x);
+    }
+    Scene { world: weightless(), ..Scene::of("block", part) }
+}
+
+/// Two particles on the x axis, `stretch` metres longer than their spring of rest length 1.
+pub fn two_masses(masses: [f64; 2], stiffness: f64, damping: f64, stretch: f64) -> Scene {
+    let particle = |x: f64, mass: f64| Particle {
+        position: DVec3::new(x, 0.0, 0.0),
+        velocity: DVec3::ZERO,
+        mass,
+    };
+    Scene {
+        world: weightless(),
+        particles: vec![particle(0.0, masses[0]), particle(1.0 + stretch, masses[1])],
+        springs: vec![Spring { ends: [0, 1], rest_length: 1.0, stiffness, damping }],
+        ..Scene::default()
+    }
+}
+
+/// Deterministic numbers from 0 to 1.
+pub struct Numbers(pub u64);
+
+impl Numbers {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        (self.0 >> 40) as f64 / (1u64 << 24) as f64
+    }
+    pub fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.next() - 0.5, self.next() - 0.5, self.next() - 0.5)
+    }
+    pub fn below(&mut self, bound: usize) -> usize {
+        ((self.next() * bound as f64) as usize).min(bound - 1)
+    }
+}
+
+/// A scene of random particles and springs, some columns uniform and some not.
+pub fn random_scene(seed: u64) -> Scene {
+    let mut numbers = Numbers(seed);
+    let count = 2 + numbers.below(40);
+    let (same_stiffness, undamped) = (numbers.next() < 0.5, numbers.next() < 0.3);
+    let particles = (0..count).map(|_| Particle {
+        position: numbers.vector() * 10.0,
+        velocity: numbers.vector(),
+        mass: 0.1 + numbers.next(),
+    });
+    let particles: Vec<Particle> = particles.collect();
+    let springs = (0..3 * count).map(|_| {
+        let a = numbers.below(count);
+        let b = (a + 1 + numbers.below(count - 1)) % count;
+        Spring {
+            ends: [a, b],
+            rest_length: numbers.next() * 5.0,
+            stiffness: if same_stiffness { 50.0 } else { numbers.next() * 100.0 },
+            damping: if undamped { 0.0 } else { numbers.next() },
+        }
+    });
+    Scene { springs: springs.collect(), particles, ..Scene::default() }
+}
+
+/// The positions of a simulation in double precision.
+pub fn positions<R: Real>(simulation: &Simulation<R>) -> Vec<DVec3> {
+    simulation.state().positions.iter().map(|position| position.to_f64()).collect()
+}

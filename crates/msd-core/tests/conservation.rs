@@ -1,0 +1,246 @@
+//! What must not change, does not; what must converge, does at its order.
+
+mod common;
+
+use common::{distance, positions, run, simulation, tumbling_block};
+use msd_core::glam::{DMat3, DVec3};
+use msd_core::{
+    Friction, Integrator, Material, Neighbours, Plane, Scene, Settings, Simulation, State, shape,
+};
+
+/// A step at which the leading term of the error rules.
+fn coarsest(integrator: Integrator) -> f64 {
+    match integrator {
+        Integrator::ExplicitEuler | Integrator::SymplecticEuler => 1.0 / 4096.0,
+        Integrator::VelocityVerlet => 1.0 / 512.0,
+        Integrator::Rk4 => 1.0 / 128.0,
+    }
+}
+
+fn largest_order_error(scene: &Scene, integrator: Integrator, reference: &State<f64>) -> f64 {
+    let errors: Vec<f64> = (0..5)
+        .map(|halving| coarsest(integrator) / f64::from(1 << halving))
+        .map(|h| distance(&run(scene, integrator, h, (0.5 / h).round() as usize), reference))
+        .collect();
+    let orders = errors.windows(2).map(|pair| (pair[0] / pair[1]).log2());
+    orders.map(|order| (order - f64::from(integrator.order())).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn each_method_converges_at_its_order_with_and_without_damping() {
+    for damping in [0.0, 4.0] {
+        let scene = tumbling_block(damping);
+        let reference = run(&scene, Integrator::Rk4, 1.0 / 16384.0, 8192);
+        for integrator in Integrator::ALL {
+            // The next term of the error is a fraction of about h w of the leading one; w = 50.
+            let error = largest_order_error(&scene, integrator, &reference);
+            assert!(error < 0.12, "{integrator}, b = {damping}: order off by {error:.3}");
+        }
+    }
+}
+
+#[test]
+fn verlet_with_substeps_is_of_second_order_too() {
+    // Within a step the damper's prediction rests on remembered accelerations.
+    let scene = tumbling_block(4.0);
+    let reference = run(&scene, Integrator::Rk4, 1.0 / 8192.0, 4096);
+    let error = |substeps: u32| {
+        let integrator = Integrator::VelocityVerlet;
+        let settings = Settings { integrator, step: 1.0 / 16.0, substeps };
+        let mut simulation = Simulation::<f64>::new(&scene, settings).unwrap();
+        (0..8).for_each(|_| simulation.step().unwrap());
+        distance(simulation.state(), &reference)
+    };
+    for substeps in [16, 32, 64, 128] {
+        let order = (error(substeps) / error(2 * substeps)).log2();
+        assert!((order - 2.0).abs() < 0.15, "{substeps} substeps: order {order:.3}");
+    }
+}
+
+#[test]
+fn momentum_is_kept_to_rounding_without_outside_forces() {
+    for integrator in Integrator::ALL {
+        let mut simulation = simulation::<f64>(&tumbling_block(4.0), integrator, 1.0 / 512.0);
+        let before = simulation.momentum();
+        let steps = 1024;
+        (0..steps).for_each(|_| simulation.step().unwrap());
+        let after = simulation.momentum();
+        // Each of 27 particles rounds velocities of about 5 m/s once per step and stage.
+        let rounding = 27.0 * 5.0 * f64::EPSILON * f64::from(steps) * 4.0;
+        assert!((after.linear - before.linear).length() < rounding, "{integrator}");
+        // Forces along springs have no torque at one instant; methods that evaluate forces at the
+        // positions they kick at keep angular momentum too, at arms of about 5 m.
+        let exact = [Integrator::SymplecticEuler, Integrator::VelocityVerlet];
+        let turned = (after.angular - before.angular).length();
+        if exact.contains(&integrator) {
+            assert!(turned < 5.0 * rounding, "{integrator}: {turned}");
+        }
+    }
+}
+
+#[test]
+fn energy_never_rises_with_dampers_and_no_contact() {
+    let mut simulation =
+        simulation::<f64>(&tumbling_block(4.0), Integrator::VelocityVerlet, 1.0 / 1024.0);
+    let kept = |s: &Simulation<f64>| s.energy().total() - s.energy().dissipated;
+    let mut before = kept(&simulation);
+    for _ in 0..4096 {
+        simulation.step().unwrap();
+        let now = kept(&simulation);
+        assert!(now <= before, "rose by {} at {}", now - before, simulation.time());
+        before = now;
+    }
+}
+
+#[test]
+fn what_the_dampers_take_is_what_the_motion_loses() {
+    for integrator in Integrator::ALL {
+        let imbalance = |h: f64| {
+            let mut simulation = simulation::<f64>(&tumbling_block(4.0), integrator, h);
+            let before = simulation.energy();
+            (0..(0.5 / h) as usize).for_each(|_| simulation.step().unwrap());
+            let after = simulation.energy();
+            assert!(0.1 * before.elastic < after.dissipated, "the dampers did some work");
+            (after.total() - before.total()).abs()
+        };
+        // The ledger converges at least at the order of the method: halving h twice divides the
+        // imbalance by 4^order; allow a fifth of that for terms of higher order.
+        let coarse = imbalance(coarsest(integrator));
+        let fine = imbalance(coarsest(integrator) / 4.0);
+        let factor = 0.8 * 4f64.powi(integrator.order() as i32);
+        assert!(fine * factor < coarse, "{integrator}: {coarse} to {fine}");
+    }
+}
+
+#[test]
+fn undamped_verlet_keeps_energy_over_many_periods() {
+    let mut simulation =
+        simulation::<f64>(&tumbling_block(0.0), Integrator::VelocityVerlet, 1.0 / 512.0);
+    let before = simulation.energy().total();
+    let mut worst = 0.0f64;
+    for _ in 0..51_200 {
+        simulation.step().unwrap();
+        worst = worst.max((simulation.energy().total() / before - 1.0).abs());
+    }
+    // Symplectic: the energy error stays of the order (h w)^2 / 8 = 1e-3 for ever, w = 50.
+    assert!(worst < 1e-3, "{worst}");
+}
+
+#[test]
+fn verlet_runs_backwards_to_where_it_came_from() {
+    let mut simulation =
+        simulation::<f64>(&tumbling_block(0.0), Integrator::VelocityVerlet, 1.0 / 512.0);
+    let start = simulation.state().clone();
+    (0..1024).for_each(|_| simulation.step().unwrap());
+    let mut turned = simulation.state().clone();
+    turned.velocities.iter_mut().for_each(|velocity| *velocity = -*velocity);
+    assert!(0.5 < distance(&turned, &start), "it went somewhere");
+    simulation.set_state(&turned, 0).unwrap();
+    (0..1024).for_each(|_| simulation.step().unwrap());
+    // Reversible but for rounding, which the motion amplifies by less than 1e3 in 2 s.
+    assert!(distance(simulation.state(), &start) < 1e-10);
+}
+
+#[test]
+fn a_turned_and_moved_scene_runs_turned_and_moved() {
+    let rotation = DMat3::from_cols(
+        DVec3::new(0.36, 0.48, -0.8),
+        DVec3::new(-0.8, 0.6, 0.0),
+        DVec3::new(0.48, 0.64, 0.6),
+    );
+    let offset = DVec3::new(5.0, -3.0, 2.0);
+    for integrator in Integrator::ALL {
+        let scene = tumbling_block(4.0);
+        let mut moved = scene.clone();
+        for particle in &mut moved.particles {
+            particle.position = rotation * particle.position + offset;
+            particle.velocity = rotation * particle.velocity;
+        }
+        let mut expected = run(&scene, integrator, 1.0 / 512.0, 512);
+        expected.positions.iter_mut().for_each(|x| *x = rotation * *x + offset);
+        let found = run(&moved, integrator, 1.0 / 512.0, 512);
+        // Rounding of coordinates of about 10 m in 512 steps, amplified by less than 1e3.
+        assert!(distance(&found, &expected) < 1e-10, "{integrator}");
+    }
+}
+
+fn area_after_10_seconds(neighbours: Neighbours) -> f64 {
+    let material = Material { mass: 1.0, stiffness: 300.0, damping: 3.0 };
+    let mut part = shape::lattice([4, 4, 1], neighbours, 1.0, material).unwrap();
+    let tilt = 0.3f64;
+    let (sin, cos) = (tilt.sin(), tilt.cos());
+    let rotation =
+        DMat3::from_cols(DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0), DVec3::Z);
+    part.place(rotation, DVec3::new(0.0, 4.0, 0.0));
+    let triangles = part.surface.triangles.clone();
+    let corners = part.surface.corners.clone();
+    let mut scene = Scene::of("square", part);
+    let (offset, friction) = (0.0, Friction::Coulomb(0.3));
+    scene.planes = vec![Plane { normal: DVec3::Y, offset, restitution: 0.5, friction }];
+    let mut simulation = Simulation::<f64>::new(&scene, Settings::default()).unwrap();
+    (0..600).for_each(|_| simulation.step().unwrap());
+    let positions = positions(&simulation);
+    let point = |corner: u32| positions[corners[corner as usize].particle as usize];
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(point);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    triangles.iter().map(area).sum()
+}
+
+#[test]
+fn the_square_of_the_report_collapses_with_four_neighbours_and_stands_with_eight() {
+    // A 3 x 3 m square. Four neighbours resist no shear: it folds flat. Eight keep it.
+    let (four, eight) =
+        (area_after_10_seconds(Neighbours::Axes), area_after_10_seconds(Neighbours::All));
+    assert!(four < 0.5 * 9.0, "{four}");
+    assert!(0.9 * 9.0 < eight && eight < 1.1 * 9.0, "{eight}");
+}
+
+#[test]
+fn single_and_double_precision_agree_to_single_precision() {
+    let scene = tumbling_block(4.0);
+    let mut single = simulation::<f32>(&scene, Integrator::VelocityVerlet, 1.0 / 512.0);
+    let mut double = simulation::<f64>(&scene, Integrator::VelocityVerlet, 1.0 / 512.0);
+    for _ in 0..512 {
+        single.step().unwrap();
+        double.step().unwrap();
+    }
+    let pairs = positions(&single).into_iter().zip(positions(&double));
+    let worst = pairs.map(|(a, b)| (a - b).length()).fold(0.0, f64::max);
+    // 512 roundings of coordinates below 4 m to 2^-24, of random sign, amplified by up to 10.
+    assert!(worst < 4.0 * 2f64.powi(-24) * 512f64.sqrt() * 10.0, "{worst}");
+    assert!(0.0 < worst, "the precisions differ");
+}
+
+#[test]
+fn the_same_scene_twice_gives_the_same_bits() {
+    for integrator in Integrator::ALL {
+        let mut runs = [(); 2].map(|()| simulation::<f32>(&tumbling_block(4.0), integrator, 1e-3));
+        for simulation in &mut runs {
+            (0..500).for_each(|_| simulation.step().unwrap());
+        }
+        assert_eq!(runs[0].state(), runs[1].state());
+    }
+}
+
+#[test]
+fn a_run_resumed_from_its_state_gives_the_same_bits() {
+    let mut scene = tumbling_block(4.0);
+    scene.world = msd_core::World { drag: 0.1, ..Default::default() };
+    let friction = Friction::Coulomb(0.5);
+    scene.planes = vec![Plane { normal: DVec3::Y, offset: -2.0, restitution: 0.7, friction }];
+    let undamped = Scene { planes: scene.planes.clone(), ..tumbling_block(0.0) };
+    for (scene, integrator) in Integrator::ALL.iter().flat_map(|i| [(&scene, i), (&undamped, i)]) {
+        let settings = Settings { integrator: *integrator, step: 1.0 / 60.0, substeps: 12 };
+        let mut whole = Simulation::<f32>::new(scene, settings).unwrap();
+        (0..45).for_each(|_| whole.step().unwrap());
+        let state = whole.state().clone();
+        (0..45).for_each(|_| whole.step().unwrap());
+        let mut resumed = Simulation::<f32>::new(scene, settings).unwrap();
+        resumed.set_state(&state, 45).unwrap();
+        (0..45).for_each(|_| resumed.step().unwrap());
+        assert_eq!(whole.state(), resumed.state(), "{integrator}");
+        assert_eq!(whole.time(), resumed.time());
+    }
+}

@@ -1,0 +1,265 @@
+//! Does each interaction do what it says, between steps and only there?
+
+mod common;
+
+use common::{simulation, two_masses, weightless};
+use msd_core::glam::DVec3;
+use msd_core::{
+    Column, Error, Integrator, Interaction, Material, Scene, Select, Settings, Simulation, shape,
+};
+
+const H: f64 = 1e-3;
+
+fn pair() -> Simulation<f64> {
+    simulation(&two_masses([1.0, 3.0], 50.0, 2.0, 0.0), Integrator::VelocityVerlet, H)
+}
+
+fn cubes() -> Simulation<f64> {
+    let material = Material { mass: 2.0, stiffness: 100.0, damping: 1.0 };
+    let mut scene = Scene { world: weightless(), ..Scene::default() };
+    for (name, x) in [("left", -5.0), ("right", 5.0)] {
+        let mut part = shape::block([2, 2, 2], 1.0, material).unwrap();
+        part.place(msd_core::glam::DMat3::IDENTITY, DVec3::new(x, 0.0, 0.0));
+        scene.add(name, part);
+    }
+    simulation(&scene, Integrator::VelocityVerlet, H)
+}
+
+fn apply<const N: usize>(simulation: &mut Simulation<f64>, interactions: [Interaction; N]) {
+    for interaction in interactions {
+        simulation.queue(interaction).unwrap();
+    }
+    simulation.step().unwrap();
+}
+
+fn grab(particle: usize, target: DVec3, frequency: f64) -> Interaction {
+    let max_force = f64::INFINITY;
+    Interaction::Grab { particle, target, frequency, damping_ratio: 1.0, max_force }
+}
+
+#[test]
+fn a_grab_pulls_its_particle_to_the_target_and_release_lets_go() {
+    let mut pair = pair();
+    let target = DVec3::new(4.0, 0.0, 0.0);
+    apply(&mut pair, [grab(1, target, 5.0)]);
+    (0..20_000).for_each(|_| pair.step().unwrap());
+    // The other end swings on with b / 2m = 1 per second: exp(−20) of 3 m is left.
+    assert!((pair.state().positions[1] - target).length() < 1e-6);
+    apply(&mut pair, [Interaction::Release { particle: 1 }]);
+    assert!(pair.model().grabs().is_empty());
+}
+
+#[test]
+fn a_grab_has_the_stiffness_of_its_frequency_and_no_more_force_than_its_cap() {
+    let mut pair = pair();
+    let interaction = Interaction::Grab {
+        particle: 1,
+        target: DVec3::new(1000.0, 0.0, 0.0),
+        frequency: 5.0,
+        damping_ratio: 0.5,
+        max_force: 12.0,
+    };
+    apply(&mut pair, [interaction]);
+    let rate = std::f64::consts::TAU * 5.0;
+    let held = pair.model().grabs()[0];
+    assert!((held.stiffness - 3.0 * rate * rate).abs() < 1e-9);
+    assert!((held.damping - 3.0 * rate).abs() < 1e-9);
+    // One step of the capped force on 4 kg in all.
+    let momentum = pair.momentum().linear;
+    assert!((momentum - DVec3::new(12.0 * H, 0.0, 0.0)).length() < 1e-12);
+}
+
+#[test]
+fn a_grab_cannot_blow_up_a_scene_however_stiff_it_is_asked_to_be() {
+    let mut pair = pair();
+    let interaction = Interaction::Grab {
+        particle: 1,
+        target: DVec3::new(2.0, 0.0, 0.0),
+        frequency: 1e9,
+        damping_ratio: 1e9,
+        max_force: f64::INFINITY,
+    };
+    apply(&mut pair, [interaction]);
+    (0..5000).for_each(|_| pair.step().unwrap());
+    assert!(H < pair.stable_substep());
+}
+
+#[test]
+fn pin_stops_a_particle_and_unpin_frees_it() {
+    let mut pair = pair();
+    let velocity = DVec3::ZERO;
+    apply(&mut pair, [Interaction::Pin { particle: 0, velocity }]);
+    let held = pair.state().positions[0];
+    let impulse = DVec3::new(9.0, 0.0, 0.0);
+    apply(&mut pair, [Interaction::Impulse { particles: Select::All, impulse }]);
+    (0..100).for_each(|_| pair.step().unwrap());
+    assert_eq!(pair.state().positions[0], held);
+    assert!(1.0 < pair.state().velocities[1].x, "the free one took the whole impulse");
+    apply(&mut pair, [Interaction::Unpin { particle: 0 }]);
+    assert!(!pair.model().is_pinned(0));
+    (0..100).for_each(|_| pair.step().unwrap());
+    assert!(held.x < pair.state().positions[0].x);
+}
+
+#[test]
+fn a_push_lasts_one_step_and_an_impulse_is_at_once() {
+    let mut pair = pair();
+    let force = DVec3::new(0.0, 8.0, 0.0);
+    apply(&mut pair, [Interaction::Push { particle: 0, force }]);
+    (0..10).for_each(|_| pair.step().unwrap());
+    assert!((pair.momentum().linear - force * H).length() < 1e-12);
+    let impulse = DVec3::new(0.0, 0.0, 4.0);
+    pair.queue(Interaction::Impulse { particles: Select::All, impulse }).unwrap();
+    pair.apply_queued();
+    assert!((pair.momentum().linear - force * H - impulse).length() < 1e-12);
+    // Shared by mass: both gain the same velocity.
+    assert!((pair.state().velocities[0].z - pair.state().velocities[1].z).abs() < 1e-12);
+}
+
+#[test]
+fn spin_adds_the_angular_momentum_of_a_rigid_turn_and_no_linear_momentum() {
+    let mut cubes = cubes();
+    let velocity = DVec3::new(0.0, 0.0, 2.0);
+    cubes.queue(Interaction::Spin { particles: Select::Body(1), velocity }).unwrap();
+    cubes.apply_queued();
+    let momentum = cubes.momentum();
+    assert!(momentum.linear.length() < 1e-12);
+    // Eight masses of 2 kg at √½ m from the axis: I = 8 kg m².
+    assert!((momentum.angular - DVec3::new(0.0, 0.0, 16.0)).length() < 1e-12);
+}
+
+#[test]
+fn setting_a_column_for_one_body_leaves_the_other_alone() {
+    let mut cubes = cubes();
+    let springs = Select::Body(1);
+    apply(
+        &mut cubes,
+        [
+            Interaction::SetStiffness { springs, value: 7.0 },
+            Interaction::SetDamping { springs, value: 0.5 },
+            Interaction::SetMass { particles: Select::Body(1), value: 9.0 },
+            Interaction::ScaleRestLength { springs, factor: 2.0 },
+            Interaction::SetRestLength { springs: Select::One(0), value: 0.25 },
+        ],
+    );
+    let model = cubes.model();
+    let (first, last) = (1, model.spring_count() - 1);
+    assert_eq!([first, last].map(|s| model.stiffnesses().get(s)), [100.0, 7.0]);
+    assert_eq!([first, last].map(|s| model.dampings().get(s)), [1.0, 0.5]);
+    assert_eq!([0, 15].map(|p| model.masses()[p]), [2.0, 9.0]);
+    assert_eq!([0, 15].map(|p| model.inverse_masses()[p]), [0.5, 1.0 / 9.0]);
+    assert_eq!(model.rest_lengths()[last], 2.0 * 3f64.sqrt());
+    assert_eq!([0, 1].map(|s| model.rest_lengths()[s]), [0.25, 1.0]);
+    // One value again for all: one value in store, so that a step reads no column.
+    apply(&mut cubes, [Interaction::SetStiffness { springs: Select::All, value: 7.0 }]);
+    assert_eq!(*cubes.model().stiffnesses(), Column::Same(7.0));
+}
+
+#[test]
+fn freeze_makes_present_lengths_rest_lengths_and_takes_the_elastic_energy_away() {
+    let mut pair =
+        simulation::<f64>(&two_masses([1.0, 3.0], 50.0, 2.0, 0.3), Integrator::VelocityVerlet, H);
+    assert!(1.0 < pair.energy().elastic);
+    pair.queue(Interaction::Freeze { springs: Select::All }).unwrap();
+    pair.apply_queued();
+    assert_eq!(pair.energy().elastic, 0.0);
+    assert!((pair.model().rest_lengths()[0] - 1.3).abs() < 1e-15);
+}
+
+#[test]
+fn cut_removes_a_spring_and_moves_the_bodies_after_it() {
+    let mut cubes = cubes();
+    let (count, second) = (cubes.model().spring_count(), cubes.model().bodies()[1].clone());
+    let last = cubes.model().ends()[count - 1];
+    apply(
+        &mut cubes,
+        [
+            Interaction::SetStiffness { springs: Select::One(3), value: 1.0 },
+            Interaction::Cut { spring: 3 },
+            Interaction::Cut { spring: 3 },
+        ],
+    );
+    let model = cubes.model();
+    assert_eq!(model.spring_count(), count - 2);
+    assert_eq!(model.bodies()[0].springs, 0..second.springs.start - 2);
+    assert_eq!(model.bodies()[1].springs, second.springs.start - 2..count - 2);
+    assert_eq!(model.ends()[count - 3], last);
+    assert_eq!(model.stiffnesses().get(3), 100.0);
+    // What is queued after a cut counts without the spring that goes.
+    cubes.queue(Interaction::Cut { spring: count - 3 }).unwrap();
+    let error = cubes.queue(Interaction::Cut { spring: count - 3 }).unwrap_err();
+    assert!(matches!(error, Error::OutOfRange { .. }), "{error}");
+    cubes.step().unwrap();
+}
+
+#[test]
+fn gravity_and_planes_change_between_steps() {
+    let mut scene = two_masses([1.0, 1.0], 50.0, 0.0, 0.0);
+    let friction = msd_core::Friction::Coulomb(0.0);
+    scene.planes =
+        vec![msd_core::Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction }];
+    let mut pair = simulation::<f64>(&scene, Integrator::VelocityVerlet, H);
+    apply(
+        &mut pair,
+        [
+            Interaction::SetGravity { value: DVec3::new(0.0, 2.0, 0.0) },
+            Interaction::SetPlane { plane: 0, restitution: 0.25, friction },
+        ],
+    );
+    assert!((pair.state().velocities[0].y - 2.0 * H).abs() < 1e-15);
+    assert_eq!(pair.model().planes()[0].restitution, 0.25);
+}
+
+#[test]
+fn an_interaction_out_of_its_domain_is_refused_and_changes_nothing() {
+    let mut pair = pair();
+    let before = (pair.model().clone(), pair.state().clone());
+    let all = Select::All;
+    let bad = [
+        grab(2, DVec3::ZERO, 5.0),
+        grab(0, DVec3::new(f64::NAN, 0.0, 0.0), 5.0),
+        grab(0, DVec3::ZERO, -1.0),
+        Interaction::Release { particle: 9 },
+        Interaction::Unpin { particle: 9 },
+        Interaction::Pin { particle: 0, velocity: DVec3::splat(f64::INFINITY) },
+        Interaction::Push { particle: 7, force: DVec3::ZERO },
+        Interaction::Cut { spring: 1 },
+        Interaction::SetMass { particles: all, value: 0.0 },
+        Interaction::SetMass { particles: Select::One(2), value: 1.0 },
+        Interaction::SetStiffness { springs: all, value: -1.0 },
+        Interaction::SetStiffness { springs: Select::Range(1, 0), value: 1.0 },
+        Interaction::SetStiffness { springs: Select::Range(0, 2), value: 1.0 },
+        Interaction::SetDamping { springs: Select::Body(0), value: 1.0 },
+        Interaction::SetRestLength { springs: all, value: f64::NAN },
+        Interaction::ScaleRestLength { springs: all, factor: 0.0 },
+        Interaction::SetGravity { value: DVec3::splat(f64::NAN) },
+        Interaction::SetPlane {
+            plane: 0,
+            restitution: 0.0,
+            friction: msd_core::Friction::Coulomb(0.0),
+        },
+    ];
+    for interaction in bad {
+        let refused = pair.queue(interaction);
+        assert!(refused.is_err(), "{interaction:?}");
+    }
+    pair.apply_queued();
+    assert_eq!(before, (pair.model().clone(), pair.state().clone()));
+}
+
+#[test]
+fn precision_changes_while_running_and_everything_else_stays() {
+    let mut pair = pair();
+    apply(
+        &mut pair,
+        [Interaction::SetStiffness { springs: Select::All, value: 64.0 }, grab(1, DVec3::X, 2.0)],
+    );
+    let single = pair.convert::<f32>().unwrap();
+    assert_eq!(single.time(), pair.time());
+    assert_eq!(single.model().stiffnesses().get(0), 64.0);
+    assert_eq!(single.model().grabs().len(), 1);
+    assert_eq!(single.settings(), pair.settings());
+    let short = Settings { step: 1e-30, ..Settings::default() };
+    pair.set_settings(short).unwrap();
+    assert!(pair.convert::<f32>().is_err(), "1e-30 squared is no f32");
+}
