@@ -119,24 +119,3 @@ impl core::fmt::Display for Divergence {
         }
     }
 }
-
-/// Checks that `value` of row `row` lies in a domain.
-pub(crate) fn check(
-    ok: bool,
-    quantity: &'static str,
-    (item, row): (&'static str, usize),
-    value: f64,
-    expected: &'static str,
-) -> Result<(), Error> {
-    if ok { Ok(()) } else { Err(Error::OutOfDomain { quantity, item, row, value, expected }) }
-}
-
-/// Checks that `index` of row `row` names one of `count` targets.
-pub(crate) fn check_index(
-    (item, row): (&'static str, usize),
-    target: &'static str,
-    index: usize,
-    count: usize,
-) -> Result<(), Error> {
-    if index < count { Ok(()) } else { Err(Error::OutOfRange { item, row, target, index, count }) }
-}

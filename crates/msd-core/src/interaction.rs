@@ -1,11 +1,12 @@
 //! What can a hand do between two steps? Values that are queued, checked, applied, and can be
 //! recorded.
 
+use crate::check::{self, check, check_index};
 use crate::energy::{self, centre_of_mass};
-use crate::error::{Error, check, check_index};
+use crate::error::Error;
 use crate::real::{Real, Vector};
 use crate::scene::Friction;
-use crate::system::{self, Grab, Model, State};
+use crate::system::{Grab, Model, State};
 use core::ops::Range;
 use glam::DVec3;
 
@@ -159,52 +160,52 @@ pub(crate) fn check_interaction<R: Real>(
     match *interaction {
         Grab { particle, target, frequency, damping_ratio, max_force } => {
             one(particle)?;
-            system::check_vector::<R>("target", at, target)?;
-            system::check_not_negative::<R>("frequency", at, frequency)?;
-            system::check_not_negative::<R>("damping ratio", at, damping_ratio)?;
+            check::check_vector::<R>("target", at, target)?;
+            check::check_not_negative::<R>("frequency", at, frequency)?;
+            check::check_not_negative::<R>("damping ratio", at, damping_ratio)?;
             check(0.0 <= max_force, "force cap", at, max_force, "not negative")
         }
         Release { particle } | Unpin { particle } => one(particle),
         Pin { particle, velocity } => {
             one(particle)?;
-            system::check_vector::<R>("velocity", at, velocity)
+            check::check_vector::<R>("velocity", at, velocity)
         }
         Push { particle, force } => {
             one(particle)?;
-            system::check_vector::<R>("force", at, force)
+            check::check_vector::<R>("force", at, force)
         }
         Cut { spring } => check_index(at, "spring", spring, springs),
         Freeze { springs } => among(springs),
         SetStiffness { springs, value } => {
             among(springs)?;
-            system::check_not_negative::<R>("stiffness", at, value)
+            check::check_not_negative::<R>("stiffness", at, value)
         }
         SetDamping { springs, value } => {
             among(springs)?;
-            system::check_not_negative::<R>("damping", at, value)
+            check::check_not_negative::<R>("damping", at, value)
         }
         SetRestLength { springs, value } => {
             among(springs)?;
-            system::check_not_negative::<R>("rest length", at, value)
+            check::check_not_negative::<R>("rest length", at, value)
         }
         ScaleRestLength { springs, factor } => {
             among(springs)?;
-            let usable = 0.0 < factor && system::is_finite::<R>(factor);
+            let usable = 0.0 < factor && check::is_finite::<R>(factor);
             check(usable, "factor", at, factor, "positive and finite")
         }
         SetMass { particles, value } => {
             masses(particles)?;
-            system::check_mass::<R>(at, value)
+            check::check_mass::<R>(at, value)
         }
         Impulse { particles, impulse: vector } | Spin { particles, velocity: vector } => {
             masses(particles)?;
-            system::check_vector::<R>("vector", at, vector)
+            check::check_vector::<R>("vector", at, vector)
         }
-        SetGravity { value } => system::check_vector::<R>("gravity", at, value),
+        SetGravity { value } => check::check_vector::<R>("gravity", at, value),
         SetPlane { plane, restitution, friction } => {
             check_index(at, "plane", plane, model.planes.len())?;
-            system::check_fraction("restitution", at, restitution)?;
-            system::check_friction(at, friction)
+            check::check_fraction("restitution", at, restitution)?;
+            check::check_friction(at, friction)
         }
     }
 }

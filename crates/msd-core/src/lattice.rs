@@ -2,9 +2,9 @@
 //!
 //! Everything here is a closed form: nothing is searched and nothing is stored per spring.
 
+use crate::check::{MAX_PARTICLES, MAX_SPRINGS, check};
 use crate::error::Error;
 use crate::surface::Corner;
-use crate::system::{MAX_PARTICLES, MAX_SPRINGS};
 
 /// Steps from a particle to its neighbour as (row, column, stack), ordered by length: 3 axes,
 /// 6 face diagonals, 4 space diagonals. The first component that is not zero is positive, so that
@@ -60,7 +60,7 @@ impl Lattice {
     pub fn new(size: [usize; 3], neighbours: Neighbours) -> Result<Self, Error> {
         for (row, &length) in size.iter().enumerate() {
             let at = ("dimension", row);
-            crate::error::check(0 < length, "size", at, length as f64, "at least 1")?;
+            check(0 < length, "size", at, length as f64, "at least 1")?;
         }
         check_product("the number of particles", size, MAX_PARTICLES)?;
         let families = if neighbours == Neighbours::All { FAMILIES.len() } else { AXES };

@@ -1,4 +1,27 @@
 //! Elastic things as particles joined by springs and dampers, in 3D.
+//!
+//! A [`Scene`] (rows a person writes) is checked and becomes a [`Model`] (columns a step reads) and
+//! a [`State`] (columns a step advances); a [`Simulation`] steps them:
+//!
+//! ```
+//! use msd_core::{Interaction, Material, Scene, Select, Settings, Simulation, shape};
+//!
+//! # fn main() -> Result<(), msd_core::Error> {
+//! let material = Material { mass: 0.1, stiffness: 200.0, damping: 0.5 };
+//! let scene = Scene::of("cloth", shape::cloth([10, 10], 0.1, material)?);
+//! let mut simulation = Simulation::<f32>::new(&scene, Settings::default())?;
+//! simulation.queue(Interaction::Freeze { springs: Select::All })?;
+//! for _ in 0..60 {
+//!     simulation.step()?;
+//! }
+//! assert!((simulation.time() - 1.0).abs() < 1e-12);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # Features
+//! `std` (default) or `libm` for the square root, `serde` for the rows and interactions. The crate
+//! knows no clock, window, file, thread or random source. SI units everywhere, y up, radians.
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -9,23 +32,26 @@ extern crate std;
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!("msd-core needs a square root: enable the feature `std` (default) or `libm`");
 
-pub mod collision;
-pub mod energy;
+// In reading order: a file imports only from files above it (`tests/tidy.rs`).
+pub mod real;
 pub mod error;
+pub mod surface;
+pub mod scene;
+mod check;
+pub mod part;
+pub mod system;
+pub mod lattice;
+pub mod shape;
+pub mod snapshot;
 pub mod forces;
 pub mod integrator;
-pub mod interaction;
-pub mod lattice;
-pub mod part;
-pub mod real;
-pub mod scene;
-pub mod shape;
-pub mod simulation;
-pub mod snapshot;
+pub mod collision;
+pub mod energy;
 pub mod stability;
-pub mod surface;
-pub mod system;
+pub mod interaction;
+pub mod simulation;
 
+pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use energy::{Energy, Momentum};
 pub use error::{Divergence, Error};
 pub use glam;

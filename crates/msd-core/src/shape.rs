@@ -1,11 +1,11 @@
 //! Which regular bodies are there? Ropes, cloths and blocks, all of them lattices.
 
-use crate::error::{Error, check};
+use crate::check::{check, is_finite};
+use crate::error::Error;
 use crate::lattice::{Lattice, Neighbours};
 use crate::part::{Material, Part};
 use crate::scene::{Particle, Scene, Spring};
 use crate::surface::Surface;
-use crate::system::is_finite;
 use glam::DVec3;
 
 /// Makes a straight rope of `count` particles along x, centred at the origin.

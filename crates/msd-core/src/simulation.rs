@@ -1,8 +1,9 @@
 //! What is one step? Queued interactions, substeps of integrate and collide, and a guard.
 
+use crate::check::check;
 use crate::collision;
 use crate::energy::{self, Energy, Momentum};
-use crate::error::{Divergence, Error, check};
+use crate::error::{Divergence, Error};
 use crate::forces;
 use crate::integrator::{self, Integrator, Scratch, Substep};
 use crate::interaction::{self, Interaction};
@@ -188,9 +189,9 @@ impl<R: Real> Simulation<R> {
     /// Refuses a state outside the world.
     fn guard(&self) -> Result<(), Error> {
         let model = &self.model;
-        // Negated, so that a NaN is outside.
-        let outside = |position: &R::Vec3| !(position.extent() <= model.extent);
-        let Some(particle) = self.state.positions.iter().position(outside) else {
+        // A comparison that a NaN fails: it is not inside.
+        let inside = |position: &R::Vec3| position.extent() <= model.extent;
+        let Some(particle) = self.state.positions.iter().position(|x| !inside(x)) else {
             return Ok(());
         };
         let stable = self.largest_step_from(&self.good);
