@@ -38,7 +38,8 @@ fn every_other_bad_row_is_refused_too() {
     let plane =
         Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.5, friction: Friction::Coulomb(0.5) };
     let pin = Pin { particle: 0, velocity: DVec3::ZERO };
-    let changes: Vec<(&str, Box<dyn Fn(&mut Scene)>)> = vec![
+    type Change = Box<dyn Fn(&mut Scene)>;
+    let changes: Vec<(&str, Change)> = vec![
         ("a mass that single precision rounds to zero", Box::new(|s| s.particles[0].mass = 1e-60)),
         ("a mass without reciprocal", Box::new(|s| s.particles[0].mass = 1e-39)),
         ("NaN position", Box::new(|s| s.particles[0].position.y = f64::NAN)),

@@ -147,8 +147,8 @@ fn oscillator(w: f64, zeta: f64, stretch: f64, t: f64) -> f64 {
 #[test]
 fn two_masses_and_a_damper_follow_the_solution_in_all_three_regimes() {
     let (masses, stiffness, stretch) = ([1.0, 3.0], 30.0, 0.4);
-    let reduced = masses[0] * masses[1] / (masses[0] + masses[1]);
-    let w = (stiffness / reduced as f64).sqrt();
+    let reduced: f64 = masses[0] * masses[1] / (masses[0] + masses[1]);
+    let w = (stiffness / reduced).sqrt();
     for zeta in [0.1, 1.0, 4.0] {
         let damping = 2.0 * zeta * w * reduced;
         let scene = two_masses(masses, stiffness, damping, stretch);
