@@ -1,1 +1,44 @@
-//! Draws a snapshot with wgpu.
+//! How does a moment of a simulation look? Draws a read-only [`msd_core::Snapshot`] with wgpu, in
+//! a window or off screen.
+//!
+//! The renderer never sees the system, only the snapshot. It uses vertex and instance buffers and
+//! two uniform bind groups, no compute and no storage buffers, so that it also fits the limits of
+//! a browser. [`Renderer::prepare`] turns a snapshot into buffers, [`Renderer::draw`] encodes the
+//! passes; [`render_image`] does both and reads the picture back.
+//!
+//! Colours are sRGB, each component from 0 to 1, unless a name says `linear`.
+#![forbid(unsafe_code)]
+
+mod math;
+pub mod colour;
+pub mod camera;
+pub mod view;
+pub mod pick;
+pub mod error;
+pub mod gpu;
+mod geometry;
+mod surfaces;
+mod marks;
+mod ground;
+mod compose;
+mod font;
+mod legend;
+mod buffers;
+mod uniforms;
+pub mod shaders;
+mod targets;
+mod pipelines;
+mod renderer;
+#[cfg(not(target_arch = "wasm32"))]
+mod offscreen;
+
+pub use camera::{Camera, Ray};
+pub use colour::{body_colour, strain_colour};
+pub use error::RenderError;
+pub use gpu::Gpu;
+#[cfg(not(target_arch = "wasm32"))]
+pub use offscreen::{Image, Offscreen, render_image};
+pub use pick::{bounds, drag_point, pick};
+pub use renderer::Renderer;
+pub use view::{Style, View};
+pub use wgpu;

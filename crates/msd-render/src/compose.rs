@@ -1,0 +1,55 @@
+//! What does a snapshot show in a view? Fills the columns of one picture, kind by kind.
+
+use crate::geometry::Geometry;
+use crate::pick::bounds;
+use crate::view::View;
+use crate::{ground, marks, surfaces};
+use glam::Vec3;
+use msd_core::{Real, Snapshot, Vector};
+
+/// Overwrites all columns with what the snapshot shows.
+///
+/// No column gets longer than fits into `limit` bytes.
+pub(crate) fn set_geometry<R: Real>(
+    geometry: &mut Geometry,
+    snapshot: &Snapshot<'_, R>,
+    view: &View,
+    limit: u64,
+) {
+    geometry.clear();
+    geometry.positions.extend(snapshot.positions.iter().map(|position| position.to_f32()));
+    geometry.bounds = bounds(snapshot).unwrap_or((Vec3::ZERO, Vec3::ZERO));
+    geometry.particle_radius = particle_radius(snapshot, view, geometry.bounds);
+    if view.style.surfaces {
+        surfaces::add_surfaces(geometry, snapshot, limit);
+    }
+    marks::add_springs(geometry, snapshot, view);
+    marks::add_particles(geometry, snapshot, view);
+    if view.style.wireframe {
+        surfaces::add_wireframe(geometry, snapshot, view);
+    }
+    if view.style.grabs {
+        marks::add_grabs(geometry, snapshot, view);
+    }
+    if view.style.planes {
+        ground::add_planes(geometry, snapshot, view);
+    }
+}
+
+/// The radius to draw particles with, metres.
+fn particle_radius<R: Real>(snapshot: &Snapshot<'_, R>, view: &View, bounds: (Vec3, Vec3)) -> f32 {
+    let asked = view.style.particle_radius;
+    if asked.is_finite() && 0.0 < asked {
+        return asked;
+    }
+    // A sample is enough: the radius only has to suit the spacing.
+    let stride = (snapshot.rest_lengths.len() / 1000).max(1);
+    let sample = snapshot.rest_lengths.iter().step_by(stride);
+    let mut lengths: Vec<f32> = sample.map(|length| length.to_f64() as f32).collect();
+    lengths.retain(|length| length.is_finite() && 0.0 < *length);
+    lengths.sort_by(f32::total_cmp);
+    match lengths.get(lengths.len() / 2) {
+        Some(median) => 0.11 * median,
+        None => (0.01 * (bounds.1 - bounds.0).length()).max(0.05),
+    }
+}

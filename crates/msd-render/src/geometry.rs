@@ -1,0 +1,122 @@
+//! What is uploaded for one picture? Columns of vertices and instances, filled from a snapshot.
+
+use crate::math::is_drawable;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use std::ops::Range;
+
+/// A vertex of a surface; the layout of `surface.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct SurfaceVertex {
+    /// Position, metres.
+    pub position: Vec3,
+    /// Normal, length one.
+    pub normal: Vec3,
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    /// Colour of the body, sRGB.
+    pub colour: [u8; 4],
+}
+
+/// A line; the layout of `line.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Line {
+    /// One end, metres.
+    pub a: Vec3,
+    /// Width, pixels.
+    pub width: f32,
+    /// The other end, metres.
+    pub b: Vec3,
+    /// How far it is pulled to the eye before depth is compared, as a fraction of its distance.
+    pub bias: f32,
+    /// Colour and opacity, sRGB.
+    pub colour: [u8; 4],
+}
+
+/// A round point; the layout of `point.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Point {
+    /// Centre, metres.
+    pub centre: Vec3,
+    /// Radius, metres.
+    pub radius: f32,
+    /// Colour, sRGB.
+    pub colour: [u8; 4],
+    /// 0 a ball, 1 a ball in a ring, 2 a ring on top of everything.
+    pub shape: f32,
+}
+
+/// A finite piece of a plane; the layout of `ground.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct Patch {
+    /// Centre, metres.
+    pub centre: Vec3,
+    /// Half of its size, metres.
+    pub half: f32,
+    /// One direction in the plane, length one.
+    pub u: Vec3,
+    /// The direction out of the solid, length one.
+    pub normal: Vec3,
+}
+
+/// Everything one picture uploads; kept between pictures so that its memory is reused.
+#[derive(Debug, Default)]
+pub(crate) struct Geometry {
+    /// Vertices of surfaces.
+    pub vertices: Vec<SurfaceVertex>,
+    /// Three indices into `vertices` per triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// Lines; the first `casting_lines` cast shadows.
+    pub lines: Vec<Line>,
+    /// How many lines cast shadows.
+    pub casting_lines: usize,
+    /// Points; the first `casting_points` cast shadows.
+    pub points: Vec<Point>,
+    /// How many points cast shadows.
+    pub casting_points: usize,
+    /// Patches of planes; the first `front_patches` are seen from their front.
+    pub patches: Vec<Patch>,
+    /// How many patches are seen from their front.
+    pub front_patches: usize,
+    /// Positions as they are drawn, metres.
+    pub positions: Vec<Vec3>,
+    /// Lowest and highest corner around all that can be drawn, metres.
+    pub bounds: (Vec3, Vec3),
+    /// Radius of a particle, metres.
+    pub particle_radius: f32,
+}
+
+impl Geometry {
+    /// Empties all columns and keeps their memory.
+    pub fn clear(&mut self) {
+        self.vertices.clear();
+        self.triangles.clear();
+        self.lines.clear();
+        self.points.clear();
+        self.patches.clear();
+        self.positions.clear();
+    }
+
+    /// The position of a particle, or nothing if it cannot be drawn or does not exist.
+    pub fn drawable(&self, particle: u32) -> Option<Vec3> {
+        let position = self.positions.get(particle as usize).copied();
+        position.filter(|&position| is_drawable(position))
+    }
+}
+
+/// The owner of each of `count` rows: the index of the last body whose range holds it.
+pub(crate) fn owners<'a>(
+    ranges: impl Iterator<Item = &'a Range<usize>>,
+    count: usize,
+) -> Vec<Option<u32>> {
+    let mut owners = vec![None; count];
+    for (body, range) in ranges.enumerate() {
+        let end = range.end.min(count);
+        owners[range.start.min(end)..end].fill(Some(body as u32));
+    }
+    owners
+}

@@ -1,0 +1,89 @@
+//! Where are pictures computed? An adapter and a device, with or without a window.
+
+use crate::error::RenderError;
+use wgpu::{Adapter, Device, Instance, InstanceDescriptor, Limits, Queue, Surface};
+
+/// A graphics device and what it came from; clones share the device.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// The entry to the drivers; a lost surface is made anew from it.
+    pub instance: Instance,
+    /// The driver in use.
+    pub adapter: Adapter,
+    /// The device that makes buffers, textures and pipelines.
+    pub device: Device,
+    /// Where finished commands are submitted.
+    pub queue: Queue,
+}
+
+impl Gpu {
+    /// Opens a device without a window.
+    ///
+    /// The environment variable `WGPU_BACKEND` limits the choice, for example to `vulkan` or `gl`.
+    ///
+    /// # Errors
+    /// [`RenderError::NoAdapter`] without any driver, [`RenderError::NoDevice`] if it refuses.
+    pub async fn headless() -> Result<Gpu, RenderError> {
+        let descriptor = InstanceDescriptor::new_without_display_handle_from_env();
+        let instance = wgpu::util::new_instance_with_webgpu_detection(descriptor).await;
+        Self::open(instance, None).await
+    }
+
+    /// Opens a device that can draw on a window, and the surface of that window.
+    ///
+    /// `display` is needed by OpenGL; with winit it is the owned display handle of the event loop,
+    /// and `window` an `Arc<Window>`. The caller configures the surface.
+    ///
+    /// # Errors
+    /// [`RenderError::NoSurface`], [`RenderError::NoAdapter`] or [`RenderError::NoDevice`].
+    pub async fn for_surface(
+        display: Box<dyn wgpu::wgt::WgpuHasDisplayHandle>,
+        window: impl Into<wgpu::SurfaceTarget<'static>>,
+    ) -> Result<(Gpu, Surface<'static>), RenderError> {
+        let descriptor = InstanceDescriptor::new_with_display_handle_from_env(display);
+        let instance = wgpu::util::new_instance_with_webgpu_detection(descriptor).await;
+        let surface = instance.create_surface(window)?;
+        let gpu = Self::open(instance, Some(&surface)).await?;
+        Ok((gpu, surface))
+    }
+
+    async fn open(instance: Instance, surface: Option<&Surface<'_>>) -> Result<Gpu, RenderError> {
+        let adapter = choose_adapter(&instance, surface).await?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("msd"),
+            required_limits: needed_limits(&adapter),
+            ..Default::default()
+        };
+        let opened = adapter.request_device(&descriptor).await;
+        let (device, queue) = opened
+            .map_err(|source| RenderError::NoDevice { adapter: adapter.get_info().name, source })?;
+        Ok(Gpu { instance, adapter, device, queue })
+    }
+}
+
+async fn choose_adapter(
+    instance: &Instance,
+    surface: Option<&Surface<'_>>,
+) -> Result<Adapter, RenderError> {
+    let preferred = wgpu::RequestAdapterOptions {
+        power_preference: wgpu::PowerPreference::from_env().unwrap_or_default(),
+        compatible_surface: surface,
+        ..Default::default()
+    };
+    if let Ok(adapter) = instance.request_adapter(&preferred).await {
+        return Ok(adapter);
+    }
+    let software = wgpu::RequestAdapterOptions { force_fallback_adapter: true, ..preferred };
+    instance.request_adapter(&software).await.map_err(RenderError::NoAdapter)
+}
+
+/// The limits to ask for: WebGPU's defaults, or what OpenGL can do, and never more than there is.
+fn needed_limits(adapter: &Adapter) -> Limits {
+    let available = adapter.limits();
+    let base = match adapter.get_info().backend {
+        wgpu::Backend::Gl if cfg!(target_arch = "wasm32") => Limits::downlevel_webgl2_defaults(),
+        wgpu::Backend::Gl => Limits::downlevel_defaults(),
+        _ => Limits::default(),
+    };
+    base.using_resolution(available.clone()).or_worse_values_from(&available)
+}

@@ -1,0 +1,121 @@
+//! Which lines and points does a picture show? Springs, particles, pins and grabs.
+
+use crate::colour::{body_colour, bytes, mix, strain_colour};
+use crate::geometry::{Geometry, Line, Point, owners};
+use crate::math::is_drawable;
+use crate::view::View;
+use msd_core::{Body, Real, Snapshot, Vector};
+
+/// Colour of what belongs to no body.
+const NEUTRAL: [f32; 3] = [0.45, 0.47, 0.52];
+/// Colour of free particles.
+const PARTICLE: [f32; 3] = [0.93, 0.94, 0.96];
+/// Colour of pins.
+const PIN: [f32; 3] = [0.98, 0.70, 0.10];
+/// Colour of grabs.
+const GRAB: [f32; 3] = [0.86, 0.16, 0.55];
+/// A spring in a surface wins against it, and loses against an edge.
+const SPRING_BIAS: f32 = 0.0015;
+/// Pulled in front of everything.
+const ON_TOP: f32 = 1e9;
+
+/// Whether a body hides its springs and particles behind a surface.
+fn is_covered(owner: Option<u32>, bodies: &[Body], view: &View) -> bool {
+    let body = owner.and_then(|body| bodies.get(body as usize));
+    view.style.surfaces && body.is_some_and(|body| !body.surface.triangles.is_empty())
+}
+
+fn own_colour(owner: Option<u32>) -> [f32; 3] {
+    owner.map_or(NEUTRAL, |body| body_colour(body as usize))
+}
+
+/// Adds springs: all of them by strain if the style says so, else those of bodies without surface.
+///
+/// Those that no surface covers come first: they cast shadows.
+pub(crate) fn add_springs<R: Real>(
+    geometry: &mut Geometry,
+    snapshot: &Snapshot<'_, R>,
+    view: &View,
+) {
+    let style = &view.style;
+    geometry.casting_lines = 0;
+    if !style.springs && !style.surfaces {
+        return;
+    }
+    let owners = owners(snapshot.bodies.iter().map(|body| &body.springs), snapshot.ends.len());
+    for covered in [false, true] {
+        if covered && !style.springs {
+            break;
+        }
+        for (spring, &[a, b]) in snapshot.ends.iter().enumerate() {
+            let owner = owners[spring];
+            if is_covered(owner, snapshot.bodies, view) != covered {
+                continue;
+            }
+            let (Some(a), Some(b)) = (geometry.drawable(a), geometry.drawable(b)) else { continue };
+            let rest = snapshot.rest_lengths.get(spring).map_or(0.0, |rest| rest.to_f64() as f32);
+            let (colour, width) = if style.springs {
+                let strain = ((a - b).length() - rest) / rest;
+                (strain_colour(strain, style.strain_full_scale), style.line_pixels())
+            } else {
+                (mix(own_colour(owner), [0.0; 3], 0.12), style.line_pixels() * 2.0)
+            };
+            let bias = if covered { SPRING_BIAS } else { 0.0 };
+            geometry.lines.push(Line { a, width, b, bias, colour: bytes(colour, 1.0) });
+        }
+        if !covered {
+            geometry.casting_lines = geometry.lines.len();
+        }
+    }
+}
+
+/// Adds particles and the marks of pins; those that no surface covers come first.
+pub(crate) fn add_particles<R: Real>(
+    geometry: &mut Geometry,
+    snapshot: &Snapshot<'_, R>,
+    view: &View,
+) {
+    let style = &view.style;
+    let count = geometry.positions.len();
+    let owners = owners(snapshot.bodies.iter().map(|body| &body.particles), count);
+    for covered in [false, true] {
+        for (particle, &owner) in owners.iter().enumerate() {
+            if is_covered(owner, snapshot.bodies, view) != covered {
+                continue;
+            }
+            let Some(centre) = geometry.drawable(particle as u32) else { continue };
+            let pinned = snapshot.inverse_masses.get(particle).is_some_and(|&w| w == R::ZERO);
+            let bare = style.surfaces && !covered;
+            let radius = geometry.particle_radius;
+            if pinned && style.pins {
+                let (radius, colour) = (2.0 * radius, bytes(PIN, 1.0));
+                geometry.points.push(Point { centre, radius, colour, shape: 1.0 });
+            } else if style.particles {
+                let colour = bytes(mix(PARTICLE, own_colour(owner), 0.25), 1.0);
+                geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
+            } else if bare {
+                let colour = bytes(own_colour(owner), 1.0);
+                geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
+            }
+        }
+        if !covered {
+            geometry.casting_points = geometry.points.len();
+        }
+    }
+}
+
+/// Adds a line with a handle for every grab, on top of everything.
+pub(crate) fn add_grabs<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'_, R>, view: &View) {
+    let colour = bytes(GRAB, 1.0);
+    for grab in snapshot.grabs {
+        let target = grab.target.to_f32();
+        let Some(held) = geometry.drawable(grab.particle) else { continue };
+        if !is_drawable(target) {
+            continue;
+        }
+        let width = 1.5 * view.style.line_pixels();
+        geometry.lines.push(Line { a: held, width, b: target, bias: ON_TOP, colour });
+        let radius = 2.2 * geometry.particle_radius;
+        geometry.points.push(Point { centre: target, radius, colour, shape: 2.0 });
+    }
+}

@@ -1,0 +1,66 @@
+//! What is under the pointer, and where does dragging take it?
+
+use crate::camera::{Camera, Ray};
+use crate::math::is_drawable;
+use glam::Vec3;
+use msd_core::{Real, Snapshot, Vector};
+
+/// Returns the smallest box around all particles, lowest and highest corner, metres.
+///
+/// Positions that are not finite are left out; without any particle there is no box.
+pub fn bounds<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
+    let points = snapshot.positions.iter().map(|position| position.to_f32());
+    let mut drawable = points.filter(|&point| is_drawable(point));
+    let first = drawable.next()?;
+    Some(drawable.fold((first, first), |(low, high), point| (low.min(point), high.max(point))))
+}
+
+/// Returns the particle nearest to the pointer within `radius`, pixels; of several, a near one
+/// wins over one behind it.
+///
+/// `pointer` is in pixels from the upper left corner of a picture of `size` pixels. The score is
+/// the distance on the screen plus the distance behind the foremost candidate, measured in
+/// diameters of the search disc at that depth.
+pub fn pick<R: Real>(
+    snapshot: &Snapshot<'_, R>,
+    camera: &Camera,
+    pointer: [f32; 2],
+    size: [f32; 2],
+    radius: f32,
+) -> Option<usize> {
+    // Written so that NaN is refused.
+    if !(0.0 < size[0] && 0.0 < size[1]) {
+        return None;
+    }
+    let aspect = size[0] / size[1];
+    let on_screen = |(index, point): (usize, Vec3)| {
+        let [x, y] = camera.project(point, aspect)?;
+        let dx = (x + 1.0) * 0.5 * size[0] - pointer[0];
+        let dy = (1.0 - y) * 0.5 * size[1] - pointer[1];
+        let pixels = dx.hypot(dy);
+        (pixels <= radius).then(|| (index, pixels, camera.depth(point)))
+    };
+    let points = snapshot.positions.iter().map(|position| position.to_f32());
+    let candidates: Vec<_> = points.enumerate().filter_map(on_screen).collect();
+    let nearest = candidates.iter().map(|&(_, _, depth)| depth).reduce(f32::min)?;
+    let metres_per_pixel = 2.0 * nearest * camera.tangents(aspect)[1] / size[1];
+    let diameter = (2.0 * radius * metres_per_pixel).max(f32::MIN_POSITIVE);
+    let score = |&(_, pixels, depth): &(usize, f32, f32)| {
+        pixels / radius.max(f32::MIN_POSITIVE) + (depth - nearest) / diameter
+    };
+    let best = candidates.iter().min_by(|a, b| score(a).total_cmp(&score(b)))?;
+    Some(best.0)
+}
+
+/// Returns where a ray meets the plane through `through` that faces the camera, metres.
+///
+/// That is where a pointer drags a particle it holds: at the depth where it was taken. A ray that
+/// misses the plane leaves the point where it is.
+pub fn drag_point(camera: &Camera, ray: &Ray, through: Vec3) -> Vec3 {
+    let forward = camera.forward();
+    let speed = forward.dot(ray.direction);
+    let distance = forward.dot(through - ray.origin) / speed;
+    let point = ray.origin + ray.direction * distance;
+    let hits = 0.0 < speed && 0.0 <= distance && is_drawable(point);
+    if hits { point } else { through }
+}

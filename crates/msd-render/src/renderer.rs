@@ -1,0 +1,348 @@
+//! How does a snapshot become a picture? Uploaded once, then drawn in two passes: shadow, scene.
+
+use crate::buffers::Rows;
+use crate::compose::set_geometry;
+use crate::geometry::Geometry;
+use crate::ground::{light_direction, light_matrix};
+use crate::legend::{self, legend};
+use crate::pipelines::Pipelines;
+use crate::targets::{DEPTH_FORMAT, Targets, texture};
+use crate::uniforms::{Globals, Light, SHADOW_SIZE};
+use crate::view::View;
+use msd_core::{Real, Snapshot};
+use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, Device, Queue, RenderPass};
+use wgpu::{RenderPipeline, TextureFormat, TextureView};
+
+/// Colour around the viewport, sRGB; an application covers it with its panels.
+const SURROUND: f64 = 0.12;
+
+/// Draws snapshots into textures of one format; one picture at a time.
+///
+/// Call [`Renderer::prepare`] whenever the snapshot or the view changed, then [`Renderer::draw`],
+/// and submit the encoder before the next `prepare`.
+#[derive(Debug)]
+pub struct Renderer {
+    device: Device,
+    format: TextureFormat,
+    pipelines: Pipelines,
+    bindings: Bindings,
+    rows: AllRows,
+    geometry: Geometry,
+    targets: Option<Targets>,
+    /// What the last `prepare` left for `draw`.
+    prepared: Option<Prepared>,
+}
+
+#[derive(Debug)]
+struct Prepared {
+    queue: Queue,
+    view: View,
+    light: Light,
+}
+
+/// Uniforms and shadow map.
+#[derive(Debug)]
+struct Bindings {
+    globals: Buffer,
+    globals_group: BindGroup,
+    shadow_map: TextureView,
+    shadow_group: BindGroup,
+}
+
+/// The buffers, by kind.
+#[derive(Debug)]
+struct AllRows {
+    vertices: Rows,
+    triangles: Rows,
+    lines: Rows,
+    points: Rows,
+    patches: Rows,
+    rects: Rows,
+}
+
+impl Renderer {
+    /// Compiles the pipelines for targets of this format.
+    ///
+    /// Into a format without `Srgb` in its name the shaders write sRGB themselves, as egui wants.
+    pub fn new(device: &Device, format: TextureFormat) -> Self {
+        let layouts = [globals_layout(device), shadow_layout(device)];
+        let rows = |label| Rows::new(label, BufferUsages::VERTEX);
+        Self {
+            device: device.clone(),
+            format,
+            pipelines: Pipelines::new(device, format, [&layouts[0], &layouts[1]]),
+            bindings: Bindings::new(device, &layouts),
+            rows: AllRows {
+                vertices: rows("surface vertices"),
+                triangles: Rows::new("surface triangles", BufferUsages::INDEX),
+                lines: rows("lines"),
+                points: rows("points"),
+                patches: rows("planes"),
+                rects: rows("legend"),
+            },
+            geometry: Geometry::default(),
+            targets: None,
+            prepared: None,
+        }
+    }
+
+    /// Uploads what a view shows of a snapshot.
+    ///
+    /// Positions that are not finite, and all that touches them, are left out. So are lines and
+    /// points that do not fit into the largest buffer of the device; that is logged.
+    pub fn prepare<R: Real>(
+        &mut self,
+        device: &Device,
+        queue: &Queue,
+        snapshot: &Snapshot<'_, R>,
+        view: &View,
+    ) {
+        let geometry = &mut self.geometry;
+        set_geometry(geometry, snapshot, view, device.limits().max_buffer_size);
+        self.rows.vertices.upload(device, queue, &geometry.vertices);
+        self.rows.triangles.upload(device, queue, &geometry.triangles);
+        self.rows.lines.upload(device, queue, &geometry.lines);
+        self.rows.points.upload(device, queue, &geometry.points);
+        self.rows.patches.upload(device, queue, &geometry.patches);
+        let style = &view.style;
+        let is_explained = style.springs && style.legend;
+        let rects =
+            if is_explained { legend(style.strain_full_scale, style.scale()) } else { Vec::new() };
+        self.rows.rects.upload(device, queue, &rects);
+        let direction = light_direction(view);
+        let (matrix, texel) = light_matrix(geometry, direction, SHADOW_SIZE);
+        let light = Light { direction, matrix, texel, particle_radius: geometry.particle_radius };
+        self.prepared = Some(Prepared { queue: queue.clone(), view: *view, light });
+    }
+
+    /// Encodes the picture prepared last into `target`, a view of `target_size` pixels.
+    ///
+    /// `viewport` is the rectangle of the picture in the target: left, top, width and height,
+    /// pixels; it is clamped to the target. All the rest of the target is cleared to a dark grey.
+    /// Nothing is drawn before the first `prepare`.
+    pub fn draw(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        target_size: [u32; 2],
+        viewport: [f32; 4],
+    ) {
+        let size = target_size.map(|side| side.max(1));
+        if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
+            self.targets = Some(Targets::new(&self.device, self.format, size));
+        }
+        let area = clamped(viewport, size);
+        if let (Some(prepared), Some(area)) = (&self.prepared, area) {
+            let encode = !self.format.is_srgb();
+            let globals = Globals::new(&prepared.view, &prepared.light, [area[2], area[3]], encode);
+            prepared.queue.write_buffer(&self.bindings.globals, 0, bytemuck::bytes_of(&globals));
+            if prepared.view.style.shadows {
+                self.draw_shadows(encoder);
+            }
+        }
+        let Some(targets) = &self.targets else { return };
+        let mut pass = scene_pass(encoder, targets, target);
+        if let (Some(_), Some([left, top, width, height])) = (&self.prepared, area) {
+            pass.set_viewport(left, top, width, height, 0.0, 1.0);
+            pass.set_scissor_rect(left as u32, top as u32, width as u32, height as u32);
+            self.draw_scene(&mut pass, height);
+        }
+    }
+
+    fn draw_shadows(&self, encoder: &mut CommandEncoder) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow"),
+            color_attachments: &[],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &self.bindings.shadow_map,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(1.0),
+                    store: wgpu::StoreOp::Store,
+                }),
+                stencil_ops: None,
+            }),
+            ..Default::default()
+        });
+        let (pipelines, rows) = (&self.pipelines, &self.rows);
+        let lines = (self.geometry.casting_lines as u32).min(rows.lines.count);
+        let points = (self.geometry.casting_points as u32).min(rows.points.count);
+        pass.set_bind_group(0, &self.bindings.globals_group, &[]);
+        draw_surfaces(&mut pass, &pipelines.shadow_surface, rows);
+        draw_instances(&mut pass, &pipelines.shadow_line, &rows.lines, (6, 0..lines));
+        draw_instances(&mut pass, &pipelines.shadow_point, &rows.points, (18, 0..points));
+    }
+
+    fn draw_scene(&self, pass: &mut RenderPass<'_>, height: f32) {
+        let (pipelines, rows) = (&self.pipelines, &self.rows);
+        pass.set_bind_group(0, &self.bindings.globals_group, &[]);
+        pass.set_bind_group(1, &self.bindings.shadow_group, &[]);
+        pass.set_pipeline(&pipelines.sky);
+        pass.draw(0..3, 0..1);
+        draw_surfaces(pass, &pipelines.surface_front, rows);
+        draw_surfaces(pass, &pipelines.surface_back, rows);
+        let front = (self.geometry.front_patches as u32).min(rows.patches.count);
+        draw_instances(pass, &pipelines.ground_front, &rows.patches, (6, 0..front));
+        draw_instances(pass, &pipelines.line, &rows.lines, (6, 0..rows.lines.count));
+        draw_instances(pass, &pipelines.point, &rows.points, (6, 0..rows.points.count));
+        let back = front..rows.patches.count;
+        draw_instances(pass, &pipelines.ground_back, &rows.patches, (6, back));
+        let scale = self.prepared.as_ref().map_or(1.0, |prepared| prepared.view.style.scale());
+        // In a small picture the legend would hide the scene.
+        if 2.0 * legend::SIZE[1] * scale <= height {
+            draw_instances(pass, &pipelines.overlay, &rows.rects, (6, 0..rows.rects.count));
+        }
+    }
+}
+
+impl Bindings {
+    fn new(device: &Device, layouts: &[wgpu::BindGroupLayout; 2]) -> Self {
+        let globals = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("globals"),
+            size: size_of::<Globals>() as u64,
+            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let size = [SHADOW_SIZE, SHADOW_SIZE];
+        let shadow_map = texture(device, "shadow map", DEPTH_FORMAT, (size, 1));
+        let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
+            label: Some("shadow"),
+            mag_filter: wgpu::FilterMode::Linear,
+            min_filter: wgpu::FilterMode::Linear,
+            compare: Some(wgpu::CompareFunction::LessEqual),
+            ..Default::default()
+        });
+        let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
+            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
+        };
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let globals_group = group(&layouts[0], &[entry(0, globals.as_entire_binding())]);
+        let map = wgpu::BindingResource::TextureView(&shadow_map);
+        let shadow_group = group(
+            &layouts[1],
+            &[entry(0, map), entry(1, wgpu::BindingResource::Sampler(&sampler))],
+        );
+        Self { globals, globals_group, shadow_map, shadow_group }
+    }
+}
+
+fn globals_layout(device: &Device) -> wgpu::BindGroupLayout {
+    let uniforms = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Uniform,
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
+    layout(device, wgpu::ShaderStages::VERTEX_FRAGMENT, &[uniforms])
+}
+
+fn shadow_layout(device: &Device) -> wgpu::BindGroupLayout {
+    let map = wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Depth,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
+    layout(device, wgpu::ShaderStages::FRAGMENT, &[map, sampler])
+}
+
+fn layout(
+    device: &Device,
+    visibility: wgpu::ShaderStages,
+    types: &[wgpu::BindingType],
+) -> wgpu::BindGroupLayout {
+    let entry = |(binding, &ty): (usize, &wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
+        binding: binding as u32,
+        visibility,
+        ty,
+        count: None,
+    };
+    let entries: Vec<_> = types.iter().enumerate().map(entry).collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries };
+    device.create_bind_group_layout(&descriptor)
+}
+
+/// Begins the pass of the scene: cleared, and resolved into `target` at its end.
+fn scene_pass<'a>(
+    encoder: &'a mut CommandEncoder,
+    targets: &Targets,
+    target: &TextureView,
+) -> RenderPass<'a> {
+    let clear = wgpu::Color { r: SURROUND, g: SURROUND, b: SURROUND, a: 1.0 };
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("scene"),
+        color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+            view: &targets.colour,
+            depth_slice: None,
+            resolve_target: Some(target),
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(clear),
+                // Only the resolved picture is kept.
+                store: wgpu::StoreOp::Discard,
+            },
+        })],
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &targets.depth,
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(0.0),
+                store: wgpu::StoreOp::Discard,
+            }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    })
+}
+
+fn draw_surfaces(pass: &mut RenderPass<'_>, pipeline: &RenderPipeline, rows: &AllRows) {
+    let (Some(vertices), Some(triangles)) = (rows.vertices.filled(), rows.triangles.filled())
+    else {
+        return;
+    };
+    pass.set_pipeline(pipeline);
+    pass.set_vertex_buffer(0, vertices.slice(..));
+    pass.set_index_buffer(triangles.slice(..), wgpu::IndexFormat::Uint32);
+    pass.draw_indexed(0..3 * rows.triangles.count, 0, 0..1);
+}
+
+/// Draws a range of instances of so many vertices each.
+fn draw_instances(
+    pass: &mut RenderPass<'_>,
+    pipeline: &RenderPipeline,
+    rows: &Rows,
+    (vertices, instances): (u32, std::ops::Range<u32>),
+) {
+    let Some(buffer) = rows.filled() else { return };
+    if instances.is_empty() {
+        return;
+    }
+    pass.set_pipeline(pipeline);
+    pass.set_vertex_buffer(0, buffer.slice(..));
+    pass.draw(0..vertices, instances);
+}
+
+/// A viewport in whole pixels inside a target of this size, or nothing if none is left.
+fn clamped(viewport: [f32; 4], size: [u32; 2]) -> Option<[f32; 4]> {
+    let [left, top, width, height] = viewport;
+    let side = |start: f32, length: f32, limit: u32| {
+        let end = (start + length).round().clamp(0.0, limit as f32);
+        let start = start.round().clamp(0.0, limit as f32);
+        // Written so that NaN leaves nothing.
+        (1.0 <= end - start).then_some((start, end - start))
+    };
+    let (left, width) = side(left, width, size[0])?;
+    let (top, height) = side(top, height, size[1])?;
+    Some([left, top, width, height])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_viewport_is_clamped_to_the_target() {
+        let size = [800, 600];
+        assert_eq!(clamped([0.0, 0.0, 800.0, 600.0], size), Some([0.0, 0.0, 800.0, 600.0]));
+        assert_eq!(clamped([-5.0, 10.4, 900.0, 1e9], size), Some([0.0, 10.0, 800.0, 590.0]));
+        assert_eq!(clamped([800.0, 0.0, 10.0, 10.0], size), None);
+        assert_eq!(clamped([f32::NAN, 0.0, 10.0, 10.0], size), None);
+        assert_eq!(clamped([0.0, 0.0, 0.0, 10.0], size), None);
+    }
+}

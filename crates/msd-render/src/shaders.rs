@@ -1,0 +1,42 @@
+//! Which programs run on the device? The WGSL sources, each complete in itself.
+
+macro_rules! with_common {
+    ($file:literal) => {
+        concat!(include_str!("shaders/common.wgsl"), include_str!($file))
+    };
+}
+macro_rules! with_light {
+    ($file:literal) => {
+        concat!(
+            include_str!("shaders/common.wgsl"),
+            include_str!("shaders/light.wgsl"),
+            include_str!($file)
+        )
+    };
+}
+
+/// The sky behind everything.
+pub const SKY: &str = with_common!("shaders/sky.wgsl");
+/// Lit surfaces.
+pub const SURFACE: &str = with_light!("shaders/surface.wgsl");
+/// Planes with their grid.
+pub const GROUND: &str = with_light!("shaders/ground.wgsl");
+/// Lines of constant width in pixels.
+pub const LINE: &str = with_common!("shaders/line.wgsl");
+/// Round points.
+pub const POINT: &str = with_light!("shaders/point.wgsl");
+/// What casts shadows, seen from the light.
+pub const SHADOW: &str = with_common!("shaders/shadow.wgsl");
+/// Rectangles over the picture.
+pub const OVERLAY: &str = with_common!("shaders/overlay.wgsl");
+
+/// Every source with its name, for checks.
+pub const ALL: [(&str, &str); 7] = [
+    ("sky", SKY),
+    ("surface", SURFACE),
+    ("ground", GROUND),
+    ("line", LINE),
+    ("point", POINT),
+    ("shadow", SHADOW),
+    ("overlay", OVERLAY),
+];

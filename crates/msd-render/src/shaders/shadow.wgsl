@@ -1,0 +1,39 @@
+// What casts shadows, seen from the light. Only depth is written.
+@vertex
+fn vs_surface(@location(0) position: vec3f) -> @builtin(position) vec4f {
+    return globals.light_projection * vec4f(position, 1.0);
+}
+
+// A line casts the shadow of a thin ribbon that faces the light.
+@vertex
+fn vs_line(
+    @builtin(vertex_index) index: u32,
+    @location(0) a: vec3f,
+    @location(1) width: f32,
+    @location(2) b: vec3f,
+) -> @builtin(position) vec4f {
+    let corner = quad_corner(index);
+    let across = cross(b - a, globals.light.xyz);
+    let length = length(across);
+    let side = select(vec3f(0.0), across / max(length, 1e-9), length > 1e-9);
+    let half = max(0.35 * globals.shadow.z, 0.9 * globals.shadow.x);
+    let world = select(a, b, corner.x > 0.0) + side * (corner.y * half);
+    return globals.light_projection * vec4f(world, 1.0);
+}
+
+// A point casts the shadow of a hexagon that faces the light: rounder than a square, no discard.
+@vertex
+fn vs_point(
+    @builtin(vertex_index) index: u32,
+    @location(0) centre: vec3f,
+    @location(1) radius: f32,
+) -> @builtin(position) vec4f {
+    let size = max(radius, 1.2 * globals.shadow.x);
+    let step = f32(index / 3u) + select(0.0, 1.0, index % 3u == 2u);
+    let angle = step * 1.04719755;
+    let rim = select(1.0, 0.0, index % 3u == 0u);
+    let clip = globals.light_projection * vec4f(centre, 1.0);
+    // The projection is orthographic with square texels: a metre is as long in x as in y.
+    let metre = globals.shadow.y / globals.shadow.x * 2.0;
+    return clip + vec4f(cos(angle), sin(angle), 0.0, 0.0) * (rim * size * metre);
+}

@@ -1,0 +1,108 @@
+//! Which triangles does a picture show? Surfaces with smooth normals, and their edges.
+
+use crate::colour::{body_colour, bytes, mix};
+use crate::geometry::{Geometry, Line, SurfaceVertex};
+use crate::math::direction_or;
+use crate::view::View;
+use glam::Vec3;
+use msd_core::{Body, Real, Snapshot};
+
+/// Colour of edges on a surface.
+const EDGE: [f32; 3] = [0.07, 0.10, 0.16];
+/// Edges win against the surface they lie on: 0.2 % of the distance is more than its rounding.
+const EDGE_BIAS: f32 = 0.002;
+
+/// Adds the surface of every body, without triangles that touch a broken position.
+pub(crate) fn add_surfaces<R: Real>(
+    geometry: &mut Geometry,
+    snapshot: &Snapshot<'_, R>,
+    limit: u64,
+) {
+    let most_vertices = limit as usize / size_of::<SurfaceVertex>();
+    let most_triangles = limit as usize / size_of::<[u32; 3]>();
+    let mut normals = vec![Vec3::ZERO; geometry.positions.len()];
+    for (index, body) in snapshot.bodies.iter().enumerate() {
+        let vertices = geometry.vertices.len() + body.surface.corners.len();
+        let triangles = geometry.triangles.len() + body.surface.triangles.len();
+        if most_vertices < vertices || most_triangles < triangles {
+            log::warn!("surface of body {} does not fit into a buffer: left out", body.name);
+            continue;
+        }
+        let first = geometry.triangles.len();
+        add_triangles(geometry, body, &mut normals);
+        if first < geometry.triangles.len() {
+            add_vertices(geometry, body, index, &mut normals);
+        }
+    }
+}
+
+/// Adds the triangles of a body, and to `normals` of each particle twice the area vector of its
+/// triangles: large triangles count more, degenerate ones not at all.
+fn add_triangles(geometry: &mut Geometry, body: &Body, normals: &mut [Vec3]) {
+    let first = geometry.vertices.len() as u32;
+    for triangle in &body.surface.triangles {
+        let Some(particles) = triangle_particles(body, *triangle) else { continue };
+        let [Some(a), Some(b), Some(c)] = particles.map(|p| geometry.drawable(p)) else { continue };
+        let area = (b - a).cross(c - a);
+        for particle in particles {
+            normals[particle as usize] += area;
+        }
+        geometry.triangles.push(triangle.map(|corner| corner + first));
+    }
+}
+
+/// Adds the corners of a body as vertices and clears the `normals` it used.
+fn add_vertices(geometry: &mut Geometry, body: &Body, index: usize, normals: &mut [Vec3]) {
+    let colour = bytes(body_colour(index), 1.0);
+    for corner in &body.surface.corners {
+        let normal = normals.get(corner.particle as usize).copied().unwrap_or_default();
+        geometry.vertices.push(SurfaceVertex {
+            position: geometry.drawable(corner.particle).unwrap_or_default(),
+            normal: direction_or(normal, Vec3::Y),
+            uv: corner.uv,
+            colour,
+        });
+    }
+    for corner in &body.surface.corners {
+        if let Some(normal) = normals.get_mut(corner.particle as usize) {
+            *normal = Vec3::ZERO;
+        }
+    }
+}
+
+/// The three particles of a triangle, or nothing if it names a corner that does not exist.
+fn triangle_particles(body: &Body, triangle: [u32; 3]) -> Option<[u32; 3]> {
+    let corners = &body.surface.corners;
+    let [a, b, c] = triangle.map(|corner| corners.get(corner as usize));
+    Some([a?.particle, b?.particle, c?.particle])
+}
+
+/// Adds every edge of a surface triangle once: dark on surfaces, in the body's colour without.
+pub(crate) fn add_wireframe<R: Real>(
+    geometry: &mut Geometry,
+    snapshot: &Snapshot<'_, R>,
+    view: &View,
+) {
+    for (index, body) in snapshot.bodies.iter().enumerate() {
+        let opacity = if view.style.surfaces { 0.6 } else { 1.0 };
+        let own = mix(body_colour(index), EDGE, 0.25);
+        let colour = bytes(if view.style.surfaces { EDGE } else { own }, opacity);
+        for [a, b] in edges(body) {
+            let (Some(a), Some(b)) = (geometry.drawable(a), geometry.drawable(b)) else { continue };
+            let width = view.style.line_pixels();
+            geometry.lines.push(Line { a, width, b, bias: EDGE_BIAS, colour });
+        }
+    }
+}
+
+/// The edges of a surface as pairs of particles, each once whatever its direction.
+fn edges(body: &Body) -> Vec<[u32; 2]> {
+    let mut edges = Vec::with_capacity(body.surface.triangles.len() * 3);
+    for triangle in &body.surface.triangles {
+        let Some([a, b, c]) = triangle_particles(body, *triangle) else { continue };
+        edges.extend([[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]));
+    }
+    edges.sort_unstable();
+    edges.dedup();
+    edges
+}

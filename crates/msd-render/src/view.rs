@@ -1,0 +1,90 @@
+//! What of a snapshot is shown, and how?
+
+use crate::camera::Camera;
+use glam::Vec3;
+
+/// A camera and a style: all that a picture needs besides the snapshot.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct View {
+    /// From where the scene is seen.
+    pub camera: Camera,
+    /// What is shown.
+    pub style: Style,
+}
+
+/// What is shown of a snapshot.
+///
+/// A body without a surface, such as a rope, and particles of no body are shown by their springs
+/// and particles as long as `surfaces` is on, in the colour of the body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Style {
+    /// Whether bodies show their surfaces. Default true.
+    pub surfaces: bool,
+    /// Whether surfaces carry a checked pattern by their texture coordinates. Default true.
+    pub pattern: bool,
+    /// Whether the edges of surface triangles are drawn. Default false.
+    pub wireframe: bool,
+    /// Whether every spring is drawn in the colour of its strain. Default false.
+    pub springs: bool,
+    /// Whether every particle is drawn. Default false.
+    pub particles: bool,
+    /// Whether pinned particles are marked. Default true.
+    pub pins: bool,
+    /// Whether the grabs, such as the mouse spring, are drawn. Default true.
+    pub grabs: bool,
+    /// Whether planes are drawn. Default true.
+    pub planes: bool,
+    /// Whether planes carry a grid of 1 m, 10 m and 100 m. Default true.
+    pub grid: bool,
+    /// Whether bodies cast shadows. Default true.
+    pub shadows: bool,
+    /// Whether a legend of strain colours is drawn when springs are. Default true.
+    pub legend: bool,
+    /// Strain that is shown in full red, 1; positive. Default 0.2.
+    pub strain_full_scale: f32,
+    /// Radius of a particle, metres; 0 chooses by the rest lengths. Default 0.
+    pub particle_radius: f32,
+    /// Width of a line, points; not negative, drawn at least 1.5 pixels wide. Default 1.6.
+    pub line_width: f32,
+    /// Pixels per point of the display, 1; positive. Default 1.
+    pub pixels_per_point: f32,
+    /// Direction to the light, of any length but zero. Default (−0.15, 0.85, 0.55).
+    pub light: Vec3,
+}
+
+impl Default for Style {
+    fn default() -> Self {
+        Self {
+            surfaces: true,
+            pattern: true,
+            wireframe: false,
+            springs: false,
+            particles: false,
+            pins: true,
+            grabs: true,
+            planes: true,
+            grid: true,
+            shadows: true,
+            legend: true,
+            strain_full_scale: 0.2,
+            particle_radius: 0.0,
+            line_width: 1.6,
+            pixels_per_point: 1.0,
+            light: Vec3::new(-0.15, 0.85, 0.55),
+        }
+    }
+}
+
+impl Style {
+    /// The pixels per point, or 1 if the field is out of its domain.
+    pub(crate) fn scale(&self) -> f32 {
+        let scale = self.pixels_per_point;
+        if scale.is_finite() && 0.0 < scale { scale.clamp(0.25, 8.0) } else { 1.0 }
+    }
+
+    /// The width of a line, pixels; at least 1.5.
+    pub(crate) fn line_pixels(&self) -> f32 {
+        // `max` drops a NaN, so a broken width becomes the thinnest line.
+        (self.line_width * self.scale()).clamp(f32::MIN, 100.0).max(1.5)
+    }
+}

@@ -1,0 +1,321 @@
+//! Do pictures show what the snapshot says? Facts about pixels, drawn without a window.
+//!
+//! Without any graphics adapter, not even a software one, each test says that it skips.
+
+mod scenes;
+
+use glam::{DVec3, Vec3};
+use msd_core::{Grab, Model, Plane, Scene, Snapshot, Vector};
+use msd_render::{
+    Camera, Gpu, Image, Offscreen, RenderError, Renderer, Style, View, bounds, render_image, wgpu,
+};
+use scenes::{block, floor, particle, pin, plane, scene_of, sheet, spring};
+
+const WIDTH: u32 = 320;
+const HEIGHT: u32 = 240;
+const ASPECT: f32 = WIDTH as f32 / HEIGHT as f32;
+
+/// A device, or nothing and a loud line.
+fn gpu() -> Option<Gpu> {
+    match pollster::block_on(Gpu::headless()) {
+        Ok(gpu) => Some(gpu),
+        Err(error) => {
+            eprintln!("SKIPPED: no adapter: {error}");
+            None
+        }
+    }
+}
+
+fn draw(gpu: &Gpu, scene: &Scene, view: &View) -> Image {
+    let (model, state) = Model::<f32>::new(scene).unwrap();
+    render_image(gpu, &Snapshot::new(&model, &state), view, WIDTH, HEIGHT).unwrap()
+}
+
+/// A view of the whole scene.
+fn framed(scene: &Scene) -> View {
+    let (model, state) = Model::<f32>::new(scene).unwrap();
+    let mut view = View::default();
+    view.camera.frame(bounds(&Snapshot::new(&model, &state)).unwrap(), ASPECT);
+    view
+}
+
+fn pixel(image: &Image, x: u32, y: u32) -> [i32; 3] {
+    let at = 4 * (y * image.width + x) as usize;
+    [0, 1, 2].map(|part| i32::from(image.rgba[at + part]))
+}
+
+/// The colour where a point of the world appears.
+fn seen_at(image: &Image, camera: &Camera, point: Vec3) -> [i32; 3] {
+    let [x, y] = camera.project(point, image.width as f32 / image.height as f32).unwrap();
+    let column = (x + 1.0) * 0.5 * image.width as f32;
+    let row = (1.0 - y) * 0.5 * image.height as f32;
+    pixel(image, column as u32, row as u32)
+}
+
+fn brightness(colour: [i32; 3]) -> i32 {
+    colour.iter().sum()
+}
+
+/// How many pixels differ visibly.
+fn difference(a: &Image, b: &Image) -> usize {
+    let pairs = a.rgba.chunks_exact(4).zip(b.rgba.chunks_exact(4));
+    let differs = |(a, b): &(&[u8], &[u8])| a.iter().zip(*b).any(|(a, b)| 8 < a.abs_diff(*b));
+    pairs.filter(differs).count()
+}
+
+#[test]
+fn the_same_snapshot_twice_is_the_same_picture() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(block(4), &[floor(-3.0)]);
+    let view = View { style: Style { springs: true, ..Style::default() }, ..framed(&scene) };
+    let first = draw(&gpu, &scene, &view);
+    assert_eq!(first, draw(&gpu, &scene, &view), "within one machine pictures are exact");
+    assert_eq!(first.rgba.len(), (4 * WIDTH * HEIGHT) as usize);
+    assert!(first.rgba.chunks_exact(4).all(|pixel| pixel[3] == 255), "pictures are opaque");
+}
+
+#[test]
+fn single_and_double_precision_look_the_same() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(block(3), &[floor(-3.0)]);
+    let (model, state) = Model::<f64>::new(&scene).unwrap();
+    let view = framed(&scene);
+    let double = render_image(&gpu, &Snapshot::new(&model, &state), &view, WIDTH, HEIGHT).unwrap();
+    // These positions are exact in both precisions.
+    assert_eq!(double, draw(&gpu, &scene, &view));
+}
+
+#[test]
+fn the_background_is_a_calm_light_blue() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(block(2), &[]);
+    let image = draw(&gpu, &scene, &framed(&scene));
+    for (x, y) in [(0, 0), (WIDTH - 1, 0), (0, HEIGHT - 1), (WIDTH - 1, HEIGHT - 1)] {
+        let [red, green, blue] = pixel(&image, x, y);
+        assert!(red < green && green < blue && 150 < green, "{red} {green} {blue} at {x} {y}");
+    }
+}
+
+#[test]
+fn springs_are_green_at_rest_and_red_at_full_strain() {
+    let Some(gpu) = gpu() else { return };
+    let at = |x: f64, y: f64| particle(x, y, 0.0);
+    let scene = Scene {
+        particles: vec![at(-2.0, 1.0), at(2.0, 1.0), at(-2.0, -1.0), at(2.0, -1.0)],
+        // Both are 4 m long: the first at rest, the second stretched by a third, beyond 20 %.
+        springs: vec![spring(0, 1, 4.0), spring(2, 3, 3.0)],
+        ..Scene::default()
+    };
+    let style = Style { springs: true, legend: false, line_width: 4.0, ..Style::default() };
+    let view = View { style, ..framed(&scene) };
+    let image = draw(&gpu, &scene, &view);
+    let [red, green, blue] = seen_at(&image, &view.camera, Vec3::new(0.5, 1.0, 0.0));
+    assert!(red + 60 < green && blue + 40 < green, "at rest: {red} {green} {blue}");
+    let [red, green, blue] = seen_at(&image, &view.camera, Vec3::new(0.5, -1.0, 0.0));
+    assert!(green + 120 < red && blue + 120 < red, "strained: {red} {green} {blue}");
+}
+
+#[test]
+fn a_line_that_passes_the_camera_is_drawn_and_does_not_flip() {
+    let Some(gpu) = gpu() else { return };
+    // The camera is at z = 20 and looks at the origin; the line starts 20 m behind it.
+    let scene = Scene {
+        particles: vec![particle(0.0, -1.0, 40.0), particle(0.0, -1.0, -10.0)],
+        springs: vec![spring(0, 1, 50.0)],
+        ..Scene::default()
+    };
+    let camera = Camera { yaw: 0.0, pitch: 0.0, ..Camera::default() };
+    let style = Style { springs: true, legend: false, line_width: 4.0, ..Style::default() };
+    let image = draw(&gpu, &scene, &View { camera, style });
+    let [red, green, _] = seen_at(&image, &camera, Vec3::new(0.0, -1.0, 10.0));
+    assert!(red + 60 < green, "the line is missing below the middle");
+    let [red, green, _] = seen_at(&image, &camera, Vec3::new(0.0, 1.0, 10.0));
+    assert!(green < red + 60, "the end behind the camera shows above the middle");
+}
+
+#[test]
+fn a_floating_sheet_darkens_the_floor_below_it_and_nothing_else() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(sheet(5, 4.0), &[floor(-3.0)]);
+    // Straight light, so that the shadow lies right below the sheet.
+    let style = Style { light: Vec3::Y, grid: false, ..Style::default() };
+    let camera = Camera { distance: 16.0, pitch: 0.15, ..Camera::default() };
+    let lit = draw(&gpu, &scene, &View { camera, style: Style { shadows: false, ..style } });
+    let shaded = draw(&gpu, &scene, &View { camera, style });
+    let below = Vec3::new(0.0, -3.0, 0.0);
+    let [before, after] = [&lit, &shaded].map(|image| brightness(seen_at(image, &camera, below)));
+    // The sun is more than half of the light on the floor; sRGB shows a third of it as 3/5.
+    assert!(after * 10 < before * 8, "{before} became {after}");
+    let beside = Vec3::new(4.0, -3.0, 0.0);
+    let [before, after] = [&lit, &shaded].map(|image| brightness(seen_at(image, &camera, beside)));
+    assert!((before - after).abs() <= 6, "{before} became {after}");
+}
+
+#[test]
+fn a_flat_sheet_does_not_shadow_itself() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(sheet(9, 4.0), &[]);
+    let view = framed(&scene);
+    let bare = View { style: Style { shadows: false, ..view.style }, ..view };
+    let changed = difference(&draw(&gpu, &scene, &view), &draw(&gpu, &scene, &bare));
+    assert!(changed < 20, "{changed} pixels of acne");
+}
+
+#[test]
+fn both_sides_of_a_sheet_are_lit_from_above() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = scene_of(sheet(5, 4.0), &[]);
+    let style = Style { pattern: false, shadows: false, light: Vec3::Y, ..Style::default() };
+    let camera = Camera { pitch: 0.8, distance: 12.0, ..Camera::default() };
+    let view = View { camera, style };
+    let above = brightness(seen_at(&draw(&gpu, &scene, &view), &camera, Vec3::ZERO));
+    for triangle in &mut scene.bodies[0].surface.triangles {
+        triangle.swap(1, 2);
+    }
+    // Turned around, the same side of the same sheet is toward the viewer and the light.
+    let turned = brightness(seen_at(&draw(&gpu, &scene, &view), &camera, Vec3::ZERO));
+    assert!((above - turned).abs() <= 3, "{above} against {turned}");
+}
+
+#[test]
+fn wireframe_particles_pins_and_grabs_each_change_the_picture() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = scene_of(sheet(6, 5.0), &[]);
+    scene.pins = vec![pin(0), pin(5)];
+    let view = framed(&scene);
+    let off = Style { pins: false, grabs: false, ..view.style };
+    let plain = draw(&gpu, &scene, &View { style: off, ..view });
+    for (what, style) in [
+        ("wireframe", Style { wireframe: true, ..off }),
+        ("springs", Style { springs: true, legend: false, ..off }),
+        ("particles", Style { particles: true, ..off }),
+        ("pins", Style { pins: true, ..off }),
+        ("pattern", Style { pattern: false, ..off }),
+        ("legend", Style { springs: true, ..off }),
+    ] {
+        let changed = difference(&plain, &draw(&gpu, &scene, &View { style, ..view }));
+        // Two marks of pins cover at least 4 x 4 pixels each, everything else much more.
+        assert!(32 <= changed, "{what} changed {changed} pixels");
+    }
+    let (model, state) = Model::<f32>::new(&scene).unwrap();
+    let target = Vec3::new(0.0, 1.0, 0.0);
+    let place = Vector::of(target.as_dvec3());
+    let grab = Grab { particle: 14, target: place, stiffness: 1.0, damping: 1.0, max_force: 1.0 };
+    let snapshot = Snapshot { grabs: &[grab], ..Snapshot::new(&model, &state) };
+    let held =
+        render_image(&gpu, &snapshot, &View { style: Style::default(), ..view }, WIDTH, HEIGHT);
+    let [red, green, blue] = seen_at(&held.unwrap(), &view.camera, target);
+    assert!(green + 60 < red && green + 20 < blue, "the handle is {red} {green} {blue}");
+}
+
+#[test]
+fn a_plane_hides_what_is_under_its_front_and_shows_what_is_under_its_back() {
+    let Some(gpu) = gpu() else { return };
+    let camera = Camera { distance: 12.0, pitch: 0.4, ..Camera::default() };
+    let view = View { camera, ..View::default() };
+    // The eye is at y = 4.7, the plane at y = 2, and a blue block at the origin.
+    let blueness = |plane: Plane| {
+        let image = draw(&gpu, &scene_of(block(2), &[plane]), &view);
+        let [red, _, blue] = seen_at(&image, &camera, Vec3::ZERO);
+        blue - red
+    };
+    let through_front = blueness(floor(2.0));
+    let through_back = blueness(plane(DVec3::NEG_Y, -2.0));
+    assert!(through_front < 30, "the block shows through the floor: {through_front}");
+    assert!(60 < through_back, "the block is hidden by the back of the floor: {through_back}");
+}
+
+#[test]
+fn broken_and_empty_snapshots_are_drawn_without_harm() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(sheet(4, 3.0), &[floor(-1.0)]);
+    let (model, mut state) = Model::<f64>::new(&scene).unwrap();
+    let style = Style { springs: true, particles: true, wireframe: true, ..Style::default() };
+    let view = View { style, ..View::default() };
+    for value in [f64::NAN, f64::INFINITY, 1e300, 1e12, 0.0] {
+        state.positions[5] = DVec3::splat(value);
+        render_image(&gpu, &Snapshot::new(&model, &state), &view, 64, 48).unwrap();
+        state.positions.fill(DVec3::splat(value));
+        render_image(&gpu, &Snapshot::new(&model, &state), &view, 64, 48).unwrap();
+    }
+    let empty = Snapshot::<f32> {
+        positions: &[],
+        inverse_masses: &[],
+        ends: &[],
+        rest_lengths: &[],
+        planes: &[],
+        grabs: &[],
+        bodies: &[],
+    };
+    render_image(&gpu, &empty, &view, 64, 48).unwrap();
+    // Columns that do not match: springs, surfaces and bodies of particles that are not there.
+    let torn = Snapshot { positions: &state.positions[..2], ..Snapshot::new(&model, &state) };
+    render_image(&gpu, &torn, &view, 64, 48).unwrap();
+    let broken = Style {
+        strain_full_scale: f32::NAN,
+        particle_radius: f32::NAN,
+        line_width: f32::NAN,
+        pixels_per_point: f32::NAN,
+        light: Vec3::NAN,
+        ..style
+    };
+    let view = View { style: broken, ..view };
+    render_image(&gpu, &Snapshot::new(&model, &state), &view, 64, 48).unwrap();
+}
+
+#[test]
+fn sizes_out_of_their_domain_are_refused_with_the_value() {
+    let Some(gpu) = gpu() else { return };
+    let limit = gpu.device.limits().max_texture_dimension_2d;
+    for (width, height) in [(0, 10), (10, 0), (limit + 1, 10), (10, u32::MAX)] {
+        let error = Offscreen::new(&gpu, width, height).unwrap_err();
+        assert!(matches!(error, RenderError::Size { .. }), "{error}");
+        assert!(error.to_string().contains(&format!("{width}x{height}")), "{error}");
+    }
+    let scene = scene_of(block(2), &[]);
+    let (model, state) = Model::<f32>::new(&scene).unwrap();
+    let snapshot = Snapshot::new(&model, &state);
+    // One pixel, and a width whose rows are padded.
+    for (width, height) in [(1, 1), (65, 3)] {
+        let image = render_image(&gpu, &snapshot, &View::default(), width, height).unwrap();
+        assert_eq!(image.rgba.len(), (4 * width * height) as usize);
+    }
+}
+
+#[test]
+fn any_viewport_and_format_is_drawn_without_a_validation_error() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(block(3), &[floor(-2.0)]);
+    let (model, state) = Model::<f32>::new(&scene).unwrap();
+    for format in [wgpu::TextureFormat::Bgra8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb] {
+        let mut renderer = Renderer::new(&gpu.device, format);
+        for size in [[64, 48], [1, 1], [80, 20]] {
+            let target = target(&gpu, format, size);
+            let whole = [0.0, 0.0, size[0] as f32, size[1] as f32];
+            let outside = [-10.0, 5.5, 1e6, 1e6];
+            for viewport in [whole, outside, [20.2, 3.3, 7.7, 8.8], [0.0; 4], [f32::NAN; 4]] {
+                let mut encoder = gpu.device.create_command_encoder(&Default::default());
+                // wgpu panics on a validation error that nobody asked for.
+                renderer.draw(&mut encoder, &target, size, viewport);
+                gpu.queue.submit([encoder.finish()]);
+                let snapshot = Snapshot::new(&model, &state);
+                renderer.prepare(&gpu.device, &gpu.queue, &snapshot, &View::default());
+            }
+        }
+    }
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+}
+
+fn target(gpu: &Gpu, format: wgpu::TextureFormat, size: [u32; 2]) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
+}

@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# Everything CI checks, in the order in which it is cheapest to fail. Run it from anywhere.
+#
+#   scripts/check.sh          all of it
+#   scripts/check.sh STEP...  some of it: fmt clippy doc test release bare wasm deny
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+fmt() { cargo fmt --all --check; }
+clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
+doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
+test_debug() { cargo test; }
+test_release() { cargo test --release; }
+
+# The core on bare metal, with an allocator and nothing else.
+bare() {
+    (
+        eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
+        cargo build -p msd-core --no-default-features --features libm,serde \
+            --target-dir target/bare $BARE_CARGO_ARGS
+    )
+}
+
+# Every library must stay fit for the browser.
+wasm() {
+    (
+        eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
+        cargo check --lib -p msd -p msd-core -p msd-lab -p msd-render -p msd-app \
+            --target-dir target/wasm $WASM_CARGO_ARGS
+    )
+}
+
+# Licences and advisories need a tool and a database that a bare machine lacks.
+deny() {
+    if command -v cargo-deny >/dev/null; then
+        cargo deny check licenses bans sources
+    else
+        echo "check: SKIPPED deny (install it with: cargo install cargo-deny)"
+    fi
+}
+
+run() {
+    local began=$SECONDS
+    echo "check: $1"
+    "$2"
+    echo "check: $1 took $((SECONDS - began)) s"
+}
+
+steps=("$@")
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release bare wasm deny)
+for step in "${steps[@]}"; do
+    case $step in
+    fmt | clippy | doc | bare | wasm | deny) run "$step" "$step" ;;
+    test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
+    *)
+        echo "check: unknown step $step" >&2
+        exit 2
+        ;;
+    esac
+done
+echo "check: all done"

@@ -1,0 +1,117 @@
+//! Is the house in order? Files import only upward, know only what their room may know, and stay
+//! short.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder of the project").flatten() {
+        let path = entry.path();
+        if path.is_dir() && !path.ends_with("target") {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The modules of a crate in the order of its `lib.rs`.
+fn reading_order(krate: &str) -> Vec<String> {
+    let text = fs::read_to_string(root().join("crates").join(krate).join("src/lib.rs"))
+        .expect("every crate has a lib.rs");
+    let declared = |line: &str| {
+        let name = line.strip_prefix("pub ").unwrap_or(line).strip_prefix("mod ")?;
+        name.strip_suffix(';').map(str::to_owned)
+    };
+    text.lines().filter_map(declared).collect()
+}
+
+/// The modules that a file of its crate imports by `use crate::...` or names by `crate::...`.
+fn imports(text: &str) -> Vec<String> {
+    let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
+    let code: Vec<&str> = code.collect();
+    let joined = code.join("\n");
+    let after = joined.split("crate::").skip(1);
+    let name = |rest: &str| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next()
+        .unwrap_or("").to_owned();
+    after.map(name).collect()
+}
+
+#[test]
+fn a_file_imports_only_from_files_above_it() {
+    for krate in ["msd-core", "msd-lab", "msd-render", "msd-app"] {
+        let order = reading_order(krate);
+        let source = root().join("crates").join(krate).join("src");
+        for (place, module) in order.iter().enumerate() {
+            let alone = source.join(format!("{module}.rs"));
+            let files = if alone.exists() { vec![alone] } else { sources(&source.join(module)) };
+            for file in files {
+                let text = fs::read_to_string(&file).expect("a source file");
+                for import in imports(&text) {
+                    let above = order.iter().position(|known| *known == import);
+                    assert!(
+                        above.is_none_or(|above| above <= place),
+                        "{} imports `{import}`, which is below it in lib.rs",
+                        file.display()
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_core_knows_no_clock_window_gpu_file_or_thread() {
+    for file in sources(&root().join("crates/msd-core/src")) {
+        let text = fs::read_to_string(&file).expect("a source file");
+        for word in ["std::", "Instant", "wgpu", "winit", "egui", "rand", "thread", "mul_add("] {
+            let named = text.lines().any(|line| {
+                let code = line.split("//").next().unwrap_or("");
+                code.contains(word)
+            });
+            assert!(!named, "{} names {word}", file.display());
+        }
+    }
+}
+
+#[test]
+fn only_the_app_names_a_window_and_the_renderer_never_names_a_system() {
+    for krate in ["msd-lab", "msd-render"] {
+        for file in sources(&root().join("crates").join(krate).join("src")) {
+            let text = fs::read_to_string(&file).expect("a source file");
+            for word in ["winit", "egui"] {
+                assert!(!text.contains(&format!("{word}::")), "{} uses {word}", file.display());
+            }
+            let system = text.contains("Simulation") || text.contains("Model<");
+            assert!(krate != "msd-render" || !system, "{} sees the system", file.display());
+        }
+    }
+}
+
+#[test]
+fn files_and_lines_are_short() {
+    for folder in ["crates", "src", "tests", "benches", "examples"] {
+        for file in sources(&root().join(folder)) {
+            let text = fs::read_to_string(&file).expect("a source file");
+            let count = text.lines().count();
+            let limit = if folder == "examples" { 60 } else { 400 };
+            // Tests are lists of facts and may be longer than code.
+            let limit = if file.components().any(|part| part.as_os_str() == "tests") {
+                600
+            } else {
+                limit
+            };
+            assert!(count <= limit, "{} has {count} lines of {limit}", file.display());
+            for (row, line) in text.lines().enumerate() {
+                let width = line.chars().count();
+                assert!(width <= 100, "{}:{} is {width} wide", file.display(), row + 1);
+            }
+        }
+    }
+}
