@@ -4,8 +4,8 @@
 //! evaluated once: a substep of RK4 counts each spring four times. The group `terms` shows that a
 //! scene does not pay for what it lacks.
 
-use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
 use msd::core::forces::{Incidence, add_spring_forces, add_spring_forces_by_particle};
 use msd::core::glam::DVec3;
 use msd::core::{
@@ -73,14 +73,66 @@ fn steps(criterion: &mut Criterion) {
     }
 }
 
-/// The two algorithms of the source report, forces alone.
+/// A particle as a textbook would store it.
+#[derive(Clone, Copy, Default)]
+struct TextbookParticle {
+    position: [f32; 3],
+    velocity: [f32; 3],
+    force: [f32; 3],
+}
+
+/// A spring as a textbook would store it.
+struct TextbookSpring {
+    ends: [usize; 2],
+    rest_length: f32,
+    stiffness: f32,
+    damping: f32,
+}
+
+/// The named baseline: arrays of structs, a loop over springs, the formula as it is printed.
+fn textbook(particles: &mut [TextbookParticle], springs: &[TextbookSpring]) {
+    for spring in springs {
+        let [a, b] = spring.ends;
+        let (from, to) = (particles[a], particles[b]);
+        let across = [0, 1, 2].map(|i| to.position[i] - from.position[i]);
+        let length = across.iter().map(|d| d * d).sum::<f32>().sqrt();
+        let unit = across.map(|d| d / length);
+        let rate: f32 = (0..3).map(|i| (to.velocity[i] - from.velocity[i]) * unit[i]).sum();
+        let pull = spring.stiffness * (length - spring.rest_length) + spring.damping * rate;
+        for i in 0..3 {
+            particles[a].force[i] += pull * unit[i];
+            particles[b].force[i] -= pull * unit[i];
+        }
+    }
+}
+
+fn textbook_rows(scene: &Scene) -> (Vec<TextbookParticle>, Vec<TextbookSpring>) {
+    let particle = |p: &msd::core::Particle| TextbookParticle {
+        position: p.position.as_vec3().to_array(),
+        ..TextbookParticle::default()
+    };
+    let spring = |s: &msd::core::Spring| TextbookSpring {
+        ends: s.ends,
+        rest_length: s.rest_length as f32,
+        stiffness: s.stiffness as f32,
+        damping: s.damping as f32,
+    };
+    (scene.particles.iter().map(particle).collect(), scene.springs.iter().map(spring).collect())
+}
+
+/// The two algorithms of the source report and the textbook loop, forces alone.
 fn algorithms(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("forces");
     for (name, part) in scenes() {
-        let (model, state) = Model::<f32>::new(&hung(part)).expect("a valid scene");
+        let scene = hung(part);
+        let (mut particles, springs) = textbook_rows(&scene);
+        let (model, state) = Model::<f32>::new(&scene).expect("a valid scene");
         let incidence = Incidence::new(&model);
         let mut forces = vec![Vector::ZERO; model.particle_count()];
         group.throughput(Throughput::Elements(model.spring_count() as u64));
+        group.bench_function(format!("textbook/{name}"), |bencher| {
+            bencher.iter(|| textbook(black_box(&mut particles), black_box(&springs)));
+        });
         group.bench_function(format!("by-spring/{name}"), |bencher| {
             bencher.iter(|| add_spring_forces(&model, state.motion(), black_box(&mut forces)));
         });
@@ -105,8 +157,7 @@ fn terms(criterion: &mut Criterion) {
     }
     let mut floored = bare.clone();
     let friction = Friction::Coulomb(0.5);
-    floored.planes =
-        vec![Plane { normal: DVec3::Y, offset: -1e3, restitution: 0.5, friction }];
+    floored.planes = vec![Plane { normal: DVec3::Y, offset: -1e3, restitution: 0.5, friction }];
     let mut dragged = bare.clone();
     dragged.world.drag = 0.01;
     for (name, scene) in [

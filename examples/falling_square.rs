@@ -19,7 +19,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .caption(format!("{time:.1} s"), ("sans-serif", 18))
             .margin(8)
             .build_cartesian_2d(-3.5..3.5, -6.0..6.0)?;
-        let floor = on!(&runner, simulation => simulation.model().planes()[0].offset.to_owned() as f64);
+        let floor =
+            on!(&runner, simulation => simulation.model().planes()[0].offset.to_owned() as f64);
         chart.draw_series(LineSeries::new([(-3.5, floor), (3.5, floor)], BLACK))?;
         for (ends, strain) in on!(&runner, simulation => springs(simulation)) {
             let [r, g, b] = strain_colour(strain as f32, 0.2).map(|c| (c * 255.0) as u8);

@@ -8,9 +8,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let material = Material { mass: 0.05, stiffness: 400.0, damping: 0.4 };
     let mut scene = Scene::of("cloth", shape::cloth([25, 25], 0.2, material)?);
     let top = 24 * 25;
-    scene.pins = [top, top + 24]
-        .map(|particle| Pin { particle, velocity: DVec3::ZERO })
-        .to_vec();
+    scene.pins = [top, top + 24].map(|particle| Pin { particle, velocity: DVec3::ZERO }).to_vec();
     // A breath of wind: a uniform force on every particle, newtons.
     scene.world.force = DVec3::new(0.0, 0.0, 0.05);
     msd_app::view(Loaded {

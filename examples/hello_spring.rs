@@ -4,11 +4,8 @@ use msd::core::glam::DVec3;
 use msd::core::{Error, Particle, Scene, Settings, Simulation, Spring, World};
 
 fn main() -> Result<(), Error> {
-    let at = |x: f64| Particle {
-        position: DVec3::new(x, 0.0, 0.0),
-        velocity: DVec3::ZERO,
-        mass: 1.0,
-    };
+    let at =
+        |x: f64| Particle { position: DVec3::new(x, 0.0, 0.0), velocity: DVec3::ZERO, mass: 1.0 };
     let scene = Scene {
         world: World { gravity: DVec3::ZERO, ..World::default() },
         particles: vec![at(0.0), at(1.5)],

@@ -38,8 +38,9 @@ fn imports(text: &str) -> Vec<String> {
     let code: Vec<&str> = code.collect();
     let joined = code.join("\n");
     let after = joined.split("crate::").skip(1);
-    let name = |rest: &str| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next()
-        .unwrap_or("").to_owned();
+    let name = |rest: &str| {
+        rest.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or("").to_owned()
+    };
     after.map(name).collect()
 }
 
@@ -102,11 +103,8 @@ fn files_and_lines_are_short() {
             let count = text.lines().count();
             let limit = if folder == "examples" { 60 } else { 400 };
             // Tests are lists of facts and may be longer than code.
-            let limit = if file.components().any(|part| part.as_os_str() == "tests") {
-                600
-            } else {
-                limit
-            };
+            let limit =
+                if file.components().any(|part| part.as_os_str() == "tests") { 600 } else { limit };
             assert!(count <= limit, "{} has {count} lines of {limit}", file.display());
             for (row, line) in text.lines().enumerate() {
                 let width = line.chars().count();
