@@ -321,6 +321,11 @@ impl<R: Real> Simulation<R> {
         energy::energy(&self.model, &self.state, self.dissipated)
     }
 
+    /// Energy taken away since the start by dampers, drag and contact, joules.
+    pub fn dissipated(&self) -> f64 {
+        self.dissipated
+    }
+
     /// Linear and angular momentum.
     pub fn momentum(&self) -> Momentum {
         energy::momentum(&self.model, &self.state)

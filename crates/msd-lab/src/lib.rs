@@ -1,10 +1,36 @@
 //! Scene files, built-in scenes, meshes and state files.
+//!
+//! ```
+//! let loaded = msd_lab::open("jelly")?;
+//! let mut runner = loaded.runner()?;
+//! runner.step()?;
+//! assert_eq!(runner.particle_count(), 1000);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod mesh;
+pub mod error;
 pub mod runner;
+pub mod schema;
+mod node;
+mod decode;
+mod domain;
+mod turn;
+mod bodies;
+mod build;
 pub mod scenes;
+pub mod output;
+pub mod state_file;
+pub mod state_hash;
+pub mod trace;
 
+pub use error::{LabError, Place, nearest};
 pub use msd_core;
+pub use node::SceneFormat;
+pub use output::Output;
 pub use runner::{AnyState, Precision, Runner};
-pub use scenes::{Builtin, Loaded};
+pub use scenes::{BUILTINS, Builtin, Loaded, load, open, parse, read, write};
+pub use state_file::{load_state, read_state, write_state};
+pub use state_hash::state_hash;
+pub use trace::Trace;

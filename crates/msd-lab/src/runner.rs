@@ -183,6 +183,11 @@ impl Runner {
         on!(self, simulation => simulation.energy())
     }
 
+    /// Energy taken away since the start, joules.
+    pub fn dissipated(&self) -> f64 {
+        on!(self, simulation => simulation.dissipated())
+    }
+
     /// Linear and angular momentum.
     pub fn momentum(&self) -> Momentum {
         on!(self, simulation => simulation.momentum())

@@ -1,7 +1,14 @@
 //! Which scene does a name stand for: a built-in one, a scene file or a mesh?
 
+use crate::build::understand;
+use crate::decode::decode;
+use crate::error::{LabError, nearest};
+use crate::mesh::{self, Mesh, MeshError};
+use crate::node::{SceneFormat, Source};
 use crate::runner::{Precision, Runner};
+use crate::schema::SceneFile;
 use msd_core::{Scene, Settings};
+use std::path::Path;
 
 /// A scene ready to run: rows, and how its author wants it stepped.
 #[derive(Clone, Debug)]
@@ -39,4 +46,213 @@ pub struct Builtin {
     pub title: &'static str,
     /// The scene file, TOML.
     pub text: &'static str,
+}
+
+macro_rules! builtin {
+    ($name:literal, $title:literal) => {
+        Builtin {
+            name: $name,
+            title: $title,
+            text: include_str!(concat!("../scenes/", $name, ".toml")),
+        }
+    };
+}
+
+/// The built-in scenes, the default first.
+pub const BUILTINS: [Builtin; 13] = [
+    builtin!("jelly", "a cube of jelly, spun and dropped"),
+    builtin!("bunny", "a soft bunny hops, squashes as it lands and stands up again"),
+    builtin!("cloth", "a cloth hung up by three points of its top row"),
+    builtin!("dice", "a die thrown hard against two walls"),
+    builtin!("foam", "a cube of foam rubber thrown at a sticky wall"),
+    builtin!("mattress", "a mattress tumbling over the floor"),
+    builtin!("snake", "a snake of 400 m standing on its tail, until it falls"),
+    builtin!("spinner", "a block that spins fast on a slippery floor between walls"),
+    builtin!("waffle", "a waffle on edge, sliding, under heavy gravity"),
+    builtin!("teapot", "a teapot of thin rubber, dropped"),
+    builtin!("chain", "a wave runs along five particles in a row and dies out"),
+    builtin!("square", "a square with diagonals falls on the floor and keeps its shape"),
+    builtin!("square4", "the same square without diagonals collapses"),
+];
+
+/// The meshes that the crate carries, by the file name that a scene may give.
+const MESHES: [(&str, &[u8]); 2] = [
+    ("bunny.obj", include_bytes!("../meshes/bunny.obj")),
+    ("teapot.obj", include_bytes!("../meshes/teapot.obj")),
+];
+
+/// Endings of mesh files.
+const MESH_ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
+
+/// The largest scene file, bytes: the tree of a text takes many times its length.
+const MAX_TEXT: u64 = 256 << 20;
+
+/// Opens a scene by what a user writes: a built-in name, a `.toml` or `.json` scene file, or a mesh.
+///
+/// A mesh becomes a body 2 m long that drops on the ground. A name that is both a file and built in
+/// means the file.
+///
+/// # Errors
+/// A name that stands for nothing, with the nearest one; everything that [`load`] refuses.
+pub fn open(name: &str) -> Result<Loaded, LabError> {
+    let path = Path::new(name);
+    let ending = ending(path);
+    if matches!(ending.as_str(), "toml" | "json") {
+        return load(path);
+    }
+    if MESH_ENDINGS.contains(&ending.as_str()) {
+        return open_mesh(name);
+    }
+    if let Some(builtin) = BUILTINS.iter().find(|builtin| builtin.name == name) {
+        return parse(builtin.text, SceneFormat::Toml, builtin.name);
+    }
+    if path.is_dir() {
+        let reason = "it is a folder; a scene is a file".into();
+        return Err(LabError::Unreadable { file: name.into(), reason });
+    }
+    if path.is_file() {
+        let reason = format!(
+            "its ending tells no format; a scene file ends in .toml or .json, a mesh in .{}",
+            MESH_ENDINGS.join(", .")
+        );
+        return Err(LabError::Unreadable { file: name.into(), reason });
+    }
+    let names = BUILTINS.map(|builtin| builtin.name);
+    let hint = match nearest(name, names) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!(
+            "it is no file ending in .toml, .json or as a mesh does; the built-in scenes are {}",
+            names.join(", ")
+        ),
+    };
+    Err(LabError::UnknownScene { name: name.into(), hint })
+}
+
+/// Loads a scene file, TOML or JSON by its ending.
+///
+/// # Errors
+/// A file that cannot be read; everything that [`parse`] refuses.
+pub fn load(path: &Path) -> Result<Loaded, LabError> {
+    let name = path.display().to_string();
+    let format = match ending(path).as_str() {
+        "json" => SceneFormat::Json,
+        _ => SceneFormat::Toml,
+    };
+    let text = read_text(path, &name)?;
+    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+    parse_with(&text, format, &name, &|file| read_mesh(&folder.join(file), file))
+}
+
+/// Parses the text of a scene file; touches no file, so meshes can only be those that the crate
+/// carries.
+///
+/// # Errors
+/// Text that does not follow its format, an unknown key, a value outside its domain: each names the
+/// line where it is known, and the key.
+pub fn parse(text: &str, format: SceneFormat, name: &str) -> Result<Loaded, LabError> {
+    parse_with(text, format, name, &|file| {
+        carried(file).unwrap_or_else(|| {
+            let reason = "only a scene that is loaded from a file can name mesh files".into();
+            Err(MeshError::Unreadable { file: file.into(), reason })
+        })
+    })
+}
+
+/// Reads the rows of a scene file as they were written, to be changed and written again.
+///
+/// # Errors
+/// Text that does not follow its format, or an unknown key; values are not checked.
+pub fn read(text: &str, format: SceneFormat, name: &str) -> Result<SceneFile, LabError> {
+    decode(&Source::parse(text, format, name)?)
+}
+
+/// The text of a scene file, to be changed and written again.
+///
+/// # Errors
+/// [`LabError::Unwritable`] for a number that the format cannot hold.
+pub fn write(file: &SceneFile, format: SceneFormat) -> Result<String, LabError> {
+    let refused = |reason: String| LabError::Unwritable { file: "scene".into(), reason };
+    match format {
+        SceneFormat::Toml => toml::to_string(file).map_err(|e| refused(e.to_string())),
+        SceneFormat::Json => serde_json::to_string_pretty(file).map_err(|e| refused(e.to_string())),
+    }
+}
+
+fn parse_with(
+    text: &str,
+    format: SceneFormat,
+    name: &str,
+    read_mesh: &dyn Fn(&str) -> Result<Mesh, MeshError>,
+) -> Result<Loaded, LabError> {
+    let source = Source::parse(text, format, name)?;
+    let understood = understand(&source, read_mesh)?;
+    let name = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(Loaded {
+        title: understood.title.unwrap_or_else(|| name.clone()),
+        name,
+        scene: understood.scene,
+        settings: understood.settings,
+        precision: understood.precision,
+        notes: understood.notes,
+    })
+}
+
+/// The scene that a bare mesh drops into.
+const MESH_SCENE: &str = include_str!("../scenes/mesh.toml");
+/// How far above the ground a bare mesh starts, metres.
+const DROP: f64 = 0.3;
+/// The most substeps that a bare mesh is given: beyond it another stiffness is the better answer.
+const MAX_SUBSTEPS: f64 = 1000.0;
+
+/// A mesh that nobody made a scene for: just above the ground, with as many substeps as it needs.
+fn open_mesh(name: &str) -> Result<Loaded, LabError> {
+    let path = Path::new(name);
+    let mut loaded = parse_with(MESH_SCENE, SceneFormat::Toml, name, &|_| read_mesh(path, name))?;
+    loaded.title = format!("{} dropped on the ground", loaded.name);
+    for body in &mut loaded.scene.bodies {
+        body.name.clone_from(&loaded.name);
+    }
+    let particles = &mut loaded.scene.particles;
+    let lowest = particles.iter().map(|particle| particle.position.y).fold(f64::MAX, f64::min);
+    particles.iter_mut().for_each(|particle| particle.position.y += DROP - lowest);
+    let core = |source| LabError::Core { file: name.into(), source };
+    let stable = loaded.runner().map_err(core)?.stable_substep();
+    // A squashed body is stiffer than one at rest: the margin covers that.
+    let substeps = (loaded.settings.step / (0.6 * stable)).ceil().clamp(1.0, MAX_SUBSTEPS);
+    loaded.settings.substeps = substeps as u32;
+    Ok(loaded)
+}
+
+/// Reads a mesh file; if there is none, one that the crate carries may stand in by its bare name.
+fn read_mesh(path: &Path, file: &str) -> Result<Mesh, MeshError> {
+    match carried(file) {
+        Some(mesh) if !path.exists() => mesh,
+        _ => mesh::read(path),
+    }
+}
+
+fn carried(file: &str) -> Option<Result<Mesh, MeshError>> {
+    let (name, bytes) = MESHES.into_iter().find(|mesh| mesh.0 == file)?;
+    Some(mesh::parse(bytes, mesh::Format::Obj, name))
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
+}
+
+fn read_text(path: &Path, name: &str) -> Result<String, LabError> {
+    use std::io::Read;
+    let refused = |reason: String| LabError::Unreadable { file: name.into(), reason };
+    let file = std::fs::File::open(path).map_err(|error| refused(error.to_string()))?;
+    let mut text = String::new();
+    // One byte more than allowed tells a file that is too long, whatever its metadata says.
+    let read = file.take(MAX_TEXT + 1).read_to_string(&mut text);
+    let length = read.map_err(|error| match error.kind() {
+        std::io::ErrorKind::InvalidData => refused("it is not UTF-8 text".into()),
+        _ => refused(error.to_string()),
+    })?;
+    if MAX_TEXT < length as u64 {
+        return Err(refused(format!("it is longer than {} MiB", MAX_TEXT >> 20)));
+    }
+    Ok(text)
 }

@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 /// The surface of a body whose particles are the vertices of a mesh.
 ///
-/// Without texture coordinates each triangle is projected along the axis that it faces most, onto
-/// the longest side of the bounding box: no pattern is stretched by more than √3.
+/// Without texture coordinates everything is projected along the shortest side of the bounding box:
+/// a pattern is stretched where the surface turns away, but nowhere torn.
 pub(crate) fn surface(
     positions: &[DVec3],
     triangles: &[[u32; 3]],
@@ -17,15 +17,15 @@ pub(crate) fn surface(
 ) -> Surface {
     let low = positions.iter().copied().fold(DVec3::MAX, DVec3::min);
     let high = positions.iter().copied().fold(DVec3::MIN, DVec3::max);
-    let side = (high - low).max_element();
+    let (side, flatten) = ((high - low).max_element(), flatten(high - low));
     let mut surface = Surface { two_sided, ..Surface::default() };
     let mut numbers = BTreeMap::new();
     for (face, &corners) in triangles.iter().enumerate() {
         let uvs = match uvs {
             Some(uvs) => uvs[face],
             None => {
-                let places = corners.map(|corner| positions[corner as usize]);
-                project(places.map(|place| (place - low) / side))
+                let place = |corner: u32| (positions[corner as usize] - low) / side;
+                corners.map(|corner| flatten(place(corner)).as_vec2().to_array())
             }
         };
         let mut triangle = [0; 3];
@@ -41,13 +41,11 @@ pub(crate) fn surface(
     surface
 }
 
-fn project(corners: [DVec3; 3]) -> CornerUvs {
-    let [a, b, c] = corners;
-    let normal = (b - a).cross(c - a).abs();
-    let flat = |corner: DVec3| match normal {
-        n if n.y <= n.z && n.x <= n.z => DVec2::new(corner.x, corner.y),
-        n if n.y <= n.x => DVec2::new(corner.z, corner.y),
-        _ => DVec2::new(corner.x, corner.z),
-    };
-    corners.map(|corner| flat(corner).as_vec2().to_array())
+/// The projection along the shortest side of a box.
+fn flatten(size: DVec3) -> fn(DVec3) -> DVec2 {
+    match size {
+        n if n.z <= n.x && n.z <= n.y => |place| DVec2::new(place.x, place.y),
+        n if n.x <= n.y => |place| DVec2::new(place.z, place.y),
+        _ => |place| DVec2::new(place.x, place.z),
+    }
 }

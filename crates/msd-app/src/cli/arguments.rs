@@ -1,0 +1,193 @@
+//! What may be written on the command line?
+
+use super::failure::{Failure, say};
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand};
+use msd_core::Integrator;
+use msd_lab::{Precision, nearest};
+use std::path::PathBuf;
+
+/// Elastic things as particles joined by springs and dampers: see them, grab them, run them.
+///
+/// SCENE is the name of a built-in scene (see `msd scenes`), a scene file (.toml or .json) or a
+/// mesh (.obj, .stl, .ply, .gltf or .glb).
+#[derive(Debug, Parser)]
+#[command(name = "msd", version, args_conflicts_with_subcommands = true)]
+#[command(after_help = "Exit codes: 0 done, 2 bad input or usage, 3 diverged.")]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// The scene to show in the window [default: jelly]
+    pub scene: Option<String>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Shows a scene in the window; this is also what `msd SCENE` does
+    View {
+        /// The scene [default: jelly]
+        scene: Option<String>,
+    },
+    /// Lists the built-in scenes
+    Scenes,
+    /// Runs a scene without a window and tells what came of it
+    Run(RunArguments),
+    /// Draws a scene to a PNG picture; needs no display
+    Render(RenderArguments),
+}
+
+/// How a scene is stepped; what is left out is as the scene says.
+#[derive(Debug, Default, Args)]
+pub struct SolverArguments {
+    /// Method: explicit-euler, symplectic-euler, velocity-verlet or rk4
+    #[arg(long, value_name = "NAME", value_parser = integrator)]
+    pub integrator: Option<Integrator>,
+    /// Length of an integration step, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(conflicts_with = "substeps")]
+    pub step: Option<f64>,
+    /// Integration steps per 1/60 s, instead of --step
+    #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
+    pub substeps: Option<u32>,
+    /// Precision: f32 or f64
+    #[arg(long, value_name = "NAME", value_parser = precision)]
+    pub precision: Option<Precision>,
+    /// Start from this state file instead of the start of the scene
+    #[arg(long, value_name = "STATE.csv")]
+    pub from: Option<PathBuf>,
+}
+
+/// Arguments of `msd run`.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// A built-in scene, a scene file or a mesh
+    pub scene: String,
+    #[command(flatten)]
+    pub solver: SolverArguments,
+    /// Time to simulate, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
+    #[arg(default_value = "10")]
+    pub duration: f64,
+    /// Write the last state to this file
+    #[arg(long, value_name = "STATE.csv")]
+    pub out: Option<PathBuf>,
+    /// Write energy and momentum after each step to this file
+    #[arg(long, value_name = "TRACE.csv")]
+    pub trace: Option<PathBuf>,
+    /// Particles whose positions the trace tells too, such as 0,4
+    #[arg(long, value_name = "PARTICLES", value_delimiter = ',', requires = "trace")]
+    pub watch: Vec<usize>,
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `msd render`.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// A built-in scene, a scene file or a mesh
+    pub scene: String,
+    #[command(flatten)]
+    pub solver: SolverArguments,
+    /// Time to simulate before the picture is taken, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
+    #[arg(default_value = "1")]
+    pub time: f64,
+    /// Size of the picture, pixels
+    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    pub size: [u32; 2],
+    /// The picture [default: SCENE.png]
+    #[arg(long, value_name = "FILE.png")]
+    pub out: Option<PathBuf>,
+    /// Turn of the camera about the vertical, degrees
+    #[arg(long, value_name = "DEGREES", value_parser = finite, allow_hyphen_values = true)]
+    pub yaw_deg: Option<f64>,
+    /// Height of the camera above the horizon, degrees
+    #[arg(long, value_name = "DEGREES", value_parser = finite, allow_hyphen_values = true)]
+    pub pitch_deg: Option<f64>,
+    /// Draw the edges of the surface
+    #[arg(long)]
+    pub wireframe: bool,
+    /// Draw the springs, green at rest to red with strain
+    #[arg(long)]
+    pub springs: bool,
+    /// Draw the particles
+    #[arg(long)]
+    pub particles: bool,
+    /// Draw no surfaces
+    #[arg(long)]
+    pub no_surfaces: bool,
+}
+
+fn integrator(text: &str) -> Result<Integrator, String> {
+    text.parse().map_err(|_| {
+        let names = Integrator::ALL.map(Integrator::name);
+        match nearest(text, names) {
+            Some(near) => format!("must be one of {}; did you mean `{near}`?", names.join(", ")),
+            None => format!("must be one of {}", names.join(", ")),
+        }
+    })
+}
+
+fn precision(text: &str) -> Result<Precision, String> {
+    let known = [Precision::F32, Precision::F64].into_iter().find(|known| known.name() == text);
+    known.ok_or_else(|| "must be f32 or f64".into())
+}
+
+fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|&number: &f64| number.is_finite() && ok(number));
+    number.ok_or_else(|| format!("must be {expected}"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text, |number| 0.0 < number, "a number, positive and finite")
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |number| 0.0 <= number, "a number, finite and not negative")
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    number(text, |_| true, "a finite number")
+}
+
+fn substeps(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|&number| 0 < number);
+    number.ok_or_else(|| "must be a whole number, at least 1".into())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(width, height)| {
+        Some([width.parse::<u32>().ok()?, height.parse::<u32>().ok()?])
+    });
+    let sides = sides.filter(|sides| sides.iter().all(|side| (1..=16384).contains(side)));
+    sides.ok_or_else(|| "must be WIDTHxHEIGHT, each from 1 to 16384 pixels, as in 1280x720".into())
+}
+
+/// Answers a call for help, or tells in one line what is wrong with the arguments.
+pub fn explain(error: &clap::Error, first: Option<String>) -> Result<(), Failure> {
+    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        return say(error.to_string().trim_end());
+    }
+    let text = error.to_string();
+    let told = text.lines().take_while(|line| !line.starts_with("Usage:"));
+    let told: Vec<&str> = told.map(str::trim).filter(|line| !line.is_empty()).collect();
+    let told = told.into_iter().filter(|line| !line.starts_with("For more information"));
+    let mut message = told.collect::<Vec<_>>().join("; ").replace(":; ", ": ");
+    if let Some(rest) = message.strip_prefix("error: ") {
+        message = rest.into();
+    }
+    let commands = Arguments::command();
+    let names: Vec<&str> = commands.get_subcommands().map(clap::Command::get_name).collect();
+    let first = first.unwrap_or_default();
+    // A misspelt command is taken for the scene of the window, and what follows it for too much.
+    let too_much = matches!(error.kind(), ErrorKind::UnknownArgument | ErrorKind::ArgumentConflict);
+    if too_much && !first.starts_with('-') && !names.contains(&first.as_str()) {
+        message = match nearest(&first, names.iter().copied()) {
+            Some(near) => format!("there is no command `{first}`; did you mean `{near}`?"),
+            None => format!("there is no command `{first}`; there are {}", names.join(", ")),
+        };
+    }
+    Err(Failure::input(format!("{message}; see msd --help")))
+}

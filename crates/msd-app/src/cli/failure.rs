@@ -1,0 +1,51 @@
+//! What is said where a command cannot do what it was asked?
+
+use std::fmt::Display;
+use std::io::{ErrorKind, Write};
+
+/// Exit code of bad input or usage.
+const BAD_INPUT: u8 = 2;
+/// Exit code of a run that diverged.
+const DIVERGED: u8 = 3;
+
+/// Why a command ended early.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// What is wrong; one line, but for a window that cannot open.
+    pub message: String,
+    /// The exit code.
+    pub code: u8,
+}
+
+impl Failure {
+    /// Bad input or usage.
+    pub fn input(message: impl Display) -> Self {
+        Failure { message: message.to_string(), code: BAD_INPUT }
+    }
+
+    /// A run that left the world.
+    pub fn diverged(message: impl Display) -> Self {
+        Failure { message: message.to_string(), code: DIVERGED }
+    }
+
+    /// Writes the message to the standard error.
+    pub fn tell(&self) {
+        tell(&format!("error: {}", self.message));
+    }
+}
+
+/// Writes a line to the standard error.
+pub fn tell(line: &str) {
+    // Where nobody listens there is nobody to tell, and `eprintln!` would panic.
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Writes a line to the standard output; a reader that has gone, as in `| head`, is no error.
+pub fn say(line: &str) -> Result<(), Failure> {
+    match writeln!(std::io::stdout(), "{line}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::input(format!("the standard output cannot be written: {error}")))
+        }
+        _ => Ok(()),
+    }
+}

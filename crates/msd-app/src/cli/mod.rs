@@ -1,0 +1,56 @@
+//! What does the command line do? Reads the arguments, calls a command, tells what went wrong.
+
+mod failure;
+mod arguments;
+mod prepare;
+mod report;
+mod run;
+mod render;
+
+use arguments::{Arguments, Command};
+use clap::Parser;
+use failure::{Failure, say};
+use std::process::ExitCode;
+
+/// The scene of the window that nobody chose.
+const DEFAULT_SCENE: &str = "jelly";
+
+/// Runs the program and returns its exit code: 0 done, 2 bad input or usage, 3 diverged.
+pub fn run_program() -> ExitCode {
+    // Silent unless asked: one clear line is the whole message of an error.
+    let environment = env_logger::Env::default().default_filter_or("off");
+    env_logger::Builder::from_env(environment).init();
+    let done = match Arguments::try_parse() {
+        Ok(arguments) => run_command(arguments),
+        Err(error) => arguments::explain(&error, std::env::args().nth(1)),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            failure.tell();
+            ExitCode::from(failure.code)
+        }
+    }
+}
+
+fn run_command(arguments: Arguments) -> Result<(), Failure> {
+    match arguments.command {
+        Some(Command::View { scene }) => view(scene),
+        None => view(arguments.scene),
+        Some(Command::Scenes) => list_scenes(),
+        Some(Command::Run(arguments)) => run::run(&arguments),
+        Some(Command::Render(arguments)) => render::render(&arguments),
+    }
+}
+
+fn view(scene: Option<String>) -> Result<(), Failure> {
+    let scene = scene.unwrap_or_else(|| DEFAULT_SCENE.into());
+    let loaded = prepare::open(&scene)?;
+    msd_app::view(loaded).map_err(Failure::input)
+}
+
+fn list_scenes() -> Result<(), Failure> {
+    let line = |builtin: &msd_lab::Builtin| format!("{:<9} {}", builtin.name, builtin.title);
+    let lines: Vec<String> = msd_lab::BUILTINS.iter().map(line).collect();
+    say(&lines.join("\n"))
+}

@@ -1,0 +1,112 @@
+//! How does a scene become a run? Opened, given the solver of the command line and a state.
+
+use super::arguments::SolverArguments;
+use super::failure::{Failure, tell};
+use msd_core::Settings;
+use msd_lab::{Loaded, Runner, load_state};
+
+/// A frame of the command line, seconds: `--substeps` divides it.
+const FRAME: f64 = 1.0 / 60.0;
+
+/// The most integration steps of a run: weeks on any machine.
+const MAX_STEPS: f64 = 1e10;
+
+/// A run that is about to start.
+pub struct Prepared {
+    /// The name of the scene.
+    pub name: String,
+    /// What was done to its input.
+    pub notes: Vec<String>,
+    /// The run.
+    pub runner: Runner,
+    /// The largest stable substep predicted at its start, seconds.
+    pub stable: f64,
+    /// Steps to take.
+    pub steps: u64,
+    /// What the user should know, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// Opens a scene.
+pub fn open(scene: &str) -> Result<Loaded, Failure> {
+    msd_lab::open(scene).map_err(Failure::input)
+}
+
+/// Opens a scene and makes it ready to run for some seconds; tells warnings.
+pub fn prepare(
+    scene: &str,
+    solver: &SolverArguments,
+    (flag, duration): (&str, f64),
+) -> Result<Prepared, Failure> {
+    let mut loaded = open(scene)?;
+    choose(&mut loaded, solver);
+    let mut runner =
+        loaded.runner().map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    if let Some(path) = &solver.from {
+        let count = runner.particle_count();
+        let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
+        let refused = |error| Failure::input(format!("{}: {error}", path.display()));
+        runner.set_state(&state, 0).map_err(refused)?;
+    }
+    let settings = runner.settings();
+    let (steps, short) = count_steps(settings, duration);
+    if MAX_STEPS < steps as f64 * f64::from(settings.substeps) {
+        return Err(Failure::input(format!(
+            "{flag} {duration} s would take more than {MAX_STEPS:e} steps of {} s; shorten it or \
+             lengthen the step",
+            settings.substep()
+        )));
+    }
+    let stable = runner.stable_substep();
+    let mut warnings = Vec::new();
+    warnings.extend(warn_of_step(settings, stable));
+    warnings.extend(short.then(|| {
+        let time = steps as f64 * settings.step;
+        format!("{flag} {duration} s is no multiple of the step; the run takes {time} s")
+    }));
+    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    let Loaded { name, notes, .. } = loaded;
+    Ok(Prepared { name, notes, runner, stable, steps, warnings })
+}
+
+fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
+    let settings = &mut loaded.settings;
+    settings.integrator = solver.integrator.unwrap_or(settings.integrator);
+    if let Some(step) = solver.step {
+        (settings.step, settings.substeps) = (step, 1);
+    }
+    if let Some(substeps) = solver.substeps {
+        (settings.step, settings.substeps) = (FRAME, substeps);
+    }
+    loaded.precision = solver.precision.unwrap_or(loaded.precision);
+}
+
+/// The number of steps nearest to a duration, at least one unless it is 0; whether they miss it.
+fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
+    let exact = duration / settings.step;
+    let steps = if 0.0 < duration { exact.round().max(1.0) } else { 0.0 };
+    // Rounding of the quotient stays far below a millionth of a step.
+    let short = 1e-6 < (exact - steps).abs();
+    (steps as u64, short)
+}
+
+/// A warning where a step is longer than the largest stable one.
+fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
+    let (integrator, h) = (settings.integrator, settings.substep());
+    if h <= stable {
+        return None;
+    }
+    if stable == 0.0 {
+        return Some(format!("{integrator} is predicted unstable here at any step"));
+    }
+    let advice = advise(stable);
+    Some(format!(
+        "the step of {h:.3e} s is longer than {stable:.3e} s, the largest predicted stable for \
+         {integrator}; {advice}"
+    ))
+}
+
+/// Substeps that keep a little away from the largest stable step.
+pub fn advise(stable: f64) -> String {
+    format!("try --substeps {}", (FRAME / (0.9 * stable)).ceil())
+}

@@ -1,0 +1,64 @@
+//! `msd render`: how does a scene become a picture without a display?
+
+use super::arguments::RenderArguments;
+use super::failure::{Failure, say};
+use super::prepare::prepare;
+use super::run::explain_divergence;
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+use msd_lab::{Output, Runner, on};
+use msd_render::{Gpu, Image, RenderError, Style, View, bounds, render_image};
+use std::path::PathBuf;
+
+/// Runs a scene for a while and draws it.
+pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
+    let RenderArguments { scene, solver, time, .. } = arguments;
+    let mut prepared = prepare(scene, solver, ("--time", *time))?;
+    let path = arguments.out.clone();
+    let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.png", prepared.name)));
+    if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
+        let path = path.display();
+        return Err(Failure::input(format!(
+            "{path}: the picture is a PNG; let its name end in .png"
+        )));
+    }
+    let mut output = Output::create(&path).map_err(Failure::input)?;
+    // Asked for before the run: without a driver the steps would be in vain.
+    let gpu = pollster::block_on(Gpu::headless()).map_err(Failure::input)?;
+    for _ in 0..prepared.steps {
+        let stepped = prepared.runner.step();
+        stepped.map_err(|error| explain_divergence(&prepared.name, error))?;
+    }
+    let image = draw(&gpu, &prepared.runner, arguments).map_err(Failure::input)?;
+    let Image { width, height, rgba } = image;
+    let encoder = PngEncoder::new(&mut output);
+    let written = encoder.write_image(&rgba, width, height, ExtendedColorType::Rgba8);
+    written.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    output.finish().map_err(Failure::input)?;
+    let (name, time) = (&prepared.name, prepared.runner.time());
+    say(&format!("{}: {name} after {time:.3} s, {width}x{height} pixels", path.display()))
+}
+
+fn draw(gpu: &Gpu, runner: &Runner, arguments: &RenderArguments) -> Result<Image, RenderError> {
+    let [width, height] = arguments.size;
+    let mut view = View {
+        style: Style {
+            surfaces: !arguments.no_surfaces,
+            wireframe: arguments.wireframe,
+            springs: arguments.springs,
+            particles: arguments.particles,
+            ..Style::default()
+        },
+        ..View::default()
+    };
+    let radians = |degrees: f64| degrees.to_radians() as f32;
+    view.camera.yaw = arguments.yaw_deg.map_or(view.camera.yaw, radians);
+    view.camera.pitch = arguments.pitch_deg.map_or(view.camera.pitch, radians);
+    on!(runner, simulation => {
+        let snapshot = simulation.snapshot();
+        if let Some(bounds) = bounds(&snapshot) {
+            view.camera.frame(bounds, width as f32 / height as f32);
+        }
+        render_image(gpu, &snapshot, &view, width, height)
+    })
+}

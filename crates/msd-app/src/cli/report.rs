@@ -1,0 +1,144 @@
+//! What is told after a run?
+
+use super::prepare::Prepared;
+use msd_core::{Energy, Integrator, Momentum};
+use msd_lab::{Precision, state_hash};
+use serde::Serialize;
+
+/// What came of a run; the keys of `--json`.
+#[derive(Debug, Serialize)]
+pub struct Report {
+    /// Name of the scene.
+    pub scene: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// The method.
+    pub integrator: Integrator,
+    /// Length of an integration step, seconds.
+    pub step: f64,
+    /// Integration steps per row of the trace.
+    pub substeps: u32,
+    /// Precision.
+    pub precision: Precision,
+    /// Time simulated, seconds.
+    pub duration: f64,
+    /// Integration steps taken.
+    pub steps: u64,
+    /// Time that the steps took, seconds.
+    pub wall_seconds: f64,
+    /// Springs times force evaluations per second of the wall clock; null without a step.
+    pub spring_updates_per_second: Option<f64>,
+    /// Time simulated by time taken; null without a step.
+    pub real_time_factor: Option<f64>,
+    /// Energy at the end, joules.
+    pub energy: EnergyReport,
+    /// Momentum at the end.
+    pub momentum: Momentum,
+    /// The longest integration step predicted stable at the start, seconds: 0 if none is, null if
+    /// every one is.
+    pub stable_step: Option<f64>,
+    /// Hash of the last state, hexadecimal.
+    pub state_hash: String,
+    /// Whether the run left the world; what is told is then the last good state.
+    pub diverged: bool,
+    /// What was done to the input, and what the user should know.
+    pub notes: Vec<String>,
+    /// What may be wrong.
+    pub warnings: Vec<String>,
+}
+
+/// Energy, joules.
+#[derive(Debug, Serialize)]
+pub struct EnergyReport {
+    kinetic: f64,
+    elastic: f64,
+    gravitational: f64,
+    dissipated: f64,
+    total: f64,
+}
+
+impl From<Energy> for EnergyReport {
+    fn from(energy: Energy) -> Self {
+        let Energy { kinetic, elastic, gravitational, dissipated } = energy;
+        EnergyReport { kinetic, elastic, gravitational, dissipated, total: energy.total() }
+    }
+}
+
+/// Force evaluations per integration step, without the one that starts a step of Verlet.
+fn evaluations(integrator: Integrator) -> u64 {
+    match integrator {
+        Integrator::ExplicitEuler | Integrator::SymplecticEuler | Integrator::VelocityVerlet => 1,
+        Integrator::Rk4 => 4,
+    }
+}
+
+impl Report {
+    /// Collects what came of a run.
+    pub fn new(prepared: Prepared, wall_seconds: f64, diverged: bool) -> Self {
+        let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
+        let settings = runner.settings();
+        let steps = runner.steps() * u64::from(settings.substeps);
+        let updates = steps * evaluations(settings.integrator) * runner.spring_count() as u64;
+        let per_wall_second = |amount: f64| (0.0 < wall_seconds).then_some(amount / wall_seconds);
+        Report {
+            scene: name,
+            particles: runner.particle_count(),
+            springs: runner.spring_count(),
+            integrator: settings.integrator,
+            step: settings.substep(),
+            substeps: settings.substeps,
+            precision: runner.precision(),
+            duration: runner.time(),
+            steps,
+            wall_seconds,
+            spring_updates_per_second: per_wall_second(updates as f64),
+            real_time_factor: per_wall_second(runner.time()),
+            energy: runner.energy().into(),
+            momentum: runner.momentum(),
+            stable_step: stable.is_finite().then_some(stable),
+            state_hash: format!("{:016x}", state_hash(&runner.state())),
+            diverged,
+            notes,
+            warnings,
+        }
+    }
+
+    /// One JSON object.
+    pub fn json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(self)
+    }
+
+    /// A summary for a person.
+    pub fn summary(&self) -> String {
+        let mut lines = self.notes.clone();
+        let Report { scene, particles, springs, integrator, precision, .. } = self;
+        lines.push(format!(
+            "{scene}: {particles} particles, {springs} springs, {integrator} in {precision}"
+        ));
+        let stable = match self.stable_step {
+            Some(0.0) => "none predicted stable".into(),
+            Some(stable) => format!("predicted stable up to {:.3} ms", 1e3 * stable),
+            None => "any is stable".into(),
+        };
+        let (steps, step_ms) = (self.steps, 1e3 * self.step);
+        lines.push(format!("{steps} steps of {step_ms:.3} ms ({stable})"));
+        let speed = match (self.real_time_factor, self.spring_updates_per_second) {
+            (Some(factor), Some(updates)) => format!(
+                " in {:.3} s: {factor:.1} x real time, {:.3} G spring updates/s",
+                self.wall_seconds,
+                1e-9 * updates
+            ),
+            _ => String::new(),
+        };
+        lines.push(format!("{:.3} s simulated{speed}", self.duration));
+        let EnergyReport { kinetic, elastic, gravitational, dissipated, total } = &self.energy;
+        lines.push(format!(
+            "energy, J: kinetic {kinetic:.4}, elastic {elastic:.4}, gravitational \
+             {gravitational:.4}, dissipated {dissipated:.4}, total {total:.4}"
+        ));
+        lines.push(format!("state hash {}", self.state_hash));
+        lines.join("\n")
+    }
+}

@@ -1,0 +1,162 @@
+//! What are the bodies made of, and what acts on them?
+
+use super::{heading, slider};
+use crate::edits::Value;
+use crate::keys::Command;
+use crate::session::Session;
+use crate::theme;
+use crate::viewer::Viewer;
+use egui::{Button, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
+use msd_core::{Friction, Select};
+use msd_lab::on;
+use std::ops::RangeInclusive;
+
+/// Sliders for material and world.
+pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    heading(ui, "Material");
+    bodies(ui, &mut viewer.session);
+    let stiffness = springs(ui, &mut viewer.session);
+    if let Some(rect) = stiffness {
+        viewer.landmarks.insert("stiffness", rect);
+    }
+    ui.horizontal(|ui| {
+        let hover = "The present shape becomes the shape at rest (F)";
+        if ui.button("Freeze shape").on_hover_text(hover).clicked() {
+            viewer.command(Command::Freeze);
+        }
+        let reset = Button::new("Reset values");
+        let edited = viewer.session.is_edited();
+        let hover = "Material and world as the scene has them, and restart";
+        if ui.add_enabled(edited, reset).on_hover_text(hover).clicked() {
+            viewer.gesture = None;
+            viewer.session.reset_values();
+        }
+    });
+    heading(ui, "World");
+    world(ui, &mut viewer.session);
+}
+
+/// Chooses what the sliders act on, where there is a choice.
+fn bodies(ui: &mut Ui, session: &mut Session) {
+    let names: Vec<String> = on!(session.runner(), simulation => {
+        simulation.model().bodies().iter().map(|body| body.name.clone()).collect()
+    });
+    if names.len() < 2 {
+        return;
+    }
+    let select = session.select();
+    let text = |select| match select {
+        Select::Body(body) => names.get(body).map_or("?", |name| name.as_str()),
+        _ => "all bodies",
+    };
+    ui.horizontal(|ui| {
+        let name = super::left_label(ui, "Of");
+        let combo = ComboBox::from_id_salt("body").selected_text(text(select));
+        let shown = combo.show_ui(ui, |ui| {
+            let choices = std::iter::once(Select::All).chain((0..names.len()).map(Select::Body));
+            choices
+                .filter(|&choice| {
+                    let label = text(choice).to_owned();
+                    ui.selectable_label(choice == select, label).clicked()
+                })
+                .last()
+        });
+        shown.response.labelled_by(name.id);
+        if let Some(choice) = shown.inner.flatten() {
+            session.set_select(choice);
+        }
+    });
+}
+
+/// A slider with a unit, logarithmic from `least` on; returns a new value.
+fn change(
+    ui: &mut Ui,
+    (label, unit): (&str, &str),
+    value: Value,
+    range: RangeInclusive<f64>,
+    least: f64,
+) -> (Option<f64>, Rect) {
+    let mut number = value.first;
+    // A scene may be outside the range of the slider: only a hand is kept inside.
+    let widget = Slider::new(&mut number, range)
+        .clamping(SliderClamping::Edits)
+        .logarithmic(0.0 < least)
+        .smallest_positive(least.max(1e-9))
+        .max_decimals(if 0.0 < least { 3 } else { 2 })
+        .suffix(unit);
+    let mut response = slider(ui, label, widget);
+    if value.mixed {
+        response = response.on_hover_text("Springs or particles differ; this is the first");
+    }
+    (response.changed().then_some(number), response.rect)
+}
+
+fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
+    let shown = *session.shown();
+    if let Some(mass) = shown.mass
+        && let (Some(value), _) = change(ui, ("Mass", " kg"), mass, 0.01..=100.0, 0.01)
+    {
+        session.set_mass(value);
+    }
+    let (Some(stiffness), Some(damping)) = (shown.stiffness, shown.damping) else { return None };
+    let (value, rect) = change(ui, ("Stiffness", " N/m"), stiffness, 0.0..=1e6, 0.1);
+    if let Some(value) = value {
+        session.set_stiffness(value);
+    }
+    if let (Some(value), _) = change(ui, ("Damping", " N s/m"), damping, 0.0..=1e3, 1e-3) {
+        session.set_damping(value);
+    }
+    let scale = Value { first: shown.rest_scale, mixed: false };
+    if let (Some(value), _) = change(ui, ("Rest length", " ×"), scale, 0.25..=4.0, 0.25) {
+        session.set_rest_scale(value);
+    }
+    Some(rect)
+}
+
+fn world(ui: &mut Ui, session: &mut Session) {
+    let shown = *session.shown();
+    let gravity = Value { first: shown.gravity, mixed: false };
+    if let (Some(value), _) = change(ui, ("Gravity", " m/s²"), gravity, 0.0..=100.0, 0.1) {
+        session.set_gravity(value);
+    }
+    let (Some(restitution), Some(friction)) = (shown.restitution, shown.friction) else {
+        ui.label(RichText::new("no planes in this scene").small().color(theme::FAINT));
+        return;
+    };
+    if let (Some(value), _) = change(ui, ("Restitution", ""), restitution, 0.0..=1.0, 0.0) {
+        session.set_restitution(value);
+    }
+    let (value, most) = match friction {
+        Friction::Coulomb(factor) => (factor, 2.0),
+        Friction::TangentialLoss(loss) => (loss, 1.0),
+    };
+    let value = Value { first: value, mixed: false };
+    let law: fn(f64) -> Friction = match friction {
+        Friction::Coulomb(_) => Friction::Coulomb,
+        Friction::TangentialLoss(_) => Friction::TangentialLoss,
+    };
+    if let (Some(value), _) = change(ui, ("Friction", ""), value, 0.0..=most, 0.0) {
+        session.set_friction(law(value));
+    }
+    laws(ui, session, friction);
+}
+
+/// Chooses the law of friction; both take a number from 0 to 1 alike.
+fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
+    ui.horizontal(|ui| {
+        ui.add_space(super::COLUMN + 6.0);
+        let (coulomb, value) = match friction {
+            Friction::Coulomb(value) => (true, value),
+            Friction::TangentialLoss(value) => (false, value),
+        };
+        let hover = "At most this factor times the normal impulse";
+        if ui.selectable_label(coulomb, "Coulomb").on_hover_text(hover).clicked() {
+            session.set_friction(Friction::Coulomb(value));
+        }
+        let hover =
+            "This part of the tangential speed in each contact substep: depends on the step";
+        if ui.selectable_label(!coulomb, "Loss").on_hover_text(hover).clicked() {
+            session.set_friction(Friction::TangentialLoss(value.min(1.0)));
+        }
+    });
+}

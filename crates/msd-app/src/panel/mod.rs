@@ -1,0 +1,95 @@
+//! What is in the window? Scenes and toggles on the left, numbers on the right, a status line
+//! below, and the 3D view in what is left.
+
+mod energy;
+mod material;
+mod overlay;
+mod run;
+mod scenes;
+mod solver;
+mod status;
+
+use crate::pointing;
+use crate::theme;
+use crate::viewer::Viewer;
+use egui::{
+    Align, CursorIcon, Frame, Layout, Panel, Response, RichText, ScrollArea, Sense, Slider, Ui,
+    Widget, vec2,
+};
+
+/// Width of the left panel, points.
+const LEFT: f32 = 158.0;
+/// Width of the right panel, points.
+const RIGHT: f32 = 292.0;
+/// Width of the names of sliders and choices, points.
+const COLUMN: f32 = 70.0;
+
+/// Shows everything, and lets mouse and widgets act on the viewer.
+pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    let frame = Frame::new().fill(theme::PANEL).inner_margin(10.0);
+    let line = Frame::new().fill(theme::PANEL).inner_margin(egui::Margin::symmetric(10, 5));
+    Panel::bottom("status").resizable(false).frame(line).show(ui, |ui| status::show(ui, viewer));
+    Panel::left("scenes").resizable(false).exact_size(LEFT).frame(frame).show(ui, |ui| {
+        scrolled(ui, "left", |ui| scenes::show(ui, viewer));
+    });
+    Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
+        scrolled(ui, "right", |ui| {
+            run::show(ui, viewer);
+            material::show(ui, viewer);
+            solver::show(ui, viewer);
+            energy::show(ui, viewer);
+        });
+    });
+    view(ui, viewer);
+    overlay::show(ui, viewer);
+}
+
+fn scrolled(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
+    ScrollArea::vertical().id_salt(name).auto_shrink([false, false]).show(ui, contents);
+}
+
+/// The 3D view as a widget: egui decides which presses are its own.
+fn view(ui: &mut Ui, viewer: &mut Viewer) {
+    let rect = ui.available_rect_before_wrap();
+    viewer.rect = rect;
+    viewer.frame_once();
+    let id = ui.scope_id().with("view");
+    let response = ui.interact(rect, id, Sense::click_and_drag());
+    pointing::handle(ui, viewer, &response);
+    if viewer.session.held().is_some() {
+        ui.set_cursor_icon(CursorIcon::Grabbing);
+    } else if viewer.hovered.is_some() {
+        ui.set_cursor_icon(CursorIcon::Grab);
+    }
+}
+
+/// The title of a group of widgets.
+fn heading(ui: &mut Ui, text: &str) {
+    ui.add_space(8.0);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new(text.to_uppercase()).small().strong().color(theme::FAINT));
+        let rest = ui.available_rect_before_wrap();
+        let stroke = egui::Stroke::new(1.0, theme::LINE);
+        ui.painter().hline(rest.x_range(), rest.center().y, stroke);
+    });
+}
+
+/// A label and a slider beside it; the name of both is the label.
+fn slider(ui: &mut Ui, label: &str, slider: Slider<'_>) -> Response {
+    ui.horizontal(|ui| {
+        let name = left_label(ui, label);
+        ui.spacing_mut().slider_width = 96.0;
+        slider.ui(ui).labelled_by(name.id)
+    })
+    .inner
+}
+
+/// A label that starts at the left edge and takes the width of a column.
+fn left_label(ui: &mut Ui, text: &str) -> Response {
+    let layout = Layout::left_to_right(Align::Center);
+    ui.allocate_ui_with_layout(vec2(COLUMN, 18.0), layout, |ui| {
+        ui.set_min_width(COLUMN);
+        ui.label(text)
+    })
+    .inner
+}

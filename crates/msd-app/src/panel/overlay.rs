@@ -1,0 +1,146 @@
+//! What lies over the 3D view? The hint, the legend, the marks of particles, the banner, the help.
+
+use crate::keys::KEYS;
+use crate::theme;
+use crate::viewer::Viewer;
+use egui::{
+    Align2, Area, Color32, FontId, Frame, Grid, Mesh, Order, Painter, Pos2, Rect, RichText, Stroke,
+    Ui, pos2, vec2,
+};
+use msd_core::Vector;
+use msd_lab::on;
+
+/// Shows what lies over the 3D view.
+pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    let painter = ui.painter().with_clip_rect(viewer.rect);
+    marks(&painter, viewer);
+    if viewer.style.springs {
+        legend(&painter, viewer);
+    }
+    if viewer.hint {
+        let text =
+            "drag a particle to throw it  ·  drag beside it to turn  ·  wheel to zoom  ·  F1 help";
+        hint(&painter, viewer.rect, text);
+    }
+    banner(ui, viewer);
+    if viewer.help {
+        help(ui, viewer);
+    }
+}
+
+/// Rings around the particle under the pointer and the selected one.
+fn marks(painter: &Painter, viewer: &Viewer) {
+    let place = |particle: usize| -> Option<Pos2> {
+        let position = on!(viewer.session.runner(), simulation => {
+            simulation.state().positions.get(particle)?.to_f32()
+        });
+        viewer.lens().place(position)
+    };
+    let ring = |particle: Option<usize>, radius: f32, colour: Color32| {
+        if let Some(at) = particle.and_then(place) {
+            painter.circle_stroke(
+                at,
+                radius + 1.0,
+                Stroke::new(1.0, Color32::from_black_alpha(90)),
+            );
+            painter.circle_stroke(at, radius, Stroke::new(2.0, colour));
+        }
+    };
+    ring(viewer.session.selected(), 8.0, theme::WARN);
+    ring(viewer.hovered, 6.0, Color32::WHITE);
+}
+
+fn hint(painter: &Painter, rect: Rect, text: &str) {
+    let font = FontId::proportional(13.0);
+    let text = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
+    let at = pos2(rect.center().x - 0.5 * text.size().x, rect.bottom() - 40.0);
+    let paper = Rect::from_min_size(at, text.size()).expand2(vec2(14.0, 7.0));
+    painter.rect_filled(paper, 14.0, Color32::from_black_alpha(150));
+    painter.galley(at, text, Color32::WHITE);
+}
+
+/// The colours of strain with their scale.
+fn legend(painter: &Painter, viewer: &Viewer) {
+    let size = vec2(150.0, 10.0);
+    let corner = viewer.rect.left_top() + vec2(22.0, 34.0);
+    let bar = Rect::from_min_size(corner, size);
+    let paper = Rect::from_min_max(bar.min - vec2(12.0, 24.0), bar.max + vec2(12.0, 22.0));
+    painter.rect_filled(paper, 6.0, Color32::from_black_alpha(150));
+    let full = viewer.style.strain_full_scale;
+    let mut mesh = Mesh::default();
+    let slices = 32;
+    for slice in 0..=slices {
+        let share = slice as f32 / slices as f32;
+        let part = msd_render::strain_colour(share * full, full);
+        let [red, green, blue] = part.map(|part| (part * 255.0).round() as u8);
+        let x = egui::lerp(bar.x_range(), share);
+        for y in [bar.top(), bar.bottom()] {
+            mesh.colored_vertex(pos2(x, y), Color32::from_rgb(red, green, blue));
+        }
+        if 0 < slice {
+            let last = 2 * slice as u32;
+            mesh.add_triangle(last - 2, last - 1, last);
+            mesh.add_triangle(last - 1, last, last + 1);
+        }
+    }
+    painter.add(mesh);
+    let font = FontId::proportional(11.0);
+    let text = |at: Pos2, anchor: Align2, text: &str| {
+        painter.text(at, anchor, text, font.clone(), Color32::WHITE);
+    };
+    text(bar.left_top() - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, "strain of springs");
+    let anchors = [Align2::LEFT_TOP, Align2::CENTER_TOP, Align2::RIGHT_TOP];
+    for (share, anchor) in [0.0, 0.5, 1.0].into_iter().zip(anchors) {
+        let at = pos2(egui::lerp(bar.x_range(), share), bar.bottom() + 4.0);
+        text(at, anchor, &format!("{:.0} %", share * full * 100.0));
+    }
+}
+
+/// Why the run stopped, and ways out.
+fn banner(ui: &Ui, viewer: &mut Viewer) {
+    let Some(failure) = viewer.session.failure().cloned() else { return };
+    let at = pos2(viewer.rect.center().x, viewer.rect.top() + 16.0);
+    let width = (viewer.rect.width() - 80.0).clamp(200.0, 560.0);
+    let area = Area::new(egui::Id::unique("failure")).order(Order::Foreground).fixed_pos(at);
+    area.pivot(Align2::CENTER_TOP).show(ui.ctx(), |ui| {
+        let frame = Frame::popup(ui.style()).fill(Color32::from_rgb(66, 30, 32)).inner_margin(12.0);
+        frame.show(ui, |ui| {
+            ui.set_width(width);
+            ui.label(RichText::new("The simulation blew up and is paused").strong());
+            ui.label(RichText::new(failure.text).color(theme::TEXT));
+            ui.horizontal(|ui| {
+                if ui.button("Restart").clicked() {
+                    viewer.command(crate::keys::Command::Restart);
+                }
+                let Some(substeps) = failure.substeps else { return };
+                if ui.button(format!("Restart with {substeps} substeps")).clicked() {
+                    viewer.restart_stable();
+                }
+            });
+        });
+    });
+}
+
+const MOUSE: [(&str, &str); 5] = [
+    ("Left drag on a particle", "hold it; let go to throw it"),
+    ("Left drag beside, right drag", "turn"),
+    ("Shift drag, middle drag", "move sideways"),
+    ("Wheel, pinch", "zoom"),
+    ("Drag a pin", "move the pin"),
+];
+
+fn help(ui: &Ui, viewer: &mut Viewer) {
+    let mut open = true;
+    let window = egui::Window::new("Help").open(&mut open).collapsible(false).resizable(false);
+    let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.rect.center());
+    window.show(ui.ctx(), |ui| {
+        Grid::new("help").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
+            for (what, does) in MOUSE.into_iter().chain(KEYS) {
+                ui.label(RichText::new(what).strong());
+                ui.label(does);
+                ui.end_row();
+            }
+        });
+    });
+    viewer.help &= open;
+}

@@ -1,0 +1,60 @@
+//! Does it run, how fast, and one step at a time?
+
+use crate::keys::Command;
+use crate::viewer::Viewer;
+use egui::{Button, ComboBox, RichText, Ui};
+
+/// Speeds to choose from, simulated seconds per second: fewer steps per second, not other steps.
+const SPEEDS: [(f64, &str); 6] =
+    [(1.0, "1"), (0.5, "1/2"), (0.25, "1/4"), (0.1, "1/10"), (0.03, "1/33"), (0.01, "1/100")];
+
+/// The title of the scene and the transport.
+pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    ui.heading(viewer.session.loaded().name.clone());
+    ui.label(RichText::new(viewer.session.loaded().title.clone()).small().weak());
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        let paused = viewer.session.is_paused();
+        let text = if paused { "Run" } else { "Pause" };
+        let pause = Button::new(text).min_size(egui::vec2(70.0, 26.0)).selected(paused);
+        let pause = ui.add(pause).on_hover_text("Space");
+        viewer.landmarks.insert("pause", pause.rect);
+        if pause.clicked() {
+            viewer.command(Command::TogglePause);
+        }
+        let small = |text| Button::new(text).min_size(egui::vec2(54.0, 26.0));
+        let can_go_back = 0 < viewer.session.steps_back();
+        let back = ui.add_enabled(can_go_back, small("Back")).on_hover_text("One step back (,)");
+        if back.clicked() {
+            viewer.command(Command::StepBack);
+        }
+        if ui.add(small("Step")).on_hover_text("One step forward (.)").clicked() {
+            viewer.command(Command::StepForward);
+        }
+        if ui.add(small("Restart")).on_hover_text("R").clicked() {
+            viewer.command(Command::Restart);
+        }
+    });
+    speed(ui, viewer);
+}
+
+fn speed(ui: &mut Ui, viewer: &mut Viewer) {
+    ui.horizontal(|ui| {
+        let name = super::left_label(ui, "Speed");
+        let now = viewer.session.speed();
+        let text = SPEEDS.iter().find(|(speed, _)| *speed == now).map_or("?", |(_, text)| text);
+        let combo = ComboBox::from_id_salt("speed").width(60.0).selected_text(text);
+        let shown = combo.show_ui(ui, |ui| {
+            for (speed, text) in SPEEDS {
+                if ui.selectable_label(speed == now, text).clicked() {
+                    viewer.session.set_speed(speed);
+                }
+            }
+        });
+        shown.response.labelled_by(name.id).on_hover_text("Fewer steps per second, the same steps");
+        ui.label(RichText::new("of real time").weak());
+    });
+    if let Some(refusal) = viewer.session.refusal() {
+        ui.label(RichText::new(refusal).small().color(crate::theme::BAD));
+    }
+}

@@ -1,0 +1,75 @@
+//! Which scenes are there, and what of them is shown?
+
+use super::heading;
+use crate::keys::Command;
+use crate::viewer::Viewer;
+use egui::{Button, RichText, Ui};
+
+/// The left panel.
+pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    ui.spacing_mut().button_padding.y = 1.0;
+    ui.spacing_mut().interact_size.y = 18.0;
+    list(ui, viewer);
+    toggles(ui, viewer);
+    camera(ui, viewer);
+    particle(ui, viewer);
+}
+
+fn list(ui: &mut Ui, viewer: &mut Viewer) {
+    heading(ui, "Scenes");
+    let current = viewer.session.loaded().name.clone();
+    let mut wanted = None;
+    ui.spacing_mut().item_spacing.y = 1.0;
+    let entries = viewer.catalogue.entries.iter();
+    for (index, entry) in entries.enumerate() {
+        let key = if index < 9 { (index + 1).to_string() } else { String::new() };
+        let button = Button::selectable(entry.name == current, entry.name)
+            .shortcut_text(key)
+            .min_size(egui::vec2(ui.available_width(), 0.0));
+        if ui.add(button).on_hover_text(entry.title).clicked() {
+            wanted = Some(index);
+        }
+    }
+    ui.spacing_mut().item_spacing.y = 4.0;
+    if let Some(index) = wanted {
+        viewer.open_entry(index);
+    }
+}
+
+fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
+    heading(ui, "Show");
+    let style = &mut viewer.style;
+    ui.checkbox(&mut style.surfaces, "Surface");
+    ui.checkbox(&mut style.pattern, "Pattern");
+    ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("Tab");
+    ui.checkbox(&mut style.springs, "Springs").on_hover_text("coloured by strain");
+    ui.checkbox(&mut style.particles, "Particles");
+    ui.checkbox(&mut style.shadows, "Shadows");
+    ui.checkbox(&mut style.grid, "Grid");
+}
+
+fn camera(ui: &mut Ui, viewer: &mut Viewer) {
+    heading(ui, "Camera");
+    if ui.button("Frame all").on_hover_text("Bring everything into view (A)").clicked() {
+        viewer.command(Command::FrameAll);
+    }
+    ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep the middle of everything still");
+}
+
+fn particle(ui: &mut Ui, viewer: &mut Viewer) {
+    let Some(particle) = viewer.session.selected() else { return };
+    heading(ui, "Particle");
+    let pinned = viewer.session.is_pinned(particle);
+    let state = if pinned { "pinned" } else { "free" };
+    ui.label(format!("number {particle}, {state}"));
+    ui.label(RichText::new(place(viewer, particle)).small().weak());
+    let text = if pinned { "Unpin" } else { "Pin" };
+    if ui.button(text).on_hover_text("P, also while dragging").clicked() {
+        viewer.session.pin_toggle(particle);
+    }
+}
+
+fn place(viewer: &Viewer, particle: usize) -> String {
+    let at = viewer.session.position(particle);
+    format!("{:.2}, {:.2}, {:.2} m", at.x, at.y, at.z)
+}

@@ -1,0 +1,75 @@
+//! Does it keep up, and what does a step cost? One line, always there.
+
+use crate::theme;
+use crate::viewer::Viewer;
+use egui::{Color32, Label, RichText, Ui};
+
+/// The status line.
+pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
+    let session = &viewer.session;
+    let pace = session.pace();
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 14.0;
+        let mut item = |text: String, colour: Color32, hover: &str| {
+            ui.add(Label::new(RichText::new(text).small().color(colour))).on_hover_text(hover);
+        };
+        let (state, colour) = state(session.is_paused(), pace.real_time_factor, session.speed());
+        item(state, colour, "Simulated seconds per second");
+        if 0.05 <= pace.dropped && !session.is_paused() {
+            let text = format!("dropped {:.1} s", pace.dropped);
+            item(text, theme::WARN, "Simulated time given up because the machine was busy");
+        }
+        let text = format!("{:.1} steps/frame", pace.steps_per_frame);
+        item(text, theme::TEXT, "Steps per picture");
+        item(format!("{:.2} ms/step", pace.step_ms), theme::TEXT, "Wall clock for a step");
+        item(format!("{:.0} frames/s", pace.frame_rate), theme::TEXT, "Pictures per second");
+        let runner = session.runner();
+        let text = format!("{} particles", grouped(runner.particle_count()));
+        item(text, theme::FAINT, "Particles");
+        item(format!("{} springs", grouped(runner.spring_count())), theme::FAINT, "Springs");
+        let text = format!("t = {:.2} s", session.time());
+        item(text, theme::TEXT, "Simulated time");
+        item(format!("step {}", grouped(runner.steps() as usize)), theme::FAINT, "Steps so far");
+    });
+}
+
+fn state(paused: bool, factor: f64, speed: f64) -> (String, Color32) {
+    if paused {
+        return ("paused".to_owned(), theme::WARN);
+    }
+    // A tenth below what was asked for is noise of the frame rate.
+    let colour = if factor < 0.9 * speed { theme::WARN } else { theme::GOOD };
+    (format!("{factor:.2} × real time"), colour)
+}
+
+/// A number with narrow spaces between groups of three digits.
+fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (place, digit) in digits.chars().enumerate() {
+        if 0 < place && (digits.len() - place).is_multiple_of(3) {
+            text.push('\u{2009}');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_grouped_from_the_right() {
+        assert_eq!(grouped(7), "7");
+        assert_eq!(grouped(1000), "1\u{2009}000");
+        assert_eq!(grouped(12_345_678), "12\u{2009}345\u{2009}678");
+    }
+
+    #[test]
+    fn falling_behind_is_marked() {
+        assert_eq!(state(false, 0.98, 1.0).1, theme::GOOD);
+        assert_eq!(state(false, 0.5, 1.0).1, theme::WARN);
+        assert_eq!(state(false, 0.1, 0.1).1, theme::GOOD);
+    }
+}

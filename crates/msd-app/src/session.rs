@@ -1,0 +1,363 @@
+//! What is running, how far is it, and what stopped it? The window's logic without a window.
+
+use crate::clock::{Clock, Frame, Pace};
+use crate::edits::{Edits, Shown};
+use crate::hand::Hold;
+use crate::history::{History, Moment};
+use crate::margin::Margin;
+use crate::trace::Trace;
+use msd_core::{Energy, Error, Integrator, Interaction, Select, Settings};
+use msd_lab::{Loaded, Precision, Runner};
+
+/// The most substeps that can be chosen.
+pub const MOST_SUBSTEPS: u32 = 1000;
+
+/// Part of the largest stable substep that is aimed at after a divergence: springs that turn and
+/// stretch move the limit.
+const CAUTION: f64 = 0.8;
+
+/// A running scene and everything a person does to it.
+#[derive(Debug)]
+pub struct Session {
+    pub(crate) loaded: Loaded,
+    pub(crate) runner: Runner,
+    pub(crate) edits: Edits,
+    pub(crate) shown: Shown,
+    pub(crate) hold: Option<Hold>,
+    /// The particle that buttons and keys act on.
+    pub(crate) selected: Option<usize>,
+    clock: Clock,
+    paused: bool,
+    history: History,
+    trace: Trace,
+    margin: Margin,
+    /// The error that paused the run, and how many substeps would have been stable.
+    failure: Option<Failure>,
+    /// The last thing that was refused, for the status line.
+    pub(crate) refusal: Option<String>,
+    /// Energy dissipated at the present state less what the simulation counted, joules: stepping
+    /// back takes dissipation back too.
+    dissipated_before: f64,
+}
+
+/// Why a run stopped.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Failure {
+    /// What the simulation said.
+    pub text: String,
+    /// Substeps per step that are predicted to be stable, if any number is.
+    pub substeps: Option<u32>,
+}
+
+impl Session {
+    /// Starts a scene, running.
+    ///
+    /// # Errors
+    /// The first row or setting of the scene that is out of its domain.
+    pub fn new(loaded: Loaded) -> Result<Self, Error> {
+        let runner = loaded.runner()?;
+        let mut session = Session {
+            shown: Shown::default(),
+            loaded,
+            runner,
+            edits: Edits::default(),
+            hold: None,
+            selected: None,
+            clock: Clock::default(),
+            paused: false,
+            history: History::default(),
+            trace: Trace::default(),
+            margin: Margin::default(),
+            failure: None,
+            refusal: None,
+            dissipated_before: 0.0,
+        };
+        session.refresh();
+        session.sample();
+        Ok(session)
+    }
+
+    /// Replaces the scene and everything done to the old one; whether it is paused and how fast it
+    /// runs stay.
+    ///
+    /// # Errors
+    /// See [`Session::new`]; the old scene goes on then.
+    pub fn open(&mut self, loaded: Loaded) -> Result<(), Error> {
+        let mut session = Session::new(loaded)?;
+        session.paused = self.paused && self.failure.is_none();
+        session.clock.set_speed(self.clock.speed());
+        *self = session;
+        Ok(())
+    }
+
+    /// Lets `real` seconds of wall clock pass; `stopwatch` gives the seconds spent in this frame.
+    pub fn advance(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
+        let step = self.runner.settings().step;
+        let mut frame = Frame::default();
+        if !self.paused {
+            let mut clock = std::mem::take(&mut self.clock);
+            frame = clock.run(real, step, stopwatch, || self.take_step());
+            self.clock = clock;
+            if 0 < frame.steps && self.trace.is_due(self.time()) {
+                self.sample();
+            }
+        }
+        if self.margin.is_due(real) {
+            let start = stopwatch();
+            let stable = self.runner.stable_substep();
+            self.margin.set(stable, stopwatch() - start);
+        }
+        frame
+    }
+
+    /// Takes one step and returns whether the run can go on.
+    fn take_step(&mut self) -> bool {
+        self.move_held_pin();
+        let before = self.moment();
+        match self.runner.step() {
+            Ok(()) => {
+                self.history.push(before);
+                self.failure = None;
+                true
+            }
+            Err(error) => {
+                self.fail(&error);
+                false
+            }
+        }
+    }
+
+    fn fail(&mut self, error: &Error) {
+        self.paused = true;
+        self.release();
+        let step = self.runner.settings().step;
+        let predicted = match error {
+            Error::Diverged(divergence) => divergence.stable_substep,
+            _ => None,
+        };
+        // The state kept may be far gone; where the scene starts counts as well.
+        let at_start = self.fresh_runner().map_or(0.0, |runner| runner.stable_substep());
+        let substeps = predicted.and_then(|stable| {
+            let needed = (step / (CAUTION * stable.min(at_start))).ceil();
+            (needed <= f64::from(MOST_SUBSTEPS)).then_some((needed as u32).max(1))
+        });
+        let more = substeps.filter(|&count| self.runner.settings().substeps < count);
+        self.failure = Some(Failure { text: error.to_string(), substeps: more });
+    }
+
+    fn moment(&self) -> Moment {
+        let dissipated = self.energy().dissipated;
+        Moment { state: self.runner.state(), steps: self.runner.steps(), dissipated }
+    }
+
+    fn sample(&mut self) {
+        self.trace.push(self.time(), self.energy());
+    }
+
+    /// Pauses or goes on. After a divergence it stays paused until something is changed.
+    pub fn toggle_pause(&mut self) {
+        self.paused = !self.paused;
+        self.clock.resume();
+    }
+
+    /// Pauses and takes one step.
+    pub fn step_forward(&mut self) {
+        self.paused = true;
+        self.take_step();
+        self.trace.rewind(self.time());
+        self.sample();
+    }
+
+    /// Pauses and returns to the state before the last step; returns whether there was one.
+    pub fn step_back(&mut self) -> bool {
+        self.paused = true;
+        let Some(moment) = self.history.pop() else { return false };
+        if let Err(error) = self.runner.set_state(&moment.state, moment.steps) {
+            self.refusal = Some(error.to_string());
+            return false;
+        }
+        self.dissipated_before = moment.dissipated - self.runner.energy().dissipated;
+        self.failure = None;
+        self.trace.rewind(self.time());
+        self.margin.touch();
+        true
+    }
+
+    /// Starts again from the first state. Solver, material and world stay as the person set them;
+    /// pins, rest lengths and frozen shapes are the scene's again.
+    pub fn restart(&mut self) {
+        match self.fresh_runner() {
+            Ok(runner) => self.runner = runner,
+            Err(error) => return self.refusal = Some(error.to_string()),
+        }
+        // A run that stopped by itself starts again by itself.
+        if self.failure.take().is_some() {
+            self.paused = false;
+        }
+        (self.hold, self.selected, self.dissipated_before) = (None, None, 0.0);
+        self.shown.rest_scale = 1.0;
+        self.history.clear();
+        self.trace.clear();
+        self.clock.resume();
+        self.refresh();
+        self.sample();
+    }
+
+    /// The scene at its start, with the solver and the edits of now.
+    fn fresh_runner(&self) -> Result<Runner, Error> {
+        let Loaded { scene, .. } = &self.loaded;
+        let mut runner = Runner::new(scene, self.runner.settings(), self.runner.precision())?;
+        for &edit in self.edits.kept() {
+            runner.queue(edit)?;
+        }
+        runner.apply_queued();
+        Ok(runner)
+    }
+
+    /// Starts again with as many substeps as were predicted to be stable.
+    pub fn restart_stable(&mut self) {
+        if let Some(substeps) = self.failure.as_ref().and_then(|failure| failure.substeps) {
+            self.set_substeps(substeps);
+            self.restart();
+        }
+    }
+
+    /// Does something to the simulation at once: the window is always between two steps.
+    pub(crate) fn act(&mut self, interaction: Interaction) -> bool {
+        let result = self.runner.queue(interaction);
+        self.runner.apply_queued();
+        self.refusal = result.err().map(|error| error.to_string());
+        self.refusal.is_none()
+    }
+
+    /// Makes the present lengths of the chosen springs their rest lengths.
+    pub fn freeze(&mut self) {
+        self.act(Interaction::Freeze { springs: self.shown.select });
+        self.shown.rest_scale = 1.0;
+        self.refresh();
+    }
+
+    /// Changes the method.
+    pub fn set_integrator(&mut self, integrator: Integrator) {
+        self.set_settings(Settings { integrator, ..self.runner.settings() });
+    }
+
+    /// Changes the substeps per step.
+    pub fn set_substeps(&mut self, substeps: u32) {
+        self.set_settings(Settings { substeps, ..self.runner.settings() });
+    }
+
+    fn set_settings(&mut self, settings: Settings) {
+        self.refusal = self.runner.set_settings(settings).err().map(|error| error.to_string());
+        self.margin.touch();
+    }
+
+    /// Changes the precision; the state stays, rounded once.
+    pub fn set_precision(&mut self, precision: Precision) {
+        match self.runner.convert(precision) {
+            Ok(runner) => self.runner = runner,
+            Err(error) => self.refusal = Some(error.to_string()),
+        }
+        self.margin.touch();
+    }
+
+    /// Chooses how fast simulated time runs, 1 for real time.
+    pub fn set_speed(&mut self, speed: f64) {
+        self.clock.set_speed(speed);
+    }
+
+    /// Says that what a step reads has changed.
+    pub(crate) fn touch(&mut self) {
+        self.margin.touch();
+    }
+
+    /// Forgets the wall-clock time up to the next frame, as after the window was hidden.
+    pub fn resume(&mut self) {
+        self.clock.resume();
+    }
+}
+
+/// What can be read.
+impl Session {
+    /// The scene as it was loaded.
+    pub fn loaded(&self) -> &Loaded {
+        &self.loaded
+    }
+
+    /// The simulation.
+    pub fn runner(&self) -> &Runner {
+        &self.runner
+    }
+
+    /// Whether no steps are taken.
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// Why the run stopped by itself.
+    pub fn failure(&self) -> Option<&Failure> {
+        self.failure.as_ref()
+    }
+
+    /// What was refused last.
+    pub fn refusal(&self) -> Option<&str> {
+        self.refusal.as_deref()
+    }
+
+    /// How fast simulated time should run, 1 for real time.
+    pub fn speed(&self) -> f64 {
+        self.clock.speed()
+    }
+
+    /// Averages over the last frames.
+    pub fn pace(&self) -> Pace {
+        self.clock.pace()
+    }
+
+    /// Simulated time, seconds.
+    pub fn time(&self) -> f64 {
+        self.runner.time()
+    }
+
+    /// How many steps can be taken back.
+    pub fn steps_back(&self) -> usize {
+        self.history.len()
+    }
+
+    /// Where the energy is.
+    pub fn energy(&self) -> Energy {
+        let mut energy = self.runner.energy();
+        energy.dissipated += self.dissipated_before;
+        energy
+    }
+
+    /// The energy of the last seconds.
+    pub fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// The substep as a share of the largest stable one, if that was predicted.
+    pub fn margin(&self) -> Option<f64> {
+        self.margin.share(self.runner.settings().substep())
+    }
+
+    /// The springs and particles that sliders act on.
+    pub fn select(&self) -> Select {
+        self.shown.select
+    }
+
+    /// What the sliders show.
+    pub fn shown(&self) -> &Shown {
+        &self.shown
+    }
+
+    /// The particle held by the mouse.
+    pub fn held(&self) -> Option<usize> {
+        self.hold.as_ref().map(|hold| hold.particle)
+    }
+
+    /// The particle that buttons and keys act on.
+    pub fn selected(&self) -> Option<usize> {
+        self.selected
+    }
+}

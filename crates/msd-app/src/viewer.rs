@@ -1,0 +1,245 @@
+//! What does the window show of a session, and what do commands do to both?
+
+use crate::gesture::Gesture;
+use crate::keys::Command;
+use crate::lens::Lens;
+use crate::session::Session;
+use egui::Rect;
+use glam::Vec3;
+use msd_core::{Real, Vector};
+use msd_lab::{Loaded, on};
+use msd_render::{Camera, Style};
+use std::collections::BTreeMap;
+
+/// A scene in the list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// What it is opened by.
+    pub name: &'static str,
+    /// One line on what is seen.
+    pub title: &'static str,
+}
+
+/// The scenes of the list and how one is opened.
+#[derive(Clone, Debug)]
+pub struct Catalogue {
+    /// The scenes, in the order of the list.
+    pub entries: Vec<Entry>,
+    /// Opens one by its name; the error is a line for the person.
+    pub open: fn(&str) -> Result<Loaded, String>,
+}
+
+/// The session and how it is looked at. Drawn by [`crate::panel::show`].
+#[derive(Debug)]
+pub struct Viewer {
+    /// What runs.
+    pub session: Session,
+    /// From where it is seen.
+    pub camera: Camera,
+    /// What of it is shown.
+    pub style: Style,
+    /// The scenes of the list.
+    pub catalogue: Catalogue,
+    /// Whether the camera follows the middle of everything.
+    pub follow: bool,
+    /// Whether the help is open.
+    pub help: bool,
+    /// Whether the hint for new users is shown: until something was grabbed.
+    pub hint: bool,
+    /// Whether the person asked to close the window.
+    pub quit: bool,
+    /// The part of the window that shows the scene, points.
+    pub rect: Rect,
+    /// Where widgets are, points: for tests that drive the window from outside.
+    pub landmarks: BTreeMap<&'static str, Rect>,
+    /// What the mouse does between press and release.
+    pub(crate) gesture: Option<Gesture>,
+    /// The particle under the pointer.
+    pub(crate) hovered: Option<usize>,
+    /// Whether the scene is to be brought into view once the size of the window is known.
+    unframed: bool,
+    /// The middle of everything in the frame before, and how far the camera is behind it.
+    centre: Vec3,
+    lag: Vec3,
+}
+
+/// How soon the camera follows, seconds.
+const FOLLOW_TIME: f64 = 0.2;
+
+impl Viewer {
+    /// Looks at a scene.
+    ///
+    /// # Errors
+    /// See [`Session::new`].
+    pub fn new(loaded: Loaded, catalogue: Catalogue) -> Result<Self, msd_core::Error> {
+        Ok(Viewer {
+            session: Session::new(loaded)?,
+            camera: Camera::default(),
+            style: Style { legend: false, ..Style::default() },
+            catalogue,
+            follow: true,
+            help: false,
+            hint: true,
+            quit: false,
+            rect: Rect::ZERO,
+            landmarks: BTreeMap::new(),
+            gesture: None,
+            hovered: None,
+            unframed: true,
+            centre: Vec3::ZERO,
+            lag: Vec3::ZERO,
+        })
+    }
+
+    /// The camera and where its picture is.
+    pub fn lens(&self) -> Lens {
+        Lens { camera: self.camera, rect: self.rect }
+    }
+
+    /// Does what a key or a button asks for.
+    pub fn command(&mut self, command: Command) {
+        let session = &mut self.session;
+        match command {
+            Command::TogglePause => session.toggle_pause(),
+            Command::StepForward => session.step_forward(),
+            Command::StepBack => {
+                session.step_back();
+            }
+            Command::Restart => self.restart(),
+            Command::Freeze => session.freeze(),
+            Command::Pin => self.pin(),
+            Command::Wireframe => self.style.wireframe = !self.style.wireframe,
+            Command::FrameAll => self.frame_all(),
+            Command::Scene(index) => self.open_entry(index),
+            Command::Escape => self.escape(),
+            Command::Help => self.help = !self.help,
+            Command::Quit => self.quit = true,
+        }
+    }
+
+    fn restart(&mut self) {
+        self.let_go();
+        let lost = self.session.failure().is_some();
+        self.session.restart();
+        self.find_again(lost);
+    }
+
+    /// Starts again after a divergence, with as many substeps as were predicted to be stable.
+    pub fn restart_stable(&mut self) {
+        self.let_go();
+        self.session.restart_stable();
+        self.find_again(true);
+    }
+
+    /// Turns the camera to the scene again where it had followed something that blew up.
+    fn find_again(&mut self, lost: bool) {
+        self.unframed |= lost;
+        self.frame_once();
+    }
+
+    /// Ends a hold: what was held may be gone.
+    fn let_go(&mut self) {
+        self.gesture = None;
+        self.hovered = None;
+    }
+
+    fn pin(&mut self) {
+        let session = &mut self.session;
+        let particle = session.held().or(self.hovered).or(session.selected());
+        if let Some(particle) = particle {
+            session.pin_toggle(particle);
+        }
+        if session.held().is_none() {
+            self.gesture = None;
+        }
+    }
+
+    fn escape(&mut self) {
+        self.let_go();
+        self.session.deselect();
+        self.help = false;
+    }
+
+    /// Opens a scene of the list.
+    pub fn open_entry(&mut self, index: usize) {
+        let Some(entry) = self.catalogue.entries.get(index) else { return };
+        let opened = (self.catalogue.open)(entry.name);
+        let result =
+            opened.and_then(|loaded| self.session.open(loaded).map_err(|error| error.to_string()));
+        match result {
+            Ok(()) => {
+                self.let_go();
+                self.unframed = true;
+                self.frame_once();
+            }
+            Err(error) => self.session.refusal = Some(error),
+        }
+    }
+
+    /// Brings every particle and the ground below into view.
+    pub fn frame_all(&mut self) {
+        let runner = self.session.runner();
+        let Some((mut low, high)) =
+            on!(runner, simulation => msd_render::bounds(&simulation.snapshot()))
+        else {
+            return;
+        };
+        let room = (high - low).max_element().max(1.0);
+        if let Some(ground) = self.ground() {
+            // Ground far below is left out: the scene would be a dot.
+            low.y = low.y.min(ground.max(low.y - room));
+        }
+        let aspect = if self.rect.is_positive() { self.rect.aspect_ratio() } else { 1.5 };
+        self.camera.frame((low, high), aspect);
+        // Room for what it is about to do.
+        self.camera.zoom(1.35);
+        (self.centre, self.lag) = (self.middle(), Vec3::ZERO);
+    }
+
+    /// The height of the highest level plane, metres.
+    fn ground(&self) -> Option<f32> {
+        on!(self.session.runner(), simulation => {
+            let planes = simulation.model().planes().iter();
+            let level = planes.filter(|plane| 0.9 < plane.normal.to_f32().y);
+            level.map(|plane| plane.offset.to_f64() as f32).reduce(f32::max)
+        })
+    }
+
+    /// Brings a new scene into view once the size of the window is known.
+    pub(crate) fn frame_once(&mut self) {
+        if self.unframed && self.rect.is_positive() {
+            self.unframed = false;
+            self.camera = Camera::default();
+            self.frame_all();
+        }
+    }
+
+    /// Lets the camera keep up, once per frame, after the steps; `real` is the wall-clock time of
+    /// the frame in seconds.
+    pub fn look(&mut self, real: f64) {
+        let before = self.centre;
+        self.centre = self.middle();
+        // In the hand of a person the picture stays still.
+        if !self.follow || self.session.held().is_some() {
+            self.lag = Vec3::ZERO;
+            return;
+        }
+        self.lag += self.centre - before;
+        let part = self.lag * (1.0 - (-real / FOLLOW_TIME).exp()) as f32;
+        if part.is_finite() {
+            self.camera.target += part;
+            self.lag -= part;
+        } else {
+            self.lag = Vec3::ZERO;
+        }
+    }
+
+    /// The mean position, metres.
+    fn middle(&self) -> Vec3 {
+        on!(self.session.runner(), simulation => {
+            let positions = &simulation.state().positions;
+            let sum: Vec3 = positions.iter().map(|position| position.to_f32()).sum();
+            sum / positions.len() as f32
+        })
+    }
+}

@@ -1,0 +1,217 @@
+//! The panel by itself: widgets found by their names, clicked and dragged without a window.
+
+use egui::Vec2;
+use egui::accesskit::Role;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use msd_app::keys::Command;
+use msd_app::viewer::Viewer;
+use msd_app::{catalogue, panel, theme};
+use msd_core::{Integrator, Real, Vector};
+use msd_lab::{Precision, on};
+
+fn harness() -> Harness<'static, Viewer> {
+    let loaded = msd_lab::open("jelly").expect("a built-in scene");
+    let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+    let mut harness = Harness::builder()
+        .with_size(Vec2::new(1280.0, 800.0))
+        .build_ui_state(|ui, viewer: &mut Viewer| panel::show(ui, viewer), viewer);
+    theme::apply(&harness.ctx);
+    harness.run_steps(3);
+    harness
+}
+
+fn click(harness: &mut Harness<'_, Viewer>, role: Role, label: &str) {
+    harness.get_by_role_and_label(role, label).click();
+    harness.run_steps(3);
+}
+
+fn stiffness(harness: &Harness<'_, Viewer>) -> f64 {
+    on!(harness.state().session.runner(), simulation => {
+        simulation.model().stiffnesses().get(0).to_f64()
+    })
+}
+
+/// Presses at a point, moves to another in two frames, and lets go.
+fn drag(harness: &mut Harness<'_, Viewer>, from: egui::Pos2, to: egui::Pos2) {
+    harness.hover_at(from);
+    harness.run_steps(2);
+    harness.drag_at(from);
+    harness.run_steps(1);
+    harness.hover_at(from.lerp(to, 0.5));
+    harness.run_steps(1);
+    harness.hover_at(to);
+    harness.run_steps(1);
+    harness.drop_at(to);
+    harness.run_steps(2);
+}
+
+#[test]
+fn dragging_the_slider_changes_k_in_the_simulation() {
+    let mut harness = harness();
+    assert_eq!(stiffness(&harness), 2200.0);
+    let rect = harness.get_by_role_and_label(Role::Slider, "Stiffness").rect();
+    drag(&mut harness, rect.center(), rect.right_center() - Vec2::new(4.0, 0.0));
+    assert!(1e5 < stiffness(&harness), "k is {}", stiffness(&harness));
+    drag(&mut harness, rect.center(), rect.left_center() + Vec2::new(20.0, 0.0));
+    assert!(stiffness(&harness) < 100.0, "k is {}", stiffness(&harness));
+}
+
+#[test]
+fn the_pause_button_pauses_and_runs() {
+    let mut harness = harness();
+    click(&mut harness, Role::Button, "Pause");
+    assert!(harness.state().session.is_paused());
+    click(&mut harness, Role::Button, "Run");
+    assert!(!harness.state().session.is_paused());
+}
+
+#[test]
+fn steps_go_forward_and_back() {
+    let mut harness = harness();
+    click(&mut harness, Role::Button, "Step");
+    click(&mut harness, Role::Button, "Step");
+    assert_eq!(harness.state().session.runner().steps(), 2);
+    click(&mut harness, Role::Button, "Back");
+    assert_eq!(harness.state().session.runner().steps(), 1);
+    click(&mut harness, Role::Button, "Restart");
+    assert_eq!(harness.state().session.runner().steps(), 0);
+}
+
+#[test]
+fn the_scene_list_switches_scenes_and_frames_them() {
+    let mut harness = harness();
+    let before = harness.state().camera;
+    harness.get_by_label_contains("cloth").click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().session.loaded().name, "cloth");
+    assert_eq!(harness.state().session.runner().particle_count(), 31 * 31);
+    assert_ne!(harness.state().camera, before);
+}
+
+#[test]
+fn method_and_precision_are_chosen() {
+    let mut harness = harness();
+    click(&mut harness, Role::ComboBox, "Method");
+    click(&mut harness, Role::Button, "rk4");
+    assert_eq!(harness.state().session.runner().integrator(), Integrator::Rk4);
+    click(&mut harness, Role::Button, "f64");
+    assert_eq!(harness.state().session.runner().precision(), Precision::F64);
+}
+
+#[test]
+fn toggles_change_what_is_drawn() {
+    let mut harness = harness();
+    assert!(!harness.state().style.springs);
+    click(&mut harness, Role::CheckBox, "Springs");
+    click(&mut harness, Role::CheckBox, "Shadows");
+    assert!(harness.state().style.springs && !harness.state().style.shadows);
+}
+
+#[test]
+fn a_particle_is_dragged_and_thrown() {
+    let mut harness = harness();
+    // The corner of the block that is nearest to the eye.
+    let viewer = harness.state();
+    let depth = |particle: usize| viewer.camera.depth(viewer.session.position(particle).as_vec3());
+    let corner = (0..1000).min_by(|&a, &b| depth(a).total_cmp(&depth(b))).expect("particles");
+    let at = viewer.session.position(corner).as_vec3();
+    let from = viewer.lens().place(at).expect("in view");
+    harness.hover_at(from);
+    harness.run_steps(2);
+    harness.drag_at(from);
+    harness.run_steps(2);
+    assert_eq!(harness.state().session.held(), Some(corner));
+    let to = from + Vec2::new(0.0, -120.0);
+    harness.hover_at(to);
+    harness.run_steps(1);
+    // The hand is where the pointer is, whatever the particle does.
+    let hand = harness.state().session.hold_target().expect("held").as_vec3();
+    let shown = harness.state().lens().place(hand).expect("in view");
+    assert!(shown.distance(to) < 1.0, "{shown:?} {to:?}");
+    let still = on!(harness.state().session.runner(), simulation => {
+        simulation.state().velocities[corner].to_f64()
+    });
+    for _ in 0..10 {
+        harness.state_mut().session.advance(1.0 / 60.0, &|| 0.0);
+    }
+    harness.drop_at(to);
+    harness.run_steps(1);
+    assert_eq!(harness.state().session.held(), None);
+    let thrown = on!(harness.state().session.runner(), simulation => {
+        simulation.state().velocities[corner].to_f64()
+    });
+    assert!(still.y + 1.0 < thrown.y, "{still} {thrown}");
+}
+
+#[test]
+fn a_drag_beside_the_body_turns_the_camera_and_a_slider_does_not() {
+    let mut harness = harness();
+    let before = harness.state().camera;
+    let corner = harness.state().rect.left_top() + Vec2::splat(20.0);
+    drag(&mut harness, corner, corner + Vec2::new(100.0, 30.0));
+    let after = harness.state().camera;
+    assert_ne!((after.yaw, after.pitch), (before.yaw, before.pitch));
+    let rect = harness.get_by_role_and_label(Role::Slider, "Gravity").rect();
+    // Out of the panel and over the scene: the slider keeps the pointer until release.
+    drag(&mut harness, rect.center(), rect.center() - Vec2::new(500.0, 0.0));
+    assert_eq!(harness.state().camera, after);
+    assert_eq!(harness.state().session.held(), None);
+    assert_eq!(harness.state().session.shown().gravity, 0.0);
+}
+
+#[test]
+fn a_divergence_is_told_with_ways_out() {
+    let mut harness = harness();
+    let session = &mut harness.state_mut().session;
+    session.set_substeps(1);
+    session.set_stiffness(1e6);
+    session.advance(0.0, &|| 0.0);
+    (0..600).for_each(|_| {
+        session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+    });
+    let substeps = session.failure().and_then(|failure| failure.substeps).expect("a way out");
+    harness.run_steps(3);
+    click(&mut harness, Role::Button, &format!("Restart with {substeps} substeps"));
+    let session = &harness.state().session;
+    assert!(session.failure().is_none() && !session.is_paused());
+    assert_eq!(session.runner().settings().substeps, substeps);
+}
+
+#[test]
+fn help_opens_and_closes() {
+    let mut harness = harness();
+    harness.state_mut().command(Command::Help);
+    harness.run_steps(3);
+    assert!(harness.query_by_label("pause or go on").is_some());
+    harness.state_mut().command(Command::Escape);
+    harness.run_steps(3);
+    assert!(harness.query_by_label("pause or go on").is_none());
+}
+
+#[test]
+fn every_command_is_harmless_in_every_scene() {
+    let mut harness = harness();
+    for index in 0..catalogue().entries.len() {
+        harness.state_mut().open_entry(index);
+        for command in [
+            Command::TogglePause,
+            Command::StepForward,
+            Command::StepBack,
+            Command::StepBack,
+            Command::Pin,
+            Command::Freeze,
+            Command::Wireframe,
+            Command::FrameAll,
+            Command::Escape,
+            Command::Restart,
+            Command::TogglePause,
+            Command::Scene(99),
+        ] {
+            harness.state_mut().command(command);
+        }
+        harness.run_steps(2);
+        assert_eq!(harness.state().session.loaded().name, catalogue().entries[index].name);
+    }
+    assert!(!harness.state().quit);
+}

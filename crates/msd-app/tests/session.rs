@@ -1,0 +1,281 @@
+//! The session by itself: what a person can do, without a window.
+
+use msd_app::session::Session;
+use msd_core::glam::DVec3;
+use msd_core::{Friction, Integrator, Real, Select, Vector};
+use msd_lab::{AnyState, Loaded, Precision, on};
+
+const FRAME: f64 = 1.0 / 60.0;
+
+fn loaded(name: &str) -> Loaded {
+    msd_lab::open(name).expect("a built-in scene")
+}
+
+fn session(name: &str) -> Session {
+    let mut session = Session::new(loaded(name)).expect("a valid scene");
+    // The first frame after a start owes nothing.
+    session.advance(0.0, &|| 0.0);
+    session
+}
+
+/// Lets frames of a sixtieth of a second pass on a machine whose steps cost nothing.
+fn run(session: &mut Session, frames: usize) {
+    (0..frames).for_each(|_| {
+        // A hair more than a step: sums of 1/60 fall short of whole steps by rounding.
+        session.advance(FRAME + 1e-9, &|| 0.0);
+    });
+}
+
+fn stiffness(session: &Session, spring: usize) -> f64 {
+    on!(session.runner(), simulation => simulation.model().stiffnesses().get(spring).to_f64())
+}
+
+#[test]
+fn real_time_takes_a_step_per_sixtieth() {
+    let mut session = session("jelly");
+    run(&mut session, 30);
+    assert_eq!(session.runner().steps(), 30);
+    assert!((session.pace().real_time_factor - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn pausing_stops_time_and_going_on_owes_nothing() {
+    let mut session = session("jelly");
+    run(&mut session, 5);
+    session.toggle_pause();
+    run(&mut session, 100);
+    assert_eq!(session.runner().steps(), 5);
+    session.toggle_pause();
+    session.advance(10.0, &|| 0.0);
+    run(&mut session, 2);
+    assert_eq!(session.runner().steps(), 7);
+}
+
+#[test]
+fn slow_motion_takes_the_same_steps_less_often() {
+    let (mut fast, mut slow) = (session("chain"), session("chain"));
+    slow.set_speed(0.25);
+    slow.advance(0.0, &|| 0.0);
+    run(&mut fast, 10);
+    run(&mut slow, 40);
+    assert_eq!(fast.runner().settings(), slow.runner().settings());
+    assert_eq!(fast.runner().state(), slow.runner().state());
+}
+
+#[test]
+fn a_step_back_returns_to_the_very_state() {
+    let mut session = session("jelly");
+    run(&mut session, 40);
+    let (state, energy) = (session.runner().state(), session.energy());
+    session.step_forward();
+    session.step_forward();
+    assert_ne!(session.runner().state(), state);
+    assert!(session.step_back() && session.step_back());
+    assert_eq!(session.runner().state(), state);
+    assert_eq!(session.runner().steps(), 40);
+    // Summed in another order: one rounding of the sum.
+    assert!((session.energy().dissipated - energy.dissipated).abs() <= 1e-9 * energy.total().abs());
+    assert!(session.is_paused());
+}
+
+#[test]
+fn the_first_state_is_the_end_of_stepping_back() {
+    let mut session = session("chain");
+    session.step_forward();
+    assert!(session.step_back());
+    assert!(!session.step_back());
+    assert_eq!(session.time(), 0.0);
+}
+
+#[test]
+fn a_restart_keeps_what_was_set_and_forgets_what_was_done() {
+    let mut session = session("jelly");
+    let start = session.runner().state();
+    session.set_stiffness(1234.0);
+    session.set_substeps(11);
+    session.set_integrator(Integrator::Rk4);
+    run(&mut session, 10);
+    session.freeze();
+    session.pin_toggle(3);
+    session.restart();
+    assert_eq!(session.runner().state(), start);
+    assert_eq!(stiffness(&session, 0), 1234.0);
+    assert_eq!(session.runner().settings().substeps, 11);
+    assert_eq!(session.runner().integrator(), Integrator::Rk4);
+    assert!(!session.is_pinned(3));
+    assert_eq!(session.steps_back(), 0);
+    session.reset_values();
+    assert_eq!(stiffness(&session, 0), 2200.0);
+}
+
+#[test]
+fn sliders_act_on_one_body_or_all() {
+    let mut two = loaded("jelly");
+    let part = msd_core::shape::rope(4, 1.0, msd_core::Material::default()).expect("a valid rope");
+    two.scene.add("rope", part);
+    let mut session = Session::new(two).expect("a valid scene");
+    let last = session.runner().spring_count() - 1;
+    session.set_select(Select::Body(1));
+    session.set_stiffness(50.0);
+    assert_eq!((stiffness(&session, 0), stiffness(&session, last)), (2200.0, 50.0));
+    session.set_select(Select::All);
+    assert!(session.shown().stiffness.is_some_and(|value| value.mixed));
+    session.set_stiffness(70.0);
+    assert_eq!((stiffness(&session, 0), stiffness(&session, last)), (70.0, 70.0));
+    assert_eq!(
+        session.shown().stiffness.map(|value| (value.first, value.mixed)),
+        Some((70.0, false))
+    );
+}
+
+#[test]
+fn the_world_is_set_as_a_whole() {
+    let mut session = session("jelly");
+    session.set_gravity(3.0);
+    session.set_restitution(0.25);
+    session.set_friction(Friction::Coulomb(0.7));
+    let (gravity, planes) = on!(session.runner(), simulation => {
+        let model = simulation.model();
+        let law = |plane: usize| {
+            (model.planes()[plane].restitution.to_f64(), model.planes()[plane].friction)
+        };
+        (model.gravity().to_f64(), [law(0), law(1)])
+    });
+    assert!((gravity - DVec3::new(0.0, -3.0, 0.0)).length() < 1e-6);
+    assert_eq!(planes, [(0.25, Friction::Coulomb(0.7)); 2]);
+    // Weightlessness keeps the way down for later.
+    session.set_gravity(0.0);
+    session.set_gravity(5.0);
+    assert_eq!(session.shown().gravity, 5.0);
+}
+
+#[test]
+fn precision_changes_and_the_state_stays() {
+    let mut session = session("jelly");
+    run(&mut session, 20);
+    let AnyState::F32(before) = session.runner().state() else { panic!("jelly runs in f32") };
+    session.set_precision(Precision::F64);
+    let AnyState::F64(after) = session.runner().state() else { panic!("f64 was asked for") };
+    assert_eq!(before.positions[7].as_dvec3(), after.positions[7]);
+    assert_eq!(session.runner().steps(), 20);
+    // The history from before is still good.
+    assert!(session.step_back());
+}
+
+#[test]
+fn a_refused_number_is_told_and_changes_nothing() {
+    let mut session = session("jelly");
+    session.set_mass(-1.0);
+    assert!(session.refusal().is_some_and(|text| text.contains("mass")));
+    assert_eq!(session.shown().mass.map(|value| value.first), Some(1.0));
+    session.set_mass(2.0);
+    assert_eq!(session.refusal(), None);
+}
+
+#[test]
+fn divergence_pauses_at_the_last_good_state_and_names_substeps_that_work() {
+    let mut session = session("jelly");
+    session.set_substeps(1);
+    session.set_stiffness(1e6);
+    run(&mut session, 600);
+    let failure = session.failure().cloned().expect("one substep is far too long");
+    assert!(session.is_paused() && failure.text.contains("diverged"));
+    let finite = on!(session.runner(), simulation => {
+        simulation.state().positions.iter().all(|position| position.to_f64().is_finite())
+    });
+    assert!(finite);
+    assert!(failure.substeps.is_some_and(|count| 1 < count));
+    session.restart_stable();
+    assert!(session.failure().is_none() && !session.is_paused());
+    run(&mut session, 30);
+    assert!(session.failure().is_none());
+}
+
+#[test]
+fn the_margin_follows_the_settings() {
+    let mut session = session("jelly");
+    let before = session.margin().expect("predicted in the first frame");
+    session.set_substeps(session.runner().settings().substeps * 2);
+    session.advance(FRAME, &|| 0.0);
+    let after = session.margin().expect("predicted");
+    assert!((after / before - 0.5).abs() < 0.05, "{before} {after}");
+}
+
+#[test]
+fn a_hand_lifts_a_whole_body_and_throws_it() {
+    for name in ["jelly", "cloth", "chain", "mattress", "teapot", "foam", "bunny"] {
+        let mut session = session(name);
+        run(&mut session, 60);
+        let particle = session.runner().particle_count() / 2;
+        let start = session.position(particle);
+        let size = on!(session.runner(), simulation => {
+            let columns = simulation.state().positions.iter().map(|position| position.to_f64());
+            let high = columns.clone().fold(DVec3::NEG_INFINITY, DVec3::max);
+            (high - columns.fold(DVec3::INFINITY, DVec3::min)).length()
+        });
+        session.grab(particle, start);
+        // One and a half sizes sideways and up, within a second.
+        let way = DVec3::new(1.0, 1.0, 0.0).normalize() * 1.5 * size;
+        let rest =
+            on!(session.runner(), simulation => simulation.model().inverse_masses().contains(&0.0));
+        for frame in 1..=60 {
+            session.move_grab(start + way * (f64::from(frame) / 60.0));
+            run(&mut session, 1);
+        }
+        run(&mut session, 90);
+        assert!(session.failure().is_none(), "{name} blew up in the hand");
+        if !rest {
+            let left = (session.position(particle) - (start + way)).length();
+            assert!(
+                left < 0.4 * size,
+                "{name}: the particle is {left} m from the hand of {size} m"
+            );
+        }
+        session.release();
+        run(&mut session, 60);
+        assert!(session.failure().is_none(), "{name} blew up after it was thrown");
+    }
+}
+
+#[test]
+fn a_pinned_particle_follows_the_hand_and_stays_where_it_is_left() {
+    let mut session = session("cloth");
+    let pin = (0..session.runner().particle_count())
+        .find(|&particle| session.is_pinned(particle))
+        .expect("the cloth hangs from pins");
+    let target = session.position(pin) + DVec3::new(0.0, 2.0, 1.0);
+    session.grab(pin, session.position(pin));
+    session.move_grab(target);
+    run(&mut session, 60);
+    // Three quarters of the way are left after each step: 0.75^60 of it in the end.
+    assert!((session.position(pin) - target).length() < 1e-4);
+    session.release();
+    run(&mut session, 30);
+    assert!((session.position(pin) - target).length() < 1e-4);
+}
+
+#[test]
+fn a_particle_pinned_in_the_hand_stays_there() {
+    let mut session = session("jelly");
+    session.grab(5, session.position(5));
+    run(&mut session, 10);
+    session.pin_toggle(5);
+    let there = session.position(5);
+    run(&mut session, 60);
+    assert_eq!(session.position(5), there);
+    assert_eq!(session.held(), None);
+    session.pin_toggle(5);
+    run(&mut session, 5);
+    assert_ne!(session.position(5), there);
+}
+
+#[test]
+fn freezing_leaves_no_elastic_energy() {
+    let mut session = session("jelly");
+    run(&mut session, 120);
+    assert!(1.0 < session.energy().elastic);
+    session.toggle_pause();
+    session.freeze();
+    // Lengths are rounded to single precision: a relative 1e-7 of some metres, squared.
+    assert!(session.energy().elastic < 1e-3);
+}

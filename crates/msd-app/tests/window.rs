@@ -1,0 +1,293 @@
+//! The window through real input: a virtual display, a synthetic mouse and keyboard, and the
+//! simulation behind it, which the window reports line by line (see `msd_app::report`).
+//!
+//! Needs Xvfb, xdotool and a Vulkan driver (`mesa-vulkan-drivers` will do). Where one is missing
+//! the test says so and passes, unless `MSD_REQUIRE_WINDOW` is set.
+#![cfg(target_os = "linux")]
+
+use serde_json::Value;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// A software renderer on a busy machine draws a few frames per second.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A virtual display with the window on it.
+struct Desk {
+    display: String,
+    status: PathBuf,
+    xvfb: Child,
+    window: Option<Child>,
+    _folder: tempfile::TempDir,
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        for child in self.window.iter_mut().chain([&mut self.xvfb]) {
+            child.kill().ok();
+            child.wait().ok();
+        }
+    }
+}
+
+fn is_installed(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+impl Desk {
+    /// Opens the window, or says why it cannot be.
+    fn open() -> Result<Desk, String> {
+        for program in ["Xvfb", "xdotool"] {
+            if !is_installed(program) {
+                return Err(format!("{program} is not installed"));
+            }
+        }
+        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+        // Xvfb picks a free display itself and writes its number.
+        let mut xvfb = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"])
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .map_err(|error| format!("Xvfb did not start: {error}"))?;
+        let mut number = String::new();
+        if let Some(output) = xvfb.stdout.take() {
+            BufReader::new(output).read_line(&mut number).map_err(|error| error.to_string())?;
+        }
+        let status = folder.path().join("status.jsonl");
+        let display = format!(":{}", number.trim());
+        let mut desk = Desk { display, status, xvfb, window: None, _folder: folder };
+        desk.start()?;
+        Ok(desk)
+    }
+
+    fn start(&mut self) -> Result<(), String> {
+        let window = Command::new(env!("CARGO_BIN_EXE_msd"))
+            .args(["view", "jelly"])
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
+            .env("XDG_RUNTIME_DIR", self._folder.path())
+            .env("MSD_STATUS", &self.status)
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|error| format!("the window did not start: {error}"))?;
+        let window = self.window.insert(window);
+        let start = Instant::now();
+        while start.elapsed() < PATIENCE {
+            if let Ok(Some(_)) = window.try_wait() {
+                let mut text = String::new();
+                window.stderr.take().map(|mut pipe| pipe.read_to_string(&mut text));
+                return Err(format!("the window closed: {text}"));
+            }
+            if self.status.metadata().is_ok_and(|data| 0 < data.len()) {
+                self.xdotool("search --sync --onlyvisible --name ^msd windowfocus --sync");
+                return Ok(());
+            }
+            sleep(Duration::from_millis(50));
+        }
+        Err("no frame was drawn".to_owned())
+    }
+
+    /// Moves the real pointer or presses a real key of the display.
+    fn xdotool(&self, arguments: &str) {
+        let mut command = Command::new("xdotool");
+        command.args(arguments.split_whitespace()).env("DISPLAY", &self.display);
+        let status = command.status().expect("xdotool is installed");
+        assert!(status.success(), "xdotool {arguments} failed");
+        // Two events in one frame are one event: a press and a jump would be a drag.
+        self.settle();
+    }
+
+    /// Waits until a frame was drawn after now, or, paused, until none is coming.
+    fn settle(&self) {
+        let before = self.last()["frame"].as_u64();
+        let start = Instant::now();
+        while self.last()["frame"].as_u64() == before && start.elapsed().as_millis() < 700 {
+            sleep(Duration::from_millis(10));
+        }
+        sleep(Duration::from_millis(20));
+    }
+
+    /// The last whole line of the report.
+    fn last(&self) -> Value {
+        let read = || -> std::io::Result<String> {
+            let mut file = File::open(&self.status)?;
+            let length = file.metadata()?.len();
+            file.seek(SeekFrom::Start(length.saturating_sub(16_000)))?;
+            let mut text = String::new();
+            file.read_to_string(&mut text)?;
+            Ok(text)
+        };
+        let text = read().unwrap_or_default();
+        let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
+        let line = whole.lines().next_back().unwrap_or_default();
+        serde_json::from_str(line).unwrap_or(Value::Null)
+    }
+
+    /// Waits until the report satisfies a condition.
+    fn wait(&self, what: &str, condition: impl Fn(&Value) -> bool) -> Value {
+        let start = Instant::now();
+        loop {
+            let last = self.last();
+            if condition(&last) {
+                return last;
+            }
+            assert!(start.elapsed() < PATIENCE, "never: {what}; last report: {last}");
+            sleep(Duration::from_millis(20));
+        }
+    }
+
+    fn move_to(&self, [x, y]: [f64; 2]) {
+        self.xdotool(&format!("mousemove {x:.0} {y:.0}"));
+    }
+
+    fn drag(&self, button: u32, from: [f64; 2], to: [f64; 2]) {
+        self.move_to(from);
+        self.xdotool(&format!("mousedown {button}"));
+        for part in 1..=4 {
+            let share = f64::from(part) / 4.0;
+            self.move_to([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * share));
+        }
+        self.xdotool(&format!("mouseup {button}"));
+    }
+}
+
+fn numbers<const N: usize>(value: &Value) -> [f64; N] {
+    std::array::from_fn(|index| value[index].as_f64().unwrap_or(f64::NAN))
+}
+
+fn distance<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+}
+
+#[test]
+fn mouse_and_keyboard_act_on_the_simulation() {
+    let mut desk = match Desk::open() {
+        Ok(desk) => desk,
+        Err(reason) if std::env::var_os("MSD_REQUIRE_WINDOW").is_none() => {
+            eprintln!("SKIPPED: no window can be tested here: {reason}");
+            return;
+        }
+        Err(reason) => panic!("no window can be tested here: {reason}"),
+    };
+    space_pauses(&desk);
+    a_grabbed_particle_follows_the_pointer(&desk);
+    a_slider_changes_k(&desk);
+    keys_and_drags_change_the_view(&desk);
+    a_tiny_window_is_survived(&desk);
+    only_ctrl_q_quits(&mut desk);
+}
+
+fn space_pauses(desk: &Desk) {
+    desk.wait("it runs", |now| 3 < now["steps"].as_u64().unwrap_or(0));
+    desk.xdotool("key space");
+    let paused = desk.wait("Space pauses", |now| now["paused"] == true);
+    sleep(Duration::from_millis(400));
+    // A paused window draws only when something happens: make it draw.
+    desk.move_to([600.0, 100.0]);
+    assert_eq!(desk.last()["steps"], paused["steps"], "no step is taken while paused");
+}
+
+fn a_grabbed_particle_follows_the_pointer(desk: &Desk) {
+    let start = desk.last();
+    let at = numbers(&start["aim"]["screen"]);
+    desk.move_to(at);
+    desk.wait("the particle is under the pointer", |now| !now["hovered"].is_null());
+    desk.xdotool("mousedown 1");
+    let held = desk.wait("the press takes a particle", |now| !now["held"].is_null());
+    assert!(distance(numbers(&held["held_screen"]), at) < 30.0, "it is the one pressed on");
+    desk.xdotool("key space");
+    desk.wait("Space goes on", |now| now["paused"] == false);
+    let view: [f64; 4] = numbers(&start["view"]);
+    let goal = [view[0] + 0.4 * view[2], view[1] + 0.2 * view[3]];
+    for part in 1..=6 {
+        let share = f64::from(part) / 6.0;
+        desk.move_to([0, 1].map(|axis| at[axis] + (goal[axis] - at[axis]) * share));
+    }
+    let there = desk.wait("the particle reaches the pointer", |now| {
+        distance(numbers(&now["held_screen"]), goal) < 40.0
+    });
+    let way = distance::<3>(numbers(&there["held_position"]), numbers(&held["held_position"]));
+    assert!(1.0 < way, "the particle moved {way} m");
+    assert_eq!(there["held"], held["held"]);
+    assert_eq!(there["camera"]["yaw"], held["camera"]["yaw"], "a hold turns nothing");
+    desk.xdotool("mouseup 1");
+    desk.wait("release lets go", |now| now["held"].is_null());
+}
+
+fn a_slider_changes_k(desk: &Desk) {
+    let start = desk.last();
+    let [left, top, _, height]: [f64; 4] = numbers(&start["landmarks"]["stiffness"]);
+    let y = top + 0.5 * height;
+    desk.drag(1, [left + 62.0, y], [left + 30.0, y]);
+    let after = desk.wait("the slider sets k", |now| now["stiffness"] != start["stiffness"]);
+    let k = after["stiffness"].as_f64().unwrap_or(f64::NAN);
+    assert!(0.0 < k && k < 1000.0, "k is {k}");
+    assert!(after["held"].is_null(), "the slider's press is not the scene's");
+    assert_eq!(after["camera"]["yaw"], start["camera"]["yaw"]);
+}
+
+fn keys_and_drags_change_the_view(desk: &Desk) {
+    for wireframe in [true, false] {
+        desk.xdotool("key Tab");
+        desk.wait("Tab toggles the wireframe", |now| now["wireframe"] == wireframe);
+    }
+    let start = desk.last();
+    let [left, top, ..]: [f64; 4] = numbers(&start["view"]);
+    desk.drag(3, [left + 60.0, top + 60.0], [left + 160.0, top + 60.0]);
+    desk.wait("a right drag turns", |now| now["camera"]["yaw"] != start["camera"]["yaw"]);
+    desk.xdotool("click 4");
+    desk.wait("the wheel zooms", |now| now["camera"]["distance"] != start["camera"]["distance"]);
+    desk.xdotool("key 3");
+    desk.wait("3 opens the third scene", |now| now["scene"] != "jelly");
+    desk.xdotool("key R");
+    desk.wait("R restarts", |now| now["time"].as_f64().is_some_and(|time| time < 5.0));
+}
+
+fn a_tiny_window_is_survived(desk: &Desk) {
+    let before = desk.last()["view"].clone();
+    desk.xdotool("search --onlyvisible --name ^msd windowsize 660 420");
+    let small = desk.wait("the view shrinks", |now| now["view"] != before);
+    desk.xdotool("search --onlyvisible --name ^msd windowsize 1200 760");
+    desk.wait("the view grows", |now| now["view"] != small["view"]);
+}
+
+fn only_ctrl_q_quits(desk: &mut Desk) {
+    desk.xdotool("key Escape");
+    let frame = desk.last()["frame"].clone();
+    desk.xdotool("key space");
+    desk.wait("Escape does not quit", |now| now["frame"] != frame);
+    desk.xdotool("key ctrl+q");
+    let Some(mut window) = desk.window.take() else { panic!("the window is gone") };
+    let start = Instant::now();
+    let status = loop {
+        match window.try_wait().expect("it is our child") {
+            Some(status) => break status,
+            None => assert!(start.elapsed() < PATIENCE, "Ctrl+Q does not quit"),
+        }
+        sleep(Duration::from_millis(20));
+    };
+    assert!(status.success(), "{status}");
+}
+
+#[test]
+fn without_a_display_two_lines_say_what_works() {
+    let output = Command::new(env!("CARGO_BIN_EXE_msd"))
+        .args(["view", "jelly"])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .expect("the program starts");
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success());
+    assert!(!text.contains("panicked"), "{text}");
+    assert!(text.contains("apt install") && text.contains("msd render jelly --out"), "{text}");
+    assert_eq!(text.trim().lines().count(), 2, "{text}");
+}

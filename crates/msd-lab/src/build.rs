@@ -1,0 +1,178 @@
+//! How does a scene file become a scene? Row by row, each number checked against its domain.
+
+use crate::bodies::{Budget, Builder, MeshReader};
+use crate::decode::decode;
+use crate::error::LabError;
+use crate::node::Source;
+use crate::runner::Precision;
+use crate::schema::{PinRow, PlaneRow, SceneFile, SolverRow, VERSION, WorldRow};
+use msd_core::{Friction, Integrator, Lattice, Pin, Plane, Scene, Settings, World};
+
+/// A scene file that has been understood.
+pub(crate) struct Understood {
+    pub(crate) title: Option<String>,
+    pub(crate) scene: Scene,
+    pub(crate) settings: Settings,
+    pub(crate) precision: Precision,
+    pub(crate) notes: Vec<String>,
+}
+
+/// Understands a source.
+///
+/// # Errors
+/// The first thing that is wrong, by key.
+pub(crate) fn understand(
+    source: &Source<'_>,
+    read_mesh: &MeshReader<'_>,
+) -> Result<Understood, LabError> {
+    let file: SceneFile = decode(source)?;
+    if file.version != VERSION {
+        let key = format_args!("version");
+        return Err(source.out_of_domain(key, file.version, format!("{VERSION}")));
+    }
+    let settings = settings(source, &file.solver)?;
+    let world = world(source, &file.world)?;
+    let mut scene = Scene { world, ..Scene::default() };
+    for (row, plane) in file.world.planes.iter().enumerate() {
+        scene.planes.push(self::plane(source, row, plane)?);
+    }
+    if file.bodies.is_empty() {
+        let reason = "is empty; a scene needs at least one body".to_string();
+        return Err(source.refuse(format_args!("bodies"), reason));
+    }
+    let budget = Budget::default();
+    let (extent, notes) = (world.extent, Vec::new());
+    let mut builder = Builder { source, read_mesh, extent, budget, notes };
+    let mut lattices = Vec::with_capacity(file.bodies.len());
+    for (row, body) in file.bodies.iter().enumerate() {
+        let built = builder.build(row, body)?;
+        lattices.push(built.lattice);
+        let name = body.name.clone().unwrap_or_else(|| body.kind.name().into());
+        scene.add(name, built.part);
+    }
+    let notes = builder.notes;
+    for (row, pin) in file.pins.iter().enumerate() {
+        add_pins(source, (row, pin), &lattices, &mut scene)?;
+    }
+    let precision = file.solver.precision.unwrap_or_default();
+    Ok(Understood { title: file.title, scene, settings, precision, notes })
+}
+
+fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, LabError> {
+    let step = match (solver.step, solver.steps_per_second) {
+        (Some(_), Some(_)) => {
+            let reason = "and solver.steps_per_second exclude each other";
+            return Err(source.refuse(format_args!("solver.step"), reason));
+        }
+        (Some(step), None) => source.positive(format_args!("solver.step"), step)?,
+        (None, rate) => {
+            let rate = rate.unwrap_or(60.0);
+            1.0 / source.positive(format_args!("solver.steps_per_second"), rate)?
+        }
+    };
+    let substeps = solver.substeps.unwrap_or(Settings::default().substeps);
+    if substeps == 0 {
+        let key = format_args!("solver.substeps");
+        return Err(source.out_of_domain(key, substeps, "at least 1"));
+    }
+    let integrator: Integrator = solver.integrator.unwrap_or_default();
+    Ok(Settings { integrator, step, substeps })
+}
+
+fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, LabError> {
+    let default = World::default();
+    let gravity = row.gravity.unwrap_or(default.gravity.to_array());
+    let force = row.force.unwrap_or(default.force.to_array());
+    let extent = row.extent.unwrap_or(default.extent);
+    if !(0.0 < extent && extent <= 1e12) {
+        let key = format_args!("world.extent");
+        return Err(source.out_of_domain(key, extent, "positive and at most 1e12"));
+    }
+    Ok(World {
+        gravity: source.vector(format_args!("world.gravity"), gravity)?,
+        force: source.vector(format_args!("world.force"), force)?,
+        drag: source.not_negative(format_args!("world.drag"), row.drag.unwrap_or(default.drag))?,
+        extent,
+    })
+}
+
+fn plane(source: &Source<'_>, row: usize, plane: &PlaneRow) -> Result<Plane, LabError> {
+    let key = format_args!("world.planes[{row}]");
+    let sticky = plane.sticky.unwrap_or(false);
+    let given = [plane.restitution, plane.friction, plane.tangential_loss];
+    if sticky && given.iter().any(Option::is_some) {
+        let reason = "says it all: leave out restitution, friction and tangential_loss";
+        return Err(source.refuse(format_args!("{key}.sticky"), reason));
+    }
+    let friction = match (plane.friction, plane.tangential_loss) {
+        (Some(_), Some(_)) => {
+            let reason = "and tangential_loss exclude each other";
+            return Err(source.refuse(format_args!("{key}.friction"), reason));
+        }
+        (None, Some(loss)) => {
+            Friction::TangentialLoss(source.fraction(format_args!("{key}.tangential_loss"), loss)?)
+        }
+        (None, None) if sticky => Friction::TangentialLoss(1.0),
+        (factor, None) => {
+            let factor = factor.unwrap_or(0.5);
+            Friction::Coulomb(source.not_negative(format_args!("{key}.friction"), factor)?)
+        }
+    };
+    let normal = plane.normal.unwrap_or([0.0, 1.0, 0.0]);
+    let (offset, restitution) = (plane.offset.unwrap_or(0.0), plane.restitution.unwrap_or(0.0));
+    Ok(Plane {
+        normal: source.direction(format_args!("{key}.normal"), normal)?,
+        offset: source.finite(format_args!("{key}.offset"), offset)?,
+        restitution: source.fraction(format_args!("{key}.restitution"), restitution)?,
+        friction,
+    })
+}
+
+fn add_pins(
+    source: &Source<'_>,
+    (row, pin): (usize, &PinRow),
+    lattices: &[Option<Lattice>],
+    scene: &mut Scene,
+) -> Result<(), LabError> {
+    let key = format_args!("pins[{row}]");
+    let bodies = ("body", lattices.len());
+    let body = source.index(format_args!("{key}.body"), pin.body.unwrap_or(0), bodies)?;
+    let velocity = pin.velocity.unwrap_or_default();
+    let velocity = source.vector(format_args!("{key}.velocity"), velocity)?;
+    let range = scene.bodies[body].particles.clone();
+    let lattice = lattices[body].as_ref();
+    if (pin.at.is_some() || pin.every.is_some()) && lattice.is_none() {
+        let reason = format!("has the key `at` or `every`, but body {body} is no lattice");
+        return Err(source.refuse(key, reason));
+    }
+    let particles: Vec<usize> = match (pin.particle, pin.at, pin.every, lattice) {
+        (Some(particle), None, None, _) => {
+            let key = format_args!("{key}.particle");
+            vec![source.index(key, particle, ("particle", range.len()))?]
+        }
+        (None, Some(at), None, Some(lattice)) => {
+            let mut place = [0; 3];
+            for (axis, name) in ["row", "column", "stack"].into_iter().enumerate() {
+                let key = format_args!("{key}.at[{axis}]");
+                place[axis] = source.index(key, at[axis], (name, lattice.size()[axis]))?;
+            }
+            vec![lattice.particle(place)]
+        }
+        (None, None, Some(every), Some(lattice)) => {
+            let every = usize::try_from(every).unwrap_or(usize::MAX);
+            if every == 0 {
+                let key = format_args!("{key}.every");
+                return Err(source.out_of_domain(key, every, "at least 1"));
+            }
+            let top = lattice.particle([lattice.size()[0] - 1, 0, 0]);
+            (top..lattice.particle_count()).step_by(every).collect()
+        }
+        _ => {
+            let reason = "needs exactly one of the keys `particle`, `at` and `every`";
+            return Err(source.refuse(key, reason));
+        }
+    };
+    let pin = |particle| Pin { particle: range.start + particle, velocity };
+    scene.pins.extend(particles.into_iter().map(pin));
+    Ok(())
+}

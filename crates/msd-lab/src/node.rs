@@ -1,0 +1,202 @@
+//! What does a scene file hold before it is understood? A tree of values that remember where they
+//! were written, the same for TOML and JSON.
+
+use crate::error::{LabError, Place, one_line};
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use std::fmt;
+use toml::de::{DeTable, DeValue};
+
+/// The language of a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SceneFormat {
+    /// TOML, `.toml`.
+    Toml,
+    /// JSON, `.json`.
+    Json,
+}
+
+/// A value and the byte at which it was written, if that is known.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub(crate) value: Value,
+    pub(crate) offset: Option<usize>,
+}
+
+/// What was written.
+#[derive(Clone, Debug)]
+pub(crate) enum Value {
+    Nothing,
+    Flag(bool),
+    Whole(i128),
+    Number(f64),
+    Text(String),
+    List(Vec<Node>),
+    /// Keys with the byte at which they were written, and their values.
+    Table(Vec<(String, Option<usize>, Node)>),
+}
+
+/// A scene file as text and as a tree.
+pub(crate) struct Source<'t> {
+    /// What the user calls the file.
+    pub(crate) name: &'t str,
+    text: &'t str,
+    pub(crate) root: Node,
+}
+
+impl<'t> Source<'t> {
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// [`LabError::Malformed`] where the text does not follow the format.
+    pub(crate) fn parse(
+        text: &'t str,
+        format: SceneFormat,
+        name: &'t str,
+    ) -> Result<Self, LabError> {
+        let root = match format {
+            SceneFormat::Toml => read_toml(text, name)?,
+            SceneFormat::Json => read_json(text, name)?,
+        };
+        Ok(Source { name, text, root })
+    }
+
+    /// The place of a byte.
+    pub(crate) fn place(&self, offset: Option<usize>) -> Place {
+        place(self.name, self.text, offset)
+    }
+
+    /// The place of the value at a path such as `bodies[2].stiffness`, or of the nearest value
+    /// around it that was written.
+    pub(crate) fn place_of(&self, path: &str) -> Place {
+        let mut node = &self.root;
+        let mut offset = None;
+        for step in path.split(['.', '[', ']']).filter(|step| !step.is_empty()) {
+            let next = match &node.value {
+                Value::Table(rows) => rows.iter().find(|row| row.0 == step).map(|row| &row.2),
+                Value::List(rows) => step.parse().ok().and_then(|row: usize| rows.get(row)),
+                _ => None,
+            };
+            let Some(next) = next else { break };
+            offset = next.offset.or(offset);
+            node = next;
+        }
+        self.place(offset)
+    }
+}
+
+fn place(file: &str, text: &str, offset: Option<usize>) -> Place {
+    let before = offset.and_then(|offset| text.get(..offset));
+    let position = before.map(|before| {
+        let line = before.matches('\n').count() + 1;
+        let start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        (line, before[start..].chars().count() + 1)
+    });
+    Place { file: file.into(), position }
+}
+
+fn read_toml(text: &str, name: &str) -> Result<Node, LabError> {
+    let table = DeTable::parse(text).map_err(|error| LabError::Malformed {
+        place: place(name, text, error.span().map(|span| span.start)),
+        reason: one_line(error.message()),
+    })?;
+    let offset = Some(table.span().start);
+    Ok(Node { value: toml_table(table.into_inner()), offset })
+}
+
+fn toml_table(table: DeTable<'_>) -> Value {
+    let row = |(key, value): (toml::Spanned<_>, toml::Spanned<DeValue<'_>>)| {
+        let offset = Some(key.span().start);
+        (String::from(key.into_inner()), offset, toml_node(value))
+    };
+    Value::Table(table.into_iter().map(row).collect())
+}
+
+fn toml_node(value: toml::Spanned<DeValue<'_>>) -> Node {
+    let offset = Some(value.span().start);
+    let value = match value.into_inner() {
+        DeValue::String(text) => Value::Text(text.into_owned()),
+        DeValue::Integer(digits) => match i128::from_str_radix(digits.as_str(), digits.radix()) {
+            Ok(number) => Value::Whole(number),
+            // Too long for any key of the schema: the check of its domain refuses it as a number.
+            Err(_) => Value::Number(digits.as_str().parse().unwrap_or(f64::INFINITY)),
+        },
+        DeValue::Float(digits) => Value::Number(digits.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(flag) => Value::Flag(flag),
+        DeValue::Datetime(date) => Value::Text(date.to_string()),
+        DeValue::Array(rows) => Value::List(rows.into_iter().map(toml_node).collect()),
+        DeValue::Table(table) => toml_table(table),
+    };
+    Node { value, offset }
+}
+
+fn read_json(text: &str, name: &str) -> Result<Node, LabError> {
+    serde_json::from_str(text).map_err(|error| {
+        let message = error.to_string();
+        // serde_json repeats the position at the end of its message.
+        let reason = message.split(" at line ").next().unwrap_or_default();
+        let position = Some((error.line(), error.column()));
+        let place = Place { file: name.into(), position };
+        LabError::Malformed { place, reason: one_line(reason) }
+    })
+}
+
+impl<'de> Deserialize<'de> for Node {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let value = deserializer.deserialize_any(NodeVisitor)?;
+        Ok(Node { value, offset: None })
+    }
+}
+
+struct NodeVisitor;
+
+impl<'de> Visitor<'de> for NodeVisitor {
+    type Value = Value;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a value")
+    }
+
+    fn visit_unit<E: Error>(self) -> Result<Value, E> {
+        Ok(Value::Nothing)
+    }
+
+    fn visit_bool<E: Error>(self, flag: bool) -> Result<Value, E> {
+        Ok(Value::Flag(flag))
+    }
+
+    fn visit_i64<E: Error>(self, number: i64) -> Result<Value, E> {
+        Ok(Value::Whole(number.into()))
+    }
+
+    fn visit_u64<E: Error>(self, number: u64) -> Result<Value, E> {
+        Ok(Value::Whole(number.into()))
+    }
+
+    fn visit_f64<E: Error>(self, number: f64) -> Result<Value, E> {
+        Ok(Value::Number(number))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Value, E> {
+        Ok(Value::Text(text.into()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Value, A::Error> {
+        let mut rows = Vec::new();
+        while let Some(row) = list.next_element()? {
+            rows.push(row);
+        }
+        Ok(Value::List(rows))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Value, A::Error> {
+        let mut rows: Vec<(String, Option<usize>, Node)> = Vec::new();
+        while let Some((key, node)) = table.next_entry::<String, Node>()? {
+            // Taking the last one silently would hide a slip of the pen. Tables are short.
+            if rows.iter().any(|row| row.0 == key) {
+                return Err(A::Error::custom(format_args!("the key `{key}` stands here twice")));
+            }
+            rows.push((key, None, node));
+        }
+        Ok(Value::Table(rows))
+    }
+}
