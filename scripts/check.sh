@@ -2,7 +2,7 @@
 # Everything CI checks, in the order in which it is cheapest to fail. Run it from anywhere.
 #
 #   scripts/check.sh          all of it
-#   scripts/check.sh STEP...  some of it: fmt clippy doc test release bare wasm deny
+#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare wasm deny
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,6 +11,25 @@ clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
 test_debug() { cargo test; }
 test_release() { cargo test --release; }
+
+# Every example but the window, which tests/window.rs of the app drives in its stead.
+examples() {
+    local out
+    out=$(mktemp -d)
+    cargo build --release --examples
+    for example in hello_spring own_force no_std_step; do
+        "target/release/examples/$example" >"$out/$example.txt"
+        [ -s "$out/$example.txt" ]
+    done
+    for example in chain_plot falling_square; do
+        "target/release/examples/$example" "$out/$example.svg"
+        grep -q '</svg>' "$out/$example.svg"
+    done
+    rm -r "$out"
+}
+
+# Each benchmark once: that it runs, not how fast.
+bench() { cargo bench --bench step -- --test; }
 
 # The core on bare metal, with an allocator and nothing else.
 bare() {
@@ -47,10 +66,10 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release bare wasm deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare wasm deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | bare | wasm | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | examples | bench | bare | wasm | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2

@@ -146,7 +146,7 @@ impl Session {
     }
 
     fn moment(&self) -> Moment {
-        let dissipated = self.energy().dissipated;
+        let dissipated = self.runner.dissipated() + self.dissipated_before;
         Moment { state: self.runner.state(), steps: self.runner.steps(), dissipated }
     }
 
@@ -176,7 +176,7 @@ impl Session {
             self.refusal = Some(error.to_string());
             return false;
         }
-        self.dissipated_before = moment.dissipated - self.runner.energy().dissipated;
+        self.dissipated_before = moment.dissipated - self.runner.dissipated();
         self.failure = None;
         self.trace.rewind(self.time());
         self.margin.touch();

@@ -25,7 +25,8 @@ pub enum Missing {
     /// A display to open the window on, or a library to talk to it.
     #[error(
         "no display: {0}; the window needs X11 or Wayland, and on Debian/Ubuntu: \
-         apt install libx11-xcb1 libxcursor1 libxi6 libxrandr2 libxkbcommon-x11-0 mesa-vulkan-drivers"
+         apt install libx11-xcb1 libxcursor1 libxi6 libxrandr2 libxkbcommon-x11-0 \
+         mesa-vulkan-drivers"
     )]
     Display(String),
     /// A graphics adapter.

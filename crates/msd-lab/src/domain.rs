@@ -77,8 +77,9 @@ impl Source<'_> {
         extent: f64,
     ) -> Result<DVec3, LabError> {
         for (row, component) in value.into_iter().enumerate() {
-            // Written so that a NaN is outside.
-            if !(component.abs() <= extent) {
+            // False for a NaN too.
+            let inside = component.abs() <= extent;
+            if !inside {
                 let expected = format!("finite and inside the world, at most {extent} away");
                 return Err(self.out_of_domain(format_args!("{key}[{row}]"), component, expected));
             }

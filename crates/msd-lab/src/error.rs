@@ -9,7 +9,7 @@ pub struct Place {
     /// The file, as the user named it.
     pub file: String,
     /// Line and column, counted from 1.
-    pub position: Option<(usize, usize)>,
+    pub position: Option<(u32, u32)>,
 }
 
 impl fmt::Display for Place {
@@ -106,12 +106,15 @@ pub enum LabError {
         limit: f64,
     },
     /// A row of a state file that cannot be used.
-    #[error("{file}: {row}{quantity} is {value}; it must be {expected}")]
+    #[error(
+        "{file}: {}{quantity} is {value}; it must be {expected}",
+        row.map(|row| format!("row {row}: ")).unwrap_or_default()
+    )]
     StateRow {
         /// Which file.
         file: String,
-        /// Which row, counted from 1 after the header, as the start of a sentence.
-        row: String,
+        /// Which row, counted from 1 after the header; none for the header.
+        row: Option<usize>,
         /// Which column.
         quantity: String,
         /// What stands there.

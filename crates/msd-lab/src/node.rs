@@ -89,9 +89,14 @@ fn place(file: &str, text: &str, offset: Option<usize>) -> Place {
     let position = before.map(|before| {
         let line = before.matches('\n').count() + 1;
         let start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        (line, before[start..].chars().count() + 1)
+        (short(line), short(before[start..].chars().count() + 1))
     });
     Place { file: file.into(), position }
+}
+
+/// A count of lines or columns; texts are far shorter than the limit.
+fn short(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 fn read_toml(text: &str, name: &str) -> Result<Node, LabError> {
@@ -134,7 +139,7 @@ fn read_json(text: &str, name: &str) -> Result<Node, LabError> {
         let message = error.to_string();
         // serde_json repeats the position at the end of its message.
         let reason = message.split(" at line ").next().unwrap_or_default();
-        let position = Some((error.line(), error.column()));
+        let position = Some((short(error.line()), short(error.column())));
         let place = Place { file: name.into(), position };
         LabError::Malformed { place, reason: one_line(reason) }
     })

@@ -139,7 +139,7 @@ fn wrong(
 ) -> LabError {
     LabError::StateRow {
         file: file.into(),
-        row: row.map(|row| format!("row {row}: ")).unwrap_or_default(),
+        row,
         quantity: quantity.into(),
         value,
         expected: expected.into(),

@@ -95,7 +95,8 @@ pub struct RenderArguments {
     #[arg(default_value = "1")]
     pub time: f64,
     /// Size of the picture, pixels
-    #[arg(long, value_name = "WxH", value_parser = size, default_value = "1280x720")]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
+    #[arg(default_value = "1280x720")]
     pub size: [u32; 2],
     /// The picture [default: SCENE.png]
     #[arg(long, value_name = "FILE.png")]

@@ -1,0 +1,217 @@
+//! Does the program do what its help says? The real binary, run as a person would.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// Runs msd in a folder.
+fn msd(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
+    command.current_dir(folder).args(arguments);
+    // Silences a graphics driver that complains on the standard error.
+    command.env("XDG_RUNTIME_DIR", folder).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+    command.env_remove("RUST_LOG").output().expect("msd starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("text")
+}
+
+/// Runs msd, which must succeed without a word on the standard error, and returns what it says.
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = msd(folder, arguments);
+    assert_eq!(text(&output.stderr), "", "{arguments:?}");
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+    text(&output.stdout)
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let arguments = [arguments, &["--json"]].concat();
+    serde_json::from_str(&done(folder, &arguments)).expect("JSON")
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+fn number(report: &Value, key: &str) -> f64 {
+    report[key].as_f64().unwrap_or_else(|| panic!("{key} of {report}"))
+}
+
+#[test]
+fn scenes_lists_every_built_in_scene_with_a_line() {
+    let listed = done(folder().path(), &["scenes"]);
+    for builtin in msd_lab::BUILTINS {
+        assert!(listed.lines().any(|line| line.starts_with(builtin.name)), "{}", builtin.name);
+    }
+    assert_eq!(listed.lines().count(), msd_lab::BUILTINS.len());
+}
+
+#[test]
+fn run_prints_the_documented_keys() {
+    let report = json(folder().path(), &["run", "cloth", "--duration", "1"]);
+    assert_eq!(report["scene"], "cloth");
+    assert_eq!(report["integrator"], "velocity-verlet");
+    assert_eq!(report["precision"], "f32");
+    assert_eq!((&report["particles"], &report["springs"]), (&961.into(), &3660.into()));
+    assert!((number(&report, "duration") - 1.0).abs() < 1e-12);
+    let time = number(&report, "steps") * number(&report, "step");
+    assert!((time - 1.0).abs() < 1e-12);
+    let updates = number(&report, "steps") * 3660.0 / number(&report, "wall_seconds");
+    assert!((number(&report, "spring_updates_per_second") / updates - 1.0).abs() < 1e-9);
+    let factor = number(&report, "duration") / number(&report, "wall_seconds");
+    assert!((number(&report, "real_time_factor") / factor - 1.0).abs() < 1e-9);
+    assert!(number(&report, "step") < number(&report, "stable_step"));
+    let energy = &report["energy"];
+    let parts = ["kinetic", "elastic", "gravitational", "dissipated"];
+    let sum: f64 = parts.iter().map(|part| number(energy, part)).sum();
+    assert!((number(energy, "total") - sum).abs() < 1e-9 * sum.abs());
+    assert_eq!(report["state_hash"].as_str().map(str::len), Some(16));
+}
+
+#[test]
+fn the_solver_of_the_command_line_goes_before_that_of_the_scene() {
+    let folder = folder();
+    let run = |arguments: &[&str]| {
+        json(folder.path(), &[&["run", "chain", "--duration", "1"], arguments].concat())
+    };
+    let report = run(&["--integrator", "rk4", "--substeps", "3", "--precision", "f64"]);
+    assert_eq!(report["integrator"], "rk4");
+    assert_eq!(report["precision"], "f64");
+    assert!((number(&report, "step") - 1.0 / 180.0).abs() < 1e-15);
+    assert_eq!(report["steps"], 180);
+    let report = run(&["--step", "0.01"]);
+    assert_eq!((&report["step"], &report["steps"]), (&0.01.into(), &100.into()));
+}
+
+#[test]
+fn the_same_run_has_the_same_hash_and_another_has_another() {
+    let folder = folder();
+    let hash = |arguments: &[&str]| json(folder.path(), arguments)["state_hash"].clone();
+    let once = hash(&["run", "dice", "--duration", "0.5"]);
+    assert_eq!(once, hash(&["run", "dice", "--duration", "0.5"]));
+    assert_ne!(once, hash(&["run", "dice", "--duration", "0.6"]));
+}
+
+#[test]
+fn a_run_in_two_halves_ends_with_the_same_bits_as_one() {
+    let folder = folder();
+    let path = folder.path();
+    for precision in ["f32", "f64"] {
+        let solver = ["--precision", precision];
+        let run =
+            |arguments: &[&str]| done(path, &[&["run", "jelly"], arguments, &solver].concat());
+        run(&["--duration", "2", "--out", "whole.csv"]);
+        run(&["--duration", "1", "--out", "half.csv"]);
+        run(&["--duration", "1", "--from", "half.csv", "--out", "halves.csv"]);
+        let read = |name: &str| std::fs::read(path.join(name)).expect(name);
+        assert!(read("whole.csv") == read("halves.csv"), "{precision}");
+        assert!(read("whole.csv") != read("half.csv"), "{precision}");
+    }
+}
+
+#[test]
+fn a_mesh_runs_and_its_state_has_a_row_per_particle() {
+    let folder = folder();
+    // No such file here: the mesh that the program carries stands in.
+    let said = done(folder.path(), &["run", "bunny.obj", "--duration", "0.1", "--out", "s.csv"]);
+    assert!(said.contains("1839 vertices") && said.contains("closed"), "{said}");
+    let state = std::fs::read_to_string(folder.path().join("s.csv")).expect("s.csv");
+    let mut lines = state.lines();
+    assert_eq!(lines.next(), Some("particle,x,y,z,vx,vy,vz"));
+    let rows: Vec<&str> = lines.collect();
+    assert!(1839 < rows.len());
+    assert!(rows.iter().enumerate().all(|(row, line)| line.starts_with(&format!("{row},"))));
+}
+
+#[test]
+fn a_trace_has_the_start_and_a_row_per_step_and_conserves_energy() {
+    let folder = folder();
+    let arguments = ["run", "chain", "--duration", "2", "--trace", "t.csv", "--watch", "0,4"];
+    done(folder.path(), &arguments);
+    let trace = std::fs::read_to_string(folder.path().join("t.csv")).expect("t.csv");
+    let rows: Vec<Vec<&str>> = trace.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0].join(","), HEADER);
+    assert_eq!(rows.len(), 2 + 120);
+    assert_eq!(rows[1][..2], ["0", "0.0"]);
+    assert_eq!(rows[121][..2], ["120", "2.0"]);
+    let total = |row: &Vec<&str>| row[6].parse::<f64>().expect("a number");
+    // Half of k x² for x = 1.4 m, k = 10 N/m; the error of Verlet goes as (h w)², here 6e-4.
+    assert!((total(&rows[1]) - 9.8).abs() < 1e-5);
+    assert!(rows[1..].iter().all(|row| (total(row) - 9.8).abs() < 9.8 * 1e-3));
+    assert_eq!(rows[1][13..], ["0.0", "0.0", "0.0", "5.4", "0.0", "0.0"]);
+}
+
+const HEADER: &str = "step,time,kinetic,elastic,gravitational,dissipated,total,\
+                      px,py,pz,lx,ly,lz,x0,y0,z0,x4,y4,z4";
+
+#[test]
+fn a_run_of_no_duration_writes_the_start() {
+    let folder = folder();
+    let report = json(folder.path(), &["run", "chain", "--duration", "0", "--out", "s.csv"]);
+    assert_eq!(report["steps"], 0);
+    assert_eq!(report["real_time_factor"], Value::Null);
+    let state = std::fs::read_to_string(folder.path().join("s.csv")).expect("s.csv");
+    assert_eq!(state.lines().nth(5), Some("4,5.4,0.0,0.0,0.0,0.0,0.0"));
+}
+
+#[test]
+fn a_step_that_is_too_long_is_warned_of_with_the_longest_that_is_not() {
+    let folder = folder();
+    let output = msd(folder.path(), &["run", "square", "--step", "0.025", "--duration", "0.025"]);
+    assert_eq!((output.status.code(), text(&output.stderr).as_str()), (Some(0), ""));
+    let output = msd(folder.path(), &["run", "square", "--step", "0.05", "--duration", "0.05"]);
+    let said = text(&output.stderr);
+    assert!(said.starts_with("warning: the step of 5.000e-2 s is longer than 3."), "{said}");
+    assert!(said.contains("try --substeps "), "{said}");
+}
+
+#[test]
+fn a_run_that_diverges_says_where_and_keeps_the_last_good_state() {
+    let folder = folder();
+    let arguments = ["run", "cloth", "--substeps", "1", "--json", "--out", "s.csv"];
+    let output = msd(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(3));
+    let said = text(&output.stderr);
+    let last = said.lines().last().expect("a line");
+    for part in ["error: cloth: diverged: particle ", " in step ", "; try --substeps "] {
+        assert!(last.contains(part), "{said}");
+    }
+    let report: Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
+    assert_eq!(report["diverged"], true);
+    let state = std::fs::read_to_string(folder.path().join("s.csv")).expect("s.csv");
+    assert_eq!(state.lines().count(), 962);
+    assert!(!state.contains("NaN") && !state.contains("inf"));
+}
+
+#[test]
+fn a_window_without_a_display_says_so_in_two_lines_and_names_what_works() {
+    let output = msd(folder().path(), &["view", "cloth"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.lines().count(), 2, "{said}");
+    assert!(said.contains("msd render cloth --out picture.png"), "{said}");
+}
+
+#[test]
+fn a_picture_is_drawn_where_there_is_an_adapter_and_a_line_says_what_is_missing_elsewhere() {
+    let folder = folder();
+    let output = msd(folder.path(), &["render", "chain", "--time", "0.1", "--size", "64x48"]);
+    let said = text(&output.stderr);
+    if output.status.code() == Some(0) {
+        let picture = image::open(folder.path().join("chain.png")).expect("a picture");
+        assert_eq!((picture.width(), picture.height()), (64, 48));
+    } else {
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        assert!(said.contains("no graphics adapter") && said.contains("apt install"), "{said}");
+    }
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    let folder = folder();
+    assert!(done(folder.path(), &["--help"]).contains("Usage: msd"));
+    assert!(done(folder.path(), &["run", "--help"]).contains("--substeps"));
+    assert!(done(folder.path(), &["--version"]).starts_with("msd "));
+}

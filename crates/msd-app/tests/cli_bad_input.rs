@@ -1,0 +1,227 @@
+//! Is bad input refused in one clear line, with exit code 2 and nothing written?
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+/// A folder with broken files.
+fn folder() -> TempDir {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, text) in FILES {
+        std::fs::write(folder.path().join(name), text).expect(name);
+    }
+    std::fs::create_dir(folder.path().join("folder.toml")).expect("a folder");
+    std::fs::create_dir(folder.path().join("folder.obj")).expect("a folder");
+    std::fs::write(folder.path().join("binary.toml"), b"\xff\xfe\x00").expect("a file");
+    std::fs::write(folder.path().join("binary.stl"), [b'x'; 90]).expect("a file");
+    folder
+}
+
+const ROPE: &str = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\n";
+
+const FILES: [(&str, &str); 14] = [
+    ("good.toml", "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\n"),
+    ("empty.toml", "version = 1\n"),
+    ("cut.toml", "version = 1\n[[bodies]]\nkind = 'ro"),
+    ("cut.json", "{\"version\": 1, \"bodies\": [{\"kind\""),
+    ("huge.toml", "version = 1\n[[bodies]]\nkind = 'block'\nsize = [1000, 1000, 100]\n"),
+    ("tiny.toml", "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\nmass = 1e-60\n"),
+    ("nan.obj", "v 0 0 0\nv 1 0 0\nv 0 nan 0\nf 1 2 3\n"),
+    ("few.obj", "v 0 0 0\nv 1 0 0\nf 1 2\n"),
+    ("range.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n"),
+    ("none.obj", "# nothing\n"),
+    (
+        "solid.toml",
+        "version = 1\n[[bodies]]\nkind = 'mesh'\nfile = 'teapot.obj'\nfilling = 'solid'\n",
+    ),
+    ("cut.csv", "particle,x,y,z,vx,vy,vz\n0,0,0,0,0,0,0\n1,0,0"),
+    ("nan.csv", "particle,x,y,z,vx,vy,vz\n0,0,0,0,0,0,0\n1,0,0,0,0,NaN,0\n2,0,0,0,0,0,0\n"),
+    ("far.csv", "particle,x,y,z,vx,vy,vz\n0,0,0,0,0,0,0\n1,0,1e30,0,0,0,0\n2,0,0,0,0,0,0\n"),
+];
+
+fn names(folder: &Path) -> Vec<PathBuf> {
+    let entries = folder.read_dir().expect("a folder");
+    let mut names: Vec<PathBuf> = entries.map(|entry| entry.expect("a file").path()).collect();
+    names.sort();
+    names
+}
+
+/// Runs msd, which must refuse with these words in one line and leave no file.
+fn refuse(folder: &Path, arguments: &[&str], told: &[&str]) {
+    let before = names(folder);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
+    command.current_dir(folder).args(arguments).env("XDG_RUNTIME_DIR", folder);
+    let output = command.env_remove("RUST_LOG").output().expect("msd starts");
+    let said = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+    assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
+    assert!(said.starts_with("error: "), "{arguments:?}: {said}");
+    for part in told {
+        assert!(said.contains(part), "{arguments:?}: {said}: {part}");
+    }
+    assert_eq!(output.stdout, b"", "{arguments:?}");
+    assert_eq!(names(folder), before, "{arguments:?}");
+}
+
+/// Runs a scene and asks for files, none of which may appear.
+fn refuse_scene(folder: &Path, scene: &str, told: &[&str]) {
+    refuse(folder, &["run", scene, "--out", "s.csv", "--trace", "t.csv"], told);
+    refuse(folder, &["render", scene, "--out", "s.png"], told);
+}
+
+#[test]
+fn a_scene_that_is_none_is_refused() {
+    let folder = folder();
+    for (scene, told) in [
+        ("jely", &["no scene `jely`", "did you mean `jelly`?"][..]),
+        ("missing.toml", &["missing.toml: cannot be read: No such file"]),
+        ("missing.obj", &["missing.obj"]),
+        ("folder.toml", &["folder.toml: cannot be read"]),
+        ("folder.obj", &["folder.obj"]),
+        (".", &["it is a folder"]),
+        ("cut.csv", &["its ending tells no format"]),
+        ("binary.toml", &["binary.toml: cannot be read: it is not UTF-8 text"]),
+        ("empty.toml", &["empty.toml", "bodies is empty"]),
+        ("cut.toml", &["cut.toml:3:"]),
+        ("cut.json", &["cut.json:1:"]),
+        ("huge.toml", &["huge.toml:4:8: bodies[0].size asks for 100000000 particles", "4.0 GB"]),
+        ("tiny.toml", &["tiny: mass of particle 0", "positive and finite"]),
+        ("nan.obj", &["nan.obj"]),
+        ("few.obj", &["few.obj", "corners"]),
+        ("range.obj", &["range.obj"]),
+        ("none.obj", &["none.obj"]),
+        ("binary.stl", &["binary.stl"]),
+        ("solid.toml", &["teapot.obj", "open edges"]),
+    ] {
+        refuse_scene(folder.path(), scene, told);
+    }
+}
+
+#[test]
+fn a_value_outside_its_domain_is_refused_with_file_line_key_value_and_domain() {
+    let folder = folder();
+    for (line, told) in [
+        ("mass = -1", "bodies[0].mass is -1; it must be positive and finite"),
+        ("mass = 0", "bodies[0].mass is 0; it must be positive and finite"),
+        ("mass = nan", "bodies[0].mass is NaN; it must be positive and finite"),
+        ("mass = inf", "bodies[0].mass is inf; it must be positive and finite"),
+        ("stiffness = -5", "bodies[0].stiffness is -5; it must be finite and not negative"),
+        ("stiffness = nan", "bodies[0].stiffness is NaN; it must be finite and not negative"),
+        ("stiffness = inf", "bodies[0].stiffness is inf; it must be finite and not negative"),
+        ("damping = -1", "bodies[0].damping is -1; it must be finite and not negative"),
+        ("spacing = 0", "bodies[0].spacing is 0; it must be positive and finite"),
+        ("spacing = -inf", "bodies[0].spacing is -inf; it must be positive and finite"),
+        ("stifness = 5", "unknown key `stifness` in bodies[0]; did you mean `stiffness`?"),
+    ] {
+        std::fs::write(folder.path().join("bad.toml"), format!("{ROPE}{line}\n")).expect("a file");
+        refuse_scene(folder.path(), "bad.toml", &["bad.toml:5:", told]);
+    }
+    for (bodies, told) in [
+        ("size = [0]\nkind = 'rope'", "bodies[0].size[0] is 0; it must be at least 1"),
+        ("size = [-4]\nkind = 'rope'", "bodies[0].size[0] is -4; it must be a whole number"),
+        ("size = [nan]\nkind = 'rope'", "bodies[0].size[0] is NaN; it must be a whole number"),
+        (
+            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\nsprings = [{ ends = [0, 7] }]",
+            "bodies[0].springs[0].ends[1] is 7; it must be from 0 to 0: there are 1 particles",
+        ),
+        (
+            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\nsprings = [{ ends = [0, 0] }]",
+            "bodies[0].springs[0].ends joins particle 0 to itself; its ends must differ",
+        ),
+    ] {
+        let text = format!("version = 1\n[[bodies]]\n{bodies}\n");
+        std::fs::write(folder.path().join("bad.toml"), text).expect("a file");
+        refuse_scene(folder.path(), "bad.toml", &["bad.toml:", told]);
+    }
+}
+
+#[test]
+fn arguments_outside_their_domain_are_refused() {
+    let folder = folder();
+    for (arguments, told) in [
+        (&["--integrator", "rk5"][..], "must be one of explicit-euler, symplectic-euler"),
+        (&["--precision", "f16"], "must be f32 or f64"),
+        (&["--step", "0"], "must be a number, positive and finite"),
+        (&["--step", "-1"], "must be a number, positive and finite"),
+        (&["--step", "nan"], "must be a number, positive and finite"),
+        (&["--step", "inf"], "must be a number, positive and finite"),
+        (&["--step", "1e-300"], "step"),
+        (&["--step", "1e300"], "at most 1e6 s"),
+        (&["--substeps", "0"], "must be a whole number, at least 1"),
+        (&["--substeps", "-3"], "must be a whole number, at least 1"),
+        (&["--substeps", "99999999999"], "must be a whole number, at least 1"),
+        (&["--step", "0.1", "--substeps", "2"], "cannot be used with"),
+        (&["--duration", "-1"], "must be a number, finite and not negative"),
+        (&["--duration", "nan"], "must be a number, finite and not negative"),
+        (&["--duration", "inf"], "must be a number, finite and not negative"),
+        (&["--duration", "1e300"], "would take more than 1e10 steps"),
+        (&["--watch", "0"], "--trace"),
+        (&["--watch", "3", "--trace", "u.csv"], "--watch names particle 3; it must be from 0 to 2"),
+        (&["--trace", "./s.csv"], "--out and --trace name the same file"),
+        (&["--from", "missing.csv"], "missing.csv: cannot be read"),
+        (&["--from", "folder.toml"], "folder.toml: cannot be read: it is a folder"),
+        (&["--from", "cut.csv"], "cut.csv: row 2: the number of values is 3; it must be 7"),
+        (&["--from", "nan.csv"], "nan.csv: row 2: vy is \"NaN\""),
+        (&["--from", "far.csv"], "far.csv: position of particle 1"),
+        (&["--from", "good.toml"], "good.toml: the header is"),
+        (&["--durration", "1"], "unexpected argument '--durration'"),
+    ] {
+        let run = ["run", "good.toml", "--out", "s.csv"];
+        refuse(folder.path(), &[&run, arguments].concat(), &[told]);
+    }
+}
+
+#[test]
+fn a_command_that_is_none_is_refused_with_the_nearest() {
+    let folder = folder();
+    refuse(folder.path(), &["rnu", "jelly"], &["there is no command `rnu`; did you mean `run`?"]);
+    refuse(folder.path(), &["run"], &["required arguments were not provided: <SCENE>"]);
+    refuse(folder.path(), &["jely"], &["did you mean `jelly`?"]);
+}
+
+#[test]
+fn an_output_without_a_place_is_refused_before_the_run() {
+    let folder = folder();
+    // These would run for hours.
+    let run = ["run", "good.toml", "--duration", "1e7"];
+    for (arguments, told) in [
+        (["--out", "nowhere/s.csv"], "nowhere/s.csv: cannot be written: there is no folder"),
+        (["--trace", "nowhere/t.csv"], "nowhere/t.csv: cannot be written: there is no folder"),
+        (["--out", "folder.toml"], "folder.toml: cannot be written: it is a folder"),
+        (["--out", "/dev/null"], "/dev/null: cannot be written"),
+        (["--out", "/proc/s.csv"], "/proc/s.csv: cannot be written"),
+    ] {
+        refuse(folder.path(), &[&run[..], &arguments].concat(), &[told]);
+    }
+    let render = ["render", "good.toml", "--time", "1e7", "--out"];
+    for (name, told) in [
+        ("nowhere/p.png", "nowhere/p.png: cannot be written: there is no folder"),
+        ("p.jpg", "let its name end in .png"),
+    ] {
+        refuse(folder.path(), &[&render[..], &[name]].concat(), &[told]);
+    }
+}
+
+#[test]
+fn a_picture_of_no_size_is_refused() {
+    let folder = folder();
+    for size in ["0x10", "10x0", "10", "axb", "-1x5", "99999x10", "10x10x10"] {
+        let told = ["must be WIDTHxHEIGHT"];
+        refuse(folder.path(), &["render", "good.toml", "--size", size], &told);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
+    let mut child = command
+        .args(["run", "chain", "--json"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("msd starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("msd ends");
+    assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]));
+}
