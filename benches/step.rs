@@ -99,9 +99,9 @@ fn textbook(particles: &mut [TextbookParticle], springs: &[TextbookSpring]) {
         let unit = across.map(|d| d / length);
         let rate: f32 = (0..3).map(|i| (to.velocity[i] - from.velocity[i]) * unit[i]).sum();
         let pull = spring.stiffness * (length - spring.rest_length) + spring.damping * rate;
-        for i in 0..3 {
-            particles[a].force[i] += pull * unit[i];
-            particles[b].force[i] -= pull * unit[i];
+        for (i, unit) in unit.into_iter().enumerate() {
+            particles[a].force[i] += pull * unit;
+            particles[b].force[i] -= pull * unit;
         }
     }
 }

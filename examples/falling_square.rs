@@ -7,7 +7,8 @@ use plotters::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = std::env::args().nth(1).unwrap_or_else(|| "falling_square.svg".into());
-    let mut runner = open("square")?.runner()?;
+    let square = open("square")?;
+    let mut runner = square.runner()?;
     let figure = SVGBackend::new(&file, (1250, 420)).into_drawing_area();
     figure.fill(&WHITE)?;
     for (moment, panel) in figure.split_evenly((1, 5)).iter().enumerate() {
@@ -19,8 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             .caption(format!("{time:.1} s"), ("sans-serif", 18))
             .margin(8)
             .build_cartesian_2d(-3.5..3.5, -6.0..6.0)?;
-        let floor =
-            on!(&runner, simulation => simulation.model().planes()[0].offset.to_owned() as f64);
+        let floor = square.scene.planes[0].offset;
         chart.draw_series(LineSeries::new([(-3.5, floor), (3.5, floor)], BLACK))?;
         for (ends, strain) in on!(&runner, simulation => springs(simulation)) {
             let [r, g, b] = strain_colour(strain as f32, 0.2).map(|c| (c * 255.0) as u8);

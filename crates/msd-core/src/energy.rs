@@ -15,8 +15,8 @@ pub struct Energy {
     pub elastic: f64,
     /// In the uniform fields, gravity and the uniform force: −Σ (m g + f)·x; zero at the origin.
     pub gravitational: f64,
-    /// Taken away since the start by dampers, drag and contact. What a hand does (grabs, pushes,
-    /// moving pins, changed stiffness) is not counted anywhere.
+    /// Taken away since the start by dampers, drag and contact, see [`crate::ledger`]. What a hand
+    /// does (grabs, pushes, moving pins, changed stiffness) is not counted anywhere.
     pub dissipated: f64,
 }
 

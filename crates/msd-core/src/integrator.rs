@@ -99,6 +99,11 @@ pub struct Scratch<R: Real> {
 }
 
 impl<R: Real> Scratch<R> {
+    /// The forces of the last evaluation, newtons.
+    pub fn forces(&self) -> &[R::Vec3] {
+        &self.forces
+    }
+
     /// Makes the work columns that a method needs for `count` particles.
     pub fn new(integrator: Integrator, count: usize) -> Self {
         let column = |wanted: bool| vec![R::Vec3::ZERO; if wanted { count } else { 0 }];

@@ -43,7 +43,7 @@ pub enum Interaction {
         frequency: f64,
         /// Damping ratio ζ: 1 is critical.
         damping_ratio: f64,
-        /// The largest force, newtons; may be infinite.
+        /// The largest force, newtons; finite.
         max_force: f64,
     },
     /// Lets go of a particle.
@@ -103,7 +103,7 @@ pub enum Interaction {
         /// The rest length of each, metres.
         value: f64,
     },
-    /// Multiplies rest lengths: a body grows or shrinks.
+    /// Multiplies rest lengths, up to the extent of the world: a body grows or shrinks.
     ScaleRestLength {
         /// Of which springs.
         springs: Select,
@@ -163,7 +163,8 @@ pub(crate) fn check_interaction<R: Real>(
             check::check_vector::<R>("target", at, target)?;
             check::check_not_negative::<R>("frequency", at, frequency)?;
             check::check_not_negative::<R>("damping ratio", at, damping_ratio)?;
-            check(0.0 <= max_force, "force cap", at, max_force, "not negative")
+            // In f64 even for a run in f32, where the largest number is no cap at all.
+            check::check_not_negative::<f64>("force cap", at, max_force)
         }
         Release { particle } | Unpin { particle } => one(particle),
         Pin { particle, velocity } => {
@@ -246,7 +247,10 @@ pub(crate) fn apply<R: Real>(
         Unpin { particle } => model.inverse_masses[particle] = R::ONE / model.masses[particle],
         Push { particle, force } => model.pushes.push((particle as u32, R::Vec3::of(force))),
         Cut { spring } => cut(model, spring),
-        SetMass { particles, value } => set_mass(model, particles_of(model, particles), value),
+        SetMass { particles, value } => {
+            set_mass(model, particles_of(model, particles), value);
+            cap_grabs(model, h);
+        }
         SetStiffness { springs, value } => {
             let (range, count) = (springs_of(model, springs), model.spring_count());
             model.stiffnesses.set(range, count, R::of(value));
@@ -261,7 +265,10 @@ pub(crate) fn apply<R: Real>(
         }
         ScaleRestLength { springs, factor } => {
             let range = springs_of(model, springs);
-            model.rest_lengths[range].iter_mut().for_each(|rest| *rest = *rest * R::of(factor));
+            let longest = model.extent;
+            for rest in &mut model.rest_lengths[range] {
+                *rest = (*rest * R::of(factor)).min(longest);
+            }
         }
         Freeze { springs } => {
             for spring in springs_of(model, springs) {
@@ -307,18 +314,29 @@ fn grab<R: Real>(model: &mut Model<R>, h: f64, interaction: Interaction) {
         return;
     };
     let mass = model.masses[particle].to_f64();
-    let rate = core::f64::consts::TAU * frequency.min(0.1 / h);
+    let rate = core::f64::consts::TAU * frequency;
     let hold = Grab {
         particle: particle as u32,
         target: R::Vec3::of(target),
         stiffness: R::of(mass * rate * rate),
-        // Overdamped beyond the substep it would blow up as surely as an overstiff one.
-        damping: R::of(mass * (2.0 * damping_ratio * rate).min(0.5 / h)),
+        damping: R::of(2.0 * damping_ratio * mass * rate),
         max_force: R::of(max_force),
     };
     match model.grabs.iter_mut().find(|grab| grab.particle as usize == particle) {
         Some(grab) => *grab = hold,
         None => model.grabs.push(hold),
+    }
+    cap_grabs(model, h);
+}
+
+/// Weakens grabs that a substep of `h` seconds could not follow: at most a tenth of the substeps per
+/// second, and no more damping than takes half of a velocity per substep.
+pub(crate) fn cap_grabs<R: Real>(model: &mut Model<R>, h: f64) {
+    let fastest = core::f64::consts::TAU * 0.1 / h;
+    for grab in &mut model.grabs {
+        let mass = model.masses[grab.particle as usize].to_f64();
+        grab.stiffness = grab.stiffness.min(R::of(mass * fastest * fastest));
+        grab.damping = grab.damping.min(R::of(mass * 0.5 / h));
     }
 }
 

@@ -98,7 +98,7 @@ impl Lattice {
         (at[0] * self.size[1] + at[1]) * self.size[2] + at[2]
     }
 
-    /// The (row, column, stack) of a particle.
+    /// The (row, column, stack) of a particle; of one past the last, a row past the last.
     pub fn place(&self, particle: usize) -> [usize; 3] {
         let [_, columns, stacks] = self.size;
         [particle / stacks / columns, particle / stacks % columns, particle % stacks]
@@ -109,7 +109,7 @@ impl Lattice {
         self.starts[family]..self.starts[family + 1]
     }
 
-    /// The family of a spring.
+    /// The family of a spring, one of 13 for a spring of the lattice.
     pub fn family_of(&self, spring: usize) -> usize {
         self.starts.partition_point(|&start| start <= spring) - 1
     }
@@ -121,6 +121,9 @@ impl Lattice {
     }
 
     /// The two particles that a spring joins.
+    ///
+    /// # Panics
+    /// If `spring` is not below [`Lattice::spring_count`].
     pub fn spring(&self, spring: usize) -> [usize; 2] {
         let family = self.family_of(spring);
         let step = FAMILIES[family];

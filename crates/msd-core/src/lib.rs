@@ -47,6 +47,7 @@ pub mod forces;
 pub mod integrator;
 pub mod collision;
 pub mod energy;
+pub mod ledger;
 pub mod stability;
 pub mod interaction;
 pub mod simulation;

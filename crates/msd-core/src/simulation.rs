@@ -1,12 +1,13 @@
 //! What is one step? Queued interactions, substeps of integrate and collide, and a guard.
 
 use crate::check::check;
-use crate::collision;
+use crate::collision::{self, Contacts};
 use crate::energy::{self, Energy, Momentum};
 use crate::error::{Divergence, Error};
 use crate::forces;
 use crate::integrator::{self, Integrator, Scratch, Substep};
 use crate::interaction::{self, Interaction};
+use crate::ledger::Ledger;
 use crate::real::{Real, Vector};
 use crate::scene::Scene;
 use crate::snapshot::Snapshot;
@@ -61,8 +62,10 @@ pub struct Simulation<R: Real = f32> {
     /// The state at the start of the step, to fall back on.
     good: State<R>,
     queue: Vec<Interaction>,
-    dissipated: f64,
+    ledger: Ledger,
     steps: u64,
+    /// Steps and time at which the length of a step changed last.
+    epoch: (u64, f64),
 }
 
 impl<R: Real> Simulation<R> {
@@ -72,12 +75,15 @@ impl<R: Real> Simulation<R> {
     /// The first row or setting that is out of its domain.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, Error> {
         let (model, state) = Model::new(scene)?;
-        Simulation::from_parts(model, state, settings)
+        let mut simulation = Simulation::from_parts(model, state, settings)?;
+        // A scene may start inside a plane; it never runs there.
+        simulation.collide();
+        Ok(simulation)
     }
 
     fn from_parts(model: Model<R>, state: State<R>, settings: Settings) -> Result<Self, Error> {
         settings.check::<R>()?;
-        let mut simulation = Simulation {
+        Ok(Simulation {
             scratch: Scratch::new(settings.integrator, model.particle_count()),
             good: state.clone(),
             model,
@@ -85,13 +91,10 @@ impl<R: Real> Simulation<R> {
             settings,
             warm: false,
             queue: Vec::new(),
-            dissipated: 0.0,
+            ledger: Ledger::default(),
             steps: 0,
-        };
-        // A scene may start inside a plane; it never runs there.
-        simulation.collide();
-        simulation.dissipated = 0.0;
-        Ok(simulation)
+            epoch: (0, 0.0),
+        })
     }
 
     /// Advances by one step of `settings.step` seconds.
@@ -119,22 +122,29 @@ impl<R: Real> Simulation<R> {
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
         has_own_force: bool,
     ) -> Result<(), Error> {
-        self.apply_queue();
         self.good.clone_from(&self.state);
-        let dissipated = self.dissipated;
+        let handled = has_own_force || !self.queue.is_empty();
+        self.apply_queue();
+        let (mut counted, mut contacts) = (0.0, 0);
         for substep in 0..self.settings.substeps {
             let warm = self.warm || 0 < substep;
-            self.advance(own_force, warm, has_own_force);
-            let touched = self.collide();
-            self.warm = !touched && !has_own_force && !self.is_damped();
+            counted += self.advance(own_force, warm, has_own_force);
+            let met = self.collide();
+            counted += met.energy;
+            contacts += met.count;
+            let forces_last = self.model.pushes.is_empty() && !has_own_force;
+            self.warm = met.count == 0 && forces_last && !self.is_damped();
         }
+        let contact_alone = 0 < contacts && !handled && !self.is_handled();
         self.model.pushes.clear();
         if let Err(error) = self.guard() {
-            self.state.clone_from(&self.good);
-            self.dissipated = dissipated;
-            self.warm = false;
+            let good = core::mem::take(&mut self.good);
+            self.put_state(&good);
+            self.good = good;
             return Err(error);
         }
+        let Simulation { ledger, model, good, .. } = self;
+        ledger.book(counted, contact_alone, || energy::energy(model, good, 0.0).total());
         self.steps += 1;
         Ok(())
     }
@@ -143,6 +153,9 @@ impl<R: Real> Simulation<R> {
         let h = self.settings.substep();
         // Velocities may change as well as forces: nothing remembered holds.
         self.warm &= self.queue.is_empty() && self.model.pushes.is_empty();
+        if !self.queue.is_empty() {
+            self.close_ledger();
+        }
         for interaction in core::mem::take(&mut self.queue) {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
         }
@@ -153,7 +166,7 @@ impl<R: Real> Simulation<R> {
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
         warm: bool,
         has_own_force: bool,
-    ) {
+    ) -> f64 {
         let model = &self.model;
         let mut force = |motion: Motion<'_, R>, forces: &mut [R::Vec3]| {
             let drag = forces::set_external_forces(model, motion, forces);
@@ -168,8 +181,7 @@ impl<R: Real> Simulation<R> {
             damped: has_own_force || self.is_damped(),
         };
         let Simulation { settings, state, scratch, .. } = self;
-        self.dissipated +=
-            integrator::advance(settings.integrator, substep, state, scratch, &mut force);
+        integrator::advance(settings.integrator, substep, state, scratch, &mut force)
     }
 
     /// Whether a force depends on velocity.
@@ -178,12 +190,23 @@ impl<R: Real> Simulation<R> {
         !model.dampings.is_zero() || model.drag != R::ZERO || !model.grabs.is_empty()
     }
 
-    /// Keeps particles out of planes; returns whether any was moved.
-    fn collide(&mut self) -> bool {
+    /// Whether a hand does work: by a grab, a push or a pin that moves.
+    fn is_handled(&self) -> bool {
+        let moves = |(&w, &v): (&R, &R::Vec3)| w == R::ZERO && v != R::Vec3::ZERO;
+        let mut rows = self.model.inverse_masses.iter().zip(&self.state.velocities);
+        !self.model.grabs.is_empty() || !self.model.pushes.is_empty() || rows.any(moves)
+    }
+
+    /// Keeps particles out of planes.
+    fn collide(&mut self) -> Contacts {
         let h = R::of(self.settings.substep());
-        let contacts = collision::resolve(&self.model, h, &mut self.state);
-        self.dissipated += contacts.energy;
-        0 < contacts.count
+        collision::resolve(&self.model, h, self.scratch.forces(), &mut self.state)
+    }
+
+    /// Counts what a contact took before something else than a step changes the energy.
+    fn close_ledger(&mut self) {
+        let Simulation { ledger, model, state, .. } = self;
+        ledger.close(|| energy::energy(model, state, 0.0).total());
     }
 
     /// Refuses a state outside the world.
@@ -191,7 +214,10 @@ impl<R: Real> Simulation<R> {
         let model = &self.model;
         // A comparison that a NaN fails: it is not inside.
         let inside = |position: &R::Vec3| position.extent() <= model.extent;
-        let Some(particle) = self.state.positions.iter().position(|x| !inside(x)) else {
+        let finite = |velocity: &R::Vec3| velocity.extent().to_f64().is_finite();
+        let State { positions, velocities } = &self.state;
+        let mut rows = positions.iter().zip(velocities);
+        let Some(particle) = rows.position(|(x, v)| !inside(x) || !finite(v)) else {
             return Ok(());
         };
         let stable = self.largest_step_from(&self.good);
@@ -254,10 +280,25 @@ impl<R: Real> Simulation<R> {
             let speed = velocity.extent().to_f64();
             check(speed.is_finite(), "velocity", at, speed, "finite")?;
         }
-        self.state.clone_from(state);
+        self.close_ledger();
+        self.put_state(state);
         self.steps = steps;
-        self.warm = false;
+        if steps < self.epoch.0 {
+            self.epoch = (0, 0.0);
+        }
         Ok(())
+    }
+
+    /// Replaces the state. What is pinned now keeps its velocity, which belongs to the pin: an older
+    /// state may be from before it was pinned.
+    fn put_state(&mut self, state: &State<R>) {
+        let pinned = self.model.inverse_masses.iter().map(|&w| w == R::ZERO);
+        let velocities = self.state.velocities.iter_mut().zip(&state.velocities);
+        for (pinned, (now, &velocity)) in pinned.zip(velocities) {
+            *now = if pinned { *now } else { velocity };
+        }
+        self.state.positions.copy_from_slice(&state.positions);
+        self.warm = false;
     }
 
     /// Changes how the system is stepped from the next step on.
@@ -269,6 +310,10 @@ impl<R: Real> Simulation<R> {
         if settings.integrator != self.settings.integrator {
             self.scratch = Scratch::new(settings.integrator, self.model.particle_count());
         }
+        if settings.step != self.settings.step {
+            self.epoch = (self.steps, self.time());
+        }
+        interaction::cap_grabs(&mut self.model, settings.substep());
         self.settings = settings;
         self.warm = false;
         Ok(())
@@ -277,12 +322,13 @@ impl<R: Real> Simulation<R> {
     /// The same simulation in another precision, each number rounded once.
     ///
     /// # Errors
-    /// A step too short for the other precision.
+    /// A step too short, or a mass, stiffness or damping too large or small, for the other precision.
     pub fn convert<S: Real>(&self) -> Result<Simulation<S>, Error> {
-        let (model, state) = (self.model.convert(), self.state.convert());
+        let (model, state) = (self.model.convert::<S>()?, self.state.convert());
         let mut other = Simulation::from_parts(model, state, self.settings)?;
         other.queue.clone_from(&self.queue);
-        (other.dissipated, other.steps) = (self.dissipated, self.steps);
+        other.ledger = Ledger::of(self.dissipated());
+        (other.steps, other.epoch) = (self.steps, self.epoch);
         Ok(other)
     }
 
@@ -308,7 +354,8 @@ impl<R: Real> Simulation<R> {
 
     /// Simulated time, seconds: steps times the step, never a running sum.
     pub fn time(&self) -> f64 {
-        self.steps as f64 * self.settings.step
+        let (steps, time) = self.epoch;
+        time + (self.steps - steps) as f64 * self.settings.step
     }
 
     /// What a renderer may see.
@@ -318,12 +365,12 @@ impl<R: Real> Simulation<R> {
 
     /// Where the energy is.
     pub fn energy(&self) -> Energy {
-        energy::energy(&self.model, &self.state, self.dissipated)
+        energy::energy(&self.model, &self.state, self.dissipated())
     }
 
     /// Energy taken away since the start by dampers, drag and contact, joules.
     pub fn dissipated(&self) -> f64 {
-        self.dissipated
+        self.ledger.dissipated(|| energy::energy(&self.model, &self.state, 0.0).total())
     }
 
     /// Linear and angular momentum.

@@ -1,6 +1,6 @@
 //! How does a scene run? As columns: a [`Model`] that a step reads and a [`State`] that it advances.
 
-use crate::check::check_scene;
+use crate::check::{check_mass, check_not_negative, check_scene};
 use crate::error::Error;
 use crate::real::{Real, Vector};
 use crate::scene::{Body, Friction, Plane, Scene};
@@ -245,7 +245,18 @@ impl<R: Real> Model<R> {
     }
 
     /// The same model in another precision, each number rounded once.
-    pub fn convert<S: Real>(&self) -> Model<S> {
+    ///
+    /// # Errors
+    /// A mass, stiffness or damping that the other precision cannot hold.
+    pub fn convert<S: Real>(&self) -> Result<Model<S>, Error> {
+        for (row, mass) in self.masses.iter().enumerate() {
+            check_mass::<S>(("particle", row), mass.to_f64())?;
+        }
+        for row in 0..self.spring_count() {
+            let at = ("spring", row);
+            check_not_negative::<S>("stiffness", at, self.stiffnesses.get(row).to_f64())?;
+            check_not_negative::<S>("damping", at, self.dampings.get(row).to_f64())?;
+        }
         let scalars = |column: &[R]| column.iter().map(|value| S::of(value.to_f64())).collect();
         let vector = |value: R::Vec3| S::Vec3::of(value.to_f64());
         let grab = |grab: &Grab<R>| Grab {
@@ -262,7 +273,7 @@ impl<R: Real> Model<R> {
             friction: plane.friction,
         };
         let pushes = self.pushes.iter();
-        Model {
+        Ok(Model {
             masses: scalars(&self.masses),
             inverse_masses: scalars(&self.inverse_masses),
             ends: self.ends.clone(),
@@ -277,7 +288,7 @@ impl<R: Real> Model<R> {
             drag: S::of(self.drag.to_f64()),
             extent: S::of(self.extent.to_f64()),
             bodies: self.bodies.clone(),
-        }
+        })
     }
 }
 

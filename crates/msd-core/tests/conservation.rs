@@ -113,6 +113,33 @@ fn what_the_dampers_take_is_what_the_motion_loses() {
 }
 
 #[test]
+fn a_body_that_lies_on_the_floor_dissipates_nothing() {
+    let material = Material { mass: 1.0, stiffness: 2000.0, damping: 20.0 };
+    let mut part = shape::block([3, 3, 3], 1.0, material).unwrap();
+    part.place(DMat3::IDENTITY, DVec3::Y);
+    let mut scene = Scene::of("block", part);
+    for friction in [Friction::Coulomb(0.5), Friction::TangentialLoss(0.3)] {
+        scene.planes = vec![Plane { normal: DVec3::Y, offset: -1.0, restitution: 0.5, friction }];
+        for integrator in [Integrator::VelocityVerlet, Integrator::Rk4] {
+            let settings = Settings { integrator, ..Settings::default() };
+            let mut simulation = Simulation::<f64>::new(&scene, settings).unwrap();
+            (0..600).for_each(|_| simulation.step().unwrap());
+            let before = simulation.energy();
+            (0..600).for_each(|_| simulation.step().unwrap());
+            let after = simulation.energy();
+            // Each substep its lowest layer falls and is moved back. Counting what the floor and the
+            // dampers do in that would book some 3 J per second for nothing. What is left is the
+            // end of the settling, exp(−c t / 2) of some 100 J after 10 s, and rounding.
+            let taken = (after.dissipated - before.dissipated).abs();
+            assert!(taken < 1e-3, "{integrator}, {friction:?}: {taken} J in 10 s");
+            assert!(1.0 < before.dissipated, "it fell and came to rest");
+            // f64 sums of some 100 springs and 1000 J.
+            assert!((after.total() - before.total()).abs() < 1e-9);
+        }
+    }
+}
+
+#[test]
 fn undamped_verlet_keeps_energy_over_many_periods() {
     let mut simulation =
         simulation::<f64>(&tumbling_block(0.0), Integrator::VelocityVerlet, 1.0 / 512.0);

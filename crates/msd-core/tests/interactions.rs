@@ -33,7 +33,7 @@ fn apply<const N: usize>(simulation: &mut Simulation<f64>, interactions: [Intera
 }
 
 fn grab(particle: usize, target: DVec3, frequency: f64) -> Interaction {
-    let max_force = f64::INFINITY;
+    let max_force = f64::MAX;
     Interaction::Grab { particle, target, frequency, damping_ratio: 1.0, max_force }
 }
 
@@ -77,11 +77,14 @@ fn a_grab_cannot_blow_up_a_scene_however_stiff_it_is_asked_to_be() {
         target: DVec3::new(2.0, 0.0, 0.0),
         frequency: 1e9,
         damping_ratio: 1e9,
-        max_force: f64::INFINITY,
+        max_force: f64::MAX,
     };
     apply(&mut pair, [interaction]);
     (0..5000).for_each(|_| pair.step().unwrap());
     assert!(H < pair.stable_substep());
+    // A longer substep weakens a hand that holds already.
+    pair.set_settings(Settings { step: 20.0 * H, ..pair.settings() }).unwrap();
+    (0..500).for_each(|_| pair.step().unwrap());
 }
 
 #[test]
@@ -99,6 +102,50 @@ fn pin_stops_a_particle_and_unpin_frees_it() {
     assert!(!pair.model().is_pinned(0));
     (0..100).for_each(|_| pair.step().unwrap());
     assert!(held.x < pair.state().positions[0].x);
+}
+
+#[test]
+fn a_push_lasts_one_step_without_dampers_too() {
+    // Undamped, Verlet may reuse the accelerations of the step before.
+    let scene = two_masses([1.0, 3.0], 50.0, 0.0, 0.0);
+    let mut pair = simulation::<f64>(&scene, Integrator::VelocityVerlet, H);
+    let force = DVec3::new(0.0, 8.0, 0.0);
+    apply(&mut pair, [Interaction::Push { particle: 0, force }]);
+    (0..10).for_each(|_| pair.step().unwrap());
+    assert!((pair.momentum().linear - force * H).length() < 1e-12);
+}
+
+#[test]
+fn an_older_state_does_not_set_a_pinned_particle_moving() {
+    let mut pair = pair();
+    let impulse = DVec3::new(0.0, 4.0, 0.0);
+    apply(&mut pair, [Interaction::Impulse { particles: Select::All, impulse }]);
+    let moving = pair.state().clone();
+    apply(&mut pair, [Interaction::Pin { particle: 0, velocity: DVec3::ZERO }]);
+    pair.set_state(&moving, 1).unwrap();
+    (0..10).for_each(|_| pair.step().unwrap());
+    assert_eq!(pair.state().positions[0], moving.positions[0]);
+}
+
+#[test]
+fn an_interaction_that_blows_up_the_scene_is_undone_with_the_step() {
+    let mut pair = pair();
+    pair.step().unwrap();
+    let before = pair.state().clone();
+    let impulse = DVec3::new(1e30, 0.0, 0.0);
+    pair.queue(Interaction::Impulse { particles: Select::All, impulse }).unwrap();
+    assert!(matches!(pair.step(), Err(Error::Diverged(_))));
+    assert_eq!(*pair.state(), before);
+    pair.step().unwrap();
+}
+
+#[test]
+fn time_goes_on_when_the_step_changes() {
+    let mut pair = pair();
+    (0..10).for_each(|_| pair.step().unwrap());
+    pair.set_settings(Settings { step: 2.0 * H, ..pair.settings() }).unwrap();
+    pair.step().unwrap();
+    assert!((pair.time() - 12.0 * H).abs() < 1e-15);
 }
 
 #[test]

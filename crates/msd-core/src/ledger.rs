@@ -1,0 +1,42 @@
+//! How much energy has been taken away since the start?
+//!
+//! Dampers and drag are counted where they act. A particle that rests on a plane falls a little and
+//! is moved back in every substep, and its dampers work at a speed it does not have; so while
+//! something touches a plane and no hand does work, what was taken away is what the balance leaves.
+//! A contact that *adds* energy then shows as dissipation that goes down.
+
+/// What was taken away, joules.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Counted up to the start of the present contact.
+    counted: f64,
+    /// Total energy at the start of the present contact.
+    balance: Option<f64>,
+}
+
+impl Ledger {
+    /// A ledger in which this much was taken away.
+    pub fn of(counted: f64) -> Self {
+        Ledger { counted, balance: None }
+    }
+
+    /// What was taken away; `mechanical` measures the rest of the energy now.
+    pub fn dissipated(&self, mechanical: impl FnOnce() -> f64) -> f64 {
+        self.balance.map_or(self.counted, |total| total - mechanical())
+    }
+
+    /// Ends the present contact, if there is one; `mechanical` measures the energy at its end.
+    pub fn close(&mut self, mechanical: impl FnOnce() -> f64) {
+        *self = Ledger::of(self.dissipated(mechanical));
+    }
+
+    /// Books a step in which `counted` was taken away; `mechanical` measures the energy before it.
+    pub fn book(&mut self, counted: f64, contact_alone: bool, mechanical: impl FnOnce() -> f64) {
+        if !contact_alone {
+            self.close(mechanical);
+            self.counted += counted;
+        } else if self.balance.is_none() {
+            self.balance = Some(self.counted + mechanical());
+        }
+    }
+}
