@@ -41,7 +41,7 @@ pub fn strain_colour(strain: f32, full_scale: f32) -> [f32; 3] {
     }
 }
 
-/// Returns the colour of the body with this index, sRGB components from 0 to 1; eight colours recur.
+/// Returns the colour of the body with this index, sRGB from 0 to 1; eight colours recur.
 pub fn body_colour(index: usize) -> [f32; 3] {
     PALETTE[index % PALETTE.len()]
 }

@@ -47,8 +47,25 @@ impl Gpu {
         Ok((gpu, surface))
     }
 
+    /// Opens the preferred adapter, and where that fails at any stage the one in software.
     async fn open(instance: Instance, surface: Option<&Surface<'_>>) -> Result<Gpu, RenderError> {
-        let adapter = choose_adapter(&instance, surface).await?;
+        let preferred = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::from_env().unwrap_or_default(),
+            compatible_surface: surface,
+            ..Default::default()
+        };
+        if let Ok(gpu) = Self::open_as(&instance, &preferred).await {
+            return Ok(gpu);
+        }
+        let software = wgpu::RequestAdapterOptions { force_fallback_adapter: true, ..preferred };
+        Self::open_as(&instance, &software).await
+    }
+
+    async fn open_as(
+        instance: &Instance,
+        options: &wgpu::RequestAdapterOptions<'_, '_>,
+    ) -> Result<Gpu, RenderError> {
+        let adapter = instance.request_adapter(options).await.map_err(RenderError::NoAdapter)?;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("msd"),
             required_limits: needed_limits(&adapter),
@@ -57,24 +74,8 @@ impl Gpu {
         let opened = adapter.request_device(&descriptor).await;
         let (device, queue) = opened
             .map_err(|source| RenderError::NoDevice { adapter: adapter.get_info().name, source })?;
-        Ok(Gpu { instance, adapter, device, queue })
+        Ok(Gpu { instance: instance.clone(), adapter, device, queue })
     }
-}
-
-async fn choose_adapter(
-    instance: &Instance,
-    surface: Option<&Surface<'_>>,
-) -> Result<Adapter, RenderError> {
-    let preferred = wgpu::RequestAdapterOptions {
-        power_preference: wgpu::PowerPreference::from_env().unwrap_or_default(),
-        compatible_surface: surface,
-        ..Default::default()
-    };
-    if let Ok(adapter) = instance.request_adapter(&preferred).await {
-        return Ok(adapter);
-    }
-    let software = wgpu::RequestAdapterOptions { force_fallback_adapter: true, ..preferred };
-    instance.request_adapter(&software).await.map_err(RenderError::NoAdapter)
 }
 
 /// The limits to ask for: WebGPU's defaults, or what OpenGL can do, and never more than there is.
