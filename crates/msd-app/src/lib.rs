@@ -31,4 +31,4 @@ pub mod start;
 pub use start::start_web;
 pub use start::{Missing, ViewError, catalogue};
 #[cfg(not(target_arch = "wasm32"))]
-pub use start::{ViewOptions, view, view_with};
+pub use start::{ViewOptions, view, view_as, view_with};

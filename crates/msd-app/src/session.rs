@@ -130,19 +130,23 @@ impl Session {
     fn fail(&mut self, error: &Error) {
         self.paused = true;
         self.release();
-        let step = self.runner.settings().step;
         let predicted = match error {
             Error::Diverged(divergence) => divergence.stable_substep,
             _ => None,
         };
+        let substeps = predicted.and_then(|stable| self.needed_substeps(stable));
+        self.failure = Some(Failure { text: error.to_string(), substeps });
+    }
+
+    /// More substeps than now that are predicted to be stable, given the largest stable substep of
+    /// the present state, seconds.
+    fn needed_substeps(&self, stable: f64) -> Option<u32> {
+        let Settings { step, substeps, .. } = self.runner.settings();
         // The state kept may be far gone; where the scene starts counts as well.
         let at_start = self.fresh_runner().map_or(0.0, |runner| runner.stable_substep());
-        let substeps = predicted.and_then(|stable| {
-            let needed = (step / (CAUTION * stable.min(at_start))).ceil();
-            (needed <= f64::from(MOST_SUBSTEPS)).then_some((needed as u32).max(1))
-        });
-        let more = substeps.filter(|&count| self.runner.settings().substeps < count);
-        self.failure = Some(Failure { text: error.to_string(), substeps: more });
+        let needed = (step / (CAUTION * stable.min(at_start))).ceil();
+        let count = (needed <= f64::from(MOST_SUBSTEPS)).then_some((needed as u32).max(1));
+        count.filter(|&count| substeps < count)
     }
 
     fn moment(&self) -> Moment {
@@ -249,7 +253,7 @@ impl Session {
 
     fn set_settings(&mut self, settings: Settings) {
         self.refusal = self.runner.set_settings(settings).err().map(|error| error.to_string());
-        self.margin.touch();
+        self.touch();
     }
 
     /// Changes the precision; the state stays, rounded once.
@@ -258,7 +262,7 @@ impl Session {
             Ok(runner) => self.runner = runner,
             Err(error) => self.refusal = Some(error.to_string()),
         }
-        self.margin.touch();
+        self.touch();
     }
 
     /// Chooses how fast simulated time runs, 1 for real time.
@@ -269,6 +273,11 @@ impl Session {
     /// Says that what a step reads has changed.
     pub(crate) fn touch(&mut self) {
         self.margin.touch();
+        // The way out that is offered must fit what was set since the run stopped.
+        if self.failure.is_some() {
+            let substeps = self.needed_substeps(self.runner.stable_substep());
+            self.failure = self.failure.take().map(|failure| Failure { substeps, ..failure });
+        }
     }
 
     /// Forgets the wall-clock time up to the next frame, as after the window was hidden.
@@ -309,9 +318,9 @@ impl Session {
         self.clock.speed()
     }
 
-    /// Averages over the last frames.
+    /// Averages over the last frames; all 0 while paused.
     pub fn pace(&self) -> Pace {
-        self.clock.pace()
+        if self.paused { Pace::default() } else { self.clock.pace() }
     }
 
     /// Simulated time, seconds.

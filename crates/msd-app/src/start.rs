@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 #[error("{what}\n{}", headless(scene))]
 pub struct ViewError {
-    /// The scene that was to be shown.
+    /// The scene that was to be shown, as the person named it: a name or a file.
     pub scene: String,
     /// What is missing.
     pub what: Missing,
@@ -54,6 +54,8 @@ fn driver(error: &RenderError) -> &'static str {
 }
 
 fn headless(scene: &str) -> String {
+    // To be copied into a shell as it stands.
+    let scene = if scene.contains(char::is_whitespace) { &format!("\"{scene}\"") } else { scene };
     format!(
         "without a window: msd render {scene} --out picture.png, or msd run {scene} \
          (from the sources: cargo run --release -- render {scene} --out picture.png)"
@@ -71,14 +73,24 @@ pub struct ViewOptions {
 
 /// Shows a scene in a window until it is closed.
 ///
+/// # Errors
+/// See [`view_as`].
+#[cfg(not(target_arch = "wasm32"))]
+pub fn view(loaded: Loaded) -> Result<(), ViewError> {
+    let called = loaded.name.clone();
+    view_as(loaded, &called)
+}
+
+/// Shows a scene in a window until it is closed; `called` is how the person named it, for errors.
+///
 /// The environment variable `MSD_STATUS` names a file for [`ViewOptions::status`].
 ///
 /// # Errors
 /// A display, a graphics adapter or a library is missing, or the scene is out of its domain.
 #[cfg(not(target_arch = "wasm32"))]
-pub fn view(loaded: Loaded) -> Result<(), ViewError> {
+pub fn view_as(loaded: Loaded, called: &str) -> Result<(), ViewError> {
     let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
-    view_with(loaded, &ViewOptions { status })
+    view_with(loaded, called, &ViewOptions { status })
 }
 
 /// Shows a scene in a window until it is closed, with options.
@@ -86,9 +98,8 @@ pub fn view(loaded: Loaded) -> Result<(), ViewError> {
 /// # Errors
 /// See [`view`].
 #[cfg(not(target_arch = "wasm32"))]
-pub fn view_with(loaded: Loaded, options: &ViewOptions) -> Result<(), ViewError> {
-    let scene = loaded.name.clone();
-    show(loaded, options).map_err(|what| ViewError { scene, what })
+pub fn view_with(loaded: Loaded, called: &str, options: &ViewOptions) -> Result<(), ViewError> {
+    show(loaded, options).map_err(|what| ViewError { scene: called.to_owned(), what })
 }
 
 #[cfg(not(target_arch = "wasm32"))]
@@ -181,6 +192,18 @@ mod tests {
         let text = ViewError { scene: "jelly".to_owned(), what }.to_string();
         assert_eq!(text.lines().count(), 2);
         assert!(text.contains("apt install") && text.contains("msd render jelly --out"));
+    }
+
+    #[test]
+    fn the_hint_names_a_file_as_the_person_did() {
+        for (scene, told) in [
+            ("scenes/rope.toml", "msd render scenes/rope.toml --out"),
+            ("my scenes/rope.toml", "msd run \"my scenes/rope.toml\" "),
+        ] {
+            let what = Missing::Display("DISPLAY is not set".to_owned());
+            let text = ViewError { scene: scene.to_owned(), what }.to_string();
+            assert!(text.contains(told), "{text}");
+        }
     }
 
     #[test]

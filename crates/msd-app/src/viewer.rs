@@ -40,7 +40,7 @@ pub struct Viewer {
     pub style: Style,
     /// The scenes of the list.
     pub catalogue: Catalogue,
-    /// Whether the camera follows the middle of everything.
+    /// Whether the camera keeps everything in the middle of the picture.
     pub follow: bool,
     /// Whether the help is open.
     pub help: bool,
@@ -58,9 +58,19 @@ pub struct Viewer {
     pub(crate) hovered: Option<usize>,
     /// Whether the scene is to be brought into view once the size of the window is known.
     unframed: bool,
-    /// The middle of everything in the frame before, and how far the camera is behind it.
-    centre: Vec3,
-    lag: Vec3,
+    /// The scene that is not in the catalogue: of a file or a mesh.
+    opened: Option<Loaded>,
+    /// The entry of the catalogue that runs; none for the opened one.
+    current: Option<usize>,
+    /// Where the camera was left looking, and how far beside everything the person moved it.
+    aimed: Vec3,
+    beside: Vec3,
+}
+
+/// Whether a scene is shown with its springs, coloured by strain, unless the person says otherwise:
+/// in the flat squares the springs are what there is to see.
+pub fn shows_springs(name: &str) -> bool {
+    matches!(name, "square" | "square4")
 }
 
 /// How soon the camera follows, seconds.
@@ -72,10 +82,17 @@ impl Viewer {
     /// # Errors
     /// See [`Session::new`].
     pub fn new(loaded: Loaded, catalogue: Catalogue) -> Result<Self, msd_core::Error> {
+        // By the title too: a file may have the name of a built-in scene.
+        let is_loaded =
+            |entry: &Entry| (entry.name, entry.title) == (&*loaded.name, &*loaded.title);
+        let current = catalogue.entries.iter().position(is_loaded);
+        let springs = shows_springs(&loaded.name);
         Ok(Viewer {
+            opened: current.is_none().then(|| loaded.clone()),
+            current,
             session: Session::new(loaded)?,
             camera: Camera::default(),
-            style: Style { legend: false, ..Style::default() },
+            style: Style { legend: false, springs, ..Style::default() },
             catalogue,
             follow: true,
             help: false,
@@ -86,8 +103,8 @@ impl Viewer {
             gesture: None,
             hovered: None,
             unframed: true,
-            centre: Vec3::ZERO,
-            lag: Vec3::ZERO,
+            aimed: Vec3::ZERO,
+            beside: Vec3::ZERO,
         })
     }
 
@@ -163,11 +180,39 @@ impl Viewer {
     /// Opens a scene of the list.
     pub fn open_entry(&mut self, index: usize) {
         let Some(entry) = self.catalogue.entries.get(index) else { return };
-        let opened = (self.catalogue.open)(entry.name);
+        let result = (self.catalogue.open)(entry.name);
+        self.open(result, Some(index));
+    }
+
+    /// The scene that is not in the catalogue, if one was opened.
+    pub fn opened(&self) -> Option<&Loaded> {
+        self.opened.as_ref()
+    }
+
+    /// The entry of the catalogue that runs; none for the opened scene.
+    pub fn current(&self) -> Option<usize> {
+        self.current
+    }
+
+    /// Returns to the scene that is not in the catalogue.
+    pub fn reopen(&mut self) {
+        if let Some(loaded) = self.opened.clone() {
+            self.open(Ok(loaded), None);
+        }
+    }
+
+    fn open(&mut self, loaded: Result<Loaded, String>, index: Option<usize>) {
+        let before = shows_springs(&self.session.loaded().name);
         let result =
-            opened.and_then(|loaded| self.session.open(loaded).map_err(|error| error.to_string()));
+            loaded.and_then(|loaded| self.session.open(loaded).map_err(|error| error.to_string()));
         match result {
             Ok(()) => {
+                self.current = index;
+                let springs = shows_springs(&self.session.loaded().name);
+                // What the person chose stays between scenes of the same kind.
+                if springs != before {
+                    self.style.springs = springs;
+                }
                 self.let_go();
                 self.unframed = true;
                 self.frame_once();
@@ -178,22 +223,25 @@ impl Viewer {
 
     /// Brings every particle and the ground below into view.
     pub fn frame_all(&mut self) {
+        let Some(subject) = self.subject() else { return };
+        let aspect = if self.rect.is_positive() { self.rect.aspect_ratio() } else { 1.5 };
+        self.camera.frame(subject, aspect);
+        // Room for what it is about to do.
+        self.camera.zoom(1.35);
+        (self.aimed, self.beside) = (self.camera.target, Vec3::ZERO);
+    }
+
+    /// The box around every particle and the ground below: low and high corner, metres.
+    fn subject(&self) -> Option<(Vec3, Vec3)> {
         let runner = self.session.runner();
-        let Some((mut low, high)) =
-            on!(runner, simulation => msd_render::bounds(&simulation.snapshot()))
-        else {
-            return;
-        };
+        let (mut low, high) =
+            on!(runner, simulation => msd_render::bounds(&simulation.snapshot()))?;
         let room = (high - low).max_element().max(1.0);
         if let Some(ground) = self.ground() {
             // Ground far below is left out: the scene would be a dot.
             low.y = low.y.min(ground.max(low.y - room));
         }
-        let aspect = if self.rect.is_positive() { self.rect.aspect_ratio() } else { 1.5 };
-        self.camera.frame((low, high), aspect);
-        // Room for what it is about to do.
-        self.camera.zoom(1.35);
-        (self.centre, self.lag) = (self.middle(), Vec3::ZERO);
+        Some((low, high))
     }
 
     /// The height of the highest level plane, metres.
@@ -216,30 +264,26 @@ impl Viewer {
 
     /// Lets the camera keep up, once per frame, after the steps; `real` is the wall-clock time of
     /// the frame in seconds.
+    ///
+    /// It turns to the middle of everything, not only as far as that moved: what a hand carried
+    /// away comes back into the picture. A person who moves the camera aside keeps it aside.
     pub fn look(&mut self, real: f64) {
-        let before = self.centre;
-        self.centre = self.middle();
-        // In the hand of a person the picture stays still.
-        if !self.follow || self.session.held().is_some() {
-            self.lag = Vec3::ZERO;
+        self.beside += self.camera.target - self.aimed;
+        self.aimed = self.camera.target;
+        if !self.follow {
+            self.beside = Vec3::ZERO;
             return;
         }
-        self.lag += self.centre - before;
-        let part = self.lag * (1.0 - (-real / FOLLOW_TIME).exp()) as f32;
+        // In the hand of a person the picture stays still.
+        if self.session.held().is_some() {
+            return;
+        }
+        let Some((low, high)) = self.subject() else { return };
+        let way = (low + high) * 0.5 + self.beside - self.camera.target;
+        let part = way * (1.0 - (-real / FOLLOW_TIME).exp()) as f32;
         if part.is_finite() {
             self.camera.target += part;
-            self.lag -= part;
-        } else {
-            self.lag = Vec3::ZERO;
+            self.aimed = self.camera.target;
         }
-    }
-
-    /// The mean position, metres.
-    fn middle(&self) -> Vec3 {
-        on!(self.session.runner(), simulation => {
-            let positions = &simulation.state().positions;
-            let sum: Vec3 = positions.iter().map(|position| position.to_f32()).sum();
-            sum / positions.len() as f32
-        })
     }
 }

@@ -121,11 +121,11 @@ fn a_value_outside_its_domain_is_refused_with_file_line_key_value_and_domain() {
         ("size = [-4]\nkind = 'rope'", "bodies[0].size[0] is -4; it must be a whole number"),
         ("size = [nan]\nkind = 'rope'", "bodies[0].size[0] is NaN; it must be a whole number"),
         (
-            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\nsprings = [{ ends = [0, 7] }]",
+            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\nsprings = [{ ends = [0, 7]}]",
             "bodies[0].springs[0].ends[1] is 7; it must be from 0 to 0: there are 1 particles",
         ),
         (
-            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\nsprings = [{ ends = [0, 0] }]",
+            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\nsprings = [{ ends = [0, 0]}]",
             "bodies[0].springs[0].ends joins particle 0 to itself; its ends must differ",
         ),
     ] {
@@ -224,4 +224,16 @@ fn a_reader_that_goes_away_is_no_error() {
     drop(child.stdout.take());
     let output = child.wait_with_output().expect("msd ends");
     assert_eq!((output.status.code(), output.stderr.as_slice()), (Some(0), &b""[..]));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_argument_that_is_no_text_is_refused() {
+    use std::os::unix::ffi::OsStrExt;
+    let odd = std::ffi::OsStr::from_bytes(b"\xff.toml");
+    let output = Command::new(env!("CARGO_BIN_EXE_msd")).arg(odd).output().expect("msd starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(said.starts_with("error: "), "{said}");
 }

@@ -215,3 +215,40 @@ fn every_command_is_harmless_in_every_scene() {
     }
     assert!(!harness.state().quit);
 }
+
+#[test]
+fn what_was_carried_away_comes_back_into_the_picture() {
+    let mut harness = harness();
+    let viewer = harness.state_mut();
+    viewer.look(0.0);
+    viewer.session.toggle_pause();
+    // As a hand leaves it: everything is far to the right of where the camera looks.
+    viewer.camera.target -= viewer.camera.right() * 20.0;
+    viewer.follow = false;
+    viewer.look(0.0);
+    viewer.follow = true;
+    (0..60).for_each(|_| viewer.look(1.0 / 60.0));
+    let lens = viewer.lens();
+    for particle in 0..viewer.session.runner().particle_count() {
+        let place = lens.place(viewer.session.position(particle).as_vec3()).expect("in front");
+        assert!(viewer.rect.contains(place), "{place:?}");
+    }
+}
+
+#[test]
+fn a_scene_of_a_file_stays_in_the_list() {
+    let mut loaded = msd_lab::open("square").expect("a built-in scene");
+    loaded.title = "of a file".to_owned();
+    let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+    assert!(viewer.style.springs && viewer.current().is_none());
+    viewer.open_entry(0);
+    assert!(!viewer.style.springs && viewer.opened().is_some());
+    viewer.reopen();
+    assert_eq!(viewer.session.loaded().title, "of a file");
+    assert!(viewer.style.springs && viewer.current().is_none());
+    for index in 0..catalogue().entries.len() {
+        let loaded = msd_lab::open(catalogue().entries[index].name).expect("a built-in scene");
+        let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+        assert_eq!(viewer.current(), Some(index));
+    }
+}

@@ -192,6 +192,21 @@ fn divergence_pauses_at_the_last_good_state_and_names_substeps_that_work() {
 }
 
 #[test]
+fn the_substeps_that_are_offered_follow_the_sliders() {
+    let mut session = session("jelly");
+    session.set_substeps(1);
+    session.set_stiffness(1e5);
+    run(&mut session, 600);
+    let substeps = |session: &Session| session.failure().and_then(|failure| failure.substeps);
+    let before = substeps(&session).expect("a way out");
+    session.set_stiffness(1e6);
+    assert!(before < substeps(&session).expect("a way out"));
+    session.restart_stable();
+    run(&mut session, 60);
+    assert_eq!(session.failure(), None);
+}
+
+#[test]
 fn the_margin_follows_the_settings() {
     let mut session = session("jelly");
     let before = session.margin().expect("predicted in the first frame");

@@ -1,12 +1,13 @@
 //! How does the row of a body become particles and springs?
 
-use crate::error::LabError;
+use crate::budget::{Budget, count_lattice};
+use crate::error::{LabError, plain};
 use crate::mesh::{self, Filling, Mesh, MeshError, MeshOptions};
 use crate::node::Source;
+use crate::runner::Precision;
 use crate::schema::{BodyRow, Kind, Spin};
 use crate::turn::{random_axis, rotation};
 use glam::{DMat3, DVec3};
-use msd_core::lattice::FAMILIES;
 use msd_core::{Lattice, Material, Neighbours, Part, Particle, Spring, shape};
 
 /// Reads the mesh that a scene names.
@@ -18,6 +19,8 @@ pub(crate) struct Builder<'b> {
     pub(crate) read_mesh: &'b MeshReader<'b>,
     /// Bound of every coordinate, metres.
     pub(crate) extent: f64,
+    /// Precision that the scene asks for.
+    pub(crate) precision: Precision,
     pub(crate) budget: Budget,
     /// What was done to meshes, one line each.
     pub(crate) notes: Vec<String>,
@@ -28,19 +31,6 @@ pub(crate) struct Built {
     pub(crate) part: Part,
     pub(crate) lattice: Option<Lattice>,
 }
-
-/// What the bodies so far ask for.
-#[derive(Default)]
-pub(crate) struct Budget {
-    particles: u128,
-    springs: u128,
-}
-
-/// The most memory a scene may take, bytes: beyond it a small machine starts to swap.
-const MEMORY: u128 = 4_000_000_000;
-/// Rows, columns in double precision and work space of a particle and of a spring, bytes.
-const PARTICLE_BYTES: u128 = 400;
-const SPRING_BYTES: u128 = 100;
 
 impl Builder<'_> {
     /// Builds body number `row`, placed and moving.
@@ -55,6 +45,7 @@ impl Builder<'_> {
             Kind::Explicit => self.explicit(row, body)?,
         };
         self.place(row, body, &mut built.part)?;
+        self.check_apart(row, body, &built.part)?;
         Ok(built)
     }
 
@@ -67,7 +58,8 @@ impl Builder<'_> {
         let material = self.material(row, body, Material::default())?;
         let counts = count_lattice(size, neighbours);
         self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;
-        let core = |source| LabError::Core { file: self.source.name.into(), source };
+        let file = || self.source.name.to_string();
+        let core = |source| LabError::Core { file: file(), source: Box::new(source) };
         let lattice = Lattice::new(size, neighbours).map_err(core)?;
         let part = shape::lattice(size, neighbours, spacing, material).map_err(core)?;
         Ok(Built { part, lattice: Some(lattice) })
@@ -141,19 +133,47 @@ impl Builder<'_> {
         let Some(file) = &body.file else {
             return Err(source.missing(format_args!("bodies[{row}]"), "file"));
         };
-        let default = MeshOptions::default();
-        let Material { mass, stiffness, damping } = self.material(
-            row,
-            body,
-            Material { mass: default.mass, stiffness: default.stiffness, damping: default.damping },
-        )?;
+        let mesh =
+            (self.read_mesh)(file).map_err(|error| mesh_error(source, (row, "file"), error))?;
+        let options = self.mesh_options(row, body, &mesh)?;
+        let refused = |error| {
+            let key = match &error {
+                MeshError::Option { quantity: "size", .. } => "length",
+                MeshError::Option { quantity: "mass", .. } => "mass",
+                MeshError::Option { .. } | MeshError::TooFine { .. } => "spacing",
+                MeshError::NotClosed { .. } => "filling",
+                _ => "file",
+            };
+            mesh_error(source, (row, key), error)
+        };
+        let counts = mesh::estimate(&mesh, &options).map_err(refused)?;
+        let key = if body.spacing.is_some() { "spacing" } else { "file" };
+        self.budget.take(source, format_args!("bodies[{row}].{key}"), counts)?;
+        let (part, report) = mesh::body(&mesh, &options).map_err(refused)?;
+        self.notes
+            .extend(mesh.report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
+        self.notes.extend(report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
+        Ok(Built { part, lattice: None })
+    }
+
+    fn mesh_options(
+        &self,
+        row: usize,
+        body: &BodyRow,
+        mesh: &Mesh,
+    ) -> Result<MeshOptions, LabError> {
+        let source = self.source;
+        let default = MeshOptions::for_mesh(mesh);
+        let MeshOptions { mass, stiffness, damping, .. } = default;
+        let Material { mass, stiffness, damping } =
+            self.material(row, body, Material { mass, stiffness, damping })?;
         let length = body.length.unwrap_or(1.0);
         let bending = body.bending.unwrap_or(default.bending);
         let spacing = match body.spacing {
             Some(spacing) => Some(source.positive(format_args!("bodies[{row}].spacing"), spacing)?),
             None => None,
         };
-        let options = MeshOptions {
+        Ok(MeshOptions {
             filling: body.filling.unwrap_or(Filling::Auto),
             size: Some(source.positive(format_args!("bodies[{row}].length"), length)?),
             bending: source.not_negative(format_args!("bodies[{row}].bending"), bending)?,
@@ -161,19 +181,16 @@ impl Builder<'_> {
             mass,
             stiffness,
             damping,
-        };
-        let mesh = (self.read_mesh)(file)?;
-        let (part, report) = mesh::body(&mesh, &options)?;
-        let counts = [part.particles.len() as u128, part.springs.len() as u128];
-        self.budget.take(source, format_args!("bodies[{row}].file"), counts)?;
-        self.notes
-            .extend(mesh.report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
-        self.notes.extend(report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
-        Ok(Built { part, lattice: None })
+        })
     }
 
     fn explicit(&mut self, row: usize, body: &BodyRow) -> Result<Built, LabError> {
         if body.particles.is_empty() {
+            let key = format!("bodies[{row}].particles");
+            if self.source.holds(&key) {
+                let reason = "is empty; an explicit body needs at least one particle";
+                return Err(self.source.refuse(format_args!("{key}"), reason));
+            }
             return Err(self.source.missing(format_args!("bodies[{row}]"), "particles"));
         }
         let material = self.material(row, body, Material::default())?;
@@ -257,6 +274,48 @@ impl Builder<'_> {
         Ok(())
     }
 
+    /// Refuses a body so small, or so far out, that rounding puts neighbours on one place: the
+    /// spring between them would have no direction.
+    fn check_apart(&self, row: usize, body: &BodyRow, part: &Part) -> Result<(), LabError> {
+        let apart = |spring: &Spring| {
+            let [a, b] = spring.ends.map(|end| part.particles[end].position);
+            match self.precision {
+                Precision::F32 => (b.as_vec3() - a.as_vec3()).length_squared() != 0.0,
+                Precision::F64 => (b - a).length_squared() != 0.0,
+            }
+        };
+        // Whoever writes two particles on one place means it.
+        let meant = |spring: &Spring| {
+            let at = |end: usize| body.particles.get(spring.ends[end]).map(|row| row.position);
+            body.kind == Kind::Explicit && at(0) == at(1)
+        };
+        let close = |spring: &Spring| !apart(spring) && !meant(spring);
+        let Some(spring) = part.springs.iter().position(close) else { return Ok(()) };
+        let precision = self.precision;
+        let finer = match precision {
+            Precision::F32 => "; precision = \"f64\" tells finer",
+            Precision::F64 => "",
+        };
+        let (key, size) = match body.kind {
+            Kind::Explicit => {
+                let [a, b] = part.springs[spring].ends;
+                let reason = format!(
+                    "joins particles {a} and {b}, which {precision} cannot tell apart where the \
+                     body stands{finer}"
+                );
+                let key = format_args!("bodies[{row}].springs[{spring}]");
+                return Err(self.source.refuse(key, reason));
+            }
+            Kind::Mesh => ("length", body.length),
+            _ => ("spacing", body.spacing),
+        };
+        let value = plain(size.unwrap_or(1.0));
+        let expected = format!(
+            "so large that {precision} tells neighbours apart where the body stands{finer}"
+        );
+        Err(self.source.out_of_domain(format_args!("bodies[{row}].{key}"), value, expected))
+    }
+
     fn spin(&self, row: usize, body: &BodyRow) -> Result<DVec3, LabError> {
         let source = self.source;
         let about = match body.spin {
@@ -281,42 +340,10 @@ impl Builder<'_> {
     }
 }
 
-impl Budget {
-    /// Counts what a body asks for, before anything is allocated.
-    fn take(
-        &mut self,
-        source: &Source<'_>,
-        key: std::fmt::Arguments<'_>,
-        [particles, springs]: [u128; 2],
-    ) -> Result<(), LabError> {
-        self.particles = self.particles.saturating_add(particles);
-        self.springs = self.springs.saturating_add(springs);
-        let bytes = self.particles.saturating_mul(PARTICLE_BYTES);
-        let bytes = bytes.saturating_add(self.springs.saturating_mul(SPRING_BYTES));
-        if bytes <= MEMORY {
-            return Ok(());
-        }
-        let (particles, springs) = (self.particles, self.springs);
-        Err(LabError::TooLarge {
-            place: source.place_of(&key.to_string()),
-            key: key.to_string(),
-            counts: format!("{particles} particles and {springs} springs"),
-            gigabytes: bytes as f64 * 1e-9,
-            limit: MEMORY as f64 * 1e-9,
-        })
-    }
-}
-
-/// Particles and springs of a lattice that need not fit.
-fn count_lattice(size: [usize; 3], neighbours: Neighbours) -> [u128; 2] {
-    let families = if neighbours == Neighbours::All { FAMILIES.len() } else { 3 };
-    let product = |lengths: [u128; 3]| lengths.into_iter().fold(1, u128::saturating_mul);
-    let springs = FAMILIES[..families].iter().map(|step| {
-        product(
-            [0, 1, 2].map(|axis| (size[axis] - step[axis].unsigned_abs().min(size[axis])) as u128),
-        )
-    });
-    [product(size.map(|length| length as u128)), springs.fold(0, u128::saturating_add)]
+/// The error of a mesh, with the key of body number `row` that led to it.
+fn mesh_error(source: &Source<'_>, (row, key): (usize, &str), error: MeshError) -> LabError {
+    let key = format!("bodies[{row}].{key}");
+    LabError::SceneMesh { place: source.place_of(&key), key, source: Box::new(error) }
 }
 
 /// Refuses keys that the kind of a body does not use: they would have no effect silently.
@@ -337,8 +364,12 @@ fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), Lab
     for (key, given, kinds) in keys {
         if given && !kinds.contains(&body.kind) {
             let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
-            let (kind, kinds) = (body.kind.name(), kinds.join(", "));
-            let reason = format!("means nothing to a {kind}; it belongs to kind {kinds}");
+            let kinds = kinds.join(", ");
+            let noun = match body.kind {
+                Kind::Explicit => "an explicit body".into(),
+                kind => format!("a {}", kind.name()),
+            };
+            let reason = format!("means nothing to {noun}; it belongs to kind {kinds}");
             return Err(source.refuse(format_args!("bodies[{row}].{key}"), reason));
         }
     }

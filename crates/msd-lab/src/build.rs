@@ -1,12 +1,14 @@
 //! How does a scene file become a scene? Row by row, each number checked against its domain.
 
-use crate::bodies::{Budget, Builder, MeshReader};
+use crate::bodies::{Builder, MeshReader};
+use crate::budget::Budget;
 use crate::decode::decode;
-use crate::error::LabError;
+use crate::error::{LabError, plain};
 use crate::node::Source;
 use crate::runner::Precision;
 use crate::schema::{PinRow, PlaneRow, SceneFile, SolverRow, VERSION, WorldRow};
 use msd_core::{Friction, Integrator, Lattice, Pin, Plane, Scene, Settings, World};
+use std::collections::BTreeMap;
 
 /// A scene file that has been understood.
 pub(crate) struct Understood {
@@ -30,6 +32,8 @@ pub(crate) fn understand(
         let key = format_args!("version");
         return Err(source.out_of_domain(key, file.version, format!("{VERSION}")));
     }
+    let precision = file.solver.precision.unwrap_or_default();
+    source.precision.set(precision);
     let settings = settings(source, &file.solver)?;
     let world = world(source, &file.world)?;
     let mut scene = Scene { world, ..Scene::default() };
@@ -42,7 +46,7 @@ pub(crate) fn understand(
     }
     let budget = Budget::default();
     let (extent, notes) = (world.extent, Vec::new());
-    let mut builder = Builder { source, read_mesh, extent, budget, notes };
+    let mut builder = Builder { source, read_mesh, extent, precision, budget, notes };
     let mut lattices = Vec::with_capacity(file.bodies.len());
     for (row, body) in file.bodies.iter().enumerate() {
         let built = builder.build(row, body)?;
@@ -51,10 +55,20 @@ pub(crate) fn understand(
         scene.add(name, built.part);
     }
     let notes = builder.notes;
+    let mut held = BTreeMap::new();
     for (row, pin) in file.pins.iter().enumerate() {
-        add_pins(source, (row, pin), &lattices, &mut scene)?;
+        let pins = pins(source, (row, pin), &lattices, &scene)?;
+        for pin in pins {
+            if let Some(other) = held.insert(pin.particle, row) {
+                let reason = format!(
+                    "and pins[{other}] hold the same particle, number {} of the scene",
+                    pin.particle
+                );
+                return Err(source.refuse(format_args!("pins[{row}]"), reason));
+            }
+            scene.pins.push(pin);
+        }
     }
-    let precision = file.solver.precision.unwrap_or_default();
     Ok(Understood { title: file.title, scene, settings, precision, notes })
 }
 
@@ -70,11 +84,12 @@ fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, LabErro
             1.0 / source.positive(format_args!("solver.steps_per_second"), rate)?
         }
     };
-    let substeps = solver.substeps.unwrap_or(Settings::default().substeps);
-    if substeps == 0 {
-        let key = format_args!("solver.substeps");
-        return Err(source.out_of_domain(key, substeps, "at least 1"));
-    }
+    let substeps = solver.substeps.unwrap_or(Settings::default().substeps.into());
+    let substeps = u32::try_from(substeps).ok().filter(|&substeps| 0 < substeps);
+    let Some(substeps) = substeps else {
+        let (key, expected) = (format_args!("solver.substeps"), format!("from 1 to {}", u32::MAX));
+        return Err(source.out_of_domain(key, solver.substeps.unwrap_or(0), expected));
+    };
     let integrator: Integrator = solver.integrator.unwrap_or_default();
     Ok(Settings { integrator, step, substeps })
 }
@@ -86,7 +101,7 @@ fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, LabError> {
     let extent = row.extent.unwrap_or(default.extent);
     if !(0.0 < extent && extent <= 1e12) {
         let key = format_args!("world.extent");
-        return Err(source.out_of_domain(key, extent, "positive and at most 1e12"));
+        return Err(source.out_of_domain(key, plain(extent), "positive and at most 1e12"));
     }
     Ok(World {
         gravity: source.vector(format_args!("world.gravity"), gravity)?,
@@ -128,12 +143,13 @@ fn plane(source: &Source<'_>, row: usize, plane: &PlaneRow) -> Result<Plane, Lab
     })
 }
 
-fn add_pins(
+/// The particles that a row pins.
+fn pins(
     source: &Source<'_>,
     (row, pin): (usize, &PinRow),
     lattices: &[Option<Lattice>],
-    scene: &mut Scene,
-) -> Result<(), LabError> {
+    scene: &Scene,
+) -> Result<Vec<Pin>, LabError> {
     let key = format_args!("pins[{row}]");
     let bodies = ("body", lattices.len());
     let body = source.index(format_args!("{key}.body"), pin.body.unwrap_or(0), bodies)?;
@@ -173,6 +189,5 @@ fn add_pins(
         }
     };
     let pin = |particle| Pin { particle: range.start + particle, velocity };
-    scene.pins.extend(particles.into_iter().map(pin));
-    Ok(())
+    Ok(particles.into_iter().map(pin).collect())
 }

@@ -1,7 +1,7 @@
 //! How does a tree of values become rows? By serde, with errors that name the key from the top and
 //! the nearest valid one.
 
-use crate::error::{LabError, nearest};
+use crate::error::{LabError, nearest, plain};
 use crate::node::{Node, Source, Value};
 use serde::de::value::StrDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Expected, IntoDeserializer, Unexpected};
@@ -97,7 +97,13 @@ impl de::Error for Failure {
     }
 
     fn invalid_type(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        let (value, expected) = (shown(unexpected), in_words(&expected.to_string()));
+        let mut expected = in_words(&expected.to_string());
+        let whole =
+            matches!(unexpected, Unexpected::Float(n) if n.fract() == 0.0 && n.abs() < 1e15);
+        if whole && expected.starts_with("a whole number") {
+            expected = "a whole number, without a point or an exponent".into();
+        }
+        let value = shown(unexpected);
         Failure::new(Reason::Value { value, expected })
     }
 
@@ -132,7 +138,8 @@ fn shown(value: Unexpected<'_>) -> String {
         Unexpected::Bool(flag) => flag.to_string(),
         Unexpected::Unsigned(number) => number.to_string(),
         Unexpected::Signed(number) => number.to_string(),
-        Unexpected::Float(number) => number.to_string(),
+        // With its point, where a whole number is expected.
+        Unexpected::Float(number) => format!("{number:?}"),
         Unexpected::Str(text) => format!("\"{text}\""),
         Unexpected::Unit | Unexpected::Option => "null".into(),
         Unexpected::Seq => "a list".into(),
@@ -144,13 +151,14 @@ fn shown(value: Unexpected<'_>) -> String {
 /// Says for a person what serde expects for a programmer.
 fn in_words(expected: &str) -> String {
     let words = match expected {
-        "u32" | "u64" | "usize" => "a whole number, not negative",
+        "u32" => "a whole number from 0 to 4294967295",
+        "u64" | "usize" => "a whole number from 0 to 18446744073709551615",
         "i32" | "i64" => "a whole number",
         "f64" => "a number",
         "a boolean" => "true or false",
         "a string" => "text in quotes",
         "a sequence" => "a list",
-        "an array of length 2" => "a list of two numbers",
+        "an array of length 2" => "a list of two whole numbers",
         "an array of length 3" => "a list of three numbers",
         other if other.starts_with("struct ") => "a table",
         other if other.contains("enum") => "text in quotes",
@@ -165,7 +173,7 @@ impl Node {
             Value::Nothing => "null".into(),
             Value::Flag(flag) => flag.to_string(),
             Value::Whole(number) => number.to_string(),
-            Value::Number(number) => number.to_string(),
+            Value::Number(number) => plain(*number),
             Value::Text(text) => format!("\"{text}\""),
             Value::List(_) => "a list".into(),
             Value::Table(_) => "a table".into(),
@@ -235,7 +243,12 @@ impl List<'_> {
         if self.next == self.rows.len() {
             return Ok(value);
         }
-        let expected = if self.next == 1 { "a list of one" } else { "a list of three numbers" };
+        let expected = match self.next {
+            1 => "a list of one",
+            // Only the ends of a spring are two.
+            2 => "a list of two whole numbers",
+            _ => "a list of three numbers",
+        };
         Err(de::Error::invalid_length(self.rows.len(), &expected))
     }
 }

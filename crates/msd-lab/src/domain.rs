@@ -1,7 +1,8 @@
 //! Does a number of a scene file lie in its domain? If not, which key holds it?
 
-use crate::error::LabError;
+use crate::error::{LabError, plain};
 use crate::node::Source;
+use crate::runner::Precision;
 use glam::DVec3;
 use std::fmt::{Arguments, Display};
 
@@ -32,17 +33,17 @@ impl Source<'_> {
     /// Returns a number that must be positive and finite.
     pub(crate) fn positive(&self, key: Arguments<'_>, value: f64) -> Result<f64, LabError> {
         if 0.0 < value && value.is_finite() {
-            return Ok(value);
+            return self.fitting(key, value);
         }
-        Err(self.out_of_domain(key, value, "positive and finite"))
+        Err(self.out_of_domain(key, plain(value), "positive and finite"))
     }
 
     /// Returns a number that must be finite and not negative.
     pub(crate) fn not_negative(&self, key: Arguments<'_>, value: f64) -> Result<f64, LabError> {
         if 0.0 <= value && value.is_finite() {
-            return Ok(value);
+            return self.fitting(key, value);
         }
-        Err(self.out_of_domain(key, value, "finite and not negative"))
+        Err(self.out_of_domain(key, plain(value), "finite and not negative"))
     }
 
     /// Returns a number that must lie from 0 to 1.
@@ -50,15 +51,24 @@ impl Source<'_> {
         if (0.0..=1.0).contains(&value) {
             return Ok(value);
         }
-        Err(self.out_of_domain(key, value, "from 0 to 1"))
+        Err(self.out_of_domain(key, plain(value), "from 0 to 1"))
     }
 
     /// Returns a number that must be finite.
     pub(crate) fn finite(&self, key: Arguments<'_>, value: f64) -> Result<f64, LabError> {
         if value.is_finite() {
+            return self.fitting(key, value);
+        }
+        Err(self.out_of_domain(key, plain(value), "finite"))
+    }
+
+    /// Returns a number that must be finite in the precision of the scene too.
+    fn fitting(&self, key: Arguments<'_>, value: f64) -> Result<f64, LabError> {
+        if self.precision.get() == Precision::F64 || (value as f32).is_finite() {
             return Ok(value);
         }
-        Err(self.out_of_domain(key, value, "finite"))
+        let expected = "at most 3.4e38 to fit f32; precision = \"f64\" would hold it";
+        Err(self.out_of_domain(key, plain(value), expected))
     }
 
     /// Returns a vector of finite numbers.
@@ -81,7 +91,11 @@ impl Source<'_> {
             let inside = component.abs() <= extent;
             if !inside {
                 let expected = format!("finite and inside the world, at most {extent} away");
-                return Err(self.out_of_domain(format_args!("{key}[{row}]"), component, expected));
+                return Err(self.out_of_domain(
+                    format_args!("{key}[{row}]"),
+                    plain(component),
+                    expected,
+                ));
             }
         }
         Ok(DVec3::from_array(value))
@@ -109,7 +123,9 @@ impl Source<'_> {
         let found = usize::try_from(index).ok().filter(|&index| index < count);
         found.ok_or_else(|| {
             let expected = match count {
-                0 => format!("left out: there are no {what}s"),
+                0 => format!("left out: there is no {what}"),
+                1 => format!("from 0 to 0: there is 1 {what}"),
+                _ if what == "body" => format!("from 0 to {}: there are {count} bodies", count - 1),
                 _ => format!("from 0 to {}: there are {count} {what}s", count - 1),
             };
             self.out_of_domain(key, index, expected)

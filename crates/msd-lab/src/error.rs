@@ -92,7 +92,10 @@ pub enum LabError {
         table: String,
     },
     /// More than fits.
-    #[error("{place}: {key} asks for {counts}, about {gigabytes:.1} GB; at most {limit:.1} GB fit")]
+    #[error(
+        "{place}: {key} asks for {counts}, about {} GB; at most {limit:.1} GB fit{hint}",
+        gigabytes_shown(*gigabytes)
+    )]
     TooLarge {
         /// Where.
         place: Place,
@@ -104,6 +107,8 @@ pub enum LabError {
         gigabytes: f64,
         /// Memory it may take, billions of bytes.
         limit: f64,
+        /// What to do about it, after a semicolon; may be empty.
+        hint: &'static str,
     },
     /// A row of a state file that cannot be used.
     #[error(
@@ -124,15 +129,36 @@ pub enum LabError {
     },
     /// A mesh that could not be read or made into a body.
     #[error(transparent)]
-    Mesh(#[from] MeshError),
+    Mesh(Box<MeshError>),
+    /// A mesh that a scene file names and that could not be read or made into a body.
+    #[error("{place}: {key}: {source}")]
+    SceneMesh {
+        /// Where.
+        place: Place,
+        /// Which key led to it.
+        key: String,
+        /// What is wrong.
+        source: Box<MeshError>,
+    },
     /// A scene that msd-core refuses.
     #[error("{file}: {source}")]
     Core {
         /// Which scene.
         file: String,
         /// What msd-core says.
-        source: msd_core::Error,
+        source: Box<msd_core::Error>,
     },
+}
+
+impl From<MeshError> for LabError {
+    fn from(error: MeshError) -> Self {
+        LabError::Mesh(Box::new(error))
+    }
+}
+
+/// A size in gigabytes, with an exponent where nobody would count the digits.
+fn gigabytes_shown(gigabytes: f64) -> String {
+    if gigabytes < 1e6 { format!("{gigabytes:.1}") } else { format!("{gigabytes:.0e}") }
 }
 
 /// Flattens a message of a library into one line.
@@ -140,6 +166,13 @@ pub(crate) fn one_line(message: impl fmt::Display) -> String {
     let message = message.to_string();
     let lines = message.lines().map(str::trim).filter(|line| !line.is_empty());
     lines.collect::<Vec<_>>().join("; ")
+}
+
+/// A number as a person would write it: with an exponent where it is very large or small.
+pub fn plain(number: f64) -> String {
+    let size = number.abs();
+    let long = size.is_finite() && size != 0.0 && !(1e-6..=1e15).contains(&size);
+    if long { format!("{number:e}") } else { number.to_string() }
 }
 
 /// The name nearest to what was written, if one is near enough to be meant.

@@ -17,15 +17,17 @@ mod node;
 mod decode;
 mod domain;
 mod turn;
+mod budget;
 mod bodies;
 mod build;
+mod input;
 pub mod scenes;
 pub mod output;
 pub mod state_file;
 pub mod state_hash;
 pub mod trace;
 
-pub use error::{LabError, Place, nearest};
+pub use error::{LabError, Place, nearest, plain};
 pub use msd_core;
 pub use node::SceneFormat;
 pub use output::Output;

@@ -2,7 +2,10 @@
 //! were written, the same for TOML and JSON.
 
 use crate::error::{LabError, Place, one_line};
+use crate::runner::Precision;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use std::cell::Cell;
+use std::collections::BTreeSet;
 use std::fmt;
 use toml::de::{DeTable, DeValue};
 
@@ -41,6 +44,8 @@ pub(crate) struct Source<'t> {
     pub(crate) name: &'t str,
     text: &'t str,
     pub(crate) root: Node,
+    /// The precision that the scene asks for, once that is known: its numbers must fit.
+    pub(crate) precision: Cell<Precision>,
 }
 
 impl<'t> Source<'t> {
@@ -57,7 +62,7 @@ impl<'t> Source<'t> {
             SceneFormat::Toml => read_toml(text, name)?,
             SceneFormat::Json => read_json(text, name)?,
         };
-        Ok(Source { name, text, root })
+        Ok(Source { name, text, root, precision: Cell::new(Precision::F64) })
     }
 
     /// The place of a byte.
@@ -68,19 +73,27 @@ impl<'t> Source<'t> {
     /// The place of the value at a path such as `bodies[2].stiffness`, or of the nearest value
     /// around it that was written.
     pub(crate) fn place_of(&self, path: &str) -> Place {
-        let mut node = &self.root;
-        let mut offset = None;
-        for step in path.split(['.', '[', ']']).filter(|step| !step.is_empty()) {
-            let next = match &node.value {
+        let offset = self.walk(path).filter_map(|node| node?.offset).last();
+        self.place(offset)
+    }
+
+    /// Whether a value was written at a path.
+    pub(crate) fn holds(&self, path: &str) -> bool {
+        self.walk(path).all(|node| node.is_some())
+    }
+
+    /// The values along a path, then `None` if it goes on.
+    fn walk(&self, path: &str) -> impl Iterator<Item = Option<&Node>> {
+        let mut node = Some(&self.root);
+        let steps = path.split(['.', '[', ']']).filter(|step| !step.is_empty());
+        steps.map(move |step| {
+            node = match &node?.value {
                 Value::Table(rows) => rows.iter().find(|row| row.0 == step).map(|row| &row.2),
                 Value::List(rows) => step.parse().ok().and_then(|row: usize| rows.get(row)),
                 _ => None,
             };
-            let Some(next) = next else { break };
-            offset = next.offset.or(offset);
-            node = next;
-        }
-        self.place(offset)
+            node
+        })
     }
 }
 
@@ -195,9 +208,10 @@ impl<'de> Visitor<'de> for NodeVisitor {
 
     fn visit_map<A: MapAccess<'de>>(self, mut table: A) -> Result<Value, A::Error> {
         let mut rows: Vec<(String, Option<usize>, Node)> = Vec::new();
+        let mut seen = BTreeSet::new();
         while let Some((key, node)) = table.next_entry::<String, Node>()? {
-            // Taking the last one silently would hide a slip of the pen. Tables are short.
-            if rows.iter().any(|row| row.0 == key) {
+            // Taking the last one silently would hide a slip of the pen.
+            if !seen.insert(key.clone()) {
                 return Err(A::Error::custom(format_args!("the key `{key}` stands here twice")));
             }
             rows.push((key, None, node));

@@ -3,6 +3,7 @@
 use crate::build::understand;
 use crate::decode::decode;
 use crate::error::{LabError, nearest};
+use crate::input::open_regular;
 use crate::mesh::{self, Mesh, MeshError};
 use crate::node::{SceneFormat, Source};
 use crate::runner::{Precision, Runner};
@@ -85,12 +86,13 @@ const MESHES: [(&str, &[u8]); 2] = [
 const MESH_ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
 
 /// The largest scene file, bytes: the tree of a text takes many times its length.
-const MAX_TEXT: u64 = 256 << 20;
+const MAX_TEXT: u64 = 32 << 20;
 
-/// Opens a scene by what a user writes: a built-in name, a `.toml` or `.json` scene file, or a mesh.
+/// Opens a scene by what a user writes: a built-in name, a `.toml` or `.json` scene file, a mesh.
 ///
-/// A mesh becomes a body 2 m long that drops on the ground. A name that is both a file and built in
-/// means the file.
+/// A mesh becomes a body 2 m long that drops on the ground. The name of a built-in scene means that
+/// scene even beside a file or folder of the same name, which `./` reaches; `bunny.obj` and
+/// `teapot.obj` mean a file where there is one, else the mesh that the crate carries.
 ///
 /// # Errors
 /// A name that stands for nothing, with the nearest one; everything that [`load`] refuses.
@@ -207,7 +209,9 @@ const MAX_SUBSTEPS: f64 = 1000.0;
 /// A mesh that nobody made a scene for: just above the ground, with as many substeps as it needs.
 fn open_mesh(name: &str) -> Result<Loaded, LabError> {
     let path = Path::new(name);
-    let mut loaded = parse_with(MESH_SCENE, SceneFormat::Toml, name, &|_| read_mesh(path, name))?;
+    // Read first: an error should name this file, not the scene around it.
+    let mesh = read_mesh(path, name)?;
+    let mut loaded = parse_with(MESH_SCENE, SceneFormat::Toml, name, &|_| Ok(mesh.clone()))?;
     loaded.title = format!("{} dropped on the ground", loaded.name);
     for body in &mut loaded.scene.bodies {
         body.name.clone_from(&loaded.name);
@@ -215,7 +219,7 @@ fn open_mesh(name: &str) -> Result<Loaded, LabError> {
     let particles = &mut loaded.scene.particles;
     let lowest = particles.iter().map(|particle| particle.position.y).fold(f64::MAX, f64::min);
     particles.iter_mut().for_each(|particle| particle.position.y += DROP - lowest);
-    let core = |source| LabError::Core { file: name.into(), source };
+    let core = |source| LabError::Core { file: name.into(), source: Box::new(source) };
     let stable = loaded.runner().map_err(core)?.stable_substep();
     // A squashed body is stiffer than one at rest: the margin covers that.
     let substeps = (loaded.settings.step / (0.6 * stable)).ceil().clamp(1.0, MAX_SUBSTEPS);
@@ -243,10 +247,10 @@ fn ending(path: &Path) -> String {
 fn read_text(path: &Path, name: &str) -> Result<String, LabError> {
     use std::io::Read;
     let refused = |reason: String| LabError::Unreadable { file: name.into(), reason };
-    let file = std::fs::File::open(path).map_err(|error| refused(error.to_string()))?;
-    let mut text = String::new();
     // One byte more than allowed tells a file that is too long, whatever its metadata says.
-    let read = file.take(MAX_TEXT + 1).read_to_string(&mut text);
+    let mut file = open_regular(path, MAX_TEXT + 1)?;
+    let mut text = String::new();
+    let read = file.read_to_string(&mut text);
     let length = read.map_err(|error| match error.kind() {
         std::io::ErrorKind::InvalidData => refused("it is not UTF-8 text".into()),
         _ => refused(error.to_string()),

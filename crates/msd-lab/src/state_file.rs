@@ -4,7 +4,8 @@
 //! order of the scene. Each number has the fewest digits that read back as the same number of its
 //! precision.
 
-use crate::error::{LabError, one_line};
+use crate::error::{LabError, Place, one_line};
+use crate::input::open_regular;
 use crate::output::Output;
 use crate::runner::{AnyState, Precision};
 use glam::DVec3;
@@ -15,6 +16,10 @@ use std::str::FromStr;
 
 /// The first line of a state file.
 pub const HEADER: [&str; 7] = ["particle", "x", "y", "z", "vx", "vy", "vz"];
+
+/// More than the longest row takes, bytes: seven numbers of at most 25 characters. What lies
+/// beyond is not read, so that a file without line ends cannot fill the memory.
+const ROW_BYTES: u64 = 1024;
 
 /// Writes a state.
 ///
@@ -52,11 +57,7 @@ pub(crate) fn components<R: Real>(vector: R::Vec3) -> [R; 3] {
 /// column.
 pub fn load_state(path: &Path, precision: Precision, count: usize) -> Result<AnyState, LabError> {
     let name = path.display().to_string();
-    let refused = |reason: String| LabError::Unreadable { file: name.clone(), reason };
-    if path.is_dir() {
-        return Err(refused("it is a folder".into()));
-    }
-    let file = std::fs::File::open(path).map_err(|error| refused(error.to_string()))?;
+    let file = open_regular(path, ROW_BYTES.saturating_mul(count as u64 + 2))?;
     read_state(std::io::BufReader::new(file), precision, (&name, count))
 }
 
@@ -92,7 +93,7 @@ fn read_rows<R: Real + FromStr>(
     while rows.read_record(&mut record).map_err(|error| csv_error(name, &error))? {
         let row = state.positions.len();
         if row == count {
-            return Err(wrong_length(name, "more than", count, count));
+            return Err(wrong_length(name, "more than ", count, count));
         }
         let at = (name, Some(row + 1));
         if record.len() != HEADER.len() {
@@ -108,7 +109,7 @@ fn read_rows<R: Real + FromStr>(
     }
     match state.positions.len() {
         found if found == count => Ok(state),
-        found => Err(wrong_length(name, "only", found, count)),
+        found => Err(wrong_length(name, "", found, count)),
     }
 }
 
@@ -147,8 +148,13 @@ fn wrong(
 }
 
 fn wrong_length(file: &str, how: &str, found: usize, count: usize) -> LabError {
-    let reason = format!("it has {how} {found} rows, but the scene has {count} particles");
-    LabError::Unreadable { file: file.into(), reason }
+    let counted = |count: usize, what: &str| match count {
+        1 => format!("1 {what}"),
+        _ => format!("{count} {what}s"),
+    };
+    let (rows, particles) = (counted(found, "row"), counted(count, "particle"));
+    let reason = format!("has {how}{rows}, but the scene has {particles}");
+    LabError::Malformed { place: Place { file: file.into(), position: None }, reason }
 }
 
 fn csv_error(file: &str, error: &csv::Error) -> LabError {

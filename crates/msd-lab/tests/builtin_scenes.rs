@@ -6,7 +6,7 @@ use msd_lab::msd_core::{Simulation, Vector};
 use msd_lab::{BUILTINS, Runner, on, open};
 
 fn runner(name: &str) -> Runner {
-    open(name).and_then(|loaded| Ok(loaded.runner().expect("a built-in scene runs"))).expect(name)
+    open(name).expect(name).runner().expect("a built-in scene runs")
 }
 
 fn run(runner: &mut Runner, seconds: f64) {
@@ -186,23 +186,34 @@ fn the_snake_stands_and_then_falls() {
 }
 
 #[test]
-fn the_bunny_is_squashed_at_one_second_and_stands_later() {
+fn the_bunny_is_squashed_as_it_lands_and_stands_up_again_with_its_ears_up() {
     let mut runner = runner("bunny");
-    let height = |runner: &Runner| {
-        let positions = positions(runner);
-        let (low, high) = positions.iter().fold((f64::MAX, f64::MIN), |(low, high), position| {
-            (low.min(position.y), high.max(position.y))
-        });
-        (low, high - low)
+    let heights = |runner: &Runner| positions(runner).iter().map(|p| p.y).collect::<Vec<_>>();
+    let bounds = |heights: &[f64]| {
+        let low = heights.iter().copied().fold(f64::MAX, f64::min);
+        (low, heights.iter().copied().fold(f64::MIN, f64::max) - low)
     };
-    let (_, standing) = height(&runner);
-    run(&mut runner, 1.0);
-    let (low, squashed) = height(&runner);
-    // f32 rounds the projection onto the ground at y = 0 exactly.
-    assert_eq!(low, 0.0);
-    assert!(squashed < 0.85 * standing, "{squashed} of {standing} m");
+    let start = heights(&runner);
+    let (low, standing) = bounds(&start);
+    // The upper twentieth are the tips of the ears alone.
+    let tips: Vec<usize> =
+        (0..start.len()).filter(|&row| low + 0.95 * standing < start[row]).collect();
+    // Fractions of the standing height: where the lower of the tips is, and the highest particle.
+    let shape = |runner: &Runner| {
+        let heights = heights(runner);
+        let (low, height) = bounds(&heights);
+        let tip = tips.iter().map(|&row| heights[row]).fold(f64::MAX, f64::min);
+        // f32 rounds the projection onto the ground at y = 0 exactly.
+        assert_eq!(low, 0.0);
+        ((tip - low) / standing, height / standing)
+    };
+    run(&mut runner, 0.7);
+    let (_, height) = shape(&runner);
+    assert!(height < 0.85, "landing: {height}");
+    run(&mut runner, 0.3);
+    let (tip, height) = shape(&runner);
+    assert!(0.8 < tip && height < 0.95, "one second: {tip} of {height}");
     run(&mut runner, 9.0);
-    let (low, height) = height(&runner);
-    assert_eq!(low, 0.0);
-    assert!(0.75 * standing < height, "{height} of {standing} m");
+    let (tip, height) = shape(&runner);
+    assert!(0.8 < tip && 0.85 < height && height < 1.05, "at last: {tip} of {height}");
 }

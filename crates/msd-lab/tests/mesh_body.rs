@@ -277,7 +277,7 @@ fn options_outside_their_domain_are_refused_by_name() {
     assert!(refused(MeshOptions { bending: -0.5, ..default }).starts_with("bending"));
     let fine = MeshOptions { spacing: Some(1e-6), ..default };
     let error = mesh::body(&load("bunny.obj"), &fine).unwrap_err();
-    assert!(matches!(error, MeshError::TooLarge { what: "the number of lattice points", .. }));
+    assert!(matches!(error, MeshError::TooFine { .. }));
 }
 
 #[test]

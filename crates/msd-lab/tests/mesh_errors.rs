@@ -67,7 +67,8 @@ fn a_polyline_is_no_face() {
 
 #[test]
 fn a_mesh_without_a_face_that_has_an_area_is_refused() {
-    assert_eq!(obj(""), "bad: no face with an area is left of 0 read");
+    assert_eq!(obj("hello world\n"), "bad: no faces found");
+    assert_eq!(obj(""), "bad: no faces found");
     let line = obj("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n");
     assert_eq!(line, "bad: no face with an area is left of 1 read");
 }
@@ -125,5 +126,5 @@ fn a_file_is_known_by_its_ending() {
         message("scene.toml"),
         "scene.toml: unknown mesh format 'toml'; it must be one of obj, stl, ply, gltf, glb"
     );
-    assert!(message("not/there.OBJ").starts_with("there.OBJ: cannot be read: "));
+    assert!(message("not/there.OBJ").starts_with("not/there.OBJ: cannot be read: "));
 }

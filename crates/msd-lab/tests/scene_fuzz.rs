@@ -49,7 +49,9 @@ proptest! {
     }
 
     #[test]
-    fn any_bytes_are_a_state_or_refused_in_one_line(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+    fn any_bytes_are_a_state_or_refused_in_one_line(
+        bytes in prop::collection::vec(any::<u8>(), 0..200),
+    ) {
         let with_header = [b"particle,x,y,z,vx,vy,vz\n".as_slice(), &bytes].concat();
         for bytes in [bytes.as_slice(), &with_header] {
             if let Err(error) = read_state(bytes, Precision::F32, ("s", 3)) {

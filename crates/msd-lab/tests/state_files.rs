@@ -85,10 +85,9 @@ fn every_number_comes_back_to_the_bit() {
     let numbers64 = [0.1f64, -5e-324, f64::MAX, 1.0 / 3.0, 9_007_199_254_740_993.0, -0.0, 2.5];
     let single = AnyState::F32(state(&numbers.map(f64::from)));
     let double = AnyState::F64(state(&numbers64));
-    for (state, precision, count) in [
-        (single, Precision::F32, numbers.len()),
-        (double, Precision::F64, numbers64.len()),
-    ] {
+    for (state, precision, count) in
+        [(single, Precision::F32, numbers.len()), (double, Precision::F64, numbers64.len())]
+    {
         let back = read(&text_of(&state), precision, count).expect("a state file");
         assert_same_bits(&back, &state);
     }
@@ -99,10 +98,7 @@ const HEADER: &str = "particle,x,y,z,vx,vy,vz\n";
 #[test]
 fn a_state_file_that_does_not_fit_is_refused_by_row_and_column() {
     for (rows, told) in [
-        (
-            "0,1,2,3,4,5,6\n",
-            "s.csv: cannot be read: it has only 1 rows, but the scene has 2 particles",
-        ),
+        ("0,1,2,3,4,5,6\n", "s.csv: has 1 row, but the scene has 2 particles"),
         ("0,1,2,3,4,5,6\n1,0,0,0,0,0,0\n2,0,0,0,0,0,0\n", "more than 2 rows"),
         ("0,1,2,3,4,5,6\n1,0,0,0,0,x,0\n", "s.csv: row 2: vy is \"x\"; it must be a number"),
         ("0,1,2,3,4,5,6\n1,0,0,0,NaN,0,0\n", "row 2: vx is \"NaN\""),

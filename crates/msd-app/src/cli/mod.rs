@@ -22,7 +22,12 @@ pub fn run_program() -> ExitCode {
     env_logger::Builder::from_env(environment).init();
     let done = match Arguments::try_parse() {
         Ok(arguments) => run_command(arguments),
-        Err(error) => arguments::explain(&error, std::env::args().nth(1)),
+        Err(error) => {
+            // `args` panics on what is no Unicode; a file may have any name.
+            let first = std::env::args_os().nth(1);
+            let first = first.map(|first| first.to_string_lossy().into_owned());
+            arguments::explain(&error, first)
+        }
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -46,7 +51,7 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
 fn view(scene: Option<String>) -> Result<(), Failure> {
     let scene = scene.unwrap_or_else(|| DEFAULT_SCENE.into());
     let loaded = prepare::open(&scene)?;
-    msd_app::view(loaded).map_err(Failure::input)
+    msd_app::view_as(loaded, &scene).map_err(Failure::input)
 }
 
 fn list_scenes() -> Result<(), Failure> {

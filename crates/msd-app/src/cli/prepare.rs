@@ -3,7 +3,7 @@
 use super::arguments::SolverArguments;
 use super::failure::{Failure, tell};
 use msd_core::Settings;
-use msd_lab::{Loaded, Runner, load_state};
+use msd_lab::{Loaded, Runner, load_state, plain};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
 const FRAME: f64 = 1.0 / 60.0;
@@ -52,8 +52,9 @@ pub fn prepare(
     let (steps, short) = count_steps(settings, duration);
     if MAX_STEPS < steps as f64 * f64::from(settings.substeps) {
         return Err(Failure::input(format!(
-            "{flag} {duration} s would take more than {MAX_STEPS:e} steps of {} s; shorten it or \
+            "{flag} {} s would take more than {MAX_STEPS:e} steps of {:.3e} s; shorten it or \
              lengthen the step",
+            plain(duration),
             settings.substep()
         )));
     }
@@ -62,7 +63,8 @@ pub fn prepare(
     warnings.extend(warn_of_step(settings, stable));
     warnings.extend(short.then(|| {
         let time = steps as f64 * settings.step;
-        format!("{flag} {duration} s is no multiple of the step; the run takes {time} s")
+        let duration = plain(duration);
+        format!("{flag} {duration} s is no multiple of the step; the run takes {time:.6} s")
     }));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let Loaded { name, notes, .. } = loaded;

@@ -2,12 +2,13 @@
 
 use super::arguments::RenderArguments;
 use super::failure::{Failure, say};
-use super::prepare::prepare;
+use super::prepare::{Prepared, prepare};
 use super::run::explain_divergence;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
-use msd_lab::{Output, Runner, on};
-use msd_render::{Gpu, Image, RenderError, Style, View, bounds, render_image};
+use msd_app::viewer::shows_springs;
+use msd_lab::{Output, on};
+use msd_render::{Gpu, Image, Offscreen, RenderError, Style, View, bounds};
 use std::path::PathBuf;
 
 /// Runs a scene for a while and draws it.
@@ -23,13 +24,16 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         )));
     }
     let mut output = Output::create(&path).map_err(Failure::input)?;
-    // Asked for before the run: without a driver the steps would be in vain.
+    // Asked for before the run: without a driver, or for a picture that is too large for it, the
+    // steps would be in vain.
     let gpu = pollster::block_on(Gpu::headless()).map_err(Failure::input)?;
+    let [width, height] = arguments.size;
+    let mut screen = Offscreen::new(&gpu, width, height).map_err(Failure::input)?;
     for _ in 0..prepared.steps {
         let stepped = prepared.runner.step();
         stepped.map_err(|error| explain_divergence(&prepared.name, error))?;
     }
-    let image = draw(&gpu, &prepared.runner, arguments).map_err(Failure::input)?;
+    let image = draw(&mut screen, &prepared, arguments).map_err(Failure::input)?;
     let Image { width, height, rgba } = image;
     let encoder = PngEncoder::new(&mut output);
     let written = encoder.write_image(&rgba, width, height, ExtendedColorType::Rgba8);
@@ -39,13 +43,17 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     say(&format!("{}: {name} after {time:.3} s, {width}x{height} pixels", path.display()))
 }
 
-fn draw(gpu: &Gpu, runner: &Runner, arguments: &RenderArguments) -> Result<Image, RenderError> {
+fn draw(
+    screen: &mut Offscreen,
+    prepared: &Prepared,
+    arguments: &RenderArguments,
+) -> Result<Image, RenderError> {
     let [width, height] = arguments.size;
     let mut view = View {
         style: Style {
             surfaces: !arguments.no_surfaces,
             wireframe: arguments.wireframe,
-            springs: arguments.springs,
+            springs: arguments.springs || shows_springs(&prepared.name),
             particles: arguments.particles,
             ..Style::default()
         },
@@ -54,11 +62,11 @@ fn draw(gpu: &Gpu, runner: &Runner, arguments: &RenderArguments) -> Result<Image
     let radians = |degrees: f64| degrees.to_radians() as f32;
     view.camera.yaw = arguments.yaw_deg.map_or(view.camera.yaw, radians);
     view.camera.pitch = arguments.pitch_deg.map_or(view.camera.pitch, radians);
-    on!(runner, simulation => {
+    on!(&prepared.runner, simulation => {
         let snapshot = simulation.snapshot();
         if let Some(bounds) = bounds(&snapshot) {
             view.camera.frame(bounds, width as f32 / height as f32);
         }
-        render_image(gpu, &snapshot, &view, width, height)
+        screen.render(&snapshot, &view)
     })
 }

@@ -66,6 +66,23 @@ impl From<Energy> for EnergyReport {
     }
 }
 
+impl EnergyReport {
+    fn summary(&self) -> String {
+        let EnergyReport { kinetic, elastic, gravitational, dissipated, total } = *self;
+        // A run that diverged has energies of many digits.
+        let short = |joules: f64| match joules.abs() {
+            size if 1e9 <= size => format!("{joules:.3e}"),
+            _ => format!("{joules:.4}"),
+        };
+        let [kinetic, elastic, gravitational, dissipated, total] =
+            [kinetic, elastic, gravitational, dissipated, total].map(short);
+        format!(
+            "energy, J: kinetic {kinetic}, elastic {elastic}, gravitational {gravitational}, \
+             dissipated {dissipated}, total {total}"
+        )
+    }
+}
+
 /// Force evaluations per integration step, without the one that starts a step of Verlet.
 fn evaluations(integrator: Integrator) -> u64 {
     match integrator {
@@ -133,11 +150,7 @@ impl Report {
             _ => String::new(),
         };
         lines.push(format!("{:.3} s simulated{speed}", self.duration));
-        let EnergyReport { kinetic, elastic, gravitational, dissipated, total } = &self.energy;
-        lines.push(format!(
-            "energy, J: kinetic {kinetic:.4}, elastic {elastic:.4}, gravitational \
-             {gravitational:.4}, dissipated {dissipated:.4}, total {total:.4}"
-        ));
+        lines.push(self.energy.summary());
         lines.push(format!("state hash {}", self.state_hash));
         lines.join("\n")
     }

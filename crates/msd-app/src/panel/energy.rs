@@ -50,7 +50,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         for (name, colour, value) in CURVES {
-            let text = format!("{name} {}", short(value(&energy) / scale));
+            // Space that does not break: a name and its number stay together.
+            let text = format!("{name}\u{a0}{}", short(value(&energy) / scale));
             ui.label(RichText::new(text).small().color(colour));
         }
         ui.label(RichText::new(format!("{unit}, over time in s")).small().color(theme::FAINT));

@@ -83,10 +83,16 @@ fn change(
         .logarithmic(0.0 < least)
         .smallest_positive(least.max(1e-9))
         .max_decimals(if 0.0 < least { 3 } else { 2 })
-        .suffix(unit);
+        .suffix(if value.mixed { "" } else { unit });
+    let widget = if value.mixed {
+        // The number of the first would pass for that of all.
+        widget.custom_formatter(|_, _| "mixed".to_owned())
+    } else {
+        widget
+    };
     let mut response = slider(ui, label, widget);
     if value.mixed {
-        response = response.on_hover_text("Springs or particles differ; this is the first");
+        response = response.on_hover_text("Springs or particles differ; a move sets all of them");
     }
     (response.changed().then_some(number), response.rect)
 }

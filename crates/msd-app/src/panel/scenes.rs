@@ -17,22 +17,32 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
 
 fn list(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Scenes");
-    let current = viewer.session.loaded().name.clone();
     let mut wanted = None;
     ui.spacing_mut().item_spacing.y = 1.0;
     let entries = viewer.catalogue.entries.iter();
     for (index, entry) in entries.enumerate() {
         let key = if index < 9 { (index + 1).to_string() } else { String::new() };
-        let button = Button::selectable(entry.name == current, entry.name)
+        let button = Button::selectable(viewer.current() == Some(index), entry.name)
             .shortcut_text(key)
             .min_size(egui::vec2(ui.available_width(), 0.0));
         if ui.add(button).on_hover_text(entry.title).clicked() {
             wanted = Some(index);
         }
     }
+    // The scene of a file or a mesh stays within reach.
+    let mut back = false;
+    if let Some(opened) = viewer.opened() {
+        let button = Button::selectable(viewer.current().is_none(), &*opened.name)
+            .truncate()
+            .min_size(egui::vec2(ui.available_width(), 0.0));
+        back = ui.add(button).on_hover_text(&*opened.title).clicked();
+    }
     ui.spacing_mut().item_spacing.y = 4.0;
     if let Some(index) = wanted {
         viewer.open_entry(index);
+    }
+    if back {
+        viewer.reopen();
     }
 }
 
@@ -53,7 +63,7 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     if ui.button("Frame all").on_hover_text("Bring everything into view (A)").clicked() {
         viewer.command(Command::FrameAll);
     }
-    ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep the middle of everything still");
+    ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
 }
 
 fn particle(ui: &mut Ui, viewer: &mut Viewer) {

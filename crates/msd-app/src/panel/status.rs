@@ -35,7 +35,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
 
 fn state(paused: bool, factor: f64, speed: f64) -> (String, Color32) {
     if paused {
-        return ("paused".to_owned(), theme::WARN);
+        return (format!("paused, {factor:.2} × real time"), theme::WARN);
     }
     // A tenth below what was asked for is noise of the frame rate.
     let colour = if factor < 0.9 * speed { theme::WARN } else { theme::GOOD };

@@ -4,7 +4,7 @@ use super::brace::Frame;
 use super::error::MeshError;
 use super::import::Mesh;
 use super::inside::Inside;
-use super::lattice::fill;
+use super::lattice::{check_spacing, fill};
 use super::nearby::Nearby;
 use super::pieces::pieces;
 use super::texture::surface;
@@ -140,19 +140,7 @@ impl core::fmt::Display for BodyReport {
 /// An option outside its domain; a solid of a mesh that is not closed, with the number of its open
 /// edges; a lattice too fine.
 pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), MeshError> {
-    check(options)?;
-    let solid = match options.filling {
-        Filling::Auto => mesh.is_closed(),
-        Filling::Solid => true,
-        Filling::Shell => false,
-    };
-    if solid && !mesh.is_closed() {
-        return Err(MeshError::NotClosed {
-            file: mesh.name.clone(),
-            open_edges: mesh.report.open_edges,
-            non_manifold_edges: mesh.report.non_manifold_edges,
-        });
-    }
+    let solid = check(mesh, options)?;
     let mut points = place(&mesh.positions, options.size);
     let mut report = BodyReport { solid, surface_particles: points.len(), ..Default::default() };
     if mesh.is_closed() {
@@ -178,7 +166,45 @@ pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), Me
     Ok((Part { particles: points.iter().map(particle).collect(), springs, surface }, report))
 }
 
-fn check(options: &MeshOptions) -> Result<(), MeshError> {
+/// Estimates, from above, the particles and springs of a body that is not built yet.
+///
+/// # Errors
+/// See [`body`].
+pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], MeshError> {
+    let solid = check(mesh, options)?;
+    let points = place(&mesh.positions, options.size);
+    let (edges, mean) = edge_springs(mesh, &points);
+    let (surface, edges) = (points.len() as u128, edges.len() as u128);
+    if !solid {
+        // A bending spring across every edge, seams from every particle.
+        return Ok([surface, 2 * edges + SEAMS as u128 * surface]);
+    }
+    let spacing = spacing(options, &points, mean);
+    check_spacing(&points, spacing, &mesh.name)?;
+    // A lattice point per cell of the volume, with 13 springs; braces from the surface.
+    let inside = (volume(&points, &mesh.triangles).abs() / spacing.powi(3)).ceil() as u128;
+    Ok([surface + inside, edges + 13 * inside + 4 * surface])
+}
+
+/// Checks the options; tells whether the body is a solid.
+fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
+    check_options(options)?;
+    let solid = match options.filling {
+        Filling::Auto => mesh.is_closed(),
+        Filling::Solid => true,
+        Filling::Shell => false,
+    };
+    if solid && !mesh.is_closed() {
+        return Err(MeshError::NotClosed {
+            file: mesh.name.clone(),
+            open_edges: mesh.report.open_edges,
+            non_manifold_edges: mesh.report.non_manifold_edges,
+        });
+    }
+    Ok(solid)
+}
+
+fn check_options(options: &MeshOptions) -> Result<(), MeshError> {
     let positive = |quantity, value: f64| {
         // A NaN fails both comparisons.
         let ok = 0.0 < value && value <= 1e9;
@@ -215,6 +241,13 @@ fn edge_springs(mesh: &Mesh, points: &[DVec3]) -> (Vec<[usize; 2]>, f64) {
     (springs, mean)
 }
 
+/// Spacing of the lattice inside, by the mean length of the surface edges if it is not given.
+fn spacing(options: &MeshOptions, points: &[DVec3], mean: f64) -> f64 {
+    let extent = points.iter().fold(0.0, |extent: f64, p| extent.max(p.abs().max_element()));
+    let automatic = (1.2 * mean).clamp(2.0 * extent / 48.0, 2.0 * extent / 6.0);
+    options.spacing.unwrap_or(automatic)
+}
+
 fn solid_springs(
     mesh: &Mesh,
     options: &MeshOptions,
@@ -223,9 +256,7 @@ fn solid_springs(
 ) -> Result<Vec<[usize; 2]>, MeshError> {
     let (mut springs, mean) = edge_springs(mesh, points);
     let vertices = points.clone();
-    let extent = vertices.iter().fold(0.0, |extent: f64, p| extent.max(p.abs().max_element()));
-    let automatic = (1.2 * mean).clamp(2.0 * extent / 48.0, 2.0 * extent / 6.0);
-    let spacing = options.spacing.unwrap_or(automatic);
+    let spacing = spacing(options, points, mean);
     let inside = Inside::new(&vertices, &mesh.triangles);
     let lattice = fill((&vertices, &mesh.triangles), &inside, spacing, &mesh.name)?;
     let first = vertices.len();

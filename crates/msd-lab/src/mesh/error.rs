@@ -85,8 +85,27 @@ pub enum MeshError {
         /// How many fit.
         limit: u128,
     },
+    /// An interior lattice with more points than fit.
+    #[error(
+        "{file}: a spacing of {spacing:e} puts {} lattice points into the box around the mesh; at \
+         most {limit} fit: make the spacing larger",
+        if *count < 1_000_000_000 { count.to_string() } else { format!("{:.0e}", *count as f64) }
+    )]
+    TooFine {
+        /// Which file.
+        file: String,
+        /// The spacing asked for, metres.
+        spacing: f64,
+        /// How many points there would be, saturated.
+        count: u128,
+        /// How many fit.
+        limit: u128,
+    },
     /// A mesh without a single usable face.
-    #[error("{file}: no face with an area is left of {faces} read")]
+    #[error("{file}: {}", match faces {
+        0 => "no faces found".into(),
+        faces => format!("no face with an area is left of {faces} read"),
+    })]
     Empty {
         /// Which file.
         file: String,

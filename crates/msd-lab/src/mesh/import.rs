@@ -47,7 +47,7 @@ impl Format {
 /// Faces are counter-clockwise seen from outside; vertices stand in order of their first use.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
-    /// Name of the file, for messages.
+    /// Name of the file without its folder, for messages.
     pub name: String,
     /// Vertices, in the units of the file.
     pub positions: Vec<DVec3>,
@@ -131,7 +131,11 @@ impl core::fmt::Display for MeshReport {
 /// # Errors
 /// A file that cannot be read or is larger than 1 GiB, and all that [`parse`] refuses.
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
-    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let name = path.display().to_string();
+    if path.is_dir() {
+        let reason = "it is a folder; a mesh is a file".into();
+        return Err(MeshError::Unreadable { file: name, reason });
+    }
     let extension = path.extension().unwrap_or_default().to_string_lossy().into_owned();
     let Some(format) = Format::from_extension(&extension) else {
         return Err(MeshError::UnknownFormat { file: name, extension });
@@ -149,7 +153,9 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
         }
         read_bytes(&folder.join(relative), &format!("{name}: buffer '{address}'"))
     };
-    parse_with(&bytes, format, &name, &load)
+    let mut mesh = parse_with(&bytes, format, &name, &load)?;
+    mesh.name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Ok(mesh)
 }
 
 /// Parses a mesh from the bytes of one file; touches no other.

@@ -3,30 +3,14 @@
 use super::error::MeshError;
 use super::inside::Inside;
 use glam::{DVec3, IVec3};
+use msd_core::lattice::FAMILIES;
 
-/// The most lattice points that are looked at.
-const LARGEST: u128 = 1 << 24;
+/// The most lattice points that are looked at: with 13 springs each they take some 4 GB.
+const LARGEST: u128 = 1 << 21;
 
 /// How near to the surface a particle may stand, in spacings. A lattice point nearer than that
 /// would double the surface, at the price of one more particle.
 const CLEARANCE: f64 = 0.4;
-
-/// One direction of each pair: the 13 families of springs to 26 neighbours.
-const FAMILIES: [[i32; 3]; 13] = [
-    [1, 0, 0],
-    [0, 1, 0],
-    [0, 0, 1],
-    [1, 1, 0],
-    [1, -1, 0],
-    [0, 1, 1],
-    [0, 1, -1],
-    [1, 0, 1],
-    [-1, 0, 1],
-    [1, 1, 1],
-    [1, 1, -1],
-    [1, -1, 1],
-    [-1, 1, 1],
-];
 
 /// A cubic lattice cut to the inside of a mesh.
 #[derive(Debug, Default)]
@@ -39,7 +23,7 @@ pub(crate) struct Lattice {
 /// Fills a closed mesh with a lattice centred in its bounding box.
 ///
 /// # Errors
-/// More than 2²⁴ lattice points in the box.
+/// More than 2²¹ lattice points in the box.
 pub(crate) fn fill(
     (positions, triangles): (&[DVec3], &[[u32; 3]]),
     inside: &Inside,
@@ -62,7 +46,8 @@ pub(crate) fn fill(
         if from == u32::MAX {
             continue;
         }
-        let nexts = FAMILIES.iter().map(|&family| cell + IVec3::from_array(family));
+        let nexts =
+            FAMILIES.iter().map(|family| cell + IVec3::from_array(family.map(|step| step as i32)));
         for next in nexts.filter(|&next| grid.has(next)) {
             let to = numbers[grid.index(next)];
             // Two limbs a step apart must not grow together across the gap between them.
@@ -72,6 +57,18 @@ pub(crate) fn fill(
         }
     }
     Ok(lattice)
+}
+
+/// Checks that the lattice in the box around some points is not too fine.
+///
+/// # Errors
+/// See [`fill`].
+pub(crate) fn check_spacing(
+    positions: &[DVec3],
+    spacing: f64,
+    file: &str,
+) -> Result<(), MeshError> {
+    Grid::new(positions, spacing, file).map(|_| ())
 }
 
 struct Grid {
@@ -85,11 +82,11 @@ impl Grid {
         let low = positions.iter().copied().fold(DVec3::MAX, DVec3::min);
         let high = positions.iter().copied().fold(DVec3::MIN, DVec3::max);
         let steps = ((high - low) / spacing).floor();
-        let count = steps.to_array().map(|steps| steps as u128 + 1);
+        let count = steps.to_array().map(|steps| (steps as u128).saturating_add(1));
         let count = count.iter().fold(1u128, |product, &n| product.saturating_mul(n));
         if LARGEST < count {
-            let (file, what) = (file.into(), "the number of lattice points");
-            return Err(MeshError::TooLarge { file, what, count, limit: LARGEST });
+            let file = file.into();
+            return Err(MeshError::TooFine { file, spacing, count, limit: LARGEST });
         }
         let origin = (low + high - steps * spacing) / 2.0;
         Ok(Self { origin, spacing, size: steps.as_ivec3() + 1 })

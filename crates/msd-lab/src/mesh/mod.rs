@@ -32,6 +32,7 @@ mod brace;
 mod texture;
 mod body;
 
+pub(crate) use body::estimate;
 pub use body::{BodyReport, Filling, MeshOptions, body};
 pub use error::{MeshError, Row};
 pub use import::{Format, Mesh, MeshReport, parse, read};
