@@ -121,11 +121,13 @@ fn a_value_outside_its_domain_is_refused_with_file_line_key_value_and_domain() {
         ("size = [-4]\nkind = 'rope'", "bodies[0].size[0] is -4; it must be a whole number"),
         ("size = [nan]\nkind = 'rope'", "bodies[0].size[0] is NaN; it must be a whole number"),
         (
-            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\nsprings = [{ ends = [0, 7]}]",
-            "bodies[0].springs[0].ends[1] is 7; it must be from 0 to 0: there are 1 particles",
+            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\n\
+             springs = [{ ends = [0, 7] }]",
+            "bodies[0].springs[0].ends[1] is 7; it must be from 0 to 0: there is 1 particle",
         ),
         (
-            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\nsprings = [{ ends = [0, 0]}]",
+            "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\n\
+             springs = [{ ends = [0, 0] }]",
             "bodies[0].springs[0].ends joins particle 0 to itself; its ends must differ",
         ),
     ] {

@@ -7,7 +7,7 @@ use alloc::string::String;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A number outside its domain.
-    #[error("{quantity} of {item} {row} is {value}; it must be {expected}")]
+    #[error("{quantity} of {item} {row} is {}; it must be {expected}", Number(*value))]
     OutOfDomain {
         /// What the number measures.
         quantity: &'static str,
@@ -78,6 +78,20 @@ pub enum Error {
     /// The simulation left the world; the state is the last good one.
     #[error(transparent)]
     Diverged(#[from] Divergence),
+}
+
+/// A number as a message shows it: not as three hundred digits.
+struct Number(f64);
+
+impl core::fmt::Display for Number {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let Number(value) = self;
+        if *value == 0.0 || !value.is_finite() || (1e-6..1e15).contains(&value.abs()) {
+            write!(f, "{value}")
+        } else {
+            write!(f, "{value:e}")
+        }
+    }
 }
 
 /// Where a simulation left the world.

@@ -25,6 +25,8 @@ fn a_refusal_names_the_row_the_value_and_the_domain() {
     }
     let message = refusal(|scene| scene.springs[0].stiffness = -2.0);
     assert_eq!(message, "stiffness of spring 0 is -2; it must be finite and not negative");
+    let message = refusal(|scene| scene.springs[0].stiffness = 1e300);
+    assert_eq!(message, "stiffness of spring 0 is 1e300; it must be finite and not negative");
     let message = refusal(|scene| scene.springs[0].ends = [0, 2]);
     assert_eq!(message, "spring 0 names particle 2, but there are only 2, counted from 0");
     let message = refusal(|scene| scene.springs[0].ends = [1, 1]);
