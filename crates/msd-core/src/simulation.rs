@@ -289,8 +289,8 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Replaces the state. What is pinned now keeps its velocity, which belongs to the pin: an older
-    /// state may be from before it was pinned.
+    /// Replaces the state. What is pinned now keeps its velocity, which belongs to the pin: an
+    /// older state may be from before it was pinned.
     fn put_state(&mut self, state: &State<R>) {
         let pinned = self.model.inverse_masses.iter().map(|&w| w == R::ZERO);
         let velocities = self.state.velocities.iter_mut().zip(&state.velocities);
