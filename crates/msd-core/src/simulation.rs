@@ -322,7 +322,7 @@ impl<R: Real> Simulation<R> {
     /// The same simulation in another precision, each number rounded once.
     ///
     /// # Errors
-    /// A step too short, or a mass, stiffness or damping too large or small, for the other precision.
+    /// A step, mass, stiffness or damping that the other precision cannot hold.
     pub fn convert<S: Real>(&self) -> Result<Simulation<S>, Error> {
         let (model, state) = (self.model.convert::<S>()?, self.state.convert());
         let mut other = Simulation::from_parts(model, state, self.settings)?;
