@@ -329,8 +329,8 @@ fn grab<R: Real>(model: &mut Model<R>, h: f64, interaction: Interaction) {
     cap_grabs(model, h);
 }
 
-/// Weakens grabs that a substep of `h` seconds could not follow: at most a tenth of the substeps per
-/// second, and no more damping than takes half of a velocity per substep.
+/// Weakens grabs that a substep of `h` seconds could not follow: at most a tenth of the substeps
+/// per second, and no more damping than takes half of a velocity per substep.
 pub(crate) fn cap_grabs<R: Real>(model: &mut Model<R>, h: f64) {
     let fastest = core::f64::consts::TAU * 0.1 / h;
     for grab in &mut model.grabs {

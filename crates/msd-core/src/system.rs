@@ -1,4 +1,4 @@
-//! How does a scene run? As columns: a [`Model`] that a step reads and a [`State`] that it advances.
+//! How does a scene run? As columns: a [`Model`] that a step reads, a [`State`] that it advances.
 
 use crate::check::{check_mass, check_not_negative, check_scene};
 use crate::error::Error;

@@ -188,6 +188,7 @@ prop_compose! {
         let particle = |(position, velocity, mass)| msd_core::Particle { position, velocity, mass };
         let spring = |((a, b), rest_length, stiffness, damping)|
             msd_core::Spring { ends: [a, b], rest_length, stiffness, damping };
+        let pin = |particle| Pin { particle, velocity: DVec3::ZERO };
         let plane = |(normal, offset, restitution)|
             Plane { normal, offset, restitution, friction: Friction::Coulomb(0.5) };
         Scene {
@@ -195,7 +196,7 @@ prop_compose! {
             particles: rows.into_iter().map(particle).collect(),
             springs: springs.into_iter().map(spring).collect(),
             planes: planes.into_iter().map(plane).collect(),
-            pins: pins.into_iter().map(|particle| Pin { particle, velocity: DVec3::ZERO }).collect(),
+            pins: pins.into_iter().map(pin).collect(),
             bodies: Vec::new(),
         }
     }
