@@ -20,8 +20,8 @@ pub struct Contacts {
 /// Moves every particle out of every plane, bounces it and slows it along the plane.
 ///
 /// The position is projected on the plane. A normal velocity v_n < 0 becomes −e v_n; where it is
-/// slower than what gravity adds in two substeps (2 h |g·n|) it becomes 0, so that a resting contact
-/// does not buzz. Coulomb friction takes at most μ (1 + e) |v_n| from the tangential speed.
+/// slower than what gravity adds in two substeps (2 h |g·n|) it becomes 0, so that a resting
+/// contact does not buzz. Coulomb friction takes at most μ (1 + e) |v_n| from the tangential speed.
 /// `forces` are those of the last evaluation, newtons, for the energy alone.
 ///
 /// Source: algorithm 1 of the source report (2014), with Coulomb's law beside its factor.
