@@ -127,8 +127,8 @@ fn a_body_that_lies_on_the_floor_dissipates_nothing() {
             let before = simulation.energy();
             (0..600).for_each(|_| simulation.step().unwrap());
             let after = simulation.energy();
-            // Each substep its lowest layer falls and is moved back. Counting what the floor and the
-            // dampers do in that would book some 3 J per second for nothing. What is left is the
+            // Each substep its lowest layer falls and is moved back. Counting what the floor and
+            // the dampers do in that would book some 3 J per second for nothing. What is left is the
             // end of the settling, exp(−c t / 2) of some 100 J after 10 s, and rounding.
             let taken = (after.dissipated - before.dissipated).abs();
             assert!(taken < 1e-3, "{integrator}, {friction:?}: {taken} J in 10 s");
