@@ -128,8 +128,8 @@ fn a_body_that_lies_on_the_floor_dissipates_nothing() {
             (0..600).for_each(|_| simulation.step().unwrap());
             let after = simulation.energy();
             // Each substep its lowest layer falls and is moved back. Counting what the floor and
-            // the dampers do in that would book some 3 J per second for nothing. What is left is the
-            // end of the settling, exp(−c t / 2) of some 100 J after 10 s, and rounding.
+            // the dampers do in that would book some 3 J per second for nothing. What is left is
+            // the end of the settling, exp(−c t / 2) of some 100 J after 10 s, and rounding.
             let taken = (after.dissipated - before.dissipated).abs();
             assert!(taken < 1e-3, "{integrator}, {friction:?}: {taken} J in 10 s");
             assert!(1.0 < before.dissipated, "it fell and came to rest");
