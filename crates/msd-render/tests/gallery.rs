@@ -1,6 +1,6 @@
 //! How do the pictures look? Writes a gallery for the eye: not a test by itself.
 //!
-//! `MSD_GALLERY=/tmp/gallery cargo test -p msd-render --test gallery -- --ignored`
+//! `MSD_GALLERY=pictures cargo test -p msd-render --test gallery -- --ignored`
 
 mod scenes;
 
@@ -12,7 +12,7 @@ use scenes::{block, floor, particle, pin, plane, rope, scene_of, sheet, spring, 
 const SIZE: [u32; 2] = [1280, 720];
 
 fn write(gpu: &Gpu, name: &str, scene: &Scene, change: impl Fn(&mut View)) {
-    let directory = std::env::var("MSD_GALLERY").unwrap_or_else(|_| "/tmp/gallery".to_owned());
+    let directory = std::env::var("MSD_GALLERY").unwrap_or_else(|_| "pictures".to_owned());
     std::fs::create_dir_all(&directory).unwrap();
     let (model, state) = Model::<f32>::new(scene).unwrap();
     let mut snapshot = Snapshot::new(&model, &state);
