@@ -252,7 +252,7 @@ fn keys_and_drags_change_the_view(desk: &Desk) {
     let steps = |now: &Value| now["steps"].as_u64().unwrap_or(0);
     // Enough steps that a slow frame after the restart has fewer.
     let before = steps(&desk.wait("it runs", |now| 60 < steps(now)));
-    desk.xdotool("key R");
+    desk.xdotool("key r");
     desk.wait("R restarts", |now| now["steps"].is_u64() && steps(now) < before);
 }
 
