@@ -125,17 +125,18 @@ impl<R: Real> Simulation<R> {
         self.good.clone_from(&self.state);
         let handled = has_own_force || !self.queue.is_empty();
         self.apply_queue();
-        let (mut counted, mut contacts) = (0.0, 0);
+        let (mut counted, mut touched, mut met) = (0.0, false, Contacts::default());
         for substep in 0..self.settings.substeps {
             let warm = self.warm || 0 < substep;
             counted += self.advance(own_force, warm, has_own_force);
-            let met = self.collide();
+            met = self.collide();
             counted += met.energy;
-            contacts += met.count;
-            let forces_last = self.model.pushes.is_empty() && !has_own_force;
-            self.warm = met.count == 0 && forces_last && !self.is_damped();
+            touched |= 0 < met.count;
         }
-        let contact_alone = 0 < contacts && !handled && !self.is_handled();
+        // What the next step may remember: accelerations that it would find again to the bit.
+        let forces_last = self.model.pushes.is_empty() && !has_own_force;
+        self.warm = met.count == 0 && forces_last && !self.is_damped();
+        let contact_alone = touched && !handled && !self.is_handled();
         self.model.pushes.clear();
         if let Err(error) = self.guard() {
             let good = core::mem::take(&mut self.good);

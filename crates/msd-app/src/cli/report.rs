@@ -28,7 +28,8 @@ pub struct Report {
     pub steps: u64,
     /// Time that the steps took, seconds.
     pub wall_seconds: f64,
-    /// Springs times force evaluations per second of the wall clock; null without a step.
+    /// Springs times force evaluations of the integration steps (without the one that velocity
+    /// Verlet starts a step with) per second of the wall clock; null without a step.
     pub spring_updates_per_second: Option<f64>,
     /// Time simulated by time taken; null without a step.
     pub real_time_factor: Option<f64>,
