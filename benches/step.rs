@@ -40,7 +40,12 @@ fn hung(part: Part) -> Scene {
 }
 
 fn settings(integrator: Integrator) -> Settings {
-    Settings { integrator, step: f64::from(SUBSTEPS) / 960.0, substeps: SUBSTEPS }
+    Settings {
+        integrator,
+        step: f64::from(SUBSTEPS) / 960.0,
+        substeps: SUBSTEPS,
+        ..Settings::default()
+    }
 }
 
 fn evaluations(integrator: Integrator) -> u64 {
@@ -66,7 +71,7 @@ fn steps(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(name);
         let scene = hung(part);
         // Explicit Euler gains energy for ever: nothing to time that stays the same.
-        for integrator in &Integrator::ALL[1..] {
+        for integrator in &Integrator::EXPLICIT[1..] {
             bench_step::<f32>(&mut group, format!("{integrator}/f32"), &scene, *integrator);
             bench_step::<f64>(&mut group, format!("{integrator}/f64"), &scene, *integrator);
         }

@@ -1,21 +1,18 @@
-//! How does a state advance by one substep? One function per method, none of which knows what a
-//! spring is: forces come from a closure.
+//! Which methods are there? Names, orders and what kind of machinery each needs.
 //!
-//! | method | order | evaluations per substep | stable for an undamped mode of frequency w |
+//! | method | order | stable for an undamped mode of frequency w | file |
 //! |---|---|---|---|
-//! | explicit Euler | 1 | 1 | never |
-//! | symplectic Euler | 1 | 1 | h w ≤ 2 |
-//! | velocity Verlet | 2 | 1, and 1 more per step | h w ≤ 2 |
-//! | RK4 | 4 | 4 | h w ≤ 2 √2 |
-//!
-//! A step starts from positions and velocities alone, whatever the method: that is what makes
-//! state files, stepping back and replay exact.
+//! | explicit Euler | 1 | never | [`crate::explicit`] |
+//! | symplectic Euler | 1 | h w ≤ 2 | [`crate::explicit`] |
+//! | velocity Verlet | 2 | h w ≤ 2 | [`crate::explicit`] |
+//! | RK4 | 4 | h w ≤ 2 √2 | [`crate::explicit`] |
+//! | Dormand-Prince | 5 | the step follows a tolerance | [`crate::dormand_prince`] |
+//! | backward Euler | 1 | always | [`crate::implicit`] |
+//! | implicit midpoint | 2 | always | [`crate::implicit`] |
+//! | XPBD | 1 | always | [`crate::xpbd`] |
 
 use crate::error::Error;
-use crate::real::{Real, Vector};
-use crate::system::{Motion, State};
 use alloc::string::ToString;
-use alloc::vec;
 use alloc::vec::Vec;
 
 /// The methods.
@@ -28,16 +25,72 @@ pub enum Integrator {
     /// v' = v + h a(x, v), x' = x + h v': what most programs called Euler really are.
     SymplecticEuler,
     /// Kick, drift, kick: second order at the price of one evaluation. Dampers are evaluated at a
-    /// predicted velocity, see [`advance`].
+    /// predicted velocity, see [`crate::explicit::advance`].
     #[default]
     VelocityVerlet,
     /// The classical Runge-Kutta method of fourth order.
     Rk4,
+    /// The pair of orders 5 and 4 of Dormand and Prince: its step follows a tolerance and ends at
+    /// every impact.
+    DormandPrince,
+    /// v' = v + h a(x', v'), x' = x + h v', linearised: any step is stable, and damps.
+    BackwardEuler,
+    /// v' = v + h a at the middle of the step: any step is stable; no mode is damped.
+    ImplicitMidpoint,
+    /// Extended position based dynamics: springs as compliant constraints.
+    Xpbd,
+}
+
+/// The methods by the machinery they need.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Family {
+    /// Evaluate forces only, at a given substep.
+    Explicit(Explicit),
+    /// Choose their own substep by a tolerance.
+    Adaptive,
+    /// Solve a linear system per substep.
+    Implicit(Implicit),
+    /// Project springs one by one.
+    Projected,
+}
+
+/// The methods of [`crate::explicit`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Explicit {
+    /// See [`Integrator::ExplicitEuler`].
+    Euler,
+    /// See [`Integrator::SymplecticEuler`].
+    SymplecticEuler,
+    /// See [`Integrator::VelocityVerlet`].
+    VelocityVerlet,
+    /// See [`Integrator::Rk4`].
+    Rk4,
+}
+
+/// The methods of [`crate::implicit`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Implicit {
+    /// See [`Integrator::BackwardEuler`].
+    BackwardEuler,
+    /// See [`Integrator::ImplicitMidpoint`].
+    Midpoint,
 }
 
 impl Integrator {
     /// Every method.
-    pub const ALL: [Integrator; 4] = [
+    pub const ALL: [Integrator; 8] = [
+        Integrator::ExplicitEuler,
+        Integrator::SymplecticEuler,
+        Integrator::VelocityVerlet,
+        Integrator::Rk4,
+        Integrator::DormandPrince,
+        Integrator::BackwardEuler,
+        Integrator::ImplicitMidpoint,
+        Integrator::Xpbd,
+    ];
+
+    /// The methods that evaluate forces only, at a given substep.
+    pub const EXPLICIT: [Integrator; 4] = [
         Integrator::ExplicitEuler,
         Integrator::SymplecticEuler,
         Integrator::VelocityVerlet,
@@ -51,16 +104,43 @@ impl Integrator {
             Integrator::SymplecticEuler => "symplectic-euler",
             Integrator::VelocityVerlet => "velocity-verlet",
             Integrator::Rk4 => "rk4",
+            Integrator::DormandPrince => "dormand-prince",
+            Integrator::BackwardEuler => "backward-euler",
+            Integrator::ImplicitMidpoint => "implicit-midpoint",
+            Integrator::Xpbd => "xpbd",
         }
     }
 
     /// Order of convergence on smooth motion, without contact.
     pub fn order(self) -> u32 {
         match self {
-            Integrator::ExplicitEuler | Integrator::SymplecticEuler => 1,
-            Integrator::VelocityVerlet => 2,
+            Integrator::ExplicitEuler
+            | Integrator::SymplecticEuler
+            | Integrator::BackwardEuler
+            | Integrator::Xpbd => 1,
+            Integrator::VelocityVerlet | Integrator::ImplicitMidpoint => 2,
             Integrator::Rk4 => 4,
+            Integrator::DormandPrince => 5,
         }
+    }
+
+    /// The machinery it needs.
+    pub fn family(self) -> Family {
+        match self {
+            Integrator::ExplicitEuler => Family::Explicit(Explicit::Euler),
+            Integrator::SymplecticEuler => Family::Explicit(Explicit::SymplecticEuler),
+            Integrator::VelocityVerlet => Family::Explicit(Explicit::VelocityVerlet),
+            Integrator::Rk4 => Family::Explicit(Explicit::Rk4),
+            Integrator::DormandPrince => Family::Adaptive,
+            Integrator::BackwardEuler => Family::Implicit(Implicit::BackwardEuler),
+            Integrator::ImplicitMidpoint => Family::Implicit(Implicit::Midpoint),
+            Integrator::Xpbd => Family::Projected,
+        }
+    }
+
+    /// Whether it chooses its own substep by a tolerance.
+    pub fn is_adaptive(self) -> bool {
+        self.family() == Family::Adaptive
     }
 }
 
@@ -81,200 +161,5 @@ impl core::str::FromStr for Integrator {
             name: name.to_string(),
             expected: names.join(", "),
         })
-    }
-}
-
-/// What a substep forgets: work columns, as many as the method needs.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch<R: Real> {
-    forces: Vec<R::Vec3>,
-    /// Accelerations of the last evaluation and of the one before it (velocity Verlet).
-    accelerations: [Vec<R::Vec3>; 2],
-    predicted: Vec<R::Vec3>,
-    /// Start of the substep and weighted sums of its slopes (RK4).
-    start: State<R>,
-    slopes: State<R>,
-    /// Power taken away at the last evaluation, watts.
-    power: f64,
-}
-
-impl<R: Real> Scratch<R> {
-    /// The forces of the last evaluation, newtons.
-    pub fn forces(&self) -> &[R::Vec3] {
-        &self.forces
-    }
-
-    /// Makes the work columns that a method needs for `count` particles.
-    pub fn new(integrator: Integrator, count: usize) -> Self {
-        let column = |wanted: bool| vec![R::Vec3::ZERO; if wanted { count } else { 0 }];
-        let state = |wanted| State { positions: column(wanted), velocities: column(wanted) };
-        let verlet = integrator == Integrator::VelocityVerlet;
-        let rk4 = integrator == Integrator::Rk4;
-        Scratch {
-            forces: column(true),
-            accelerations: [column(verlet), column(verlet)],
-            predicted: column(verlet),
-            start: state(rk4),
-            slopes: state(rk4),
-            power: 0.0,
-        }
-    }
-}
-
-/// One substep: how long, of what masses, and what the method may take for granted.
-#[derive(Clone, Copy, Debug)]
-pub struct Substep<'a, R: Real> {
-    /// Length, seconds.
-    pub h: R,
-    /// Reciprocal masses, per kilogram; 0 holds a particle to its velocity.
-    pub inverse_masses: &'a [R],
-    /// Whether the scratch holds the accelerations at this state.
-    pub warm: bool,
-    /// Whether a force depends on velocity.
-    pub damped: bool,
-}
-
-/// Advances `state` by one substep and returns the energy taken away by dampers and drag, joules.
-///
-/// `force` overwrites its last argument with the forces at a motion, newtons, and returns the
-/// power taken away, watts.
-///
-/// Velocity Verlet evaluates dampers at v + h/2 a_n + h/4 (a_n + a_(n−1)). The mean of two
-/// accelerations makes the method second order with dampers too, at one evaluation, and vanishes
-/// for a motion that changes sign every substep, so that the stable step stays that of symplectic
-/// Euler (derived in [`crate::stability`]; Groot and Warren, 1997, extrapolate with a_n alone,
-/// which costs up to half of the stable step).
-pub fn advance<R: Real>(
-    integrator: Integrator,
-    substep: Substep<'_, R>,
-    state: &mut State<R>,
-    scratch: &mut Scratch<R>,
-    force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
-) -> f64 {
-    match integrator {
-        Integrator::ExplicitEuler => explicit_euler(substep, state, scratch, force),
-        Integrator::SymplecticEuler => symplectic_euler(substep, state, scratch, force),
-        Integrator::VelocityVerlet => velocity_verlet(substep, state, scratch, force),
-        Integrator::Rk4 => rk4(substep, state, scratch, force),
-    }
-}
-
-fn explicit_euler<R: Real>(
-    Substep { h, inverse_masses, .. }: Substep<'_, R>,
-    state: &mut State<R>,
-    scratch: &mut Scratch<R>,
-    force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
-) -> f64 {
-    let power = force(state.motion(), &mut scratch.forces);
-    drift(state, h);
-    kick(state, &scratch.forces, inverse_masses, h);
-    power * h.to_f64()
-}
-
-fn symplectic_euler<R: Real>(
-    Substep { h, inverse_masses, .. }: Substep<'_, R>,
-    state: &mut State<R>,
-    scratch: &mut Scratch<R>,
-    force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
-) -> f64 {
-    let power = force(state.motion(), &mut scratch.forces);
-    kick(state, &scratch.forces, inverse_masses, h);
-    drift(state, h);
-    power * h.to_f64()
-}
-
-fn velocity_verlet<R: Real>(
-    Substep { h, inverse_masses, warm, damped }: Substep<'_, R>,
-    state: &mut State<R>,
-    scratch: &mut Scratch<R>,
-    force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
-) -> f64 {
-    let half = h * R::HALF;
-    let quarter = half * R::HALF;
-    let Scratch { forces, accelerations: [now, before], predicted, power, .. } = scratch;
-    if !warm {
-        *power = force(state.motion(), forces);
-        set_accelerations(now, forces, inverse_masses);
-        before.copy_from_slice(now);
-    }
-    let power_before = *power;
-    for (velocity, &acceleration) in state.velocities.iter_mut().zip(now.iter()) {
-        *velocity += acceleration * half;
-    }
-    drift(state, h);
-    if damped {
-        let rows = predicted.iter_mut().zip(&state.velocities).zip(now.iter().zip(before.iter()));
-        for ((predicted, &velocity), (&now, &before)) in rows {
-            *predicted = velocity + (now + before) * quarter;
-        }
-        core::mem::swap(now, before);
-        *power = force(Motion { positions: &state.positions, velocities: predicted }, forces);
-    } else {
-        *power = force(state.motion(), forces);
-    }
-    set_accelerations(now, forces, inverse_masses);
-    for (velocity, &acceleration) in state.velocities.iter_mut().zip(now.iter()) {
-        *velocity += acceleration * half;
-    }
-    0.5 * (power_before + *power) * h.to_f64()
-}
-
-fn rk4<R: Real>(
-    Substep { h, inverse_masses, .. }: Substep<'_, R>,
-    state: &mut State<R>,
-    scratch: &mut Scratch<R>,
-    force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
-) -> f64 {
-    let Scratch { forces, start, slopes, .. } = scratch;
-    start.positions.copy_from_slice(&state.positions);
-    start.velocities.copy_from_slice(&state.velocities);
-    slopes.positions.fill(R::Vec3::ZERO);
-    slopes.velocities.fill(R::Vec3::ZERO);
-    let two = R::ONE + R::ONE;
-    let half = h * R::HALF;
-    let mut energy = 0.0;
-    for (weight, reach) in [(R::ONE, half), (two, half), (two, h)] {
-        energy += weight.to_f64() * force(state.motion(), forces);
-        for row in 0..forces.len() {
-            let (velocity, acceleration) =
-                (state.velocities[row], forces[row] * inverse_masses[row]);
-            slopes.positions[row] += velocity * weight;
-            slopes.velocities[row] += acceleration * weight;
-            state.positions[row] = start.positions[row] + velocity * reach;
-            state.velocities[row] = start.velocities[row] + acceleration * reach;
-        }
-    }
-    energy += force(state.motion(), forces);
-    let sixth = h / R::of(6.0);
-    for row in 0..forces.len() {
-        let last = forces[row] * inverse_masses[row];
-        let slope = slopes.positions[row] + state.velocities[row];
-        state.positions[row] = start.positions[row] + slope * sixth;
-        state.velocities[row] = start.velocities[row] + (slopes.velocities[row] + last) * sixth;
-    }
-    energy * sixth.to_f64()
-}
-
-fn drift<R: Real>(state: &mut State<R>, h: R) {
-    for (position, &velocity) in state.positions.iter_mut().zip(&state.velocities) {
-        *position += velocity * h;
-    }
-}
-
-fn kick<R: Real>(state: &mut State<R>, forces: &[R::Vec3], inverse_masses: &[R], h: R) {
-    let rows = state.velocities.iter_mut().zip(forces).zip(inverse_masses);
-    for ((velocity, &force), &inverse_mass) in rows {
-        *velocity += force * (inverse_mass * h);
-    }
-}
-
-fn set_accelerations<R: Real>(
-    accelerations: &mut [R::Vec3],
-    forces: &[R::Vec3],
-    inverse_masses: &[R],
-) {
-    let rows = accelerations.iter_mut().zip(forces).zip(inverse_masses);
-    for ((acceleration, &force), &inverse_mass) in rows {
-        *acceleration = force * inverse_mass;
     }
 }

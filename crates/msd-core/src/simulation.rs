@@ -4,50 +4,25 @@ use crate::check::check;
 use crate::collision::{self, Contacts};
 use crate::energy::{self, Energy, Momentum};
 use crate::error::{Divergence, Error};
-use crate::forces;
-use crate::integrator::{self, Integrator, Scratch, Substep};
 use crate::interaction::{self, Interaction};
 use crate::ledger::Ledger;
+use crate::method::Method;
 use crate::real::{Real, Vector};
 use crate::scene::Scene;
+use crate::settings::Settings;
 use crate::snapshot::Snapshot;
 use crate::stability;
 use crate::system::{Model, Motion, State};
 use alloc::vec::Vec;
 
-/// How a system is stepped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Settings {
-    /// The method. Default velocity Verlet.
-    pub integrator: Integrator,
-    /// Length of a step, seconds. Default 1/60.
-    pub step: f64,
-    /// Substeps per step, at least 1. Default 8.
-    pub substeps: u32,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Settings { integrator: Integrator::default(), step: 1.0 / 60.0, substeps: 8 }
-    }
-}
-
-impl Settings {
-    /// Length of a substep, seconds.
-    pub fn substep(&self) -> f64 {
-        self.step / f64::from(self.substeps)
-    }
-
-    fn check<R: Real>(&self) -> Result<(), Error> {
-        let at = ("setting", 0);
-        check(0 < self.substeps, "substeps", at, f64::from(self.substeps), "at least 1")?;
-        // A substep that rounds to zero or whose square does would stop the clock silently.
-        let h = R::of(self.substep());
-        let usable =
-            R::ZERO < h && R::ZERO < h * h && (R::ONE / h).to_f64().is_finite() && self.step <= 1e6;
-        check(usable, "step", at, self.step, "positive, finite and at most 1e6 s")
-    }
+/// What the substeps of a step came to.
+#[derive(Clone, Copy, Debug, Default)]
+struct Substeps {
+    /// Energy taken away, joules.
+    counted: f64,
+    /// Whether anything touched a plane, and whether it did in the last substep.
+    touched: bool,
+    last_met: bool,
 }
 
 /// A system that runs.
@@ -56,8 +31,8 @@ pub struct Simulation<R: Real = f32> {
     model: Model<R>,
     state: State<R>,
     settings: Settings,
-    scratch: Scratch<R>,
-    /// Whether `scratch` holds the accelerations of velocity Verlet at `state`.
+    method: Method<R>,
+    /// Whether `method` holds the accelerations of velocity Verlet at `state`.
     warm: bool,
     /// The state at the start of the step, to fall back on.
     good: State<R>,
@@ -84,7 +59,7 @@ impl<R: Real> Simulation<R> {
     fn from_parts(model: Model<R>, state: State<R>, settings: Settings) -> Result<Self, Error> {
         settings.check::<R>()?;
         Ok(Simulation {
-            scratch: Scratch::new(settings.integrator, model.particle_count()),
+            method: Method::new(settings.integrator, &model),
             good: state.clone(),
             model,
             state,
@@ -125,17 +100,16 @@ impl<R: Real> Simulation<R> {
         self.good.clone_from(&self.state);
         let handled = has_own_force || !self.queue.is_empty();
         self.apply_queue();
-        let (mut counted, mut touched, mut met) = (0.0, false, Contacts::default());
-        for substep in 0..self.settings.substeps {
-            let warm = self.warm || 0 < substep;
-            counted += self.advance(own_force, warm, has_own_force);
-            met = self.collide();
-            counted += met.energy;
-            touched |= 0 < met.count;
-        }
+        let Substeps { counted, touched, last_met } = if self.settings.integrator.is_adaptive() {
+            let Simulation { method, model, settings, state, .. } = self;
+            let done = method.advance_step((model, settings), state, own_force);
+            Substeps { counted: done.counted, touched: done.touched, last_met: done.touched }
+        } else {
+            self.advance_substeps(own_force, has_own_force)
+        };
         // What the next step may remember: accelerations that it would find again to the bit.
         let forces_last = self.model.pushes.is_empty() && !has_own_force;
-        self.warm = met.count == 0 && forces_last && !self.is_damped();
+        self.warm = !last_met && forces_last && !self.is_damped();
         let contact_alone = touched && !handled && !self.is_handled();
         self.model.pushes.clear();
         if let Err(error) = self.guard() {
@@ -162,27 +136,23 @@ impl<R: Real> Simulation<R> {
         }
     }
 
-    fn advance(
+    fn advance_substeps(
         &mut self,
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
-        warm: bool,
         has_own_force: bool,
-    ) -> f64 {
-        let model = &self.model;
-        let mut force = |motion: Motion<'_, R>, forces: &mut [R::Vec3]| {
-            let drag = forces::set_external_forces(model, motion, forces);
-            let dampers = forces::add_spring_forces(model, motion, forces);
-            own_force(motion, forces);
-            drag + dampers
-        };
-        let substep = Substep {
-            h: R::of(self.settings.substep()),
-            inverse_masses: &model.inverse_masses,
-            warm,
-            damped: has_own_force || self.is_damped(),
-        };
-        let Simulation { settings, state, scratch, .. } = self;
-        integrator::advance(settings.integrator, substep, state, scratch, &mut force)
+    ) -> Substeps {
+        let mut done = Substeps::default();
+        for substep in 0..self.settings.substeps {
+            let warm = self.warm || 0 < substep;
+            let damped = has_own_force || self.is_damped();
+            let Simulation { method, model, settings, state, .. } = self;
+            done.counted += method.advance((model, settings), (warm, damped), state, own_force);
+            let Contacts { count, energy } = self.collide();
+            done.counted += energy;
+            done.last_met = 0 < count;
+            done.touched |= done.last_met;
+        }
+        done
     }
 
     /// Whether a force depends on velocity.
@@ -201,7 +171,7 @@ impl<R: Real> Simulation<R> {
     /// Keeps particles out of planes.
     fn collide(&mut self) -> Contacts {
         let h = R::of(self.settings.substep());
-        collision::resolve(&self.model, h, self.scratch.forces(), &mut self.state)
+        collision::resolve(&self.model, h, self.method.forces(), &mut self.state)
     }
 
     /// Counts what a contact took before something else than a step changes the energy.
@@ -309,7 +279,7 @@ impl<R: Real> Simulation<R> {
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), Error> {
         settings.check::<R>()?;
         if settings.integrator != self.settings.integrator {
-            self.scratch = Scratch::new(settings.integrator, self.model.particle_count());
+            self.method = Method::new(settings.integrator, &self.model);
         }
         if settings.step != self.settings.step {
             self.epoch = (self.steps, self.time());

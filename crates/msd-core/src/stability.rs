@@ -7,7 +7,7 @@
 //! eigenvalue reaches −1 for a motion whose accelerations alternate, where the mean of two
 //! accelerations in its predictor vanishes.
 
-use crate::integrator::Integrator;
+use crate::integrator::{Explicit, Family, Integrator};
 use crate::real::{Real, Vector};
 use crate::system::{Model, State};
 use alloc::vec;
@@ -167,9 +167,13 @@ fn largest_eigenvalue(diagonal: &[f64], beside: &[f64]) -> f64 {
 
 /// The largest stable substep, seconds: 0 where no step is stable, infinite where every step is.
 ///
-/// Takes the stiffest and the most damped motion for one mode. That is exact where damping is
+/// Implicit methods and XPBD are stable at any step, and Dormand-Prince finds its own. Takes the
+/// stiffest and the most damped motion for one mode. That is exact where damping is
 /// proportional to stiffness, and on the safe side elsewhere for all methods but explicit Euler.
 pub fn largest_substep(spectrum: Spectrum, integrator: Integrator, substeps: u32) -> f64 {
+    let Family::Explicit(method) = integrator.family() else {
+        return f64::INFINITY;
+    };
     let Spectrum { stiffness, damping } = spectrum;
     let fastest = Real::sqrt(stiffness).max(damping);
     if fastest == 0.0 {
@@ -178,7 +182,7 @@ pub fn largest_substep(spectrum: Spectrum, integrator: Integrator, substeps: u32
     // Every method here is unstable beyond h w = 4 and beyond h c = 4.
     let (reach, samples) = (4.0 / fastest, 512);
     let at = |sample: i32| reach * f64::from(sample) / f64::from(samples);
-    let stable = |h: f64| is_stable(integrator, substeps, h * h * stiffness, h * damping);
+    let stable = |h: f64| is_stable(method, substeps, h * h * stiffness, h * damping);
     let Some(first) = (1..=samples).find(|&sample| !stable(at(sample))) else {
         return reach;
     };
@@ -191,14 +195,14 @@ pub fn largest_substep(spectrum: Spectrum, integrator: Integrator, substeps: u32
 }
 
 /// Whether one step of `substeps` substeps keeps the oscillator with W = h² w², Z = h c bounded.
-pub fn is_stable(integrator: Integrator, substeps: u32, w: f64, z: f64) -> bool {
-    if integrator == Integrator::ExplicitEuler {
+pub fn is_stable(method: Explicit, substeps: u32, w: f64, z: f64) -> bool {
+    if method == Explicit::Euler {
         // In closed form (Jury's conditions), for no rounding may pass for damping.
         return w <= z && 2.0 * z <= 4.0 + w;
     }
     // Longer steps of Verlet differ from the limit of many substeps by less than 1e-3.
     let substeps = substeps.clamp(1, 64);
-    let columns = [[1.0, 0.0], [0.0, 1.0]].map(|x| oscillate(integrator, substeps, (w, z), x));
+    let columns = [[1.0, 0.0], [0.0, 1.0]].map(|x| oscillate(method, substeps, (w, z), x));
     let [[a, c], [b, d]] = columns;
     let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
     let discriminant = half_trace * half_trace - determinant;
@@ -214,7 +218,7 @@ pub fn is_stable(integrator: Integrator, substeps: u32, w: f64, z: f64) -> bool 
 
 /// Runs the oscillator for a step from (x, h v).
 fn oscillate(
-    integrator: Integrator,
+    method: Explicit,
     substeps: u32,
     (w, z): (f64, f64),
     [mut x, mut v]: [f64; 2],
@@ -223,19 +227,19 @@ fn oscillate(
     let mut now = pull(x, v);
     let mut before = now;
     for _ in 0..substeps {
-        match integrator {
-            Integrator::ExplicitEuler => (x, v) = (x + v, v + pull(x, v)),
-            Integrator::SymplecticEuler => {
+        match method {
+            Explicit::Euler => (x, v) = (x + v, v + pull(x, v)),
+            Explicit::SymplecticEuler => {
                 v += pull(x, v);
                 x += v;
             }
-            Integrator::VelocityVerlet => {
+            Explicit::VelocityVerlet => {
                 v += 0.5 * now;
                 x += v;
                 (before, now) = (now, pull(x, v + 0.25 * (now + before)));
                 v += 0.5 * now;
             }
-            Integrator::Rk4 => {
+            Explicit::Rk4 => {
                 let (x1, v1) = (v, pull(x, v));
                 let (x2, v2) = (v + 0.5 * v1, pull(x + 0.5 * x1, v + 0.5 * v1));
                 let (x3, v3) = (v + 0.5 * v2, pull(x + 0.5 * x2, v + 0.5 * v2));

@@ -3,8 +3,9 @@
 use crate::check::{check_mass, check_not_negative, check_scene};
 use crate::error::Error;
 use crate::real::{Real, Vector};
-use crate::scene::{Body, Friction, Plane, Scene};
+use crate::scene::{Body, Friction, Particle, Plane, Scene};
 use alloc::vec::Vec;
+use glam::DVec3;
 
 /// A value per spring, stored once if all springs share it.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,6 +111,7 @@ pub struct Model<R: Real> {
     pub(crate) force: R::Vec3,
     pub(crate) drag: R,
     pub(crate) extent: R,
+    pub(crate) size: f64,
     pub(crate) bodies: Vec<Body>,
 }
 
@@ -164,6 +166,7 @@ impl<R: Real> Model<R> {
             force: R::Vec3::of(scene.world.force),
             drag: R::of(scene.world.drag),
             extent: R::of(scene.world.extent),
+            size: size(scene),
             bodies: scene.bodies.clone(),
         };
         Ok((model, state))
@@ -239,6 +242,13 @@ impl<R: Real> Model<R> {
         self.drag
     }
 
+    /// Size of the largest body at the start of the scene, metres: the diagonal of the box around
+    /// it; where that is 0 the longest rest length, and 1 where that is 0 too. Errors and tolerances
+    /// are told as fractions of it.
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
     /// The named parts.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
@@ -287,6 +297,7 @@ impl<R: Real> Model<R> {
             force: vector(self.force),
             drag: S::of(self.drag.to_f64()),
             extent: S::of(self.extent.to_f64()),
+            size: self.size,
             bodies: self.bodies.clone(),
         })
     }
@@ -304,6 +315,24 @@ impl<R: Real> State<R> {
             |column: &[R::Vec3]| column.iter().map(|value| S::Vec3::of(value.to_f64())).collect();
         State { positions: vectors(&self.positions), velocities: vectors(&self.velocities) }
     }
+}
+
+fn size(scene: &Scene) -> f64 {
+    let diagonal = |particles: &[Particle]| {
+        let mut positions = particles.iter().map(|particle| particle.position);
+        let first = positions.next().unwrap_or_default();
+        let grow = |(low, high): (DVec3, DVec3), x: DVec3| (low.min(x), high.max(x));
+        let (low, high) = positions.fold((first, first), grow);
+        let across = high - low;
+        Real::sqrt(across.dot(across))
+    };
+    let bodies = scene.bodies.iter().map(|body| &scene.particles[body.particles.clone()]);
+    let largest = bodies.map(diagonal).fold(0.0, f64::max);
+    let whole = || diagonal(&scene.particles);
+    let longest = || scene.springs.iter().map(|spring| spring.rest_length).fold(0.0, f64::max);
+    let positive = |size: &f64| 0.0 < *size;
+    let found = Some(largest).filter(positive).or_else(|| Some(whole()).filter(positive));
+    found.or_else(|| Some(longest()).filter(positive)).unwrap_or(1.0)
 }
 
 fn plane_column<R: Real>(plane: &Plane) -> PlaneColumn<R> {

@@ -219,7 +219,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
     #[test]
     fn any_scene_is_refused_or_stays_finite_or_stops(scene in any_scene(), method in 0usize..4) {
-        stays_finite_or_stops::<f32>(&scene, Integrator::ALL[method]);
-        stays_finite_or_stops::<f64>(&scene, Integrator::ALL[method]);
+        stays_finite_or_stops::<f32>(&scene, Integrator::EXPLICIT[method]);
+        stays_finite_or_stops::<f64>(&scene, Integrator::EXPLICIT[method]);
     }
 }

@@ -229,8 +229,9 @@ fn pins_do_not_move_and_moving_pins_keep_their_velocity() {
         msd_core::Pin { particle: 0, velocity: DVec3::ZERO },
         msd_core::Pin { particle: 5, velocity },
     ];
-    for integrator in Integrator::ALL {
-        let settings = Settings { integrator, step: 1.0 / 64.0, substeps: 16 };
+    for integrator in Integrator::EXPLICIT {
+        let settings =
+            Settings { integrator, step: 1.0 / 64.0, substeps: 16, ..Settings::default() };
         let mut simulation = Simulation::<f64>::new(&scene, settings).unwrap();
         (0..64).for_each(|_| simulation.step().unwrap());
         assert_eq!(simulation.state().positions[0], scene.particles[0].position);

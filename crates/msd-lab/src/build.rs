@@ -84,14 +84,29 @@ fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, LabErro
             1.0 / source.positive(format_args!("solver.steps_per_second"), rate)?
         }
     };
-    let substeps = solver.substeps.unwrap_or(Settings::default().substeps.into());
-    let substeps = u32::try_from(substeps).ok().filter(|&substeps| 0 < substeps);
-    let Some(substeps) = substeps else {
-        let (key, expected) = (format_args!("solver.substeps"), format!("from 1 to {}", u32::MAX));
-        return Err(source.out_of_domain(key, solver.substeps.unwrap_or(0), expected));
-    };
+    let default = Settings::default();
+    let substeps = count(source, "solver.substeps", solver.substeps, default.substeps)?;
+    let newton = count(source, "solver.newton", solver.newton, default.newton)?;
+    let tolerance = solver.tolerance.unwrap_or(default.tolerance);
+    if !(0.0 < tolerance && tolerance <= 1.0) {
+        let key = format_args!("solver.tolerance");
+        return Err(source.out_of_domain(key, plain(tolerance), "positive and at most 1"));
+    }
     let integrator: Integrator = solver.integrator.unwrap_or_default();
-    Ok(Settings { integrator, step, substeps })
+    Ok(Settings { integrator, step, substeps, tolerance, newton })
+}
+
+/// A whole number of at least 1.
+fn count(
+    source: &Source<'_>,
+    key: &str,
+    value: Option<u64>,
+    default: u32,
+) -> Result<u32, LabError> {
+    let value = value.unwrap_or(default.into());
+    let count = u32::try_from(value).ok().filter(|&count| 0 < count);
+    let expected = || format!("from 1 to {}", u32::MAX);
+    count.ok_or_else(|| source.out_of_domain(format_args!("{key}"), value, expected()))
 }
 
 fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, LabError> {

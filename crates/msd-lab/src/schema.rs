@@ -53,6 +53,13 @@ pub struct SolverRow {
     /// Substeps per step. Default 8.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub substeps: Option<u64>,
+    /// Local error of dormand-prince per substep, as a fraction of the size of the scene. Default
+    /// 1e-4.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Newton iterations of an implicit method per substep. Default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newton: Option<u64>,
     /// Precision. Default f32.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub precision: Option<Precision>,

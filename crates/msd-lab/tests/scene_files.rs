@@ -43,7 +43,12 @@ fn the_solver_says_how_the_scene_is_stepped() {
     let text = "version = 1\n[solver]\nintegrator = 'rk4'\nsteps_per_second = 120\nsubsteps = 3\n\
                 precision = 'f64'\n[[bodies]]\nkind = 'rope'\nsize = [2]\n";
     let loaded = toml(text).expect("a rope");
-    let expected = Settings { integrator: Integrator::Rk4, step: 1.0 / 120.0, substeps: 3 };
+    let expected = Settings {
+        integrator: Integrator::Rk4,
+        step: 1.0 / 120.0,
+        substeps: 3,
+        ..Settings::default()
+    };
     assert_eq!((loaded.settings, loaded.precision), (expected, Precision::F64));
 }
 

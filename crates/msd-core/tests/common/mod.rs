@@ -14,7 +14,8 @@ pub fn weightless() -> World {
 
 /// A simulation whose step is a single substep of `h`.
 pub fn simulation<R: Real>(scene: &Scene, integrator: Integrator, h: f64) -> Simulation<R> {
-    Simulation::new(scene, Settings { integrator, step: h, substeps: 1 }).expect("a valid scene")
+    Simulation::new(scene, Settings { integrator, step: h, substeps: 1, ..Settings::default() })
+        .expect("a valid scene")
 }
 
 /// Runs `steps` steps of `h` and returns the final state in double precision.
