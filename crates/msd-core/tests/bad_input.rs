@@ -104,7 +104,8 @@ fn a_step_that_is_not_positive_and_finite_is_refused() {
 #[test]
 fn an_unknown_integrator_is_answered_with_the_list() {
     let error = "euler".parse::<Integrator>().unwrap_err();
-    let names = "explicit-euler, symplectic-euler, velocity-verlet, rk4";
+    let names = "explicit-euler, symplectic-euler, velocity-verlet, rk4, dormand-prince, \
+                 backward-euler, implicit-midpoint, xpbd";
     let expected = format!("unknown integrator 'euler'; it must be one of {names}");
     assert_eq!(error.to_string(), expected);
     for integrator in Integrator::ALL {
