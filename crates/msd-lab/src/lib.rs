@@ -26,6 +26,7 @@ pub mod output;
 pub mod state_file;
 pub mod state_hash;
 pub mod trace;
+pub mod trade;
 
 pub use error::{LabError, Place, nearest, plain};
 pub use msd_core;
