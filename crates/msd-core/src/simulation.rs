@@ -224,6 +224,11 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
+    /// What is queued for the start of the next step.
+    pub fn queued(&self) -> &[Interaction] {
+        &self.queue
+    }
+
     /// Applies what is queued without stepping: for a paused window.
     pub fn apply_queued(&mut self) {
         self.apply_queue();

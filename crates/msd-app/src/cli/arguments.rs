@@ -35,12 +35,17 @@ pub enum Command {
     Run(RunArguments),
     /// Draws a scene to a PNG picture; needs no display
     Render(RenderArguments),
+    /// Measures what a scene costs at every accuracy, and writes a report
+    Study(StudyArguments),
+    /// Finds the cheapest setting within an error, or the most accurate within a budget
+    Tune(TuneArguments),
 }
 
 /// How a scene is stepped; what is left out is as the scene says.
 #[derive(Debug, Default, Args)]
 pub struct SolverArguments {
-    /// Method: explicit-euler, symplectic-euler, velocity-verlet or rk4
+    /// Method: explicit-euler, symplectic-euler, velocity-verlet, rk4, dormand-prince,
+    /// backward-euler, implicit-midpoint or xpbd
     #[arg(long, value_name = "NAME", value_parser = integrator)]
     pub integrator: Option<Integrator>,
     /// Length of an integration step, seconds
@@ -50,6 +55,12 @@ pub struct SolverArguments {
     /// Integration steps per 1/60 s, instead of --step
     #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
     pub substeps: Option<u32>,
+    /// Local error that dormand-prince allows, as a fraction of the size of the scene
+    #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_hyphen_values = true)]
+    pub tolerance: Option<f64>,
+    /// Newton iterations of backward-euler and implicit-midpoint per step
+    #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
+    pub newton: Option<u32>,
     /// Precision: f32 or f64
     #[arg(long, value_name = "NAME", value_parser = precision)]
     pub precision: Option<Precision>,
@@ -121,6 +132,59 @@ pub struct RenderArguments {
     pub no_surfaces: bool,
 }
 
+/// Arguments of `msd study`.
+#[derive(Debug, Args)]
+pub struct StudyArguments {
+    /// A built-in scene, a scene file or a mesh
+    pub scene: String,
+    /// Time to simulate, seconds; brought to whole frames of 1/60 s
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(default_value = "1")]
+    pub duration: f64,
+    /// The error that the advice is about, metres [default: a thousandth of the size]
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
+    pub max_error: Option<f64>,
+    /// Processor time to spend on trials, seconds; the reference comes on top
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(default_value = "60")]
+    pub time: f64,
+    /// The folder of the report [default: SCENE-study]
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+    /// Start anew instead of going on with an interrupted study
+    #[arg(long)]
+    pub fresh: bool,
+    /// Print the study as one JSON object instead of a summary
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `msd tune`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("goal").required(true)))]
+pub struct TuneArguments {
+    /// A built-in scene, a scene file or a mesh
+    pub scene: String,
+    /// The largest error, metres: root mean square distance of the particles from the reference
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(group = "goal")]
+    pub max_error: Option<f64>,
+    /// Processor time per frame of 1/60 s, milliseconds
+    #[arg(long, value_name = "MS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(group = "goal")]
+    pub budget: Option<f64>,
+    /// Time over which errors are measured, seconds; brought to whole frames of 1/60 s
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(default_value = "1")]
+    pub duration: f64,
+    /// Write the choice into the solver section of the scene file
+    #[arg(long)]
+    pub write: bool,
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    pub json: bool,
+}
+
 fn integrator(text: &str) -> Result<Integrator, String> {
     text.parse().map_err(|_| {
         let names = Integrator::ALL.map(Integrator::name);
@@ -143,6 +207,10 @@ fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, S
 
 fn positive(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 < number, "a number, positive and finite")
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    number(text, |number| 0.0 < number && number <= 1.0, "a number, positive and at most 1")
 }
 
 fn not_negative(text: &str) -> Result<f64, String> {

@@ -6,6 +6,9 @@ mod prepare;
 mod report;
 mod run;
 mod render;
+mod progress;
+mod study;
+mod tune;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -45,6 +48,8 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Scenes) => list_scenes(),
         Some(Command::Run(arguments)) => run::run(&arguments),
         Some(Command::Render(arguments)) => render::render(&arguments),
+        Some(Command::Study(arguments)) => study::run_study(&arguments),
+        Some(Command::Tune(arguments)) => tune::run_tune(&arguments),
     }
 }
 

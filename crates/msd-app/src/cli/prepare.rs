@@ -80,6 +80,8 @@ fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
     if let Some(substeps) = solver.substeps {
         (settings.step, settings.substeps) = (FRAME, substeps);
     }
+    settings.tolerance = solver.tolerance.unwrap_or(settings.tolerance);
+    settings.newton = solver.newton.unwrap_or(settings.newton);
     loaded.precision = solver.precision.unwrap_or(loaded.precision);
 }
 

@@ -16,13 +16,15 @@ pub fn folder() -> Option<PathBuf> {
     return None;
 }
 
+/// Raised whenever a change of msd makes what was kept before wrong.
+const REVISION: u32 = 1;
+
 /// The hash of anything that can be written down, 32 hexadecimal digits: BLAKE3 (O'Connor and
-/// others, 2020) of its postcard bytes and of the version of msd.
+/// others, 2020) of its postcard bytes and of the revision of the cache.
 pub fn content_hash(content: &impl Serialize) -> String {
     let bytes = postcard::to_allocvec(content).unwrap_or_default();
     let mut hasher = blake3::Hasher::new();
-    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
-    hasher.update(&bytes);
+    hasher.update(&REVISION.to_le_bytes()).update(&bytes);
     hasher.finalize().to_hex()[..32].to_owned()
 }
 
@@ -33,6 +35,13 @@ pub fn get<T: DeserializeOwned>(kind: &str, hash: &str) -> Option<T> {
     // A disk that ran full, or another program: what does not add up is not used.
     (blake3::hash(content).as_bytes()[..] == *sum).then_some(())?;
     postcard::from_bytes(content).ok()
+}
+
+/// Forgets what was kept.
+pub fn remove(kind: &str, hash: &str) {
+    if let Some(folder) = folder() {
+        let _ = std::fs::remove_file(folder.join(format!("{kind}-{hash}")));
+    }
 }
 
 /// Keeps something for a later run. Where that fails the later run takes longer: no error.

@@ -1,0 +1,76 @@
+//! `msd study`: what does a scene cost at every accuracy?
+
+use super::arguments::StudyArguments;
+use super::failure::{Failure, say};
+use super::prepare::open;
+use super::progress::Bar;
+use msd_lab::Output;
+use msd_lab::trade::choice::FRAME;
+use msd_lab::trade::conduct::{Plan, Progress, study};
+use msd_lab::trade::report;
+use msd_lab::trade::study::Study;
+use msd_lab::trade::words::{metres, milliseconds, short, told};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Studies a scene and writes the report.
+pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
+    let loaded = open(&arguments.scene)?;
+    let folder = arguments.out.clone();
+    let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{}-study", loaded.name)));
+    // Made before the study: a folder that cannot be made is no news for its end.
+    std::fs::create_dir_all(&folder)
+        .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
+    let plan = Plan {
+        duration: arguments.duration,
+        wanted: arguments.max_error,
+        budget: arguments.time,
+        fresh: arguments.fresh,
+    };
+    let bar = Bar::new();
+    let studied = study(&loaded, plan, &mut |Progress { now, done, left }| {
+        let left = left.map_or(String::new(), |left| format!(", at most {} s left", short(left)));
+        bar.tell(&format!("{done} trials done{left}: {now}"));
+    });
+    bar.end();
+    let studied = studied.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    write(&folder.join("report.html"), report::html(&studied).as_bytes())?;
+    write(&folder.join("study.csv"), &report::csv(&studied))?;
+    write(&folder.join("work-precision.svg"), report::svg(&studied).as_bytes())?;
+    write(&folder.join("work-precision.png"), &report::png(&studied))?;
+    let json = serde_json::to_string_pretty(&studied).map_err(Failure::input)?;
+    write(&folder.join("study.json"), json.as_bytes())?;
+    if arguments.json { say(&json) } else { say(&summary(&studied, &folder)) }
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    let mut output = Output::create(path).map_err(Failure::input)?;
+    let written = output.write_all(bytes);
+    written.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    output.finish().map_err(Failure::input)
+}
+
+fn summary(study: &Study, folder: &Path) -> String {
+    let Study { scene, particles, springs, size, duration, .. } = study;
+    let mut lines = vec![format!(
+        "{scene}: {particles} particles, {springs} springs, {} across, {duration:.3} s",
+        metres(*size)
+    )];
+    lines.push(study.words.clone());
+    lines.push("what no other choice beats:".into());
+    for row in study.front() {
+        let trial = &study.trials[row];
+        lines.push(format!(
+            "  {:>9} per frame  {:>8} off  {}",
+            milliseconds(trial.cost * FRAME),
+            metres(trial.error()),
+            told(trial)
+        ));
+    }
+    lines.push(format!(
+        "{} trials; report: {}",
+        study.trials.len(),
+        folder.join("report.html").display()
+    ));
+    lines.join("\n")
+}

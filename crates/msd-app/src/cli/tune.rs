@@ -1,0 +1,159 @@
+//! `msd tune`: which setting is the cheapest within an error, or the best within a budget?
+
+use super::arguments::TuneArguments;
+use super::failure::{Failure, say};
+use super::prepare::open;
+use super::progress::Bar;
+use msd_lab::trade::choice::{Choice, FRAME, Fineness};
+use msd_lab::trade::tune::{Found, Goal, Tuned, tune};
+use msd_lab::trade::words::{metres, milliseconds};
+use msd_lab::{Output, SceneFormat, solver_section};
+use serde::Serialize;
+use std::io::Write;
+use std::path::Path;
+
+/// What tuning found; the keys of `--json`.
+#[derive(Debug, Serialize)]
+struct Report {
+    scene: String,
+    duration: f64,
+    goal: Goal,
+    met: bool,
+    #[serde(flatten)]
+    best: Row,
+    runner_up: Option<Row>,
+    reference_uncertainty: f64,
+    tried: usize,
+    written: Option<String>,
+}
+
+/// A choice and what is known of it.
+#[derive(Debug, Serialize)]
+struct Row {
+    integrator: String,
+    precision: String,
+    /// Length of an integration step, seconds; none for adaptive methods.
+    step: Option<f64>,
+    substeps: Option<u32>,
+    tolerance: Option<f64>,
+    predicted_error: f64,
+    verified_error: f64,
+    ms_per_frame: f64,
+}
+
+impl Row {
+    fn of(found: &Found) -> Self {
+        let Found { trial, predicted_error } = found;
+        let Choice { integrator, fineness, precision } = trial.choice;
+        let (substeps, tolerance) = match fineness {
+            Fineness::Substeps(substeps) => (Some(substeps), None),
+            Fineness::Tolerance(tolerance) => (None, Some(tolerance)),
+        };
+        Row {
+            integrator: integrator.to_string(),
+            precision: precision.to_string(),
+            step: substeps.map(|substeps| FRAME / f64::from(substeps)),
+            substeps,
+            tolerance,
+            predicted_error: *predicted_error,
+            verified_error: trial.error(),
+            ms_per_frame: 1e3 * trial.cost * FRAME,
+        }
+    }
+}
+
+/// Tunes a scene and tells, or writes, what came of it.
+pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
+    let loaded = open(&arguments.scene)?;
+    let path = Path::new(&arguments.scene);
+    let format = writable(path, arguments.write)?;
+    let goal = match (arguments.max_error, arguments.budget) {
+        (Some(error), _) => Goal::MaxError(error),
+        (None, budget) => Goal::Budget(1e-3 * budget.unwrap_or_default()),
+    };
+    let bar = Bar::new();
+    bar.tell("making the reference");
+    let tuned = tune(&loaded.scene, arguments.duration, goal, &mut |choice| {
+        bar.tell(&choice.to_string());
+    });
+    bar.end();
+    let tuned = tuned.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    let mut written = None;
+    if let Some(format) = format {
+        write_choice(path, format, tuned.best.trial.choice)?;
+        written = Some(arguments.scene.clone());
+    }
+    if !arguments.json {
+        return say(&summary(&loaded.name, &tuned, written.as_deref()));
+    }
+    let report = Report {
+        scene: loaded.name,
+        duration: tuned.compared,
+        goal,
+        met: tuned.met,
+        best: Row::of(&tuned.best),
+        runner_up: tuned.runner_up.as_ref().map(Row::of),
+        reference_uncertainty: tuned.uncertainty,
+        tried: tuned.tried,
+        written,
+    };
+    say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
+}
+
+/// The format of a scene file that may be written to; none if that is not wanted.
+fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failure> {
+    if !wanted {
+        return Ok(None);
+    }
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("toml") => Ok(Some(SceneFormat::Toml)),
+        Some("json") => Ok(Some(SceneFormat::Json)),
+        _ => Err(Failure::input(format!(
+            "--write changes a scene file (.toml or .json), and {} is none",
+            path.display()
+        ))),
+    }
+}
+
+fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), Failure> {
+    let name = path.display().to_string();
+    let refused = |error| Failure::input(format!("{name}: {error}"));
+    let text = std::fs::read_to_string(path).map_err(refused)?;
+    let text = solver_section::with_choice(&text, format, &name, choice);
+    let mut output = Output::create(path).map_err(Failure::input)?;
+    output.write_all(text.map_err(Failure::input)?.as_bytes()).map_err(refused)?;
+    output.finish().map_err(Failure::input)
+}
+
+fn summary(name: &str, tuned: &Tuned, written: Option<&str>) -> String {
+    let Tuned { goal, best, runner_up, met, .. } = tuned;
+    let wish = match goal {
+        Goal::MaxError(error) => format!("an error of at most {}", metres(*error)),
+        Goal::Budget(seconds) => format!("at most {} per frame", milliseconds(*seconds)),
+    };
+    let verdict = if *met { "use" } else { "nothing meets it; the nearest is" };
+    let mut lines = vec![
+        format!("{name}, {:.3} s, {wish}: {verdict} {}", tuned.compared, best.trial.choice),
+        format!("  {}", line(best)),
+    ];
+    if let Some(second) = runner_up {
+        lines.push(format!("second: {}", second.trial.choice));
+        lines.push(format!("  {}", line(second)));
+    }
+    lines.push(format!(
+        "{} choices tried; the reference is certain to {}",
+        tuned.tried,
+        metres(tuned.uncertainty)
+    ));
+    lines.extend(written.map(|file| format!("written to the solver section of {file}")));
+    lines.join("\n")
+}
+
+fn line(found: &Found) -> String {
+    format!(
+        "error {} (predicted {}), {} of processor time per frame",
+        metres(found.trial.error()),
+        metres(found.predicted_error),
+        milliseconds(found.trial.cost * FRAME)
+    )
+}

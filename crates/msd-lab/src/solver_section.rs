@@ -1,0 +1,136 @@
+//! How is a choice written into a scene file? Only its solver section changes; what else its author
+//! wrote stays, comments too.
+
+use crate::error::LabError;
+use crate::node::SceneFormat;
+use crate::scenes;
+use crate::trade::choice::{Choice, Fineness};
+
+/// Rewrites the solver section of a scene file so that it asks for a choice.
+///
+/// # Errors
+/// Text that is no scene file, see [`scenes::read`].
+pub fn with_choice(
+    text: &str,
+    format: SceneFormat,
+    name: &str,
+    choice: Choice,
+) -> Result<String, LabError> {
+    // Refuses what is wrong with the words of a reader of scenes, not of an editor.
+    scenes::read(text, format, name)?;
+    let refused = |reason: String| LabError::Unreadable { file: name.into(), reason };
+    match format {
+        SceneFormat::Toml => {
+            let mut file: toml_edit::DocumentMut =
+                text.parse().map_err(|error: toml_edit::TomlError| refused(error.to_string()))?;
+            let solver = file.entry("solver").or_insert_with(toml_edit::table);
+            let Some(solver) = solver.as_table_like_mut() else {
+                return Err(refused("its solver is no table".into()));
+            };
+            removed(choice).iter().for_each(|key| drop(solver.remove(key)));
+            for (key, value) in entries(choice) {
+                solver.insert(key, toml_edit::value(toml_value(value)));
+            }
+            Ok(file.to_string())
+        }
+        SceneFormat::Json => {
+            let mut file: serde_json::Value =
+                serde_json::from_str(text).map_err(|error| refused(error.to_string()))?;
+            let solver = &mut file["solver"];
+            if solver.is_null() {
+                *solver = serde_json::json!({});
+            }
+            let Some(solver) = solver.as_object_mut() else {
+                return Err(refused("its solver is no object".into()));
+            };
+            removed(choice).iter().for_each(|key| drop(solver.shift_remove(*key)));
+            for (key, value) in entries(choice) {
+                solver.insert(key.into(), json_value(value));
+            }
+            let text = serde_json::to_string_pretty(&file);
+            Ok(text.map_err(|error| refused(error.to_string()))? + "\n")
+        }
+    }
+}
+
+/// A value of the solver section.
+enum Entry {
+    Text(&'static str),
+    Whole(u32),
+    Number(f64),
+}
+
+fn entries(choice: Choice) -> Vec<(&'static str, Entry)> {
+    let fineness = match choice.fineness {
+        Fineness::Substeps(substeps) => ("substeps", Entry::Whole(substeps)),
+        Fineness::Tolerance(tolerance) => ("tolerance", Entry::Number(tolerance)),
+    };
+    vec![
+        ("integrator", Entry::Text(choice.integrator.name())),
+        ("steps_per_second", Entry::Whole(60)),
+        fineness,
+        ("precision", Entry::Text(choice.precision.name())),
+    ]
+}
+
+/// Keys that would contradict a choice or mean nothing beside it.
+fn removed(choice: Choice) -> [&'static str; 3] {
+    match choice.fineness {
+        Fineness::Substeps(_) => ["step", "tolerance", "newton"],
+        Fineness::Tolerance(_) => ["step", "substeps", "newton"],
+    }
+}
+
+fn toml_value(entry: Entry) -> toml_edit::Value {
+    match entry {
+        Entry::Text(text) => text.into(),
+        Entry::Whole(number) => i64::from(number).into(),
+        Entry::Number(number) => number.into(),
+    }
+}
+
+fn json_value(entry: Entry) -> serde_json::Value {
+    match entry {
+        Entry::Text(text) => text.into(),
+        Entry::Whole(number) => number.into(),
+        Entry::Number(number) => number.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runner::Precision;
+    use msd_core::Integrator;
+
+    const TEXT: &str = "version = 1 # first\n[solver]\n# slow\nstep = 0.01\n[[bodies]]\n\
+                        kind = 'rope'\nsize = [3]\n";
+
+    fn written(format: SceneFormat, text: &str, fineness: Fineness) -> String {
+        let (integrator, precision) = (Integrator::Rk4, Precision::F64);
+        with_choice(text, format, "a", Choice { integrator, fineness, precision }).unwrap()
+    }
+
+    #[test]
+    fn a_choice_written_is_the_choice_read_and_comments_stay() {
+        let text = written(SceneFormat::Toml, TEXT, Fineness::Substeps(7));
+        let loaded = scenes::parse(&text, SceneFormat::Toml, "a").unwrap();
+        assert_eq!((loaded.settings.integrator, loaded.settings.substeps), (Integrator::Rk4, 7));
+        assert_eq!(loaded.precision, Precision::F64);
+        assert!((loaded.settings.step - 1.0 / 60.0).abs() < 1e-15);
+        assert!(text.contains("# first"), "{text}");
+        let text = written(SceneFormat::Toml, &text, Fineness::Tolerance(1e-5));
+        let loaded = scenes::parse(&text, SceneFormat::Toml, "a").unwrap();
+        assert_eq!(loaded.settings.tolerance, 1e-5);
+    }
+
+    #[test]
+    fn a_scene_without_a_solver_section_gets_one_in_either_format() {
+        let text = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\n";
+        let text = written(SceneFormat::Toml, text, Fineness::Substeps(3));
+        assert_eq!(scenes::parse(&text, SceneFormat::Toml, "a").unwrap().settings.substeps, 3);
+        let text = r#"{"version": 1, "bodies": [{"kind": "rope", "size": [3]}]}"#;
+        let text = written(SceneFormat::Json, text, Fineness::Substeps(3));
+        assert_eq!(scenes::parse(&text, SceneFormat::Json, "a").unwrap().settings.substeps, 3);
+    }
+}

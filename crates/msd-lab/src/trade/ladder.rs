@@ -1,0 +1,71 @@
+//! Which choices of one method are worth trying? From the coarsest that is stable to finer ones.
+
+use super::choice::{Choice, FRAME, Fineness};
+use crate::runner::Precision;
+use msd_core::{Error, Integrator, Model, Scene, stability};
+
+/// The substeps per frame that studies try: three per doubling at first, then two.
+const SUBSTEPS: [u32; 22] =
+    [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048];
+
+/// The tolerances that studies try.
+const TOLERANCES: [f64; 9] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
+
+/// Both precisions.
+pub const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F64];
+
+/// One method in one precision, and how coarse it may be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ladder {
+    /// The method.
+    pub integrator: Integrator,
+    /// The precision.
+    pub precision: Precision,
+    /// Fewest substeps per frame that are predicted stable; none if no number is.
+    pub fewest: Option<u32>,
+}
+
+impl Ladder {
+    /// The choices of a study, coarsest first.
+    pub fn rungs(&self) -> Vec<Choice> {
+        if self.integrator.is_adaptive() {
+            return TOLERANCES.map(|tolerance| self.choice(Fineness::Tolerance(tolerance))).into();
+        }
+        let Some(fewest) = self.fewest else { return Vec::new() };
+        // The coarsest stable one is on the ladder whatever its number.
+        let finer = SUBSTEPS.into_iter().filter(|&substeps| fewest < substeps);
+        let all = std::iter::once(fewest).chain(finer);
+        all.map(|substeps| self.choice(Fineness::Substeps(substeps))).collect()
+    }
+
+    /// A choice of this method and precision.
+    pub fn choice(&self, fineness: Fineness) -> Choice {
+        let Ladder { integrator, precision, .. } = *self;
+        Choice { integrator, fineness, precision }
+    }
+}
+
+/// Share of the largest stable substep that is used: contact and stretch make a scene stiffer.
+const MARGIN: f64 = 0.95;
+
+/// Every method in both precisions with the fewest substeps predicted stable for a scene.
+///
+/// # Errors
+/// What [`Model::new`] refuses.
+pub fn ladders(scene: &Scene) -> Result<Vec<Ladder>, Error> {
+    let (model, state) = Model::<f64>::new(scene)?;
+    let spectrum = stability::spectrum(&model, &state);
+    let fewest = |integrator| {
+        // Many substeps per step: the limit of a step of Verlet rises a little with their number.
+        let stable = stability::largest_substep(spectrum, integrator, 1);
+        if stable == f64::INFINITY {
+            return Some(1);
+        }
+        let substeps = (FRAME / (MARGIN * stable)).ceil();
+        (substeps <= f64::from(u32::MAX)).then_some((substeps as u32).max(1))
+    };
+    let each = |integrator: Integrator| {
+        PRECISIONS.map(|precision| Ladder { integrator, precision, fewest: fewest(integrator) })
+    };
+    Ok(Integrator::ALL.into_iter().flat_map(each).collect())
+}

@@ -1,0 +1,166 @@
+//! How often is tuning right? Kept over generated scenes: what it delivers, and what it costs beside
+//! the best setting that an exhaustive search finds.
+
+use super::choice::{Choice, Fineness};
+use super::ladder::ladders;
+use super::reference::{Reference, Wish, frames_of, make_reference};
+use super::trial::{time_choice, try_choice};
+use super::tune::{Goal, tune};
+use msd_core::glam::{DQuat, DVec3};
+use msd_core::{Error, Friction, Material, Model, Pin, Plane, Scene, shape};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+
+/// One scene, tuned and searched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// The error asked for, metres.
+    pub asked: f64,
+    /// The error delivered, against a reference of its own, metres.
+    pub delivered: f64,
+    /// What tuning chose; none if it said that nothing meets the wish.
+    pub chosen: Option<Choice>,
+    /// The cheapest choice that an exhaustive search found within the error; none if none is.
+    pub best: Option<Choice>,
+    /// Cost of what was chosen over cost of the best, timed in turn.
+    pub cost_ratio: f64,
+}
+
+impl Case {
+    /// Whether what was delivered is what was asked for; where tuning said that nothing meets the
+    /// wish, whether that is so.
+    pub fn kept(&self) -> bool {
+        match self.chosen {
+            Some(_) => self.delivered <= self.asked,
+            None => self.best.is_none(),
+        }
+    }
+
+    /// Whether it cost at most 1.5 times the best.
+    pub fn is_cheap(&self) -> bool {
+        match (self.chosen, self.best) {
+            (Some(_), _) => self.cost_ratio <= 1.5,
+            (None, best) => best.is_none(),
+        }
+    }
+}
+
+/// Tunes a scene for an error of `fraction` of its size, and searches all choices beside it.
+///
+/// # Errors
+/// What the core refuses of the scene.
+pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> {
+    let size = Model::<f64>::new(scene)?.0.size();
+    let asked = fraction * size;
+    let tuned = tune(scene, duration, Goal::MaxError(asked), &mut |_| {})?;
+    // Not the reference of tuning, whose errors it would share.
+    let uncertainty = (2e-3 * fraction).clamp(1e-12, 1e-6);
+    let right = make_reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;
+    let reliable = right.reliable(0.25 * asked).max(1);
+    let best = search(scene, (&right, reliable), asked)?;
+    let chosen = tuned.met.then_some(tuned.best.trial.choice);
+    let delivered = match chosen {
+        Some(choice) => try_choice(scene, choice, &right, reliable)?.error(),
+        None => f64::INFINITY,
+    };
+    let cost_ratio = match (chosen, best) {
+        (Some(chosen), Some(best)) if chosen != best => {
+            compare_costs(scene, duration, chosen, best)?
+        }
+        _ => 1.0,
+    };
+    Ok(Case { asked, delivered, chosen, best, cost_ratio })
+}
+
+/// The cheapest choice within an error: every method and precision, each substep count a fifth
+/// more than the one before it, as long as it is cheaper than the best so far.
+fn search(
+    scene: &Scene,
+    (right, reliable): (&Reference, usize),
+    asked: f64,
+) -> Result<Option<Choice>, Error> {
+    let mut best: Option<(f64, Choice)> = None;
+    let frames = right.frames.last().copied().unwrap_or(1);
+    for ladder in ladders(scene)? {
+        for fineness in finenesses(ladder.fewest, ladder.integrator.is_adaptive()) {
+            let choice = ladder.choice(fineness);
+            let Ok(trial) = try_choice(scene, choice, right, reliable) else { break };
+            let cheapest = best.map_or(f64::INFINITY, |(cost, _)| cost);
+            if trial.errors.is_some() && 1.3 * cheapest < trial.cost {
+                break;
+            }
+            if trial.error() <= asked {
+                let again = (0..3).map(|_| time_choice(scene, choice, frames));
+                let cost = again.flatten().fold(trial.cost, f64::min);
+                if cost < cheapest {
+                    best = Some((cost, choice));
+                }
+                break;
+            }
+        }
+    }
+    Ok(best.map(|(_, choice)| choice))
+}
+
+fn finenesses(fewest: Option<u32>, adaptive: bool) -> Vec<Fineness> {
+    if adaptive {
+        return (2..24)
+            .map(|half| Fineness::Tolerance(10f64.powf(-0.5 * f64::from(half))))
+            .collect();
+    }
+    let Some(fewest) = fewest else { return Vec::new() };
+    let mut all = vec![fewest];
+    while let Some(&last) = all.last().filter(|&&last| last < 20_000) {
+        all.push((last + 1).max((1.2 * f64::from(last)).round() as u32));
+    }
+    all.into_iter().map(Fineness::Substeps).collect()
+}
+
+/// The cost of one choice over that of another, the best of runs in turn.
+fn compare_costs(scene: &Scene, duration: f64, a: Choice, b: Choice) -> Result<f64, Error> {
+    let frames = frames_of(duration);
+    let (mut best_a, mut best_b) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..7 {
+        best_a = best_a.min(time_choice(scene, a, frames)?);
+        best_b = best_b.min(time_choice(scene, b, frames)?);
+    }
+    Ok(best_a / best_b)
+}
+
+/// A random lattice: a rope, cloth or block with stiffness over six decades, with and without
+/// dampers, pins, and a plane that it falls on.
+///
+/// # Errors
+/// None that is known: every number is inside its domain.
+pub fn random_scene(seed: u64) -> Result<Scene, Error> {
+    let mut random = Pcg64::new(seed.into(), 7);
+    let mut unit = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let spacing = 10f64.powf(-1.5 * unit());
+    let stiffness = 10f64.powf(1.0 + 6.0 * unit());
+    let mass = 10f64.powf(-2.0 * unit());
+    let ratio = if unit() < 0.25 { 0.0 } else { 0.3 * unit() };
+    let damping = 2.0 * ratio * (stiffness * mass).sqrt();
+    let material = Material { mass, stiffness, damping };
+    let mut upto = |low: usize, high: usize| low + ((high - low) as f64 * unit()) as usize;
+    let mut part = match upto(0, 3) {
+        0 => shape::rope(upto(3, 30), spacing, material)?,
+        1 => shape::cloth([upto(3, 12), upto(3, 12)], spacing, material)?,
+        _ => shape::block([upto(2, 6), upto(2, 6), upto(2, 6)], spacing, material)?,
+    };
+    let axis = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize_or(DVec3::X);
+    let turn = DQuat::from_axis_angle(axis, 3.0 * unit());
+    let velocity = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5) * 2.0;
+    part.particles.iter_mut().for_each(|p| p.position = turn * p.position);
+    part.set_motion(velocity, axis * unit());
+    let lowest = part.particles.iter().map(|p| p.position.y).fold(f64::MAX, f64::min);
+    let mut scene = Scene::of("random", part);
+    if unit() < 0.5 {
+        let friction = Friction::Coulomb(unit());
+        let offset = lowest - 0.2 * unit();
+        let restitution = unit();
+        scene.planes = vec![Plane { normal: DVec3::Y, offset, restitution, friction }];
+    } else {
+        scene.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
+    }
+    Ok(scene)
+}

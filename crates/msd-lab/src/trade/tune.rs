@@ -1,0 +1,332 @@
+//! Which choice is the cheapest within an error, or the most accurate within a budget? Searched by
+//! measuring, method by method, and verified against the reference.
+
+use super::choice::{Choice, FRAME, Fineness};
+use super::ladder::{Ladder, ladders};
+use super::reference::{Reference, Wish, frames_of, reference};
+use super::trial::{Trial, time_choice, try_choice};
+use crate::runner::Precision;
+use msd_core::{Error, Integrator, Model, Scene};
+use serde::Serialize;
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Goal {
+    /// The cheapest choice whose error is at most this, metres.
+    MaxError(f64),
+    /// The most accurate choice that takes at most this time of the processor per frame, seconds.
+    Budget(f64),
+}
+
+/// A choice with what was predicted of it and what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The trial that verified it.
+    pub trial: Trial,
+    /// Error predicted from other trials of its method before it was verified, metres.
+    pub predicted_error: f64,
+}
+
+/// What came of tuning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuned {
+    /// What was asked for.
+    pub goal: Goal,
+    /// The choice, or the nearest where nothing meets the goal.
+    pub best: Found,
+    /// The second choice of another method or precision; none where only one was found.
+    pub runner_up: Option<Found>,
+    /// Whether the choice meets the goal.
+    pub met: bool,
+    /// Uncertainty of the reference, metres.
+    pub uncertainty: f64,
+    /// Time over which particles were compared, seconds.
+    pub compared: f64,
+    /// How many choices were tried.
+    pub tried: usize,
+}
+
+/// How much better than asked the search aims: what is left of the reference's own error must fit.
+const AIM: f64 = 0.8;
+/// The most trials of one method.
+const TRIALS: usize = 8;
+
+/// Tunes a scene over some seconds. `tell` hears of each trial.
+///
+/// # Errors
+/// What the core refuses of the scene.
+pub fn tune(
+    scene: &Scene,
+    duration: f64,
+    goal: Goal,
+    tell: &mut dyn FnMut(Choice),
+) -> Result<Tuned, Error> {
+    let size = Model::<f64>::new(scene)?.0.size();
+    let wanted = match goal {
+        Goal::MaxError(error) => error,
+        Goal::Budget(_) => 1e-4 * size,
+    };
+    let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
+    let right = reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;
+    let reliable = right.reliable(0.25 * wanted).max(1);
+    let mut search = Search { scene, right: &right, reliable, goal, found: Vec::new(), tried: 0 };
+    for ladder in in_order_of_merit(ladders(scene)?) {
+        search.climb(ladder, tell)?;
+    }
+    search.decide()
+}
+
+/// Ladders with what wins most often first: the others can then be given up early.
+fn in_order_of_merit(mut ladders: Vec<Ladder>) -> Vec<Ladder> {
+    let merit = |integrator| match integrator {
+        Integrator::VelocityVerlet => 0,
+        Integrator::SymplecticEuler => 1,
+        Integrator::Rk4 => 2,
+        Integrator::ImplicitMidpoint => 3,
+        Integrator::BackwardEuler => 4,
+        Integrator::DormandPrince => 5,
+        Integrator::Xpbd => 6,
+        Integrator::ExplicitEuler => 7,
+    };
+    ladders.sort_by_key(|ladder| (merit(ladder.integrator), ladder.precision == Precision::F64));
+    ladders
+}
+
+/// A search under way.
+struct Search<'a> {
+    scene: &'a Scene,
+    right: &'a Reference,
+    reliable: usize,
+    goal: Goal,
+    /// The best of each ladder.
+    found: Vec<Found>,
+    tried: usize,
+}
+
+impl Search<'_> {
+    /// Looks for the best choice of one method and precision.
+    fn climb(&mut self, ladder: Ladder, tell: &mut dyn FnMut(Choice)) -> Result<(), Error> {
+        let Some(mut fineness) = self.start(&ladder)? else { return Ok(()) };
+        let mut trials: Vec<Trial> = Vec::new();
+        while trials.len() < TRIALS {
+            let choice = ladder.choice(fineness);
+            if trials.iter().any(|trial| trial.choice == choice) || self.is_hopeless(&trials) {
+                break;
+            }
+            tell(choice);
+            self.tried += 1;
+            // A precision that cannot hold the scene is no choice for it.
+            let Ok(trial) = try_choice(self.scene, choice, self.right, self.reliable) else {
+                break;
+            };
+            trials.push(trial);
+            let Some(next) = self.next(&trials, ladder) else { break };
+            fineness = next;
+        }
+        let best = trials.iter().min_by(|a, b| self.compare(a, b)).cloned();
+        if let Some(trial) = best {
+            let predicted_error = self.predict(&trials, &trial, ladder)?;
+            self.found.push(Found { trial, predicted_error });
+        }
+        Ok(())
+    }
+
+    /// The coarsest fineness that is worth a trial.
+    fn start(&self, ladder: &Ladder) -> Result<Option<Fineness>, Error> {
+        if ladder.integrator.is_adaptive() {
+            let tolerance = match self.goal {
+                Goal::MaxError(error) => error / self.right.size,
+                Goal::Budget(_) => 1e-4,
+            };
+            return Ok(Some(Fineness::Tolerance(tolerance.clamp(1e-12, 1e-2))));
+        }
+        let Some(fewest) = ladder.fewest else { return Ok(None) };
+        let Goal::Budget(budget) = self.goal else {
+            return Ok(Some(Fineness::Substeps(fewest)));
+        };
+        // As fine as the budget allows, from what a few frames of the coarsest cost.
+        let frames = frames_of(self.right.duration()).min(6);
+        let Ok(cost) = time_choice(self.scene, ladder.choice(Fineness::Substeps(fewest)), frames)
+        else {
+            return Ok(None);
+        };
+        let factor = budget / (cost * FRAME);
+        let substeps = (f64::from(fewest) * factor).floor().min(1e6) as u32;
+        Ok((fewest <= substeps).then_some(Fineness::Substeps(substeps)))
+    }
+
+    /// Whether all that is left of a ladder costs more than what was found already.
+    fn is_hopeless(&self, trials: &[Trial]) -> bool {
+        let (Goal::MaxError(_), Some(last)) = (self.goal, trials.last()) else { return false };
+        let best = self.found.iter().filter(|found| self.meets(&found.trial));
+        let best = best.map(|found| found.trial.cost).fold(f64::INFINITY, f64::min);
+        !self.meets(last) && 1.2 * best < last.cost
+    }
+
+    fn meets(&self, trial: &Trial) -> bool {
+        match self.goal {
+            Goal::MaxError(error) => trial.error() <= error,
+            Goal::Budget(budget) => trial.errors.is_some() && trial.cost * FRAME <= budget,
+        }
+    }
+
+    /// Which of two trials serves the goal better.
+    fn compare(&self, a: &Trial, b: &Trial) -> std::cmp::Ordering {
+        let (meets_a, meets_b) = (self.meets(a), self.meets(b));
+        let by_cost = a.cost.total_cmp(&b.cost);
+        let by_error = a.error().total_cmp(&b.error());
+        meets_b.cmp(&meets_a).then(match (self.goal, meets_a) {
+            (Goal::MaxError(_), true) | (Goal::Budget(_), false) => by_cost,
+            _ => by_error,
+        })
+    }
+
+    /// The next fineness to try on a ladder.
+    fn next(&self, trials: &[Trial], ladder: Ladder) -> Option<Fineness> {
+        let last = trials.last()?;
+        let finer = match self.goal {
+            Goal::MaxError(error) if last.error() == f64::INFINITY => {
+                // It blew up although it was predicted not to: contact made it stiffer.
+                let _ = error;
+                1.5
+            }
+            Goal::MaxError(error) => {
+                let off = (last.error() / (AIM * error)).max(1e-12);
+                if self.meets(last) && (0.5 < off || is_coarsest(last.choice, ladder)) {
+                    return None;
+                }
+                // No better for being much finer: rounding or contact rules.
+                if is_stuck(trials, error) {
+                    return None;
+                }
+                off.powf(1.0 / order(trials, ladder)).clamp(0.1, 16.0)
+            }
+            Goal::Budget(budget) => {
+                let share = budget / (last.cost * FRAME);
+                let late = trials.len() > 3;
+                if (0.85..=1.0).contains(&share) || (late && share <= 1.0) {
+                    return None;
+                }
+                0.97 * share
+            }
+        };
+        Some(scaled(last.choice.fineness, finer, ladder))
+    }
+
+    /// The error that the other trials of a ladder predict for one of them, metres.
+    fn predict(&self, trials: &[Trial], chosen: &Trial, ladder: Ladder) -> Result<f64, Error> {
+        let other = |trial: &&Trial| trial.choice != chosen.choice && trial.errors.is_some();
+        let near = |trial: &Trial| distance(trial.choice.fineness, chosen.choice.fineness).abs();
+        let nearest =
+            trials.iter().filter(other).min_by(|a, b| near(a).total_cmp(&near(b))).cloned();
+        let nearest = match nearest {
+            Some(trial) => trial,
+            None => {
+                let finer = ladder.choice(scaled(chosen.choice.fineness, 2.0, ladder));
+                try_choice(self.scene, finer, self.right, self.reliable)?
+            }
+        };
+        let steps = distance(nearest.choice.fineness, chosen.choice.fineness);
+        let slope = order(std::slice::from_ref(&nearest), ladder);
+        Ok(nearest.error() * (-slope * steps).exp2())
+    }
+
+    /// Times the best of all ladders again, in turn, and chooses.
+    fn decide(mut self) -> Result<Tuned, Error> {
+        let frames = frames_of(self.right.duration());
+        let good: Vec<usize> =
+            (0..self.found.len()).filter(|&row| self.meets(&self.found[row].trial)).collect();
+        let cost = |found: &Found| found.trial.cost;
+        let least = good.iter().map(|&row| cost(&self.found[row])).fold(f64::INFINITY, f64::min);
+        let rounds = (0.3 / (least * self.right.duration())).clamp(1.0, 9.0) as usize;
+        for _ in 0..rounds {
+            for &row in &good {
+                let trial = &mut self.found[row].trial;
+                if trial.cost < 3.0 * least || matches!(self.goal, Goal::Budget(_)) {
+                    trial.cost = trial.cost.min(time_choice(self.scene, trial.choice, frames)?);
+                }
+            }
+        }
+        let mut found = std::mem::take(&mut self.found);
+        found.sort_by(|a, b| self.compare(&a.trial, &b.trial));
+        found.retain(|found| found.trial.errors.is_some());
+        let mut found = found.into_iter();
+        let Some(best) = found.next() else { return Err(nothing_runs(self.scene)) };
+        let reliable = self.reliable.min(self.right.frames.len());
+        let moved = self.right.moved[..reliable].iter().copied();
+        Ok(Tuned {
+            goal: self.goal,
+            met: self.meets(&best.trial),
+            runner_up: found.next().filter(|second| self.meets(&second.trial)),
+            best,
+            uncertainty: moved.fold(0.0, f64::max),
+            compared: self.right.frames[reliable - 1] as f64 * FRAME,
+            tried: self.tried,
+        })
+    }
+}
+
+/// The error of the most patient method tells best why a scene cannot be run.
+fn nothing_runs(scene: &Scene) -> Error {
+    let choice = Choice {
+        integrator: Integrator::DormandPrince,
+        fineness: Fineness::Tolerance(1e-4),
+        precision: Precision::F64,
+    };
+    let run = || -> Result<(), Error> {
+        let mut simulation = msd_core::Simulation::<f64>::new(scene, choice.settings())?;
+        (0..60).try_for_each(|_| simulation.step())
+    };
+    run().err().unwrap_or(Error::Empty)
+}
+
+fn is_coarsest(choice: Choice, ladder: Ladder) -> bool {
+    match choice.fineness {
+        Fineness::Substeps(substeps) => Some(substeps) <= ladder.fewest,
+        Fineness::Tolerance(tolerance) => 1e-2 <= tolerance,
+    }
+}
+
+/// Whether the last trial was finer than one before it and hardly better, and not good enough.
+fn is_stuck(trials: &[Trial], wanted: f64) -> bool {
+    let [.., before, last] = trials else { return false };
+    let finer = distance(before.choice.fineness, last.choice.fineness);
+    0.9 < finer && wanted < last.error() && 0.8 * before.error() < last.error()
+}
+
+/// Doublings of fineness from one to another.
+fn distance(from: Fineness, to: Fineness) -> f64 {
+    match (from, to) {
+        (Fineness::Substeps(a), Fineness::Substeps(b)) => (f64::from(b) / f64::from(a)).log2(),
+        (Fineness::Tolerance(a), Fineness::Tolerance(b)) => (a / b).log2(),
+        _ => 0.0,
+    }
+}
+
+/// The order of convergence seen in the last two trials, or else that of the method.
+fn order(trials: &[Trial], ladder: Ladder) -> f64 {
+    let nominal = match ladder.integrator.is_adaptive() {
+        true => 1.0,
+        false => f64::from(ladder.integrator.order()),
+    };
+    let [.., before, last] = trials else { return nominal };
+    let doublings = distance(before.choice.fineness, last.choice.fineness);
+    let seen = (before.error() / last.error()).log2() / doublings;
+    if seen.is_finite() { seen.clamp(0.5, nominal + 1.0) } else { nominal }
+}
+
+fn scaled(fineness: Fineness, finer: f64, ladder: Ladder) -> Fineness {
+    match fineness {
+        Fineness::Substeps(substeps) => {
+            let fewest = ladder.fewest.unwrap_or(1);
+            let scaled = (f64::from(substeps) * finer).min(1e6);
+            // Finer means at least one more.
+            let scaled = if 1.0 < finer { scaled.ceil() } else { scaled.floor() };
+            Fineness::Substeps((scaled as u32).max(fewest))
+        }
+        Fineness::Tolerance(tolerance) => {
+            Fineness::Tolerance((tolerance / finer).clamp(1e-13, 1e-1))
+        }
+    }
+}
