@@ -1,13 +1,14 @@
 //! What is running, how far is it, and what stopped it? The window's logic without a window.
 
+use crate::accuracy::Accuracy;
 use crate::clock::{Clock, Frame, Pace};
 use crate::edits::{Edits, Shown};
 use crate::hand::Hold;
 use crate::history::{History, Moment};
 use crate::margin::Margin;
 use crate::trace::Trace;
-use msd_core::{Energy, Error, Integrator, Interaction, Select, Settings};
-use msd_lab::{Loaded, Precision, Runner};
+use msd_core::{Energy, Error, Family, Interaction, Select, Settings};
+use msd_lab::{Loaded, Runner};
 
 /// The most substeps that can be chosen.
 pub const MOST_SUBSTEPS: u32 = 1000;
@@ -31,6 +32,8 @@ pub struct Session {
     history: History,
     trace: Trace,
     margin: Margin,
+    /// Estimates the error while a person asks for it.
+    pub(crate) accuracy: Option<Accuracy>,
     /// The error that paused the run, and how many substeps would have been stable.
     failure: Option<Failure>,
     /// The last thing that was refused, for the status line.
@@ -68,6 +71,7 @@ impl Session {
             history: History::default(),
             trace: Trace::default(),
             margin: Margin::default(),
+            accuracy: None,
             failure: None,
             refusal: None,
             dissipated_before: 0.0,
@@ -77,8 +81,8 @@ impl Session {
         Ok(session)
     }
 
-    /// Replaces the scene and everything done to the old one; whether it is paused and how fast it
-    /// runs stay.
+    /// Replaces the scene and everything done to the old one; whether it is paused, how fast it
+    /// runs and whether its error is estimated stay.
     ///
     /// # Errors
     /// See [`Session::new`]; the old scene goes on then.
@@ -86,6 +90,7 @@ impl Session {
         let mut session = Session::new(loaded)?;
         session.paused = self.paused && self.failure.is_none();
         session.clock.set_speed(self.clock.speed());
+        session.set_estimating(self.accuracy.is_some());
         *self = session;
         Ok(())
     }
@@ -98,24 +103,42 @@ impl Session {
             let mut clock = std::mem::take(&mut self.clock);
             frame = clock.run(real, step, stopwatch, || self.take_step());
             self.clock = clock;
+            if 0.0 < frame.dropped && let Some(accuracy) = &mut self.accuracy {
+                accuracy.fall_behind();
+            }
             if 0 < frame.steps && self.trace.is_due(self.time()) {
                 self.sample();
             }
         }
         if self.margin.is_due(real) {
             let start = stopwatch();
-            let stable = self.runner.stable_substep();
+            let stable = self.stable_substep();
             self.margin.set(stable, stopwatch() - start);
         }
         frame
+    }
+
+    /// The largest stable substep of the present state, seconds. Only explicit methods have one:
+    /// for the others the spectrum is not needed.
+    fn stable_substep(&self) -> f64 {
+        match self.runner.integrator().family() {
+            Family::Explicit(_) => self.runner.stable_substep(),
+            _ => f64::INFINITY,
+        }
     }
 
     /// Takes one step and returns whether the run can go on.
     fn take_step(&mut self) -> bool {
         self.move_held_pin();
         let before = self.moment();
+        if let Some(accuracy) = &mut self.accuracy {
+            accuracy.before_step(&self.runner);
+        }
         match self.runner.step() {
             Ok(()) => {
+                if let Some(accuracy) = &mut self.accuracy {
+                    accuracy.after_step(&self.runner);
+                }
                 self.history.push(before);
                 self.failure = None;
                 true
@@ -130,6 +153,7 @@ impl Session {
     fn fail(&mut self, error: &Error) {
         self.paused = true;
         self.release();
+        self.remeasure();
         let predicted = match error {
             Error::Diverged(divergence) => divergence.stable_substep,
             _ => None,
@@ -184,6 +208,7 @@ impl Session {
         self.failure = None;
         self.trace.rewind(self.time());
         self.margin.touch();
+        self.remeasure();
         true
     }
 
@@ -202,6 +227,7 @@ impl Session {
         self.shown.rest_scale = 1.0;
         self.history.clear();
         self.trace.clear();
+        self.remeasure();
         self.clock.resume();
         self.refresh();
         self.sample();
@@ -230,6 +256,9 @@ impl Session {
     pub(crate) fn act(&mut self, interaction: Interaction) -> bool {
         let result = self.runner.queue(interaction);
         self.runner.apply_queued();
+        if result.is_ok() && let Some(accuracy) = &mut self.accuracy {
+            accuracy.hear(interaction, self.runner.settings());
+        }
         self.refusal = result.err().map(|error| error.to_string());
         self.refusal.is_none()
     }
@@ -239,30 +268,6 @@ impl Session {
         self.act(Interaction::Freeze { springs: self.shown.select });
         self.shown.rest_scale = 1.0;
         self.refresh();
-    }
-
-    /// Changes the method.
-    pub fn set_integrator(&mut self, integrator: Integrator) {
-        self.set_settings(Settings { integrator, ..self.runner.settings() });
-    }
-
-    /// Changes the substeps per step.
-    pub fn set_substeps(&mut self, substeps: u32) {
-        self.set_settings(Settings { substeps, ..self.runner.settings() });
-    }
-
-    fn set_settings(&mut self, settings: Settings) {
-        self.refusal = self.runner.set_settings(settings).err().map(|error| error.to_string());
-        self.touch();
-    }
-
-    /// Changes the precision; the state stays, rounded once.
-    pub fn set_precision(&mut self, precision: Precision) {
-        match self.runner.convert(precision) {
-            Ok(runner) => self.runner = runner,
-            Err(error) => self.refusal = Some(error.to_string()),
-        }
-        self.touch();
     }
 
     /// Chooses how fast simulated time runs, 1 for real time.
@@ -275,7 +280,7 @@ impl Session {
         self.margin.touch();
         // The way out that is offered must fit what was set since the run stopped.
         if self.failure.is_some() {
-            let substeps = self.needed_substeps(self.runner.stable_substep());
+            let substeps = self.needed_substeps(self.stable_substep());
             self.failure = self.failure.take().map(|failure| Failure { substeps, ..failure });
         }
     }
@@ -348,6 +353,11 @@ impl Session {
     /// The substep as a share of the largest stable one, if that was predicted.
     pub fn margin(&self) -> Option<f64> {
         self.margin.share(self.runner.settings().substep())
+    }
+
+    /// The estimate of the error, while one is asked for.
+    pub fn accuracy(&self) -> Option<&Accuracy> {
+        self.accuracy.as_ref()
     }
 
     /// The springs and particles that sliders act on.

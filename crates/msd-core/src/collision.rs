@@ -53,7 +53,12 @@ pub fn resolve<R: Real>(
     contacts
 }
 
-fn bounce<R: Real>(plane: &PlaneColumn<R>, velocity: R::Vec3, resting_speed: R) -> R::Vec3 {
+/// The velocity after a bounce; a normal speed below `resting_speed` is not returned.
+pub(crate) fn bounce<R: Real>(
+    plane: &PlaneColumn<R>,
+    velocity: R::Vec3,
+    resting_speed: R,
+) -> R::Vec3 {
     let normal_speed = velocity.dot(plane.normal);
     let tangential = velocity - plane.normal * normal_speed;
     let leaving = R::ZERO <= normal_speed;

@@ -75,6 +75,23 @@ pub enum Error {
         /// The rows needed.
         expected: usize,
     },
+    /// An adaptive method cannot keep its tolerance; the state is the last good one.
+    #[error(
+        "tolerance {} is out of reach in step {step} (t = {time:.6} s), first for particle \
+         {particle}; the last good state is kept. Use a larger tolerance or f64, or look for a \
+         stiffness, force or speed too large",
+        Number(*tolerance)
+    )]
+    Unreachable {
+        /// The tolerance asked for.
+        tolerance: f64,
+        /// The particle with the largest error, from 0.
+        particle: usize,
+        /// The step that failed, counted from 1; the state kept is the one before it.
+        step: u64,
+        /// Simulated time at the start of that step, seconds.
+        time: f64,
+    },
     /// The simulation left the world; the state is the last good one.
     #[error(transparent)]
     Diverged(#[from] Divergence),

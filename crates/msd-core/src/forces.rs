@@ -158,6 +158,25 @@ fn pull<R: Real>(
     Some((across * ((tension + drag) * per_length), drag * rate))
 }
 
+/// Measures the power that the dampers take away at a motion, watts: Σ b (u·(v_b − v_a))².
+pub fn damper_power<R: Real>(model: &Model<R>, motion: Motion<'_, R>) -> f64 {
+    if model.dampings.is_zero() {
+        return 0.0;
+    }
+    let mut power = 0.0;
+    for (spring, &[a, b]) in model.ends.iter().enumerate() {
+        let (a, b) = (a as usize, b as usize);
+        let across = motion.positions[b] - motion.positions[a];
+        let squared = across.dot(across);
+        if squared < R::SHORTEST_SQUARED {
+            continue;
+        }
+        let along = across.dot(motion.velocities[b] - motion.velocities[a]);
+        power += (model.dampings.get(spring) * (along * along / squared)).to_f64();
+    }
+    power
+}
+
 /// The springs at each particle: what the sum over particles walks along.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Incidence {

@@ -1,8 +1,21 @@
 //! How does a stiff system advance by a long substep? By a linear system per substep.
+//!
+//! Both methods solve one stage for its velocity u: M (u − v) = τ f(x + τ u, u).
+//!
+//! | method | τ | x' | v' | evaluations per substep |
+//! |---|---|---|---|---|
+//! | backward Euler | h | x + h u | u | 1 per Newton iteration |
+//! | implicit midpoint | h / 2 | x + h u | 2 u − v | 1 per Newton iteration |
+//!
+//! So the midpoint rule is backward Euler to the middle and its mirror image from there.
 
+use crate::conjugate::{Goal, Solve};
+use crate::forces;
 use crate::integrator::Implicit;
 use crate::real::{Real, Vector};
+use crate::resting::Holds;
 use crate::system::{Model, Motion, State};
+use crate::tangent::Tangent;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -10,12 +23,25 @@ use alloc::vec::Vec;
 #[derive(Clone, Debug, Default)]
 pub struct Scratch<R: Real> {
     forces: Vec<R::Vec3>,
+    /// The motion of the stage, x + τ u and u.
+    stage: State<R>,
+    tangent: Tangent<R>,
+    solve: Solve<R>,
+    holds: Holds<R>,
 }
 
 impl<R: Real> Scratch<R> {
-    /// Makes the work columns for `count` particles.
-    pub fn new(count: usize) -> Self {
-        Scratch { forces: vec![R::Vec3::ZERO; count] }
+    /// Makes the work columns for a model.
+    pub fn new(model: &Model<R>) -> Self {
+        let count = model.particle_count();
+        let column = || vec![R::Vec3::ZERO; count];
+        Scratch {
+            forces: column(),
+            stage: State { positions: column(), velocities: column() },
+            tangent: Tangent::new(model),
+            solve: Solve::new(count),
+            holds: Holds::new(model),
+        }
     }
 
     /// The forces of the last evaluation, newtons.
@@ -33,7 +59,8 @@ pub struct Substep {
     pub newton: u32,
 }
 
-/// Advances `state` by one substep and returns the energy taken away by dampers and drag, joules.
+/// Advances `state` by one substep and returns the energy taken away by dampers, drag and the
+/// friction of what lies on a plane, joules.
 ///
 /// `force` overwrites its last argument with all forces at a motion, newtons, and returns the power
 /// taken away, watts.
@@ -44,6 +71,77 @@ pub fn advance<R: Real>(
     scratch: &mut Scratch<R>,
     force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
 ) -> f64 {
-    let _ = (method, model, substep);
-    force(state.motion(), &mut scratch.forces)
+    let h = R::of(substep.h);
+    let (tau, goal) = match method {
+        Implicit::BackwardEuler => (h, Goal { tolerance: 1e-3, fewest: 2 }),
+        Implicit::Midpoint => (h * R::HALF, Goal { tolerance: 1e-6, fewest: 2 }),
+    };
+    scratch.holds.find(model, h, state);
+    scratch.stage.velocities.copy_from_slice(&state.velocities);
+    scratch.holds.restrict(&mut scratch.stage.velocities);
+    for _ in 0..substep.newton {
+        set_stage_positions(tau, state, &mut scratch.stage);
+        force(scratch.stage.motion(), &mut scratch.forces);
+        improve(model, (tau, goal), state, scratch);
+    }
+    set_stage_positions(tau, state, &mut scratch.stage);
+    let Scratch { stage, holds, .. } = scratch;
+    let two = R::ONE + R::ONE;
+    for (row, &velocity) in stage.velocities.iter().enumerate() {
+        state.positions[row] += velocity * h;
+        state.velocities[row] = match method {
+            Implicit::BackwardEuler => velocity,
+            Implicit::Midpoint => velocity * two - state.velocities[row],
+        };
+    }
+    let power = forces::damper_power(model, stage.motion()) + drag_power(model, &stage.velocities);
+    let rubbed = holds.friction_energy(&stage.velocities) * (h / tau).to_f64();
+    power * substep.h + rubbed + holds.settle(model, state)
+}
+
+/// One Newton iteration: changes the velocities of the stage.
+fn improve<R: Real>(
+    model: &Model<R>,
+    (tau, goal): (R, Goal),
+    state: &State<R>,
+    scratch: &mut Scratch<R>,
+) {
+    let Scratch { forces, stage, tangent, solve, holds } = scratch;
+    for (row, residual) in solve.residual.iter_mut().enumerate() {
+        let gained = stage.velocities[row] - state.velocities[row];
+        *residual = forces[row] * tau - gained * model.masses[row];
+    }
+    solve.change.fill(R::Vec3::ZERO);
+    tangent.linearise(model, stage.motion(), tau);
+    holds.add_friction(model, &stage.velocities, &mut solve.residual);
+    holds.restrict_blocks(tangent.inverses(), &mut solve.blocks);
+    let first = solve.aim();
+    for _ in 0..PASSES {
+        solve.run((tangent, &model.ends), goal, first);
+        if !holds.review(model, &stage.velocities, solve) {
+            break;
+        }
+        holds.restrict_blocks(tangent.inverses(), &mut solve.blocks);
+    }
+    for (velocity, &change) in stage.velocities.iter_mut().zip(&solve.change) {
+        *velocity += change;
+    }
+    holds.restrict(&mut stage.velocities);
+}
+
+/// Solves per Newton iteration at most, to find out what the planes hold.
+const PASSES: usize = 4;
+
+fn set_stage_positions<R: Real>(tau: R, state: &State<R>, stage: &mut State<R>) {
+    for (row, position) in stage.positions.iter_mut().enumerate() {
+        *position = state.positions[row] + stage.velocities[row] * tau;
+    }
+}
+
+fn drag_power<R: Real>(model: &Model<R>, velocities: &[R::Vec3]) -> f64 {
+    if model.drag == R::ZERO {
+        return 0.0;
+    }
+    let power = |&velocity: &R::Vec3| (model.drag * velocity.dot(velocity)).to_f64();
+    velocities.iter().map(power).sum()
 }

@@ -1,6 +1,6 @@
 //! Which machinery advances a system, and what does it remember within a step?
 
-use crate::dormand_prince::{self, Advance};
+use crate::dormand_prince::{self, Advance, Work};
 use crate::explicit::{self, Substep};
 use crate::forces;
 use crate::implicit;
@@ -28,7 +28,7 @@ impl<R: Real> Method<R> {
                 Method::Explicit(method, explicit::Scratch::new(method, count))
             }
             Family::Adaptive => Method::Adaptive(dormand_prince::Scratch::new(count)),
-            Family::Implicit(method) => Method::Implicit(method, implicit::Scratch::new(count)),
+            Family::Implicit(method) => Method::Implicit(method, implicit::Scratch::new(model)),
             Family::Projected => Method::Projected(xpbd::Scratch::new(count)),
         }
     }
@@ -41,6 +41,11 @@ impl<R: Real> Method<R> {
             Method::Implicit(_, scratch) => scratch.forces(),
             Method::Projected(scratch) => scratch.forces(),
         }
+    }
+
+    /// What the steps of an adaptive method have taken.
+    pub(crate) fn work(&self) -> Option<Work> {
+        if let Method::Adaptive(scratch) = self { Some(scratch.work()) } else { None }
     }
 
     /// Advances `state` by one substep without contact and returns the energy taken away by dampers

@@ -43,6 +43,8 @@ pub trait Real:
     const HALF: Self;
     /// The name a user writes: `f32` or `f64`.
     const NAME: &'static str;
+    /// The distance from one to the next number above it.
+    const EPSILON: Self;
     /// The square of the shortest length that still has a direction, m².
     ///
     /// Below it the reciprocal of the square overflows or the direction is rounding noise.
@@ -94,6 +96,8 @@ pub trait Vector:
     fn dot(self, other: Self) -> Self::Scalar;
     /// The vector product.
     fn cross(self, other: Self) -> Self;
+    /// The components.
+    fn components(self) -> [Self::Scalar; 3];
     /// Rounds each component of a double vector.
     fn of(value: DVec3) -> Self;
     /// Widens each component, exactly.
@@ -112,6 +116,7 @@ macro_rules! impl_real {
             const ONE: Self = 1.0;
             const HALF: Self = 0.5;
             const NAME: &'static str = stringify!($scalar);
+            const EPSILON: Self = $scalar::EPSILON;
             const SHORTEST_SQUARED: Self = $shortest;
 
             #[inline]
@@ -152,6 +157,10 @@ macro_rules! impl_real {
                     self.z * other.x - self.x * other.z,
                     self.x * other.y - self.y * other.x,
                 )
+            }
+            #[inline]
+            fn components(self) -> [$scalar; 3] {
+                self.to_array()
             }
             #[inline]
             fn of(value: DVec3) -> Self {

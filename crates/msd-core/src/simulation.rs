@@ -2,6 +2,7 @@
 
 use crate::check::check;
 use crate::collision::{self, Contacts};
+use crate::dormand_prince::{Advance, Work};
 use crate::energy::{self, Energy, Momentum};
 use crate::error::{Divergence, Error};
 use crate::interaction::{self, Interaction};
@@ -23,6 +24,8 @@ struct Substeps {
     /// Whether anything touched a plane, and whether it did in the last substep.
     touched: bool,
     last_met: bool,
+    /// The particle for which an adaptive method gave up.
+    stuck: Option<usize>,
 }
 
 /// A system that runs.
@@ -75,7 +78,8 @@ impl<R: Real> Simulation<R> {
     /// Advances by one step of `settings.step` seconds.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if a particle left the world; the state is then the one before the step.
+    /// [`Error::Diverged`] if a particle left the world, [`Error::Unreachable`] if an adaptive
+    /// method cannot keep its tolerance; the state is then the one before the step.
     pub fn step(&mut self) -> Result<(), Error> {
         self.run_step(&mut |_, _| {}, false)
     }
@@ -100,19 +104,21 @@ impl<R: Real> Simulation<R> {
         self.good.clone_from(&self.state);
         let handled = has_own_force || !self.queue.is_empty();
         self.apply_queue();
-        let Substeps { counted, touched, last_met } = if self.settings.integrator.is_adaptive() {
+        let done = if self.settings.integrator.is_adaptive() {
             let Simulation { method, model, settings, state, .. } = self;
-            let done = method.advance_step((model, settings), state, own_force);
-            Substeps { counted: done.counted, touched: done.touched, last_met: done.touched }
+            let Advance { counted, touched, stuck, .. } =
+                method.advance_step((model, settings), state, own_force);
+            Substeps { counted, touched, last_met: touched, stuck }
         } else {
             self.advance_substeps(own_force, has_own_force)
         };
+        let Substeps { counted, touched, last_met, stuck } = done;
         // What the next step may remember: accelerations that it would find again to the bit.
         let forces_last = self.model.pushes.is_empty() && !has_own_force;
         self.warm = !last_met && forces_last && !self.is_damped();
         let contact_alone = touched && !handled && !self.is_handled();
         self.model.pushes.clear();
-        if let Err(error) = self.guard() {
+        if let Err(error) = self.guard(stuck) {
             let good = core::mem::take(&mut self.good);
             self.put_state(&good);
             self.good = good;
@@ -180,9 +186,13 @@ impl<R: Real> Simulation<R> {
         ledger.close(|| energy::energy(model, state, 0.0).total());
     }
 
-    /// Refuses a state outside the world.
-    fn guard(&self) -> Result<(), Error> {
-        let model = &self.model;
+    /// Refuses a step that was given up and a state outside the world.
+    fn guard(&self, stuck: Option<usize>) -> Result<(), Error> {
+        let (model, step, time) = (&self.model, self.steps + 1, self.time());
+        if let Some(particle) = stuck {
+            let tolerance = self.settings.tolerance;
+            return Err(Error::Unreachable { tolerance, particle, step, time });
+        }
         // A comparison that a NaN fails: it is not inside.
         let inside = |position: &R::Vec3| position.extent() <= model.extent;
         let finite = |velocity: &R::Vec3| velocity.extent().to_f64().is_finite();
@@ -194,8 +204,8 @@ impl<R: Real> Simulation<R> {
         let stable = self.largest_step_from(&self.good);
         Err(Error::Diverged(Divergence {
             particle,
-            step: self.steps + 1,
-            time: self.time(),
+            step,
+            time,
             substep: self.settings.substep(),
             stable_substep: (stable != 0.0).then_some(stable),
         }))
@@ -347,6 +357,11 @@ impl<R: Real> Simulation<R> {
     /// Energy taken away since the start by dampers, drag and contact, joules.
     pub fn dissipated(&self) -> f64 {
         self.ledger.dissipated(|| energy::energy(&self.model, &self.state, 0.0).total())
+    }
+
+    /// What the steps of an adaptive method have taken since it was chosen; `None` of another.
+    pub fn work(&self) -> Option<Work> {
+        self.method.work()
     }
 
     /// Linear and angular momentum.

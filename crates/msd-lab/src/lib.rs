@@ -27,6 +27,9 @@ pub mod state_file;
 pub mod state_hash;
 pub mod trace;
 pub mod trade;
+pub mod solver_section;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod sweep;
 
 pub use error::{LabError, Place, nearest, plain};
 pub use msd_core;

@@ -1,5 +1,6 @@
 //! Which scene does a name stand for: a built-in one, a scene file or a mesh?
 
+use crate::bodies::MeshReader;
 use crate::build::understand;
 use crate::decode::decode;
 use crate::error::{LabError, nearest};
@@ -9,7 +10,10 @@ use crate::node::{SceneFormat, Source};
 use crate::runner::{Precision, Runner};
 use crate::schema::SceneFile;
 use msd_core::{Scene, Settings};
-use std::path::Path;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// A scene ready to run: rows, and how its author wants it stepped.
 #[derive(Clone, Debug)]
@@ -97,37 +101,8 @@ const MAX_TEXT: u64 = 32 << 20;
 /// # Errors
 /// A name that stands for nothing, with the nearest one; everything that [`load`] refuses.
 pub fn open(name: &str) -> Result<Loaded, LabError> {
-    let path = Path::new(name);
-    let ending = ending(path);
-    if matches!(ending.as_str(), "toml" | "json") {
-        return load(path);
-    }
-    if MESH_ENDINGS.contains(&ending.as_str()) {
-        return open_mesh(name);
-    }
-    if let Some(builtin) = BUILTINS.iter().find(|builtin| builtin.name == name) {
-        return parse(builtin.text, SceneFormat::Toml, builtin.name);
-    }
-    if path.is_dir() {
-        let reason = "it is a folder; a scene is a file".into();
-        return Err(LabError::Unreadable { file: name.into(), reason });
-    }
-    if path.is_file() {
-        let reason = format!(
-            "its ending tells no format; a scene file ends in .toml or .json, a mesh in .{}",
-            MESH_ENDINGS.join(", .")
-        );
-        return Err(LabError::Unreadable { file: name.into(), reason });
-    }
-    let names = BUILTINS.map(|builtin| builtin.name);
-    let hint = match nearest(name, names) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!(
-            "it is no file ending in .toml, .json or as a mesh does; the built-in scenes are {}",
-            names.join(", ")
-        ),
-    };
-    Err(LabError::UnknownScene { name: name.into(), hint })
+    let draft = Draft::open(name, Path::new(""))?;
+    draft.load(&draft.source()?)
 }
 
 /// Loads a scene file, TOML or JSON by its ending.
@@ -135,14 +110,8 @@ pub fn open(name: &str) -> Result<Loaded, LabError> {
 /// # Errors
 /// A file that cannot be read; everything that [`parse`] refuses.
 pub fn load(path: &Path) -> Result<Loaded, LabError> {
-    let name = path.display().to_string();
-    let format = match ending(path).as_str() {
-        "json" => SceneFormat::Json,
-        _ => SceneFormat::Toml,
-    };
-    let text = read_text(path, &name)?;
-    let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-    parse_with(&text, format, &name, &|file| read_mesh(&folder.join(file), file))
+    let draft = Draft::read(path)?;
+    draft.load(&draft.source()?)
 }
 
 /// Parses the text of a scene file; touches no file, so meshes can only be those that the crate
@@ -152,12 +121,7 @@ pub fn load(path: &Path) -> Result<Loaded, LabError> {
 /// Text that does not follow its format, an unknown key, a value outside its domain: each names the
 /// line where it is known, and the key.
 pub fn parse(text: &str, format: SceneFormat, name: &str) -> Result<Loaded, LabError> {
-    parse_with(text, format, name, &|file| {
-        carried(file).unwrap_or_else(|| {
-            let reason = "only a scene that is loaded from a file can name mesh files".into();
-            Err(MeshError::Unreadable { file: file.into(), reason })
-        })
-    })
+    parse_with(text, format, name, &|file| carried(file).unwrap_or_else(|| no_mesh(file)))
 }
 
 /// Reads the rows of a scene file as they were written, to be changed and written again.
@@ -180,18 +144,138 @@ pub fn write(file: &SceneFile, format: SceneFormat) -> Result<String, LabError> 
     }
 }
 
+/// A scene that has been read and whose values may still be replaced before it is understood.
+pub(crate) struct Draft {
+    /// What the user calls the scene, with the folder it was found in.
+    pub(crate) name: String,
+    text: Cow<'static, str>,
+    format: SceneFormat,
+    origin: Origin,
+    /// Meshes read so far, by the name that the scene gives.
+    meshes: Mutex<BTreeMap<String, Result<Mesh, MeshError>>>,
+}
+
+/// Where a scene comes from, and so where its meshes are.
+enum Origin {
+    Builtin,
+    /// A scene file in this folder.
+    File(PathBuf),
+    /// A bare mesh.
+    Mesh,
+}
+
+impl Draft {
+    /// Reads what [`open`] would open, files relative to a folder.
+    pub(crate) fn open(name: &str, folder: &Path) -> Result<Self, LabError> {
+        let path = folder.join(name);
+        let shown = path.display().to_string();
+        let ending = ending(&path);
+        if matches!(ending.as_str(), "toml" | "json") {
+            return Draft::read(&path);
+        }
+        if MESH_ENDINGS.contains(&ending.as_str()) {
+            // Read first: an error should name this file, not the scene around it.
+            let mesh = read_mesh(&path, name)?;
+            let draft = Draft::new(shown, MESH_SCENE, SceneFormat::Toml, Origin::Mesh);
+            draft.keep(MESH_FILE, Ok(mesh));
+            return Ok(draft);
+        }
+        if let Some(builtin) = BUILTINS.iter().find(|builtin| builtin.name == name) {
+            return Ok(Draft::new(name, builtin.text, SceneFormat::Toml, Origin::Builtin));
+        }
+        Err(unknown_scene(name, &path))
+    }
+
+    /// Reads a scene file, TOML or JSON by its ending.
+    fn read(path: &Path) -> Result<Self, LabError> {
+        let name = path.display().to_string();
+        let format = format_of(path);
+        let text = read_text(path, &name)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        Ok(Draft::new(name, text, format, Origin::File(folder)))
+    }
+
+    fn new(
+        name: impl Into<String>,
+        text: impl Into<Cow<'static, str>>,
+        format: SceneFormat,
+        origin: Origin,
+    ) -> Self {
+        Draft { name: name.into(), text: text.into(), format, origin, meshes: Mutex::default() }
+    }
+
+    /// The tree of the scene file.
+    pub(crate) fn source(&self) -> Result<Source<'_>, LabError> {
+        Source::parse(&self.text, self.format, &self.name)
+    }
+
+    /// Understands the tree, changed or not.
+    pub(crate) fn load(&self, source: &Source<'_>) -> Result<Loaded, LabError> {
+        let mut loaded = finish(source, &|file| self.mesh(file))?;
+        if matches!(self.origin, Origin::Mesh) {
+            drop_mesh(&mut loaded, source)?;
+        }
+        Ok(loaded)
+    }
+
+    /// A mesh that the scene names; each is read once.
+    pub(crate) fn mesh(&self, file: &str) -> Result<Mesh, MeshError> {
+        let known = self.meshes.lock().unwrap_or_else(PoisonError::into_inner).get(file).cloned();
+        known.unwrap_or_else(|| {
+            let mesh = match &self.origin {
+                Origin::File(folder) => read_mesh(&folder.join(file), file),
+                Origin::Builtin | Origin::Mesh => carried(file).unwrap_or_else(|| no_mesh(file)),
+            };
+            self.keep(file, mesh.clone());
+            mesh
+        })
+    }
+
+    fn keep(&self, file: &str, mesh: Result<Mesh, MeshError>) {
+        let mut meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
+        meshes.insert(file.into(), mesh);
+    }
+}
+
+/// Why nothing is opened by this name.
+fn unknown_scene(name: &str, path: &Path) -> LabError {
+    if path.is_dir() {
+        let reason = "it is a folder; a scene is a file".into();
+        return LabError::Unreadable { file: name.into(), reason };
+    }
+    if path.is_file() {
+        let reason = format!(
+            "its ending tells no format; a scene file ends in .toml or .json, a mesh in .{}",
+            MESH_ENDINGS.join(", .")
+        );
+        return LabError::Unreadable { file: name.into(), reason };
+    }
+    let names = BUILTINS.map(|builtin| builtin.name);
+    let hint = match nearest(name, names) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!(
+            "it is no file ending in .toml, .json or as a mesh does; the built-in scenes are {}",
+            names.join(", ")
+        ),
+    };
+    LabError::UnknownScene { name: name.into(), hint }
+}
+
 fn parse_with(
     text: &str,
     format: SceneFormat,
     name: &str,
-    read_mesh: &dyn Fn(&str) -> Result<Mesh, MeshError>,
+    read_mesh: &MeshReader<'_>,
 ) -> Result<Loaded, LabError> {
-    let source = Source::parse(text, format, name)?;
-    let understood = understand(&source, read_mesh)?;
-    let name = Path::new(name).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    finish(&Source::parse(text, format, name)?, read_mesh)
+}
+
+fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, LabError> {
+    let understood = understand(source, read_mesh)?;
+    let name = Path::new(source.name).file_stem().unwrap_or_default().to_string_lossy();
     Ok(Loaded {
-        title: understood.title.unwrap_or_else(|| name.clone()),
-        name,
+        title: understood.title.unwrap_or_else(|| name.clone().into_owned()),
+        name: name.into_owned(),
         scene: understood.scene,
         settings: understood.settings,
         precision: understood.precision,
@@ -201,17 +285,16 @@ fn parse_with(
 
 /// The scene that a bare mesh drops into.
 const MESH_SCENE: &str = include_str!("../scenes/mesh.toml");
+/// What it calls the mesh.
+const MESH_FILE: &str = "the mesh that was named";
 /// How far above the ground a bare mesh starts, metres.
 const DROP: f64 = 0.3;
 /// The most substeps that a bare mesh is given: beyond it another stiffness is the better answer.
 const MAX_SUBSTEPS: f64 = 1000.0;
 
-/// A mesh that nobody made a scene for: just above the ground, with as many substeps as it needs.
-fn open_mesh(name: &str) -> Result<Loaded, LabError> {
-    let path = Path::new(name);
-    // Read first: an error should name this file, not the scene around it.
-    let mesh = read_mesh(path, name)?;
-    let mut loaded = parse_with(MESH_SCENE, SceneFormat::Toml, name, &|_| Ok(mesh.clone()))?;
+/// Puts a mesh that nobody made a scene for just above the ground, and gives it as many substeps as
+/// it needs unless the `source` says how many.
+fn drop_mesh(loaded: &mut Loaded, source: &Source<'_>) -> Result<(), LabError> {
     loaded.title = format!("{} dropped on the ground", loaded.name);
     for body in &mut loaded.scene.bodies {
         body.name.clone_from(&loaded.name);
@@ -219,12 +302,15 @@ fn open_mesh(name: &str) -> Result<Loaded, LabError> {
     let particles = &mut loaded.scene.particles;
     let lowest = particles.iter().map(|particle| particle.position.y).fold(f64::MAX, f64::min);
     particles.iter_mut().for_each(|particle| particle.position.y += DROP - lowest);
-    let core = |source| LabError::Core { file: name.into(), source: Box::new(source) };
+    if source.holds("solver.substeps") {
+        return Ok(());
+    }
+    let core = |error| LabError::Core { file: source.name.into(), source: Box::new(error) };
     let stable = loaded.runner().map_err(core)?.stable_substep();
     // A squashed body is stiffer than one at rest: the margin covers that.
     let substeps = (loaded.settings.step / (0.6 * stable)).ceil().clamp(1.0, MAX_SUBSTEPS);
     loaded.settings.substeps = substeps as u32;
-    Ok(loaded)
+    Ok(())
 }
 
 /// Reads a mesh file; if there is none, one that the crate carries may stand in by its bare name.
@@ -233,6 +319,11 @@ fn read_mesh(path: &Path, file: &str) -> Result<Mesh, MeshError> {
         Some(mesh) if !path.exists() => mesh,
         _ => mesh::read(path),
     }
+}
+
+fn no_mesh(file: &str) -> Result<Mesh, MeshError> {
+    let reason = "only a scene that is loaded from a file can name mesh files".into();
+    Err(MeshError::Unreadable { file: file.into(), reason })
 }
 
 fn carried(file: &str) -> Option<Result<Mesh, MeshError>> {
@@ -244,7 +335,16 @@ fn ending(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
 }
 
-fn read_text(path: &Path, name: &str) -> Result<String, LabError> {
+/// The format that the ending of a file stands for, TOML unless it says JSON.
+pub(crate) fn format_of(path: &Path) -> SceneFormat {
+    match ending(path).as_str() {
+        "json" => SceneFormat::Json,
+        _ => SceneFormat::Toml,
+    }
+}
+
+/// Reads a text file.
+pub(crate) fn read_text(path: &Path, name: &str) -> Result<String, LabError> {
     use std::io::Read;
     let refused = |reason: String| LabError::Unreadable { file: name.into(), reason };
     // One byte more than allowed tells a file that is too long, whatever its metadata says.

@@ -39,6 +39,8 @@ pub enum Command {
     Study(StudyArguments),
     /// Finds the cheapest setting within an error, or the most accurate within a budget
     Tune(TuneArguments),
+    /// Runs a scene over a grid of its keys, one file per cell; resumes what was interrupted
+    Sweep(SweepArguments),
 }
 
 /// How a scene is stepped; what is left out is as the scene says.
@@ -151,6 +153,13 @@ pub struct StudyArguments {
     /// The folder of the report [default: SCENE-study]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Tell instead what each part of the model is worth: what it costs, what it changes
+    #[arg(long, conflicts_with_all = ["stability_table", "max_error", "time", "out", "fresh"])]
+    pub terms: bool,
+    /// Tell instead how stiff the scene may be under Euler and Runge-Kutta, beside the report of
+    /// 2014
+    #[arg(long, conflicts_with_all = ["duration", "max_error", "time", "out", "fresh"])]
+    pub stability_table: bool,
     /// Start anew instead of going on with an interrupted study
     #[arg(long)]
     pub fresh: bool,
@@ -183,6 +192,48 @@ pub struct TuneArguments {
     /// Print one JSON object instead of a summary
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `msd sweep`; without a choice of cells all of them are run.
+#[derive(Debug, Args)]
+pub struct SweepArguments {
+    /// The sweep file: a scene, a duration and the values that keys of the scene take
+    #[arg(value_name = "SWEEP.toml")]
+    pub sweep: PathBuf,
+    /// List the cells: number, hash, whether it is done, values
+    #[arg(long, group = "what")]
+    pub list: bool,
+    /// Run this cell only
+    #[arg(long, value_name = "N", group = "what", allow_hyphen_values = true)]
+    pub task: Option<usize>,
+    /// Run the cells from A to B, both included
+    #[arg(long, value_name = "A-B", group = "what", value_parser = tasks)]
+    #[arg(allow_hyphen_values = true)]
+    pub tasks: Option<(usize, usize)>,
+    /// Run nothing; write the cells that are done to this table
+    #[arg(long, value_name = "FILE.parquet|FILE.csv", group = "what")]
+    pub collect: Option<PathBuf>,
+    /// Cells run at once
+    #[arg(short, long, value_name = "CORES", default_value = "1", value_parser = cores)]
+    #[arg(allow_hyphen_values = true)]
+    pub jobs: usize,
+    /// Folder of the files [default: as the sweep file says, else its name without ending]
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+}
+
+fn tasks(text: &str) -> Result<(usize, usize), String> {
+    let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    let ends = ends.filter(|(a, b)| a <= b);
+    ends.ok_or_else(|| "must be A-B, two whole numbers in ascending order, as in 0-99".into())
+}
+
+/// The most threads: far more than any machine has cores.
+const MAX_CORES: usize = 4096;
+
+fn cores(text: &str) -> Result<usize, String> {
+    let cores = text.parse().ok().filter(|cores| (1..=MAX_CORES).contains(cores));
+    cores.ok_or_else(|| format!("must be a whole number from 1 to {MAX_CORES}"))
 }
 
 fn integrator(text: &str) -> Result<Integrator, String> {

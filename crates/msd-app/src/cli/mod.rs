@@ -9,6 +9,7 @@ mod render;
 mod progress;
 mod study;
 mod tune;
+mod sweep;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -50,6 +51,7 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Render(arguments)) => render::render(&arguments),
         Some(Command::Study(arguments)) => study::run_study(&arguments),
         Some(Command::Tune(arguments)) => tune::run_tune(&arguments),
+        Some(Command::Sweep(arguments)) => sweep::run_sweep(&arguments),
     }
 }
 

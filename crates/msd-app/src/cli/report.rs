@@ -16,10 +16,13 @@ pub struct Report {
     pub springs: usize,
     /// The method.
     pub integrator: Integrator,
-    /// Length of an integration step, seconds.
+    /// Length of an integration step, seconds; of an adaptive method, which divides it as it
+    /// needs, that of a step of the scene.
     pub step: f64,
     /// Integration steps per row of the trace.
     pub substeps: u32,
+    /// Local error that an adaptive method allows, as a fraction of the size; null for others.
+    pub tolerance: Option<f64>,
     /// Precision.
     pub precision: Precision,
     /// Time simulated, seconds.
@@ -29,7 +32,8 @@ pub struct Report {
     /// Time that the steps took, seconds.
     pub wall_seconds: f64,
     /// Springs times force evaluations of the integration steps (without the one that velocity
-    /// Verlet starts a step with) per second of the wall clock; null without a step.
+    /// Verlet starts a step with) per second of the wall clock; null without a step and for methods
+    /// that choose their own number of evaluations.
     pub spring_updates_per_second: Option<f64>,
     /// Time simulated by time taken; null without a step.
     pub real_time_factor: Option<f64>,
@@ -84,11 +88,15 @@ impl EnergyReport {
     }
 }
 
-/// Force evaluations per integration step, without the one that starts a step of Verlet.
-fn evaluations(integrator: Integrator) -> u64 {
+/// How often each spring is evaluated in an integration step, without the evaluation that starts a
+/// step of Verlet; none where that depends on the motion.
+fn evaluations(integrator: Integrator) -> Option<u64> {
     match integrator {
-        Integrator::ExplicitEuler | Integrator::SymplecticEuler | Integrator::VelocityVerlet => 1,
-        Integrator::Rk4 => 4,
+        Integrator::Rk4 => Some(4),
+        Integrator::DormandPrince | Integrator::BackwardEuler | Integrator::ImplicitMidpoint => {
+            None
+        }
+        _ => Some(1),
     }
 }
 
@@ -97,21 +105,25 @@ impl Report {
     pub fn new(prepared: Prepared, wall_seconds: f64, diverged: bool) -> Self {
         let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
         let settings = runner.settings();
-        let steps = runner.steps() * u64::from(settings.substeps);
-        let updates = steps * evaluations(settings.integrator) * runner.spring_count() as u64;
+        let adaptive = settings.integrator.is_adaptive();
+        let substeps = if adaptive { 1 } else { settings.substeps };
+        let steps = runner.steps() * u64::from(substeps);
+        let springs = runner.spring_count() as u64;
+        let updates = evaluations(settings.integrator).map(|each| (steps * each * springs) as f64);
         let per_wall_second = |amount: f64| (0.0 < wall_seconds).then_some(amount / wall_seconds);
         Report {
             scene: name,
             particles: runner.particle_count(),
             springs: runner.spring_count(),
             integrator: settings.integrator,
-            step: settings.substep(),
-            substeps: settings.substeps,
+            step: settings.step / f64::from(substeps),
+            substeps,
+            tolerance: adaptive.then_some(settings.tolerance),
             precision: runner.precision(),
             duration: runner.time(),
             steps,
             wall_seconds,
-            spring_updates_per_second: per_wall_second(updates as f64),
+            spring_updates_per_second: updates.and_then(per_wall_second),
             real_time_factor: per_wall_second(runner.time()),
             energy: runner.energy().into(),
             momentum: runner.momentum(),
@@ -142,14 +154,12 @@ impl Report {
         };
         let (steps, step_ms) = (self.steps, 1e3 * self.step);
         lines.push(format!("{steps} steps of {step_ms:.3} ms ({stable})"));
-        let speed = match (self.real_time_factor, self.spring_updates_per_second) {
-            (Some(factor), Some(updates)) => format!(
-                " in {:.3} s: {factor:.1} x real time, {:.3} G spring updates/s",
-                self.wall_seconds,
-                1e-9 * updates
-            ),
-            _ => String::new(),
-        };
+        let factor = self
+            .real_time_factor
+            .map(|factor| format!(" in {:.3} s: {factor:.1} x real time", self.wall_seconds));
+        let updates = self.spring_updates_per_second;
+        let updates = updates.map(|updates| format!(", {:.3} G spring updates/s", 1e-9 * updates));
+        let speed = factor.unwrap_or_default() + &updates.unwrap_or_default();
         lines.push(format!("{:.3} s simulated{speed}", self.duration));
         lines.push(self.energy.summary());
         lines.push(format!("state hash {}", self.state_hash));

@@ -4,11 +4,13 @@ use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::prepare::open;
 use super::progress::Bar;
-use msd_lab::Output;
+use msd_lab::{Loaded, Output};
 use msd_lab::trade::choice::FRAME;
 use msd_lab::trade::conduct::{Plan, Progress, study};
 use msd_lab::trade::report;
+use msd_lab::trade::stability_table::stability_table;
 use msd_lab::trade::study::Study;
+use msd_lab::trade::terms::terms;
 use msd_lab::trade::words::{metres, milliseconds, short, told};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -16,6 +18,12 @@ use std::path::{Path, PathBuf};
 /// Studies a scene and writes the report.
 pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     let loaded = open(&arguments.scene)?;
+    if arguments.terms {
+        return tell_terms(&loaded, arguments);
+    }
+    if arguments.stability_table {
+        return tell_stability(&loaded, arguments);
+    }
     let folder = arguments.out.clone();
     let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{}-study", loaded.name)));
     // Made before the study: a folder that cannot be made is no news for its end.
@@ -41,6 +49,31 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     let json = serde_json::to_string_pretty(&studied).map_err(Failure::input)?;
     write(&folder.join("study.json"), json.as_bytes())?;
     if arguments.json { say(&json) } else { say(&summary(&studied, &folder)) }
+}
+
+fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure> {
+    let bar = Bar::new();
+    bar.tell("switching off one part at a time");
+    let rows = terms(loaded, arguments.duration);
+    bar.end();
+    let rows = rows.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    if arguments.json {
+        return say(&serde_json::to_string_pretty(&rows).map_err(Failure::input)?);
+    }
+    let lines: Vec<String> = rows.into_iter().map(|row| row.words).collect();
+    say(&lines.join("\n"))
+}
+
+fn tell_stability(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure> {
+    let bar = Bar::new();
+    bar.tell("looking for the marginal stiffness of each method");
+    let table = stability_table(&loaded.scene);
+    bar.end();
+    let table = table.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    if arguments.json {
+        return say(&serde_json::to_string_pretty(&table).map_err(Failure::input)?);
+    }
+    say(table.text().trim_end())
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {

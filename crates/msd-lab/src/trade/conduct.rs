@@ -1,9 +1,11 @@
 //! How is a study made? Round by round from coarse to fine, resumable, each choice timed often.
 
+use super::audit::audit_all;
 use super::cache;
-use super::choice::{Choice, FRAME};
+use super::choice::{Choice, FRAME, Fineness};
 use super::clock::CpuClock;
 use super::ladder::{Ladder, ladders};
+use super::limits::limits;
 use super::machine;
 use super::reference::{Reference, Wish, frames_of, reference};
 use super::study::{ReferenceNote, Study};
@@ -55,6 +57,10 @@ struct Climb {
 const SHARE: f64 = 0.1;
 /// Rungs that may pass without a better error: then rounding or contact rules.
 const IDLE: usize = 2;
+/// A climb ends where another trial is better at this part of the cost.
+const HOPELESS: f64 = 8.0;
+/// Dormand-Prince is not compared with a reference of less than this times its own accuracy.
+const APART: f64 = 30.0;
 /// How often each choice is timed at most.
 const ROUNDS: usize = 5;
 
@@ -75,7 +81,8 @@ pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Res
     let left_out = run.climb_all(ladders(scene)?, tell)?;
     run.time_again(tell)?;
     tell(Progress { now: "observing the limits".into(), done: run.trials.len(), left: None });
-    let limits = Vec::new(); // LATER
+    let mut limits = limits(scene, loaded.settings.substeps)?;
+    limits.retain(|limit| limit.predicted.is_finite());
     let mut study = Study {
         scene: loaded.name.clone(),
         title: loaded.title.clone(),
@@ -96,7 +103,7 @@ pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Res
         date: machine::date(),
     };
     tell(Progress { now: "auditing".into(), done: study.trials.len(), left: None });
-    // LATER study.audit = audit_all(scene, &representatives(&study))?;
+    study.audit = audit_all(scene, &representatives(&study))?;
     study.words = words(&study);
     run.forget();
     Ok(study)
@@ -155,12 +162,18 @@ impl<'a> Run<'a> {
     ) -> Result<Vec<String>, Error> {
         let mut left_out = Vec::new();
         let mut climbs = Vec::new();
+        let least = APART * self.right.tolerance;
         for ladder in ladders {
             if ladder.fewest.is_none() && ladder.precision == super::ladder::PRECISIONS[0] {
                 let integrator = ladder.integrator;
                 left_out.push(format!("{integrator}: predicted unstable here at any step"));
             }
-            let rungs = ladder.rungs().into_iter();
+            let mut rungs = ladder.rungs();
+            rungs.retain(|choice| match choice.fineness {
+                Fineness::Tolerance(tolerance) => least <= tolerance,
+                Fineness::Substeps(_) => true,
+            });
+            let rungs = rungs.into_iter();
             climbs.push(Climb { rungs, best: f64::INFINITY, idle: 0 });
         }
         while !climbs.is_empty() {
@@ -211,13 +224,21 @@ impl<'a> Run<'a> {
             climb.idle = 0;
         }
         climb.best = climb.best.min(trial.error());
-        if IDLE <= climb.idle {
+        if IDLE <= climb.idle || self.is_beaten(trial) {
             return Ok(Some(None));
         }
         if self.plan.budget * SHARE < 1.5 * trial.cost * self.right.duration() {
             return Ok(Some(Some(format!("finer than {choice}: takes too long"))));
         }
         Ok(None)
+    }
+
+    /// Whether another trial is better at a small part of the cost: finer ones of this method will
+    /// not catch up.
+    fn is_beaten(&self, trial: &Trial) -> bool {
+        let beats =
+            |other: &Trial| other.error() < trial.error() && other.cost * HOPELESS < trial.cost;
+        trial.errors.is_some() && self.trials.iter().any(beats)
     }
 
     /// Times every choice again, in turn, and keeps its best.

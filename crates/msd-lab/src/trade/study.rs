@@ -61,15 +61,17 @@ pub struct ReferenceNote {
 }
 
 impl Study {
-    /// Rows of the trials that no other trial beats in both cost and error, cheapest first.
+    /// Rows of the trials that no other trial beats in both cost and error, cheapest first; below
+    /// the uncertainty of the reference errors are alike.
     pub fn front(&self) -> Vec<usize> {
         let mut rows: Vec<usize> = (0..self.trials.len()).collect();
         rows.retain(|&row| self.trials[row].errors.is_some());
         rows.sort_by(|&a, &b| self.trials[a].cost.total_cmp(&self.trials[b].cost));
         let mut best = f64::INFINITY;
         rows.retain(|&row| {
-            let better = self.trials[row].error() < best;
-            best = best.min(self.trials[row].error());
+            let error = self.trials[row].error().max(self.reference.uncertainty);
+            let better = error < best;
+            best = best.min(error);
             better
         });
         rows

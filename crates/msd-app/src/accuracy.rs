@@ -1,0 +1,219 @@
+//! How wrong is the run right now? A finer copy runs along for a while, then both rest.
+
+use msd_core::{Interaction, Settings};
+use msd_lab::Runner;
+use msd_lab::trade::estimate::{Estimator, LiveError};
+
+/// Steps of a window: half a second at 60 steps per second.
+pub const WINDOW: u32 = 30;
+/// Steps from the end of a window to the next: the copy costs three steps in every four.
+const REST: u32 = 90;
+/// The same where the clock fell behind during a window.
+const LONG_REST: u32 = 570;
+
+/// Estimates the error of a run in windows of time. A session has one only while it is asked for.
+#[derive(Clone, Debug)]
+pub struct Accuracy {
+    estimator: Estimator,
+    /// Steps of the present window taken, and steps until the next one opens.
+    taken: u32,
+    rest: u32,
+    /// What was done since the last step, for the copy.
+    told: Vec<Interaction>,
+    /// Whether the clock fell behind during this window.
+    late: bool,
+    last: Option<Reading>,
+    /// Whether the copy of the last window came to no end.
+    lost: bool,
+}
+
+/// An estimate and what is shown of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// The estimate.
+    pub error: LiveError,
+    /// The particle that is most wrong, and its error in metres.
+    pub worst: (usize, f64),
+}
+
+impl Default for Accuracy {
+    fn default() -> Self {
+        Accuracy {
+            estimator: Estimator::new(WINDOW, WINDOW),
+            taken: 0,
+            rest: 0,
+            told: Vec::new(),
+            late: false,
+            last: None,
+            lost: false,
+        }
+    }
+}
+
+impl Accuracy {
+    /// The last estimate; none before the first and after something was replaced.
+    pub fn last(&self) -> Option<&Reading> {
+        self.last.as_ref()
+    }
+
+    /// Whether the finer copy of the last window blew up or gave up: then there is no estimate.
+    pub fn is_lost(&self) -> bool {
+        self.lost
+    }
+
+    /// Whether a copy runs along with the steps of now.
+    pub fn is_measuring(&self) -> bool {
+        0 < self.taken
+    }
+
+    /// Forgets everything and measures from the next step on: state, settings or precision were
+    /// replaced.
+    pub(crate) fn restart(&mut self) {
+        *self = Accuracy::default();
+    }
+
+    /// Hears of something that was done to the run, which steps with these settings. Between
+    /// windows it does not matter: the next copy is made of what is there then.
+    pub(crate) fn hear(&mut self, interaction: Interaction, settings: Settings) {
+        if self.is_measuring() {
+            self.told.push(as_felt(interaction, settings.substep()));
+        }
+    }
+
+    /// Hears that the run fell behind the clock.
+    pub(crate) fn fall_behind(&mut self) {
+        self.late |= self.is_measuring();
+    }
+
+    /// Gets ready for the next step of the run.
+    pub(crate) fn before_step(&mut self, runner: &Runner) {
+        if 0 < self.rest {
+            return;
+        }
+        if self.told.is_empty() {
+            return self.estimator.before_step(runner);
+        }
+        // The window does what a hand wants at once, for the eye; a copy of the run gets it in its
+        // queue, where the estimator looks for it.
+        let mut heard = runner.clone();
+        for interaction in self.told.drain(..) {
+            // The run has accepted it.
+            heard.queue(interaction).ok();
+        }
+        self.estimator.before_step(&heard);
+    }
+
+    /// Follows a step of the run.
+    pub(crate) fn after_step(&mut self, runner: &Runner) {
+        if 0 < self.rest {
+            self.rest -= 1;
+            return;
+        }
+        self.taken += 1;
+        let found = self.estimator.after_step(runner).cloned();
+        if self.taken < WINDOW {
+            return;
+        }
+        // Without a copy the estimator still tells of the window before.
+        let found = found.filter(|error| error.at == runner.time());
+        self.lost = found.is_none();
+        self.last = found.map(|error| Reading { worst: error.worst(), error });
+        self.rest = if self.late { LONG_REST } else { REST };
+        (self.taken, self.late) = (0, false);
+    }
+}
+
+/// A grab as weak as the core makes it for a substep of `h` seconds. The copy, whose substeps are
+/// shorter, would follow a stronger hand: that is no error of the run.
+///
+/// The caps of the core: k ≤ m (2π 0.1 / h)², c ≤ 0.5 m / h, with k = m (2π f)² and c = 4π ζ m f.
+fn as_felt(interaction: Interaction, h: f64) -> Interaction {
+    let Interaction::Grab { particle, target, frequency, damping_ratio, max_force } = interaction
+    else {
+        return interaction;
+    };
+    let felt = frequency.min(0.1 / h);
+    let turn = 2.0 * std::f64::consts::TAU;
+    let damping = (turn * damping_ratio * frequency).min(0.5 / h);
+    let damping_ratio = if 0.0 < felt { damping / (turn * felt) } else { 0.0 };
+    Interaction::Grab { particle, target, frequency: felt, damping_ratio, max_force }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use msd_core::{Material, Real, Scene, shape};
+    use msd_lab::{Precision, on};
+
+    fn rope() -> Runner {
+        let part = shape::rope(5, 1.0, Material::default()).expect("a valid rope");
+        Runner::new(&Scene::of("rope", part), Settings::default(), Precision::F64)
+            .expect("a valid scene")
+    }
+
+    fn step(accuracy: &mut Accuracy, runner: &mut Runner) {
+        accuracy.before_step(runner);
+        runner.step().expect("a calm rope");
+        accuracy.after_step(runner);
+    }
+
+    #[test]
+    fn a_window_ends_with_an_estimate_and_is_followed_by_a_rest() {
+        let (mut accuracy, mut runner) = (Accuracy::default(), rope());
+        (1..WINDOW).for_each(|_| step(&mut accuracy, &mut runner));
+        assert!(accuracy.is_measuring() && accuracy.last().is_none());
+        step(&mut accuracy, &mut runner);
+        let at = |accuracy: &Accuracy| accuracy.last().map(|last| last.error.at);
+        assert_eq!(at(&accuracy), Some(runner.time()));
+        (0..REST).for_each(|_| {
+            assert!(!accuracy.is_measuring());
+            step(&mut accuracy, &mut runner);
+        });
+        (0..WINDOW).for_each(|_| step(&mut accuracy, &mut runner));
+        assert_eq!(at(&accuracy), Some(runner.time()));
+    }
+
+    #[test]
+    fn falling_behind_in_a_window_makes_the_rest_long() {
+        let (mut accuracy, mut runner) = (Accuracy::default(), rope());
+        accuracy.fall_behind();
+        (0..WINDOW).for_each(|_| step(&mut accuracy, &mut runner));
+        // No copy ran when it fell behind.
+        assert_eq!(accuracy.rest, REST);
+        (0..REST + 1).for_each(|_| step(&mut accuracy, &mut runner));
+        accuracy.fall_behind();
+        (1..WINDOW).for_each(|_| step(&mut accuracy, &mut runner));
+        assert_eq!(accuracy.rest, LONG_REST);
+    }
+
+    #[test]
+    fn the_copy_feels_the_hand_that_the_run_feels() {
+        let (h, mut runner) = (Settings::default().substep(), rope());
+        let grab = Interaction::Grab {
+            particle: 2,
+            target: DVec3::ONE,
+            frequency: 900.0,
+            damping_ratio: 3.0,
+            max_force: 100.0,
+        };
+        runner.queue(grab).expect("a valid grab");
+        runner.apply_queued();
+        let mut copy = rope();
+        let Settings { substeps, .. } = copy.settings();
+        let finer = Settings { substeps: 2 * substeps, ..copy.settings() };
+        copy.set_settings(finer).expect("valid settings");
+        copy.queue(as_felt(grab, h)).expect("a valid grab");
+        copy.apply_queued();
+        let held = |runner: &Runner| {
+            on!(runner, simulation => {
+                let grab = &simulation.model().grabs()[0];
+                [grab.stiffness.to_f64(), grab.damping.to_f64()]
+            })
+        };
+        for (run, copy) in held(&runner).into_iter().zip(held(&copy)) {
+            // A product more or less: a few roundings.
+            assert!((run - copy).abs() <= 1e-12 * run, "{run} {copy}");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! `msd sweep`: what comes of a scene over a grid of its keys?
+
+use super::arguments::SweepArguments;
+use super::failure::{Failure, say, tell};
+use indicatif::{ProgressBar, ProgressStyle};
+use msd_lab::sweep::{Event, Store, Summary, Sweep, TableFormat};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+/// Lists, runs or collects cells.
+pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
+    let sweep = Sweep::open(&arguments.sweep).map_err(Failure::input)?;
+    let store = Store::of(&sweep, arguments.out.clone());
+    if arguments.list {
+        return list(&sweep, &store);
+    }
+    if let Some(path) = &arguments.collect {
+        let format = TableFormat::of(path).ok_or_else(|| {
+            Failure::input(format!("--collect {}: must end in .parquet or .csv", path.display()))
+        })?;
+        return collect(&sweep, &store, (path, format));
+    }
+    let cells = cells(arguments, sweep.len())?;
+    let whole = cells.len() == sweep.len();
+    let summary = run_cells(&sweep, &store, (cells, arguments.jobs))?;
+    say(&words(&summary, &store))?;
+    // A part of a sweep leaves the table alone: every task of an array would read all files.
+    if whole { collect(&sweep, &store, (&store.table_path(), sweep.format())) } else { Ok(()) }
+}
+
+/// The cells that were asked for.
+fn cells(arguments: &SweepArguments, count: usize) -> Result<Range<usize>, Failure> {
+    let (flag, first, last) = match (arguments.task, arguments.tasks) {
+        (Some(task), _) => ("--task", task, task),
+        // The last block of an array may be short.
+        (None, Some((first, last))) => ("--tasks", first, last.min(count - 1)),
+        (None, None) => return Ok(0..count),
+    };
+    if count <= first {
+        let cells = if count == 1 { "is 1 cell" } else { &format!("are {count} cells") };
+        let name = arguments.sweep.display();
+        return Err(Failure::input(format!(
+            "{flag} names cell {first}; it must be from 0 to {}: there {cells} in {name}",
+            count - 1
+        )));
+    }
+    Ok(first..last + 1)
+}
+
+fn list(sweep: &Sweep, store: &Store) -> Result<(), Failure> {
+    // Every cell before the first line: a list that ends in an error would be taken for whole.
+    let mut lines = Vec::with_capacity(sweep.len());
+    let width = (sweep.len() - 1).to_string().len();
+    for number in 0..sweep.len() {
+        let cell = sweep.cell(number).map_err(Failure::input)?;
+        let state = if store.row(sweep, &cell).is_some() {
+            "done"
+        } else {
+            sweep.load(&cell).map_err(Failure::input)?;
+            "to-do"
+        };
+        lines.push(format!("{number:>width$}  {}  {state:<5}  {}", cell.hash, sweep.words(&cell)));
+    }
+    say(&lines.join("\n"))
+}
+
+fn run_cells(
+    sweep: &Sweep,
+    store: &Store,
+    (cells, jobs): (Range<usize>, usize),
+) -> Result<Summary, Failure> {
+    let bar = ProgressBar::new(0);
+    if let Ok(style) = ProgressStyle::with_template("{elapsed} {wide_bar} {pos}/{len} {msg}") {
+        bar.set_style(style);
+    }
+    bar.enable_steady_tick(Duration::from_millis(200));
+    let (done, planned) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let hear = |event: Event| match &event {
+        Event::Planned { todo, .. } => {
+            planned.store(*todo, Ordering::Relaxed);
+            bar.set_length(*todo as u64);
+            bar.set_message("checking");
+        }
+        Event::Checked => bar.inc(1),
+        Event::Finished { left, .. } => {
+            let (done, planned) =
+                (done.fetch_add(1, Ordering::Relaxed) + 1, planned.load(Ordering::Relaxed));
+            let left = match planned.saturating_sub(done) {
+                0 => String::new(),
+                _ => format!(", about {} left", duration(*left)),
+            };
+            bar.set_position(done as u64);
+            bar.set_message(left.trim_start_matches(", ").to_owned());
+            bar.suspend(|| tell(&format!("[{done}/{planned}{left}] {event}")));
+        }
+        _ => {}
+    };
+    let summary = msd_lab::sweep::run(sweep, store, (cells, jobs), &hear);
+    bar.finish_and_clear();
+    summary.map_err(Failure::input)
+}
+
+/// A time in words, no more exact than an estimate is.
+fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => "a second".into(),
+        s if s < 100.0 => format!("{s:.0} s"),
+        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
+        s if s < 360_000.0 => format!("{:.0} h", s / 3600.0),
+        s => format!("{:.0} days", s / 86400.0),
+    }
+}
+
+fn words(summary: &Summary, store: &Store) -> String {
+    let Summary { run, skipped, diverged } = summary;
+    let cells = if run + skipped == 1 { "cell" } else { "cells" };
+    let diverged = match diverged {
+        0 => String::new(),
+        count => format!(" ({count} diverged)"),
+    };
+    let folder = store.folder().display();
+    format!("{} {cells}: {run} run{diverged}, {skipped} done before; in {folder}", run + skipped)
+}
+
+fn collect(
+    sweep: &Sweep,
+    store: &Store,
+    (path, format): (&Path, TableFormat),
+) -> Result<(), Failure> {
+    let (table, missing) = store.collect(sweep).map_err(Failure::input)?;
+    if 0 < missing {
+        tell(&format!("warning: {missing} of {} cells are not done", sweep.len()));
+    }
+    table.write(path, format).map_err(Failure::input)?;
+    let rows = table.rows.len();
+    let rows = if rows == 1 { "1 row".into() } else { format!("{rows} rows") };
+    say(&format!("{rows} in {}", path.display()))
+}

@@ -1,0 +1,149 @@
+//! How does the system answer a small change of velocity? As the matrix of an implicit substep.
+//!
+//! For a stage of length τ the matrix is A = M − τ ∂f/∂v − τ² ∂f/∂x. It is never written down: it
+//! is a coefficient along and one across for each spring, and one for each particle.
+
+use crate::real::{Real, Vector};
+use crate::system::{Model, Motion};
+use alloc::vec;
+use alloc::vec::Vec;
+use glam::DVec3;
+
+/// What a spring adds to the matrix: `across` w + `along` u (u·w) for a relative velocity w, with u
+/// the unit vector from one end to the other.
+#[derive(Clone, Copy, Debug)]
+struct Link<R: Real> {
+    direction: R::Vec3,
+    /// Weight along the spring beyond that in every direction, kilograms.
+    along: R,
+    /// Weight in every direction, kilograms.
+    across: R,
+}
+
+/// The matrix A = M − τ ∂f/∂v − τ² ∂f/∂x about a motion, kilograms.
+///
+/// A spring at length L and tension t = k (L − rest) + b u·(v_b − v_a) adds, between its ends,
+/// (τ² k + τ b) u uᵀ + τ² max(0, t / L) (1 − u uᵀ): the exact derivative but for two things.
+///
+/// - A spring that pushes is unstable sideways, t < 0, and would make A indefinite; there it adds
+///   nothing (Choi and Ko, 2002).
+/// - The force of a damper also turns with the spring by b u (w − u (u·w))ᵀ / L, which is not
+///   symmetric and is left out.
+///
+/// Only the matrix is approximate, never the force: what is left out changes a velocity by a term
+/// of third order in τ, and Newton iterations remove it. Drag adds τ times its factor, a grab τ² k +
+/// τ b unless its force is at its maximum, hence constant.
+#[derive(Clone, Debug, Default)]
+pub struct Tangent<R: Real> {
+    links: Vec<Link<R>>,
+    /// Mass, drag and grabs of each particle, kilograms.
+    diagonals: Vec<R>,
+    /// Inverse of the 3x3 block of each particle, columns; zero where the particle is pinned.
+    inverses: Vec<[R::Vec3; 3]>,
+}
+
+impl<R: Real> Tangent<R> {
+    /// Makes room for the matrix of a model.
+    pub fn new(model: &Model<R>) -> Self {
+        Tangent {
+            links: Vec::with_capacity(model.spring_count()),
+            diagonals: Vec::with_capacity(model.particle_count()),
+            inverses: vec![[R::Vec3::ZERO; 3]; model.particle_count()],
+        }
+    }
+
+    /// Overwrites the matrix with that about a motion, for a stage of `tau` seconds.
+    pub fn linearise(&mut self, model: &Model<R>, motion: Motion<'_, R>, tau: R) {
+        self.set_diagonals(model, motion, tau);
+        self.links.clear();
+        let link = |spring| link(model, spring, motion, tau);
+        self.links.extend((0..model.spring_count()).map(link));
+        self.invert_blocks(model);
+    }
+
+    fn set_diagonals(&mut self, model: &Model<R>, motion: Motion<'_, R>, tau: R) {
+        self.diagonals.clear();
+        self.diagonals.extend(model.masses.iter().map(|&mass| mass + tau * model.drag));
+        for grab in &model.grabs {
+            let particle = grab.particle as usize;
+            let pull = (grab.target - motion.positions[particle]) * grab.stiffness
+                - motion.velocities[particle] * grab.damping;
+            if pull.dot(pull) <= grab.max_force * grab.max_force {
+                self.diagonals[particle] += tau * (tau * grab.stiffness + grab.damping);
+            }
+        }
+    }
+
+    fn invert_blocks(&mut self, model: &Model<R>) {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z].map(R::Vec3::of);
+        for (block, &diagonal) in self.inverses.iter_mut().zip(&self.diagonals) {
+            *block = axes.map(|axis| axis * diagonal);
+        }
+        for (link, ends) in self.links.iter().zip(&model.ends) {
+            let components = link.direction.components();
+            let add: [R::Vec3; 3] = core::array::from_fn(|k| {
+                link.direction * (link.along * components[k]) + axes[k] * link.across
+            });
+            for &end in ends {
+                for (column, &add) in self.inverses[end as usize].iter_mut().zip(&add) {
+                    *column += add;
+                }
+            }
+        }
+        for (block, &inverse_mass) in self.inverses.iter_mut().zip(&model.inverse_masses) {
+            let pinned = inverse_mass == R::ZERO;
+            *block = if pinned { [R::Vec3::ZERO; 3] } else { inverse::<R>(*block) };
+        }
+    }
+
+    /// The inverse of the block of each particle, columns; zero where the particle is pinned.
+    pub(crate) fn inverses(&self) -> &[[R::Vec3; 3]] {
+        &self.inverses
+    }
+
+    /// Overwrites `product` with A x.
+    pub fn set_product(&self, ends: &[[u32; 2]], x: &[R::Vec3], product: &mut [R::Vec3]) {
+        let rows = product.iter_mut().zip(x).zip(&self.diagonals);
+        for ((product, &x), &diagonal) in rows {
+            *product = x * diagonal;
+        }
+        let count = x.len();
+        let product = &mut product[..count];
+        for (link, &[a, b]) in self.links.iter().zip(ends) {
+            let (a, b) = (a as usize, b as usize);
+            let apart = x[b] - x[a];
+            let pull =
+                apart * link.across + link.direction * (link.along * link.direction.dot(apart));
+            product[a] -= pull;
+            product[b] += pull;
+        }
+    }
+}
+
+fn link<R: Real>(model: &Model<R>, spring: usize, motion: Motion<'_, R>, tau: R) -> Link<R> {
+    let [a, b] = model.ends[spring].map(|end| end as usize);
+    let across = motion.positions[b] - motion.positions[a];
+    let squared = across.dot(across);
+    if squared < R::SHORTEST_SQUARED {
+        // Without direction, without force, as in `forces`.
+        return Link { direction: R::Vec3::ZERO, along: R::ZERO, across: R::ZERO };
+    }
+    let length = squared.sqrt();
+    let direction = across * (R::ONE / length);
+    let rate = direction.dot(motion.velocities[b] - motion.velocities[a]);
+    let (stiffness, damping) = (model.stiffnesses.get(spring), model.dampings.get(spring));
+    let tension = stiffness * (length - model.rest_lengths[spring]) + damping * rate;
+    let across = tau * tau * (tension / length).max(R::ZERO);
+    Link { direction, along: tau * (tau * stiffness + damping) - across, across }
+}
+
+/// The inverse of a symmetric matrix, by cofactors.
+fn inverse<R: Real>(columns: [R::Vec3; 3]) -> [R::Vec3; 3] {
+    // In double precision: a stiff spring and a light particle differ by more than 2^24.
+    let [a, b, c] = columns.map(Vector::to_f64);
+    let scale = 1.0 / (a.x + b.y + c.z);
+    let [a, b, c] = [a * scale, b * scale, c * scale];
+    let (bc, ca, ab) = (Vector::cross(b, c), Vector::cross(c, a), Vector::cross(a, b));
+    let factor = scale / Vector::dot(a, bc);
+    [bc, ca, ab].map(|column| R::Vec3::of(column * factor))
+}

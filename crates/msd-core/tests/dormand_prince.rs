@@ -1,0 +1,445 @@
+//! Does the adaptive method keep its tolerance, its order and its time, with and without contact?
+
+mod common;
+
+use common::{distance, tumbling_block, two_masses, weightless};
+use msd_core::glam::{DMat3, DVec3};
+use msd_core::{
+    Error, Friction, Integrator, Material, Motion, Particle, Pin, Plane, Real, Scene, Settings,
+    Simulation, State, Vector, World, dormand_prince, forces, shape, system::Model,
+};
+
+const G: f64 = 9.82;
+
+fn settings(step: f64, tolerance: f64) -> Settings {
+    Settings { integrator: Integrator::DormandPrince, step, tolerance, ..Settings::default() }
+}
+
+fn simulation<R: Real>(scene: &Scene, step: f64, tolerance: f64) -> Simulation<R> {
+    Simulation::new(scene, settings(step, tolerance)).expect("a valid scene")
+}
+
+fn run<R: Real>(scene: &Scene, (step, steps): (f64, usize), tolerance: f64) -> Simulation<R> {
+    let mut simulation = simulation::<R>(scene, step, tolerance);
+    for _ in 0..steps {
+        simulation.step().expect("a tolerance within reach");
+    }
+    simulation
+}
+
+/// Runs to the end and returns the state in double precision.
+fn state(scene: &Scene, time: (f64, usize), tolerance: f64) -> State<f64> {
+    run::<f64>(scene, time, tolerance).state().clone()
+}
+
+/// One particle above the plane y = 0.
+fn ball(position: DVec3, velocity: DVec3, restitution: f64, friction: Friction) -> Scene {
+    Scene {
+        particles: vec![Particle { position, velocity, mass: 0.7 }],
+        planes: vec![Plane { normal: DVec3::Y, offset: 0.0, restitution, friction }],
+        ..Scene::default()
+    }
+}
+
+const SMOOTH: Friction = Friction::Coulomb(0.0);
+
+/// A block that turns as it falls on the plane y = 0.
+fn falling_block(stiffness: f64, restitution: f64, friction: Friction) -> Scene {
+    let material = Material { mass: 0.1, stiffness, damping: 0.5 };
+    let mut part = shape::block([3, 3, 3], 0.5, material).unwrap();
+    let turn = DMat3::from_rotation_z(0.4) * DMat3::from_rotation_x(0.3);
+    part.place(turn, DVec3::new(0.0, 1.2, 0.0));
+    part.set_motion(DVec3::new(1.0, 0.0, 0.2), DVec3::new(0.0, 0.0, -1.0));
+    let mut scene = Scene::of("block", part);
+    scene.planes.push(Plane { normal: DVec3::Y, offset: 0.0, restitution, friction });
+    scene
+}
+
+// Without contact.
+
+#[test]
+fn the_error_is_proportional_to_the_tolerance() {
+    for damping in [0.0, 2.0] {
+        let scene = tumbling_block(damping);
+        let size = Model::<f64>::new(&scene).unwrap().0.size();
+        let exact = state(&scene, (2.0, 1), 1e-13);
+        let mut before = f64::INFINITY;
+        for tolerance in [1e-3, 1e-5, 1e-7, 1e-9] {
+            let error = distance(&state(&scene, (2.0, 1), tolerance), &exact) / size;
+            // About w t = 20 substep errors of the size of the tolerance, less for local
+            // extrapolation and damping.
+            assert!(error <= 20.0 * tolerance, "{damping}, {tolerance}: {error}");
+            // Two decades: the local error estimate is of order 5, so is the global error.
+            let fall = before / error;
+            assert!(15.0 <= fall, "{damping}, {tolerance}: error fell by {fall}");
+            before = error;
+        }
+    }
+}
+
+#[test]
+fn at_equal_substeps_the_order_is_five_and_that_of_the_interpolant_four() {
+    for damping in [0.0, 2.0] {
+        let (model, start) = Model::<f64>::new(&tumbling_block(damping)).unwrap();
+        // At tolerance 1 each step is a single substep.
+        let go = |step: f64, steps: usize, fraction: f64| {
+            let (mut state, mut inside) = (start.clone(), start.clone());
+            let mut scratch = dormand_prince::Scratch::new(model.particle_count());
+            let mut force = |motion: Motion<'_, f64>, forces: &mut [DVec3]| {
+                forces::set_external_forces(&model, motion, forces)
+                    + forces::add_spring_forces(&model, motion, forces)
+            };
+            for _ in 0..steps {
+                let bounds = (step, 1.0);
+                let done =
+                    dormand_prince::advance(&model, bounds, &mut state, &mut scratch, &mut force);
+                assert_eq!((done.work.substeps, done.stuck), (1, None));
+            }
+            scratch.interpolate(fraction, &mut inside);
+            inside
+        };
+        let exact = go(1.0 / 2048.0, 1024, 1.0);
+        let error = |steps: usize| distance(&go(0.5 / steps as f64, steps, 1.0), &exact);
+        let ratio = error(16) / error(32);
+        // 2⁵, and the next order is not small yet.
+        assert!((20.0..48.0).contains(&ratio), "{damping}: {ratio}");
+        for fraction in [0.25, 0.5, 0.75] {
+            let error = |steps: usize| {
+                let step = 0.5 / steps as f64;
+                let exact = go(fraction * step / 16.0, 16, 1.0);
+                distance(&go(step, 1, fraction), &exact)
+            };
+            // A local error of order 5.
+            let ratio = error(16) / error(32);
+            assert!((20.0..48.0).contains(&ratio), "{damping}, {fraction}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn a_free_particle_follows_the_parabola_to_rounding() {
+    let scene = Scene { planes: vec![], ..ball(DVec3::Y, DVec3::new(1.0, 2.0, 3.0), 0.0, SMOOTH) };
+    let done = run::<f64>(&scene, (1.0, 3), 1e-3);
+    let exact = DVec3::Y + DVec3::new(3.0, 6.0 - 4.5 * G, 9.0);
+    assert!((done.state().positions[0] - exact).length() < 1e-13);
+    assert_eq!(done.work().unwrap().substeps, 3);
+}
+
+#[test]
+fn an_oscillator_follows_its_closed_form() {
+    // Two masses of 2 kg: reduced mass 1, w² = 100 − 1, damped with rate 1.
+    let scene = two_masses([2.0, 2.0], 100.0, 2.0, 0.1);
+    let (w, t) = (99.0f64.sqrt(), 3.0);
+    let stretch = 0.1 * (-t as f64).exp() * ((w * t).cos() + (w * t).sin() / w);
+    for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
+        let done = run::<f64>(&scene, (1.0, 3), tolerance);
+        let [a, b] = done.state().positions[..] else { unreachable!() };
+        let error = ((b - a).length() - 1.0 - stretch).abs();
+        // The stretch is a tenth of the size, and damps what went wrong before.
+        assert!(error <= 3.0 * tolerance, "{tolerance}: {error}");
+        // What the damper took is an integral by the same weights.
+        let energy = done.energy();
+        let lost = 0.5 * 100.0 * 0.1 * 0.1 - (energy.kinetic + energy.elastic);
+        assert!((energy.dissipated - lost).abs() <= 3.0 * tolerance, "{tolerance}");
+    }
+}
+
+#[test]
+fn the_same_run_has_the_same_bits_and_resumes_from_its_state() {
+    let scene = falling_block(500.0, 0.6, Friction::Coulomb(0.4));
+    let whole = run::<f32>(&scene, (1.0 / 60.0, 90), 1e-4);
+    assert_eq!(whole.state(), run::<f32>(&scene, (1.0 / 60.0, 90), 1e-4).state());
+    let half = run::<f32>(&scene, (1.0 / 60.0, 45), 1e-4);
+    let mut resumed = simulation::<f32>(&scene, 1.0 / 60.0, 1e-4);
+    resumed.set_state(half.state(), 45).unwrap();
+    for _ in 45..90 {
+        resumed.step().unwrap();
+    }
+    assert_eq!(whole.state(), resumed.state());
+}
+
+#[test]
+fn a_step_split_in_two_agrees_within_the_tolerance() {
+    let scene = tumbling_block(0.5);
+    let size = Model::<f64>::new(&scene).unwrap().0.size();
+    for tolerance in [1e-4, 1e-7] {
+        let (whole, split) =
+            (state(&scene, (1.0, 1), tolerance), state(&scene, (0.5, 2), tolerance));
+        // Each is within ten tolerances of the truth.
+        assert!(distance(&whole, &split) <= 20.0 * tolerance * size);
+    }
+}
+
+// Contact.
+
+/// Height of a ball dropped from 1 m at a time, metres.
+fn height(restitution: f64, time: f64) -> f64 {
+    let (mut at, mut speed) = ((2.0 / G).sqrt(), (2.0 * G).sqrt());
+    if time < at {
+        return 1.0 - 0.5 * G * time * time;
+    }
+    while 1e-9 < speed {
+        speed *= restitution;
+        let flight = 2.0 * speed / G;
+        if time < at + flight {
+            return speed * (time - at) - 0.5 * G * (time - at) * (time - at);
+        }
+        at += flight;
+    }
+    0.0
+}
+
+#[test]
+fn a_bouncing_ball_follows_its_closed_form_and_comes_to_rest_on_the_plane() {
+    for restitution in [0.0, 0.5, 0.8, 1.0] {
+        for (step, steps) in [(1.0 / 60.0, 360), (2.0, 3)] {
+            for tolerance in [1e-3, 1e-6, 1e-9] {
+                let scene = ball(DVec3::Y, DVec3::ZERO, restitution, SMOOTH);
+                let mut ball = simulation::<f64>(&scene, step, tolerance);
+                for _ in 0..steps {
+                    ball.step().unwrap();
+                    let found = ball.state().positions[0].y;
+                    let error = (found - height(restitution, ball.time())).abs();
+                    // An impact is located within a hundredth of the tolerance; what a bounce of
+                    // speed v shifts in time, the ones after it multiply by up to their number.
+                    assert!(error <= tolerance, "{restitution}, {tolerance}: {error}");
+                }
+                if restitution < 0.9 {
+                    // The series of bounces ends after (1 + e) / (1 − e) √(2 h / g) < 5 s.
+                    assert_eq!(ball.state().positions[0], DVec3::ZERO);
+                    assert_eq!(ball.state().velocities[0], DVec3::ZERO);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_bouncing_cube_keeps_the_tolerance() {
+    let scene = falling_block(500.0, 0.6, Friction::Coulomb(0.4));
+    let size = Model::<f64>::new(&scene).unwrap().0.size();
+    let exact = state(&scene, (1.0 / 60.0, 60), 1e-10);
+    for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9] {
+        let done = run::<f64>(&scene, (1.0 / 60.0, 60), tolerance);
+        let error = distance(done.state(), &exact) / size;
+        println!("{tolerance}: {error} {:?}", done.work());
+    }
+}
+
+#[test]
+fn a_slide_ends_where_coulomb_says() {
+    let (mu, speed) = (0.3, 2.0);
+    let scene = ball(DVec3::ZERO, DVec3::new(speed, 0.0, 0.0), 0.5, Friction::Coulomb(mu));
+    for tolerance in [1e-3, 1e-6, 1e-9] {
+        let done = run::<f64>(&scene, (0.25, 4), tolerance);
+        let stop = speed * speed / (2.0 * mu * G);
+        let [at, v] = [done.state().positions[0], done.state().velocities[0]];
+        assert_eq!((at.y, v), (0.0, DVec3::ZERO));
+        // A slide that would end within a tenth of the tolerance has ended.
+        assert!((at.x - stop).abs() <= 0.2 * tolerance, "{tolerance}: {} {stop}", at.x);
+        let lost = 0.5 * 0.7 * speed * speed;
+        assert!((done.dissipated() - lost).abs() <= 10.0 * tolerance);
+    }
+}
+
+#[test]
+fn on_a_slope_friction_decides_between_sticking_and_sliding() {
+    let angle = 0.4f64;
+    let normal = DVec3::new(angle.sin(), angle.cos(), 0.0);
+    for mu in [0.0, 0.3, 0.41, 0.43, 0.6] {
+        let mut scene = ball(DVec3::ZERO, DVec3::ZERO, 0.5, Friction::Coulomb(mu));
+        scene.planes[0].normal = normal;
+        let done = run::<f64>(&scene, (0.5, 4), 1e-8);
+        let pull = G * (angle.sin() - mu * angle.cos());
+        // 2 s of uniform acceleration down the slope, or none.
+        let way = if pull < 0.0 { 0.0 } else { 2.0 * pull };
+        let exact = DVec3::new(angle.cos(), -angle.sin(), 0.0) * way;
+        let error = (done.state().positions[0] - exact).length();
+        // The slide is a parabola; only rounding is left.
+        assert!(error <= 1e-12, "{mu}: {error}");
+    }
+}
+
+#[test]
+fn a_slide_up_a_slope_turns_or_stays() {
+    let angle = 0.4f64;
+    let up = DVec3::new(-angle.cos(), angle.sin(), 0.0);
+    for mu in [0.2, 0.6] {
+        let mut scene = ball(DVec3::ZERO, up * 3.0, 0.5, Friction::Coulomb(mu));
+        scene.planes[0].normal = DVec3::new(angle.sin(), angle.cos(), 0.0);
+        let done = run::<f64>(&scene, (2.0, 1), 1e-7);
+        let (brake, pull) =
+            (G * (angle.sin() + mu * angle.cos()), G * (angle.sin() - mu * angle.cos()));
+        let (time, way) = (3.0 / brake, 4.5 / brake);
+        let back = 0.5 * pull.max(0.0) * (2.0 - time) * (2.0 - time);
+        let error = (done.state().positions[0] - up * (way - back)).length();
+        assert!(error <= 1e-7, "{mu}: {error}");
+    }
+}
+
+#[test]
+fn bounces_with_friction_take_as_much_as_the_weight_presses() {
+    // Until it stops, the impulses of bounces, hops too low to be made and the weight at rest are
+    // those of the weight alone: μ g t, from the start of the first bounce on.
+    let (mu, e) = (0.1, 0.5);
+    let scene = ball(DVec3::Y, DVec3::new(3.0, 0.0, 0.0), e, Friction::Coulomb(mu));
+    let first = (2.0 / G).sqrt();
+    let time = 3.0;
+    let speed = 3.0 - mu * ((2.0 * G).sqrt() + G * (time - first));
+    for tolerance in [1e-4, 1e-6, 1e-8] {
+        let done = run::<f64>(&scene, (0.5, 6), tolerance);
+        let error = (done.state().velocities[0].x - speed).abs();
+        assert!(error <= tolerance, "{tolerance}: {error}");
+    }
+}
+
+#[test]
+fn a_body_at_rest_stays_and_what_sticks_does_not_creep() {
+    for friction in [SMOOTH, Friction::Coulomb(0.5), Friction::TangentialLoss(0.3)] {
+        let mut scene = falling_block(500.0, 0.3, friction);
+        for spring in &mut scene.springs {
+            spring.damping = 5.0;
+        }
+        let mut block = run::<f64>(&scene, (0.1, 100), 1e-6);
+        let before = block.state().clone();
+        let lowest = |state: &State<f64>| {
+            state.positions.iter().map(|x| x.y).fold(f64::INFINITY, f64::min)
+        };
+        println!("{friction:?} {:?} {:?}", block.energy(), block.work());
+        assert!(lowest(&before).abs() < 1e-15);
+        let work = block.work().unwrap().evaluations;
+        for _ in 0..10 {
+            block.step().unwrap();
+        }
+        println!("{:?} {}", distance(block.state(), &before), block.work().unwrap().evaluations - work);
+    }
+}
+
+#[test]
+fn corners_hold_what_falls_into_them() {
+    let plane = |normal: DVec3| Plane {
+        normal,
+        offset: 0.0,
+        restitution: 0.6,
+        friction: Friction::Coulomb(0.2),
+    };
+    let corners = [
+        vec![plane(DVec3::Y), plane(DVec3::X), plane(DVec3::Z)],
+        vec![plane(DVec3::new(1.0, 0.3, 0.0)), plane(DVec3::new(-1.0, 0.4, 0.0))],
+        vec![plane(DVec3::Y), plane(DVec3::new(0.8, -0.6, 0.0)), plane(DVec3::Z)],
+    ];
+    for planes in corners {
+        let start = DVec3::new(1.0, 4.0, 0.5);
+        let velocity = DVec3::new(-2.0, 0.0, -1.0);
+        let mut scene = ball(start, velocity, 0.5, SMOOTH);
+        scene.planes = planes;
+        let model = Model::<f64>::new(&scene).unwrap().0;
+        let mut ball = simulation::<f64>(&scene, 0.1, 1e-5);
+        for _ in 0..100 {
+            ball.step().unwrap();
+            for plane in model.planes() {
+                let d = plane.normal.dot(ball.state().positions[0]) - plane.offset;
+                assert!(-1e-5 <= d, "{d} in {scene:?}");
+            }
+        }
+        println!("{:?} {:?}", ball.state(), ball.work());
+        assert_eq!(ball.state().velocities[0], DVec3::ZERO);
+    }
+}
+
+#[test]
+fn a_particle_put_inside_a_plane_comes_out() {
+    let mut ball =
+        simulation::<f64>(&ball(DVec3::Y, DVec3::ZERO, 0.5, SMOOTH), 1.0 / 60.0, 1e-4);
+    let inside = DVec3::new(0.0, -3.0, 0.0);
+    let state = State { positions: vec![inside], velocities: vec![DVec3::ZERO] };
+    ball.set_state(&state, 0).unwrap();
+    ball.step().unwrap();
+    assert_eq!(ball.state().positions[0], DVec3::ZERO);
+}
+
+#[test]
+fn planes_do_not_touch_what_is_pinned() {
+    let mut scene = ball(DVec3::Y, DVec3::ZERO, 0.5, SMOOTH);
+    scene.pins.push(Pin { particle: 0, velocity: -DVec3::Y });
+    let done = run::<f64>(&scene, (0.5, 4), 1e-4);
+    assert!((done.state().positions[0] + DVec3::Y).length() < 1e-14);
+    assert_eq!(done.work().unwrap().events, 0);
+}
+
+#[test]
+fn elastic_bounces_without_friction_keep_the_energy() {
+    let mut scene = falling_block(500.0, 1.0, SMOOTH);
+    for spring in &mut scene.springs {
+        spring.damping = 0.0;
+    }
+    for tolerance in [1e-4, 1e-5, 1e-6] {
+        let mut block = simulation::<f64>(&scene, 0.1, tolerance);
+        let mechanical = |block: &Simulation<f64>| block.energy().total() - block.dissipated();
+        let before = mechanical(&block);
+        for _ in 0..100 {
+            block.step().unwrap();
+        }
+        let change = (mechanical(&block) - before) / before;
+        println!("{tolerance}: {change} {:?}", block.work());
+    }
+}
+
+#[test]
+fn verlet_with_short_substeps_converges_to_it() {
+    let scene = falling_block(500.0, 0.6, Friction::Coulomb(0.4));
+    let exact = state(&scene, (1.0 / 60.0, 40), 1e-9);
+    for substeps in [20, 80, 320] {
+        let settings = Settings { substeps, ..Settings::default() };
+        let mut verlet = Simulation::<f64>::new(&scene, settings).unwrap();
+        for _ in 0..40 {
+            verlet.step().unwrap();
+        }
+        println!("{substeps}: {}", distance(verlet.state(), &exact));
+    }
+}
+
+#[test]
+fn single_precision_keeps_what_it_can() {
+    let scene = tumbling_block(0.5);
+    let exact = state(&scene, (2.0, 1), 1e-11);
+    for tolerance in [1e-3, 1e-5, 1e-12] {
+        let done = run::<f32>(&scene, (2.0, 1), tolerance);
+        let error = distance(&done.state().convert(), &exact);
+        println!("{tolerance}: {error} {:?}", done.work());
+    }
+}
+
+#[test]
+fn absurd_scenes_end() {
+    let absurd = |stiffness: f64, damping: f64, speed: f64| {
+        let material = Material { mass: 1e-3, stiffness, damping };
+        let mut part = shape::block([2, 2, 2], 1.0, material).unwrap();
+        part.set_motion(DVec3::new(speed, -speed, 0.0), DVec3::ONE);
+        let mut scene = Scene::of("block", part);
+        let friction = Friction::Coulomb(0.5);
+        for (normal, restitution) in [(DVec3::Y, 1.0), (-DVec3::Y, 1.0), (DVec3::X, 0.0)] {
+            scene.planes.push(Plane { normal, offset: -1.0, restitution, friction });
+        }
+        scene
+    };
+    for (stiffness, damping, speed) in
+        [(1e12, 0.0, 0.0), (1e12, 0.0, 1e6), (1e6, 1e12, 1.0), (100.0, 0.1, 1e6)]
+    {
+        let scene = absurd(stiffness, damping, speed);
+        for tolerance in [1e-14, 1.0] {
+            let start = std::time::Instant::now();
+            let mut block = simulation::<f64>(&scene, 1.0 / 60.0, tolerance);
+            let before = block.state().clone();
+            let end = block.step();
+            println!("{stiffness} {damping} {speed} {tolerance}: {end:?} {:?} {:?}", block.work(), start.elapsed());
+            match end {
+                Ok(()) => {}
+                Err(Error::Unreachable { .. } | Error::Diverged(_)) => {
+                    assert_eq!(block.state(), &before);
+                }
+                Err(other) => panic!("{other}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! What comes of a scene over a grid of its keys? Every cell is a run of its own with a file of its
+//! own, so that a sweep can be stopped, resumed and spread over machines. `docs/sweeps.md` says how.
+//!
+//! ```no_run
+//! use msd_lab::sweep::{Store, Sweep};
+//! let sweep = Sweep::open("cloth-sweep.toml".as_ref())?;
+//! let store = Store::of(&sweep, None);
+//! msd_lab::sweep::run(&sweep, &store, (0..sweep.len(), 1), &|event| println!("{event}"))?;
+//! store.collect(&sweep)?.0.write("cloth.csv".as_ref(), msd_lab::sweep::TableFormat::Csv)?;
+//! # Ok::<(), msd_lab::LabError>(())
+//! ```
+
+mod key;
+mod value;
+mod table;
+mod csv_file;
+mod parquet_file;
+mod file;
+mod plan;
+mod measure;
+mod row;
+mod store;
+mod run;
+
+pub use plan::{Cell, Sweep};
+pub use run::{Event, Summary, run};
+pub use store::Store;
+pub use table::{Column, Datum, Kind, Table, TableFormat};
