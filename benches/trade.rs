@@ -36,9 +36,10 @@ fn main() -> Result<()> {
     let mut text = std::fs::read_to_string(&page)?;
     let mut studies = Vec::new();
     for (name, duration, budget) in STUDIES {
-        let studied = study(&scene(root, name)?, Plan { duration, budget, ..Plan::default() }, &mut |p| {
-            eprintln!("{name}: {} done, {}", p.done, p.now);
-        })?;
+        let studied =
+            study(&scene(root, name)?, Plan { duration, budget, ..Plan::default() }, &mut |p| {
+                eprintln!("{name}: {} done, {}", p.done, p.now);
+            })?;
         std::fs::write(root.join(format!("docs/trade/{name}.svg")), report::svg(&studied))?;
         text = put(&text, name, &front(&studied));
         studies.push(studied);
@@ -106,9 +107,10 @@ fn beside_the_design(study: &Study) -> String {
             trial.choice.settings().substeps == substeps && trial.choice.precision == Precision::F64
         })
     };
-    let mut table = "| method | substeps | cost / Verlet's: design | here | error / size: design | here |\n\
+    let mut table =
+        "| method | substeps | cost / Verlet's: design | here | error / size: design | here |\n\
                      |---|---|---|---|---|---|\n"
-        .to_owned();
+            .to_owned();
     let Some(verlet) = find(Integrator::VelocityVerlet, 4) else { return table };
     for (integrator, substeps, cost, error) in design {
         let Some(trial) = find(integrator, substeps) else { continue };
@@ -172,8 +174,7 @@ fn precisions(studies: &[Study]) -> String {
             of(Precision::F64).find(same).map(|other| other.cost / trial.cost)
         };
         let verlet = |trial: &&Trial| trial.choice.integrator == Integrator::VelocityVerlet;
-        let mut ratios: Vec<f64> =
-            of(Precision::F32).filter(verlet).filter_map(twin).collect();
+        let mut ratios: Vec<f64> = of(Precision::F32).filter(verlet).filter_map(twin).collect();
         ratios.sort_by(f64::total_cmp);
         let ratio = ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN);
         let size = study.size;
@@ -190,7 +191,8 @@ fn precisions(studies: &[Study]) -> String {
 }
 
 fn audits(study: &Study) -> String {
-    let mut table = "| choice | stiffness | damping ratio | period |\n|---|---|---|---|\n".to_owned();
+    let mut table =
+        "| choice | stiffness | damping ratio | period |\n|---|---|---|---|\n".to_owned();
     for audit in &study.audit {
         let _ = writeln!(
             table,
@@ -205,20 +207,24 @@ fn audits(study: &Study) -> String {
 }
 
 fn all_terms() -> Result<String> {
-    let mut table = "| scene | without | changes the answer by | saves |\n|---|---|---|---|\n".to_owned();
+    let mut table =
+        "| scene | without | changes the answer by | saves |\n|---|---|---|---|\n".to_owned();
     for name in ["jelly", "cloth", "teapot", "bunny"] {
         for row in terms(&msd::lab::open(name)?, 1.0)? {
             let change = row.relative.map_or("it diverges".into(), |part| {
                 format!("{} % of the size", short(100.0 * part))
             });
-            let _ = writeln!(table, "| {name} | {} | {change} | {:.0} % |", row.term, row.cost_percent);
+            let _ =
+                writeln!(table, "| {name} | {} | {change} | {:.0} % |", row.term, row.cost_percent);
         }
     }
     Ok(table)
 }
 
 fn calibrations() -> Result<String> {
-    let mut table = "| scene | from t, s | estimated | true | estimated / true |\n|---|---|---|---|---|\n".to_owned();
+    let mut table =
+        "| scene | from t, s | estimated | true | estimated / true |\n|---|---|---|---|---|\n"
+            .to_owned();
     for builtin in &BUILTINS {
         for c in calibrate(&msd::lab::open(builtin.name)?, &[0.0, 1.0, 2.0], 30)? {
             let (estimated, right) = (metres(c.estimated), metres(c.true_error));

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .margin(12)
         .x_label_area_size(40)
         .y_label_area_size(60)
-        .build_cartesian_2d((3.0..60.0).log_scale(), (0.1..600.0).log_scale())?;
+        .build_cartesian_2d((3.0..60.0).log_scale(), (0.3..600.0).log_scale())?;
     chart.configure_mesh().x_desc("steps per frame of 1/60 s").y_desc("stiffness").draw()?;
 
     let euler = Scheme::Ours(Integrator::SymplecticEuler);
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     });
     chart
         .draw_series(crosses)?
-        .label("the source report (discs: undamped, circles: damped)")
+        .label("the source report (ours: discs undamped, circles damped)")
         .legend(|(x, y)| Cross::new((x + 8, y), 5, BLACK.stroke_width(2)));
     chart.configure_series_labels().position(SeriesLabelPosition::LowerRight).draw()?;
     figure.present()?;

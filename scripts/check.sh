@@ -21,7 +21,7 @@ examples() {
         "target/release/examples/$example" >"$out/$example.txt"
         [ -s "$out/$example.txt" ]
     done
-    for example in chain_plot falling_square; do
+    for example in chain_plot falling_square stability_table; do
         "target/release/examples/$example" "$out/$example.svg"
         grep -q '</svg>' "$out/$example.svg"
     done
@@ -29,7 +29,11 @@ examples() {
 }
 
 # Each benchmark once: that it runs, not how fast.
-bench() { cargo bench --bench step -- --test; }
+bench() {
+    cargo bench --bench step -- --test
+    MSD_CACHE= cargo bench --bench promise -- --test
+    MSD_CACHE= cargo bench --bench trade -- --test
+}
 
 # The core on bare metal, with an allocator and nothing else.
 bare() {

@@ -3,10 +3,12 @@
 //! Places are in pixels of the window. Keys: `frame`, `scene`, `time`, `steps`, `paused`, `speed`,
 //! `real_time_factor`, `step_ms`, `frame_rate`, `held` (particle or null), `held_position`,
 //! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is),
-//! `hovered`, `aim` (a particle in plain view: `particle`, `screen`), `stiffness`, `wireframe`,
-//! `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and `landmarks` (rectangles: left, top,
-//! width, height).
+//! `hovered`, `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`,
+//! `worst_error`), `aim` (a particle in plain view: `particle`, `screen`), `stiffness`,
+//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and `landmarks`
+//! (rectangles: left, top, width, height).
 
+use crate::accuracy::Reading;
 use crate::viewer::Viewer;
 use crate::window::Watcher;
 use egui::{Pos2, Rect};
@@ -56,6 +58,7 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "selected": session.selected(),
         "pinned": session.selected().map(|particle| session.is_pinned(particle)),
         "hovered": viewer.hovered,
+        "error": session.accuracy().and_then(|accuracy| accuracy.last()).map(error),
         "aim": aim(viewer).map(|(particle, at)| {
             json!({ "particle": particle, "screen": pixels(at, scale) })
         }),
@@ -69,6 +72,17 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         },
         "view": area(viewer.rect, scale),
         "landmarks": landmarks,
+    })
+}
+
+fn error(reading: &Reading) -> Value {
+    let (error, (particle, worst)) = (&reading.error, reading.worst);
+    json!({
+        "at": error.at,
+        "over": error.over,
+        "rms": error.rms,
+        "worst": particle,
+        "worst_error": worst,
     })
 }
 

@@ -103,7 +103,9 @@ impl Session {
             let mut clock = std::mem::take(&mut self.clock);
             frame = clock.run(real, step, stopwatch, || self.take_step());
             self.clock = clock;
-            if 0.0 < frame.dropped && let Some(accuracy) = &mut self.accuracy {
+            if 0.0 < frame.dropped
+                && let Some(accuracy) = &mut self.accuracy
+            {
                 accuracy.fall_behind();
             }
             if 0 < frame.steps && self.trace.is_due(self.time()) {
@@ -256,7 +258,9 @@ impl Session {
     pub(crate) fn act(&mut self, interaction: Interaction) -> bool {
         let result = self.runner.queue(interaction);
         self.runner.apply_queued();
-        if result.is_ok() && let Some(accuracy) = &mut self.accuracy {
+        if result.is_ok()
+            && let Some(accuracy) = &mut self.accuracy
+        {
             accuracy.hear(interaction, self.runner.settings());
         }
         self.refusal = result.err().map(|error| error.to_string());

@@ -7,7 +7,7 @@ use egui_kittest::kittest::Queryable;
 use msd_app::keys::Command;
 use msd_app::viewer::Viewer;
 use msd_app::{catalogue, panel, theme};
-use msd_core::{Integrator, Real, Vector};
+use msd_core::{Family, Integrator, Real, Vector};
 use msd_lab::{Precision, on};
 
 fn harness() -> Harness<'static, Viewer> {
@@ -97,6 +97,75 @@ fn method_and_precision_are_chosen() {
     assert_eq!(harness.state().session.runner().integrator(), Integrator::Rk4);
     click(&mut harness, Role::Button, "f64");
     assert_eq!(harness.state().session.runner().precision(), Precision::F64);
+}
+
+#[test]
+fn every_method_can_be_chosen_and_runs() {
+    let mut harness = harness();
+    harness.get_by_label_contains("square4").click();
+    harness.run_steps(3);
+    for integrator in Integrator::ALL {
+        click(&mut harness, Role::ComboBox, "Method");
+        click(&mut harness, Role::Button, integrator.name());
+        assert_eq!(harness.state().session.runner().integrator(), integrator);
+        let before = harness.state().session.runner().steps();
+        for _ in 0..30 {
+            harness.state_mut().command(Command::StepForward);
+        }
+        let session = &harness.state().session;
+        assert_eq!(session.failure(), None, "{integrator}");
+        assert_eq!(session.runner().steps(), before + 30, "{integrator}");
+    }
+}
+
+#[test]
+fn a_method_has_the_controls_that_it_reads() {
+    let mut harness = harness();
+    for integrator in Integrator::ALL {
+        harness.state_mut().session.set_integrator(integrator);
+        harness.state_mut().session.advance(0.0, &|| 0.0);
+        harness.run_steps(3);
+        let there = |label| harness.query_by_role_and_label(Role::Slider, label).is_some();
+        let family = integrator.family();
+        assert_eq!(there("Tolerance"), family == Family::Adaptive, "{integrator}");
+        assert_eq!(there("Substeps"), family != Family::Adaptive, "{integrator}");
+        assert_eq!(there("Newton"), matches!(family, Family::Implicit(_)), "{integrator}");
+        let says = |text| harness.query_by_label(text).is_some();
+        let stable = matches!(family, Family::Implicit(_) | Family::Projected);
+        assert_eq!(says("any step is stable"), stable, "{integrator}");
+        assert_eq!(says("the step follows the tolerance"), family == Family::Adaptive);
+    }
+}
+
+#[test]
+fn dragging_the_tolerance_sets_it() {
+    let mut harness = harness();
+    harness.state_mut().session.set_integrator(Integrator::DormandPrince);
+    harness.run_steps(3);
+    let tolerance =
+        |harness: &Harness<'_, Viewer>| harness.state().session.runner().settings().tolerance;
+    let rect = harness.get_by_role_and_label(Role::Slider, "Tolerance").rect();
+    drag(&mut harness, rect.center(), rect.left_center() + Vec2::new(6.0, 0.0));
+    assert!((1e-10..1e-8).contains(&tolerance(&harness)), "{}", tolerance(&harness));
+    drag(&mut harness, rect.center(), rect.right_center() - Vec2::new(6.0, 0.0));
+    assert!((1e-2..=1e-1).contains(&tolerance(&harness)), "{}", tolerance(&harness));
+}
+
+#[test]
+fn the_error_is_estimated_on_demand() {
+    let mut harness = harness();
+    let says =
+        |harness: &Harness<'_, Viewer>, text: &str| harness.query_by_label_contains(text).is_some();
+    assert!(!says(&harness, "measuring") && harness.state().session.accuracy().is_none());
+    click(&mut harness, Role::CheckBox, "Estimate error");
+    assert!(says(&harness, "measuring"));
+    for _ in 0..30 {
+        harness.state_mut().command(Command::StepForward);
+    }
+    harness.run_steps(2);
+    assert!(says(&harness, "error over the last 0.5 s") && says(&harness, "worst particle"));
+    click(&mut harness, Role::CheckBox, "Estimate error");
+    assert!(!says(&harness, "error over the last") && !says(&harness, "measuring"));
 }
 
 #[test]

@@ -6,6 +6,8 @@ use msd_core::{Friction, Integrator, Real, Select, Vector};
 use msd_lab::{AnyState, Loaded, Precision, on};
 
 const FRAME: f64 = 1.0 / 60.0;
+/// Steps until there is an estimate of the error.
+const WINDOW: usize = msd_app::accuracy::WINDOW as usize;
 
 fn loaded(name: &str) -> Loaded {
     msd_lab::open(name).expect("a built-in scene")
@@ -293,4 +295,176 @@ fn freezing_leaves_no_elastic_energy() {
     session.freeze();
     // Lengths are rounded to single precision: a relative 1e-7 of some metres, squared.
     assert!(session.energy().elastic < 1e-3);
+}
+
+#[test]
+fn every_method_runs() {
+    for integrator in Integrator::ALL {
+        let mut session = session("square");
+        session.set_integrator(integrator);
+        run(&mut session, 30);
+        assert_eq!(session.failure(), None, "{integrator}");
+        assert_eq!(session.runner().steps(), 30, "{integrator}");
+        // It falls freely so far, 9.82/2 · 0.5² m from 2 m: within the first-order term h g t.
+        let height = session.energy().gravitational / (16.0 * 9.82);
+        let late = 9.82 * session.runner().settings().substep() * 0.5;
+        assert!((height - (2.0 - 1.2275)).abs() <= late, "{integrator}: {height} m");
+    }
+}
+
+#[test]
+fn tolerance_and_newton_iterations_are_set_and_kept() {
+    let mut session = session("chain");
+    session.set_tolerance(1e-7);
+    session.set_newton(3);
+    session.restart();
+    let settings = session.runner().settings();
+    assert_eq!((settings.tolerance, settings.newton), (1e-7, 3));
+    session.set_tolerance(0.0);
+    assert!(session.refusal().is_some_and(|text| text.contains("tolerance")));
+    assert_eq!(session.runner().settings(), settings);
+}
+
+#[test]
+fn only_explicit_methods_have_a_limit() {
+    let mut session = session("chain");
+    for integrator in Integrator::ALL {
+        session.set_integrator(integrator);
+        session.advance(FRAME, &|| 0.0);
+        let limited = Integrator::EXPLICIT.contains(&integrator);
+        assert_eq!(session.margin().is_some_and(|share| 0.0 < share), limited, "{integrator}");
+    }
+}
+
+/// The last estimate of the error: root mean square, metres.
+fn estimate(session: &Session) -> Option<f64> {
+    session.accuracy()?.last().map(|last| last.error.rms)
+}
+
+/// A session in double precision whose error is estimated.
+fn measured(name: &str) -> Session {
+    let mut session = session(name);
+    session.set_precision(Precision::F64);
+    session.set_estimating(true);
+    session
+}
+
+#[test]
+fn the_estimate_appears_after_a_window_and_shrinks_with_the_substep() {
+    let error = |substeps: u32| {
+        let mut session = measured("chain");
+        session.set_substeps(substeps);
+        run(&mut session, WINDOW - 1);
+        assert_eq!(estimate(&session), None);
+        run(&mut session, 1);
+        estimate(&session).expect("a window has passed")
+    };
+    let (coarse, fine) = (error(4), error(16));
+    // Velocity Verlet is of second order, and the chain touches nothing: a sixteenth.
+    assert!((coarse / fine / 16.0 - 1.0).abs() < 0.1, "{coarse} m, {fine} m");
+}
+
+#[test]
+fn the_estimate_appears_for_every_method() {
+    for integrator in Integrator::ALL {
+        let mut session = measured("chain");
+        session.set_integrator(integrator);
+        run(&mut session, WINDOW);
+        let error = estimate(&session).expect("a window has passed");
+        assert!(0.0 < error && error < 0.3, "{integrator}: {error} m");
+    }
+}
+
+#[test]
+fn whatever_replaces_the_state_or_the_settings_restarts_the_estimate() {
+    let changes: [(&str, fn(&mut Session)); 7] = [
+        ("step back", |session| assert!(session.step_back())),
+        ("restart", Session::restart),
+        ("substeps", |session| session.set_substeps(9)),
+        ("method", |session| session.set_integrator(Integrator::Rk4)),
+        ("precision", |session| session.set_precision(Precision::F32)),
+        ("off and on", |session| {
+            session.set_estimating(false);
+            session.set_estimating(true);
+        }),
+        ("load", |session| session.open(loaded("cloth")).expect("a valid scene")),
+    ];
+    for (name, change) in changes {
+        let mut session = measured("chain");
+        // Into the second window.
+        run(&mut session, 125);
+        assert!(session.accuracy().is_some_and(|accuracy| accuracy.is_measuring()), "{name}");
+        change(&mut session);
+        let accuracy = session.accuracy().expect("it stays on");
+        assert!(accuracy.last().is_none() && !accuracy.is_measuring(), "{name}");
+        (0..WINDOW).for_each(|_| session.step_forward());
+        let last = session.accuracy().and_then(|accuracy| accuracy.last()).expect(name);
+        assert_eq!(last.error.at, session.time(), "{name}");
+    }
+}
+
+#[test]
+fn a_divergence_restarts_the_estimate() {
+    let mut session = measured("jelly");
+    session.set_substeps(1);
+    run(&mut session, 1);
+    session.set_stiffness(1e6);
+    run(&mut session, 600);
+    assert!(session.failure().is_some());
+    let accuracy = session.accuracy().expect("it stays on");
+    assert!(accuracy.last().is_none() && !accuracy.is_measuring());
+}
+
+#[test]
+fn estimating_changes_no_bit_of_the_run_and_off_copies_nothing() {
+    let (mut plain, mut watched) = (session("jelly"), session("jelly"));
+    watched.set_estimating(true);
+    for session in [&mut plain, &mut watched] {
+        run(session, 5);
+        let there = session.position(7);
+        session.grab(7, there);
+        for _ in 0..20 {
+            session.move_grab(there + DVec3::Y);
+            run(session, 1);
+        }
+        session.release();
+        session.set_rest_scale(1.1);
+        run(session, 20);
+    }
+    assert!(plain.accuracy().is_none() && estimate(&watched).is_some());
+    assert_eq!(plain.runner().state(), watched.runner().state());
+    assert_eq!(plain.energy(), watched.energy());
+    watched.set_estimating(false);
+    assert!(watched.accuracy().is_none());
+}
+
+#[test]
+fn what_a_hand_does_is_no_error() {
+    let mut session = measured("chain");
+    session.set_substeps(40);
+    let start = session.position(0);
+    session.grab(0, start);
+    for frame in 0..WINDOW {
+        session.move_grab(start + DVec3::Y * (frame as f64 / WINDOW as f64));
+        if frame == 20 {
+            session.pin_toggle(2);
+            session.set_rest_scale(1.2);
+        }
+        run(&mut session, 1);
+    }
+    assert!(0.3 < session.position(0).y);
+    // A copy that missed any of it would be decimetres off.
+    let error = estimate(&session).expect("a window has passed");
+    assert!(error < 1e-3, "{error} m");
+}
+
+#[test]
+fn the_worst_particle_is_told() {
+    let mut session = measured("chain");
+    run(&mut session, WINDOW);
+    let last = session.accuracy().and_then(|accuracy| accuracy.last()).expect("a window");
+    let (particle, error) = last.worst;
+    assert_eq!(last.error.particles[particle], error);
+    assert!(last.error.particles.iter().all(|&other| other <= error));
+    assert!((last.error.over - 0.5).abs() < 1e-12 && last.error.rms <= error);
 }

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 /// Twelve cells of a few milliseconds.
 const SMALL: &str = "version = 1\nscene = 'chain'\nduration = 0.2\nerror = true\n[grid]\n\
     'solver.integrator' = ['velocity-verlet', 'rk4']\n'solver.substeps' = [4, 8, 16]\n\
-    'bodies[0].stiffness' = [10, 40]\n";
+    'bodies[0].stiffness' = [10, 40]\n'solver.precision' = ['f64']\n";
 
 /// Cells that take long enough to be killed between two of them and in the middle of one.
 const LONG: &str = "version = 1\nscene = 'chain'\nduration = 200\n[grid]\n\
@@ -192,7 +192,7 @@ fn a_list_has_number_hash_state_and_values_of_each_cell() {
     let sweep = Sweep::open(&folder.path().join("small.toml")).expect("a sweep");
     let cell = sweep.cell(3).expect("a cell");
     let words = "solver.integrator = \"velocity-verlet\", solver.substeps = 8, \
-        bodies[0].stiffness = 40";
+        bodies[0].stiffness = 40, solver.precision = \"f64\"";
     assert_eq!(lines[3], format!(" 3  {}  to-do  {words}", cell.hash));
     assert!(!folder.path().join("small").exists());
     let output = msd(folder.path(), &["--task", "3"]);
@@ -215,7 +215,7 @@ fn part_of_a_sweep_is_collected_with_a_warning() {
     let csv = fs::read_to_string(folder.path().join("now.csv")).expect("a table");
     let lines: Vec<&str> = csv.lines().collect();
     assert!(lines[0].starts_with(
-        "cell,hash,scene,solver.integrator,solver.substeps,bodies[0].stiffness,integrator,"
+        "cell,hash,scene,solver.integrator,solver.substeps,bodies[0].stiffness,solver.precision,"
     ));
     assert_eq!(lines.len(), 3);
     assert!(lines[1].starts_with("4,") && lines[2].starts_with("5,"));

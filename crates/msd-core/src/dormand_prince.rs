@@ -133,14 +133,14 @@ fn run<R: Real>(
 ) -> Result<(), usize> {
     let allowed = allowed_error(model, tolerance);
     scratch.start(model, allowed, state, force);
-    let first = scratch.first_length(model, (step, allowed), state, force);
+    let (first, horizon) = scratch.first_length(model, (step, allowed), state, force);
     let mut pace = Pace::new(first, step);
     let mut left = step;
     loop {
         let length = pace.attempt(left);
         scratch.stages.start(state, length);
         scratch.run_stages(model, force);
-        let error = scratch.stages.error(allowed);
+        let error = scratch.stages.error(allowed, horizon);
         let accepted = error <= 1.0;
         if accepted {
             pace.accept(length, error);
@@ -149,22 +149,28 @@ fn run<R: Real>(
             pace.reject(length, error);
         }
         if pace.is_hopeless() {
-            return Err(scratch.stages.worst(allowed));
+            return Err(scratch.stages.worst(allowed, horizon));
         }
         if !accepted {
             continue;
         }
         scratch.done.work.substeps += 1;
         let part = scratch.accept(model, state);
-        let met = scratch.meet(model, state);
         left = match part {
             None if length == left => 0.0,
             _ => left - scratch.stages.length * part.unwrap_or(1.0),
         };
+        if part.is_some() {
+            scratch.evaluate(state, force);
+        }
+        let met = scratch.meet(model, state);
         if left <= 0.0 {
             return Ok(());
         }
-        scratch.go_on(model, part.is_some() || met.changed, state, force);
+        if met.changed {
+            scratch.evaluate(state, force);
+        }
+        scratch.go_on(model, state);
     }
 }
 
@@ -196,7 +202,7 @@ impl<R: Real> Scratch<R> {
         if self.meet(model, state).changed {
             self.evaluate(state, force);
         }
-        self.set_slopes(model, 0, state.motion());
+        self.set_slopes(model, 0, &state.velocities);
     }
 
     /// The length of the first substep of a step, seconds: at most the step.
@@ -212,10 +218,10 @@ impl<R: Real> Scratch<R> {
         (step, allowed): (f64, f64),
         state: &State<R>,
         force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
-    ) -> f64 {
+    ) -> (f64, f64) {
         let pulled = root_mean_square::<R>(&self.stages.slopes[0]);
         if !(0.0 < pulled && pulled.is_finite()) {
-            return step;
+            return (step, 0.0);
         }
         let moved = Real::sqrt(R::EPSILON.to_f64()) * model.size;
         let reach = R::of(moved / pulled);
@@ -232,7 +238,8 @@ impl<R: Real> Scratch<R> {
         let bent = root_mean_square::<R>(&self.stages.slopes[1]) * pulled / moved;
         let rate = Real::sqrt(bent / pulled);
         let error = bent * rate * step * step * step * step * step / 4000.0;
-        step / Real::max(fifth_root(error / allowed), 1.0)
+        let horizon = if model.planes.is_empty() { 0.0 } else { Real::min(1.0 / rate, step) };
+        (step / Real::max(fifth_root(error / allowed), 1.0), horizon)
     }
 
     /// Lets every particle meet the planes it is at.
@@ -263,21 +270,12 @@ impl<R: Real> Scratch<R> {
     }
 
     /// Makes the slopes at the end of a substep those at the start of the next.
-    fn go_on(
-        &mut self,
-        model: &Model<R>,
-        stale: bool,
-        state: &State<R>,
-        force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
-    ) {
-        if stale {
-            self.evaluate(state, force);
-        }
+    fn go_on(&mut self, model: &Model<R>, state: &State<R>) {
         if model.planes.is_empty() {
             self.stages.shift();
         } else {
-            // Other particles may be held now.
-            self.set_slopes(model, 0, state.motion());
+            // Forces may be those of another state, and other particles held.
+            self.set_slopes(model, 0, &state.velocities);
         }
     }
 
@@ -292,13 +290,13 @@ impl<R: Real> Scratch<R> {
     }
 
     /// Turns the forces of the last evaluation into the slopes of a stage.
-    fn set_slopes(&mut self, model: &Model<R>, stage: usize, motion: Motion<'_, R>) {
+    fn set_slopes(&mut self, model: &Model<R>, stage: usize, velocities: &[R::Vec3]) {
         let slopes = &mut self.stages.slopes[stage];
         let rows = slopes.iter_mut().zip(&self.forces).zip(&model.inverse_masses);
         for ((slope, &force), &inverse_mass) in rows {
             *slope = force * inverse_mass;
         }
-        self.stages.powers[stage] = self.power + self.holds.act(model, motion, slopes);
+        self.stages.powers[stage] = self.power + self.holds.act(model, stage, velocities, slopes);
     }
 
     /// Evaluates the stages after the first; the last is at the end of the substep.
@@ -324,7 +322,7 @@ impl<R: Real> Scratch<R> {
         let here = core::mem::take(&mut self.stages.here);
         self.power = force(here.motion(), &mut self.forces);
         self.done.work.evaluations += 1;
-        self.set_slopes(model, stage, here.motion());
+        self.set_slopes(model, stage, &here.velocities);
         self.stages.here = here;
     }
 }

@@ -1,10 +1,10 @@
 //! When within a substep does a particle hit a plane or end its slide?
 
-use crate::holds::{Hold, Holds, distance};
+use crate::holds::{Along, Hold, Holds, distance};
 use crate::real::{Real, Vector};
 use crate::stages::Stages;
 use crate::system::{Model, PlaneColumn};
-use crate::tableau::{self, Row};
+use crate::tableau::{self, Row, TIMES};
 
 /// Finds the first event, as a fraction of the substep, up to a fraction of a hop in front of it.
 ///
@@ -32,6 +32,7 @@ pub(crate) fn first_event<R: Real>(
         }
         if let Some(hold) = hold {
             first = end_of_slide(hold, path, first).or(first);
+            first = release(hold, first).or(first);
         }
     }
     first
@@ -78,7 +79,8 @@ fn impact<R: Real>(
 
 /// The end of the slide of a particle, if it is before `first`.
 fn end_of_slide<R: Real>(hold: &Hold<R>, path: &Stages<R>, first: Option<f64>) -> Option<f64> {
-    let Hold { particle, direction, .. } = *hold;
+    let Along::Slides(direction) = hold.along else { return None };
+    let particle = hold.particle;
     if R::ZERO <= path.here.velocities[particle].dot(direction) {
         return None;
     }
@@ -86,6 +88,39 @@ fn end_of_slide<R: Real>(hold: &Hold<R>, path: &Stages<R>, first: Option<f64>) -
     let last = first.unwrap_or(1.0);
     let ends = line.speed(last) < 0.0;
     ends.then(|| root(|part| line.speed(part), (0.0, last), 1e-9 * line.speed))
+}
+
+/// The release of a held particle, or the end of its sticking, if it is before `first`.
+///
+/// What is left until then is known at the stages; a cubic goes through four of them. The cut is a
+/// little late, where the particle is let go; the force that held it for too long was next to none.
+fn release<R: Real>(hold: &Hold<R>, first: Option<f64>) -> Option<f64> {
+    let samples = SAMPLES.map(|stage| hold.margins[stage].to_f64());
+    let times = SAMPLES.map(|stage| TIMES[stage]);
+    let late = samples.iter().position(|&margin| margin < 0.0)?;
+    let margin = |part: f64| cubic(times, samples, part);
+    let last = times[late].max(LATE).min(first.unwrap_or(1.0));
+    if late != 0 && 0.0 <= margin(last) {
+        return None;
+    }
+    let found = if late == 0 { 0.0 } else { root(margin, (0.0, last), 1e-6 * samples[0]) };
+    let cut = found + LATE;
+    (cut < first.unwrap_or(1.0)).then_some(cut)
+}
+
+/// Stages between which a margin is interpolated: the first, the last and two well apart.
+const SAMPLES: [usize; 4] = [0, 2, 3, 6];
+/// How late a release is, as a fraction of the substep.
+const LATE: f64 = 1e-3;
+
+/// The cubic through four points, by Lagrange's formula.
+fn cubic(times: [f64; 4], values: [f64; 4], at: f64) -> f64 {
+    let mut sum = 0.0;
+    for (i, value) in values.into_iter().enumerate() {
+        let others = times.iter().enumerate().filter(|&(j, _)| j != i);
+        sum += others.fold(value, |term, (_, time)| term * (at - time) / (times[i] - time));
+    }
+    sum
 }
 
 /// The interpolant of one particle in one direction.

@@ -1,16 +1,18 @@
 //! Which particles rest on a plane, and how does it hold them?
 //!
 //! Contact in the limit of short substeps. A particle that hits a plane bounces, and one that a
-//! hop would not lift noticeably is held: the plane takes away the acceleration into it and, by
-//! friction, some along it. All laws are functions of position and velocity that are continuous
-//! while the same particles are held, so that the integrator keeps its order; in between are
-//! events, see [`crate::events`].
+//! hop would not lift noticeably is held: the plane keeps it and friction sticks it or slows its
+//! slide. Within a substep the same particles are held in the same way, by laws that are smooth in
+//! position and velocity, so that the integrator keeps its order. Where a law would end (no
+//! pressure left, a pull stronger than friction, the end of a slide) is an event, see
+//! [`crate::events`].
 
 use crate::collision::bounce;
 use crate::real::{Real, Vector};
 use crate::scene::Friction;
 use crate::stages::ROUNDINGS;
-use crate::system::{Model, Motion, PlaneColumn, State};
+use crate::system::{Model, PlaneColumn, State};
+use crate::tableau::STAGES;
 use alloc::vec::Vec;
 
 /// Planes that hold one particle at a time; three independent ones leave it nowhere to go.
@@ -21,14 +23,29 @@ const MOST_ROUNDS: usize = 8;
 const HOP: f64 = 0.1;
 /// Sweeps over the planes of a corner. At right angles two are exact.
 const MOST_SWEEPS: usize = 100;
-/// The planes that hold a particle.
+/// How a held particle moves along its planes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Along<V> {
+    /// Without friction.
+    Free,
+    /// Not at all, as long as the pull is not stronger than friction.
+    Sticks,
+    /// Not at all: a plane that takes a fraction of the speed in every contact takes all.
+    Glued,
+    /// In a direction in which friction slows it.
+    Slides(V),
+}
+
+/// A held particle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Hold<R: Real> {
     pub(crate) particle: usize,
     planes: [u32; MOST_PLANES],
     count: usize,
-    /// The direction in which friction finds it sliding, or zero: it sticks or there is none.
-    pub(crate) direction: R::Vec3,
+    pub(crate) along: Along<R::Vec3>,
+    /// At each stage what is left until it is let go, metres per second squared: the least
+    /// pressure per mass, or the friction that a pull leaves unused.
+    pub(crate) margins: [R; STAGES],
 }
 
 impl<R: Real> Hold<R> {
@@ -59,6 +76,10 @@ pub(crate) struct Met {
 /// What planes leave of an acceleration.
 struct Support<R: Real> {
     slope: R::Vec3,
+    /// Normal force on each plane per mass, metres per second squared.
+    pressures: [R; MOST_PLANES],
+    /// The least of them.
+    least: R,
     /// What friction may take along the planes, metres per second squared.
     grip: R,
     /// Whether nothing slides.
@@ -90,51 +111,35 @@ impl<R: Real> Holds<R> {
         self.hop_at(position) / R::of(8.0)
     }
 
-    /// Takes from accelerations what the planes hold. Returns the power of friction, watts.
+    /// Takes from the accelerations of a stage what the planes hold. Returns the power of friction,
+    /// watts.
     ///
-    /// Into the planes no acceleration is left: of all that lead out of them the nearest is taken
-    /// (Gauss's principle of least constraint), so that a particle is released where it is pulled
-    /// off. Along them friction takes μ N / m against the slide or, of a particle that sticks, as
-    /// much as there is. A plane holds up to the height of a hop.
+    /// No acceleration is left into or out of the planes. Along them friction takes μ N / m against
+    /// a slide.
     pub(crate) fn act(
-        &self,
+        &mut self,
         model: &Model<R>,
-        motion: Motion<'_, R>,
+        stage: usize,
+        velocities: &[R::Vec3],
         slopes: &mut [R::Vec3],
     ) -> f64 {
         let mut power = 0.0;
-        for hold in &self.rows {
+        for hold in &mut self.rows {
             let row = hold.particle;
-            let (position, velocity) = (motion.positions[row], motion.velocities[row]);
-            let near = self.near(model, hold, position);
-            let Support { slope, grip, glued } = support(model, near.planes(), slopes[row]);
-            if glued {
-                slopes[row] = R::Vec3::ZERO;
-                continue;
-            }
-            slopes[row] = slope;
-            if grip <= R::ZERO {
-                continue;
-            }
-            let friction = friction(hold.direction, velocity, slope, grip);
-            slopes[row] = slope + friction;
-            power -= (friction.dot(velocity) * model.masses[row]).to_f64();
+            let Support { slope, least, grip, .. } =
+                support(model, hold.planes(), slopes[row], Law::TwoSided);
+            (slopes[row], hold.margins[stage]) = match hold.along {
+                Along::Free => (slope, least),
+                Along::Glued => (R::Vec3::ZERO, least),
+                Along::Sticks => (R::Vec3::ZERO, grip - slope.dot(slope).sqrt()),
+                Along::Slides(direction) => {
+                    let friction = friction(direction, velocities[row]) * grip;
+                    power -= (friction.dot(velocities[row]) * model.masses[row]).to_f64();
+                    (slope + friction, least)
+                }
+            };
         }
         power
-    }
-
-    /// The hold without the planes that the particle has left.
-    fn near(&self, model: &Model<R>, hold: &Hold<R>, position: R::Vec3) -> Hold<R> {
-        let (mut near, hop) = (*hold, self.hop_at(position));
-        near.count = 0;
-        for &index in hold.planes() {
-            let plane = &model.planes[index as usize];
-            if plane.normal.dot(position) - plane.offset <= hop {
-                near.planes[near.count] = index;
-                near.count += 1;
-            }
-        }
-        near
     }
 
     /// Lets every particle meet the planes it is at, and finds out which of them hold it.
@@ -158,8 +163,13 @@ impl<R: Real> Holds<R> {
                 continue;
             }
             let velocity = state.velocities[particle];
-            let planes = [0; MOST_PLANES];
-            let hold = Hold { particle, planes, count: 0, direction: R::Vec3::ZERO };
+            let hold = Hold {
+                particle,
+                planes: [0; MOST_PLANES],
+                count: 0,
+                along: Along::Free,
+                margins: [R::ZERO; STAGES],
+            };
             let mut guest =
                 Guest { position, velocity, pull: force * w, hop, slack, hold, met: false };
             guest.meet_planes(model);
@@ -227,7 +237,8 @@ impl<R: Real> Guest<R> {
         }
         let height = R::max(-depth, R::ZERO);
         let speed = self.velocity.dot(plane.normal);
-        let push = -support(model, self.hold.planes(), self.pull).slope.dot(plane.normal);
+        let push =
+            -support(model, self.hold.planes(), self.pull, Law::OneSided).slope.dot(plane.normal);
         let two = R::ONE + R::ONE;
         let low = R::ZERO < push && speed * speed <= two * push * (self.hop - height);
         if low && self.hold.count < MOST_PLANES {
@@ -264,18 +275,38 @@ impl<R: Real> Guest<R> {
         if self.hold.count == 0 {
             return;
         }
-        let Support { slope, grip, glued } = support(model, self.hold.planes(), self.pull);
+        let Support { slope, pressures, grip, glued, .. } =
+            support(model, self.hold.planes(), self.pull, Law::OneSided);
+        self.keep_pressed(pressures);
         let speed = self.velocity.dot(self.velocity).sqrt();
-        if glued {
+        let pull = slope.dot(slope).sqrt();
+        self.hold.along = if glued {
             self.velocity = R::Vec3::ZERO;
-        } else if R::ZERO < grip && R::ZERO < speed {
-            let direction = self.velocity * (R::ONE / speed);
-            let brake = grip - slope.dot(direction);
-            let ends = R::ZERO < brake && speed * speed <= (brake + brake) * self.hop;
-            if ends {
-                self.velocity = R::Vec3::ZERO;
-            } else {
-                self.hold.direction = direction;
+            Along::Glued
+        } else if grip <= R::ZERO {
+            Along::Free
+        } else if R::ZERO < speed && !self.ends(speed, grip, slope) {
+            Along::Slides(self.velocity * (R::ONE / speed))
+        } else {
+            self.velocity = R::Vec3::ZERO;
+            if pull <= grip { Along::Sticks } else { Along::Slides(slope * (R::ONE / pull)) }
+        }
+    }
+
+    /// Whether friction would end the slide within a hop.
+    fn ends(&self, speed: R, grip: R, slope: R::Vec3) -> bool {
+        let brake = grip - slope.dot(self.velocity) / speed;
+        R::ZERO < brake && speed * speed <= (brake + brake) * self.hop
+    }
+
+    /// Leaves out the planes on which another one leaves no pressure.
+    fn keep_pressed(&mut self, pressures: [R; MOST_PLANES]) {
+        let (planes, count) = (self.hold.planes, self.hold.count);
+        self.hold.count = 0;
+        for (&plane, pressure) in planes[..count].iter().zip(pressures) {
+            if R::ZERO < pressure {
+                self.hold.planes[self.hold.count] = plane;
+                self.hold.count += 1;
             }
         }
     }
@@ -291,22 +322,26 @@ pub(crate) fn distance<R: Real>(plane: &PlaneColumn<R>, position: R::Vec3) -> R 
     plane.normal.dot(position) - plane.offset
 }
 
-/// The acceleration of friction, metres per second squared.
-fn friction<R: Real>(direction: R::Vec3, velocity: R::Vec3, slope: R::Vec3, grip: R) -> R::Vec3 {
-    if direction == R::Vec3::ZERO {
-        let pull = slope.dot(slope).sqrt();
-        return if pull <= grip { -slope } else { slope * (-grip / pull) };
-    }
-    // Past the end of a slide friction goes on smoothly: the substep is cut at the end.
+/// The direction of friction. Past the end of a slide it goes on smoothly: the substep is cut
+/// there.
+fn friction<V: Vector<Scalar = R>, R: Real>(direction: V, velocity: V) -> V {
     if R::ZERO < velocity.dot(direction) {
-        velocity * (-grip / velocity.dot(velocity).sqrt())
+        velocity * (-R::ONE / velocity.dot(velocity).sqrt())
     } else {
-        direction * -grip
+        -direction
     }
 }
 
-/// Projects an acceleration out of planes, by the method of Gauss and Seidel on the pressures.
-fn support<R: Real>(model: &Model<R>, planes: &[u32], pull: R::Vec3) -> Support<R> {
+/// Whether a plane only pushes, or pulls as well.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Law {
+    OneSided,
+    TwoSided,
+}
+
+/// Projects an acceleration out of planes (Gauss's principle of least constraint), by the method
+/// of Gauss and Seidel on the pressures.
+fn support<R: Real>(model: &Model<R>, planes: &[u32], pull: R::Vec3, law: Law) -> Support<R> {
     let mut slope = pull;
     let mut pressures = [R::ZERO; MOST_PLANES];
     let close = pull.extent() * R::EPSILON;
@@ -314,21 +349,23 @@ fn support<R: Real>(model: &Model<R>, planes: &[u32], pull: R::Vec3) -> Support<
         let mut largest = R::ZERO;
         for (pressure, &plane) in pressures.iter_mut().zip(planes) {
             let normal = model.planes[plane as usize].normal;
-            let change = R::max(-slope.dot(normal), -*pressure);
+            let into = -slope.dot(normal);
+            let change = if law == Law::OneSided { into.max(-*pressure) } else { into };
             *pressure += change;
             slope += normal * change;
-            largest = R::max(largest, change.abs());
+            largest = largest.max(change.abs());
         }
         if planes.len() < 2 || largest <= close {
             break;
         }
     }
-    let (mut grip, mut glued) = (R::ZERO, false);
+    let (mut grip, mut glued, mut least) = (R::ZERO, false, pressures[0]);
     for (&pressure, &plane) in pressures.iter().zip(planes) {
+        least = least.min(pressure);
         match model.planes[plane as usize].friction {
             Friction::Coulomb(factor) => grip += R::of(factor) * pressure,
             Friction::TangentialLoss(loss) => glued |= 0.0 < loss && R::ZERO < pressure,
         }
     }
-    Support { slope, grip, glued }
+    Support { slope, pressures, least, grip, glued }
 }

@@ -8,6 +8,24 @@
 //! | implicit midpoint | h / 2 | x + h u | 2 u − v | 1 per Newton iteration |
 //!
 //! So the midpoint rule is backward Euler to the middle and its mirror image from there.
+//!
+//! An iteration evaluates all forces, a caller's own among them, at the stage as known so far, at
+//! first x + τ v, and solves (M − τ ∂f/∂v − τ² ∂f/∂x) δu = M (v − u) + τ f (see [`crate::tangent`]).
+//! Baraff and Witkin (1998) linearise at x; from x + τ v the force is exact, only the matrix is
+//! not, and both methods keep their order with one iteration and an approximate matrix. On a damped
+//! cloth the midpoint rule is then 10 times more accurate at 1/240 s (5e-6 of its size instead of
+//! 5e-5). A force outside the matrix, the caller's own, is only as stable as an explicit one.
+//!
+//! # What to expect
+//! Backward Euler damps a mode of frequency w by (1 + h² w²)^(−1/2) per step, whatever the dampers
+//! do; that loss is booked nowhere, so the total energy shows it. The midpoint rule damps no mode.
+//! At a step that does not resolve a stiff motion of large amplitude it neither forgets nor follows
+//! it: a level rope of 1e8 N/m with masses 1 : 10 000 swings on under backward Euler and flies apart
+//! under the midpoint rule, with one Newton iteration and with five.
+//!
+//! # Contact
+//! What lies on a plane is held in the solve, with Coulomb friction: a block at rest is in balance
+//! at any step, where [`crate::collision`] alone would let it sag by some g h² per substep.
 
 use crate::conjugate::{Goal, Solve};
 use crate::forces;
@@ -62,6 +80,9 @@ pub struct Substep {
 /// Advances `state` by one substep and returns the energy taken away by dampers, drag and the
 /// friction of what lies on a plane, joules.
 ///
+/// Linear momentum is kept to the tolerance of the solve, 1e-3 of the impulses in a substep for
+/// backward Euler and 1e-6 for the midpoint rule.
+///
 /// `force` overwrites its last argument with all forces at a motion, newtons, and returns the power
 /// taken away, watts.
 pub fn advance<R: Real>(
@@ -72,6 +93,10 @@ pub fn advance<R: Real>(
     force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
 ) -> f64 {
     let h = R::of(substep.h);
+    // What a solve leaves undone is a kick of h a times the tolerance, in every substep: an error
+    // that no shorter step lowers. Two iterations leave but (h w)⁴ of the residual in any case (or
+    // (h c)²), which saves the order; a tolerance of 1e-3 would still show in the midpoint rule's
+    // error as jumps of a fifth. For backward Euler it is far below the error of the method.
     let (tau, goal) = match method {
         Implicit::BackwardEuler => (h, Goal { tolerance: 1e-3, fewest: 2 }),
         Implicit::Midpoint => (h * R::HALF, Goal { tolerance: 1e-6, fewest: 2 }),
@@ -129,7 +154,8 @@ fn improve<R: Real>(
     holds.restrict(&mut stage.velocities);
 }
 
-/// Solves per Newton iteration at most, to find out what the planes hold.
+/// Solves per Newton iteration at most, to find out what the planes hold. Each starts where the one
+/// before it ended; at rest the first is the last.
 const PASSES: usize = 4;
 
 fn set_stage_positions<R: Real>(tau: R, state: &State<R>, stage: &mut State<R>) {

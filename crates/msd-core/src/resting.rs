@@ -2,6 +2,13 @@
 //!
 //! A particle that lies on a plane keeps its height in the solve itself: moved back afterwards, it
 //! would have let the body sag by g h² and the springs above it push it into the plane.
+//!
+//! What the solve leaves undone in the held directions is the impulse of the plane. Where that
+//! would pull, the particle is let go. Friction is Coulomb's with this impulse, the weight of all
+//! that lies above included: what sticks is held along the plane too, as long as that takes no more
+//! than μ times the pressure; what slides gets that much against its velocity, as a force in the
+//! solve. Slowing a particle after the solve, as [`crate::collision`] does, would hold a stiff block
+//! on any slope: the springs of the block would make up for it in the next solve.
 
 use crate::conjugate::Solve;
 use crate::real::{Real, Vector};
@@ -198,8 +205,8 @@ impl<R: Real> Hold<R> {
     }
 
     fn is_rough(&self, model: &Model<R>) -> bool {
-        let rough = |&plane: &usize| matches!(model.planes[plane].friction, Friction::Coulomb(f) if 0.0 < f);
-        self.planes[..self.count].iter().any(rough)
+        let rough = |friction| matches!(friction, Friction::Coulomb(factor) if 0.0 < factor);
+        self.planes[..self.count].iter().any(|&plane| rough(model.planes[plane].friction))
     }
 
     /// What each plane pushes along its normal to make up an impulse, newton seconds, and what is

@@ -84,15 +84,15 @@ impl<R: Real> Stages<R> {
     }
 
     /// The error as a fraction of what is allowed: the root mean square over particles.
-    pub(crate) fn error(&self, allowed: f64) -> f64 {
-        let sum: f64 = self.errors(allowed).sum();
+    pub(crate) fn error(&self, allowed: f64, horizon: f64) -> f64 {
+        let sum: f64 = self.errors(allowed, horizon).sum();
         Real::sqrt(sum / self.start.positions.len() as f64)
     }
 
     /// The particle with the largest error, the first one whose error is no number.
-    pub(crate) fn worst(&self, allowed: f64) -> usize {
+    pub(crate) fn worst(&self, allowed: f64, horizon: f64) -> usize {
         let (mut worst, mut largest) = (0, 0.0);
-        for (particle, error) in self.errors(allowed).enumerate() {
+        for (particle, error) in self.errors(allowed, horizon).enumerate() {
             if error.is_nan() {
                 return particle;
             }
@@ -104,11 +104,12 @@ impl<R: Real> Stages<R> {
     }
 
     /// The square of the error of each particle as a fraction of what it is allowed.
-    fn errors(&self, allowed: f64) -> impl Iterator<Item = f64> {
+    fn errors(&self, allowed: f64, horizon: f64) -> impl Iterator<Item = f64> {
         // Divided by what is allowed before it is squared: the square of a length may not fit.
-        let unit = self.length * self.length / allowed;
-        let slope = ERROR_SLOPE.map(|weight| R::of(unit * weight));
-        let bend = ERROR_BEND.map(|weight| R::of(unit * weight));
+        let h = self.length;
+        let ahead = Real::max(h, horizon);
+        let slope = ERROR_SLOPE.map(|weight| R::of(ahead * h * weight / allowed));
+        let bend = ERROR_BEND.map(|weight| R::of(h * h * weight / allowed));
         let rounding = R::of(ROUNDINGS * R::EPSILON.to_f64() / allowed);
         let count = self.start.positions.len();
         let columns: [&[R::Vec3]; STAGES] =

@@ -302,16 +302,19 @@ fn a_body_at_rest_stays_and_what_sticks_does_not_creep() {
         }
         let mut block = run::<f64>(&scene, (0.1, 100), 1e-6);
         let before = block.state().clone();
-        let lowest = |state: &State<f64>| {
-            state.positions.iter().map(|x| x.y).fold(f64::INFINITY, f64::min)
-        };
+        let lowest =
+            |state: &State<f64>| state.positions.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
         println!("{friction:?} {:?} {:?}", block.energy(), block.work());
         assert!(lowest(&before).abs() < 1e-15);
         let work = block.work().unwrap().evaluations;
         for _ in 0..10 {
             block.step().unwrap();
         }
-        println!("{:?} {}", distance(block.state(), &before), block.work().unwrap().evaluations - work);
+        println!(
+            "{:?} {}",
+            distance(block.state(), &before),
+            block.work().unwrap().evaluations - work
+        );
     }
 }
 
@@ -349,8 +352,7 @@ fn corners_hold_what_falls_into_them() {
 
 #[test]
 fn a_particle_put_inside_a_plane_comes_out() {
-    let mut ball =
-        simulation::<f64>(&ball(DVec3::Y, DVec3::ZERO, 0.5, SMOOTH), 1.0 / 60.0, 1e-4);
+    let mut ball = simulation::<f64>(&ball(DVec3::Y, DVec3::ZERO, 0.5, SMOOTH), 1.0 / 60.0, 1e-4);
     let inside = DVec3::new(0.0, -3.0, 0.0);
     let state = State { positions: vec![inside], velocities: vec![DVec3::ZERO] };
     ball.set_state(&state, 0).unwrap();
@@ -432,7 +434,11 @@ fn absurd_scenes_end() {
             let mut block = simulation::<f64>(&scene, 1.0 / 60.0, tolerance);
             let before = block.state().clone();
             let end = block.step();
-            println!("{stiffness} {damping} {speed} {tolerance}: {end:?} {:?} {:?}", block.work(), start.elapsed());
+            println!(
+                "{stiffness} {damping} {speed} {tolerance}: {end:?} {:?} {:?}",
+                block.work(),
+                start.elapsed()
+            );
             match end {
                 Ok(()) => {}
                 Err(Error::Unreachable { .. } | Error::Diverged(_)) => {

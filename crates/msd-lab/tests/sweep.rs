@@ -147,9 +147,8 @@ fn the_hash_tells_what_matters_and_nothing_else() {
     ] {
         assert_ne!(hash(&one, 3), hash(&other, 3), "{other}");
     }
-    for same in [one.replace("[grid]", "format = 'csv'\nout = 'elsewhere'\n[grid]")] {
-        assert_eq!(hash(&one, 3), hash(&same, 3), "{same}");
-    }
+    let same = one.replace("[grid]", "format = 'csv'\nout = 'elsewhere'\n[grid]");
+    assert_eq!(hash(&one, 3), hash(&same, 3));
 }
 
 #[test]

@@ -4,7 +4,6 @@ use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::prepare::open;
 use super::progress::Bar;
-use msd_lab::{Loaded, Output};
 use msd_lab::trade::choice::FRAME;
 use msd_lab::trade::conduct::{Plan, Progress, study};
 use msd_lab::trade::report;
@@ -12,6 +11,7 @@ use msd_lab::trade::stability_table::stability_table;
 use msd_lab::trade::study::Study;
 use msd_lab::trade::terms::terms;
 use msd_lab::trade::words::{metres, milliseconds, short, told};
+use msd_lab::{Loaded, Output};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,7 @@
 //! What is in the window? Scenes and toggles on the left, numbers on the right, a status line
 //! below, and the 3D view in what is left.
 
+mod accuracy;
 mod energy;
 mod material;
 mod overlay;
@@ -37,6 +38,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
             run::show(ui, viewer);
             material::show(ui, viewer);
             solver::show(ui, viewer);
+            accuracy::show(ui, viewer);
             energy::show(ui, viewer);
         });
     });

@@ -1,5 +1,6 @@
 //! What lies over the 3D view? The hint, the legend, the marks of particles, the banner, the help.
 
+use super::accuracy::is_fresh;
 use crate::keys::KEYS;
 use crate::theme;
 use crate::viewer::Viewer;
@@ -28,7 +29,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// Rings around the particle under the pointer and the selected one.
+/// Rings around the particle under the pointer, the selected one and the one most wrong.
 fn marks(painter: &Painter, viewer: &Viewer) {
     let place = |particle: usize| -> Option<Pos2> {
         let position = on!(viewer.session.runner(), simulation => {
@@ -46,6 +47,13 @@ fn marks(painter: &Painter, viewer: &Viewer) {
             painter.circle_stroke(at, radius, Stroke::new(2.0, colour));
         }
     };
+    let last = viewer.session.accuracy().and_then(|accuracy| accuracy.last());
+    let worst = last.filter(|last| is_fresh(&viewer.session, last)).map(|last| last.worst.0);
+    ring(worst, 10.0, theme::BAD);
+    if let Some(at) = worst.and_then(place) {
+        let font = FontId::proportional(11.0);
+        painter.text(at + vec2(13.0, 0.0), Align2::LEFT_CENTER, "most wrong", font, theme::BAD);
+    }
     ring(viewer.session.selected(), 8.0, theme::WARN);
     ring(viewer.hovered, 6.0, Color32::WHITE);
 }
@@ -106,7 +114,9 @@ fn banner(ui: &Ui, viewer: &mut Viewer) {
         let frame = Frame::popup(ui.style()).fill(Color32::from_rgb(66, 30, 32)).inner_margin(12.0);
         frame.show(ui, |ui| {
             ui.set_width(width);
-            ui.label(RichText::new("The simulation blew up and is paused").strong());
+            let adaptive = viewer.session.runner().integrator().is_adaptive();
+            let what = if adaptive { "cannot go on" } else { "blew up" };
+            ui.label(RichText::new(format!("The simulation {what} and is paused")).strong());
             ui.label(RichText::new(failure.text).color(theme::TEXT));
             ui.horizontal(|ui| {
                 if ui.button("Restart").clicked() {

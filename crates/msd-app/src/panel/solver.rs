@@ -1,18 +1,69 @@
-//! By which method is it stepped, and how near is that to the limit of stability?
+//! By which method is it stepped, how finely, and how near is that to the limit of stability?
 
 use super::{heading, slider};
 use crate::session::{MOST_SUBSTEPS, Session};
 use crate::theme;
 use crate::viewer::Viewer;
 use egui::{Color32, ComboBox, RichText, Slider, SliderClamping, Ui};
-use msd_core::Integrator;
+use msd_core::{Family, Integrator};
 use msd_lab::Precision;
+use std::ops::RangeInclusive;
 
-/// Integrator, substeps, precision and the margin.
+/// Bounds of the tolerance slider, as fractions of the size of the scene.
+const TOLERANCES: RangeInclusive<f64> = 1e-10..=1e-1;
+/// Bounds of the slider of Newton iterations: more have never been seen to help.
+const NEWTON: RangeInclusive<u32> = 1..=10;
+
+/// Method, what it is set by, precision and the margin.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Solver");
     let session = &mut viewer.session;
     integrator(ui, session);
+    match session.runner().integrator().family() {
+        Family::Adaptive => tolerance(ui, session),
+        Family::Implicit(_) => {
+            substeps(ui, session);
+            newton(ui, session);
+        }
+        Family::Explicit(_) | Family::Projected => substeps(ui, session),
+    }
+    precision(ui, session);
+    margin(ui, session);
+}
+
+fn integrator(ui: &mut Ui, session: &mut Session) {
+    let now = session.runner().integrator();
+    ui.horizontal(|ui| {
+        let name = super::left_label(ui, "Method");
+        let combo = ComboBox::from_id_salt("integrator").width(180.0).selected_text(now.name());
+        let shown = combo.show_ui(ui, |ui| {
+            for integrator in Integrator::ALL {
+                let choice = ui.selectable_label(integrator == now, integrator.name());
+                if choice.on_hover_text(purpose(integrator)).clicked() {
+                    session.set_integrator(integrator);
+                }
+            }
+        });
+        shown.response.labelled_by(name.id);
+    });
+    ui.label(RichText::new(purpose(now)).small().color(theme::FAINT));
+}
+
+/// What a method is for, in a line.
+fn purpose(integrator: Integrator) -> &'static str {
+    match integrator {
+        Integrator::ExplicitEuler => "the textbook baseline: it gains energy",
+        Integrator::SymplecticEuler => "what most programs call Euler: robust, rough",
+        Integrator::VelocityVerlet => "the default: the best for the price nearly always",
+        Integrator::Rk4 => "for errors of 1/100 000 of the size and less",
+        Integrator::DormandPrince => "as exact as wanted: it chooses its own substeps",
+        Integrator::BackwardEuler => "for a few very stiff springs: it calms motion",
+        Integrator::ImplicitMidpoint => "for stiff springs that go on swinging",
+        Integrator::Xpbd => "cheap and never blows up: wrong by 5 % or more",
+    }
+}
+
+fn substeps(ui: &mut Ui, session: &mut Session) {
     let mut substeps = session.runner().settings().substeps;
     let widget = Slider::new(&mut substeps, 1..=MOST_SUBSTEPS)
         .logarithmic(true)
@@ -21,24 +72,37 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if slider(ui, "Substeps", widget).changed() {
         session.set_substeps(substeps);
     }
-    precision(ui, session);
-    margin(ui, session);
 }
 
-fn integrator(ui: &mut Ui, session: &mut Session) {
-    ui.horizontal(|ui| {
-        let name = super::left_label(ui, "Method");
-        let now = session.runner().integrator();
-        let combo = ComboBox::from_id_salt("integrator").width(180.0).selected_text(now.name());
-        let shown = combo.show_ui(ui, |ui| {
-            for integrator in Integrator::ALL {
-                if ui.selectable_label(integrator == now, integrator.name()).clicked() {
-                    session.set_integrator(integrator);
-                }
-            }
-        });
-        shown.response.labelled_by(name.id);
-    });
+fn tolerance(ui: &mut Ui, session: &mut Session) {
+    let mut tolerance = session.runner().settings().tolerance;
+    let widget = Slider::new(&mut tolerance, TOLERANCES)
+        .logarithmic(true)
+        .smallest_positive(*TOLERANCES.start())
+        .clamping(SliderClamping::Edits)
+        .custom_formatter(|value, _| scientific(value))
+        .suffix(" × size");
+    let hover = "Error allowed in each substep, as a fraction of the size of the scene.\n\
+                 In f32 rounding ends what can be reached near 1e-5.";
+    if slider(ui, "Tolerance", widget).on_hover_text(hover).changed() {
+        session.set_tolerance(tolerance);
+    }
+}
+
+/// A number as a power of ten with at most two digits.
+fn scientific(value: f64) -> String {
+    format!("{value:.1e}").replace(".0e", "e")
+}
+
+fn newton(ui: &mut Ui, session: &mut Session) {
+    let mut newton = session.runner().settings().newton;
+    let unit = if newton == 1 { " iteration" } else { " iterations" };
+    let widget = Slider::new(&mut newton, NEWTON).clamping(SliderClamping::Edits).suffix(unit);
+    let hover = "Newton iterations in each substep: 1 takes forces as linear, which is mostly \
+                 enough; more follow large turns within a substep";
+    if slider(ui, "Newton", widget).on_hover_text(hover).changed() {
+        session.set_newton(newton);
+    }
 }
 
 fn precision(ui: &mut Ui, session: &mut Session) {
@@ -57,13 +121,23 @@ fn precision(ui: &mut Ui, session: &mut Session) {
 }
 
 fn margin(ui: &mut Ui, session: &Session) {
-    let h = session.runner().settings().substep() * 1e3;
+    let settings = session.runner().settings();
+    if settings.integrator.is_adaptive() {
+        let hover = "Each substep is as long as its error allows, and ends at every impact";
+        let text = RichText::new("the step follows the tolerance").color(theme::GOOD);
+        ui.label(text).on_hover_text(hover);
+        return;
+    }
+    let h = settings.substep() * 1e3;
     let (text, colour) = describe(session.margin());
+    let hover = match settings.integrator.family() {
+        Family::Explicit(_) => "The longest stable substep is predicted from the fastest motion",
+        _ => "Nothing blows up however long the step; how exact that is, the estimate tells",
+    };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.label(format!("h = {h:.3} ms"));
-        ui.label(RichText::new(text).color(colour))
-            .on_hover_text("The longest stable substep is predicted from the fastest motion");
+        ui.label(RichText::new(text).color(colour)).on_hover_text(hover);
     });
 }
 
@@ -94,5 +168,18 @@ mod tests {
         assert_eq!(describe(Some(1.3)).1, theme::BAD);
         assert_eq!(describe(Some(f64::INFINITY)).0, "no step is stable");
         assert_eq!(describe(Some(0.0)).0, "any step is stable");
+    }
+
+    #[test]
+    fn a_tolerance_is_short() {
+        assert_eq!(scientific(1e-4), "1e-4");
+        assert_eq!(scientific(3.27e-9), "3.3e-9");
+    }
+
+    #[test]
+    fn the_purpose_of_every_method_fits_into_a_line() {
+        for integrator in Integrator::ALL {
+            assert!(purpose(integrator).chars().count() <= 50, "{integrator}");
+        }
     }
 }

@@ -1,5 +1,5 @@
 //! What comes of a scene over a grid of its keys? Every cell is a run of its own with a file of its
-//! own, so that a sweep can be stopped, resumed and spread over machines. `docs/sweeps.md` says how.
+//! own, so that a sweep can be stopped, resumed and spread over machines, see `docs/sweeps.md`.
 //!
 //! ```no_run
 //! use msd_lab::sweep::{Store, Sweep};

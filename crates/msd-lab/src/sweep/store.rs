@@ -29,7 +29,8 @@ impl Store {
 
     /// The table of the whole sweep, beside the folder.
     pub fn table_path(&self) -> PathBuf {
-        let mut name = self.folder.file_name().unwrap_or_default().to_os_string();
+        // The present folder has no name.
+        let mut name = self.folder.file_name().unwrap_or("sweep".as_ref()).to_os_string();
         name.push(".");
         name.push(self.format.ending());
         self.folder.with_file_name(name)

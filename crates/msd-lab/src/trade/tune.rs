@@ -49,6 +49,10 @@ pub struct Tuned {
 
 /// How much better than asked the search aims: what is left of the reference's own error must fit.
 const AIM: f64 = 0.8;
+/// A method is given up where another is as good at this part of its cost.
+const HOPELESS: f64 = 4.0;
+/// Time of the processor that a trial may take however quick the reference was, seconds.
+const LEAST_PATIENCE: f64 = 0.05;
 /// The most trials of one method.
 const TRIALS: usize = 8;
 
@@ -70,22 +74,24 @@ pub fn tune(
     let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
     let right = reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;
     let reliable = right.reliable(0.25 * wanted).max(1);
-    let mut search = Search { scene, right: &right, reliable, goal, found: Vec::new(), tried: 0 };
+    let mut search =
+        Search { scene, right: &right, reliable, goal, found: Vec::new(), seen: Vec::new() };
     for ladder in in_order_of_merit(ladders(scene)?) {
         search.climb(ladder, tell)?;
     }
     search.decide()
 }
 
-/// Ladders with what wins most often first: the others can then be given up early.
+/// Ladders with what always arrives first and then what wins most often: the others can be given up
+/// early.
 fn in_order_of_merit(mut ladders: Vec<Ladder>) -> Vec<Ladder> {
     let merit = |integrator| match integrator {
-        Integrator::VelocityVerlet => 0,
-        Integrator::SymplecticEuler => 1,
-        Integrator::Rk4 => 2,
-        Integrator::ImplicitMidpoint => 3,
-        Integrator::BackwardEuler => 4,
-        Integrator::DormandPrince => 5,
+        Integrator::VelocityVerlet => 1,
+        Integrator::SymplecticEuler => 2,
+        Integrator::Rk4 => 3,
+        Integrator::ImplicitMidpoint => 4,
+        Integrator::BackwardEuler => 5,
+        Integrator::DormandPrince => 0,
         Integrator::Xpbd => 6,
         Integrator::ExplicitEuler => 7,
     };
@@ -101,7 +107,8 @@ struct Search<'a> {
     goal: Goal,
     /// The best of each ladder.
     found: Vec<Found>,
-    tried: usize,
+    /// Cost and error of every trial.
+    seen: Vec<(f64, f64)>,
 }
 
 impl Search<'_> {
@@ -115,11 +122,11 @@ impl Search<'_> {
                 break;
             }
             tell(choice);
-            self.tried += 1;
             // A precision that cannot hold the scene is no choice for it.
             let Ok(trial) = try_choice(self.scene, choice, self.right, self.reliable) else {
                 break;
             };
+            self.seen.push((trial.cost, trial.error()));
             trials.push(trial);
             let Some(next) = self.next(&trials, ladder) else { break };
             fineness = next;
@@ -156,12 +163,21 @@ impl Search<'_> {
         Ok((fewest <= substeps).then_some(Fineness::Substeps(substeps)))
     }
 
-    /// Whether all that is left of a ladder costs more than what was found already.
+    /// Whether all that is left of a ladder costs too much: more than what was found already, much
+    /// more than what is as good, or so much that the reference itself was cheaper.
     fn is_hopeless(&self, trials: &[Trial]) -> bool {
         let (Goal::MaxError(_), Some(last)) = (self.goal, trials.last()) else { return false };
+        if self.meets(last) {
+            return false;
+        }
         let best = self.found.iter().filter(|found| self.meets(&found.trial));
         let best = best.map(|found| found.trial.cost).fold(f64::INFINITY, f64::min);
-        !self.meets(last) && 1.2 * best < last.cost
+        let beats =
+            |&(cost, error): &(f64, f64)| error < last.error() && HOPELESS * cost < last.cost;
+        let patience = (self.right.seconds / HOPELESS).max(LEAST_PATIENCE);
+        1.2 * best < last.cost
+            || self.seen.iter().any(beats)
+            || patience < last.cost * self.right.duration()
     }
 
     fn meets(&self, trial: &Trial) -> bool {
@@ -200,7 +216,7 @@ impl Search<'_> {
                 if is_stuck(trials, error) {
                     return None;
                 }
-                off.powf(1.0 / order(trials, ladder)).clamp(0.1, 16.0)
+                off.powf(1.0 / order(trials, ladder)).clamp(0.1, 8.0)
             }
             Goal::Budget(budget) => {
                 let share = budget / (last.cost * FRAME);
@@ -262,7 +278,7 @@ impl Search<'_> {
             best,
             uncertainty: moved.fold(0.0, f64::max),
             compared: self.right.frames[reliable - 1] as f64 * FRAME,
-            tried: self.tried,
+            tried: self.seen.len(),
         })
     }
 }
