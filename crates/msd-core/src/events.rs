@@ -79,7 +79,7 @@ fn impact<R: Real>(
 
 /// The end of the slide of a particle, if it is before `first`.
 fn end_of_slide<R: Real>(hold: &Hold<R>, path: &Stages<R>, first: Option<f64>) -> Option<f64> {
-    let Along::Slides(direction) = hold.along else { return None };
+    let (Along::Slides(direction) | Along::Creeps(direction)) = hold.along else { return None };
     let particle = hold.particle;
     if R::ZERO <= path.here.velocities[particle].dot(direction) {
         return None;
@@ -93,25 +93,28 @@ fn end_of_slide<R: Real>(hold: &Hold<R>, path: &Stages<R>, first: Option<f64>) -
 /// The release of a held particle, or the end of its sticking, if it is before `first`.
 ///
 /// What is left until then is known at the stages; a cubic goes through four of them. The cut is a
-/// little late, where the particle is let go; the force that held it for too long was next to none.
+/// little late, where the particle is let go: what held it too long was next to nothing. Only what
+/// is glued is let go with a jerk; a first cut is early, so that the next finds the time better.
 fn release<R: Real>(hold: &Hold<R>, first: Option<f64>) -> Option<f64> {
     let samples = SAMPLES.map(|stage| hold.margins[stage].to_f64());
     let times = SAMPLES.map(|stage| TIMES[stage]);
     let late = samples.iter().position(|&margin| margin < 0.0)?;
     let margin = |part: f64| cubic(times, samples, part);
-    let last = times[late].max(LATE).min(first.unwrap_or(1.0));
-    if late != 0 && 0.0 <= margin(last) {
+    let last = times[late].min(first.unwrap_or(1.0));
+    if 0.0 <= margin(last) {
         return None;
     }
     let found = if late == 0 { 0.0 } else { root(margin, (0.0, last), 1e-6 * samples[0]) };
-    let cut = found + LATE;
+    let cut = match hold.along {
+        Along::Glued if 0.05 < found => 0.9 * found,
+        Along::Glued => found + 1e-5,
+        _ => found + 1e-3,
+    };
     (cut < first.unwrap_or(1.0)).then_some(cut)
 }
 
 /// Stages between which a margin is interpolated: the first, the last and two well apart.
 const SAMPLES: [usize; 4] = [0, 2, 3, 6];
-/// How late a release is, as a fraction of the substep.
-const LATE: f64 = 1e-3;
 
 /// The cubic through four points, by Lagrange's formula.
 fn cubic(times: [f64; 4], values: [f64; 4], at: f64) -> f64 {

@@ -32,8 +32,12 @@ pub(crate) enum Along<V> {
     Sticks,
     /// Not at all: a plane that takes a fraction of the speed in every contact takes all.
     Glued,
-    /// In a direction in which friction slows it.
+    /// From a direction on; friction is against the velocity.
     Slides(V),
+    /// So slowly that it goes where the pull goes, from a direction on; friction is against the
+    /// pull. At a speed v a slide turns into the pull at a rate of about μ N / (m v), too fast to
+    /// follow.
+    Creeps(V),
 }
 
 /// A held particle.
@@ -60,6 +64,9 @@ pub(crate) struct Holds<R: Real> {
     rows: Vec<Hold<R>>,
     /// A hop up to this height is none, metres.
     hop: R,
+    /// A slide that friction alone would end within this length has the direction of the pull,
+    /// metres.
+    blur: R,
 }
 
 /// What meeting the planes did.
@@ -94,6 +101,7 @@ impl<R: Real> Holds<R> {
     pub(crate) fn reset(&mut self, tolerance: f64, size: f64) {
         self.rows.clear();
         self.hop = R::of(tolerance * Real::min(tolerance, HOP) * size);
+        self.blur = R::of(tolerance * size);
     }
 
     /// The held particles, in order.
@@ -132,6 +140,11 @@ impl<R: Real> Holds<R> {
                 Along::Free => (slope, least),
                 Along::Glued => (R::Vec3::ZERO, least),
                 Along::Sticks => (R::Vec3::ZERO, grip - slope.dot(slope).sqrt()),
+                Along::Creeps(_) => {
+                    let friction = slope * (-grip / slope.dot(slope).sqrt());
+                    power -= (friction.dot(velocities[row]) * model.masses[row]).to_f64();
+                    (slope + friction, least)
+                }
                 Along::Slides(direction) => {
                     let friction = friction(direction, velocities[row]) * grip;
                     power -= (friction.dot(velocities[row]) * model.masses[row]).to_f64();
@@ -170,8 +183,16 @@ impl<R: Real> Holds<R> {
                 along: Along::Free,
                 margins: [R::ZERO; STAGES],
             };
-            let mut guest =
-                Guest { position, velocity, pull: force * w, hop, slack, hold, met: false };
+            let mut guest = Guest {
+                position,
+                velocity,
+                pull: force * w,
+                hop,
+                slack,
+                blur: self.blur,
+                hold,
+                met: false,
+            };
             guest.meet_planes(model);
             guest.slide(model);
             let moved = guest.position - position;
@@ -202,6 +223,7 @@ struct Guest<R: Real> {
     pull: R::Vec3,
     hop: R,
     slack: R,
+    blur: R,
     hold: Hold<R>,
     met: bool,
 }
@@ -285,12 +307,23 @@ impl<R: Real> Guest<R> {
             Along::Glued
         } else if grip <= R::ZERO {
             Along::Free
+        } else if speed * speed <= grip * self.blur && grip <= pull + pull {
+            self.creep(slope * (R::ONE / pull), pull, grip)
         } else if R::ZERO < speed && !self.ends(speed, grip, slope) {
             Along::Slides(self.velocity * (R::ONE / speed))
         } else {
             self.velocity = R::Vec3::ZERO;
-            if pull <= grip { Along::Sticks } else { Along::Slides(slope * (R::ONE / pull)) }
+            Along::Sticks
         }
+    }
+
+    /// Gives a slow slide the direction of the pull, if it does not end.
+    fn creep(&mut self, direction: R::Vec3, pull: R, grip: R) -> Along<R::Vec3> {
+        let speed = self.velocity.dot(direction).max(R::ZERO);
+        let brake = grip - pull;
+        let ends = R::ZERO <= brake && speed * speed <= (brake + brake) * self.hop;
+        self.velocity = if ends { R::Vec3::ZERO } else { direction * speed };
+        if ends { Along::Sticks } else { Along::Creeps(direction) }
     }
 
     /// Whether friction would end the slide within a hop.
@@ -322,14 +355,17 @@ pub(crate) fn distance<R: Real>(plane: &PlaneColumn<R>, position: R::Vec3) -> R 
     plane.normal.dot(position) - plane.offset
 }
 
-/// The direction of friction. Past the end of a slide it goes on smoothly: the substep is cut
-/// there.
+/// The direction of friction, against the velocity; zero for none.
+///
+/// Past the end of a slide, where the substep is cut, it goes on as before: against the velocity
+/// reflected to the side of the direction at the start.
 fn friction<V: Vector<Scalar = R>, R: Real>(direction: V, velocity: V) -> V {
-    if R::ZERO < velocity.dot(direction) {
-        velocity * (-R::ONE / velocity.dot(velocity).sqrt())
-    } else {
-        -direction
+    let squared = velocity.dot(velocity);
+    if squared == R::ZERO {
+        return -direction;
     }
+    let back = velocity.dot(direction).min(R::ZERO);
+    (direction * (back + back) - velocity) * (R::ONE / squared.sqrt())
 }
 
 /// Whether a plane only pushes, or pulls as well.

@@ -59,8 +59,6 @@ const SHARE: f64 = 0.1;
 const IDLE: usize = 2;
 /// A climb ends where another trial is better at this part of the cost.
 const HOPELESS: f64 = 8.0;
-/// Dormand-Prince is not compared with a reference of less than this times its own accuracy.
-const APART: f64 = 30.0;
 /// How often each choice is timed at most.
 const ROUNDS: usize = 5;
 
@@ -162,7 +160,7 @@ impl<'a> Run<'a> {
     ) -> Result<Vec<String>, Error> {
         let mut left_out = Vec::new();
         let mut climbs = Vec::new();
-        let least = APART * self.right.tolerance;
+        let least = self.right.least_tolerance();
         for ladder in ladders {
             if ladder.fewest.is_none() && ladder.precision == super::ladder::PRECISIONS[0] {
                 let integrator = ladder.integrator;

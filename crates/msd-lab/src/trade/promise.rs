@@ -87,6 +87,9 @@ fn search(
     for ladder in ladders {
         for fineness in finenesses(ladder.fewest, ladder.integrator.is_adaptive()) {
             let choice = ladder.choice(fineness);
+            if matches!(fineness, Fineness::Tolerance(t) if t < right.least_tolerance()) {
+                break;
+            }
             let Ok(trial) = try_choice(scene, choice, right, reliable) else { break };
             let cheapest = best.map_or(f64::INFINITY, |(cost, _)| cost);
             let took = trial.cost * right.duration();

@@ -74,13 +74,23 @@ impl Sample {
 const MAX_SAMPLES: u64 = 60;
 /// A perturbation that a predictable scene forgets, as a fraction of its size.
 const PERTURBATION: f64 = 1e-12;
-/// The tolerance a reference starts from, and the last it is tightened to: below it rounding rules.
-const TOLERANCES: (f64, f64) = (1e-6, 1e-13);
+/// The tolerances that a reference may start from.
+const FIRST_TOLERANCES: [f64; 3] = [1e-6, 1e-5, 1e-4];
+/// The last tolerance that a reference is tightened to: below it rounding rules.
+const LAST_TOLERANCE: f64 = 1e-13;
+/// Dormand-Prince is not judged at less than this times the tolerance of its reference.
+const APART: f64 = 30.0;
 
 impl Reference {
     /// Largest uncertainty over all samples, metres.
     pub fn uncertainty(&self) -> f64 {
         self.moved.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// The least tolerance at which Dormand-Prince can be judged by this reference, which is itself
+    /// a run of it.
+    pub fn least_tolerance(&self) -> f64 {
+        APART * self.tolerance
     }
 
     /// Time covered, seconds.
@@ -147,19 +157,19 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
         return Ok(Reference { frames, states, moved, grown, tolerance: 0.0, size, seconds });
     }
     let wanted = wish.uncertainty * model.size();
-    let mut tolerance = TOLERANCES.0;
-    let mut states = states_at(scene, &frames, tolerance)?;
+    let (mut tolerance, mut states) = first_states(scene, &frames)?;
     let mut moved = vec![f64::INFINITY; frames.len()];
     loop {
         let spent = clock.seconds();
         let worst = moved.iter().copied().fold(0.0, f64::max);
         // The next run takes about as long as all before it: tenfold is 1.6 times the substeps.
         let exhausted = worst.is_finite() && wish.patience < 2.0 * spent;
-        if worst <= wanted || tolerance <= 1.5 * TOLERANCES.1 || exhausted {
+        if worst <= wanted || tolerance <= 1.5 * LAST_TOLERANCE || exhausted {
             break;
         }
+        // Contact may put a tolerance out of reach: the last one that was not is as good as it gets.
+        let Ok(tighter) = states_at(scene, &frames, 0.1 * tolerance) else { break };
         tolerance *= 0.1;
-        let tighter = states_at(scene, &frames, tolerance)?;
         // Where both runs took one substep per frame nothing moves, and nothing is learnt.
         let allowed = tolerance * model.size();
         moved = distances(&states, &tighter).into_iter().map(|far| far.max(allowed)).collect();
@@ -169,6 +179,18 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
     let grown = distances(&states, &perturbed);
     let (size, seconds) = (model.size(), clock.seconds());
     Ok(Reference { frames, states, moved, grown, tolerance, size, seconds })
+}
+
+/// The tightest of the first tolerances that is in reach, from 1e-6 up, and the states of its run.
+fn first_states(scene: &Scene, frames: &[u64]) -> Result<(f64, Vec<Sample>), Error> {
+    let mut last = Error::Empty;
+    for tolerance in FIRST_TOLERANCES {
+        match states_at(scene, frames, tolerance) {
+            Ok(states) => return Ok((tolerance, states)),
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
 }
 
 fn states_at(scene: &Scene, frames: &[u64], tolerance: f64) -> Result<Vec<Sample>, Error> {

@@ -117,6 +117,9 @@ impl Search<'_> {
         let Some(mut fineness) = self.start(&ladder)? else { return Ok(()) };
         let mut trials: Vec<Trial> = Vec::new();
         while trials.len() < TRIALS {
+            if matches!(fineness, Fineness::Tolerance(t) if t < self.right.least_tolerance()) {
+                break;
+            }
             let choice = ladder.choice(fineness);
             if trials.iter().any(|trial| trial.choice == choice) || self.is_hopeless(&trials) {
                 break;
