@@ -1,8 +1,8 @@
 //! How does a system advance by a step whose error is controlled?
 //!
 //! The reference method: the pair of orders 5 and 4 of Dormand and Prince (1980), with its own
-//! substeps and with contact as located events. Sources: see [`crate::tableau`] and
-//! [`crate::pace`].
+//! substeps and with contact as located events. Its numbers are in `tableau.rs`, its substeps are
+//! chosen in `pace.rs`, and planes act in `holds.rs` and `events.rs`; sources are named there.
 
 use crate::events;
 use crate::holds::{Holds, Met};
@@ -104,9 +104,11 @@ impl AddAssign for Work {
 /// the size of the model per substep.
 ///
 /// The error of a substep is the root mean square over particles of √(|δx|² + h² |δv|²), δ being
-/// the difference between the results of order 5, which is kept, and 4. Per particle the tolerance
-/// is at least 64 times the rounding of a coordinate as large as the size of the model or as its
-/// distance from the origin. Below that rounding looks like error, and the step would stall.
+/// the difference between the results of order 5, which is kept, and 4. With planes h is replaced
+/// by the time in which the motion changes, where that is longer: a substep cut short would allow
+/// any error in v. Per particle the tolerance is at least 64 times the rounding of a coordinate as
+/// large as the size of the model or as its distance from the origin. Below that rounding looks
+/// like error, and the step would stall.
 ///
 /// `force` overwrites its last argument with all forces at a motion, newtons, and returns the power
 /// taken away, watts.

@@ -85,9 +85,21 @@ fn end_of_slide<R: Real>(hold: &Hold<R>, path: &Stages<R>, first: Option<f64>) -
         return None;
     }
     let line = Line::new(path, particle, direction);
-    let last = first.unwrap_or(1.0);
-    let ends = line.speed(last) < 0.0;
-    ends.then(|| root(|part| line.speed(part), (0.0, last), 1e-9 * line.speed))
+    let mut last = first.unwrap_or(1.0);
+    if 0.0 <= line.speed(last) {
+        return None;
+    }
+    // From rest it goes forward first: the end is between the last two halvings.
+    let mut start = 0.0;
+    while line.speed <= 0.0 && line.speed(start) <= 0.0 {
+        start = if start == 0.0 { 0.5 * last } else { 0.5 * start };
+        if start < 1e-3 {
+            return None;
+        }
+        last = start + start;
+    }
+    let close = 1e-9 * line.speed(start);
+    Some(root(|part| line.speed(part), (start, last), close))
 }
 
 /// The release of a held particle, or the end of its sticking, if it is before `first`.

@@ -10,19 +10,16 @@
 use crate::collision::bounce;
 use crate::real::{Real, Vector};
 use crate::scene::Friction;
-use crate::stages::ROUNDINGS;
+use crate::support::{Law, MOST_PLANES, Support, support};
 use crate::system::{Model, PlaneColumn, State};
 use crate::tableau::STAGES;
 use alloc::vec::Vec;
 
-/// Planes that hold one particle at a time; three independent ones leave it nowhere to go.
-const MOST_PLANES: usize = 4;
 /// Rounds of one particle between planes; one in a narrow wedge then loses its speed into them.
 const MOST_ROUNDS: usize = 8;
 /// The height of a hop that is none, as a fraction of the error allowed, at most.
 const HOP: f64 = 0.1;
-/// Sweeps over the planes of a corner. At right angles two are exact.
-const MOST_SWEEPS: usize = 100;
+
 /// How a held particle moves along its planes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Along<V> {
@@ -80,19 +77,6 @@ pub(crate) struct Met {
     pub(crate) changed: bool,
 }
 
-/// What planes leave of an acceleration.
-struct Support<R: Real> {
-    slope: R::Vec3,
-    /// Normal force on each plane per mass, metres per second squared.
-    pressures: [R; MOST_PLANES],
-    /// The least of them.
-    least: R,
-    /// What friction may take along the planes, metres per second squared.
-    grip: R,
-    /// Whether nothing slides.
-    glued: bool,
-}
-
 impl<R: Real> Holds<R> {
     /// Forgets everything; `tolerance` is a fraction of `size`, metres.
     ///
@@ -111,12 +95,12 @@ impl<R: Real> Holds<R> {
 
     /// The height of a hop that is none for a particle here, metres: never below rounding.
     pub(crate) fn hop_at(&self, position: R::Vec3) -> R {
-        self.hop + rounding_at(position)
+        self.hop + rounding_at::<R>(position) * R::of(8.0)
     }
 
     /// The distance below which a particle is at a plane, metres.
     pub(crate) fn slack_at(&self, position: R::Vec3) -> R {
-        self.hop_at(position) / R::of(8.0)
+        self.hop / R::of(8.0) + rounding_at::<R>(position) * R::of(4.0)
     }
 
     /// Takes from the accelerations of a stage what the planes hold. Returns the power of friction,
@@ -157,8 +141,9 @@ impl<R: Real> Holds<R> {
 
     /// Lets every particle meet the planes it is at, and finds out which of them hold it.
     ///
-    /// A particle at a plane is put on it and bounces if it moves into it. It is held if it is pushed into it with an acceleration a, and d + v_n²/(2 a), the top of its hop
-    /// from a distance d, is no higher than a hop. A slide that would end within a hop has ended.
+    /// A particle at a plane is put on it and bounces if it moves into it. It is held if it is
+    /// pushed into it with an acceleration a, and d + v_n²/(2 a), the top of its hop from a
+    /// distance d, is no higher than a hop. A slide that would end within a hop has ended.
     /// `forces` are those at the state or near it, newtons.
     pub(crate) fn meet(
         &mut self,
@@ -167,6 +152,8 @@ impl<R: Real> Holds<R> {
         state: &mut State<R>,
     ) -> Met {
         self.rows.clear();
+        // Allocates in the first step alone.
+        self.rows.reserve(forces.len());
         let mut met = Met::default();
         for (particle, &force) in forces.iter().enumerate() {
             let (position, w) = (state.positions[particle], model.inverse_masses[particle]);
@@ -202,7 +189,7 @@ impl<R: Real> Holds<R> {
             met.energy += slowed.to_f64() + force.dot(moved).to_f64();
             met.touched |= guest.met;
             // Twice the rounding of a position; what takes as long as a hop to move as far.
-            let unfelt = R::of(1.0 / 32.0) * rounding_at(position);
+            let unfelt = R::of(2.0) * rounding_at::<R>(position);
             met.changed |= unfelt * unfelt < moved.dot(moved)
                 || unfelt * guest.pull.dot(guest.pull).sqrt() < kicked.dot(kicked);
             state.positions[particle] = guest.position;
@@ -345,9 +332,9 @@ impl<R: Real> Guest<R> {
     }
 }
 
-/// Distances that are not told from none at a position, metres.
+/// The rounding of a coordinate at a position, metres.
 fn rounding_at<R: Real>(position: R::Vec3) -> R {
-    position.extent() * (R::EPSILON * R::of(ROUNDINGS))
+    position.extent() * R::EPSILON
 }
 
 /// The signed distance of a point from a plane, metres; negative inside.
@@ -366,42 +353,4 @@ fn friction<V: Vector<Scalar = R>, R: Real>(direction: V, velocity: V) -> V {
     }
     let back = velocity.dot(direction).min(R::ZERO);
     (direction * (back + back) - velocity) * (R::ONE / squared.sqrt())
-}
-
-/// Whether a plane only pushes, or pulls as well.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Law {
-    OneSided,
-    TwoSided,
-}
-
-/// Projects an acceleration out of planes (Gauss's principle of least constraint), by the method
-/// of Gauss and Seidel on the pressures.
-fn support<R: Real>(model: &Model<R>, planes: &[u32], pull: R::Vec3, law: Law) -> Support<R> {
-    let mut slope = pull;
-    let mut pressures = [R::ZERO; MOST_PLANES];
-    let close = pull.extent() * R::EPSILON;
-    for _ in 0..MOST_SWEEPS {
-        let mut largest = R::ZERO;
-        for (pressure, &plane) in pressures.iter_mut().zip(planes) {
-            let normal = model.planes[plane as usize].normal;
-            let into = -slope.dot(normal);
-            let change = if law == Law::OneSided { into.max(-*pressure) } else { into };
-            *pressure += change;
-            slope += normal * change;
-            largest = largest.max(change.abs());
-        }
-        if planes.len() < 2 || largest <= close {
-            break;
-        }
-    }
-    let (mut grip, mut glued, mut least) = (R::ZERO, false, pressures[0]);
-    for (&pressure, &plane) in pressures.iter().zip(planes) {
-        least = least.min(pressure);
-        match model.planes[plane as usize].friction {
-            Friction::Coulomb(factor) => grip += R::of(factor) * pressure,
-            Friction::TangentialLoss(loss) => glued |= 0.0 < loss && R::ZERO < pressure,
-        }
-    }
-    Support { slope, pressures, least, grip, glued }
 }

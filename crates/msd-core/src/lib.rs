@@ -56,6 +56,7 @@ pub mod collision;
 mod tableau;
 mod pace;
 mod stages;
+mod support;
 mod holds;
 mod events;
 pub mod dormand_prince;

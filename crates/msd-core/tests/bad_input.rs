@@ -141,7 +141,8 @@ fn diverges<R: Real>(integrator: Integrator) {
 
 #[test]
 fn a_run_that_diverges_stops_at_the_last_good_state_and_says_where() {
-    for integrator in Integrator::ALL {
+    // The others are stable at any step or choose their own.
+    for integrator in Integrator::EXPLICIT {
         diverges::<f32>(integrator);
         diverges::<f64>(integrator);
     }

@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{distance, tumbling_block, two_masses, weightless};
+use common::{distance, tumbling_block, two_masses};
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
     Error, Friction, Integrator, Material, Motion, Particle, Pin, Plane, Real, Scene, Settings,
-    Simulation, State, Vector, World, dormand_prince, forces, shape, system::Model,
+    Simulation, State, dormand_prince, forces, shape, system::Model,
 };
 
 const G: f64 = 9.82;
@@ -109,9 +109,9 @@ fn at_equal_substeps_the_order_is_five_and_that_of_the_interpolant_four() {
                 let exact = go(fraction * step / 16.0, 16, 1.0);
                 distance(&go(step, 1, fraction), &exact)
             };
-            // A local error of order 5.
+            // A local error of order 5 or, for positions without damping, 6.
             let ratio = error(16) / error(32);
-            assert!((20.0..48.0).contains(&ratio), "{damping}, {fraction}: {ratio}");
+            assert!((20.0..96.0).contains(&ratio), "{damping}, {fraction}: {ratio}");
         }
     }
 }
@@ -129,8 +129,8 @@ fn a_free_particle_follows_the_parabola_to_rounding() {
 fn an_oscillator_follows_its_closed_form() {
     // Two masses of 2 kg: reduced mass 1, w² = 100 − 1, damped with rate 1.
     let scene = two_masses([2.0, 2.0], 100.0, 2.0, 0.1);
-    let (w, t) = (99.0f64.sqrt(), 3.0);
-    let stretch = 0.1 * (-t as f64).exp() * ((w * t).cos() + (w * t).sin() / w);
+    let (w, t) = (99.0f64.sqrt(), 3.0f64);
+    let stretch = 0.1 * (-t).exp() * ((w * t).cos() + (w * t).sin() / w);
     for tolerance in [1e-3, 1e-6, 1e-9, 1e-12] {
         let done = run::<f64>(&scene, (1.0, 3), tolerance);
         let [a, b] = done.state().positions[..] else { unreachable!() };
@@ -140,7 +140,9 @@ fn an_oscillator_follows_its_closed_form() {
         // What the damper took is an integral by the same weights.
         let energy = done.energy();
         let lost = 0.5 * 100.0 * 0.1 * 0.1 - (energy.kinetic + energy.elastic);
-        assert!((energy.dissipated - lost).abs() <= 3.0 * tolerance, "{tolerance}");
+        // The damper takes 2 v² watts for a second, v from 1 m/s, off by tolerance / h, h < 0.1 s.
+        let error = (energy.dissipated - lost).abs();
+        assert!(error <= 100.0 * tolerance, "{tolerance}: {error}");
     }
 }
 
@@ -218,11 +220,15 @@ fn a_bouncing_ball_follows_its_closed_form_and_comes_to_rest_on_the_plane() {
 fn a_bouncing_cube_keeps_the_tolerance() {
     let scene = falling_block(500.0, 0.6, Friction::Coulomb(0.4));
     let size = Model::<f64>::new(&scene).unwrap().0.size();
-    let exact = state(&scene, (1.0 / 60.0, 60), 1e-10);
-    for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9] {
+    let exact = state(&scene, (1.0 / 60.0, 60), 1e-11);
+    for tolerance in [1e-3, 1e-5, 1e-7, 1e-9] {
         let done = run::<f64>(&scene, (1.0 / 60.0, 60), tolerance);
         let error = distance(done.state(), &exact) / size;
-        println!("{tolerance}: {error} {:?}", done.work());
+        // Some 150 impacts, slides and releases in a row, each of which makes the ones after it
+        // early or late; 4.6e-2 at 1e-3 where they are not located.
+        assert!(error <= 300.0 * tolerance && error <= 1e-2, "{tolerance}: {error}");
+        let work = done.work().unwrap();
+        assert!(work.substeps <= 2000 && work.events <= 300, "{work:?}");
     }
 }
 
@@ -256,7 +262,7 @@ fn on_a_slope_friction_decides_between_sticking_and_sliding() {
         let exact = DVec3::new(angle.cos(), -angle.sin(), 0.0) * way;
         let error = (done.state().positions[0] - exact).length();
         // The slide is a parabola; only rounding is left.
-        assert!(error <= 1e-12, "{mu}: {error}");
+        assert!(error <= 1e-11, "{mu}: {error}");
     }
 }
 
@@ -294,27 +300,25 @@ fn bounces_with_friction_take_as_much_as_the_weight_presses() {
 }
 
 #[test]
-fn a_body_at_rest_stays_and_what_sticks_does_not_creep() {
-    for friction in [SMOOTH, Friction::Coulomb(0.5), Friction::TangentialLoss(0.3)] {
+fn a_body_comes_to_rest_on_a_plane_and_does_not_creep() {
+    for friction in [Friction::Coulomb(0.5), Friction::TangentialLoss(0.3)] {
         let mut scene = falling_block(500.0, 0.3, friction);
         for spring in &mut scene.springs {
             spring.damping = 5.0;
         }
         let mut block = run::<f64>(&scene, (0.1, 100), 1e-6);
-        let before = block.state().clone();
-        let lowest =
-            |state: &State<f64>| state.positions.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
-        println!("{friction:?} {:?} {:?}", block.energy(), block.work());
-        assert!(lowest(&before).abs() < 1e-15);
-        let work = block.work().unwrap().evaluations;
+        let (before, work) = (block.state().clone(), block.work().unwrap());
+        let lowest = before.positions.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
+        // On the plane to rounding.
+        assert!(lowest.abs() < 1e-15, "{lowest}");
         for _ in 0..10 {
             block.step().unwrap();
         }
-        println!(
-            "{:?} {}",
-            distance(block.state(), &before),
-            block.work().unwrap().evaluations - work
-        );
+        // What is left is an oscillation that the dampers take.
+        assert!(distance(block.state(), &before) < 1e-8);
+        // Dampers limit the substep to some 10 ms; nothing is located any more.
+        let now = block.work().unwrap();
+        assert!(now.evaluations - work.evaluations <= 1000 && now.events == work.events);
     }
 }
 
@@ -345,7 +349,6 @@ fn corners_hold_what_falls_into_them() {
                 assert!(-1e-5 <= d, "{d} in {scene:?}");
             }
         }
-        println!("{:?} {:?}", ball.state(), ball.work());
         assert_eq!(ball.state().velocities[0], DVec3::ZERO);
     }
 }
@@ -375,15 +378,18 @@ fn elastic_bounces_without_friction_keep_the_energy() {
     for spring in &mut scene.springs {
         spring.damping = 0.0;
     }
-    for tolerance in [1e-4, 1e-5, 1e-6] {
+    for tolerance in [1e-6, 1e-8] {
         let mut block = simulation::<f64>(&scene, 0.1, tolerance);
         let mechanical = |block: &Simulation<f64>| block.energy().total() - block.dissipated();
         let before = mechanical(&block);
         for _ in 0..100 {
             block.step().unwrap();
         }
-        let change = (mechanical(&block) - before) / before;
-        println!("{tolerance}: {change} {:?}", block.work());
+        let change = (mechanical(&block) - before).abs() / before;
+        // Nothing is damped: at worst the errors of all substeps add up, squared in the energy.
+        let work = block.work().unwrap();
+        assert!(change <= 2.0 * work.substeps as f64 * tolerance, "{tolerance}: {change}");
+        assert!(100 < work.events, "{work:?}");
     }
 }
 
@@ -391,14 +397,19 @@ fn elastic_bounces_without_friction_keep_the_energy() {
 fn verlet_with_short_substeps_converges_to_it() {
     let scene = falling_block(500.0, 0.6, Friction::Coulomb(0.4));
     let exact = state(&scene, (1.0 / 60.0, 40), 1e-9);
+    let mut before = f64::INFINITY;
     for substeps in [20, 80, 320] {
         let settings = Settings { substeps, ..Settings::default() };
         let mut verlet = Simulation::<f64>::new(&scene, settings).unwrap();
         for _ in 0..40 {
             verlet.step().unwrap();
         }
-        println!("{substeps}: {}", distance(verlet.state(), &exact));
+        let error = distance(verlet.state(), &exact);
+        // Contact at the end of substeps is of first order: a quarter.
+        assert!(error < 0.5 * before, "{substeps}: {error}, before {before}");
+        before = error;
     }
+    assert!(before < 2e-3 * Model::<f64>::new(&scene).unwrap().0.size());
 }
 
 #[test]
@@ -408,44 +419,65 @@ fn single_precision_keeps_what_it_can() {
     for tolerance in [1e-3, 1e-5, 1e-12] {
         let done = run::<f32>(&scene, (2.0, 1), tolerance);
         let error = distance(&done.state().convert(), &exact);
-        println!("{tolerance}: {error} {:?}", done.work());
+        // The tolerance is at least 64 roundings, 7.6e-6; the size is 3.5 m.
+        let kept = f64::max(tolerance, 64.0 * f64::from(f32::EPSILON));
+        assert!(error <= 10.0 * 3.5 * kept, "{tolerance}: {error}");
     }
+    let scene = falling_block(500.0, 0.6, Friction::Coulomb(0.4));
+    let exact = state(&scene, (1.0 / 60.0, 60), 1e-10);
+    let done = run::<f32>(&scene, (1.0 / 60.0, 60), 1e-5);
+    let error = distance(&done.state().convert(), &exact);
+    // As in double precision, see above; the size is 1.7 m.
+    assert!(error <= 1.7 * 300.0 * 1e-5, "{error}");
 }
 
 #[test]
-fn absurd_scenes_end() {
+fn absurd_scenes_end_in_a_state_or_an_error() {
     let absurd = |stiffness: f64, damping: f64, speed: f64| {
         let material = Material { mass: 1e-3, stiffness, damping };
-        let mut part = shape::block([2, 2, 2], 1.0, material).unwrap();
+        let mut part = shape::rope(2, 1.0, material).unwrap();
         part.set_motion(DVec3::new(speed, -speed, 0.0), DVec3::ONE);
-        let mut scene = Scene::of("block", part);
+        let mut scene = Scene::of("rope", part);
         let friction = Friction::Coulomb(0.5);
         for (normal, restitution) in [(DVec3::Y, 1.0), (-DVec3::Y, 1.0), (DVec3::X, 0.0)] {
             scene.planes.push(Plane { normal, offset: -1.0, restitution, friction });
         }
         scene
     };
-    for (stiffness, damping, speed) in
-        [(1e12, 0.0, 0.0), (1e12, 0.0, 1e6), (1e6, 1e12, 1.0), (100.0, 0.1, 1e6)]
-    {
+    for (stiffness, damping, speed, tolerance) in [
+        (1e12, 0.0, 1.0, 1e-14),
+        (1e12, 0.0, 1e6, 1.0),
+        (1e6, 1e12, 1.0, 1e-14),
+        (1e6, 1e12, 1.0, 1.0),
+        (100.0, 0.1, 1e6, 1.0),
+    ] {
         let scene = absurd(stiffness, damping, speed);
-        for tolerance in [1e-14, 1.0] {
-            let start = std::time::Instant::now();
-            let mut block = simulation::<f64>(&scene, 1.0 / 60.0, tolerance);
-            let before = block.state().clone();
-            let end = block.step();
-            println!(
-                "{stiffness} {damping} {speed} {tolerance}: {end:?} {:?} {:?}",
-                block.work(),
-                start.elapsed()
-            );
-            match end {
-                Ok(()) => {}
-                Err(Error::Unreachable { .. } | Error::Diverged(_)) => {
-                    assert_eq!(block.state(), &before);
-                }
-                Err(other) => panic!("{other}"),
+        let mut rope = simulation::<f64>(&scene, 1.0 / 60.0, tolerance);
+        let before = rope.state().clone();
+        match rope.step() {
+            Ok(()) => {}
+            Err(Error::Unreachable { .. } | Error::Diverged(_)) => {
+                assert_eq!(rope.state(), &before);
             }
+            Err(other) => panic!("{other}"),
         }
+        // The bound on attempts, seven evaluations each and at most two more per event.
+        assert!(rope.work().unwrap().evaluations <= 8_000_000);
     }
+}
+
+#[test]
+fn a_tolerance_out_of_reach_is_an_error_that_says_so() {
+    // A force that is no number cannot be integrated.
+    let scene = Scene { planes: vec![], ..ball(DVec3::Y, DVec3::ZERO, 0.5, SMOOTH) };
+    let mut ball = simulation::<f64>(&scene, 0.1, 1e-4);
+    ball.step().unwrap();
+    let before = ball.state().clone();
+    let error = ball.step_with(|_, forces| forces[0].x = f64::NAN).unwrap_err();
+    let Error::Unreachable { tolerance, particle, step, time } = error else { panic!("{error}") };
+    assert_eq!((tolerance, particle, step, time), (1e-4, 0, 2, 0.1));
+    assert!(error.to_string().contains("larger tolerance"), "{error}");
+    assert_eq!(ball.state(), &before);
+    // The next step is not spoiled.
+    ball.step().unwrap();
 }

@@ -53,13 +53,24 @@ pub(super) fn is_fresh(session: &Session, reading: &Reading) -> bool {
 /// An estimate in words, for a scene of a size in metres.
 fn sentence(reading: &Reading, size: f64) -> String {
     let (particle, error) = reading.worst;
+    let over = seconds(reading.error.over);
+    if error == 0.0 {
+        // As of a scene at rest, or of an adaptive method whose substeps fill whole steps.
+        return format!(
+            "error over the last {over} s: none seen, the copy ended at the same place"
+        );
+    }
     format!(
-        "error over the last {} s: {} ({} % of the size); worst particle {particle}: {}",
-        seconds(reading.error.over),
+        "error over the last {over} s: {} ({} of the size); worst particle {particle}: {}",
         metres(reading.error.rms),
-        short(100.0 * reading.error.rms / size),
+        share(reading.error.rms / size),
         metres(error)
     )
+}
+
+/// A part of a whole, as a percentage while that has few zeros.
+fn share(part: f64) -> String {
+    if part < 1e-5 { short(part) } else { format!("{} %", short(100.0 * part)) }
 }
 
 /// A time with at most two digits after the point, where it has any there.
@@ -80,6 +91,9 @@ mod tests {
             sentence(&reading, 4.0),
             "error over the last 0.5 s: 1.2 mm (0.031 % of the size); worst particle 417: 4.5 mm"
         );
+        let none =
+            Reading { error: LiveError { over: 0.5, ..LiveError::default() }, worst: (0, 0.0) };
+        assert!(sentence(&none, 4.0).contains("none seen"));
         assert_eq!([0.125, 0.0025, 2.0].map(seconds), ["0.13", "0.0025", "2"]);
     }
 }

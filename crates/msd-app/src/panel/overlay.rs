@@ -1,6 +1,7 @@
 //! What lies over the 3D view? The hint, the legend, the marks of particles, the banner, the help.
 
 use super::accuracy::is_fresh;
+use crate::accuracy::Reading;
 use crate::keys::KEYS;
 use crate::theme;
 use crate::viewer::Viewer;
@@ -48,11 +49,15 @@ fn marks(painter: &Painter, viewer: &Viewer) {
         }
     };
     let last = viewer.session.accuracy().and_then(|accuracy| accuracy.last());
-    let worst = last.filter(|last| is_fresh(&viewer.session, last)).map(|last| last.worst.0);
+    let shown = |last: &&Reading| is_fresh(&viewer.session, last) && 0.0 < last.worst.1;
+    let worst = last.filter(shown).map(|last| last.worst.0);
     ring(worst, 10.0, theme::BAD);
     if let Some(at) = worst.and_then(place) {
         let font = FontId::proportional(11.0);
-        painter.text(at + vec2(13.0, 0.0), Align2::LEFT_CENTER, "most wrong", font, theme::BAD);
+        let text = painter.layout_no_wrap("most wrong".to_owned(), font, theme::BAD);
+        let corner = at + vec2(18.0, -0.5 * text.size().y);
+        paper(painter, Rect::from_min_size(corner, text.size()).expand2(vec2(5.0, 2.0)));
+        painter.galley(corner, text, theme::BAD);
     }
     ring(viewer.session.selected(), 8.0, theme::WARN);
     ring(viewer.hovered, 6.0, Color32::WHITE);
@@ -62,9 +67,13 @@ fn hint(painter: &Painter, rect: Rect, text: &str) {
     let font = FontId::proportional(13.0);
     let text = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
     let at = pos2(rect.center().x - 0.5 * text.size().x, rect.bottom() - 40.0);
-    let paper = Rect::from_min_size(at, text.size()).expand2(vec2(14.0, 7.0));
-    painter.rect_filled(paper, 14.0, Color32::from_black_alpha(150));
+    paper(painter, Rect::from_min_size(at, text.size()).expand2(vec2(14.0, 7.0)));
     painter.galley(at, text, Color32::WHITE);
+}
+
+/// What makes a text over the scene readable.
+fn paper(painter: &Painter, rect: Rect) {
+    painter.rect_filled(rect, 0.5 * rect.height(), Color32::from_black_alpha(150));
 }
 
 /// The colours of strain with their scale.

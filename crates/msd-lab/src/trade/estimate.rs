@@ -30,7 +30,7 @@ impl LiveError {
 
 /// Estimates the error of a run by step doubling: in every `every` steps, a copy of the run in
 /// double precision takes `window` steps with twice the substeps (an adaptive method: a hundredth
-/// of the tolerance), from the same state, with the same interactions.
+/// of the tolerance in half the step), from the same state, with the same interactions.
 ///
 /// With p the order of the method the error is the distance of the two times 2^p / (2^p − 1)
 /// (Richardson, 1911); with p = 1 where anything touched a plane, for contact is of first order.
@@ -74,7 +74,7 @@ impl Estimator {
         } else if let Some(copy) = &mut self.copy {
             // What the run was told it was found to fit.
             let queued = crate::on!(runner, simulation => simulation.queued());
-            let told = queued.iter().try_for_each(|interaction| copy.queue(interaction.clone()));
+            let told = queued.iter().try_for_each(|&interaction| copy.queue(interaction));
             if told.is_err() {
                 self.copy = None;
             }
@@ -85,7 +85,10 @@ impl Estimator {
     pub fn after_step(&mut self, runner: &Runner) -> Option<&LiveError> {
         self.step += 1;
         if let Some(copy) = &mut self.copy {
-            if copy.step().is_err() {
+            let follow = |copy: &mut Runner| -> Result<(), Error> {
+                (0..steps_of_copy(runner)).try_for_each(|_| copy.step())
+            };
+            if follow(copy).is_err() {
                 self.copy = None;
             }
             self.touched |= touches(runner);
@@ -100,10 +103,17 @@ impl Estimator {
     }
 }
 
+/// Steps that the copy takes for one of the run: an adaptive method may take a whole step at once
+/// however small the tolerance.
+fn steps_of_copy(runner: &Runner) -> u32 {
+    if runner.integrator().is_adaptive() { 2 } else { 1 }
+}
+
 fn finer(runner: &Runner) -> Result<Runner, Error> {
     let mut copy = runner.convert(Precision::F64)?;
     let settings = copy.settings();
     copy.set_settings(Settings {
+        step: settings.step / f64::from(steps_of_copy(runner)),
         substeps: settings.substeps.saturating_mul(2),
         tolerance: (0.01 * settings.tolerance).max(1e-13),
         ..settings

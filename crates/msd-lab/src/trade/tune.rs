@@ -69,7 +69,8 @@ pub fn tune(
     let size = Model::<f64>::new(scene)?.0.size();
     let wanted = match goal {
         Goal::MaxError(error) => error,
-        Goal::Budget(_) => 1e-4 * size,
+        // What a budget buys is not known yet: a reference good enough for most of it.
+        Goal::Budget(_) => 1e-6 * size,
     };
     let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
     let right = reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;

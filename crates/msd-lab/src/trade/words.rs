@@ -153,8 +153,8 @@ pub fn milliseconds(seconds: f64) -> String {
 /// A number with two or three digits.
 pub fn short(value: f64) -> String {
     match value.abs() {
+        0.0 => "0".into(),
         size if !size.is_finite() => format!("{value}"),
-        size if size == 0.0 => "0".into(),
         size if size < 1e-3 || 1e5 <= size => format!("{value:.1e}"),
         size if size < 1.0 => {
             let digits = (1.0 - size.log10().floor()) as usize;
