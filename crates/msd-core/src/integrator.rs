@@ -8,7 +8,7 @@
 //! | RK4 | 4 | h w ≤ 2 √2 | [`crate::explicit`] |
 //! | Dormand-Prince | 5 | the step follows a tolerance | [`crate::dormand_prince`] |
 //! | backward Euler | 1 | always | [`crate::implicit`] |
-//! | implicit midpoint | 2 | always | [`crate::implicit`] |
+//! | implicit midpoint | 2 | always, for linear springs | [`crate::implicit`] |
 //! | XPBD | 1 | always | [`crate::xpbd`] |
 
 use crate::error::Error;
@@ -35,7 +35,8 @@ pub enum Integrator {
     DormandPrince,
     /// v' = v + h a(x', v'), x' = x + h v', linearised: any step is stable, and damps.
     BackwardEuler,
-    /// v' = v + h a at the middle of the step: any step is stable; no mode is damped.
+    /// v' = v + h a at the middle of the step: any step is stable for linear springs; no mode is
+    /// damped.
     ImplicitMidpoint,
     /// Extended position based dynamics: springs as compliant constraints.
     Xpbd,

@@ -7,8 +7,8 @@
 //! would pull, the particle is let go. Friction is Coulomb's with this impulse, the weight of all
 //! that lies above included: what sticks is held along the plane too, as long as that takes no more
 //! than μ times the pressure; what slides gets that much against its velocity, as a force in the
-//! solve. Slowing a particle after the solve, as [`crate::collision`] does, would hold a stiff block
-//! on any slope: the springs of the block would make up for it in the next solve.
+//! solve. Slowing a particle after the solve, as [`crate::collision`] does, would compare the
+//! momentum of one particle with the weight of all above it, and hold a stiff block too well.
 
 use crate::conjugate::Solve;
 use crate::real::{Real, Vector};

@@ -101,7 +101,8 @@ impl<R: Real> Simulation<R> {
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
         has_own_force: bool,
     ) -> Result<(), Error> {
-        self.good.clone_from(&self.state);
+        self.good.positions.copy_from_slice(&self.state.positions);
+        self.good.velocities.copy_from_slice(&self.state.velocities);
         let handled = has_own_force || !self.queue.is_empty();
         self.apply_queue();
         let done = if self.settings.integrator.is_adaptive() {

@@ -31,8 +31,8 @@ struct Link<R: Real> {
 ///   symmetric and is left out.
 ///
 /// Only the matrix is approximate, never the force: what is left out changes a velocity by a term
-/// of third order in τ, and Newton iterations remove it. Drag adds τ times its factor, a grab τ² k +
-/// τ b unless its force is at its maximum, hence constant.
+/// of third order in τ, and Newton iterations remove it. Drag adds its factor times τ. A grab adds
+/// τ² k + τ b, but nothing at its largest force, which is taken as constant.
 #[derive(Clone, Debug, Default)]
 pub struct Tangent<R: Real> {
     links: Vec<Link<R>>,

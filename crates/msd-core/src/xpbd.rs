@@ -29,17 +29,18 @@ impl<R: Real> Scratch<R> {
 /// Advances `state` by one substep of `h` seconds and returns the energy taken away by dampers and
 /// drag, joules.
 ///
-/// Particles first move by the outside forces alone to p = x + h (v + h w f). Then each spring, once
-/// and in order, moves its ends along its direction u by −w λ and w λ, with C = |p_b − p_a| − rest:
+/// Particles first move by the outside forces alone to p = x + h (v + h w f). Then each spring,
+/// once and in order, moves its ends along its direction u by −w λ and w λ, with C = |p_b − p_a| −
+/// rest:
 ///
 /// λ = −(k h² C + b h u·((p_b − x_b) − (p_a − x_a))) / (1 + (k h² + b h) (w_a + w_b))
 ///
 /// Then v' = (p − x) / h. That is the paper's step with compliance 1/k and damping b, multiplied by
 /// k h², so that k = 0 leaves a damper: alone, a spring does the step of backward Euler.
 ///
-/// The error is of first order in h, and has two parts: backward Euler's, and that of a single pass,
-/// in which a spring does not see what those after it do. The second makes a body too soft by an
-/// amount that grows with k h² / m and with the number of springs in a row, and depends on their
+/// The error is of first order in h, and has two parts: backward Euler's, and that of a single
+/// pass, in which a spring does not see what those after it do. The second makes a body too soft by
+/// an amount that grows with k h² / m and with the number of springs in a row, and depends on their
 /// order. It keeps linear momentum, since each spring moves its ends by opposite impulses.
 ///
 /// `external` overwrites its last argument with every force but those of the springs, newtons, and

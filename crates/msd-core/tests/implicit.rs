@@ -7,8 +7,8 @@ use msd_core::forces::{add_spring_forces, set_external_forces};
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::tangent::Tangent;
 use msd_core::{
-    Friction, Integrator, Interaction, Material, Model, Motion, Pin, Plane, Scene, Settings,
-    Simulation, Spring, State, shape,
+    Friction, Integrator, Interaction, Material, Model, Pin, Plane, Scene, Settings, Simulation,
+    Spring, State, shape,
 };
 
 const BOTH: [Integrator; 2] = [Integrator::BackwardEuler, Integrator::ImplicitMidpoint];
@@ -43,8 +43,7 @@ fn product_by_differences(
 
 fn product(model: &Model<f64>, state: &State<f64>, tau: f64, x: &[DVec3]) -> Vec<DVec3> {
     let mut tangent = Tangent::new(model);
-    let Motion { positions, velocities } = state.motion();
-    tangent.linearise(model, Motion { positions, velocities }, tau);
+    tangent.linearise(model, state.motion(), tau);
     let mut y = vec![DVec3::ZERO; x.len()];
     tangent.set_product(model.ends(), x, &mut y);
     y
@@ -81,8 +80,6 @@ fn the_matrix_is_the_derivative_of_the_forces() {
         scene.particles.iter_mut().for_each(|particle| particle.velocity = DVec3::ONE);
         let mut simulation = Simulation::<f64>::new(&scene, Settings::default()).unwrap();
         let target = scene.particles[0].position + DVec3::X;
-        // A grab that holds, and one at its maximum, whose force is constant in strength but turns;
-        // the first is far enough from its target for neither to matter to the other.
         let (frequency, damping_ratio) = (1.0, 0.5);
         let grab = |particle, max_force| Interaction::Grab {
             particle,
@@ -452,8 +449,9 @@ fn a_block_slides_v_squared_over_two_mu_g() {
             let tolerance = speed / 60.0;
             assert!((slid - exact).abs() < tolerance, "{integrator}: {slid} of {exact}");
             assert!(simulation.energy().kinetic < 1e-6);
-            // Friction took the energy of the slide: counted at the end of each substep, too little by
-            // a part μ g h / v = 2 % for backward Euler, and something goes into the springs' sway.
+            // Friction took the energy of the slide: counted at the end of each substep, too little
+            // by a part μ g h / v = 2 % for backward Euler, and something goes into the springs'
+            // sway.
             let moving = 0.5 * speed * speed * (count * count * count) as f64;
             let share = simulation.dissipated() / moving;
             assert!((share - 1.0).abs() < 0.05, "{integrator}, {count}: {share}");

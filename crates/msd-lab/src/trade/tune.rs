@@ -178,7 +178,7 @@ impl Search<'_> {
         let best = best.map(|found| found.trial.cost).fold(f64::INFINITY, f64::min);
         let beats =
             |&(cost, error): &(f64, f64)| error < last.error() && HOPELESS * cost < last.cost;
-        let patience = (self.right.seconds / HOPELESS).max(LEAST_PATIENCE);
+        let patience = self.right.seconds.max(LEAST_PATIENCE);
         1.2 * best < last.cost
             || self.seen.iter().any(beats)
             || patience < last.cost * self.right.duration()
@@ -220,7 +220,9 @@ impl Search<'_> {
                 if is_stuck(trials, error) {
                     return None;
                 }
-                off.powf(1.0 / order(trials, ladder)).clamp(0.1, 8.0)
+                // A tolerance ten times as tight costs little; ten times the substeps cost tenfold.
+                let most = if ladder.integrator.is_adaptive() { 1e3 } else { 8.0 };
+                off.powf(1.0 / order(trials, ladder)).clamp(0.1, most)
             }
             Goal::Budget(budget) => {
                 let share = budget / (last.cost * FRAME);
@@ -308,11 +310,13 @@ fn is_coarsest(choice: Choice, ladder: Ladder) -> bool {
     }
 }
 
-/// Whether the last trial was finer than one before it and hardly better, and not good enough.
+/// Whether the last two trials were no better than one before them: rounding rules, or contact. One
+/// alone may be bad luck: where an impact falls within a substep decides.
 fn is_stuck(trials: &[Trial], wanted: f64) -> bool {
-    let [.., before, last] = trials else { return false };
-    let finer = distance(before.choice.fineness, last.choice.fineness);
-    0.9 < finer && wanted < last.error() && 0.8 * before.error() < last.error()
+    let [earlier @ .., before, last] = trials else { return false };
+    let best = earlier.iter().map(Trial::error).fold(f64::INFINITY, f64::min);
+    let better = before.error().min(last.error());
+    !earlier.is_empty() && best.is_finite() && wanted < better && 0.8 * best < better
 }
 
 /// Doublings of fineness from one to another.
