@@ -1,10 +1,11 @@
-//! Does tuning keep its promise? Over all built-in scenes and generated ones: the error delivered is
+//! Does tuning keep its promise? Over all built-in and many generated scenes: the error delivered is
 //! at most the error asked for, at no more than 1.5 times the cost of the best setting there is.
 //!
 //! `cargo bench --bench promise` takes some minutes; `-- --scenes N` takes N generated scenes
 //! instead of 200, and `-- --test` a few, to see that it runs.
 
 use msd::lab::BUILTINS;
+use msd::lab::trade::choice::Choice;
 use msd::lab::trade::promise::{Case, keep, random_scene};
 
 /// Errors asked for, as fractions of the size, in turn.
@@ -43,14 +44,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn tell(name: &str, case: &Case) {
     let Case { asked, delivered, chosen, best, cost_ratio } = case;
     let word = |good: bool| if good { "" } else { "  <- missed" };
-    let shown = |choice: &Option<_>| match choice {
+    let shown = |choice: &Option<Choice>| match choice {
         Some(choice) => format!("{choice}"),
         None => "nothing".into(),
     };
     let (chosen, best): (String, String) = (shown(chosen), shown(best));
     println!(
-        "{name:<14} asked {asked:.1e} m, delivered {delivered:.1e} m{}; {chosen}; cost {cost_ratio:.2} \
-         x that of {best}{}",
+        "{name:<14} asked {asked:.1e} m, delivered {delivered:.1e} m{}; {chosen}; \
+         cost {cost_ratio:.2} x that of {best}{}",
         word(case.kept()),
         word(case.is_cheap())
     );

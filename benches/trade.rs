@@ -73,7 +73,8 @@ fn put(text: &str, name: &str, table: &str) -> String {
 
 fn front(study: &Study) -> String {
     let mut table = format!("> {}\n\n", study.words);
-    table += "| method | setting | precision | per frame | error | of the size |\n|---|---|---|---|---|---|\n";
+    table += "| method | setting | precision | per frame | error | of the size |\n";
+    table += "|---|---|---|---|---|---|\n";
     for row in study.front() {
         let Trial { choice, cost, .. } = &study.trials[row];
         let error = study.trials[row].error();
@@ -125,7 +126,7 @@ fn beside_the_design(study: &Study) -> String {
     table
 }
 
-/// The order of convergence of each method in each scene, between its last two useful trials.
+/// The order of convergence of each method in each scene.
 fn orders(studies: &[Study]) -> String {
     let names: Vec<&str> = studies.iter().map(|study| study.scene.as_str()).collect();
     let mut table = format!("| method | {} |\n|---|", names.join(" | "));
@@ -158,9 +159,9 @@ fn order(study: &Study, integrator: Integrator) -> String {
 
 /// Best error and cost of velocity Verlet in both precisions.
 fn precisions(studies: &[Study]) -> String {
-    let mut table =
-        "| scene | least error in f32 / size | in f64 | time of f64 / f32 at equal substeps |\n|---|---|---|---|\n"
-            .to_owned();
+    let mut table = "| scene | least error in f32 / size | in f64 | time of f64 / f32 |\n\
+                     |---|---|---|---|\n"
+        .to_owned();
     for study in studies {
         let of = |precision| study.trials.iter().filter(move |t| t.choice.precision == precision);
         let [least_32, least_64] = PRECISIONS
@@ -214,8 +215,8 @@ fn all_terms() -> Result<String> {
             let change = row.relative.map_or("it diverges".into(), |part| {
                 format!("{} % of the size", short(100.0 * part))
             });
-            let _ =
-                writeln!(table, "| {name} | {} | {change} | {:.0} % |", row.term, row.cost_percent);
+            let saves = row.cost_percent.map_or("-".into(), |percent| format!("{percent:.0} %"));
+            let _ = writeln!(table, "| {name} | {} | {change} | {saves} |", row.term);
         }
     }
     Ok(table)

@@ -1,5 +1,5 @@
 //! You will see stability_table.svg: how stiff a cloth may be at a number of steps per frame, for
-//! Euler and Runge-Kutta, undamped and damped, beside what the source report found in its own scene.
+//! Euler and Runge-Kutta, undamped and damped, beside what the report of 2014 found in its own.
 
 use msd::core::Integrator;
 use msd::lab::trade::stability_table::{Scheme, stability_table};

@@ -140,6 +140,11 @@ impl core::fmt::Display for Divergence {
             Some(stable) if stable < substep => {
                 write!(f, "at most {stable:.3e} s is predicted stable: use more substeps")
             }
+            Some(f64::INFINITY) => write!(
+                f,
+                "any is predicted stable, so look for a force or a speed too large, a plane that \
+                 is missing or a world that is too small"
+            ),
             Some(stable) => write!(
                 f,
                 "{stable:.3e} s is predicted stable, so look for a force or a speed too large"

@@ -40,6 +40,8 @@ pub struct Simulation<R: Real = f32> {
     /// The state at the start of the step, to fall back on.
     good: State<R>,
     queue: Vec<Interaction>,
+    /// Whether anything touched a plane in the last step.
+    touched: bool,
     ledger: Ledger,
     steps: u64,
     /// Steps and time at which the length of a step changed last.
@@ -69,6 +71,7 @@ impl<R: Real> Simulation<R> {
             settings,
             warm: false,
             queue: Vec::new(),
+            touched: false,
             ledger: Ledger::default(),
             steps: 0,
             epoch: (0, 0.0),
@@ -117,6 +120,7 @@ impl<R: Real> Simulation<R> {
         // What the next step may remember: accelerations that it would find again to the bit.
         let forces_last = self.model.pushes.is_empty() && !has_own_force;
         self.warm = !last_met && forces_last && !self.is_damped();
+        self.touched = touched;
         let contact_alone = touched && !handled && !self.is_handled();
         self.model.pushes.clear();
         if let Err(error) = self.guard(stuck) {
@@ -332,6 +336,11 @@ impl<R: Real> Simulation<R> {
     /// How the system is stepped.
     pub fn settings(&self) -> Settings {
         self.settings
+    }
+
+    /// Whether anything touched a plane in the last step.
+    pub fn touched(&self) -> bool {
+        self.touched
     }
 
     /// Steps taken.

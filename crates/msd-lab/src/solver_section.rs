@@ -27,9 +27,17 @@ pub fn with_choice(
             let Some(solver) = solver.as_table_like_mut() else {
                 return Err(refused("its solver is no table".into()));
             };
-            removed(choice).iter().for_each(|key| drop(solver.remove(key)));
+            solver.remove(CONTRADICTED);
             for (key, value) in entries(choice) {
-                solver.insert(key, toml_edit::value(toml_value(value)));
+                let mut value = toml_value(value);
+                // What is written beside a value stays beside the new one.
+                match solver.get_mut(key).and_then(toml_edit::Item::as_value_mut) {
+                    Some(old) => {
+                        *value.decor_mut() = old.decor().clone();
+                        *old = value;
+                    }
+                    None => drop(solver.insert(key, toml_edit::value(value))),
+                }
             }
             Ok(file.to_string())
         }
@@ -43,7 +51,7 @@ pub fn with_choice(
             let Some(solver) = solver.as_object_mut() else {
                 return Err(refused("its solver is no object".into()));
             };
-            removed(choice).iter().for_each(|key| drop(solver.shift_remove(*key)));
+            solver.shift_remove(CONTRADICTED);
             for (key, value) in entries(choice) {
                 solver.insert(key.into(), json_value(value));
             }
@@ -73,13 +81,8 @@ fn entries(choice: Choice) -> Vec<(&'static str, Entry)> {
     ]
 }
 
-/// Keys that would contradict a choice or mean nothing beside it.
-fn removed(choice: Choice) -> [&'static str; 3] {
-    match choice.fineness {
-        Fineness::Substeps(_) => ["step", "tolerance", "newton"],
-        Fineness::Tolerance(_) => ["step", "substeps", "newton"],
-    }
-}
+/// The key that excludes `steps_per_second`.
+const CONTRADICTED: &str = "step";
 
 fn toml_value(entry: Entry) -> toml_edit::Value {
     match entry {
@@ -103,7 +106,8 @@ mod tests {
     use crate::runner::Precision;
     use msd_core::Integrator;
 
-    const TEXT: &str = "version = 1 # first\n[solver]\n# slow\nstep = 0.01\n[[bodies]]\n\
+    const TEXT: &str = "version = 1 # first\n[solver]\nstep = 0.01\n# many\nsubsteps = 9 # nine\n\
+                        [[bodies]]\n\
                         kind = 'rope'\nsize = [3]\n";
 
     fn written(format: SceneFormat, text: &str, fineness: Fineness) -> String {
@@ -118,7 +122,9 @@ mod tests {
         assert_eq!((loaded.settings.integrator, loaded.settings.substeps), (Integrator::Rk4, 7));
         assert_eq!(loaded.precision, Precision::F64);
         assert!((loaded.settings.step - 1.0 / 60.0).abs() < 1e-15);
-        assert!(text.contains("# first"), "{text}");
+        for comment in ["# first", "# many", "# nine"] {
+            assert!(text.contains(comment), "{text}");
+        }
         let text = written(SceneFormat::Toml, &text, Fineness::Tolerance(1e-5));
         let loaded = scenes::parse(&text, SceneFormat::Toml, "a").unwrap();
         assert_eq!(loaded.settings.tolerance, 1e-5);

@@ -125,7 +125,7 @@ fn tuning_delivers_what_is_asked_and_no_coarser_choice_would() {
         let delivered = try_choice(&scene, choice, &right, right.frames.len()).unwrap().error();
         assert!(delivered <= asked, "{choice}: {delivered:.1e} of {asked:.1e}");
         // Predicted from another trial of the same method, by its order: a factor, not a digit.
-        let ratio = tuned.best.predicted_error / delivered;
+        let ratio = tuned.best.predicted_error.unwrap() / delivered;
         assert!((0.05..20.0).contains(&ratio), "{choice}: predicted {ratio:.2} times what came");
         if let (Fineness::Substeps(substeps), true) = (choice.fineness, fraction < 1e-3) {
             // A choice of half the substeps would do if the search had not looked for the coarsest.

@@ -140,7 +140,7 @@ pub struct StudyArguments {
     /// A built-in scene, a scene file or a mesh
     pub scene: String,
     /// Time to simulate, seconds; brought to whole frames of 1/60 s
-    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
     pub duration: f64,
     /// The error that the advice is about, metres [default: a thousandth of the size]
@@ -183,7 +183,7 @@ pub struct TuneArguments {
     #[arg(group = "goal")]
     pub budget: Option<f64>,
     /// Time over which errors are measured, seconds; brought to whole frames of 1/60 s
-    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
     pub duration: f64,
     /// Write the choice into the solver section of the scene file
@@ -258,6 +258,10 @@ fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, S
 
 fn positive(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 < number, "a number, positive and finite")
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    number(text, |number| 0.0 < number && number <= 1e5, "a number, positive and at most 1e5")
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {

@@ -1,7 +1,7 @@
 //! What is told after a run?
 
 use super::prepare::Prepared;
-use msd_core::{Energy, Integrator, Momentum};
+use msd_core::{Energy, Family, Integrator, Momentum};
 use msd_lab::{Precision, state_hash};
 use serde::Serialize;
 
@@ -23,6 +23,8 @@ pub struct Report {
     pub substeps: u32,
     /// Local error that an adaptive method allows, as a fraction of the size; null for others.
     pub tolerance: Option<f64>,
+    /// Newton iterations per substep of an implicit method; null for others.
+    pub newton: Option<u32>,
     /// Precision.
     pub precision: Precision,
     /// Time simulated, seconds.
@@ -106,6 +108,7 @@ impl Report {
         let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
         let settings = runner.settings();
         let adaptive = settings.integrator.is_adaptive();
+        let implicit = matches!(settings.integrator.family(), Family::Implicit(_));
         let substeps = if adaptive { 1 } else { settings.substeps };
         let steps = runner.steps() * u64::from(substeps);
         let springs = runner.spring_count() as u64;
@@ -119,6 +122,7 @@ impl Report {
             step: settings.step / f64::from(substeps),
             substeps,
             tolerance: adaptive.then_some(settings.tolerance),
+            newton: implicit.then_some(settings.newton),
             precision: runner.precision(),
             duration: runner.time(),
             steps,

@@ -80,7 +80,11 @@ pub fn explain_divergence(scene: &str, error: Error) -> Failure {
         }
         _ => String::new(),
     };
-    Failure::diverged(format!("{scene}: {error}{advice}"))
+    let message = format!("{scene}: {error}{advice}");
+    match error {
+        Error::Diverged(_) | Error::Unreachable { .. } => Failure::diverged(message),
+        _ => Failure::input(message),
+    }
 }
 
 fn same_file(a: Option<&Path>, b: Option<&Path>) -> bool {

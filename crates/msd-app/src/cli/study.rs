@@ -4,13 +4,14 @@ use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::prepare::open;
 use super::progress::Bar;
+use super::run::explain_divergence;
 use msd_lab::trade::choice::FRAME;
 use msd_lab::trade::conduct::{Plan, Progress, study};
 use msd_lab::trade::report;
 use msd_lab::trade::stability_table::stability_table;
 use msd_lab::trade::study::Study;
 use msd_lab::trade::terms::terms;
-use msd_lab::trade::words::{metres, milliseconds, short, told};
+use msd_lab::trade::words::{metres, milliseconds, off, short, told};
 use msd_lab::{Loaded, Output};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -41,7 +42,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         bar.tell(&format!("{done} trials done{left}: {now}"));
     });
     bar.end();
-    let studied = studied.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    let studied = studied.map_err(|error| explain_divergence(&loaded.name, error))?;
     write(&folder.join("report.html"), report::html(&studied).as_bytes())?;
     write(&folder.join("study.csv"), &report::csv(&studied))?;
     write(&folder.join("work-precision.svg"), report::svg(&studied).as_bytes())?;
@@ -94,10 +95,10 @@ fn summary(study: &Study, folder: &Path) -> String {
     for row in study.front() {
         let trial = &study.trials[row];
         lines.push(format!(
-            "  {:>9} per frame  {:>8} off  {}",
+            "  {:>9} per frame  {:<36}  {}",
             milliseconds(trial.cost * FRAME),
-            metres(trial.error()),
-            told(trial)
+            told(trial),
+            off(study, trial)
         ));
     }
     lines.push(format!(

@@ -4,6 +4,7 @@ use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
 use super::prepare::open;
 use super::progress::Bar;
+use super::run::explain_divergence;
 use msd_lab::trade::choice::{Choice, FRAME, Fineness};
 use msd_lab::trade::tune::{Found, Goal, Tuned, tune};
 use msd_lab::trade::words::{metres, milliseconds};
@@ -17,6 +18,8 @@ use std::path::Path;
 struct Report {
     scene: String,
     duration: f64,
+    compared_until: f64,
+    chaotic_after: Option<f64>,
     goal: Goal,
     met: bool,
     #[serde(flatten)]
@@ -36,7 +39,7 @@ struct Row {
     step: Option<f64>,
     substeps: Option<u32>,
     tolerance: Option<f64>,
-    predicted_error: f64,
+    predicted_error: Option<f64>,
     verified_error: f64,
     ms_per_frame: f64,
 }
@@ -77,18 +80,21 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         bar.tell(&choice.to_string());
     });
     bar.end();
-    let tuned = tuned.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    let tuned = tuned.map_err(|error| explain_divergence(&loaded.name, error))?;
     let mut written = None;
-    if let Some(format) = format {
+    if let Some(format) = format.filter(|_| tuned.met) {
         write_choice(path, format, tuned.best.trial.choice)?;
         written = Some(arguments.scene.clone());
     }
     if !arguments.json {
-        return say(&summary(&loaded.name, &tuned, written.as_deref()));
+        let lines = summary(&loaded.name, &tuned, written.as_deref(), arguments.write);
+        return say(&lines);
     }
     let report = Report {
         scene: loaded.name,
-        duration: tuned.compared,
+        duration: tuned.duration,
+        compared_until: tuned.compared,
+        chaotic_after: tuned.horizon,
         goal,
         met: tuned.met,
         best: Row::of(&tuned.best),
@@ -125,7 +131,7 @@ fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), 
     output.finish().map_err(Failure::input)
 }
 
-fn summary(name: &str, tuned: &Tuned, written: Option<&str>) -> String {
+fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: bool) -> String {
     let Tuned { goal, best, runner_up, met, .. } = tuned;
     let wish = match goal {
         Goal::MaxError(error) => format!("an error of at most {}", metres(*error)),
@@ -133,7 +139,7 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>) -> String {
     };
     let verdict = if *met { "use" } else { "nothing meets it; the nearest is" };
     let mut lines = vec![
-        format!("{name}, {:.3} s, {wish}: {verdict} {}", tuned.compared, best.trial.choice),
+        format!("{name}, {:.3} s, {wish}: {verdict} {}", tuned.duration, best.trial.choice),
         format!("  {}", line(best)),
     ];
     if let Some(second) = runner_up {
@@ -145,6 +151,19 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>) -> String {
         tuned.tried,
         metres(tuned.uncertainty)
     ));
+    if tuned.compared < tuned.duration - 1e-9 {
+        lines.push(format!(
+            "compared up to t = {:.3} s only: {}",
+            tuned.compared,
+            match tuned.horizon {
+                Some(time) => format!("the scene is chaotic after t = {time:.3} s"),
+                None => "further on the reference is not certain enough".into(),
+            }
+        ));
+    }
+    if !met && asked_to_write {
+        lines.push("not written, for it does not meet the wish".into());
+    }
     lines.extend(written.map(|file| format!("written to the solver section of {file}")));
     lines.join("\n")
 }
@@ -153,7 +172,7 @@ fn line(found: &Found) -> String {
     format!(
         "error {} (predicted {}), {} of processor time per frame",
         metres(found.trial.error()),
-        metres(found.predicted_error),
+        found.predicted_error.map_or("nothing".into(), metres),
         milliseconds(found.trial.cost * FRAME)
     )
 }

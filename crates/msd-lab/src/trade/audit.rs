@@ -1,7 +1,7 @@
 //! What stiffness and damping does a method deliver? A weight is hung up, a string is plucked.
 //!
-//! The probe is a chain of the scene's own material, pinned at its top, on which everything is known
-//! in closed form: it hangs by Σ m g / k, and its slowest mode has the frequency
+//! The probe is a chain of the scene's own material, pinned at its top, on which everything is
+//! known in closed form: it hangs by Σ m g / k, and its slowest mode has the frequency
 //! w = 2 √(k/m) sin(π / (4 n + 2)) and the damping ratio ζ = b w / (2 k). Along a line springs are
 //! linear, so neither answer depends on how heavy the weight is or how hard the pluck. The runs are
 //! in double precision: rounding is not the question here.
@@ -155,8 +155,8 @@ impl Probe {
         Some(exact / before)
     }
 
-    /// Plucks the slowest mode; returns its damping ratio and its angular frequency, none if it does
-    /// not stay in the world or does not swing as one mode.
+    /// Plucks the slowest mode; returns its damping ratio and its angular frequency, none if it
+    /// does not stay in the world or does not swing as one mode.
     fn pluck(&self, choice: Choice) -> Option<[f64; 2]> {
         let shape = |row: usize| (row as f64 * self.phase()).sin();
         let world = World { gravity: DVec3::ZERO, ..World::default() };

@@ -20,10 +20,12 @@ pub fn folder() -> Option<PathBuf> {
 const REVISION: u32 = 1;
 
 /// The hash of anything that can be written down, 32 hexadecimal digits: BLAKE3 (O'Connor and
-/// others, 2020) of its postcard bytes and of the revision of the cache.
+/// others, 2020) of its postcard bytes, of the version of msd and of the revision of the
+/// cache.
 pub fn content_hash(content: &impl Serialize) -> String {
     let bytes = postcard::to_allocvec(content).unwrap_or_default();
     let mut hasher = blake3::Hasher::new();
+    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
     hasher.update(&REVISION.to_le_bytes()).update(&bytes);
     hasher.finalize().to_hex()[..32].to_owned()
 }

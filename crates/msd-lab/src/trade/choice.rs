@@ -54,8 +54,19 @@ impl Choice {
         match self.fineness {
             Fineness::Substeps(1) => "1 substep".into(),
             Fineness::Substeps(substeps) => format!("{substeps} substeps"),
-            Fineness::Tolerance(tolerance) => format!("tolerance {tolerance:e}"),
+            Fineness::Tolerance(tolerance) => format!("tolerance {}", rounded(tolerance)),
         }
+    }
+}
+
+/// A number with at most three digits.
+fn rounded(number: f64) -> String {
+    let digits = format!("{number:.2e}");
+    match digits.split_once('e') {
+        Some((digits, power)) => {
+            format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
+        }
+        None => digits,
     }
 }
 

@@ -74,7 +74,7 @@ pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Res
     tell(now("making the reference"));
     let wish = Wish { duration: plan.duration, ..Wish::default() };
     let right = reference(scene, wish)?;
-    let reliable = right.reliable(0.1 * wanted).max(1);
+    let reliable = right.comparable(0.1 * wanted);
     let mut run = Run::resume(loaded, plan, (&right, reliable));
     let left_out = run.climb_all(ladders(scene)?, tell)?;
     run.time_again(tell)?;

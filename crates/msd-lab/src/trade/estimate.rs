@@ -5,7 +5,7 @@ use super::reference::{Wish, make_reference};
 use super::trial::state;
 use crate::runner::{AnyState, Precision, Runner};
 use crate::scenes::Loaded;
-use msd_core::{Error, Model, Scene, Settings, State};
+use msd_core::{Error, Scene, Settings, State};
 
 /// The error that a run made over a window of time, as estimated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -91,7 +91,7 @@ impl Estimator {
             if follow(copy).is_err() {
                 self.copy = None;
             }
-            self.touched |= touches(runner);
+            self.touched |= crate::on!(runner, simulation => simulation.touched());
         }
         let ends = self.step == self.window;
         if ends && let Some(copy) = self.copy.take() {
@@ -135,21 +135,6 @@ fn compare(runner: &Runner, copy: &Runner, (over, touched): (f64, bool)) -> Live
     LiveError { over, at: runner.time(), rms, particles }
 }
 
-/// Whether a particle is on a plane: where a contact left it, to rounding.
-fn touches(runner: &Runner) -> bool {
-    crate::on!(runner, simulation => on_a_plane(simulation.model(), simulation.state()))
-}
-
-fn on_a_plane<R: msd_core::Real>(model: &Model<R>, state: &State<R>) -> bool {
-    use msd_core::Vector;
-    let near = 1e-6 * model.size();
-    let touches = |normal: msd_core::glam::DVec3, offset: f64| {
-        let mut positions = state.positions.iter();
-        positions.any(|position| (normal.dot(position.to_f64()) - offset).abs() <= near)
-    };
-    model.planes().iter().any(|plane| touches(plane.normal.to_f64(), plane.offset.to_f64()))
-}
-
 /// An estimate beside the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Calibration {
@@ -162,7 +147,8 @@ pub struct Calibration {
 }
 
 /// Compares estimates with the truth for windows of `frames` frames that start at the given times,
-/// with the settings of the scene brought to frames of 1/60 s.
+/// with the settings of the scene. Windows of a scene whose steps are no whole part of a frame are
+/// left out.
 ///
 /// # Errors
 /// What the core refuses of the scene, and runs that diverge.
@@ -185,6 +171,9 @@ pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Cal
             estimator.after_step(&runner);
         }
         let Some(last) = right.states.last() else { continue };
+        if 1e-9 < (right.duration() - duration).abs() {
+            continue;
+        }
         let true_error = super::errors::rms_distance(&state(&runner), &last.state());
         let estimated = estimator.last().map_or(f64::NAN, |estimate| estimate.rms);
         found.push(Calibration { start, estimated, true_error });

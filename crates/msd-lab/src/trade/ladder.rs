@@ -4,9 +4,16 @@ use super::choice::{Choice, FRAME, Fineness};
 use crate::runner::Precision;
 use msd_core::{Error, Integrator, Model, Scene, stability};
 
-/// The substeps per frame that studies try: three per doubling at first, then two.
-const SUBSTEPS: [u32; 22] =
-    [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024, 1536, 2048];
+/// A ladder reaches to this times the fewest substeps, and at least to [`LEAST_REACH`].
+const REACH: u32 = 64;
+/// A ladder reaches at least to this number of substeps.
+const LEAST_REACH: u32 = 2048;
+
+/// 1, 2, 3, 4, 6, 8, 12, 16 and so on: two per doubling.
+fn round_numbers() -> impl Iterator<Item = u32> {
+    let doublings = (1..=30).flat_map(|power| [1 << power, 3 << (power - 1)]);
+    std::iter::once(1).chain(doublings)
+}
 
 /// The tolerances that studies try.
 const TOLERANCES: [f64; 9] = [1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10];
@@ -33,8 +40,9 @@ impl Ladder {
         }
         let Some(fewest) = self.fewest else { return Vec::new() };
         // The coarsest stable one is on the ladder whatever its number.
-        let finer = SUBSTEPS.into_iter().filter(|&substeps| fewest < substeps);
-        let all = std::iter::once(fewest).chain(finer);
+        let all = std::iter::once(fewest).chain(round_numbers().filter(|&n| fewest < n));
+        let last = fewest.saturating_mul(REACH).max(LEAST_REACH);
+        let all = all.take_while(|&substeps| substeps <= last);
         all.map(|substeps| self.choice(Fineness::Substeps(substeps))).collect()
     }
 

@@ -8,8 +8,8 @@
 //! and longer in proportion beyond 10,000 springs.
 //!
 //! Explicit Euler is a case of its own: sideways motions of a stretched spring have no damper, and
-//! make it grow, if slowly, at any step. The prediction, which takes the stiffest and the most damped
-//! motion for one, does not know them.
+//! make it grow, if slowly, at any step. The prediction, which takes the stiffest and the most
+//! damped motion for one, does not know them.
 
 use msd_core::glam::DVec3;
 use msd_core::{Error, Integrator, Model, Motion, Scene, Settings, Simulation, State};
@@ -24,8 +24,8 @@ pub struct Limit {
     /// Predicted from the spectrum at the start, seconds; 0 where no substep is stable.
     pub predicted: f64,
     /// Longest substep that stayed bounded, found by bisection, seconds; 0 where no substep did.
-    /// None where it was not looked for: explicit Euler with little or no damping blows up so slowly
-    /// that no run of some hundred substeps shows it.
+    /// None where it was not looked for: explicit Euler with little or no damping blows up so
+    /// slowly that no run of some hundred substeps shows it.
     pub observed: Option<f64>,
 }
 

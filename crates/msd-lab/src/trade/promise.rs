@@ -1,5 +1,5 @@
-//! How often is tuning right? Kept over generated scenes: what it delivers, and what it costs beside
-//! the best setting that an exhaustive search finds.
+//! How often is tuning right? Kept over generated scenes: what it delivers, and what it costs
+//! beside the best setting that an exhaustive search finds.
 
 use super::choice::{Choice, Fineness};
 use super::ladder::ladders;
@@ -53,12 +53,12 @@ pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> 
     let size = Model::<f64>::new(scene)?.0.size();
     let asked = fraction * size;
     let tuned = tune(scene, duration, Goal::MaxError(asked), &mut |_| {})?;
-    // Not the reference of tuning, whose errors it would share.
-    let uncertainty = (2e-3 * fraction).clamp(1e-12, 1e-6);
-    let right = make_reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;
+    let right = independent(scene, duration, tuned.reference_tolerance)?;
     let reliable = right.reliable(0.25 * asked).max(1);
     let best = search(scene, (&right, reliable), asked)?;
     let chosen = tuned.met.then_some(tuned.best.trial.choice);
+    // What the search of fewer steps passed by may be the best all the same.
+    let best = best.or(chosen);
     let delivered = match chosen {
         Some(choice) => try_choice(scene, choice, &right, reliable)?.error(),
         None => f64::INFINITY,
@@ -70,6 +70,19 @@ pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> 
         _ => 1.0,
     };
     Ok(Case { asked, delivered, chosen, best, cost_ratio })
+}
+
+/// A reference that is not that of tuning, whose errors it would share: a hundred times as tight,
+/// where that is in reach.
+fn independent(scene: &Scene, duration: f64, tolerance: f64) -> Result<Reference, Error> {
+    let mut wish = Wish { duration, ..Wish::default() };
+    loop {
+        let right = make_reference(scene, wish)?;
+        if right.tolerance <= 0.011 * tolerance || wish.uncertainty < 1e-12 {
+            return Ok(right);
+        }
+        wish.uncertainty *= 0.01;
+    }
 }
 
 /// The cheapest choice within an error: every method and precision, each substep count a fifth
@@ -93,7 +106,7 @@ fn search(
             let Ok(trial) = try_choice(scene, choice, right, reliable) else { break };
             let cheapest = best.map_or(f64::INFINITY, |(cost, _)| cost);
             let took = trial.cost * right.duration();
-            // Dormand-Prince is one of the choices: what takes longer than the reference is no best.
+            // Dormand-Prince is a choice too: what takes longer than the reference is no best.
             if trial.errors.is_some() && (1.3 * cheapest < trial.cost || right.seconds < took) {
                 break;
             }

@@ -106,10 +106,20 @@ impl Reference {
         rows.position(lost).unwrap_or(self.frames.len())
     }
 
-    /// The predictability horizon, seconds: where the scene becomes chaotic at an error of `wanted`
+    /// Samples to compare at: those reliable to within `wanted` metres, or where none is, those
+    /// reliable to a ten thousandth of the size, and the first one at least.
+    pub fn comparable(&self, wanted: f64) -> usize {
+        match self.reliable(wanted) {
+            0 => self.reliable(1e-4 * self.size).max(1),
+            reliable => reliable,
+        }
+    }
+
+    /// The predictability horizon, seconds: where a perturbation has grown a thousandfold and the scene becomes chaotic at an error of `wanted`
     /// metres; none if it does not.
     pub fn horizon(&self, wanted: f64) -> Option<f64> {
-        let row = self.grown.iter().position(|&grown| wanted < grown)?;
+        let large = wanted.max(1e3 * PERTURBATION * self.size);
+        let row = self.grown.iter().position(|&grown| large < grown)?;
         Some(self.frames[row] as f64 * FRAME)
     }
 }
@@ -146,7 +156,7 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
     let model = Model::<f64>::new(scene)?.0;
     let total = frames_of(wish.duration);
     let stride = total.div_ceil(MAX_SAMPLES);
-    let mut frames: Vec<u64> = (1..=total).filter(|frame| frame % stride == 0).collect();
+    let mut frames: Vec<u64> = (1..=total / stride).map(|row| row * stride).collect();
     if frames.last() != Some(&total) {
         frames.push(total);
     }
@@ -167,12 +177,16 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
         if worst <= wanted || tolerance <= 1.5 * LAST_TOLERANCE || exhausted {
             break;
         }
-        // Contact may put a tolerance out of reach: the last one that was not is as good as it gets.
-        let Ok(tighter) = states_at(scene, &frames, 0.1 * tolerance) else { break };
+        // Contact may put a tolerance out of reach: what was reached is the best there is.
+        let Ok(tighter) = states_at(scene, &frames, 0.1 * tolerance) else {
+            if worst.is_infinite() {
+                let looser = states_at(scene, &frames, 10.0 * tolerance)?;
+                moved = at_least(distances(&looser, &states), 10.0 * tolerance * model.size());
+            }
+            break;
+        };
         tolerance *= 0.1;
-        // Where both runs took one substep per frame nothing moves, and nothing is learnt.
-        let allowed = tolerance * model.size();
-        moved = distances(&states, &tighter).into_iter().map(|far| far.max(allowed)).collect();
+        moved = at_least(distances(&states, &tighter), tolerance * model.size());
         states = tighter;
     }
     let perturbed = states_at(&perturb(scene, PERTURBATION * model.size()), &frames, tolerance)?;
@@ -210,11 +224,17 @@ fn states_at(scene: &Scene, frames: &[u64], tolerance: f64) -> Result<Vec<Sample
     Ok(states)
 }
 
+/// Where both runs took one substep per frame nothing moves, and nothing is learnt: the tolerance
+/// itself is the least that may be claimed.
+fn at_least(distances: Vec<f64>, allowed: f64) -> Vec<f64> {
+    distances.into_iter().map(|far| far.max(allowed)).collect()
+}
+
 fn distances(a: &[Sample], b: &[Sample]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| rms_distance(&a.state(), &b.state())).collect()
 }
 
-/// Moves every free particle by `distance` metres in a direction of its own.
+/// Moves every particle by `distance` metres in a direction of its own.
 fn perturb(scene: &Scene, distance: f64) -> Scene {
     use rand_pcg::rand_core::Rng;
     let mut scene = scene.clone();

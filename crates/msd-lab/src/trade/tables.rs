@@ -267,8 +267,8 @@ pub fn audit(study: &Study) -> String {
     table(&heads, 3, &body)
         + "<p class=\"note\">A weight hung on springs and a plucked string, against what the \
            formulas say: 100 % is exact, for the period 0 %. A method that damps what should \
-           swing makes it look duller; one that takes damping away, livelier. The worst of each column is marked \
-           where it is off by half a percent or more.</p>\n"
+           swing makes it look duller; one that takes damping away, livelier. The worst of each \
+           column is marked where it is off by half a percent or more.</p>\n"
 }
 
 fn in_percent(ratio: f64) -> String {

@@ -20,7 +20,7 @@ pub struct Trial {
     pub errors: Option<Errors>,
     /// Kinetic, elastic and gravitational energy at each sample, joules.
     pub energies: Vec<f64>,
-    /// Where the run left the world, in words; none if it did not.
+    /// Why the run ended early, in words: it left the world, or its tolerance was out of reach.
     pub diverged: Option<String>,
 }
 
@@ -50,7 +50,9 @@ pub fn try_choice(
         let stepped = step_to(&mut runner, frame);
         seconds += clock.seconds();
         if let Err(error) = stepped {
-            let (diverged, cost) = (Some(error.to_string()), seconds / runner.time().max(1e-9));
+            // Per second that it got through, and the step that it did not.
+            let reached = runner.time() + runner.settings().step;
+            let (diverged, cost) = (Some(error.to_string()), seconds / reached);
             return Ok(Trial { choice, cost, errors: None, energies, diverged });
         }
         let errors = compare(&model, &state(&runner), &right.state());

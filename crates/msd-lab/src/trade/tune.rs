@@ -24,8 +24,9 @@ pub enum Goal {
 pub struct Found {
     /// The trial that verified it.
     pub trial: Trial,
-    /// Error predicted from other trials of its method before it was verified, metres.
-    pub predicted_error: f64,
+    /// Error predicted from the trials of its method before it, metres; of the first one from a
+    /// trial of twice the fineness. None where those blew up.
+    pub predicted_error: Option<f64>,
 }
 
 /// What came of tuning.
@@ -41,8 +42,15 @@ pub struct Tuned {
     pub met: bool,
     /// Uncertainty of the reference, metres.
     pub uncertainty: f64,
-    /// Time over which particles were compared, seconds.
+    /// Time simulated, seconds.
+    pub duration: f64,
+    /// Time up to which particles could be compared, seconds: further on the reference is not
+    /// certain enough, or the scene is chaotic.
     pub compared: f64,
+    /// Where the scene becomes chaotic at the error delivered, seconds; none if it does not.
+    pub horizon: Option<f64>,
+    /// Tolerance of the reference; 0 where it is a closed form.
+    pub reference_tolerance: f64,
     /// How many choices were tried.
     pub tried: usize,
 }
@@ -74,9 +82,19 @@ pub fn tune(
     };
     let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
     let right = reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;
-    let reliable = right.reliable(0.25 * wanted).max(1);
-    let mut search =
-        Search { scene, right: &right, reliable, goal, found: Vec::new(), seen: Vec::new() };
+    let (certain, reliable) = match goal {
+        Goal::MaxError(error) => (0 < right.reliable(0.25 * error), right.comparable(0.25 * error)),
+        Goal::Budget(_) => (true, right.comparable(2.0 * right.uncertainty())),
+    };
+    let mut search = Search {
+        scene,
+        right: &right,
+        reliable,
+        goal,
+        certain,
+        found: Vec::new(),
+        seen: Vec::new(),
+    };
     for ladder in in_order_of_merit(ladders(scene)?) {
         search.climb(ladder, tell)?;
     }
@@ -106,6 +124,8 @@ struct Search<'a> {
     right: &'a Reference,
     reliable: usize,
     goal: Goal,
+    /// Whether the reference is good enough to tell at all.
+    certain: bool,
     /// The best of each ladder.
     found: Vec<Found>,
     /// Cost and error of every trial.
@@ -117,6 +137,7 @@ impl Search<'_> {
     fn climb(&mut self, ladder: Ladder, tell: &mut dyn FnMut(Choice)) -> Result<(), Error> {
         let Some(mut fineness) = self.start(&ladder)? else { return Ok(()) };
         let mut trials: Vec<Trial> = Vec::new();
+        let mut predicted: Vec<Option<f64>> = Vec::new();
         while trials.len() < TRIALS {
             if matches!(fineness, Fineness::Tolerance(t) if t < self.right.least_tolerance()) {
                 break;
@@ -131,13 +152,14 @@ impl Search<'_> {
                 break;
             };
             self.seen.push((trial.cost, trial.error()));
+            predicted.push(predict(&trials, fineness, ladder));
             trials.push(trial);
             let Some(next) = self.next(&trials, ladder) else { break };
             fineness = next;
         }
-        let best = trials.iter().min_by(|a, b| self.compare(a, b)).cloned();
-        if let Some(trial) = best {
-            let predicted_error = self.predict(&trials, &trial, ladder)?;
+        let rows = trials.into_iter().zip(predicted);
+        if let Some((trial, predicted)) = rows.min_by(|a, b| self.compare(&a.0, &b.0)) {
+            let predicted_error = predicted.or_else(|| self.double(&trial, ladder));
             self.found.push(Found { trial, predicted_error });
         }
         Ok(())
@@ -162,9 +184,12 @@ impl Search<'_> {
         else {
             return Ok(None);
         };
-        let factor = budget / (cost * FRAME);
+        // What takes much longer than the reference is below its uncertainty: nothing to choose by.
+        let patience = (2.0 * self.right.seconds).max(0.5) / self.right.duration();
+        let factor = (budget / FRAME).min(patience) / cost;
         let substeps = (f64::from(fewest) * factor).floor().min(1e6) as u32;
-        Ok((fewest <= substeps).then_some(Fineness::Substeps(substeps)))
+        // Where even the coarsest is too dear it is still the nearest.
+        Ok(Some(Fineness::Substeps(substeps.max(fewest))))
     }
 
     /// Whether all that is left of a ladder costs too much: more than what was found already, much
@@ -186,7 +211,7 @@ impl Search<'_> {
 
     fn meets(&self, trial: &Trial) -> bool {
         match self.goal {
-            Goal::MaxError(error) => trial.error() <= error,
+            Goal::MaxError(error) => self.certain && trial.error() <= error,
             Goal::Budget(budget) => trial.errors.is_some() && trial.cost * FRAME <= budget,
         }
     }
@@ -206,11 +231,8 @@ impl Search<'_> {
     fn next(&self, trials: &[Trial], ladder: Ladder) -> Option<Fineness> {
         let last = trials.last()?;
         let finer = match self.goal {
-            Goal::MaxError(error) if last.error() == f64::INFINITY => {
-                // It blew up although it was predicted not to: contact made it stiffer.
-                let _ = error;
-                1.5
-            }
+            // It blew up although it was predicted not to: contact made it stiffer.
+            _ if last.error() == f64::INFINITY => 1.5,
             Goal::MaxError(error) => {
                 let off = (last.error() / (AIM * error)).max(1e-12);
                 if self.meets(last) && (0.5 < off || is_coarsest(last.choice, ladder)) {
@@ -225,40 +247,42 @@ impl Search<'_> {
                 off.powf(1.0 / order(trials, ladder)).clamp(0.1, most)
             }
             Goal::Budget(budget) => {
-                let share = budget / (last.cost * FRAME);
+                let patience = (2.0 * self.right.seconds).max(0.5) / self.right.duration();
+                let share = (budget / FRAME).min(patience) / last.cost;
+                if share < 1.0 && is_coarsest(last.choice, ladder) {
+                    return None;
+                }
                 let late = trials.len() > 3;
                 if (0.85..=1.0).contains(&share) || (late && share <= 1.0) {
                     return None;
                 }
-                0.97 * share
+                // The cost of an adaptive method goes as the fifth root of its tolerance.
+                let power = if ladder.integrator.is_adaptive() { 5 } else { 1 };
+                (0.97 * share).powi(power)
             }
         };
         Some(scaled(last.choice.fineness, finer, ladder))
     }
 
-    /// The error that the other trials of a ladder predict for one of them, metres.
-    fn predict(&self, trials: &[Trial], chosen: &Trial, ladder: Ladder) -> Result<f64, Error> {
-        let other = |trial: &&Trial| trial.choice != chosen.choice && trial.errors.is_some();
-        let near = |trial: &Trial| distance(trial.choice.fineness, chosen.choice.fineness).abs();
-        let nearest =
-            trials.iter().filter(other).min_by(|a, b| near(a).total_cmp(&near(b))).cloned();
-        let nearest = match nearest {
-            Some(trial) => trial,
-            None => {
-                let finer = ladder.choice(scaled(chosen.choice.fineness, 2.0, ladder));
-                try_choice(self.scene, finer, self.right, self.reliable)?
-            }
-        };
-        let steps = distance(nearest.choice.fineness, chosen.choice.fineness);
-        let slope = order(std::slice::from_ref(&nearest), ladder);
-        Ok(nearest.error() * (-slope * steps).exp2())
+    /// The error that a trial of twice the fineness predicts for the first one of a ladder, metres:
+    /// step doubling.
+    fn double(&self, first: &Trial, ladder: Ladder) -> Option<f64> {
+        let finer = ladder.choice(scaled(first.choice.fineness, 2.0, ladder));
+        let finer = try_choice(self.scene, finer, self.right, self.reliable).ok()?;
+        predict(&[finer], first.choice.fineness, ladder)
     }
 
     /// Times the best of all ladders again, in turn, and chooses.
     fn decide(mut self) -> Result<Tuned, Error> {
         let frames = frames_of(self.right.duration());
-        let good: Vec<usize> =
-            (0..self.found.len()).filter(|&row| self.meets(&self.found[row].trial)).collect();
+        // In a budget what missed it by a little may have been unlucky.
+        let good = |row: &usize| {
+            let trial = &self.found[*row].trial;
+            let near =
+                matches!(self.goal, Goal::Budget(budget) if trial.cost * FRAME < 1.3 * budget);
+            self.meets(trial) || (near && trial.errors.is_some())
+        };
+        let good: Vec<usize> = (0..self.found.len()).filter(good).collect();
         let cost = |found: &Found| found.trial.cost;
         let least = good.iter().map(|&row| cost(&self.found[row])).fold(f64::INFINITY, f64::min);
         let rounds = (0.3 / (least * self.right.duration())).clamp(1.0, 9.0) as usize;
@@ -280,6 +304,9 @@ impl Search<'_> {
         Ok(Tuned {
             goal: self.goal,
             met: self.meets(&best.trial),
+            duration: self.right.duration(),
+            horizon: self.right.horizon(best.trial.error().max(1e-9 * self.right.size)),
+            reference_tolerance: self.right.tolerance,
             runner_up: found.next().filter(|second| self.meets(&second.trial)),
             best,
             uncertainty: moved.fold(0.0, f64::max),
@@ -308,6 +335,13 @@ fn is_coarsest(choice: Choice, ladder: Ladder) -> bool {
         Fineness::Substeps(substeps) => Some(substeps) <= ladder.fewest,
         Fineness::Tolerance(tolerance) => 1e-2 <= tolerance,
     }
+}
+
+/// The error that the last trials of a ladder predict for a fineness, metres, by their order.
+fn predict(trials: &[Trial], fineness: Fineness, ladder: Ladder) -> Option<f64> {
+    let last = trials.last().filter(|trial| trial.errors.is_some())?;
+    let doublings = distance(last.choice.fineness, fineness);
+    Some(last.error() * (-order(trials, ladder) * doublings).exp2())
 }
 
 /// Whether the last two trials were no better than one before them: rounding rules, or contact. One

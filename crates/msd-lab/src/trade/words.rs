@@ -31,17 +31,17 @@ fn cheapest_of<'a>(trials: impl Iterator<Item = &'a Trial>, wanted: f64) -> Opti
 fn recommendation(study: &Study, wanted: f64) -> String {
     match cheapest(study, wanted) {
         Some(trial) => format!(
-            "For an error of {} use {}: {} per frame, {} off.",
+            "For an error of {} use {}: {} per frame, {}.",
             metres(wanted),
             told(trial),
             milliseconds(trial.cost / 60.0),
-            metres(trial.error())
+            off(study, trial)
         ),
         None => {
             let best = study.trials.iter().min_by(|a, b| a.error().total_cmp(&b.error()));
             let best = best.filter(|trial| trial.errors.is_some());
             let nearest = best.map_or("nothing stayed in the world".into(), |trial| {
-                format!("the nearest is {}, {} off", told(trial), metres(trial.error()))
+                format!("the nearest is {}, {}", told(trial), off(study, trial))
             });
             format!("Nothing that was tried comes within {}; {nearest}.", metres(wanted))
         }
@@ -49,9 +49,12 @@ fn recommendation(study: &Study, wanted: f64) -> String {
 }
 
 fn twice_as_accurate(study: &Study, chosen: &Trial) -> Option<String> {
+    if chosen.error() <= 2.0 * study.reference.uncertainty {
+        return None;
+    }
     let better = cheapest(study, 0.5 * chosen.error())?;
     let ratio = better.cost / chosen.cost;
-    let gain = chosen.error() / better.error();
+    let gain = chosen.error() / better.error().max(study.reference.uncertainty);
     Some(format!(
         "{} as accurate costs {} times as much ({}).",
         if gain < 3.0 { "Twice".into() } else { format!("{} times", short(gain)) },
@@ -81,7 +84,16 @@ fn implicit(study: &Study, chosen: &Trial) -> Option<String> {
     if front.iter().map(|&row| &study.trials[row]).any(|trial| is_implicit(&trial)) {
         return Some("Implicit methods pay at some other accuracy: see the front.".into());
     }
+    let cut_short = |line: &String| {
+        let implicit = Integrator::ALL
+            .into_iter()
+            .filter(|method| matches!(method.family(), Family::Implicit(_)));
+        implicit.into_iter().any(|method| line.contains(method.name()))
+    };
     Some(match cheapest_of(study.trials.iter().filter(is_implicit), study.wanted) {
+        None if study.left_out.iter().any(cut_short) => {
+            "Implicit methods were not tried to the end.".into()
+        }
         Some(best) => format!(
             "Implicit never pays here: the cheapest that is as good costs {} times as much.",
             short(best.cost / chosen.cost)
@@ -108,6 +120,9 @@ fn single(study: &Study, chosen: &Trial) -> Option<String> {
 
 fn caveats(study: &Study) -> Vec<String> {
     let mut said = Vec::new();
+    if study.left_out.iter().any(|line| line.contains("the time was up")) {
+        said.push("Not everything was tried, for the time was up: --time gives more.".into());
+    }
     let note = &study.reference;
     if note.reliable_until < study.duration - 1e-9 {
         said.push(format!(
@@ -122,6 +137,16 @@ fn caveats(study: &Study) -> Vec<String> {
         ));
     }
     said
+}
+
+/// How far off a trial is, as far as the reference can tell.
+pub fn off(study: &Study, trial: &Trial) -> String {
+    let uncertainty = study.reference.uncertainty;
+    if trial.error() < uncertainty {
+        format!("less than {} off, which is what the reference is known to", metres(uncertainty))
+    } else {
+        format!("{} off", metres(trial.error()))
+    }
 }
 
 /// A trial as a sentence names it.
@@ -155,7 +180,7 @@ pub fn short(value: f64) -> String {
     match value.abs() {
         0.0 => "0".into(),
         size if !size.is_finite() => format!("{value}"),
-        size if size < 1e-3 || 1e5 <= size => format!("{value:.1e}"),
+        size if !(1e-3..1e5).contains(&size) => format!("{value:.1e}"),
         size if size < 1.0 => {
             let digits = (1.0 - size.log10().floor()) as usize;
             format!("{value:.digits$}")
