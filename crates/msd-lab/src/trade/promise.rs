@@ -11,6 +11,10 @@ use msd_core::{Error, Friction, Material, Model, Pin, Plane, Scene, shape};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
+/// Time of the processor that a reference, or a trial of the search, may take, seconds: of hundreds
+/// of scenes the hardest would take hours.
+const PATIENCE: f64 = 2.0;
+
 /// One scene, tuned and searched.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Case {
@@ -75,7 +79,7 @@ pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> 
 /// A reference that is not that of tuning, whose errors it would share: a hundred times as tight,
 /// where that is in reach.
 fn independent(scene: &Scene, duration: f64, tolerance: f64) -> Result<Reference, Error> {
-    let mut wish = Wish { duration, ..Wish::default() };
+    let mut wish = Wish { duration, patience: PATIENCE, ..Wish::default() };
     loop {
         let right = make_reference(scene, wish)?;
         if right.tolerance <= 0.011 * tolerance || wish.uncertainty < 1e-12 {
@@ -107,7 +111,8 @@ fn search(
             let cheapest = best.map_or(f64::INFINITY, |(cost, _)| cost);
             let took = trial.cost * right.duration();
             // Dormand-Prince is a choice too: what takes longer than the reference is no best.
-            if trial.errors.is_some() && (1.3 * cheapest < trial.cost || right.seconds < took) {
+            let longest = right.seconds.min(PATIENCE);
+            if trial.errors.is_some() && (1.3 * cheapest < trial.cost || longest < took) {
                 break;
             }
             if trial.error() <= asked {

@@ -1,0 +1,162 @@
+//! Do `msd study` and `msd tune` do what the README says? The real binary, in folders of its own.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+fn msd(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
+    command.current_dir(folder).args(arguments).env("MSD_CACHE", folder.join("cache"));
+    command.env_remove("RUST_LOG").output().expect("msd starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("text")
+}
+
+fn done(folder: &Path, arguments: &[&str]) -> String {
+    let output = msd(folder, arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+const ROPE: &str = "version = 1\n[solver]\n# many\nsubsteps = 16 # sixteen\n[[bodies]]\nkind = \"rope\"\n\
+                    size = [5]\nstiffness = 100\n[[pins]]\nparticle = 0\n";
+
+#[test]
+fn a_study_writes_a_report_a_table_and_figures() {
+    let folder = folder();
+    let told = done(folder.path(), &["study", "chain", "--duration", "0.2", "--time", "1"]);
+    assert!(told.contains("per frame") && told.contains("report.html"), "{told}");
+    let file = |name: &str| std::fs::read(folder.path().join("chain-study").join(name)).unwrap();
+    let page = text(&file("report.html"));
+    assert!(page.contains("velocity-verlet") && page.contains("</html>"));
+    assert!(!page.contains("src=\"http") && !page.contains("<link"), "one file, no network");
+    let table = text(&file("study.csv"));
+    assert!(10 < table.lines().count());
+    assert!(text(&file("work-precision.svg")).contains("<title>"));
+    assert!(file("work-precision.png").starts_with(b"\x89PNG"));
+    let study: Value = serde_json::from_slice(&file("study.json")).unwrap();
+    assert_eq!(study["trials"].as_array().unwrap().len() + 1, table.lines().count());
+}
+
+#[test]
+fn an_interrupted_study_goes_on_where_it_stopped() {
+    let folder = folder();
+    let arguments = ["study", "cloth", "--duration", "0.5", "--time", "20"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
+    command
+        .current_dir(folder.path())
+        .args(arguments)
+        .env("MSD_CACHE", folder.path().join("cache"));
+    let mut child = command.spawn().expect("msd starts");
+    let journal = || {
+        let files = std::fs::read_dir(folder.path().join("cache"));
+        files.is_ok_and(|files| {
+            files.flatten().any(|file| file.file_name().to_string_lossy().starts_with("study-"))
+        })
+    };
+    while !journal() && child.try_wait().unwrap().is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    assert!(child.try_wait().unwrap().is_none(), "it ended before it could be stopped");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(journal(), "what was tried is kept");
+    done(folder.path(), &["study", "cloth", "--duration", "0.5", "--time", "1"]);
+    assert!(!journal(), "and forgotten at the end");
+}
+
+#[test]
+fn tune_prints_the_documented_keys_and_keeps_the_wish() {
+    let folder = folder();
+    let arguments = ["tune", "chain", "--max-error", "0.001", "--duration", "0.5", "--json"];
+    let report: Value = serde_json::from_str(&done(folder.path(), &arguments)).unwrap();
+    assert_eq!(report["met"], true);
+    assert!(report["verified_error"].as_f64().unwrap() <= 1e-3);
+    assert!(0.0 < report["ms_per_frame"].as_f64().unwrap());
+    for key in ["integrator", "precision", "predicted_error", "runner_up", "chaotic_after"] {
+        assert!(report.get(key).is_some(), "{key}");
+    }
+    assert!(report["step"].is_number() != report["tolerance"].is_number());
+    let arguments = ["tune", "chain", "--budget", "1", "--duration", "0.2", "--json"];
+    let report: Value = serde_json::from_str(&done(folder.path(), &arguments)).unwrap();
+    assert!(report["ms_per_frame"].as_f64().unwrap() <= 1.0);
+}
+
+#[test]
+fn write_changes_the_solver_section_and_only_for_a_choice_that_meets_the_wish() {
+    let folder = folder();
+    let path = folder.path().join("rope.toml");
+    std::fs::write(&path, ROPE).unwrap();
+    let wish = |error: &'static str| {
+        ["tune", "rope.toml", "--max-error", error, "--duration", "0.2", "--write"]
+    };
+    let told = done(folder.path(), &wish("1e-30"));
+    assert!(told.contains("not written"), "{told}");
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), ROPE);
+    done(folder.path(), &wish("0.01"));
+    let written = std::fs::read_to_string(&path).unwrap();
+    assert!(written.contains("integrator =") && written.contains("# many"), "{written}");
+    let report = done(folder.path(), &["run", "rope.toml", "--duration", "0.1", "--json"]);
+    let report: Value = serde_json::from_str(&report).unwrap();
+    assert!(written.contains(report["integrator"].as_str().unwrap()));
+    let refused = msd(folder.path(), &["tune", "chain", "--max-error", "1", "--write"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(text(&refused.stderr).contains("scene file"));
+}
+
+#[test]
+fn a_wish_is_asked_for_and_out_of_domain_refused() {
+    let folder = folder();
+    let wrong: [&[&str]; 5] = [
+        &["tune", "chain"],
+        &["tune", "chain", "--max-error", "1", "--budget", "1"],
+        &["tune", "chain", "--max-error", "-1"],
+        &["study", "chain", "--duration", "1e9"],
+        &["run", "chain", "--tolerance", "2"],
+    ];
+    for arguments in wrong {
+        let refused = msd(folder.path(), arguments);
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
+        assert_eq!(text(&refused.stderr).lines().count(), 1, "{}", text(&refused.stderr));
+    }
+}
+
+#[test]
+fn a_scene_that_leaves_the_world_has_no_reference_and_that_is_said() {
+    let folder = folder();
+    let text_of = "version = 1\n[world]\nextent = 2\n[[bodies]]\nkind = \"rope\"\nsize = [3]\n";
+    std::fs::write(folder.path().join("fall.toml"), text_of).unwrap();
+    let refused = msd(folder.path(), &["tune", "fall.toml", "--max-error", "0.1"]);
+    assert_eq!(refused.status.code(), Some(3));
+    assert!(text(&refused.stderr).contains("world"), "{}", text(&refused.stderr));
+}
+
+#[test]
+fn terms_and_the_stability_table_are_told() {
+    let folder = folder();
+    let told = done(folder.path(), &["study", "square", "--terms", "--duration", "0.2"]);
+    assert!(told.contains("damping") && told.contains('%'), "{told}");
+    let table = done(folder.path(), &["study", "square", "--stability-table"]);
+    assert!(table.contains("10600") && table.contains("rk4"), "{table}");
+}
+
+#[test]
+fn every_method_runs_every_small_scene() {
+    let folder = folder();
+    for integrator in msd_core::Integrator::ALL {
+        for scene in ["chain", "square"] {
+            let name = integrator.name();
+            let arguments = ["run", scene, "--integrator", name, "--duration", "0.5", "--json"];
+            let report: Value = serde_json::from_str(&done(folder.path(), &arguments)).unwrap();
+            assert_eq!(report["integrator"], name);
+            assert_eq!(report["diverged"], false);
+        }
+    }
+}
