@@ -22,7 +22,7 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Scene, time simulated and time to spend, seconds.
 const STUDIES: [(&str, f64, f64); 4] =
-    [("cloth", 1.0, 60.0), ("jelly", 2.0, 120.0), ("rope", 1.0, 60.0), ("bunny", 1.0, 240.0)];
+    [("cloth", 1.0, 40.0), ("jelly", 2.0, 80.0), ("rope", 1.0, 40.0), ("bunny", 1.0, 120.0)];
 
 fn main() -> Result<()> {
     if std::env::args().any(|argument| argument == "--test") {

@@ -54,7 +54,7 @@ pub struct SolverRow {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub substeps: Option<u64>,
     /// Local error of dormand-prince per substep, as a fraction of the size of the scene. Default
-    /// 1e-4.
+    /// 1e-6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
     /// Newton iterations of an implicit method per substep. Default 1.

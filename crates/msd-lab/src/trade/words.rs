@@ -123,6 +123,8 @@ fn caveats(study: &Study) -> Vec<String> {
     if study.left_out.iter().any(|line| line.contains("the time was up")) {
         said.push("Not everything was tried, for the time was up: --time gives more.".into());
     }
+    let steppy = study.left_out.iter().find(|line| line.contains("tangential_loss"));
+    said.extend(steppy.cloned());
     let note = &study.reference;
     if note.reliable_until < study.duration - 1e-9 {
         said.push(format!(
