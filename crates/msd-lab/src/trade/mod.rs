@@ -16,6 +16,7 @@ pub mod stability_table;
 pub mod words;
 pub mod machine;
 pub mod conduct;
+mod slope;
 pub mod tune;
 pub mod promise;
 pub mod estimate;

@@ -4,6 +4,7 @@
 use super::choice::{Choice, FRAME, Fineness};
 use super::ladder::{Ladder, ladders};
 use super::reference::{Reference, Wish, frames_of, reference};
+use super::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use super::trial::{Trial, time_choice, try_choice};
 use crate::runner::Precision;
 use msd_core::{Error, Integrator, Model, Scene};
@@ -74,13 +75,30 @@ pub fn tune(
     goal: Goal,
     tell: &mut dyn FnMut(Choice),
 ) -> Result<Tuned, Error> {
+    let tuned = tune_by(scene, (duration, 0.02), goal, tell)?;
+    if tuned.met || matches!(goal, Goal::Budget(_)) {
+        return Ok(tuned);
+    }
+    // Dormand-Prince cannot be judged near the tolerance of its reference: a tighter one lets it
+    // try what the first did not.
+    let again = tune_by(scene, (duration, 0.0002), goal, tell)?;
+    Ok(if again.met { again } else { tuned })
+}
+
+/// Tunes by a reference that is certain to a part of the wish.
+fn tune_by(
+    scene: &Scene,
+    (duration, part): (f64, f64),
+    goal: Goal,
+    tell: &mut dyn FnMut(Choice),
+) -> Result<Tuned, Error> {
     let size = Model::<f64>::new(scene)?.0.size();
     let wanted = match goal {
         Goal::MaxError(error) => error,
         // What a budget buys is not known yet: a reference good enough for most of it.
         Goal::Budget(_) => 1e-6 * size,
     };
-    let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
+    let uncertainty = (part * wanted / size).clamp(1e-11, 1e-4);
     let right = reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;
     let (certain, reliable) = match goal {
         Goal::MaxError(error) => (0 < right.reliable(0.25 * error), right.comparable(0.25 * error)),
@@ -235,11 +253,12 @@ impl Search<'_> {
             _ if last.error() == f64::INFINITY => 1.5,
             Goal::MaxError(error) => {
                 let off = (last.error() / (AIM * error)).max(1e-12);
-                if self.meets(last) && (0.5 < off || is_coarsest(last.choice, ladder)) {
+                if self.meets(last) && (0.8 < off || is_coarsest(last.choice, ladder)) {
                     return None;
                 }
                 // No better for being much finer: rounding or contact rules.
-                if is_stuck(trials, error) {
+                let patient = ladder.integrator.is_adaptive() && ladder.precision == Precision::F64;
+                if !patient && is_stuck(trials, error) {
                     return None;
                 }
                 // A tolerance ten times as tight costs little; ten times the substeps cost tenfold.
@@ -328,63 +347,4 @@ fn nothing_runs(scene: &Scene) -> Error {
         (0..60).try_for_each(|_| simulation.step())
     };
     run().err().unwrap_or(Error::Empty)
-}
-
-fn is_coarsest(choice: Choice, ladder: Ladder) -> bool {
-    match choice.fineness {
-        Fineness::Substeps(substeps) => Some(substeps) <= ladder.fewest,
-        Fineness::Tolerance(tolerance) => 1e-2 <= tolerance,
-    }
-}
-
-/// The error that the last trials of a ladder predict for a fineness, metres, by their order.
-fn predict(trials: &[Trial], fineness: Fineness, ladder: Ladder) -> Option<f64> {
-    let last = trials.last().filter(|trial| trial.errors.is_some())?;
-    let doublings = distance(last.choice.fineness, fineness);
-    Some(last.error() * (-order(trials, ladder) * doublings).exp2())
-}
-
-/// Whether the last two trials were no better than one before them: rounding rules, or contact. One
-/// alone may be bad luck: where an impact falls within a substep decides.
-fn is_stuck(trials: &[Trial], wanted: f64) -> bool {
-    let [earlier @ .., before, last] = trials else { return false };
-    let best = earlier.iter().map(Trial::error).fold(f64::INFINITY, f64::min);
-    let better = before.error().min(last.error());
-    !earlier.is_empty() && best.is_finite() && wanted < better && 0.8 * best < better
-}
-
-/// Doublings of fineness from one to another.
-fn distance(from: Fineness, to: Fineness) -> f64 {
-    match (from, to) {
-        (Fineness::Substeps(a), Fineness::Substeps(b)) => (f64::from(b) / f64::from(a)).log2(),
-        (Fineness::Tolerance(a), Fineness::Tolerance(b)) => (a / b).log2(),
-        _ => 0.0,
-    }
-}
-
-/// The order of convergence seen in the last two trials, or else that of the method.
-fn order(trials: &[Trial], ladder: Ladder) -> f64 {
-    let nominal = match ladder.integrator.is_adaptive() {
-        true => 1.0,
-        false => f64::from(ladder.integrator.order()),
-    };
-    let [.., before, last] = trials else { return nominal };
-    let doublings = distance(before.choice.fineness, last.choice.fineness);
-    let seen = (before.error() / last.error()).log2() / doublings;
-    if seen.is_finite() { seen.clamp(0.5, nominal + 1.0) } else { nominal }
-}
-
-fn scaled(fineness: Fineness, finer: f64, ladder: Ladder) -> Fineness {
-    match fineness {
-        Fineness::Substeps(substeps) => {
-            let fewest = ladder.fewest.unwrap_or(1);
-            let scaled = (f64::from(substeps) * finer).min(1e6);
-            // Finer means at least one more.
-            let scaled = if 1.0 < finer { scaled.ceil() } else { scaled.floor() };
-            Fineness::Substeps((scaled as u32).max(fewest))
-        }
-        Fineness::Tolerance(tolerance) => {
-            Fineness::Tolerance((tolerance / finer).clamp(1e-13, 1e-1))
-        }
-    }
 }
