@@ -25,8 +25,8 @@ fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
 
-const ROPE: &str = "version = 1\n[solver]\n# many\nsubsteps = 16 # sixteen\n[[bodies]]\nkind = \"rope\"\n\
-                    size = [5]\nstiffness = 100\n[[pins]]\nparticle = 0\n";
+const ROPE: &str = "version = 1\n[solver]\n# many\nsubsteps = 16 # sixteen\n[[bodies]]\n\
+                    kind = \"rope\"\nsize = [5]\nstiffness = 100\n[[pins]]\nparticle = 0\n";
 
 #[test]
 fn a_study_writes_a_report_a_table_and_figures() {

@@ -18,8 +18,8 @@ pub struct Settings {
     /// Unused by adaptive methods.
     pub substeps: u32,
     /// Local error that an adaptive method allows per substep, as a fraction of the size of the
-    /// scene, see [`crate::Model::size`]; positive, at most 1. Default 1e-6: near the limit of stability a looser one
-    /// hardly costs less, and stirs up motions that dampers then waste.
+    /// scene, see [`crate::Model::size`]; positive, at most 1. Default 1e-6: near the limit of
+    /// stability a looser one hardly costs less, and stirs up motions that dampers then waste.
     pub tolerance: f64,
     /// Newton iterations per substep of an implicit method, at least 1. Default 1, which is the
     /// linearised method.

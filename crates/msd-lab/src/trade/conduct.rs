@@ -77,7 +77,7 @@ pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Res
     let reliable = right.comparable(0.1 * wanted);
     let mut run = Run::resume(loaded, plan, (&right, reliable));
     let mut left_out = run.climb_all(ladders(scene)?, tell)?;
-    let steppy = |plane: &Plane| matches!(plane.friction, Friction::TangentialLoss(loss) if 0.0 < loss && loss < 1.0);
+    let steppy = |plane: &Plane| is_steppy(plane.friction);
     if scene.planes.iter().any(steppy) {
         left_out.push(STEPPY.into());
     }
@@ -109,6 +109,10 @@ pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Res
     study.words = words(&study);
     run.forget();
     Ok(study)
+}
+
+fn is_steppy(friction: Friction) -> bool {
+    matches!(friction, Friction::TangentialLoss(loss) if 0.0 < loss && loss < 1.0)
 }
 
 fn note(right: &Reference, reliable: usize, wanted: f64) -> ReferenceNote {

@@ -115,8 +115,8 @@ impl Reference {
         }
     }
 
-    /// The predictability horizon, seconds: where a perturbation has grown a thousandfold and the scene becomes chaotic at an error of `wanted`
-    /// metres; none if it does not.
+    /// The predictability horizon, seconds: where a perturbation has grown a thousandfold and to
+    /// `wanted` metres, so that the scene is chaotic from there on; none if it does not.
     pub fn horizon(&self, wanted: f64) -> Option<f64> {
         let large = wanted.max(1e3 * PERTURBATION * self.size);
         let row = self.grown.iter().position(|&grown| large < grown)?;
