@@ -22,7 +22,7 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Scene, time simulated and time to spend, seconds.
 const STUDIES: [(&str, f64, f64); 4] =
-    [("cloth", 1.0, 40.0), ("jelly", 2.0, 80.0), ("rope", 1.0, 40.0), ("bunny", 1.0, 120.0)];
+    [("cloth", 1.0, 30.0), ("jelly", 2.0, 60.0), ("rope", 1.0, 20.0), ("bunny", 1.0, 60.0)];
 
 fn main() -> Result<()> {
     if std::env::args().any(|argument| argument == "--test") {
@@ -42,6 +42,7 @@ fn main() -> Result<()> {
             })?;
         std::fs::write(root.join(format!("docs/trade/{name}.svg")), report::svg(&studied))?;
         text = put(&text, name, &front(&studied));
+        std::fs::write(&page, &text)?;
         studies.push(studied);
     }
     let Study { machine, date, .. } = &studies[0];
@@ -50,9 +51,11 @@ fn main() -> Result<()> {
     text = put(&text, "orders", &orders(&studies));
     text = put(&text, "precision", &precisions(&studies));
     text = put(&text, "audit", &audits(&studies[0]));
-    text = put(&text, "terms", &all_terms()?);
-    text = put(&text, "calibration", &calibrations()?);
+    std::fs::write(&page, &text)?;
     text = put(&text, "stability", &stabilities()?);
+    text = put(&text, "terms", &all_terms()?);
+    std::fs::write(&page, &text)?;
+    text = put(&text, "calibration", &calibrations()?);
     std::fs::write(page, text)?;
     Ok(())
 }

@@ -162,7 +162,8 @@ pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Cal
         let scene = scene_at(&loaded.scene, &runner);
         let steps = (f64::from(frames) * FRAME / runner.settings().step).round().max(1.0) as u32;
         let duration = f64::from(steps) * runner.settings().step;
-        let wish = Wish { duration, uncertainty: 1e-9, ..Wish::default() };
+        // Contact may keep a reference from ever being that certain: not too much patience.
+        let wish = Wish { duration, uncertainty: 1e-9, patience: 2.0 };
         let right = make_reference(&scene, wish)?;
         let mut estimator = Estimator::new(steps, steps);
         for _ in 0..steps {
