@@ -7,6 +7,7 @@ use crate::hand::Hold;
 use crate::history::{History, Moment};
 use crate::margin::Margin;
 use crate::trace::Trace;
+use msd_core::stability::Estimator;
 use msd_core::{Energy, Error, Family, Interaction, Select, Settings};
 use msd_lab::{Loaded, Runner};
 
@@ -32,6 +33,7 @@ pub struct Session {
     history: History,
     trace: Trace,
     margin: Margin,
+    estimator: Estimator,
     /// Estimates the error while a person asks for it.
     pub(crate) accuracy: Option<Accuracy>,
     /// The error that paused the run, and how many substeps would have been stable.
@@ -71,6 +73,7 @@ impl Session {
             history: History::default(),
             trace: Trace::default(),
             margin: Margin::default(),
+            estimator: Estimator::default(),
             accuracy: None,
             failure: None,
             refusal: None,
@@ -122,9 +125,9 @@ impl Session {
 
     /// The largest stable substep of the present state, seconds. Only explicit methods have one:
     /// for the others the spectrum is not needed.
-    fn stable_substep(&self) -> f64 {
+    fn stable_substep(&mut self) -> f64 {
         match self.runner.integrator().family() {
-            Family::Explicit(_) => self.runner.stable_substep(),
+            Family::Explicit(_) => self.runner.stable_substep_by(&mut self.estimator),
             _ => f64::INFINITY,
         }
     }
@@ -284,7 +287,8 @@ impl Session {
         self.margin.touch();
         // The way out that is offered must fit what was set since the run stopped.
         if self.failure.is_some() {
-            let substeps = self.needed_substeps(self.stable_substep());
+            let stable = self.stable_substep();
+            let substeps = self.needed_substeps(stable);
             self.failure = self.failure.take().map(|failure| Failure { substeps, ..failure });
         }
     }

@@ -1,5 +1,6 @@
 //! How does a program run a scene whose precision is only known at run time?
 
+use msd_core::stability::Estimator;
 use msd_core::{
     Energy, Error, Integrator, Interaction, Momentum, Scene, Settings, Simulation, State,
 };
@@ -197,5 +198,10 @@ impl Runner {
     /// infinite if every step is.
     pub fn stable_substep(&self) -> f64 {
         on!(self, simulation => simulation.stable_substep())
+    }
+
+    /// Predicts like [`Runner::stable_substep`], in columns that are kept for the next time.
+    pub fn stable_substep_by(&self, estimator: &mut Estimator) -> f64 {
+        on!(self, simulation => simulation.stable_substep_by(estimator))
     }
 }

@@ -50,10 +50,10 @@ pub struct SolverArguments {
     /// backward-euler, implicit-midpoint or xpbd
     #[arg(long, value_name = "NAME", value_parser = integrator)]
     pub integrator: Option<Integrator>,
-    /// Length of an integration step, seconds
-    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    /// Length of an integration step, seconds; `auto` takes 0.9 of the longest stable one
+    #[arg(long, value_name = "SECONDS|auto", value_parser = step, allow_hyphen_values = true)]
     #[arg(conflicts_with = "substeps")]
-    pub step: Option<f64>,
+    pub step: Option<Step>,
     /// Integration steps per 1/60 s, instead of --step
     #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
     pub substeps: Option<u32>,
@@ -69,6 +69,15 @@ pub struct SolverArguments {
     /// Start from this state file instead of the start of the scene
     #[arg(long, value_name = "STATE.csv")]
     pub from: Option<PathBuf>,
+}
+
+/// The length of an integration step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// 0.9 of the longest that is predicted stable.
+    Auto,
+    /// Seconds.
+    Seconds(f64),
 }
 
 /// Arguments of `msd run`.
@@ -258,6 +267,12 @@ fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, S
 
 fn positive(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 < number, "a number, positive and finite")
+}
+
+fn step(text: &str) -> Result<Step, String> {
+    let seconds = || positive(text).map(Step::Seconds);
+    if text == "auto" { Ok(Step::Auto) } else { seconds() }
+        .map_err(|_| "must be `auto` or a number, positive and finite".into())
 }
 
 fn duration(text: &str) -> Result<f64, String> {

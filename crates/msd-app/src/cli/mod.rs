@@ -4,6 +4,7 @@ mod failure;
 mod arguments;
 mod prepare;
 mod report;
+mod watch;
 mod run;
 mod render;
 mod progress;

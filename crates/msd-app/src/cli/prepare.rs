@@ -1,12 +1,16 @@
 //! How does a scene become a run? Opened, given the solver of the command line and a state.
 
-use super::arguments::SolverArguments;
+use super::arguments::{SolverArguments, Step};
 use super::failure::{Failure, tell};
 use msd_core::Settings;
 use msd_lab::{Loaded, Runner, load_state, plain};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
 const FRAME: f64 = 1.0 / 60.0;
+
+/// Part of the longest stable step that `--step auto` takes: springs that turn and stretch move the
+/// limit.
+const AUTO: f64 = 0.9;
 
 /// The most integration steps of a run: weeks on any machine.
 const MAX_STEPS: f64 = 1e10;
@@ -48,6 +52,9 @@ pub fn prepare(
         let refused = |error| Failure::input(format!("{}: {error}", path.display()));
         runner.set_state(&state, 0).map_err(refused)?;
     }
+    if solver.step == Some(Step::Auto) {
+        choose_step(&mut runner, duration)?;
+    }
     let settings = runner.settings();
     let (steps, short) = count_steps(settings, duration);
     if MAX_STEPS < steps as f64 * f64::from(settings.substeps) {
@@ -74,8 +81,11 @@ pub fn prepare(
 fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
     let settings = &mut loaded.settings;
     settings.integrator = solver.integrator.unwrap_or(settings.integrator);
-    if let Some(step) = solver.step {
-        (settings.step, settings.substeps) = (step, 1);
+    match solver.step {
+        Some(Step::Seconds(step)) => (settings.step, settings.substeps) = (step, 1),
+        // Chosen when the state is known; of Verlet it matters that it is one substep.
+        Some(Step::Auto) => settings.substeps = 1,
+        None => {}
     }
     if let Some(substeps) = solver.substeps {
         (settings.step, settings.substeps) = (FRAME, substeps);
@@ -83,6 +93,27 @@ fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
     settings.tolerance = solver.tolerance.unwrap_or(settings.tolerance);
     settings.newton = solver.newton.unwrap_or(settings.newton);
     loaded.precision = solver.precision.unwrap_or(loaded.precision);
+}
+
+/// Sets the longest step that is at most [`AUTO`] of the longest stable one and ends a run of
+/// `duration` seconds on time.
+fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
+    let (integrator, stable) = (runner.integrator(), runner.stable_substep());
+    if stable == 0.0 {
+        let message = format!("--step auto: {integrator} is predicted unstable here at any step");
+        return Err(Failure::input(message));
+    }
+    if stable == f64::INFINITY {
+        return Err(Failure::input(format!(
+            "--step auto: no step is too long for {integrator} here; give its length in seconds, \
+             or ask msd tune"
+        )));
+    }
+    let longest = AUTO * stable;
+    let steps = (duration / longest).ceil().max(1.0);
+    let step = if 0.0 < duration { duration / steps } else { longest };
+    let settings = Settings { step, substeps: 1, ..runner.settings() };
+    runner.set_settings(settings).map_err(Failure::input)
 }
 
 /// The number of steps nearest to a duration, at least one unless it is 0; whether they miss it.
@@ -95,7 +126,7 @@ fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
 }
 
 /// A warning where a step is longer than the largest stable one.
-fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
+pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
     let (integrator, h) = (settings.integrator, settings.substep());
     if h <= stable {
         return None;
@@ -112,5 +143,5 @@ fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
 
 /// Substeps that keep a little away from the largest stable step.
 pub fn advise(stable: f64) -> String {
-    format!("try --substeps {}", (FRAME / (0.9 * stable)).ceil())
+    format!("try --substeps {} or --step auto", (FRAME / (AUTO * stable)).ceil())
 }

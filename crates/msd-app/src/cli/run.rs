@@ -1,9 +1,10 @@
 //! `msd run`: how does a scene run without a window?
 
 use super::arguments::RunArguments;
-use super::failure::{Failure, say};
-use super::prepare::{Prepared, advise, prepare};
+use super::failure::{Failure, say, tell};
+use super::prepare::{Prepared, advise, prepare, warn_of_step};
 use super::report::Report;
+use super::watch::Watch;
 use msd_core::{Divergence, Error};
 use msd_lab::{LabError, Output, Trace, write_state};
 use std::path::Path;
@@ -50,7 +51,26 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
 type Stepped = (Duration, Option<Error>, Option<Trace>);
 
 /// Takes all steps, or as many as stay in the world; only the steps are timed.
-fn step_all(prepared: &mut Prepared, mut trace: Option<Trace>) -> Result<Stepped, LabError> {
+fn step_all(prepared: &mut Prepared, trace: Option<Trace>) -> Result<Stepped, LabError> {
+    let mut watch = Watch::new(&prepared.runner, prepared.stable);
+    let stepped = step_watched(prepared, trace, &mut watch)?;
+    let (least, time) = watch.least;
+    let settings = prepared.runner.settings();
+    if prepared.stable != least
+        && let Some(warning) = warn_of_step(settings, least)
+    {
+        let warning = format!("from {time:.3} s on at the latest {warning}");
+        tell(&format!("warning: {warning}"));
+        prepared.warnings.push(warning);
+    }
+    Ok(stepped)
+}
+
+fn step_watched(
+    prepared: &mut Prepared,
+    mut trace: Option<Trace>,
+    watch: &mut Watch,
+) -> Result<Stepped, LabError> {
     let runner = &mut prepared.runner;
     let mut wall = Duration::ZERO;
     if let Some(trace) = &mut trace {
@@ -66,6 +86,7 @@ fn step_all(prepared: &mut Prepared, mut trace: Option<Trace>) -> Result<Stepped
         if let Some(trace) = &mut trace {
             trace.add(runner)?;
         }
+        watch.look(runner);
     }
     Ok((wall, None, trace))
 }

@@ -2,7 +2,8 @@
 
 use super::choice::{Choice, FRAME, Fineness};
 use crate::runner::Precision;
-use msd_core::{Error, Integrator, Model, Scene, stability};
+use msd_core::stability::Estimator;
+use msd_core::{Error, Integrator, Model, Scene};
 
 /// A ladder reaches to this times the fewest substeps, and at least to [`LEAST_REACH`].
 const REACH: u32 = 64;
@@ -62,10 +63,14 @@ const MARGIN: f64 = 0.95;
 /// What [`Model::new`] refuses.
 pub fn ladders(scene: &Scene) -> Result<Vec<Ladder>, Error> {
     let (model, state) = Model::<f64>::new(scene)?;
-    let spectrum = stability::spectrum(&model, &state);
-    let fewest = |integrator| {
+    let mut estimator = Estimator::default();
+    let mut limit = |integrator| estimator.limit((&model, &state), integrator, 64);
+    let mut fewest = |integrator: Integrator| {
+        if integrator.is_adaptive() {
+            return Some(1);
+        }
         // Of many substeps per step: one alone of Verlet is stable up to a longer one.
-        let stable = stability::largest_substep(spectrum, integrator, 64);
+        let stable = limit(integrator);
         if stable == f64::INFINITY {
             return Some(1);
         }
@@ -73,7 +78,8 @@ pub fn ladders(scene: &Scene) -> Result<Vec<Ladder>, Error> {
         (substeps <= f64::from(u32::MAX)).then_some((substeps as u32).max(1))
     };
     let each = |integrator: Integrator| {
-        PRECISIONS.map(|precision| Ladder { integrator, precision, fewest: fewest(integrator) })
+        let fewest = fewest(integrator);
+        PRECISIONS.map(|precision| Ladder { integrator, precision, fewest })
     };
     Ok(Integrator::ALL.into_iter().flat_map(each).collect())
 }

@@ -8,8 +8,8 @@
 //! and longer in proportion beyond 10,000 springs.
 //!
 //! Explicit Euler is a case of its own: sideways motions of a stretched spring have no damper, and
-//! make it grow, if slowly, at any step. The prediction, which takes the stiffest and the most
-//! damped motion for one, does not know them.
+//! make it grow, if slowly, at any step. The prediction, which looks at the fastest motions, need
+//! not know them.
 
 use msd_core::glam::DVec3;
 use msd_core::{Error, Integrator, Model, Motion, Scene, Settings, Simulation, State};
@@ -53,7 +53,7 @@ pub fn limits(scene: &Scene, substeps: u32) -> Result<Vec<Limit>, Error> {
     let held = Held::new(scene)?;
     let mut limits = Vec::new();
     for integrator in Integrator::EXPLICIT {
-        let predicted = stability::largest_substep(held.spectrum, integrator, substeps);
+        let predicted = stability::limit(&held.model, &held.rest, integrator, substeps);
         if predicted == f64::INFINITY {
             continue;
         }
@@ -112,12 +112,11 @@ pub(super) struct Held {
     scene: Scene,
     pub(super) model: Model<f64>,
     /// The start state at rest.
-    rest: State<f64>,
+    pub(super) rest: State<f64>,
     /// The forces of that state, newtons.
     balance: Vec<DVec3>,
     /// Velocities with a part of every mode and more of the fastest, of length 1.
     disturbance: Vec<DVec3>,
-    pub(super) spectrum: stability::Spectrum,
 }
 
 impl Held {
@@ -133,11 +132,10 @@ impl Held {
             }
         }
         let (model, rest) = Model::<f64>::new(&scene)?;
-        let spectrum = stability::spectrum(&model, &rest);
         let mut balance = vec![DVec3::ZERO; rest.positions.len()];
         set_forces(&model, rest.motion(), &mut balance);
         let disturbance = Vec::new();
-        let mut held = Held { scene, model, rest, balance, disturbance, spectrum };
+        let mut held = Held { scene, model, rest, balance, disturbance };
         held.disturbance = held.disturb();
         Ok(held)
     }
@@ -216,8 +214,8 @@ impl Held {
     fn shows(&self, integrator: Integrator, h: f64) -> bool {
         // Explicit Euler grows by h² w² / 2 per substep, by `GROWTH` in half a run at `least`; the
         // others grow by the root of what they are beyond their limit.
-        let least =
-            (4.0 * GROWTH.ln() / self.substeps() as f64).sqrt() / self.spectrum.stiffness.sqrt();
+        let fastest = stability::fastest_mode(&self.model, &self.rest).stiffness.sqrt();
+        let least = (4.0 * GROWTH.ln() / self.substeps() as f64).sqrt() / fastest;
         integrator != Integrator::ExplicitEuler || 3.0 * least < h
     }
 

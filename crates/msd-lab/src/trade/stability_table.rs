@@ -12,8 +12,9 @@ use super::choice::FRAME;
 use super::clock::CpuClock;
 use super::limits::{Held, edge};
 use msd_core::glam::{DVec2, DVec3};
-use msd_core::stability::is_stable;
-use msd_core::{Error, Family, Integrator, Scene, Settings, Simulation, State};
+use msd_core::region::is_stable;
+use msd_core::stability;
+use msd_core::{Error, Integrator, Scene, Settings, Simulation, State};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -179,13 +180,11 @@ fn marginal(scene: &Scene, method: Scheme, steps: u32) -> Result<[f64; 2], Error
 /// The factor on all stiffnesses at which the spectrum makes a method unstable; 0 where every one
 /// does.
 fn predict(scene: &Scene, method: Scheme, steps: u32) -> Result<f64, Error> {
-    let (spectrum, h) = (Held::new(scene)?.spectrum, FRAME / f64::from(steps));
-    let (w, z) = (h * h * spectrum.stiffness, h * spectrum.damping);
+    let (held, h) = (Held::new(scene)?, FRAME / f64::from(steps));
+    let mode = stability::fastest_mode(&held.model, &held.rest);
+    let (w, z) = (h * h * mode.stiffness, h * mode.damping);
     let stable = |factor: f64| match method {
-        Scheme::Ours(integrator) => match integrator.family() {
-            Family::Explicit(explicit) => is_stable(explicit, steps, factor * w, z),
-            _ => true,
-        },
+        Scheme::Ours(integrator) => is_stable(integrator, steps, factor * w, z),
         Scheme::Rk1331 => is_stable_1331(factor * w, z),
     };
     // No method here is stable beyond h w = 4.

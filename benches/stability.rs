@@ -1,0 +1,51 @@
+//! What does it cost to predict the largest stable substep? Beside one evaluation of the forces, so
+//! that the ratio says how often a run can afford it.
+
+use criterion::{Criterion, criterion_group, criterion_main};
+use msd::core::stability::Estimator;
+use msd::core::{Integrator, Material, Model, Scene, State, forces, shape};
+
+/// A lattice with dampers that go with the stiffness, and with some that do not.
+fn scenes() -> [(&'static str, Scene); 4] {
+    let material = Material { mass: 1.0, stiffness: 1e4, damping: 20.0 };
+    let cloth = Scene::of("cloth", shape::cloth([31, 31], 1.0, material).expect("a valid cloth"));
+    let block = shape::block([10, 10, 10], 1.0, material).expect("a valid block");
+    let block = Scene::of("block", block);
+    let uneven = |mut scene: Scene| {
+        for (row, spring) in scene.springs.iter_mut().enumerate() {
+            spring.damping *= (row % 7) as f64;
+        }
+        scene
+    };
+    let [uneven_cloth, uneven_block] = [cloth.clone(), block.clone()].map(uneven);
+    [
+        ("cloth/31", cloth),
+        ("cloth/31/uneven", uneven_cloth),
+        ("block/10", block),
+        ("block/10/uneven", uneven_block),
+    ]
+}
+
+fn predictions(criterion: &mut Criterion) {
+    for (name, scene) in scenes() {
+        let mut group = criterion.benchmark_group(format!("stability/{name}"));
+        group.sample_size(20);
+        let (model, state): (Model<f32>, State<f32>) = Model::new(&scene).expect("a valid scene");
+        let mut column = state.positions.clone();
+        group.bench_function("forces", |bencher| {
+            bencher.iter(|| {
+                forces::set_external_forces(&model, state.motion(), &mut column);
+                forces::add_spring_forces(&model, state.motion(), &mut column)
+            });
+        });
+        let mut estimator = Estimator::default();
+        for integrator in [Integrator::VelocityVerlet, Integrator::Rk4] {
+            group.bench_function(format!("limit/{integrator}"), |bencher| {
+                bencher.iter(|| estimator.limit((&model, &state), integrator, 8));
+            });
+        }
+    }
+}
+
+criterion_group!(benches, predictions);
+criterion_main!(benches);

@@ -1,0 +1,150 @@
+//! Which oscillators does a method keep bounded, and up to which substep?
+//!
+//! One substep of a method takes the oscillator x'' + c x' + w² x = 0 from (x, h v) to a new pair by
+//! a 2x2 matrix that depends on W = h² w² and Z = h c alone. It is stable while no eigenvalue of
+//! the matrix is larger than one. The regions, exact:
+//!
+//! * One-step methods multiply a motion e^(λt) by a polynomial R(hλ), λ² + c λ + w² = 0: explicit
+//!   Euler 1 + z, RK4 the exponential series up to z⁴/24, Dormand-Prince up to z⁵/120 and then
+//!   z⁶/600 (Hairer, Nørsett and Wanner, 1993). Jury's conditions on explicit Euler give W ≤ Z and
+//!   2 Z ≤ 4 + W. RK4 reaches 2 √2 on the imaginary axis and 2.785 on the real one, Dormand-Prince
+//!   1.0 and 3.31.
+//! * Symplectic Euler has trace 2 − W − Z and determinant 1 − Z: an eigenvalue leaves through −1,
+//!   where W/4 + Z/2 = 1.
+//! * Velocity Verlet is the same without damping. With it the first substep of a step knows one
+//!   acceleration and the others two, so that the limit depends on the number of substeps; the
+//!   matrix of a whole step decides.
+//!
+//! Implicit methods and XPBD keep every oscillator bounded at any step.
+
+use crate::integrator::{Explicit, Family, Integrator};
+use crate::real::Real;
+
+/// More substeps of a step than this change a limit by less than a thousandth.
+pub(crate) const MANY: u32 = 64;
+
+/// One motion of a system: x'' + c x' + w² x = 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mode {
+    /// w², per second squared.
+    pub stiffness: f64,
+    /// c, per second.
+    pub damping: f64,
+}
+
+impl Mode {
+    /// The substep that symplectic Euler bears: W/4 + Z/2 = 1. The others are not far from it.
+    pub(crate) fn scale(self) -> f64 {
+        let half = 0.5 * self.damping;
+        // The stable form of the root: the sum has no cancellation.
+        2.0 / (half + Real::sqrt(half * half + self.stiffness))
+    }
+
+    /// The largest stable substep, seconds: 0 where none is stable, infinite where every one is.
+    ///
+    /// That of Dormand-Prince is where stability rather than its tolerance would set its step.
+    pub fn largest_substep(self, integrator: Integrator, substeps: u32) -> f64 {
+        if self.scale() == f64::INFINITY || coefficients(integrator) == Step::Any {
+            return f64::INFINITY;
+        }
+        let stable =
+            |h: f64| is_stable(integrator, substeps, h * h * self.stiffness, h * self.damping);
+        first_unstable(self.scale(), 40, stable)
+    }
+}
+
+/// How a method takes a linear system through a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Step {
+    /// By a polynomial of h times its matrix; the coefficients from that of 1 on.
+    Polynomial(&'static [f64]),
+    /// By the new velocity.
+    SymplecticEuler,
+    /// See [`Integrator::VelocityVerlet`].
+    VelocityVerlet,
+    /// So that nothing grows.
+    Any,
+}
+
+pub(crate) fn coefficients(integrator: Integrator) -> Step {
+    const SERIES: [f64; 6] = [1.0, 1.0, 1.0 / 2.0, 1.0 / 6.0, 1.0 / 24.0, 1.0 / 120.0];
+    const DORMAND_PRINCE: [f64; 7] =
+        [1.0, 1.0, SERIES[2], SERIES[3], SERIES[4], SERIES[5], 1.0 / 600.0];
+    match integrator.family() {
+        Family::Explicit(Explicit::Euler) => Step::Polynomial(&SERIES[..2]),
+        Family::Explicit(Explicit::SymplecticEuler) => Step::SymplecticEuler,
+        Family::Explicit(Explicit::VelocityVerlet) => Step::VelocityVerlet,
+        Family::Explicit(Explicit::Rk4) => Step::Polynomial(&SERIES[..5]),
+        Family::Adaptive => Step::Polynomial(&DORMAND_PRINCE),
+        Family::Implicit(_) | Family::Projected => Step::Any,
+    }
+}
+
+/// Whether one step of `substeps` substeps keeps the oscillator with W = h² w², Z = h c bounded.
+pub fn is_stable(integrator: Integrator, substeps: u32, w: f64, z: f64) -> bool {
+    let ([[a, b], [c, d]], rounds) = match coefficients(integrator) {
+        Step::Any => return true,
+        Step::SymplecticEuler => return 0.25 * w + 0.5 * z <= 1.0,
+        // Jury's conditions, for no rounding may pass for damping.
+        Step::Polynomial([_, _]) => return w <= z && 2.0 * z <= 4.0 + w,
+        Step::Polynomial(factors) => (polynomial(factors, w, z), 1),
+        Step::VelocityVerlet => (verlet(substeps.clamp(1, MANY), w, z), substeps.clamp(1, MANY)),
+    };
+    let (half_trace, determinant) = (0.5 * (a + d), a * d - b * c);
+    let discriminant = half_trace * half_trace - determinant;
+    let squared = if discriminant < 0.0 {
+        determinant
+    } else {
+        let radius = half_trace.abs() + Real::sqrt(discriminant);
+        radius * radius
+    };
+    // An undamped mode sits on the boundary: room for rounding over the substeps of a step.
+    squared <= 1.0 + 1e-9 * f64::from(rounds)
+}
+
+/// A polynomial of the matrix ((0, 1), (−W, −Z)), by Horner's rule.
+fn polynomial(factors: &[f64], w: f64, z: f64) -> [[f64; 2]; 2] {
+    factors.iter().rev().fold([[0.0; 2]; 2], |[x, v], factor| {
+        let fall = |column: usize| -w * x[column] - z * v[column];
+        [[v[0] + factor, v[1]], [fall(0), fall(1) + factor]]
+    })
+}
+
+/// The matrix of a step of velocity Verlet, see [`crate::explicit::advance`].
+fn verlet(substeps: u32, w: f64, z: f64) -> [[f64; 2]; 2] {
+    let [[a, c], [b, d]] = [[1.0, 0.0], [0.0, 1.0]].map(|[mut x, mut v]: [f64; 2]| {
+        let mut now = -w * x - z * v;
+        let mut before = now;
+        for _ in 0..substeps {
+            v += 0.5 * now;
+            x += v;
+            (before, now) = (now, -w * x - z * (v + 0.25 * (now + before)));
+            v += 0.5 * now;
+        }
+        [x, v]
+    });
+    [[a, b], [c, d]]
+}
+
+/// The first substep that is not stable, by steps of a twentieth from far below a guess, then by
+/// `rounds` of bisection: 0 where none is stable, infinite where even very long ones are.
+pub(crate) fn first_unstable(guess: f64, rounds: u32, stable: impl Fn(f64) -> bool) -> f64 {
+    let (mut low, mut high) = (0.3 * guess, 0.3 * guess);
+    while !stable(low) {
+        (low, high) = (0.7 * low, low);
+        if low < 1e-9 * guess {
+            return 0.0;
+        }
+    }
+    while low == high || stable(high) {
+        (low, high) = (high, 1.05 * high);
+        if 1e3 * guess < high {
+            return f64::INFINITY;
+        }
+    }
+    for _ in 0..rounds {
+        let middle = 0.5 * (low + high);
+        if stable(middle) { low = middle } else { high = middle }
+    }
+    low
+}

@@ -1,0 +1,30 @@
+//! Do the scenes that come with msd blow up where it is predicted?
+
+use msd_core::{Family, Scene};
+use msd_lab::trade::limits;
+
+fn scene(name: &str) -> Scene {
+    msd_lab::open(name).unwrap().scene
+}
+
+#[test]
+fn every_built_in_scene_blows_up_where_predicted() {
+    let small = ["cloth", "dice", "foam", "mattress", "snake", "waffle", "chain", "square4"];
+    for name in small.into_iter().chain(["bunny"]) {
+        for limit in limits(&scene(name), 4).unwrap() {
+            let observed = limit.observed.filter(|&observed| 0.0 < observed);
+            if !matches!(limit.integrator.family(), Family::Explicit(_)) {
+                continue;
+            }
+            // What explicit Euler needs to grow is longer than these runs.
+            let Some(observed) = observed else {
+                assert_eq!(limit.integrator.name(), "explicit-euler", "{name}: {limit:?}");
+                continue;
+            };
+            let slow = limit.integrator == msd_core::Integrator::ExplicitEuler;
+            let room = if slow { 0.02 } else { 0.005 };
+            let ratio = limit.predicted / observed;
+            assert!((ratio - 1.0).abs() < room, "{name}: {limit:?}: {ratio}");
+        }
+    }
+}
