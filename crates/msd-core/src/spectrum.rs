@@ -48,8 +48,9 @@ impl Basis {
         }
     }
 
-    /// Begins anew about a state with a rough vector.
-    pub(crate) fn begin<R: Real>(&mut self, model: &Model<R>, state: &State<R>) {
+    /// Begins anew about a state with a rough vector, weighted by particle: a fast motion of
+    /// a few particles must not be lost among those of all.
+    pub(crate) fn begin<R: Real>(&mut self, model: &Model<R>, state: &State<R>, weights: &[f64]) {
         let direction = |&[a, b]: &[u32; 2]| {
             let [a, b] = [a, b].map(|end| state.positions[end as usize].to_f64());
             let length = Real::sqrt((b - a).dot(b - a));
@@ -60,15 +61,14 @@ impl Basis {
         self.roots.clear();
         self.roots.extend(model.inverse_masses.iter().map(|w| Real::sqrt(w.to_f64())));
         (self.stiffness.size, self.damping.size) = (0, 0);
-        self.push_rough(model);
+        self.push_rough(model, weights);
     }
 
-    /// Adds a rough vector.
-    pub(crate) fn push_rough<R: Real>(&mut self, model: &Model<R>) {
+    /// Adds a rough vector, weighted by particle.
+    pub(crate) fn push_rough<R: Real>(&mut self, model: &Model<R>, weights: &[f64]) {
         self.next.clear();
-        // A pinned particle takes no part in any motion.
-        let rough = Rough(1 + self.stiffness.size as u64).zip(&self.roots);
-        self.next.extend(rough.map(|(x, &root)| if root == 0.0 { DVec3::ZERO } else { x }));
+        let rough = Rough(1 + self.stiffness.size as u64).zip(weights);
+        self.next.extend(rough.map(|(x, &weight)| x * weight));
         self.push(model);
     }
 

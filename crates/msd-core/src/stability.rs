@@ -34,11 +34,13 @@ pub struct Estimator {
     basis: Basis,
     /// Sums over the springs of each particle.
     sums: Vec<Mode>,
+    /// How much of each particle is in a rough vector.
+    weights: Vec<f64>,
 }
 
 impl Default for Estimator {
     fn default() -> Self {
-        Estimator { basis: Basis::new(), sums: Vec::new() }
+        Estimator { basis: Basis::new(), sums: Vec::new(), weights: Vec::new() }
     }
 }
 
@@ -86,7 +88,7 @@ pub fn guaranteed_limit<R: Real>(model: &Model<R>, integrator: Integrator) -> f6
     }
 }
 
-/// A motion at least as stiff and as damped as any.
+/// A motion at least as stiff and as damped as any; `sums` tells the same of each particle alone.
 fn bound<R: Real>(model: &Model<R>, sums: &mut Vec<Mode>) -> Mode {
     let mut bound = Mode::default();
     sums.clear();
@@ -102,20 +104,29 @@ fn bound<R: Real>(model: &Model<R>, sums: &mut Vec<Mode>) -> Mode {
         sum.stiffness *= w.to_f64();
         sum.damping *= w.to_f64();
     }
-    let mut held = Mode::default();
-    for grab in &model.grabs {
-        let w = model.inverse_masses[grab.particle as usize].to_f64();
-        held.stiffness = held.stiffness.max(grab.stiffness.to_f64() * w);
-        held.damping = held.damping.max(grab.damping.to_f64() * w);
-    }
     for &[a, b] in &model.ends {
         let [a, b] = [sums[a as usize], sums[b as usize]];
         bound.stiffness = bound.stiffness.max(a.stiffness + b.stiffness);
         bound.damping = bound.damping.max(a.damping + b.damping);
     }
+    let drag = model.drag.to_f64();
     let lightest = model.inverse_masses.iter().map(|w| w.to_f64()).fold(0.0, f64::max);
+    bound.damping += drag * lightest;
+    for (sum, w) in sums.iter_mut().zip(&model.inverse_masses) {
+        sum.damping += drag * w.to_f64();
+    }
+    let mut held = Mode::default();
+    for grab in &model.grabs {
+        let w = model.inverse_masses[grab.particle as usize].to_f64();
+        let [stiffness, damping] = [grab.stiffness, grab.damping].map(|value| value.to_f64() * w);
+        held.stiffness = held.stiffness.max(stiffness);
+        held.damping = held.damping.max(damping);
+        let sum = &mut sums[grab.particle as usize];
+        sum.stiffness += stiffness;
+        sum.damping += damping;
+    }
     bound.stiffness += held.stiffness;
-    bound.damping += held.damping + model.drag.to_f64() * lightest;
+    bound.damping += held.damping;
     bound
 }
 
@@ -178,18 +189,31 @@ impl Estimator {
         let bytes = size_of::<DVec3>() * model.particle_count().max(1);
         let half = (MOST_BYTES / bytes).clamp(FEWEST_VECTORS, VECTORS) / 2;
         let mixture = |h: f64| [0.25 * h * h, 0.5 * h, 0.0];
-        self.basis.begin(model, state);
+        self.weigh(guess);
+        self.basis.begin(model, state, &self.weights);
         self.basis.grow(model, mixture(guess), half);
         // The mixture of stiffness and damping that matters is known better now.
         let (guess, _) = self.fastest(guess)?;
         if both {
-            self.basis.push_rough(model);
+            self.basis.push_rough(model, &self.weights);
             let square = 0.25 * guess * guess;
             self.basis.grow(model, [square, 0.5 * guess, -square], half);
         } else {
             self.basis.grow(model, mixture(guess), half);
         }
         self.fastest(guess)
+    }
+
+    /// Gives most weight to the particles with the stiffest springs: fast motions live there.
+    fn weigh(&mut self, h: f64) {
+        let speed = |sum: &Mode| 0.25 * h * h * sum.stiffness + 0.5 * h * sum.damping;
+        let largest = self.sums.iter().map(speed).fold(f64::MIN_POSITIVE, f64::max);
+        let weight = |sum: &Mode| {
+            let share = speed(sum) / largest;
+            share * share * share * share
+        };
+        self.weights.clear();
+        self.weights.extend(self.sums.iter().map(weight));
     }
 
     /// The root h of the largest eigenvalue of h²/4 K + h/2 D = 1 from a guess, and the eigenvectors

@@ -1,7 +1,7 @@
 //! Do the scenes that come with msd blow up where it is predicted?
 
 use msd_core::{Family, Scene};
-use msd_lab::trade::limits;
+use msd_lab::trade::limits::limits;
 
 fn scene(name: &str) -> Scene {
     msd_lab::open(name).unwrap().scene
@@ -21,8 +21,9 @@ fn every_built_in_scene_blows_up_where_predicted() {
                 assert_eq!(limit.integrator.name(), "explicit-euler", "{name}: {limit:?}");
                 continue;
             };
+            // It must grow by half in 100 substeps of the bunny: another 2.5 %.
             let slow = limit.integrator == msd_core::Integrator::ExplicitEuler;
-            let room = if slow { 0.02 } else { 0.005 };
+            let room = if slow { 0.03 } else { 0.005 };
             let ratio = limit.predicted / observed;
             assert!((ratio - 1.0).abs() < room, "{name}: {limit:?}: {ratio}");
         }
