@@ -49,6 +49,21 @@ fn scenes_lists_every_built_in_scene_with_a_line() {
 }
 
 #[test]
+fn auto_takes_nine_tenths_of_the_longest_stable_step_and_ends_on_time() {
+    let folder = folder();
+    let report = json(folder.path(), &["run", "cloth", "--step", "auto", "--duration", "1"]);
+    let share = number(&report, "step") / number(&report, "stable_step");
+    // At most a step of the run less than 0.9, to end on time.
+    let steps = number(&report, "steps");
+    assert!(share <= 0.9 && 0.9 * (1.0 - 1.0 / steps) < share, "{share}");
+    assert!((steps * number(&report, "step") - 1.0).abs() < 1e-12);
+    let output = msd(folder.path(), &["run", "cloth", "--step", "auto", "--integrator", "xpbd"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = text(&output.stderr);
+    assert!(said.contains("no step is too long for xpbd"), "{said}");
+}
+
+#[test]
 fn run_prints_the_documented_keys() {
     let report = json(folder().path(), &["run", "cloth", "--duration", "1"]);
     assert_eq!(report["scene"], "cloth");

@@ -1,7 +1,7 @@
 //! Which substep do a few motions bear that share dampers?
 //!
-//! A step of a method takes the motions (x, h v) together to new ones by a matrix. What its powers do
-//! not blow up is stable; what they blow up first is the motion to know better.
+//! A step of a method takes the motions (x, h v) together to new ones by a matrix. What its powers
+//! do not blow up is stable; what they blow up first is the motion to know better.
 
 use crate::dense::{MOST, Matrix};
 use crate::integrator::Integrator;
@@ -27,6 +27,8 @@ const SQUARINGS: usize = 30;
 /// A step whose powers pass this grows: what stays bounded may swing up for a while, and what
 /// drifts gains no more than the number of steps.
 const EXPLODED: f64 = 1e13;
+/// A step whose powers fall below this does not grow again.
+const DIED_OUT: f64 = 1e-3;
 
 /// A few motions of a basis, taken together.
 pub(crate) struct Few {
@@ -37,8 +39,9 @@ pub(crate) struct Few {
 }
 
 impl Few {
-    /// The first of `motions` of a basis; where there is damping the stiffest and the most damped of
-    /// the basis too, for not every method fails by the same.
+    /// The first of `motions` of a basis; where there is damping also its stiffest and its most
+    /// damped one, for not every method fails by the same. `single_step` is a substep near the
+    /// limit of Verlet with one substep per step, of which h²/4 K + h/2 D − h²/4 D² = 1 tells it.
     pub(crate) fn new(mut motions: Matrix, basis: &Basis, single_step: Option<f64>) -> Self {
         let used = basis.stiffness.size;
         motions.size = FIRST.min(used);
@@ -74,16 +77,17 @@ impl Few {
         }
     }
 
-    /// The limit of the motions together.
-    pub(crate) fn limit(&self, (integrator, substeps): How, guess: f64) -> f64 {
+    /// The limit of the motions together, from a substep that should be stable.
+    pub(crate) fn limit(&self, (integrator, substeps): How, start: f64) -> f64 {
         match self.modes() {
             Some(modes) => {
                 let limits = modes.map(|mode| mode.largest_substep(integrator, substeps));
                 limits.fold(f64::INFINITY, f64::min)
             }
-            None => first_unstable(guess, 12, |h| {
-                exploded(self.step((integrator, substeps), h)).is_none()
-            }),
+            None => {
+                let stable = |h: f64| exploded(self.step((integrator, substeps), h)).is_none();
+                first_unstable(start, 1.05, 11, stable)
+            }
         }
     }
 
@@ -201,6 +205,9 @@ fn exploded(mut power: Matrix) -> Option<Matrix> {
         let norm = power.norm();
         if norm.is_nan() || EXPLODED < norm {
             return Some(power);
+        }
+        if norm < DIED_OUT {
+            break;
         }
         power = power.times(&power);
     }

@@ -1,7 +1,7 @@
 //! Which oscillators does a method keep bounded, and up to which substep?
 //!
-//! One substep of a method takes the oscillator x'' + c x' + w² x = 0 from (x, h v) to a new pair by
-//! a 2x2 matrix that depends on W = h² w² and Z = h c alone. It is stable while no eigenvalue of
+//! One substep of a method takes the oscillator x'' + c x' + w² x = 0 from (x, h v) to a new pair
+//! by a 2x2 matrix that depends on W = h² w² and Z = h c alone. It is stable while no eigenvalue of
 //! the matrix is larger than one. The regions, exact:
 //!
 //! * One-step methods multiply a motion e^(λt) by a polynomial R(hλ), λ² + c λ + w² = 0: explicit
@@ -49,7 +49,7 @@ impl Mode {
         }
         let stable =
             |h: f64| is_stable(integrator, substeps, h * h * self.stiffness, h * self.damping);
-        first_unstable(self.scale(), 40, stable)
+        first_unstable(0.3 * self.scale(), 1.05, 40, stable)
     }
 }
 
@@ -126,19 +126,24 @@ fn verlet(substeps: u32, w: f64, z: f64) -> [[f64; 2]; 2] {
     [[a, b], [c, d]]
 }
 
-/// The first substep that is not stable, by steps of a twentieth from far below a guess, then by
+/// The first substep that is not stable, by growing steps from one that should be, then by
 /// `rounds` of bisection: 0 where none is stable, infinite where even very long ones are.
-pub(crate) fn first_unstable(guess: f64, rounds: u32, stable: impl Fn(f64) -> bool) -> f64 {
-    let (mut low, mut high) = (0.3 * guess, 0.3 * guess);
+pub(crate) fn first_unstable(
+    start: f64,
+    ratio: f64,
+    rounds: u32,
+    stable: impl Fn(f64) -> bool,
+) -> f64 {
+    let (mut low, mut high) = (start, start);
     while !stable(low) {
         (low, high) = (0.7 * low, low);
-        if low < 1e-9 * guess {
+        if low < 1e-9 * start {
             return 0.0;
         }
     }
     while low == high || stable(high) {
-        (low, high) = (high, 1.05 * high);
-        if 1e3 * guess < high {
+        (low, high) = (high, ratio * high);
+        if 1e3 * start < high {
             return f64::INFINITY;
         }
     }

@@ -15,6 +15,10 @@ use glam::DVec3;
 /// The product with the damping in [`Basis::products`].
 const DAMPING: usize = 1;
 
+/// What is left of a vector after its part in the basis is taken out, as a share of it, from which
+/// on the rounding of a single pass does not matter.
+const CANCELLED: f64 = 0.05;
+
 /// A basis of motions, and stiffness and damping between them. Its columns are allocated once.
 #[derive(Clone, Debug)]
 pub(crate) struct Basis {
@@ -122,15 +126,19 @@ impl Basis {
     fn push<R: Real>(&mut self, model: &Model<R>) -> Option<f64> {
         let used = self.stiffness.size;
         let whole = norm(&self.next);
-        // Twice is enough (Kahan, in Parlett, 1980).
-        for _ in 0..2 {
+        let mut length = whole;
+        // Twice is enough (Kahan, in Parlett, 1980), and once where little cancels.
+        for again in [false, true] {
+            if again && CANCELLED * whole < length {
+                break;
+            }
             for vector in &self.vectors[..used] {
                 let along = dot(vector, &self.next);
                 let rows = self.next.iter_mut().zip(vector);
                 rows.for_each(|(value, &vector)| *value -= vector * along);
             }
+            length = norm(&self.next);
         }
-        let length = norm(&self.next);
         let fresh = 1e-10 * whole < length && length.is_finite();
         if !fresh || used == MOST {
             return None;
@@ -147,8 +155,9 @@ impl Basis {
             [&mut self.stiffness, &mut self.damping].into_iter().zip(&self.products)
         {
             matrix.size = used + 1;
+            let still = product.iter().all(|&value| value == DVec3::ZERO);
             for (row, vector) in self.vectors[..=used].iter().enumerate() {
-                let value = dot(vector, product);
+                let value = if still { 0.0 } else { dot(vector, product) };
                 (matrix.rows[row][used], matrix.rows[used][row]) = (value, value);
             }
         }

@@ -1,10 +1,10 @@
 //! How long may a substep be before the run blows up? Predicted from the spectrum.
 //!
 //! The fastest motions of a system are found without a matrix and held against the region of a
-//! method (see [`crate::region`]). Where damping couples motions - dampers that do not go with the stiffness of
-//! their springs - no single oscillator tells: then a step of the method is taken on the few fastest
-//! motions together, as a matrix, and its powers say whether anything grows. For symplectic Euler
-//! the answer is exact in general: bounded while h²/4 K + h/2 D < M.
+//! method (see [`crate::region`]). Where damping couples motions - dampers that do not go with the
+//! stiffness of their springs - no single oscillator tells: then a step of the method is taken on
+//! the few fastest motions together, as a matrix, and its powers say whether anything grows. For
+//! symplectic Euler the answer is exact in general: bounded while h²/4 K + h/2 D < M.
 
 use crate::dense::Matrix;
 use crate::few::Few;
@@ -22,6 +22,8 @@ const VECTORS: usize = 30;
 const FEWEST_VECTORS: usize = 12;
 /// The most memory of the vectors, bytes, as far as the fewest fit.
 const MOST_BYTES: usize = 256 << 20;
+/// The search for a limit begins at this share of what is expected.
+const START: f64 = 0.93;
 /// The most times that the motion that grows first is added to those.
 const ROUNDS: usize = 5;
 
@@ -54,8 +56,8 @@ pub fn limit<R: Real>(
     Estimator::default().limit((model, state), integrator, substeps)
 }
 
-/// The fastest motion about a state, taken for a single oscillator: that is exact where damping goes
-/// with stiffness.
+/// The fastest motion about a state, taken for a single oscillator: that is exact where damping
+/// goes with stiffness.
 pub fn fastest_mode<R: Real>(model: &Model<R>, state: &State<R>) -> Mode {
     let mut estimator = Estimator::default();
     let Some((_, vectors)) = estimator.explore((model, state), false) else {
@@ -154,11 +156,11 @@ impl Estimator {
         };
         let how = (integrator, substeps);
         let mut few = Few::new(motions, &self.basis, None);
-        let mut limit = few.limit(how, guess);
+        let mut limit = few.limit(how, START * guess);
         if both {
             for _ in 0..3 {
                 few = Few::new(motions, &self.basis, Some(limit));
-                limit = few.limit(how, guess);
+                limit = few.limit(how, START * limit);
             }
         }
         for _ in 0..ROUNDS {
@@ -166,8 +168,8 @@ impl Estimator {
             if few.is_single() || !few.extend(model, &mut self.basis, (how, limit)) {
                 break;
             }
-            limit = few.limit(how, guess);
-            if (limit - before).abs() <= 2e-5 * limit {
+            limit = few.limit(how, START * limit);
+            if (limit - before).abs() <= 5e-5 * limit {
                 break;
             }
         }
@@ -216,9 +218,9 @@ impl Estimator {
         self.weights.extend(self.sums.iter().map(weight));
     }
 
-    /// The root h of the largest eigenvalue of h²/4 K + h/2 D = 1 from a guess, and the eigenvectors
-    /// there. A Rayleigh quotient is right to the square of the error of its vector, so that a few
-    /// rounds do.
+    /// The root h of the largest eigenvalue of h²/4 K + h/2 D = 1 from a guess, and the
+    /// eigenvectors there. A Rayleigh quotient is right to the square of the error of its vector,
+    /// so that a few rounds do.
     fn fastest(&self, guess: f64) -> Option<(f64, Matrix)> {
         let Basis { stiffness, damping, .. } = &self.basis;
         let none = Matrix::zero(stiffness.size);

@@ -1,15 +1,15 @@
 //! Does a run come near its limit of stability as it goes on?
 
 use msd_core::stability::Estimator;
-use msd_core::{Explicit, Family};
+use msd_core::{Column, Explicit, Family};
 use msd_lab::Runner;
 
 /// The largest share of the work of a run that predictions may take.
 const SHARE: f64 = 0.02;
 /// What a prediction costs in evaluations of the forces: see `cargo bench --bench stability`.
-const COST: f64 = 150.0;
-/// What it costs besides, in springs evaluated: matrices of a few motions.
-const FIXED_COST: f64 = 4e5;
+const COST: f64 = 300.0;
+/// What it costs besides where dampers couple motions, in springs evaluated.
+const COUPLED_COST: f64 = 8e6;
 
 /// Predicts the largest stable substep every so many steps, and notes the smallest.
 #[derive(Debug)]
@@ -28,7 +28,11 @@ impl Watch {
             Family::Explicit(Explicit::Rk4) => 4.0,
             _ => 1.0,
         };
-        let cost = COST + FIXED_COST / runner.spring_count().max(1) as f64;
+        let uneven = msd_lab::on!(runner, simulation => {
+            matches!(simulation.model().dampings(), Column::Each(_))
+        });
+        let coupled = if uneven { COUPLED_COST } else { 0.0 };
+        let cost = COST + coupled / runner.spring_count().max(1) as f64;
         let every = (cost / (SHARE * stages * f64::from(settings.substeps))).ceil() as u64;
         Watch { estimator: Estimator::default(), every, least: (stable, runner.time()) }
     }
