@@ -6,7 +6,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-fmt() { cargo fmt --all --check; }
+fmt() {
+    cargo fmt --all --check
+    cargo fmt --manifest-path bare/Cargo.toml --check
+}
 clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
 test_debug() { cargo test; }
