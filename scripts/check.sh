@@ -6,7 +6,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-fmt() { cargo fmt --all --check; }
+fmt() {
+    cargo fmt --all --check
+    cargo fmt --manifest-path bare/Cargo.toml --check
+}
 clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
 test_debug() { cargo test; }
@@ -21,6 +24,8 @@ examples() {
         "target/release/examples/$example" >"$out/$example.txt"
         [ -s "$out/$example.txt" ]
     done
+    target/release/examples/soak chain 120 >"$out/soak.txt"
+    grep -q '^2,' "$out/soak.txt"
     for example in chain_plot falling_square stability_table; do
         "target/release/examples/$example" "$out/$example.svg"
         grep -q '</svg>' "$out/$example.svg"
@@ -36,12 +41,22 @@ bench() {
     MSD_CACHE= cargo bench --bench trade -- --test
 }
 
-# The core on bare metal, with an allocator and nothing else.
+# The core on bare metal, with an allocator and nothing else: the same bits in an emulator.
 bare() {
     (
         eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
-        cargo build -p msd-core --no-default-features --features libm,serde \
-            --target-dir target/bare $BARE_CARGO_ARGS
+        cd bare
+        bare_cargo() { cargo "$1" --release --locked --target-dir ../target/bare $BARE_CARGO_ARGS; }
+        bare_cargo build
+        if ! command -v qemu-system-arm >/dev/null; then
+            echo "check: SKIPPED the emulator (install it with: apt install qemu-system-arm)"
+            [ -z "${MSD_REQUIRE_EMULATOR:-}" ]
+            return
+        fi
+        bare_cargo run >../target/bare/hashes.txt
+        diff <(grep -E '^(chain|(rough|square) .* f32) ' ../crates/msd-lab/tests/hashes.txt |
+            sort -u) <(sort ../target/bare/hashes.txt)
+        echo "check: $(wc -l <../target/bare/hashes.txt) runs end in the same bits as here"
     )
 }
 

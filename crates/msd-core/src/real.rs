@@ -35,6 +35,8 @@ pub trait Real:
 {
     /// The three-dimensional vector of this scalar.
     type Vec3: Vector<Scalar = Self>;
+    /// The bytes of this scalar.
+    type Bytes: IntoIterator<Item = u8>;
     /// Zero.
     const ZERO: Self;
     /// One.
@@ -58,6 +60,8 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
+    /// The bits, lowest byte first on every machine.
+    fn to_le_bytes(self) -> Self::Bytes;
     /// The smaller of two numbers.
     fn min(self, other: Self) -> Self {
         if other < self { other } else { self }
@@ -112,6 +116,7 @@ macro_rules! impl_real {
     ($scalar:ident, $vector:ident, $shortest:expr, $sqrt:ident, $as_f32:expr) => {
         impl Real for $scalar {
             type Vec3 = $vector;
+            type Bytes = [u8; size_of::<$scalar>()];
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const HALF: Self = 0.5;
@@ -137,6 +142,10 @@ macro_rules! impl_real {
             #[inline]
             fn abs(self) -> Self {
                 $scalar::abs(self)
+            }
+            #[inline]
+            fn to_le_bytes(self) -> Self::Bytes {
+                $scalar::to_le_bytes(self)
             }
         }
 

@@ -142,7 +142,7 @@ impl<R: Real> Simulation<R> {
         if !self.queue.is_empty() {
             self.close_ledger();
         }
-        for interaction in core::mem::take(&mut self.queue) {
+        for interaction in self.queue.drain(..) {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
         }
     }

@@ -38,15 +38,10 @@ fn write_rows<R: Real>(state: &State<R>, output: &mut Output) -> std::io::Result
     for (row, (position, velocity)) in state.positions.iter().zip(&state.velocities).enumerate() {
         // `Debug` is the shortest text that reads back as the same number, with an exponent where
         // that is shorter.
-        let [[x, y, z], [vx, vy, vz]] = [components::<R>(*position), components::<R>(*velocity)];
+        let [[x, y, z], [vx, vy, vz]] = [position.components(), velocity.components()];
         writeln!(output, "{row},{x:?},{y:?},{z:?},{vx:?},{vy:?},{vz:?}")?;
     }
     Ok(())
-}
-
-/// The components of a vector in its own precision: widening and rounding back is exact.
-pub(crate) fn components<R: Real>(vector: R::Vec3) -> [R; 3] {
-    vector.to_f64().to_array().map(R::of)
 }
 
 /// Reads a state of `count` particles in the precision of its run.

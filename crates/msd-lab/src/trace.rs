@@ -4,8 +4,7 @@ use crate::error::LabError;
 use crate::on;
 use crate::output::Output;
 use crate::runner::Runner;
-use crate::state_file::components;
-use msd_core::{Real, Simulation};
+use msd_core::{Real, Simulation, Vector};
 use std::io::Write;
 
 /// A trace that is being written: CSV with a row for the start and one after every step.
@@ -68,7 +67,7 @@ impl Trace {
 
 fn push_position<R: Real>(text: &mut String, simulation: &Simulation<R>, particle: usize) {
     let position = simulation.state().positions[particle];
-    for component in components::<R>(position) {
+    for component in position.components() {
         text.push_str(&format!(",{component:?}"));
     }
 }

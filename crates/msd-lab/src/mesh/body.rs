@@ -182,7 +182,8 @@ pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], 
     let spacing = spacing(options, &points, mean);
     check_spacing(&points, spacing, &mesh.name)?;
     // A lattice point per cell of the volume, with 13 springs; braces from the surface.
-    let inside = (volume(&points, &mesh.triangles).abs() / spacing.powi(3)).ceil() as u128;
+    let cell = spacing * spacing * spacing;
+    let inside = (volume(&points, &mesh.triangles).abs() / cell).ceil() as u128;
     Ok([surface + inside, edges + 13 * inside + 4 * surface])
 }
 
