@@ -43,6 +43,8 @@ pub trait Real:
     const HALF: Self;
     /// The name a user writes: `f32` or `f64`.
     const NAME: &'static str;
+    /// The largest finite number.
+    const LARGEST: Self;
     /// The distance from one to the next number above it.
     const EPSILON: Self;
     /// The square of the shortest length that still has a direction, m².
@@ -116,6 +118,7 @@ macro_rules! impl_real {
             const ONE: Self = 1.0;
             const HALF: Self = 0.5;
             const NAME: &'static str = stringify!($scalar);
+            const LARGEST: Self = $scalar::MAX;
             const EPSILON: Self = $scalar::EPSILON;
             const SHORTEST_SQUARED: Self = $shortest;
 

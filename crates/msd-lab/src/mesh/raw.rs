@@ -1,6 +1,6 @@
 //! What does a file hold before it is cleaned? Vertices and triangles as they were written.
 
-use super::error::{MeshError, Row};
+use super::error::{MeshError, Row, one_line};
 use glam::DVec3;
 use msd_core::MAX_PARTICLES;
 
@@ -106,5 +106,6 @@ pub(crate) fn out_of_domain(
     value: String,
     expected: impl Into<String>,
 ) -> MeshError {
-    MeshError::OutOfDomain { file: file.into(), row, quantity, value, expected: expected.into() }
+    let (value, expected) = (one_line(&value), expected.into());
+    MeshError::OutOfDomain { file: file.into(), row, quantity, value, expected }
 }
