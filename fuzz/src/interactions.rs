@@ -1,9 +1,9 @@
 //! What does a stream of interactions do to a small scene, with steps in between? The bytes make
 //! the scene, the method and the stream.
 
-use crate::numbers::{any, index, positive, vector};
-use crate::promise::{check_message, check_simulation, step};
-use crate::world;
+use super::numbers::{any, index, positive, vector};
+use super::promise::{check_message, check_simulation, step};
+use super::world;
 use arbitrary::{Result, Unstructured};
 use msd_core::{Interaction, Real, Scene, Select, Settings, Simulation};
 

@@ -1,7 +1,7 @@
 //! What do the bytes of a mesh do? The first byte says which format they follow (o, s, p, g), the
 //! second how the mesh becomes a body.
 
-use crate::promise::check_message;
+use super::promise::check_message;
 use msd_core::{Model, Part, Scene};
 use msd_lab::mesh::{self, Filling, Format, Mesh, MeshOptions};
 

@@ -1,6 +1,6 @@
 //! What do the bytes of a scene file do? A text that starts with a brace is JSON, another TOML.
 
-use crate::promise::{check_message, check_simulation, step};
+use super::promise::{check_message, check_simulation, step};
 use msd_core::{Integrator, Real, Scene, Settings, Simulation};
 use msd_lab::scenes::{read, write};
 use msd_lab::schema::{BodyRow, Kind, SceneFile};

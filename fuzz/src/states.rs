@@ -1,7 +1,7 @@
 //! What do the bytes of a state file do? The first byte says how many particles there are, and in
 //! which precision.
 
-use crate::promise::{check_message, check_state};
+use super::promise::{check_message, check_state};
 use msd_core::{Material, Real, Scene, Settings, Simulation, State, Vector, shape};
 use msd_lab::{AnyState, Precision, Runner, read_state};
 

@@ -1,11 +1,22 @@
 //! Which small scene is made of bytes, and how is it stepped?
 
-use crate::numbers::{any, decade, index, positive, vector};
+use super::numbers::{any, decade, index, positive, vector};
 use arbitrary::{Result, Unstructured};
 use msd_core::glam::DVec3;
 use msd_core::{
     Body, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Spring, Surface, World,
 };
+
+/// The methods that take a step in a time known before.
+const FIXED: [Integrator; 7] = [
+    Integrator::ExplicitEuler,
+    Integrator::SymplecticEuler,
+    Integrator::VelocityVerlet,
+    Integrator::Rk4,
+    Integrator::BackwardEuler,
+    Integrator::ImplicitMidpoint,
+    Integrator::Xpbd,
+];
 
 /// A scene of a few rows, mostly valid ones.
 pub(crate) fn scene(u: &mut Unstructured) -> Result<Scene> {
@@ -86,7 +97,12 @@ pub(crate) fn friction(u: &mut Unstructured) -> Result<Friction> {
 
 /// Any method with few substeps of any length.
 pub(crate) fn settings(u: &mut Unstructured) -> Result<Settings> {
-    let integrator = Integrator::ALL[usize::from(u.arbitrary::<u8>()?) % Integrator::ALL.len()];
+    let byte = u.arbitrary::<u8>()?;
+    let integrator = match byte % 64 {
+        // Seldom: where its tolerance is out of reach it tries for a second.
+        0 => Integrator::DormandPrince,
+        _ => FIXED[usize::from(byte) % FIXED.len()],
+    };
     let step = match u.arbitrary::<u8>()? % 4 {
         0 => positive(u)?,
         1 => 1e-3,

@@ -106,7 +106,7 @@ pub trait Vector:
     fn to_f64(self) -> DVec3;
     /// Widens or rounds each component to single precision, for drawing.
     fn to_f32(self) -> Vec3;
-    /// The largest absolute component, or NaN if a component is NaN.
+    /// The largest absolute component, or NaN if a component is not finite.
     fn extent(self) -> Self::Scalar;
 }
 
@@ -179,9 +179,11 @@ macro_rules! impl_real {
             }
             #[inline]
             fn extent(self) -> $scalar {
-                // `max` of the standard library drops a NaN; a sum keeps it.
+                // `max` of the standard library drops a NaN; a sum keeps it. Multiplied before they
+                // are added: a sum of large components would overflow and tell of a NaN.
                 let largest = self.x.abs().max(self.y.abs()).max(self.z.abs());
-                largest + (self.x + self.y + self.z) * 0.0
+                let nothing = self * 0.0;
+                largest + (nothing.x + nothing.y + nothing.z)
             }
         }
     };

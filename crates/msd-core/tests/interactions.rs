@@ -310,3 +310,42 @@ fn precision_changes_while_running_and_everything_else_stays() {
     pair.set_settings(short).unwrap();
     assert!(pair.convert::<f32>().is_err(), "1e-30 squared is no f32");
 }
+
+#[test]
+fn a_velocity_that_overflows_is_refused_while_paused_too() {
+    let mut pair = pair();
+    let before = pair.state().clone();
+    let impulse = DVec3::splat(f64::MAX);
+    pair.queue(Interaction::SetMass { particles: Select::All, value: 1e-3 }).unwrap();
+    pair.queue(Interaction::Impulse { particles: Select::All, impulse }).unwrap();
+    assert!(matches!(pair.apply_queued(), Err(Error::Diverged(_))));
+    assert_eq!(*pair.state(), before);
+}
+
+#[test]
+fn a_pin_keeps_its_velocity_where_the_step_it_came_with_diverges() {
+    let velocity = DVec3::new(0.5, 0.0, 0.0);
+    for integrator in Integrator::ALL {
+        // The force overflows, and even a pinned particle has a part of it: infinity times zero.
+        let mut pair = simulation::<f64>(&two_masses([1.0; 2], 1e308, 0.0, 9.0), integrator, H);
+        pair.queue(Interaction::Pin { particle: 0, velocity }).unwrap();
+        if pair.step().is_err() {
+            assert_eq!(pair.state().velocities, [velocity, DVec3::ZERO], "{integrator}");
+        }
+        assert_eq!(pair.state().velocities[0], velocity, "{integrator}");
+    }
+}
+
+#[test]
+fn a_grab_of_extreme_numbers_is_a_finite_spring() {
+    let mut pair = pair();
+    pair.queue(Interaction::SetMass { particles: Select::All, value: 1e307 }).unwrap();
+    for (frequency, damping_ratio) in [(0.0, 1e300), (f64::MAX, 0.0), (1e300, 1e300)] {
+        let (target, max_force) = (DVec3::ZERO, f64::MAX);
+        let grab = Interaction::Grab { particle: 0, target, frequency, damping_ratio, max_force };
+        pair.queue(grab).unwrap();
+        pair.apply_queued().unwrap();
+        let grab = pair.model().grabs()[0];
+        assert!(grab.stiffness.is_finite() && grab.damping.is_finite(), "{grab:?}");
+    }
+}

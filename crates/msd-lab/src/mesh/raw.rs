@@ -4,6 +4,9 @@ use super::error::{MeshError, Row, one_line};
 use glam::DVec3;
 use msd_core::MAX_PARTICLES;
 
+/// The longest file that is read, bytes.
+pub(crate) const LONGEST: u64 = 1 << 30;
+
 /// A bound, not `is_finite`: the square of a length overflows long before a coordinate does.
 pub(crate) const EXTENT: f64 = 1e9;
 

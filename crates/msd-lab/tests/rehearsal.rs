@@ -1,13 +1,18 @@
-//! Does every target hold on its corpus, and on thousands of mutations of it? Without libFuzzer,
-//! the same ones on every machine, and within a fixed memory.
+//! Do the targets of `fuzz/` hold on their corpora, and on many mutations of them? Without libFuzzer,
+//! on the same inputs on every machine, and within a fixed memory.
+//!
+//! `MSD_MUTATIONS=3000` runs as many per target instead of the default of 300.
+
+#[path = "../../../fuzz/src/lib.rs"]
+mod targets;
 
 use cap::Cap;
-use msd_fuzz::TARGETS;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use std::alloc::System;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use targets::TARGETS;
 
 /// No input of some kilobytes may ask for more, bytes; a header that promises a gigabyte of rows
 /// would. The tests run side by side.
@@ -16,23 +21,21 @@ const MEMORY: usize = 400 << 20;
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, MEMORY);
 
-/// Mutations per target.
-const MUTATIONS: u32 = 3000;
 /// The longest input, bytes.
 const LONGEST: usize = 4096;
 
 /// Pieces that turn up where mistakes are made.
-const PIECES: [&[u8]; 24] = [
-    b"nan", b"inf", b"-inf", b"1e999", b"-1", b"0", b"4294967296", b"18446744073709551616", b"1e-39",
-    b"3.5e38", b"\n", b" ", b",", b"[", b"]", b"{", b"}", b"\"", b"=", b"\0", b"\xff\xff\xff\xff",
-    b"\x7f\xff\xff\xff", b"\xff\xff\xff\x7f", b"\x80",
-];
+const PIECES: &str = "nan inf -inf 1e999 -1 0 4294967296 18446744073709551616 1e-39 3.5e38 , [ ] { \
+                      } \" = \0\0\0\0 \n \u{7f} \u{1b}";
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz")
+}
 
 /// The seeds of a target in the order of their names, so that every machine makes the same inputs.
 fn corpus(target: &str) -> Vec<Vec<u8>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
-    let mut paths: Vec<_> =
-        fs::read_dir(folder).expect("a corpus").flatten().map(|entry| entry.path()).collect();
+    let entries = fs::read_dir(folder().join("corpus").join(target)).expect("a corpus");
+    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
     paths.iter().map(|path| fs::read(path).expect("a seed")).collect()
 }
@@ -45,13 +48,14 @@ fn below(lot: &mut Pcg32, limit: usize) -> usize {
 /// Changes some bytes of one seed, a few times over; what is put in is a piece or part of another.
 fn mutate(lot: &mut Pcg32, seeds: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = seeds[below(lot, seeds.len())].clone();
+    let pieces: Vec<&str> = PIECES.split(' ').collect();
     for _ in 0..=below(lot, 4) {
         let from = below(lot, bytes.len() + 1);
         let to = (from + below(lot, 9)).min(bytes.len());
         match below(lot, 5) {
             0 if from < bytes.len() => bytes[from] ^= 1 << below(lot, 8),
             1 if from < bytes.len() => bytes[from] = lot.next_u32() as u8,
-            2 => drop(bytes.splice(from..to, PIECES[below(lot, PIECES.len())].iter().copied())),
+            2 => drop(bytes.splice(from..to, pieces[below(lot, pieces.len())].bytes())),
             3 => drop(bytes.drain(from..to)),
             _ => {
                 let other = &seeds[below(lot, seeds.len())];
@@ -73,7 +77,8 @@ fn rehearse(target: &str) {
     seeds.iter().for_each(|bytes| check(bytes));
     // Any seed would do; a fixed one fails alike everywhere.
     let mut lot = Pcg32::new(2014, 0xa02b_dbf7_bb3c_0a7a);
-    for _ in 0..MUTATIONS {
+    let mutations = std::env::var("MSD_MUTATIONS").ok().and_then(|count| count.parse().ok());
+    for _ in 0..mutations.unwrap_or(300) {
         let bytes = mutate(&mut lot, &seeds);
         // Shown only where the check panics.
         println!("{target}: b\"{}\"", bytes.escape_ascii());
@@ -103,9 +108,10 @@ fn interactions_are_refused_or_leave_a_state_in_the_world() {
 
 #[test]
 fn every_target_has_a_corpus_and_a_program() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let manifest = fs::read_to_string(folder().join("Cargo.toml")).expect("a manifest");
     for (name, _) in TARGETS {
-        assert!(root.join("fuzz_targets").join(format!("{name}.rs")).exists(), "{name}");
-        assert!(root.join("corpus").join(name).is_dir(), "{name}");
+        assert!(folder().join("corpus").join(name).is_dir(), "{name}");
+        let program = format!("fuzz_targets/{name}.rs");
+        assert!(folder().join(&program).exists() && manifest.contains(&program), "{name}");
     }
 }
