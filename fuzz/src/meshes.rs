@@ -63,10 +63,7 @@ fn check_body(mesh: &Mesh, choice: u8) {
     match mesh::body(mesh, &options) {
         Ok((part, report)) => {
             check_message(&report);
-            assert_eq!(
-                part.particles.len(),
-                report.surface_particles + report.interior_particles
-            );
+            assert_eq!(part.particles.len(), report.surface_particles + report.interior_particles);
             check_part(part);
         }
         Err(error) => check_message(&error),

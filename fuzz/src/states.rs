@@ -34,8 +34,7 @@ fn go_on(state: &AnyState, count: usize) {
     let Ok(rope) = shape::rope(count, 1.0, Material::default()) else { return };
     let scene = Scene::of("rope", rope);
     for precision in [Precision::F32, Precision::F64] {
-        let mut runner =
-            Runner::new(&scene, Settings::default(), precision).expect("a plain rope");
+        let mut runner = Runner::new(&scene, Settings::default(), precision).expect("a plain rope");
         let before = runner.state();
         if let Err(error) = runner.set_state(state, 3) {
             check_message(&error);

@@ -85,7 +85,8 @@ impl Entry<'_> {
         let mut seen = std::collections::BTreeSet::new();
         for (value, place) in &values {
             if !seen.insert(canonical(value)) {
-                let is_number = |row: &(Value, _)| matches!(row.0, Value::Whole(_) | Value::Number(_));
+                let is_number =
+                    |row: &(Value, _)| matches!(row.0, Value::Whole(_) | Value::Number(_));
                 // One vector was meant, not three numbers in turn.
                 let vector = values.len() == 3 && values.iter().all(is_number);
                 let hint = if vector { "; a list of vectors is [[x, y, z], ...]" } else { "" };
