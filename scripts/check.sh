@@ -2,7 +2,8 @@
 # Everything CI checks, in the order in which it is cheapest to fail. Run it from anywhere.
 #
 #   scripts/check.sh          all of it
-#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare wasm deny
+#   scripts/check.sh STEP...  some of it: fmt clippy doc test release fuzz examples bench bare wasm
+#                             deny
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -69,6 +70,12 @@ wasm() {
     )
 }
 
+# The corpora of the fuzz targets and thousands of mutations of them; `scripts/fuzz.sh` goes on.
+fuzz() {
+    cargo fmt --manifest-path fuzz/Cargo.toml --check
+    MSD_MUTATIONS=5000 cargo test -p msd-lab --test rehearsal
+}
+
 # Licences and advisories need a tool and a database that a bare machine lacks.
 deny() {
     if command -v cargo-deny >/dev/null; then
@@ -86,10 +93,10 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare wasm deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release fuzz examples bench bare wasm deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | examples | bench | bare | wasm | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | fuzz | examples | bench | bare | wasm | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2

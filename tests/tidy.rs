@@ -135,7 +135,7 @@ fn only_the_app_names_a_window_and_the_renderer_never_names_a_system() {
 
 #[test]
 fn files_and_lines_are_short() {
-    for folder in ["bare", "crates", "src", "tests", "benches", "examples"] {
+    for folder in ["bare", "crates", "src", "tests", "benches", "examples", "fuzz"] {
         for file in sources(&root().join(folder)) {
             let text = fs::read_to_string(&file).expect("a source file");
             let count = text.lines().count();

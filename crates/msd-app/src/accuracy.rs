@@ -198,13 +198,13 @@ mod tests {
             max_force: 100.0,
         };
         runner.queue(grab).expect("a valid grab");
-        runner.apply_queued();
+        runner.apply_queued().expect("room for it");
         let mut copy = rope();
         let Settings { substeps, .. } = copy.settings();
         let finer = Settings { substeps: 2 * substeps, ..copy.settings() };
         copy.set_settings(finer).expect("valid settings");
         copy.queue(as_felt(grab, h)).expect("a valid grab");
-        copy.apply_queued();
+        copy.apply_queued().expect("room for it");
         let held = |runner: &Runner| {
             on!(runner, simulation => {
                 let grab = &simulation.model().grabs()[0];

@@ -245,7 +245,7 @@ impl Session {
         for &edit in self.edits.kept() {
             runner.queue(edit)?;
         }
-        runner.apply_queued();
+        runner.apply_queued()?;
         Ok(runner)
     }
 
@@ -259,8 +259,7 @@ impl Session {
 
     /// Does something to the simulation at once: the window is always between two steps.
     pub(crate) fn act(&mut self, interaction: Interaction) -> bool {
-        let result = self.runner.queue(interaction);
-        self.runner.apply_queued();
+        let result = self.runner.queue(interaction).and_then(|()| self.runner.apply_queued());
         if result.is_ok()
             && let Some(accuracy) = &mut self.accuracy
         {

@@ -98,6 +98,28 @@ fn a_scene_that_is_none_is_refused() {
 }
 
 #[test]
+fn an_option_that_the_method_does_not_read_is_refused_and_told_which_do() {
+    let folder = folder();
+    for (arguments, told) in [
+        (
+            &["--tolerance", "1e-6"][..],
+            "--tolerance means nothing to velocity-verlet; it belongs to dormand-prince",
+        ),
+        (
+            &["--newton", "2", "--integrator", "rk4"],
+            "--newton means nothing to rk4; it belongs to backward-euler and implicit-midpoint",
+        ),
+        (
+            &["--newton", "2", "--integrator", "dormand-prince"],
+            "--newton means nothing to dormand-prince; it belongs to",
+        ),
+    ] {
+        let run = ["run", "chain", "--duration", "0.1"];
+        refuse(folder.path(), &[&run[..], arguments].concat(), &[told]);
+    }
+}
+
+#[test]
 fn a_value_outside_its_domain_is_refused_with_file_line_key_value_and_domain() {
     let folder = folder();
     for (line, told) in [

@@ -315,11 +315,13 @@ fn grab<R: Real>(model: &mut Model<R>, h: f64, interaction: Interaction) {
     };
     let mass = model.masses[particle].to_f64();
     let rate = core::f64::consts::TAU * frequency;
+    let damping = 2.0 * damping_ratio * mass * rate;
     let hold = Grab {
         particle: particle as u32,
         target: R::Vec3::of(target),
         stiffness: R::of(mass * rate * rate),
-        damping: R::of(2.0 * damping_ratio * mass * rate),
+        // No number only where a factor is 0 and the others overflow.
+        damping: R::of(if damping.is_nan() { 0.0 } else { damping }),
         max_force: R::of(max_force),
     };
     match model.grabs.iter_mut().find(|grab| grab.particle as usize == particle) {
@@ -335,8 +337,9 @@ pub(crate) fn cap_grabs<R: Real>(model: &mut Model<R>, h: f64) {
     let fastest = core::f64::consts::TAU * 0.1 / h;
     for grab in &mut model.grabs {
         let mass = model.masses[grab.particle as usize].to_f64();
-        grab.stiffness = grab.stiffness.min(R::of(mass * fastest * fastest));
-        grab.damping = grab.damping.min(R::of(mass * 0.5 / h));
+        // The cap of a mass near the largest number overflows itself.
+        grab.stiffness = grab.stiffness.min(R::of(mass * fastest * fastest)).min(R::LARGEST);
+        grab.damping = grab.damping.min(R::of(mass * 0.5 / h)).min(R::LARGEST);
     }
 }
 

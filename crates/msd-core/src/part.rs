@@ -64,13 +64,15 @@ impl Scene {
     pub fn add(&mut self, name: impl Into<String>, part: Part) -> usize {
         let (first, first_spring) = (self.particles.len(), self.springs.len());
         self.particles.extend(part.particles);
+        // An index too large to be moved names nothing either way; the check of the scene says so.
         self.springs.extend(part.springs.into_iter().map(|mut spring| {
-            spring.ends = spring.ends.map(|end| end + first);
+            spring.ends = spring.ends.map(|end| end.saturating_add(first));
             spring
         }));
         let mut surface = part.surface;
+        let first_corner = u32::try_from(first).unwrap_or(u32::MAX);
         for corner in &mut surface.corners {
-            corner.particle += first as u32;
+            corner.particle = corner.particle.saturating_add(first_corner);
         }
         self.bodies.push(Body {
             name: name.into(),

@@ -45,6 +45,8 @@ pub trait Real:
     const HALF: Self;
     /// The name a user writes: `f32` or `f64`.
     const NAME: &'static str;
+    /// The largest finite number.
+    const LARGEST: Self;
     /// The distance from one to the next number above it.
     const EPSILON: Self;
     /// The square of the shortest length that still has a direction, m².
@@ -108,7 +110,7 @@ pub trait Vector:
     fn to_f64(self) -> DVec3;
     /// Widens or rounds each component to single precision, for drawing.
     fn to_f32(self) -> Vec3;
-    /// The largest absolute component, or NaN if a component is NaN.
+    /// The largest absolute component, or NaN if a component is not finite.
     fn extent(self) -> Self::Scalar;
 }
 
@@ -121,6 +123,7 @@ macro_rules! impl_real {
             const ONE: Self = 1.0;
             const HALF: Self = 0.5;
             const NAME: &'static str = stringify!($scalar);
+            const LARGEST: Self = $scalar::MAX;
             const EPSILON: Self = $scalar::EPSILON;
             const SHORTEST_SQUARED: Self = $shortest;
 
@@ -185,9 +188,11 @@ macro_rules! impl_real {
             }
             #[inline]
             fn extent(self) -> $scalar {
-                // `max` of the standard library drops a NaN; a sum keeps it.
+                // `max` of the standard library drops a NaN; a sum keeps it. Multiplied before they
+                // are added: a sum of large components would overflow and tell of a NaN.
                 let largest = self.x.abs().max(self.y.abs()).max(self.z.abs());
-                largest + (self.x + self.y + self.z) * 0.0
+                let nothing = self * 0.0;
+                largest + (nothing.x + nothing.y + nothing.z)
             }
         }
     };

@@ -58,6 +58,8 @@ impl<R: Real> Simulation<R> {
         let mut simulation = Simulation::from_parts(model, state, settings)?;
         // A scene may start inside a plane; it never runs there.
         simulation.collide();
+        let inside = "inside the world once the planes have pushed the particle out";
+        simulation.state.check(simulation.model.extent, inside)?;
         Ok(simulation)
     }
 
@@ -104,8 +106,7 @@ impl<R: Real> Simulation<R> {
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
         has_own_force: bool,
     ) -> Result<(), Error> {
-        self.good.positions.copy_from_slice(&self.state.positions);
-        self.good.velocities.copy_from_slice(&self.state.velocities);
+        self.keep_good();
         let handled = has_own_force || !self.queue.is_empty();
         self.apply_queue();
         let done = if self.settings.integrator.is_adaptive() {
@@ -123,16 +124,27 @@ impl<R: Real> Simulation<R> {
         self.touched = touched;
         let contact_alone = touched && !handled && !self.is_handled();
         self.model.pushes.clear();
-        if let Err(error) = self.guard(stuck) {
-            let good = core::mem::take(&mut self.good);
-            self.put_state(&good);
-            self.good = good;
-            return Err(error);
-        }
+        self.guard_or_go_back(stuck)?;
         let Simulation { ledger, model, good, .. } = self;
         ledger.book(counted, contact_alone, || energy::energy(model, good, 0.0).total());
         self.steps += 1;
         Ok(())
+    }
+
+    /// Remembers the present state.
+    fn keep_good(&mut self) {
+        self.good.positions.copy_from_slice(&self.state.positions);
+        self.good.velocities.copy_from_slice(&self.state.velocities);
+    }
+
+    /// Goes back to the state remembered where the present one cannot be. A velocity that a pin has
+    /// been given since then was remembered too: that of now may be no number.
+    fn guard_or_go_back(&mut self, stuck: Option<usize>) -> Result<(), Error> {
+        self.guard(stuck).inspect_err(|_| {
+            self.state.positions.copy_from_slice(&self.good.positions);
+            self.state.velocities.copy_from_slice(&self.good.velocities);
+            self.warm = false;
+        })
     }
 
     fn apply_queue(&mut self) {
@@ -144,6 +156,9 @@ impl<R: Real> Simulation<R> {
         }
         for interaction in self.queue.drain(..) {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
+            if let Interaction::Pin { particle, .. } = interaction {
+                self.good.velocities[particle] = self.state.velocities[particle];
+            }
         }
     }
 
@@ -253,15 +268,20 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Applies what is queued without stepping: for a paused window.
-    pub fn apply_queued(&mut self) {
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] for a velocity that overflows; the state is then the one before.
+    pub fn apply_queued(&mut self) -> Result<(), Error> {
+        self.keep_good();
         self.apply_queue();
+        self.guard_or_go_back(None)
     }
 
     /// Replaces the state, as when a state file is loaded or a step taken back.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for another number of particles; [`Error::OutOfDomain`] for a
-    /// position outside the world or a velocity that is not finite.
+    /// position outside the world, a velocity that is not finite or more than 2^53 steps.
     pub fn set_state(&mut self, state: &State<R>, steps: u64) -> Result<(), Error> {
         let expected = self.model.particle_count();
         for (what, count) in
@@ -271,14 +291,9 @@ impl<R: Real> Simulation<R> {
                 return Err(Error::WrongLength { what, count, expected });
             }
         }
-        for (row, (position, velocity)) in state.positions.iter().zip(&state.velocities).enumerate()
-        {
-            let (at, extent) = (("particle", row), position.extent());
-            let inside = extent <= self.model.extent;
-            check(inside, "position", at, extent.to_f64(), "finite and inside the world")?;
-            let speed = velocity.extent().to_f64();
-            check(speed.is_finite(), "velocity", at, speed, "finite")?;
-        }
+        state.check(self.model.extent, "finite and inside the world")?;
+        // Beyond it a count of steps is no longer exact as the number that time is made of.
+        check(steps <= 1 << 53, "number", ("step", 0), steps as f64, "at most 2^53")?;
         self.close_ledger();
         self.put_state(state);
         self.steps = steps;
@@ -321,11 +336,12 @@ impl<R: Real> Simulation<R> {
     /// The same simulation in another precision, each number rounded once.
     ///
     /// # Errors
-    /// A step, mass, stiffness or damping that the other precision cannot hold.
+    /// The first number that the other precision cannot hold.
     pub fn convert<S: Real>(&self) -> Result<Simulation<S>, Error> {
         let (model, state) = (self.model.convert::<S>()?, self.state.convert());
         let mut other = Simulation::from_parts(model, state, self.settings)?;
-        other.queue.clone_from(&self.queue);
+        other.state.check(other.model.extent, "finite and inside the world")?;
+        self.queue.iter().try_for_each(|&interaction| other.queue(interaction))?;
         other.ledger = Ledger::of(self.dissipated());
         (other.steps, other.epoch) = (self.steps, self.epoch);
         Ok(other)

@@ -1,6 +1,6 @@
 //! How does a scene run? As columns: a [`Model`] that a step reads, a [`State`] that it advances.
 
-use crate::check::{check_mass, check_not_negative, check_scene};
+use crate::check::{check, check_mass, check_not_negative, check_scene, check_vector, is_finite};
 use crate::error::Error;
 use crate::real::{Real, Vector};
 use crate::scene::{Body, Friction, Particle, Plane, Scene};
@@ -242,6 +242,11 @@ impl<R: Real> Model<R> {
         self.drag
     }
 
+    /// Bound of every coordinate, metres.
+    pub fn extent(&self) -> R {
+        self.extent
+    }
+
     /// Size of the largest body at the start of the scene, metres: the diagonal of the box around
     /// it; where that is 0 the longest rest length, and 1 where that is 0 too. Errors and
     /// tolerances are told as fractions of it.
@@ -257,13 +262,25 @@ impl<R: Real> Model<R> {
     /// The same model in another precision, each number rounded once.
     ///
     /// # Errors
-    /// A mass, stiffness or damping that the other precision cannot hold.
+    /// The first number that the other precision cannot hold.
     pub fn convert<S: Real>(&self) -> Result<Model<S>, Error> {
         for (row, mass) in self.masses.iter().enumerate() {
             check_mass::<S>(("particle", row), mass.to_f64())?;
         }
+        let world = ("world", 0);
+        check_vector::<S>("gravity", world, self.gravity.to_f64())?;
+        check_vector::<S>("force", world, self.force.to_f64())?;
+        check_not_negative::<S>("drag", world, self.drag.to_f64())?;
+        for (row, plane) in self.planes.iter().enumerate() {
+            let offset = plane.offset.to_f64();
+            check(is_finite::<S>(offset), "offset", ("plane", row), offset, "finite")?;
+        }
+        for (row, grab) in self.grabs.iter().enumerate() {
+            check_vector::<S>("target", ("grab", row), grab.target.to_f64())?;
+        }
         for row in 0..self.spring_count() {
             let at = ("spring", row);
+            check_not_negative::<S>("rest length", at, self.rest_lengths[row].to_f64())?;
             check_not_negative::<S>("stiffness", at, self.stiffnesses.get(row).to_f64())?;
             check_not_negative::<S>("damping", at, self.dampings.get(row).to_f64())?;
         }
@@ -304,6 +321,18 @@ impl<R: Real> Model<R> {
 }
 
 impl<R: Real> State<R> {
+    /// Checks that every position is inside a world of this extent and every velocity finite;
+    /// `inside` says so in words.
+    pub(crate) fn check(&self, extent: R, inside: &'static str) -> Result<(), Error> {
+        for (row, (position, velocity)) in self.positions.iter().zip(&self.velocities).enumerate() {
+            let (at, reach) = (("particle", row), position.extent());
+            check(reach <= extent, "position", at, reach.to_f64(), inside)?;
+            let speed = velocity.extent().to_f64();
+            check(speed.is_finite(), "velocity", at, speed, "finite")?;
+        }
+        Ok(())
+    }
+
     /// Borrows the columns at which forces are evaluated.
     pub fn motion(&self) -> Motion<'_, R> {
         Motion { positions: &self.positions, velocities: &self.velocities }

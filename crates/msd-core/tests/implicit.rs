@@ -89,7 +89,7 @@ fn the_matrix_is_the_derivative_of_the_forces() {
             max_force,
         };
         simulation.queue(grab(0, 1e6)).unwrap();
-        simulation.apply_queued();
+        simulation.apply_queued().unwrap();
         let (model, state) = (simulation.model(), simulation.state());
         let x = directions(model.particle_count());
         let exact = product_by_differences(model, state, tau, &x);
@@ -109,7 +109,7 @@ fn a_grab_at_its_largest_force_is_a_constant_in_the_matrix() {
     let (frequency, damping_ratio) = (2.0, 1.0);
     let grab = Interaction::Grab { particle, target, frequency, damping_ratio, max_force };
     simulation.queue(grab).unwrap();
-    simulation.apply_queued();
+    simulation.apply_queued().unwrap();
     assert_eq!(product(simulation.model(), simulation.state(), 0.1, &x), before);
 }
 

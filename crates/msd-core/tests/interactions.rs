@@ -157,7 +157,7 @@ fn a_push_lasts_one_step_and_an_impulse_is_at_once() {
     assert!((pair.momentum().linear - force * H).length() < 1e-12);
     let impulse = DVec3::new(0.0, 0.0, 4.0);
     pair.queue(Interaction::Impulse { particles: Select::All, impulse }).unwrap();
-    pair.apply_queued();
+    pair.apply_queued().unwrap();
     assert!((pair.momentum().linear - force * H - impulse).length() < 1e-12);
     // Shared by mass: both gain the same velocity.
     assert!((pair.state().velocities[0].z - pair.state().velocities[1].z).abs() < 1e-12);
@@ -168,7 +168,7 @@ fn spin_adds_the_angular_momentum_of_a_rigid_turn_and_no_linear_momentum() {
     let mut cubes = cubes();
     let velocity = DVec3::new(0.0, 0.0, 2.0);
     cubes.queue(Interaction::Spin { particles: Select::Body(1), velocity }).unwrap();
-    cubes.apply_queued();
+    cubes.apply_queued().unwrap();
     let momentum = cubes.momentum();
     assert!(momentum.linear.length() < 1e-12);
     // Eight masses of 2 kg at √½ m from the axis: I = 8 kg m².
@@ -208,7 +208,7 @@ fn freeze_makes_present_lengths_rest_lengths_and_takes_the_elastic_energy_away()
         simulation::<f64>(&two_masses([1.0, 3.0], 50.0, 2.0, 0.3), Integrator::VelocityVerlet, H);
     assert!(1.0 < pair.energy().elastic);
     pair.queue(Interaction::Freeze { springs: Select::All }).unwrap();
-    pair.apply_queued();
+    pair.apply_queued().unwrap();
     assert_eq!(pair.energy().elastic, 0.0);
     assert!((pair.model().rest_lengths()[0] - 1.3).abs() < 1e-15);
 }
@@ -290,7 +290,7 @@ fn an_interaction_out_of_its_domain_is_refused_and_changes_nothing() {
         let refused = pair.queue(interaction);
         assert!(refused.is_err(), "{interaction:?}");
     }
-    pair.apply_queued();
+    pair.apply_queued().unwrap();
     assert_eq!(before, (pair.model().clone(), pair.state().clone()));
 }
 
@@ -309,4 +309,43 @@ fn precision_changes_while_running_and_everything_else_stays() {
     let short = Settings { step: 1e-30, ..Settings::default() };
     pair.set_settings(short).unwrap();
     assert!(pair.convert::<f32>().is_err(), "1e-30 squared is no f32");
+}
+
+#[test]
+fn a_velocity_that_overflows_is_refused_while_paused_too() {
+    let mut pair = pair();
+    let before = pair.state().clone();
+    let impulse = DVec3::splat(f64::MAX);
+    pair.queue(Interaction::SetMass { particles: Select::All, value: 1e-3 }).unwrap();
+    pair.queue(Interaction::Impulse { particles: Select::All, impulse }).unwrap();
+    assert!(matches!(pair.apply_queued(), Err(Error::Diverged(_))));
+    assert_eq!(*pair.state(), before);
+}
+
+#[test]
+fn a_pin_keeps_its_velocity_where_the_step_it_came_with_diverges() {
+    let velocity = DVec3::new(0.5, 0.0, 0.0);
+    for integrator in Integrator::ALL {
+        // The force overflows, and even a pinned particle has a part of it: infinity times zero.
+        let mut pair = simulation::<f64>(&two_masses([1.0; 2], 1e308, 0.0, 9.0), integrator, H);
+        pair.queue(Interaction::Pin { particle: 0, velocity }).unwrap();
+        if pair.step().is_err() {
+            assert_eq!(pair.state().velocities, [velocity, DVec3::ZERO], "{integrator}");
+        }
+        assert_eq!(pair.state().velocities[0], velocity, "{integrator}");
+    }
+}
+
+#[test]
+fn a_grab_of_extreme_numbers_is_a_finite_spring() {
+    let mut pair = pair();
+    pair.queue(Interaction::SetMass { particles: Select::All, value: 1e307 }).unwrap();
+    for (frequency, damping_ratio) in [(0.0, 1e300), (f64::MAX, 0.0), (1e300, 1e300)] {
+        let (target, max_force) = (DVec3::ZERO, f64::MAX);
+        let grab = Interaction::Grab { particle: 0, target, frequency, damping_ratio, max_force };
+        pair.queue(grab).unwrap();
+        pair.apply_queued().unwrap();
+        let grab = pair.model().grabs()[0];
+        assert!(grab.stiffness.is_finite() && grab.damping.is_finite(), "{grab:?}");
+    }
 }

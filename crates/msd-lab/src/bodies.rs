@@ -1,7 +1,7 @@
 //! How does the row of a body become particles and springs?
 
 use crate::budget::{Budget, count_lattice};
-use crate::error::{LabError, plain};
+use crate::error::{LabError, plain, tame};
 use crate::mesh::{self, Filling, Mesh, MeshError, MeshOptions};
 use crate::node::Source;
 use crate::runner::Precision;
@@ -133,6 +133,10 @@ impl Builder<'_> {
         let Some(file) = &body.file else {
             return Err(source.missing(format_args!("bodies[{row}]"), "file"));
         };
+        if file.contains(char::is_control) {
+            let (key, value) = (format_args!("bodies[{row}].file"), tame(file));
+            return Err(source.out_of_domain(key, value, "a name without control characters"));
+        }
         let mesh =
             (self.read_mesh)(file).map_err(|error| mesh_error(source, (row, "file"), error))?;
         let options = self.mesh_options(row, body, &mesh)?;

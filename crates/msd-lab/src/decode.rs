@@ -1,7 +1,7 @@
 //! How does a tree of values become rows? By serde, with errors that name the key from the top and
 //! the nearest valid one.
 
-use crate::error::{LabError, nearest, plain};
+use crate::error::{LabError, nearest, plain, tame};
 use crate::node::{Node, Source, Value};
 use serde::de::value::StrDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Expected, IntoDeserializer, Unexpected};
@@ -60,17 +60,17 @@ impl Failure {
             }
         }
         let place = source.place(self.offset);
-        let table = if key.is_empty() { "the scene".into() } else { key.clone() };
+        let table = if key.is_empty() { "the scene".into() } else { tame(&key) };
         match self.reason {
             Reason::UnknownKey { key, known } => {
                 let hint = suggestion(&key, known, "the keys are");
-                LabError::UnknownKey { place, key, table, hint }
+                LabError::UnknownKey { place, key: tame(&key), table, hint }
             }
             Reason::MissingKey(key) => LabError::MissingKey { place, key: key.into(), table },
             Reason::Value { value, expected } => {
-                LabError::OutOfDomain { place, key: table, value, expected }
+                LabError::OutOfDomain { place, key: table, value: tame(&value), expected }
             }
-            Reason::Other(reason) => LabError::Malformed { place, reason },
+            Reason::Other(reason) => LabError::Malformed { place, reason: tame(&reason) },
         }
     }
 }

@@ -165,7 +165,21 @@ fn gigabytes_shown(gigabytes: f64) -> String {
 pub(crate) fn one_line(message: impl fmt::Display) -> String {
     let message = message.to_string();
     let lines = message.lines().map(str::trim).filter(|line| !line.is_empty());
-    lines.collect::<Vec<_>>().join("; ")
+    tame(&lines.collect::<Vec<_>>().join("; "))
+}
+
+/// Makes what was read from a file fit to be quoted: a control character would break the line or
+/// move the cursor of a terminal.
+pub(crate) fn tame(text: &str) -> String {
+    let mut tame = String::with_capacity(text.len());
+    for character in text.chars() {
+        if character.is_control() {
+            tame.extend(character.escape_default());
+        } else {
+            tame.push(character);
+        }
+    }
+    tame
 }
 
 /// A number as a person would write it: with an exponent where it is very large or small.

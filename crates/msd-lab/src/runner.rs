@@ -112,8 +112,11 @@ impl Runner {
     }
 
     /// Applies what is queued without stepping.
-    pub fn apply_queued(&mut self) {
-        on!(self, simulation => simulation.apply_queued());
+    ///
+    /// # Errors
+    /// See [`Simulation::apply_queued`].
+    pub fn apply_queued(&mut self) -> Result<(), Error> {
+        on!(self, simulation => simulation.apply_queued())
     }
 
     /// How the system is stepped.

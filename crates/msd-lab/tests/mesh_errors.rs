@@ -128,3 +128,11 @@ fn a_file_is_known_by_its_ending() {
     );
     assert!(message("not/there.OBJ").starts_with("not/there.OBJ: cannot be read: "));
 }
+
+#[test]
+fn what_a_mesh_file_holds_cannot_move_the_cursor_of_a_terminal() {
+    let ply = refused(Format::Ply, b"ply\nformat ascii 1.0\nelement \x1b[2J 1\nend_header\n");
+    for message in [ply, obj("v 0 \u{1b}[2J 0\n"), obj(&format!("{TRIANGLE}f 1 2 \u{1b}[2J\n"))] {
+        assert!(!message.contains(char::is_control), "{message:?}");
+    }
+}

@@ -194,6 +194,16 @@ fn a_lattice_of_many_gigabytes_is_refused_before_it_is_built() {
 }
 
 #[test]
+fn what_a_file_holds_cannot_move_the_cursor_of_a_terminal() {
+    let message = refusal("version = 1\n[[bodies]]\nkind = \"a\\u001b[2Jb\\n\"\n");
+    assert!(message.contains("bodies[0].kind is \"a\\u{1b}[2Jb\\n\"; it must be"), "{message}");
+    let message = refusal("version = 1\n[[bodies]]\nkind = \"mesh\"\nfile = \"a\\u001b.obj\"\n");
+    assert!(message.contains("bodies[0].file is a\\u{1b}.obj; it must be a name"), "{message}");
+    let message = refusal("version = 1\n\"\\u0007\" = 1\n");
+    assert!(message.contains("unknown key `\\u{7}` in the scene"), "{message}");
+}
+
+#[test]
 fn a_count_that_does_not_fit_is_not_told_by_the_digit() {
     let message = refusal(&body("kind = 'block'\nsize = [9223372036854775807, 9e18, 9]"));
     assert!(message.contains("size[1] is 9e18"), "{message}");

@@ -191,6 +191,12 @@ fn bad_sweep_files_are_refused_by_place_key_and_domain() {
             "sweep.toml:5:25: grid key solver.substeps has the value 4 twice".into(),
         ),
         (
+            grid("'world.gravity' = [0, -1, 0]"),
+            "sweep.toml:5:27: grid key world.gravity has the value 0 twice; a list of vectors is \
+             [[x, y, z], ...]"
+                .into(),
+        ),
+        (
             grid("'solver substeps' = [4]"),
             "sweep.toml:5:1: grid key \"solver substeps\" is not a key of a scene such as \
                 \"solver.substeps\" or \"bodies[0].stiffness\""

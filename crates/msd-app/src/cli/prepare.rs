@@ -2,7 +2,7 @@
 
 use super::arguments::{SolverArguments, Step};
 use super::failure::{Failure, tell};
-use msd_core::Settings;
+use msd_core::{Family, Integrator, Settings};
 use msd_lab::{Loaded, Runner, load_state, plain};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
@@ -44,6 +44,7 @@ pub fn prepare(
 ) -> Result<Prepared, Failure> {
     let mut loaded = open(scene)?;
     choose(&mut loaded, solver);
+    check_read(loaded.settings.integrator, solver)?;
     let mut runner =
         loaded.runner().map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
     if let Some(path) = &solver.from {
@@ -114,6 +115,26 @@ fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
     let step = if 0.0 < duration { duration / steps } else { longest };
     let settings = Settings { step, substeps: 1, ..runner.settings() };
     runner.set_settings(settings).map_err(Failure::input)
+}
+
+/// Refuses what the method would not read: it would have no effect silently.
+fn check_read(integrator: Integrator, solver: &SolverArguments) -> Result<(), Failure> {
+    let implicit = |method: Integrator| matches!(method.family(), Family::Implicit(_));
+    type Reads = fn(Integrator) -> bool;
+    let options: [(&str, bool, Reads); 2] = [
+        ("--tolerance", solver.tolerance.is_some(), Integrator::is_adaptive),
+        ("--newton", solver.newton.is_some(), implicit),
+    ];
+    for (option, given, reads) in options {
+        if given && !reads(integrator) {
+            let readers = Integrator::ALL.into_iter().filter(|&method| reads(method));
+            let readers = readers.map(Integrator::name).collect::<Vec<_>>().join(" and ");
+            return Err(Failure::input(format!(
+                "{option} means nothing to {integrator}; it belongs to {readers}"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// The number of steps nearest to a duration, at least one unless it is 0; whether they miss it.

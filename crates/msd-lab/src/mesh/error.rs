@@ -137,11 +137,11 @@ pub enum MeshError {
     },
 }
 
-/// Flattens a message of a library into one short line.
+/// Flattens a message, which may quote a file, into one short line that moves no cursor.
 pub(crate) fn one_line(message: &str) -> String {
     const LONGEST: usize = 200;
     let words: Vec<&str> = message.split_whitespace().collect();
-    let line = words.join(" ");
+    let line = words.join(" ").replace(char::is_control, "\u{fffd}");
     match line.char_indices().nth(LONGEST) {
         Some((end, _)) => format!("{}…", &line[..end]),
         None => line,

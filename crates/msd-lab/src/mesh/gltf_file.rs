@@ -1,11 +1,12 @@
 //! How is a glTF file read, text or binary? Its structure by `gltf`, its numbers here.
 
 use super::error::{MeshError, Row, malformed};
-use super::raw::{CornerUvs, Raw, check_count, out_of_domain};
+use super::raw::{CornerUvs, LONGEST, Raw, check_count, out_of_domain};
 use glam::{DMat4, DVec3};
 use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::Source;
 use gltf::mesh::{Mode, Primitive, Semantic};
+use std::borrow::Cow;
 
 /// Finds the bytes of a buffer that lies in a file of its own, by its address.
 pub(crate) type Loader<'a> = dyn Fn(&str) -> Result<Vec<u8>, MeshError> + 'a;
@@ -16,16 +17,23 @@ pub(crate) type Loader<'a> = dyn Fn(&str) -> Result<Vec<u8>, MeshError> + 'a;
 /// A file that is not valid, a buffer that is too short, or one that `load` does not find.
 pub(crate) fn parse(bytes: &[u8], file: &str, load: &Loader) -> Result<Raw, MeshError> {
     let (document, blob) = read_structure(bytes, file)?;
-    let mut buffers = Vec::new();
+    let (mut buffers, mut total) = (Vec::new(), 0);
     for buffer in document.buffers() {
         let data = match buffer.source() {
-            Source::Bin => blob.clone().unwrap_or_default(),
-            Source::Uri(uri) => match uri.strip_prefix("data:") {
+            Source::Bin => Cow::Borrowed(blob.as_deref().unwrap_or_default()),
+            Source::Uri(uri) => Cow::Owned(match uri.strip_prefix("data:") {
                 Some(data) => decode_data(data)
                     .ok_or_else(|| malformed(file, "a buffer's data is not valid base64"))?,
                 None => load(uri)?,
-            },
+            }),
         };
+        // Many buffers may name the same file.
+        total += data.len() as u64;
+        if LONGEST < total {
+            let (what, file) = ("the length of all buffers in bytes", file.into());
+            let (count, limit) = (total.into(), LONGEST.into());
+            return Err(MeshError::TooLarge { file, what, count, limit });
+        }
         if data.len() < buffer.length() {
             return Err(MeshError::Truncated {
                 file: file.into(),
@@ -70,7 +78,7 @@ fn read_structure(
 
 struct Reading<'a> {
     file: &'a str,
-    buffers: Vec<Vec<u8>>,
+    buffers: Vec<Cow<'a, [u8]>>,
     raw: Raw,
 }
 
@@ -118,8 +126,8 @@ impl Reading<'_> {
         self.raw.positions.extend(points.map(|point| to.transform_point3(point)));
         self.raw.vertices_read = self.raw.positions.len();
         let uvs = match primitive.get(&Semantic::TexCoords(0)) {
-            Some(uvs) => self.vectors(&uvs, Dimensions::Vec2)?,
-            None => Vec::new(),
+            Some(uvs) if uvs.count() == vertices.len() => self.vectors(&uvs, Dimensions::Vec2)?,
+            _ => Vec::new(),
         };
         let corners = match primitive.indices() {
             Some(indices) => {
@@ -192,6 +200,12 @@ impl Reading<'_> {
         if stride < size || (0 < count && (bytes.len() as u128) < needed) {
             return Err(fail("it reaches beyond its buffer view"));
         }
+        // A byte takes many times that in memory.
+        let (what, count) = match shape {
+            Dimensions::Scalar => ("the number of triangles", count / 3),
+            _ => ("the number of vertices", count),
+        };
+        check_count(self.file, what, count as u128)?;
         let kind = accessor.data_type();
         let scale = if accessor.normalized() { normalisation(kind) } else { 1.0 };
         let item = |start: usize| {
@@ -202,7 +216,7 @@ impl Reading<'_> {
             }
             numbers
         };
-        Ok((0..count).map(|row| item(row * stride)).collect())
+        Ok((0..accessor.count()).map(|row| item(row * stride)).collect())
     }
 }
 

@@ -1,14 +1,12 @@
 //! How does a file become a mesh?
 
 use super::error::{MeshError, malformed};
+use super::raw::LONGEST;
 use super::topology::{components, edges, sides};
 use super::weld::clean;
 use super::{gltf_file, obj_file, ply_file, stl_file};
 use glam::DVec3;
 use std::path::{Component, Path};
-
-/// The longest file that is read, bytes.
-const LONGEST: u64 = 1 << 30;
 
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! How is an OBJ file read? Row by row for the errors, then by `tobj`.
 
 use super::error::{MeshError, Row, malformed, malformed_row};
-use super::raw::{Raw, check_coordinate, out_of_domain};
+use super::raw::{Raw, check_coordinate, check_count, out_of_domain};
 use glam::DVec3;
 
 /// Reads the vertices, texture coordinates and faces of an OBJ file.
@@ -71,6 +71,10 @@ impl Rows {
                 _ => {}
             }
             joined.clear();
+            // A row of eight bytes takes many times that in memory.
+            check_count(file, "the number of vertices", rows.vertices as u128)?;
+            check_count(file, "the number of texture vertices", rows.texture_vertices as u128)?;
+            check_count(file, "the number of faces", rows.faces.len() as u128)?;
         }
         rows.write_faces();
         Ok(rows)

@@ -1,7 +1,7 @@
 //! How is a PLY file read, text or binary? By `ply-rs-bw`, once its counts are known to fit.
 
 use super::error::{MeshError, Row, malformed, malformed_row};
-use super::raw::Raw;
+use super::raw::{Raw, check_count};
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{
@@ -89,6 +89,12 @@ fn check_counts(header: &Header, present: usize, file: &str) -> Result<(), MeshE
         if present as u128 + 1 < needed {
             let what = format!("elements '{name}' and before");
             return Err(MeshError::Truncated { file: file.into(), what, needed, present });
+        }
+        // A row of three bytes takes many times that in memory.
+        match name.as_str() {
+            "vertex" => check_count(file, "the number of vertices", element.count as u128)?,
+            "face" => check_count(file, "the number of faces", element.count as u128)?,
+            _ => (),
         }
     }
     Ok(())

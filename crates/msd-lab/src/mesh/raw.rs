@@ -1,8 +1,11 @@
 //! What does a file hold before it is cleaned? Vertices and triangles as they were written.
 
-use super::error::{MeshError, Row};
+use super::error::{MeshError, Row, one_line};
 use glam::DVec3;
 use msd_core::MAX_PARTICLES;
+
+/// The longest file that is read, bytes.
+pub(crate) const LONGEST: u64 = 1 << 30;
 
 /// A bound, not `is_finite`: the square of a length overflows long before a coordinate does.
 pub(crate) const EXTENT: f64 = 1e9;
@@ -106,5 +109,6 @@ pub(crate) fn out_of_domain(
     value: String,
     expected: impl Into<String>,
 ) -> MeshError {
-    MeshError::OutOfDomain { file: file.into(), row, quantity, value, expected: expected.into() }
+    let (value, expected) = (one_line(&value), expected.into());
+    MeshError::OutOfDomain { file: file.into(), row, quantity, value, expected }
 }

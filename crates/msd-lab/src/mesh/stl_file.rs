@@ -1,7 +1,7 @@
 //! How is an STL file read, text or binary? By `stl_io`, once its lengths are known to be true.
 
 use super::error::{MeshError, Row, malformed, malformed_row};
-use super::raw::Raw;
+use super::raw::{Raw, check_count};
 use glam::DVec3;
 use std::io::Cursor;
 
@@ -38,7 +38,9 @@ fn check_length(bytes: &[u8], file: &str) -> Result<(), MeshError> {
         return Err(malformed(file, reason));
     };
     if bytes.len() as u128 >= needed {
-        return Ok(());
+        // Each facet has three vertices of its own.
+        let vertices = 3 * (needed - HEADER as u128) / FACET as u128;
+        return check_count(file, "the number of vertices", vertices);
     }
     Err(MeshError::Truncated {
         file: file.into(),

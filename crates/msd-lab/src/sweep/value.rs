@@ -85,7 +85,13 @@ impl Entry<'_> {
         let mut seen = std::collections::BTreeSet::new();
         for (value, place) in &values {
             if !seen.insert(canonical(value)) {
-                let reason = format!("grid key {} has the value {} twice", self.key, shown(value));
+                let is_number =
+                    |row: &(Value, _)| matches!(row.0, Value::Whole(_) | Value::Number(_));
+                // One vector was meant, not three numbers in turn.
+                let vector = values.len() == 3 && values.iter().all(is_number);
+                let hint = if vector { "; a list of vectors is [[x, y, z], ...]" } else { "" };
+                let (key, value) = (&self.key, shown(value));
+                let reason = format!("grid key {key} has the value {value} twice{hint}");
                 return Err(LabError::Malformed { place: place.clone(), reason });
             }
         }

@@ -1,0 +1,27 @@
+//! What may any bytes do to msd? Be refused in one line, or give what is finite and in range.
+//!
+//! Each module is one target: a function `check` that panics where msd breaks that promise. It is
+//! called by libFuzzer (`fuzz_targets/`, `scripts/fuzz.sh`) and, by a compiler without it, in
+//! `crates/msd-lab/tests/rehearsal.rs`, which includes this file: modules name each other by
+//! `super`. To add a target write a module, a row of [`TARGETS`], a file in
+//! `fuzz_targets/`, a `[[bin]]` in `Cargo.toml` and a folder of seeds in `corpus/`.
+#![forbid(unsafe_code)]
+
+mod promise;
+mod numbers;
+mod world;
+pub mod interactions;
+pub mod meshes;
+pub mod scenes;
+pub mod states;
+
+/// What is checked of any bytes.
+pub type Check = fn(&[u8]);
+
+/// Every target with its name, which is that of its folder in `corpus/`.
+pub const TARGETS: [(&str, Check); 4] = [
+    ("scenes", scenes::check),
+    ("states", states::check),
+    ("meshes", meshes::check),
+    ("interactions", interactions::check),
+];

@@ -1,0 +1,118 @@
+//! Which small scene is made of bytes, and how is it stepped?
+
+use super::numbers::{any, decade, index, positive, vector};
+use arbitrary::{Result, Unstructured};
+use msd_core::glam::DVec3;
+use msd_core::{
+    Body, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Spring, Surface, World,
+};
+
+/// The methods that take a step in a time known before.
+const FIXED: [Integrator; 7] = [
+    Integrator::ExplicitEuler,
+    Integrator::SymplecticEuler,
+    Integrator::VelocityVerlet,
+    Integrator::Rk4,
+    Integrator::BackwardEuler,
+    Integrator::ImplicitMidpoint,
+    Integrator::Xpbd,
+];
+
+/// A scene of a few rows, mostly valid ones.
+pub(crate) fn scene(u: &mut Unstructured) -> Result<Scene> {
+    let (particles, springs) = (u.int_in_range(1..=6)?, u.int_in_range(0..=8)?);
+    let mut scene = Scene { world: world(u)?, ..Scene::default() };
+    for place in 0..particles {
+        scene.particles.push(particle(u, place)?);
+    }
+    for _ in 0..springs {
+        let ends = [index(u, particles)?, index(u, particles)?];
+        let (rest_length, stiffness, damping) = (positive(u)?, positive(u)?, positive(u)?);
+        // Two bytes that agree are no reason to give the scene up.
+        if ends[0] != ends[1] {
+            scene.springs.push(Spring { ends, rest_length, stiffness, damping });
+        }
+    }
+    for _ in 0..u.int_in_range(0..=2)? {
+        scene.planes.push(plane(u)?);
+    }
+    if u.ratio(1, 4)? {
+        scene.pins.push(Pin { particle: index(u, particles)?, velocity: vector(u)? });
+    }
+    if u.arbitrary()? {
+        let count = scene.springs.len();
+        let (first, last) = (index(u, particles + 1)?, index(u, particles + 1)?);
+        scene.bodies.push(Body {
+            name: "body".into(),
+            particles: first.min(last)..first.max(last),
+            springs: 0..index(u, count + 1)?,
+            surface: Surface::default(),
+        });
+    }
+    Ok(scene)
+}
+
+/// A particle near its place on a row along x, or anywhere.
+fn particle(u: &mut Unstructured, place: usize) -> Result<Particle> {
+    let (position, velocity) = match u.arbitrary::<u8>()? % 8 {
+        0 => (vector(u)?, vector(u)?),
+        1 => (DVec3::ZERO, DVec3::ZERO),
+        2 => (DVec3::X * decade(u)?, DVec3::Y * decade(u)?),
+        _ => (DVec3::X * place as f64, DVec3::ZERO),
+    };
+    Ok(Particle { position, velocity, mass: positive(u)? })
+}
+
+fn world(u: &mut Unstructured) -> Result<World> {
+    let default = World::default();
+    Ok(match u.arbitrary::<u8>()? % 4 {
+        0 => World { gravity: vector(u)?, force: vector(u)?, drag: positive(u)?, ..default },
+        1 => World { extent: positive(u)?, drag: positive(u)?, ..default },
+        _ => default,
+    })
+}
+
+fn plane(u: &mut Unstructured) -> Result<Plane> {
+    let (normal, offset) = match u.arbitrary::<u8>()? % 4 {
+        0 => (vector(u)?, any(u)?),
+        1 => (DVec3::X, decade(u)?),
+        _ => (DVec3::Y, -0.5),
+    };
+    Ok(Plane { normal, offset, restitution: fraction(u)?, friction: friction(u)? })
+}
+
+/// A number that is mostly from 0 to 1.
+pub(crate) fn fraction(u: &mut Unstructured) -> Result<f64> {
+    let byte: u8 = u.arbitrary()?;
+    if byte < 240 { Ok(f64::from(byte) / 239.0) } else { any(u) }
+}
+
+/// Either law of friction.
+pub(crate) fn friction(u: &mut Unstructured) -> Result<Friction> {
+    Ok(match u.arbitrary()? {
+        true => Friction::Coulomb(positive(u)?),
+        false => Friction::TangentialLoss(fraction(u)?),
+    })
+}
+
+/// Any method with few substeps of any length.
+pub(crate) fn settings(u: &mut Unstructured) -> Result<Settings> {
+    let byte = u.arbitrary::<u8>()?;
+    let integrator = match byte % 64 {
+        // Seldom: where its tolerance is out of reach it tries for a second.
+        0 => Integrator::DormandPrince,
+        _ => FIXED[usize::from(byte) % FIXED.len()],
+    };
+    let step = match u.arbitrary::<u8>()? % 4 {
+        0 => positive(u)?,
+        1 => 1e-3,
+        _ => 1.0 / 60.0,
+    };
+    let tolerance = match u.arbitrary::<u8>()? % 4 {
+        0 => positive(u)?,
+        1 => 1e-9,
+        _ => 1e-4,
+    };
+    let (substeps, newton) = (u.int_in_range(0..=4)?, u.int_in_range(0..=3)?);
+    Ok(Settings { integrator, step, substeps, tolerance, newton })
+}

@@ -1,0 +1,23 @@
+#!/usr/bin/env bash
+# Looks for input that breaks a promise of msd, by libFuzzer.
+#
+#   scripts/fuzz.sh [TARGET] [SECONDS]    one target, or each in turn; 1200 s unless told
+#
+# Needs a nightly compiler, a C++ compiler and `cargo install cargo-fuzz`. New inputs are kept in
+# fuzz/found/TARGET (not in the repository), those that fail in fuzz/artifacts/TARGET. To keep the
+# best of what was found as seeds: cd fuzz && cargo +nightly fuzz cmin TARGET corpus/TARGET ...
+# CI needs none of this: `scripts/check.sh fuzz` runs mutations of the corpus in a plain test.
+set -euo pipefail
+cd "$(dirname "$0")/../fuzz"
+
+targets=$(cargo +nightly fuzz list)
+[ $# -eq 0 ] || targets=$1
+seconds=${2:-1200}
+for target in $targets; do
+    mkdir -p "found/$target"
+    echo "fuzz: $target for $seconds s"
+    # One input of 4 kB may take neither a minute nor half a gigabyte.
+    cargo +nightly fuzz run "$target" "found/$target" "corpus/$target" -- \
+        -max_total_time="$seconds" -max_len=4096 -timeout=60 -malloc_limit_mb=400 \
+        -print_final_stats=1
+done
