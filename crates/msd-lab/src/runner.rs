@@ -1,7 +1,7 @@
 //! How does a program run a scene whose precision is only known at run time?
 
 use msd_core::{
-    Energy, Error, Integrator, Interaction, Momentum, Scene, Settings, Simulation, State,
+    Energy, Error, Integrator, Interaction, Momentum, Progress, Scene, Settings, Simulation, State,
 };
 use serde::{Deserialize, Serialize};
 
@@ -73,6 +73,22 @@ impl Runner {
             Precision::F32 => Runner::F32(Simulation::new(scene, settings)?),
             Precision::F64 => Runner::F64(Simulation::new(scene, settings)?),
         })
+    }
+
+    /// Makes a run go on that was taken down by [`Runner::progress`].
+    ///
+    /// # Errors
+    /// See [`Simulation::resume`].
+    pub fn resume(scene: &Scene, progress: &Progress, precision: Precision) -> Result<Self, Error> {
+        Ok(match precision {
+            Precision::F32 => Runner::F32(Simulation::resume(scene, progress)?),
+            Precision::F64 => Runner::F64(Simulation::resume(scene, progress)?),
+        })
+    }
+
+    /// Takes down the run: the rows of its scene as they are now, and how far it is.
+    pub fn progress(&self) -> (Scene, Progress) {
+        on!(self, simulation => simulation.progress())
     }
 
     /// The precision it runs in.

@@ -4,6 +4,8 @@ mod failure;
 mod arguments;
 mod prepare;
 mod report;
+mod files;
+mod replay;
 mod run;
 mod render;
 mod progress;

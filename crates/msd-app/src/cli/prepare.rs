@@ -15,6 +15,8 @@ const MAX_STEPS: f64 = 1e10;
 pub struct Prepared {
     /// The name of the scene.
     pub name: String,
+    /// One line on what is seen.
+    pub title: String,
     /// What was done to its input.
     pub notes: Vec<String>,
     /// The run.
@@ -50,7 +52,7 @@ pub fn prepare(
     }
     let settings = runner.settings();
     let (steps, short) = count_steps(settings, duration);
-    if MAX_STEPS < steps as f64 * f64::from(settings.substeps) {
+    if is_endless(settings, steps) {
         return Err(Failure::input(format!(
             "{flag} {} s would take more than {MAX_STEPS:e} steps of {:.3e} s; shorten it or \
              lengthen the step",
@@ -67,8 +69,13 @@ pub fn prepare(
         format!("{flag} {duration} s is no multiple of the step; the run takes {time:.6} s")
     }));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
-    let Loaded { name, notes, .. } = loaded;
-    Ok(Prepared { name, notes, runner, stable, steps, warnings })
+    let Loaded { name, title, notes, .. } = loaded;
+    Ok(Prepared { name, title, notes, runner, stable, steps, warnings })
+}
+
+/// Whether so many steps would not be done in weeks.
+pub fn is_endless(settings: Settings, steps: u64) -> bool {
+    MAX_STEPS < steps as f64 * f64::from(settings.substeps)
 }
 
 fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
@@ -95,7 +102,7 @@ fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
 }
 
 /// A warning where a step is longer than the largest stable one.
-fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
+pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
     let (integrator, h) = (settings.integrator, settings.substep());
     if h <= stable {
         return None;
