@@ -89,7 +89,9 @@ impl Viewer {
         // By the title too: a file may have the name of a built-in scene.
         let is_loaded =
             |entry: &Entry| (entry.name, entry.title) == (&*loaded.name, &*loaded.title);
-        let current = catalogue.entries.iter().position(is_loaded);
+        // A saved run of a built-in scene is another scene: one may return to it.
+        let listed = catalogue.entries.iter().position(is_loaded);
+        let current = listed.filter(|_| loaded.progress.is_none());
         let springs = shows_springs(&loaded.name);
         Ok(Viewer {
             opened: current.is_none().then(|| loaded.clone()),

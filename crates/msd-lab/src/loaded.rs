@@ -17,7 +17,8 @@ pub struct Loaded {
     pub settings: Settings,
     /// Precision.
     pub precision: Precision,
-    /// What was done to the input, one line each: welded vertices and the like.
+    /// What was done to the input, one line each: welded vertices and the like. Not saved.
+    #[serde(skip)]
     pub notes: Vec<String>,
     /// Of a saved run: how far it is, and what holds it. The scene alone is how it stands then.
     pub progress: Option<Box<Progress>>,
@@ -64,4 +65,13 @@ impl Loaded {
         }
         Ok(runner)
     }
+}
+
+/// Whether a file from elsewhere calls its run by a name that other files may be called by, and
+/// tells a title that is a line.
+pub(crate) fn has_plain_name(loaded: &Loaded) -> bool {
+    let Loaded { name, title, .. } = loaded;
+    let is_line = |text: &str| !text.chars().any(char::is_control);
+    let is_file = std::path::Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+    is_file && is_line(name) && is_line(title)
 }

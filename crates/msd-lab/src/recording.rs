@@ -8,6 +8,7 @@ use crate::error::{LabError, Place};
 use crate::loaded::Loaded;
 use crate::output::Output;
 use crate::runner::{Precision, Runner};
+use crate::saved::is_saved;
 use crate::state_hash::state_hash;
 use msd_core::{Interaction, Settings};
 use serde::{Deserialize, Serialize};
@@ -89,6 +90,9 @@ pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, LabError> {
     };
     let mut frames = KIND.frames(bytes, name)?;
     let start: Loaded = frames.expect()?;
+    if !is_saved(&start) {
+        return Err(frames.damaged());
+    }
     let mut recording = Recording { start, events: Vec::new(), is_cut_short: false };
     loop {
         let event = match frames.next() {
@@ -98,6 +102,9 @@ pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, LabError> {
         };
         if recording.hash().is_some() {
             return Err(wrong("goes on after its end"));
+        }
+        if matches!(&event, Event::Start(start) if !is_saved(start)) {
+            return Err(frames.damaged());
         }
         recording.events.push(event);
     }

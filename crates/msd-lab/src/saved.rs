@@ -4,7 +4,7 @@
 
 use crate::envelope::{Found, Kind, frame};
 use crate::error::LabError;
-use crate::loaded::Loaded;
+use crate::loaded::{Loaded, has_plain_name};
 use crate::output::Output;
 use std::io::Write;
 use std::path::Path;
@@ -48,7 +48,12 @@ pub fn read_saved(bytes: &[u8], name: &str) -> Result<Loaded, LabError> {
     let mut frames = KIND.frames(bytes, name)?;
     let loaded: Loaded = frames.expect()?;
     match frames.next() {
-        Found::End if loaded.progress.is_some() => Ok(loaded),
+        Found::End if is_saved(&loaded) => Ok(loaded),
         _ => Err(frames.damaged()),
     }
+}
+
+/// Whether a run from a file is one that was saved, called by a plain name.
+pub(crate) fn is_saved(loaded: &Loaded) -> bool {
+    loaded.progress.is_some() && has_plain_name(loaded)
 }

@@ -220,6 +220,10 @@ fn unknown_scene(name: &str, path: &Path) -> LabError {
         let reason = "it is a folder; a scene is a file".into();
         return LabError::Unreadable { file: name.into(), reason };
     }
+    if ending(path) == saved::ENDING {
+        let reason = "a saved run has no keys that could be set".into();
+        return LabError::Unreadable { file: name.into(), reason };
+    }
     if path.is_file() {
         let reason = format!(
             "its ending tells no format; a scene file ends in .toml or .json, a saved run in .msd, a \
