@@ -59,7 +59,7 @@ fn a_saved_run_goes_on_to_the_bits_of_one_that_never_stopped() {
         assert_eq!(rest["state_hash"], whole["state_hash"]);
         assert_eq!(rest["energy"], whole["energy"]);
         assert_eq!(rest["time"], whole["time"]);
-        assert_eq!((rest["duration"].as_f64(), rest["steps"].as_u64()), (Some(0.5), Some(240)));
+        assert_eq!((rest["duration"].as_f64(), rest["steps"].as_u64()), (Some(0.5), Some(480)));
         assert_eq!(rest["scene"], "dice");
     }
     // What the command line says goes before what was saved.
@@ -157,7 +157,7 @@ fn what_cannot_be_saved_recorded_or_replayed_is_refused_in_one_line() {
     changed[saved.len() / 2] ^= 1;
     std::fs::write(path.join("changed.msd"), changed).expect("a file");
     for (arguments, told) in [
-        (&["run", "r.msdrec"][..], "no scene `r.msdrec`"),
+        (&["run", "r.msdrec"][..], "it is a recording, which msd run --replay takes"),
         (&["run", "new.msd"], "new.msd: is a saved run of format 7; this msd reads format 1"),
         (&["run", "cut.msd"], "cut.msd: is cut short"),
         (&["run", "changed.msd"], "changed.msd: is damaged: its checksum does not fit"),

@@ -62,8 +62,8 @@ impl Output {
         self.open_ended().map(drop)
     }
 
-    /// Puts the file in its place once it is safe on the disk: a power cut leaves the old file or the
-    /// new one, never an empty one.
+    /// Puts the file in its place once it is safe on the disk: a power cut leaves the old file or
+    /// the new one, never an empty one.
     ///
     /// # Errors
     /// [`LabError::Unwritable`]; nothing is left then.

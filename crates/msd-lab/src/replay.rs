@@ -48,7 +48,7 @@ impl Changes {
 /// A recorded run that happens again.
 ///
 /// Without changes each step has the bits that it had. With changes the same is done to it after
-/// the same steps, by a hand as strong as it was: a grab is capped by the substeps of the recording.
+/// the same steps, by a hand as strong as it was: a grab is capped by the substeps recorded.
 #[derive(Clone, Debug)]
 pub struct Replay<'a> {
     events: std::slice::Iter<'a, Event>,

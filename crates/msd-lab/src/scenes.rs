@@ -220,14 +220,18 @@ fn unknown_scene(name: &str, path: &Path) -> LabError {
         let reason = "it is a folder; a scene is a file".into();
         return LabError::Unreadable { file: name.into(), reason };
     }
-    if ending(path) == saved::ENDING {
-        let reason = "a saved run has no keys that could be set".into();
-        return LabError::Unreadable { file: name.into(), reason };
+    let known = match ending(path).as_str() {
+        saved::ENDING => Some("a saved run has no keys that could be set"),
+        "msdrec" => Some("it is a recording, which msd run --replay takes"),
+        _ => None,
+    };
+    if let Some(reason) = known {
+        return LabError::Unreadable { file: name.into(), reason: reason.into() };
     }
     if path.is_file() {
         let reason = format!(
-            "its ending tells no format; a scene file ends in .toml or .json, a saved run in .msd, a \
-             mesh in .{}",
+            "its ending tells no format; a scene file ends in .toml or .json, a saved run in .msd, \
+             a mesh in .{}",
             MESH_ENDINGS.join(", .")
         );
         return LabError::Unreadable { file: name.into(), reason };
@@ -236,7 +240,8 @@ fn unknown_scene(name: &str, path: &Path) -> LabError {
     let hint = match nearest(name, names) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!(
-            "it is no file ending in .toml, .json, .msd or as a mesh does; the built-in scenes are {}",
+            "it is no file ending in .toml, .json, .msd or as a mesh does; the built-in scenes \
+             are {}",
             names.join(", ")
         ),
     };

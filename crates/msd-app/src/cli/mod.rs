@@ -5,8 +5,8 @@ mod arguments;
 mod prepare;
 mod report;
 mod files;
-mod replay;
 mod run;
+mod replay;
 mod render;
 mod progress;
 mod study;
@@ -49,7 +49,10 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::View { scene }) => view(scene),
         None => view(arguments.scene),
         Some(Command::Scenes) => list_scenes(),
-        Some(Command::Run(arguments)) => run::run(&arguments),
+        Some(Command::Run(arguments)) => match &arguments.replay {
+            Some(recording) => replay::replay(&arguments, recording),
+            None => run::run(&arguments),
+        },
         Some(Command::Render(arguments)) => render::render(&arguments),
         Some(Command::Study(arguments)) => study::run_study(&arguments),
         Some(Command::Tune(arguments)) => tune::run_tune(&arguments),

@@ -156,8 +156,8 @@ fn check_bits(recording: &Recording, course: &Course<'_>, file: &str) -> Result<
     let hash = state_hash(&recorded_runner.state());
     match recording.hash() {
         Some(recorded) if recorded != hash => Err(Failure::input(format!(
-            "{file}: the replay ended with state hash {hash:016x}, not {recorded:016x} as recorded: \
-             another version of msd made the recording"
+            "{file}: the replay ended with state hash {hash:016x}, not {recorded:016x} as \
+             recorded; was it made by another version of msd?"
         ))),
         _ => Ok(()),
     }

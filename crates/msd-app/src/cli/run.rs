@@ -4,17 +4,13 @@ use super::arguments::RunArguments;
 use super::failure::{Failure, say};
 use super::files::Files;
 use super::prepare::{Prepared, advise, prepare};
-use super::replay::replay;
 use super::report::{Done, Report};
 use msd_core::{Divergence, Error};
 use msd_lab::LabError;
 use web_time::{Duration, Instant};
 
-/// Runs a scene or replays a recording, writes what was asked for and tells what came of it.
+/// Runs a scene, writes what was asked for and tells what came of it.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    if let Some(path) = &arguments.replay {
-        return replay(arguments, path);
-    }
     let scene = arguments.scene.as_deref().unwrap_or_default();
     let mut prepared = prepare(scene, &arguments.solver, ("--duration", arguments.duration))?;
     let mut files = Files::open(arguments, &prepared)?;
