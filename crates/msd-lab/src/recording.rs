@@ -62,6 +62,20 @@ impl Recording {
         self.events.iter().map(|event| u64::from(steps(event))).sum()
     }
 
+    /// Integration steps to take: each step counts as its substeps.
+    pub fn substeps(&self) -> f64 {
+        let (mut now, mut sum) = (self.start.settings.substeps, 0.0);
+        for event in &self.events {
+            match event {
+                Event::Steps(count) => sum += f64::from(*count) * f64::from(now),
+                Event::Settings(settings) => now = settings.substeps,
+                Event::Start(start) => now = start.settings.substeps,
+                _ => {}
+            }
+        }
+        sum
+    }
+
     /// The hash of the last state, if the recording was ended.
     pub fn hash(&self) -> Option<u64> {
         let Some(Event::End(hash)) = self.events.last() else { return None };

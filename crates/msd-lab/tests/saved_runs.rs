@@ -4,6 +4,8 @@ use msd_lab::msd_core::glam::DVec3;
 use msd_lab::msd_core::{Error, Integrator, Interaction, Pin, Select};
 use msd_lab::{LabError, Loaded, Output, Precision, Runner};
 use msd_lab::{load_saved, on, open, read_saved, state_hash, write_saved};
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng;
 use std::path::Path;
 
 /// Saves a run in a file.
@@ -214,6 +216,45 @@ fn what_a_file_from_elsewhere_tells_is_checked_row_by_row() {
         Runner::resume(&Default::default(), &fresh().progress.expect("progress"), Precision::F32),
         Err(Error::Empty)
     ));
+}
+
+/// A saved run whose content was changed and whose checksum was made to fit again.
+fn forged(bytes: &[u8], change: impl FnOnce(&mut [u8])) -> Vec<u8> {
+    let content = bytes.iter().position(|&byte| byte == b'\n').expect("a first line") + 9;
+    let hash = bytes.len() - 32;
+    let mut forged = bytes.to_vec();
+    change(&mut forged[content..hash]);
+    let sum = blake3::hash(&forged[content..hash]);
+    forged[hash..].copy_from_slice(sum.as_bytes());
+    forged
+}
+
+#[test]
+fn bytes_that_fit_their_checksum_and_make_no_sense_never_panic() {
+    let bytes = bytes();
+    assert_eq!(forged(&bytes, |_| {}), bytes);
+    let mut lot = Pcg32::new(7, 7);
+    let (mut refused, mut ran) = (0, 0);
+    for _ in 0..3000 {
+        let (at, value) = (lot.next_u32() as usize, lot.next_u32() as u8);
+        // Half of them near the end, where the progress is.
+        let near_end = lot.next_u32().is_multiple_of(2);
+        let forged = forged(&bytes, |content| {
+            let count = content.len();
+            let at = if near_end { count - 1 - at % 400 } else { at % count };
+            content[at] = value;
+        });
+        let runner = read_saved(&forged, "s").map(|loaded| loaded.runner());
+        let Ok(Ok(mut runner)) = runner else {
+            refused += 1;
+            continue;
+        };
+        // A number of substeps may have become one that takes hours.
+        if runner.settings().substeps < 100 && !runner.integrator().is_adaptive() {
+            ran += usize::from(runner.step().is_ok());
+        }
+    }
+    assert!(100 < refused && 100 < ran, "{refused} {ran}");
 }
 
 #[test]

@@ -52,7 +52,7 @@ pub fn prepare(
     }
     let settings = runner.settings();
     let (steps, short) = count_steps(settings, duration);
-    if is_endless(settings, steps) {
+    if is_endless(steps as f64 * f64::from(settings.substeps)) {
         return Err(Failure::input(format!(
             "{flag} {} s would take more than {MAX_STEPS:e} steps of {:.3e} s; shorten it or \
              lengthen the step",
@@ -73,9 +73,9 @@ pub fn prepare(
     Ok(Prepared { name, title, notes, runner, stable, steps, warnings })
 }
 
-/// Whether so many steps would not be done in weeks.
-pub fn is_endless(settings: Settings, steps: u64) -> bool {
-    MAX_STEPS < steps as f64 * f64::from(settings.substeps)
+/// Whether so many integration steps would not be done in weeks.
+pub fn is_endless(steps: f64) -> bool {
+    MAX_STEPS < steps
 }
 
 fn choose(loaded: &mut Loaded, solver: &SolverArguments) {

@@ -32,11 +32,14 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let mut distances = Distances::open(arguments.distances.as_deref())?;
     let mut done = Done::default();
     let diverged = step_all(&mut course, &mut done, &mut (&mut files, &mut distances))?;
+    // What is no divergence is an event that does not fit: nothing is written then.
+    let diverged = match diverged {
+        Some(error @ (Error::Diverged(_) | Error::Unreachable { .. })) => Some(error),
+        Some(error) => return Err(refused(error)),
+        None => None,
+    };
     files.finish(course.runner()).map_err(Failure::input)?;
     distances.finish()?;
-    if let Some(error @ (Error::OutOfRange { .. } | Error::OutOfDomain { .. })) = diverged {
-        return Err(refused(error));
-    }
     prepared.runner = course.runner().clone();
     done.diverged = diverged.is_some();
     let mut report = Report::new(prepared, done);
@@ -53,15 +56,16 @@ fn changes(solver: &SolverArguments) -> Changes {
 /// What a replay is told as: a run that is about to start.
 fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> {
     let (settings, steps, start) = (runner.settings(), recording.steps(), &recording.start);
-    if is_endless(settings, steps) {
-        let steps = plain(steps as f64);
-        return Err(Failure::input(format!("{}: {steps} steps take too long", start.name)));
+    let work = recording.substeps().max(steps as f64 * f64::from(settings.substeps));
+    if is_endless(work) {
+        let work = plain(work);
+        return Err(Failure::input(format!("{}: {work} steps would take weeks", start.name)));
     }
     let stable = runner.stable_substep();
     let mut warnings = Vec::from_iter(warn_of_step(settings, stable));
     if recording.is_cut_short {
-        warnings
-            .push("the end of the recording is missing; it is replayed as far as it goes".into());
+        let told = "the end of the recording is missing; it is replayed as far as it goes";
+        warnings.push(told.into());
     }
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let (name, title, notes) = (start.name.clone(), start.title.clone(), start.notes.clone());
