@@ -2,6 +2,7 @@
 
 use msd_core::{Interaction, Settings};
 use msd_lab::Runner;
+use msd_lab::replay::as_felt;
 use msd_lab::trade::estimate::{Estimator, LiveError};
 
 /// Steps of a window: half a second at 60 steps per second.
@@ -121,22 +122,6 @@ impl Accuracy {
         self.rest = if self.late { LONG_REST } else { REST };
         (self.taken, self.late) = (0, false);
     }
-}
-
-/// A grab as weak as the core makes it for a substep of `h` seconds. The copy, whose substeps are
-/// shorter, would follow a stronger hand: that is no error of the run.
-///
-/// The caps of the core: k ≤ m (2π 0.1 / h)², c ≤ 0.5 m / h, with k = m (2π f)² and c = 4π ζ m f.
-fn as_felt(interaction: Interaction, h: f64) -> Interaction {
-    let Interaction::Grab { particle, target, frequency, damping_ratio, max_force } = interaction
-    else {
-        return interaction;
-    };
-    let felt = frequency.min(0.1 / h);
-    let turn = 2.0 * std::f64::consts::TAU;
-    let damping = (turn * damping_ratio * frequency).min(0.5 / h);
-    let damping_ratio = if 0.0 < felt { damping / (turn * felt) } else { 0.0 };
-    Interaction::Grab { particle, target, frequency: felt, damping_ratio, max_force }
 }
 
 #[cfg(test)]

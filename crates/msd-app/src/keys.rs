@@ -21,6 +21,8 @@ pub enum Command {
     Wireframe,
     /// Bring everything into view.
     FrameAll,
+    /// Begin or end a recording.
+    Record,
     /// Open the built-in scene with this number, from 0.
     Scene(usize),
     /// Let go, deselect, close the help.
@@ -32,12 +34,13 @@ pub enum Command {
 }
 
 /// The help: keys and what they do, in the order of use.
-pub const KEYS: [(&str, &str); 11] = [
+pub const KEYS: [(&str, &str); 12] = [
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
     ("R", "restart"),
     ("P", "pin or free the particle under the pointer"),
     ("F", "freeze: the present shape becomes the shape at rest"),
+    ("F9", "record to a file, or end the recording"),
     ("Tab", "wireframe"),
     ("A  or  Home", "bring everything into view"),
     ("1 to 9", "scenes"),
@@ -81,6 +84,9 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
     }
     if key == Key::F1 {
         return Some(Command::Help);
+    }
+    if key == Key::F9 && modifiers.is_none() {
+        return Some(Command::Record);
     }
     if typing || modifiers.any() {
         return None;

@@ -6,7 +6,6 @@
 #![forbid(unsafe_code)]
 
 pub mod clock;
-pub mod history;
 pub mod trace;
 pub mod margin;
 pub mod accuracy;
@@ -16,6 +15,7 @@ pub mod session;
 mod tuning;
 mod stepping;
 mod grasp;
+mod taping;
 pub mod keys;
 pub mod lens;
 mod gesture;

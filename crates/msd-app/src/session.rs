@@ -4,12 +4,13 @@ use crate::accuracy::Accuracy;
 use crate::clock::{Clock, Frame, Pace};
 use crate::edits::{Edits, Shown};
 use crate::hand::Hold;
-use crate::history::{History, Moment};
 use crate::margin::Margin;
 use crate::trace::Trace;
 use msd_core::stability::Estimator;
 use msd_core::{Energy, Error, Family, Interaction, Select, Settings};
-use msd_lab::{Loaded, Runner};
+use msd_lab::history::{History, Moment};
+use msd_lab::recording::Event;
+use msd_lab::{Loaded, Recorder, Runner};
 
 /// The most substeps that can be chosen.
 pub const MOST_SUBSTEPS: u32 = 1000;
@@ -36,6 +37,8 @@ pub struct Session {
     estimator: Estimator,
     /// Estimates the error while a person asks for it.
     pub(crate) accuracy: Option<Accuracy>,
+    /// Writes down what happens while a person asks for it.
+    pub(crate) recorder: Option<Recorder>,
     /// The error that paused the run, and how many substeps would have been stable.
     failure: Option<Failure>,
     /// The last thing that was refused, for the status line.
@@ -75,6 +78,7 @@ impl Session {
             margin: Margin::default(),
             estimator: Estimator::default(),
             accuracy: None,
+            recorder: None,
             failure: None,
             refusal: None,
             dissipated_before: 0.0,
@@ -85,7 +89,7 @@ impl Session {
     }
 
     /// Replaces the scene and everything done to the old one; whether it is paused, how fast it
-    /// runs and whether its error is estimated stay.
+    /// runs, whether its error is estimated and whether it is recorded stay.
     ///
     /// # Errors
     /// See [`Session::new`]; the old scene goes on then.
@@ -94,7 +98,9 @@ impl Session {
         session.paused = self.paused && self.failure.is_none();
         session.clock.set_speed(self.clock.speed());
         session.set_estimating(self.accuracy.is_some());
+        session.recorder = self.recorder.take();
         *self = session;
+        self.note_start();
         Ok(())
     }
 
@@ -146,6 +152,7 @@ impl Session {
                 }
                 self.history.push(before);
                 self.failure = None;
+                self.note(Recorder::step);
                 true
             }
             Err(error) => {
@@ -211,6 +218,7 @@ impl Session {
         }
         self.dissipated_before = moment.dissipated - self.runner.dissipated();
         self.failure = None;
+        self.note_back();
         self.trace.rewind(self.time());
         self.margin.touch();
         self.remeasure();
@@ -234,14 +242,15 @@ impl Session {
         self.trace.clear();
         self.remeasure();
         self.clock.resume();
+        self.note_start();
         self.refresh();
         self.sample();
     }
 
     /// The scene at its start, with the solver and the edits of now.
     fn fresh_runner(&self) -> Result<Runner, Error> {
-        let Loaded { scene, .. } = &self.loaded;
-        let mut runner = Runner::new(scene, self.runner.settings(), self.runner.precision())?;
+        let (settings, precision) = (self.runner.settings(), self.runner.precision());
+        let mut runner = self.loaded.runner_with(settings, precision)?;
         for &edit in self.edits.kept() {
             runner.queue(edit)?;
         }
@@ -265,8 +274,12 @@ impl Session {
         {
             accuracy.hear(interaction, self.runner.settings());
         }
+        let done = result.is_ok();
         self.refusal = result.err().map(|error| error.to_string());
-        self.refusal.is_none()
+        if done {
+            self.note_event(Event::Act(interaction));
+        }
+        done
     }
 
     /// Makes the present lengths of the chosen springs their rest lengths.

@@ -4,6 +4,7 @@ use crate::accuracy::Accuracy;
 use crate::session::Session;
 use msd_core::{Integrator, Settings};
 use msd_lab::Precision;
+use msd_lab::recording::Event;
 
 impl Session {
     /// Changes the method.
@@ -28,6 +29,9 @@ impl Session {
 
     fn set_settings(&mut self, settings: Settings) {
         self.refusal = self.runner.set_settings(settings).err().map(|error| error.to_string());
+        if self.refusal.is_none() {
+            self.note_event(Event::Settings(settings));
+        }
         self.remeasure();
         self.touch();
     }
@@ -35,7 +39,10 @@ impl Session {
     /// Changes the precision; the state stays, rounded once.
     pub fn set_precision(&mut self, precision: Precision) {
         match self.runner.convert(precision) {
-            Ok(runner) => self.runner = runner,
+            Ok(runner) => {
+                self.runner = runner;
+                self.note_event(Event::Precision(precision));
+            }
             Err(error) => self.refusal = Some(error.to_string()),
         }
         self.remeasure();

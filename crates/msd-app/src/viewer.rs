@@ -7,9 +7,11 @@ use crate::session::Session;
 use egui::Rect;
 use glam::Vec3;
 use msd_core::{Real, Vector};
+use msd_lab::recording::ENDING;
 use msd_lab::{Loaded, on};
 use msd_render::{Camera, Style};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// A scene in the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +50,8 @@ pub struct Viewer {
     pub hint: bool,
     /// Whether the person asked to close the window.
     pub quit: bool,
+    /// Where recordings go: the folder that the program was started in.
+    pub folder: PathBuf,
     /// The part of the window that shows the scene, points.
     pub rect: Rect,
     /// Where widgets are, points: for tests that drive the window from outside.
@@ -85,7 +89,9 @@ impl Viewer {
         // By the title too: a file may have the name of a built-in scene.
         let is_loaded =
             |entry: &Entry| (entry.name, entry.title) == (&*loaded.name, &*loaded.title);
-        let current = catalogue.entries.iter().position(is_loaded);
+        // A saved run of a built-in scene is another scene: one may return to it.
+        let listed = catalogue.entries.iter().position(is_loaded);
+        let current = listed.filter(|_| loaded.progress.is_none());
         let springs = shows_springs(&loaded.name);
         Ok(Viewer {
             opened: current.is_none().then(|| loaded.clone()),
@@ -98,6 +104,7 @@ impl Viewer {
             help: false,
             hint: true,
             quit: false,
+            folder: PathBuf::new(),
             rect: Rect::ZERO,
             landmarks: BTreeMap::new(),
             gesture: None,
@@ -124,6 +131,7 @@ impl Viewer {
             }
             Command::Restart => self.restart(),
             Command::Freeze => session.freeze(),
+            Command::Record => self.record(),
             Command::Pin => self.pin(),
             Command::Wireframe => self.style.wireframe = !self.style.wireframe,
             Command::FrameAll => self.frame_all(),
@@ -131,6 +139,19 @@ impl Viewer {
             Command::Escape => self.escape(),
             Command::Help => self.help = !self.help,
             Command::Quit => self.quit = true,
+        }
+    }
+
+    /// Begins or ends a recording, in a file of a name that is free.
+    fn record(&mut self) {
+        if self.session.recording().is_some() {
+            return self.session.stop_recording();
+        }
+        let name = &self.session.loaded().name;
+        let path = |number: u32| self.folder.join(format!("{name}-{number}.{ENDING}"));
+        let free = (1..=u32::MAX).map(path).find(|path| !path.exists());
+        if let Some(path) = free {
+            self.session.start_recording(&path);
         }
     }
 

@@ -7,6 +7,7 @@
 
 /// What was taken away, joules.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Ledger {
     /// Counted up to the start of the present contact.
     counted: f64,

@@ -71,6 +71,7 @@ mod few;
 pub mod stability;
 pub mod interaction;
 pub mod simulation;
+pub mod progress;
 
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use energy::{Energy, Momentum};
@@ -81,6 +82,7 @@ pub use integrator::{Explicit, Family, Implicit, Integrator};
 pub use interaction::{Interaction, Select};
 pub use lattice::{Lattice, Neighbours};
 pub use part::{Material, Part};
+pub use progress::{Held, Progress};
 pub use real::{Real, Vector};
 pub use scene::{Body, Friction, Particle, Pin, Plane, Scene, Spring, World};
 pub use settings::Settings;

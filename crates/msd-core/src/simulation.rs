@@ -31,21 +31,21 @@ struct Substeps {
 /// A system that runs.
 #[derive(Clone, Debug)]
 pub struct Simulation<R: Real = f32> {
-    model: Model<R>,
-    state: State<R>,
-    settings: Settings,
+    pub(crate) model: Model<R>,
+    pub(crate) state: State<R>,
+    pub(crate) settings: Settings,
     method: Method<R>,
     /// Whether `method` holds the accelerations of velocity Verlet at `state`.
     warm: bool,
     /// The state at the start of the step, to fall back on.
     good: State<R>,
-    queue: Vec<Interaction>,
+    pub(crate) queue: Vec<Interaction>,
     /// Whether anything touched a plane in the last step.
-    touched: bool,
-    ledger: Ledger,
-    steps: u64,
+    pub(crate) touched: bool,
+    pub(crate) ledger: Ledger,
+    pub(crate) steps: u64,
     /// Steps and time at which the length of a step changed last.
-    epoch: (u64, f64),
+    pub(crate) epoch: (u64, f64),
 }
 
 impl<R: Real> Simulation<R> {
@@ -63,7 +63,11 @@ impl<R: Real> Simulation<R> {
         Ok(simulation)
     }
 
-    fn from_parts(model: Model<R>, state: State<R>, settings: Settings) -> Result<Self, Error> {
+    pub(crate) fn from_parts(
+        model: Model<R>,
+        state: State<R>,
+        settings: Settings,
+    ) -> Result<Self, Error> {
         settings.check::<R>()?;
         Ok(Simulation {
             method: Method::new(settings.integrator, &model),

@@ -50,6 +50,8 @@ impl<R: Real> Column<R> {
     pub(crate) fn remove(&mut self, spring: usize) {
         if let Column::Each(values) = self {
             values.remove(spring);
+            // What is left may be all alike: a column has one form only.
+            *self = Column::collect(values.iter().copied());
         }
     }
 
@@ -57,7 +59,7 @@ impl<R: Real> Column<R> {
         match self {
             Column::Same(value) => Column::Same(S::of(value.to_f64())),
             Column::Each(values) => {
-                Column::Each(values.iter().map(|value| S::of(value.to_f64())).collect())
+                Column::collect(values.iter().map(|value| S::of(value.to_f64())))
             }
         }
     }
@@ -300,9 +302,14 @@ impl<R: Real> Model<R> {
             friction: plane.friction,
         };
         let pushes = self.pushes.iter();
+        // From the mass, as everywhere: a reciprocal rounded before would not fit it.
+        let reciprocal = |(&w, &mass): (&R, &R)| {
+            if w == R::ZERO { S::ZERO } else { S::ONE / S::of(mass.to_f64()) }
+        };
+        let inverse_masses = self.inverse_masses.iter().zip(&self.masses).map(reciprocal);
         Ok(Model {
             masses: scalars(&self.masses),
-            inverse_masses: scalars(&self.inverse_masses),
+            inverse_masses: inverse_masses.collect(),
             ends: self.ends.clone(),
             rest_lengths: scalars(&self.rest_lengths),
             stiffnesses: self.stiffnesses.convert(),

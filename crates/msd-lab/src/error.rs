@@ -110,6 +110,18 @@ pub enum LabError {
         /// What to do about it, after a semicolon; may be empty.
         hint: &'static str,
     },
+    /// A file of another format than this msd reads.
+    #[error("{file}: is a {what} of format {found}; this msd reads format {known}")]
+    Format {
+        /// Which file.
+        file: String,
+        /// What kind of file: a saved run, a recording.
+        what: &'static str,
+        /// The format that the file says it has.
+        found: u32,
+        /// The format that can be read.
+        known: u32,
+    },
     /// A row of a state file that cannot be used.
     #[error(
         "{file}: {}{quantity} is {value}; it must be {expected}",

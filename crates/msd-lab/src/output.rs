@@ -1,6 +1,7 @@
 //! How does a file appear whole or not at all? Written beside its place, then moved there.
 
 use crate::error::LabError;
+use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
@@ -58,10 +59,28 @@ impl Output {
     /// # Errors
     /// [`LabError::Unwritable`]; nothing is left then.
     pub fn finish(self) -> Result<(), LabError> {
+        self.open_ended().map(drop)
+    }
+
+    /// Puts the file in its place once it is safe on the disk: a power cut leaves the old file or
+    /// the new one, never an empty one.
+    ///
+    /// # Errors
+    /// [`LabError::Unwritable`]; nothing is left then.
+    pub fn finish_safely(mut self) -> Result<(), LabError> {
+        let safe = self.writer.flush().and_then(|()| self.writer.get_ref().as_file().sync_all());
+        safe.map_err(|error| self.refused(&error))?;
+        self.finish()
+    }
+
+    /// Puts the file in its place as it is now, to go on writing there.
+    ///
+    /// # Errors
+    /// [`LabError::Unwritable`]; nothing is left then.
+    pub fn open_ended(self) -> Result<File, LabError> {
         let refused = |reason| LabError::Unwritable { file: self.name.clone(), reason };
         let file = self.writer.into_inner().map_err(|error| refused(reason(error.error())))?;
-        file.persist(&self.path).map_err(|error| refused(reason(&error.error)))?;
-        Ok(())
+        file.persist(&self.path).map_err(|error| refused(reason(&error.error)))
     }
 
     /// The error of a write that failed.

@@ -2,7 +2,7 @@
 
 use msd_core::stability::Estimator;
 use msd_core::{
-    Energy, Error, Integrator, Interaction, Momentum, Scene, Settings, Simulation, State,
+    Energy, Error, Integrator, Interaction, Momentum, Progress, Scene, Settings, Simulation, State,
 };
 use serde::{Deserialize, Serialize};
 
@@ -74,6 +74,22 @@ impl Runner {
             Precision::F32 => Runner::F32(Simulation::new(scene, settings)?),
             Precision::F64 => Runner::F64(Simulation::new(scene, settings)?),
         })
+    }
+
+    /// Makes a run go on that was taken down by [`Runner::progress`].
+    ///
+    /// # Errors
+    /// See [`Simulation::resume`].
+    pub fn resume(scene: &Scene, progress: &Progress, precision: Precision) -> Result<Self, Error> {
+        Ok(match precision {
+            Precision::F32 => Runner::F32(Simulation::resume(scene, progress)?),
+            Precision::F64 => Runner::F64(Simulation::resume(scene, progress)?),
+        })
+    }
+
+    /// Takes down the run: the rows of its scene as they are now, and how far it is.
+    pub fn progress(&self) -> (Scene, Progress) {
+        on!(self, simulation => simulation.progress())
     }
 
     /// The precision it runs in.

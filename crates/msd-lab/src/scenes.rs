@@ -1,46 +1,19 @@
-//! Which scene does a name stand for: a built-in one, a scene file or a mesh?
+//! Which scene does a name stand for: a built-in one, a scene file, a mesh or a saved run?
 
 use crate::bodies::MeshReader;
 use crate::build::understand;
 use crate::decode::decode;
 use crate::error::{LabError, nearest};
 use crate::input::open_regular;
+pub use crate::loaded::Loaded;
 use crate::mesh::{self, Mesh, MeshError};
 use crate::node::{SceneFormat, Source};
-use crate::runner::{Precision, Runner};
+use crate::saved::{self, load_saved};
 use crate::schema::SceneFile;
-use msd_core::{Scene, Settings};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
-
-/// A scene ready to run: rows, and how its author wants it stepped.
-#[derive(Clone, Debug)]
-pub struct Loaded {
-    /// The name of the scene, without folder and extension.
-    pub name: String,
-    /// One line on what is seen.
-    pub title: String,
-    /// The rows.
-    pub scene: Scene,
-    /// Integrator, step and substeps.
-    pub settings: Settings,
-    /// Precision.
-    pub precision: Precision,
-    /// What was done to the input, one line each: welded vertices and the like.
-    pub notes: Vec<String>,
-}
-
-impl Loaded {
-    /// Makes the scene ready to run.
-    ///
-    /// # Errors
-    /// See [`msd_core::Simulation::new`].
-    pub fn runner(&self) -> Result<Runner, msd_core::Error> {
-        Runner::new(&self.scene, self.settings, self.precision)
-    }
-}
 
 /// A built-in scene: its name and one line on what is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,7 +65,8 @@ const MESH_ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
 /// The largest scene file, bytes: the tree of a text takes many times its length.
 const MAX_TEXT: u64 = 32 << 20;
 
-/// Opens a scene by what a user writes: a built-in name, a `.toml` or `.json` scene file, a mesh.
+/// Opens a scene by what a user writes: a built-in name, a `.toml` or `.json` scene file, a mesh, a
+/// saved run (`.msd`).
 ///
 /// A mesh becomes a body 2 m long that drops on the ground. The name of a built-in scene means that
 /// scene even beside a file or folder of the same name, which `./` reaches; `bunny.obj` and
@@ -101,6 +75,9 @@ const MAX_TEXT: u64 = 32 << 20;
 /// # Errors
 /// A name that stands for nothing, with the nearest one; everything that [`load`] refuses.
 pub fn open(name: &str) -> Result<Loaded, LabError> {
+    if ending(Path::new(name)) == saved::ENDING {
+        return load_saved(Path::new(name));
+    }
     let draft = Draft::open(name, Path::new(""))?;
     draft.load(&draft.source()?)
 }
@@ -243,9 +220,18 @@ fn unknown_scene(name: &str, path: &Path) -> LabError {
         let reason = "it is a folder; a scene is a file".into();
         return LabError::Unreadable { file: name.into(), reason };
     }
+    let known = match ending(path).as_str() {
+        saved::ENDING => Some("a saved run has no keys that could be set"),
+        "msdrec" => Some("it is a recording, which msd run --replay takes"),
+        _ => None,
+    };
+    if let Some(reason) = known {
+        return LabError::Unreadable { file: name.into(), reason: reason.into() };
+    }
     if path.is_file() {
         let reason = format!(
-            "its ending tells no format; a scene file ends in .toml or .json, a mesh in .{}",
+            "its ending tells no format; a scene file ends in .toml or .json, a saved run in .msd, \
+             a mesh in .{}",
             MESH_ENDINGS.join(", .")
         );
         return LabError::Unreadable { file: name.into(), reason };
@@ -254,7 +240,8 @@ fn unknown_scene(name: &str, path: &Path) -> LabError {
     let hint = match nearest(name, names) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!(
-            "it is no file ending in .toml, .json or as a mesh does; the built-in scenes are {}",
+            "it is no file ending in .toml, .json, .msd or as a mesh does; the built-in scenes \
+             are {}",
             names.join(", ")
         ),
     };
@@ -280,6 +267,7 @@ fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, Lab
         settings: understood.settings,
         precision: understood.precision,
         notes: understood.notes,
+        progress: None,
     })
 }
 

@@ -9,8 +9,8 @@ use std::path::PathBuf;
 
 /// Elastic things as particles joined by springs and dampers: see them, grab them, run them.
 ///
-/// SCENE is the name of a built-in scene (see `msd scenes`), a scene file (.toml or .json) or a
-/// mesh (.obj, .stl, .ply, .gltf or .glb).
+/// SCENE is the name of a built-in scene (see `msd scenes`), a scene file (.toml or .json), a mesh
+/// (.obj, .stl, .ply, .gltf or .glb) or a saved run (.msd), which goes on where it was saved.
 #[derive(Debug, Parser)]
 #[command(name = "msd", version, args_conflicts_with_subcommands = true)]
 #[command(after_help = "Exit codes: 0 done, 2 bad input or usage, 3 diverged.")]
@@ -83,8 +83,9 @@ pub enum Step {
 /// Arguments of `msd run`.
 #[derive(Debug, Args)]
 pub struct RunArguments {
-    /// A built-in scene, a scene file or a mesh
-    pub scene: String,
+    /// A built-in scene, a scene file, a mesh or a saved run
+    #[arg(required_unless_present = "replay")]
+    pub scene: Option<String>,
     #[command(flatten)]
     pub solver: SolverArguments,
     /// Time to simulate, seconds
@@ -94,6 +95,24 @@ pub struct RunArguments {
     /// Write the last state to this file
     #[arg(long, value_name = "STATE.csv")]
     pub out: Option<PathBuf>,
+    /// Save the run at its end to this file, which a later run takes for its SCENE
+    #[arg(long, value_name = "FILE.msd")]
+    pub save: Option<PathBuf>,
+    /// Save it also whenever so much simulated time has passed, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(requires = "save")]
+    pub save_every: Option<f64>,
+    /// Record the run to this file, to be replayed
+    #[arg(long, value_name = "FILE.msdrec", conflicts_with = "replay")]
+    pub record: Option<PathBuf>,
+    /// Replay this recording, made by --record or in the window, instead of a scene; with another
+    /// solver beside it, tell how far the two drift apart
+    #[arg(long, value_name = "FILE.msdrec")]
+    #[arg(conflicts_with_all = ["scene", "duration", "step", "from", "save_every"])]
+    pub replay: Option<PathBuf>,
+    /// Write how far the replay is from the recorded run after each step to this file
+    #[arg(long, value_name = "DISTANCES.csv", requires = "replay")]
+    pub distances: Option<PathBuf>,
     /// Write energy and momentum after each step to this file
     #[arg(long, value_name = "TRACE.csv")]
     pub trace: Option<PathBuf>,

@@ -5,7 +5,9 @@ mod arguments;
 mod prepare;
 mod report;
 mod watch;
+mod files;
 mod run;
+mod replay;
 mod render;
 mod progress;
 mod study;
@@ -48,7 +50,10 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::View { scene }) => view(scene),
         None => view(arguments.scene),
         Some(Command::Scenes) => list_scenes(),
-        Some(Command::Run(arguments)) => run::run(&arguments),
+        Some(Command::Run(arguments)) => match &arguments.replay {
+            Some(recording) => replay::replay(&arguments, recording),
+            None => run::run(&arguments),
+        },
         Some(Command::Render(arguments)) => render::render(&arguments),
         Some(Command::Study(arguments)) => study::run_study(&arguments),
         Some(Command::Tune(arguments)) => tune::run_tune(&arguments),

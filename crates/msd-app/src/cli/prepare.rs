@@ -19,6 +19,8 @@ const MAX_STEPS: f64 = 1e10;
 pub struct Prepared {
     /// The name of the scene.
     pub name: String,
+    /// One line on what is seen.
+    pub title: String,
     /// What was done to its input.
     pub notes: Vec<String>,
     /// The run.
@@ -58,7 +60,7 @@ pub fn prepare(
     }
     let settings = runner.settings();
     let (steps, short) = count_steps(settings, duration);
-    if MAX_STEPS < steps as f64 * f64::from(settings.substeps) {
+    if is_endless(steps as f64 * f64::from(settings.substeps)) {
         return Err(Failure::input(format!(
             "{flag} {} s would take more than {MAX_STEPS:e} steps of {:.3e} s; shorten it or \
              lengthen the step",
@@ -75,8 +77,13 @@ pub fn prepare(
         format!("{flag} {duration} s is no multiple of the step; the run takes {time:.6} s")
     }));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
-    let Loaded { name, notes, .. } = loaded;
-    Ok(Prepared { name, notes, runner, stable, steps, warnings })
+    let Loaded { name, title, notes, .. } = loaded;
+    Ok(Prepared { name, title, notes, runner, stable, steps, warnings })
+}
+
+/// Whether so many integration steps would not be done in weeks.
+pub fn is_endless(steps: f64) -> bool {
+    MAX_STEPS < steps
 }
 
 fn choose(loaded: &mut Loaded, solver: &SolverArguments) {

@@ -29,6 +29,8 @@ pub struct Report {
     pub precision: Precision,
     /// Time simulated, seconds.
     pub duration: f64,
+    /// Time of the scene at the end, seconds: more than the duration for a saved run that goes on.
+    pub time: f64,
     /// Integration steps taken.
     pub steps: u64,
     /// Time that the steps took, seconds.
@@ -54,6 +56,50 @@ pub struct Report {
     pub notes: Vec<String>,
     /// What may be wrong.
     pub warnings: Vec<String>,
+    /// Of a replay only: how it compares with what was recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replay: Option<Comparison>,
+}
+
+/// What was done in a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Done {
+    /// Steps taken.
+    pub steps: u64,
+    /// Time simulated, seconds.
+    pub simulated: f64,
+    /// Time that the steps took, seconds.
+    pub wall: f64,
+    /// Whether it left the world.
+    pub diverged: bool,
+}
+
+/// How a replay compares with what was recorded.
+#[derive(Debug, Serialize)]
+pub struct Comparison {
+    /// Hash of the last state recorded, hexadecimal; null where the recording was cut short.
+    pub recorded_hash: Option<String>,
+    /// Whether the end of the recording is missing.
+    pub cut_short: bool,
+    /// Of a replay with another solver: how far it is from the recorded run at the end.
+    pub apart: Option<Distance>,
+}
+
+/// How far two runs are apart.
+#[derive(Debug, Serialize)]
+pub struct Distance {
+    /// The solver of the recorded run.
+    pub recorded_integrator: Integrator,
+    /// Root of the mean square distance of the particles, metres.
+    pub rms: f64,
+    /// The largest distance of a particle, metres.
+    pub max: f64,
+    /// That particle.
+    pub particle: usize,
+    /// Size of the scene, metres.
+    pub size: f64,
+    /// When the root mean square distance passed a hundredth of the size, seconds; null if never.
+    pub noticeable_at: Option<f64>,
 }
 
 /// Energy, joules.
@@ -90,6 +136,26 @@ impl EnergyReport {
     }
 }
 
+impl Comparison {
+    fn summary(&self) -> String {
+        let Some(apart) = &self.apart else {
+            return match self.recorded_hash {
+                Some(_) => "replayed to the same bits".into(),
+                None => "replayed up to where the recording was cut short".into(),
+            };
+        };
+        let Distance { recorded_integrator, rms, max, particle, size, noticeable_at } = apart;
+        let noticed = match noticeable_at {
+            Some(time) => format!("1 % of the size of {size:.3} m was passed at {time:.3} s"),
+            None => format!("never more than 1 % of the size of {size:.3} m"),
+        };
+        format!(
+            "from the recorded run ({recorded_integrator}): {rms:.3e} m rms, {max:.3e} m at most \
+             (particle {particle}); {noticed}"
+        )
+    }
+}
+
 /// How often each spring is evaluated in an integration step, without the evaluation that starts a
 /// step of Verlet; none where that depends on the motion.
 fn evaluations(integrator: Integrator) -> Option<u64> {
@@ -104,16 +170,16 @@ fn evaluations(integrator: Integrator) -> Option<u64> {
 
 impl Report {
     /// Collects what came of a run.
-    pub fn new(prepared: Prepared, wall_seconds: f64, diverged: bool) -> Self {
+    pub fn new(prepared: Prepared, done: Done) -> Self {
         let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
         let settings = runner.settings();
         let adaptive = settings.integrator.is_adaptive();
         let implicit = matches!(settings.integrator.family(), Family::Implicit(_));
         let substeps = if adaptive { 1 } else { settings.substeps };
-        let steps = runner.steps() * u64::from(substeps);
+        let steps = done.steps * u64::from(substeps);
         let springs = runner.spring_count() as u64;
         let updates = evaluations(settings.integrator).map(|each| (steps * each * springs) as f64);
-        let per_wall_second = |amount: f64| (0.0 < wall_seconds).then_some(amount / wall_seconds);
+        let per_wall_second = |amount: f64| (0.0 < done.wall).then_some(amount / done.wall);
         Report {
             scene: name,
             particles: runner.particle_count(),
@@ -124,18 +190,20 @@ impl Report {
             tolerance: adaptive.then_some(settings.tolerance),
             newton: implicit.then_some(settings.newton),
             precision: runner.precision(),
-            duration: runner.time(),
+            duration: done.simulated,
+            time: runner.time(),
             steps,
-            wall_seconds,
+            wall_seconds: done.wall,
             spring_updates_per_second: updates.and_then(per_wall_second),
-            real_time_factor: per_wall_second(runner.time()),
+            real_time_factor: per_wall_second(done.simulated),
             energy: runner.energy().into(),
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),
-            diverged,
+            diverged: done.diverged,
             notes,
             warnings,
+            replay: None,
         }
     }
 
@@ -167,6 +235,7 @@ impl Report {
         lines.push(format!("{:.3} s simulated{speed}", self.duration));
         lines.push(self.energy.summary());
         lines.push(format!("state hash {}", self.state_hash));
+        lines.extend(self.replay.iter().map(Comparison::summary));
         lines.join("\n")
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::keys::Command;
 use crate::viewer::Viewer;
-use egui::{Button, ComboBox, RichText, Ui};
+use egui::{Button, ComboBox, Label, RichText, Ui};
 
 /// Speeds to choose from, simulated seconds per second: fewer steps per second, not other steps.
 const SPEEDS: [(f64, &str); 6] =
@@ -36,6 +36,21 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         }
     });
     speed(ui, viewer);
+    recording(ui, viewer);
+}
+
+fn recording(ui: &mut Ui, viewer: &mut Viewer) {
+    ui.horizontal(|ui| {
+        let name = viewer.session.recording().map(str::to_owned);
+        let text = if name.is_some() { "End recording" } else { "Record" };
+        let button = ui.add(Button::new(text).selected(name.is_some()));
+        let button =
+            button.on_hover_text("Write the run and all that is done to it to a file (F9)");
+        if button.clicked() {
+            viewer.command(Command::Record);
+        }
+        ui.add(Label::new(RichText::new(name.unwrap_or_default()).weak()).truncate());
+    });
 }
 
 fn speed(ui: &mut Ui, viewer: &mut Viewer) {

@@ -1,7 +1,7 @@
 //! Which states can be stepped back to?
 
+use crate::runner::AnyState;
 use msd_core::{Real, State};
-use msd_lab::AnyState;
 use std::collections::VecDeque;
 
 /// The most states kept: ten seconds at 60 steps per second.

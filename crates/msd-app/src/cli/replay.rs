@@ -1,0 +1,194 @@
+//! `msd run --replay`: how does a recorded run happen again, and how far from it is one that is
+//! stepped otherwise?
+
+use super::arguments::{RunArguments, SolverArguments};
+use super::failure::{Failure, tell};
+use super::files::Files;
+use super::prepare::{Prepared, is_endless, warn_of_step};
+use super::report::{Comparison, Distance, Done, Report};
+use super::run::tell_report;
+use msd_core::Error;
+use msd_lab::twin::{Apart, HEADER};
+use msd_lab::{
+    Changes, Output, Recording, Replay, Runner, Twin, load_recording, plain, state_hash,
+};
+use std::io::Write;
+use std::path::Path;
+use web_time::{Duration, Instant};
+
+/// Replays a recording, writes what was asked for and tells what came of it.
+pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
+    let recording = load_recording(path).map_err(Failure::input)?;
+    let file = path.display().to_string();
+    let changes = changes(&arguments.solver);
+    let refused = |error: Error| Failure::input(format!("{file}: {error}"));
+    let mut course = Course::new(&recording, changes).map_err(refused)?;
+    if changes.is_none() && arguments.distances.is_some() {
+        let reason = "--distances needs another solver to compare with, as by --precision f64";
+        return Err(Failure::input(reason));
+    }
+    let mut prepared = prepare(&recording, course.runner())?;
+    let mut files = Files::open(arguments, &prepared)?;
+    let mut distances = Distances::open(arguments.distances.as_deref())?;
+    let mut done = Done::default();
+    let diverged = step_all(&mut course, &mut done, &mut (&mut files, &mut distances))?;
+    // What is no divergence is an event that does not fit: nothing is written then.
+    let diverged = match diverged {
+        Some(error @ (Error::Diverged(_) | Error::Unreachable { .. })) => Some(error),
+        Some(error) => return Err(refused(error)),
+        None => None,
+    };
+    files.finish(course.runner()).map_err(Failure::input)?;
+    distances.finish()?;
+    prepared.runner = course.runner().clone();
+    done.diverged = diverged.is_some();
+    let mut report = Report::new(prepared, done);
+    report.replay = Some(course.compare(&recording));
+    tell_report(&report, arguments, diverged)?;
+    check_bits(&recording, &course, &file)
+}
+
+fn changes(solver: &SolverArguments) -> Changes {
+    let SolverArguments { integrator, substeps, tolerance, newton, precision, .. } = *solver;
+    Changes { integrator, substeps, tolerance, newton, precision }
+}
+
+/// What a replay is told as: a run that is about to start.
+fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> {
+    let (settings, steps, start) = (runner.settings(), recording.steps(), &recording.start);
+    let work = recording.substeps().max(steps as f64 * f64::from(settings.substeps));
+    if is_endless(work) {
+        let work = plain(work);
+        return Err(Failure::input(format!("{}: {work} steps would take weeks", start.name)));
+    }
+    let stable = runner.stable_substep();
+    let mut warnings = Vec::from_iter(warn_of_step(settings, stable));
+    if recording.is_cut_short {
+        let told = "the end of the recording is missing; it is replayed as far as it goes";
+        warnings.push(told.into());
+    }
+    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    let (name, title, notes) = (start.name.clone(), start.title.clone(), start.notes.clone());
+    Ok(Prepared { name, title, notes, runner: runner.clone(), stable, steps, warnings })
+}
+
+/// A replay alone, or beside one with changes.
+enum Course<'a> {
+    Alone(Box<Replay<'a>>),
+    Beside(Box<Twin<'a>>),
+}
+
+impl<'a> Course<'a> {
+    fn new(recording: &'a Recording, changes: Changes) -> Result<Self, Error> {
+        if changes.is_none() {
+            Ok(Course::Alone(Box::new(Replay::new(recording, changes)?)))
+        } else {
+            Ok(Course::Beside(Box::new(Twin::new(recording, changes)?)))
+        }
+    }
+
+    /// The run that is told of: that with changes, if there is one.
+    fn runner(&self) -> &Runner {
+        match self {
+            Course::Alone(replay) => replay.runner(),
+            Course::Beside(twin) => twin.changed().runner(),
+        }
+    }
+
+    /// Takes the next step and returns whether there was one, and how far apart two runs are then.
+    fn advance(&mut self) -> Result<(bool, Option<Apart>), Error> {
+        match self {
+            Course::Alone(replay) => Ok((replay.advance()?, None)),
+            Course::Beside(twin) => twin.advance().map(|apart| (apart.is_some(), apart)),
+        }
+    }
+
+    fn compare(&self, recording: &Recording) -> Comparison {
+        let apart = match self {
+            Course::Alone(_) => None,
+            Course::Beside(twin) => Some(distance(twin)),
+        };
+        let recorded_hash = recording.hash().map(|hash| format!("{hash:016x}"));
+        Comparison { recorded_hash, cut_short: recording.is_cut_short, apart }
+    }
+}
+
+fn distance(twin: &Twin<'_>) -> Distance {
+    let Apart { rms, max, particle, .. } = twin.last();
+    Distance {
+        recorded_integrator: twin.recorded().runner().integrator(),
+        rms,
+        max,
+        particle,
+        size: twin.size(),
+        noticeable_at: twin.noticed().map(|apart| apart.time),
+    }
+}
+
+/// Replays all steps, or as many as stay in the world; only the steps are timed.
+fn step_all(
+    course: &mut Course<'_>,
+    done: &mut Done,
+    (files, distances): &mut (&mut Files, &mut Distances),
+) -> Result<Option<Error>, Failure> {
+    let mut wall = Duration::ZERO;
+    let error = loop {
+        let start = Instant::now();
+        let advanced = course.advance();
+        wall += start.elapsed();
+        let apart = match advanced {
+            Err(error) => break Some(error),
+            Ok((false, _)) => break None,
+            Ok((true, apart)) => apart,
+        };
+        done.steps += 1;
+        files.follow(course.runner(), done.steps).map_err(Failure::input)?;
+        distances.add(apart)?;
+    };
+    done.wall = wall.as_secs_f64();
+    // What is recorded changes the substeps, never the length of a step.
+    done.simulated = done.steps as f64 * course.runner().settings().step;
+    Ok(error)
+}
+
+/// Refuses a replay that did not end where the recording did.
+fn check_bits(recording: &Recording, course: &Course<'_>, file: &str) -> Result<(), Failure> {
+    let recorded_runner = match course {
+        Course::Alone(replay) => replay.runner(),
+        Course::Beside(twin) => twin.recorded().runner(),
+    };
+    let hash = state_hash(&recorded_runner.state());
+    match recording.hash() {
+        Some(recorded) if recorded != hash => Err(Failure::input(format!(
+            "{file}: the replay ended with state hash {hash:016x}, not {recorded:016x} as \
+             recorded; was it made by another version of msd?"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The file of distances, if it was asked for.
+struct Distances(Option<Output>);
+
+impl Distances {
+    fn open(path: Option<&Path>) -> Result<Self, Failure> {
+        let mut output = path.map(Output::create).transpose().map_err(Failure::input)?;
+        if let Some(output) = &mut output {
+            writeln!(output, "{HEADER}").map_err(|error| unwritable(output, &error))?;
+        }
+        Ok(Distances(output))
+    }
+
+    fn add(&mut self, apart: Option<Apart>) -> Result<(), Failure> {
+        let (Some(output), Some(apart)) = (&mut self.0, apart) else { return Ok(()) };
+        writeln!(output, "{}", apart.line()).map_err(|error| unwritable(output, &error))
+    }
+
+    fn finish(self) -> Result<(), Failure> {
+        self.0.map_or(Ok(()), Output::finish).map_err(Failure::input)
+    }
+}
+
+fn unwritable(output: &Output, error: &std::io::Error) -> Failure {
+    Failure::input(format!("{}: cannot be written: {error}", output.name()))
+}

@@ -1,0 +1,225 @@
+//! Does the program save, go on, record and replay to the last bit, even when it is killed?
+
+use msd_app::session::Session;
+use msd_core::glam::DVec3;
+use msd_lab::{Loaded, load_saved, open, state_hash};
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng;
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::time::Duration;
+use tempfile::TempDir;
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
+    command.current_dir(folder).args(arguments).env_remove("RUST_LOG");
+    command
+}
+
+fn msd(folder: &Path, arguments: &[&str]) -> Output {
+    command(folder, arguments).output().expect("msd starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("text")
+}
+
+/// Runs msd, which must succeed without a word on the standard error.
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let output = msd(folder, &[arguments, &["--json"]].concat());
+    assert_eq!(text(&output.stderr), "", "{arguments:?}");
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+    serde_json::from_str(&text(&output.stdout)).expect("JSON")
+}
+
+/// Runs msd, which must refuse with one line, and returns that.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = msd(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    let message = text(&output.stderr);
+    assert_eq!(message.lines().count(), 1, "{message}");
+    message
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a folder")
+}
+
+#[test]
+fn a_saved_run_goes_on_to_the_bits_of_one_that_never_stopped() {
+    let folder = folder();
+    for precision in ["f32", "f64"] {
+        let run = |scene: &str, more: &[&str]| {
+            json(folder.path(), &[&["run", scene, "--precision", precision], more].concat())
+        };
+        let whole = run("dice", &["--duration", "1.5"]);
+        run("dice", &["--duration", "1", "--save", "s.msd"]);
+        let rest = run("s.msd", &["--duration", "0.5"]);
+        assert_eq!(rest["state_hash"], whole["state_hash"]);
+        assert_eq!(rest["energy"], whole["energy"]);
+        assert_eq!(rest["time"], whole["time"]);
+        assert_eq!((rest["duration"].as_f64(), rest["steps"].as_u64()), (Some(0.5), Some(480)));
+        assert_eq!(rest["scene"], "dice");
+    }
+    // What the command line says goes before what was saved.
+    let other = json(folder.path(), &["run", "s.msd", "--duration", "0", "--integrator", "rk4"]);
+    assert_eq!((&other["integrator"], &other["precision"]), (&"rk4".into(), &"f64".into()));
+}
+
+#[test]
+fn a_run_is_recorded_and_replayed_to_the_bit() {
+    let folder = folder();
+    let path = folder.path();
+    let run = json(path, &["run", "dice", "--duration", "0.5", "--record", "r.msdrec"]);
+    let replay = json(path, &["run", "--replay", "r.msdrec", "--trace", "t.csv"]);
+    for key in ["state_hash", "energy", "duration", "steps", "integrator", "scene"] {
+        assert_eq!(replay[key], run[key], "{key}");
+    }
+    assert_eq!(replay["replay"]["recorded_hash"], run["state_hash"]);
+    assert_eq!(replay["replay"]["apart"], Value::Null);
+    let trace = std::fs::read_to_string(path.join("t.csv")).expect("t.csv");
+    assert_eq!(trace.lines().count(), 32);
+    assert!(run.get("replay").is_none());
+}
+
+#[test]
+fn a_recording_of_the_window_is_replayed_by_the_command_line() {
+    let folder = folder();
+    let mut session = Session::new(open("jelly").expect("a scene")).expect("a valid scene");
+    session.start_recording(&folder.path().join("r.msdrec"));
+    session.advance(0.0, &|| 0.0);
+    for frame in 0..20 {
+        if frame == 5 {
+            session.grab(500, DVec3::new(1.0, 9.0, 1.0));
+        }
+        session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+    }
+    session.stop_recording();
+    let hash = format!("{:016x}", state_hash(&session.runner().state()));
+    let replay = json(folder.path(), &["run", "--replay", "r.msdrec"]);
+    assert_eq!(replay["state_hash"], hash);
+}
+
+#[test]
+fn a_twin_tells_the_distance_over_time() {
+    let folder = folder();
+    let path = folder.path();
+    json(path, &["run", "square", "--duration", "1", "--record", "r.msdrec"]);
+    let changed = ["--integrator", "backward-euler", "--substeps", "1"];
+    let files = ["--distances", "d.csv"];
+    let twin = json(path, &[&["run", "--replay", "r.msdrec"], &changed[..], &files].concat());
+    assert_eq!((&twin["integrator"], &twin["substeps"]), (&"backward-euler".into(), &1.into()));
+    let apart = &twin["replay"]["apart"];
+    assert_eq!(apart["recorded_integrator"], "velocity-verlet");
+    let number = |value: &Value| value.as_f64().expect("a number");
+    let rows = std::fs::read_to_string(path.join("d.csv")).expect("d.csv");
+    let mut lines = rows.lines();
+    assert_eq!(lines.next(), Some("step,time,rms,max,particle"));
+    let rows: Vec<Vec<f64>> =
+        lines.map(|row| row.split(',').map(|n| n.parse().expect("a number")).collect()).collect();
+    assert_eq!(rows.len(), 60);
+    assert_eq!(rows[59][2..4], [number(&apart["rms"]), number(&apart["max"])]);
+    let first = rows.iter().find(|row| 0.01 * number(&apart["size"]) < row[2]);
+    assert_eq!(apart["noticeable_at"].as_f64(), first.map(|row| row[1]));
+    let said = msd(path, &["run", "--replay", "r.msdrec", "--precision", "f64"]);
+    let said = text(&said.stdout);
+    assert!(said.contains("from the recorded run (velocity-verlet)"), "{said}");
+}
+
+#[test]
+fn a_recording_cut_short_is_replayed_with_a_warning() {
+    let folder = folder();
+    let path = folder.path().join("r.msdrec");
+    json(folder.path(), &["run", "square", "--duration", "2", "--record", "r.msdrec"]);
+    let bytes = std::fs::read(&path).expect("the recording");
+    // The end and a part of the event before it are gone: 60 of 120 steps are left.
+    std::fs::write(&path, &bytes[..bytes.len() - 60]).expect("a file");
+    let output = msd(folder.path(), &["run", "--replay", "r.msdrec", "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(text(&output.stderr).starts_with("warning: the end of the recording is missing"));
+    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(report["duration"], 1.0);
+    assert_eq!(report["replay"]["cut_short"], true);
+}
+
+#[test]
+fn what_cannot_be_saved_recorded_or_replayed_is_refused_in_one_line() {
+    let folder = folder();
+    let path = folder.path();
+    let short = ["--duration", "0.1"];
+    let files = ["--save", "s.msd", "--record", "r.msdrec"];
+    json(path, &[&["run", "square"], &short[..], &files].concat());
+    std::fs::write(path.join("new.msd"), "msd saved run, format 7\nxyz").expect("a file");
+    let saved = std::fs::read(path.join("s.msd")).expect("the saved run");
+    std::fs::write(path.join("cut.msd"), &saved[..saved.len() / 2]).expect("a file");
+    let mut changed = saved.clone();
+    changed[saved.len() / 2] ^= 1;
+    std::fs::write(path.join("changed.msd"), changed).expect("a file");
+    for (arguments, told) in [
+        (&["run", "r.msdrec"][..], "it is a recording, which msd run --replay takes"),
+        (&["run", "new.msd"], "new.msd: is a saved run of format 7; this msd reads format 1"),
+        (&["run", "cut.msd"], "cut.msd: is cut short"),
+        (&["run", "changed.msd"], "changed.msd: is damaged: its checksum does not fit"),
+        (&["run", "none.msd"], "none.msd: cannot be read"),
+        (&["run", "--replay", "s.msd"], "s.msd: is a saved run, not a recording"),
+        (&["run", "--replay", "none.msdrec"], "none.msdrec: cannot be read"),
+        (&["run", "square", "--replay", "r.msdrec"], "cannot be used with"),
+        (&["run", "--replay", "r.msdrec", "--step", "0.01"], "cannot be used with"),
+        (&["run", "--replay", "r.msdrec", "--record", "b.msdrec"], "cannot be used with"),
+        (&["run", "--replay", "r.msdrec", "--distances", "d.csv"], "--distances needs another"),
+        (&["run", "square", "--save-every", "1"], "--save"),
+        (&["run", "square", "--save", "no/s.msd"], "there is no folder"),
+        (&["run", "square", "--save", "a", "--record", "a"], "--save and --record name the same"),
+        (&["run"], "SCENE"),
+    ] {
+        let message = refused(path, arguments);
+        assert!(message.contains(told), "{arguments:?}: {message}");
+    }
+    assert!(!path.join("d.csv").exists());
+}
+
+/// Times that the program is killed.
+const KILLS: usize = 200;
+
+#[test]
+fn a_kill_at_any_moment_leaves_a_saved_run_that_goes_on_to_the_bit() {
+    let folder = folder();
+    let file = folder.path().join("s.msd");
+    json(folder.path(), &["run", "chain", "--duration", "0", "--save", "s.msd"]);
+    let mut lot = Pcg32::new(1, 1);
+    let mut steps = 0;
+    for kill in 0..KILLS {
+        let before = std::fs::read(&file).expect("a saved run");
+        let arguments =
+            ["run", "s.msd", "--duration", "1e5", "--save", "s.msd", "--save-every", "0.01"];
+        let mut command = command(folder.path(), &arguments);
+        let mut child = command.stdout(Stdio::null()).spawn().expect("msd starts");
+        // It saves after every step. Once it does, it is killed somewhere in the next saves.
+        while std::fs::read(&file).expect("a saved run") == before {
+            assert_eq!(child.try_wait().expect("a child"), None, "it runs for hours");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        std::thread::sleep(Duration::from_micros(u64::from(lot.next_u32() % 8000)));
+        child.kill().expect("a child");
+        child.wait().expect("a child");
+        let loaded = load_saved(&file).unwrap_or_else(|error| panic!("kill {kill}: {error}"));
+        let now = loaded.progress.expect("a saved run").steps;
+        assert!(steps < now, "kill {kill}: step {now} after {steps}");
+        steps = now;
+    }
+    // The bits of one run that was never killed.
+    let mut runner = open("chain").expect("a scene").runner().expect("a run");
+    (0..steps).for_each(|_| runner.step().expect("a step"));
+    assert!(load_saved(&file).expect("a saved run") == of(&runner));
+    // What a kill may leave beside it is named as the documents say.
+    for entry in folder.path().read_dir().expect("a folder").flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        assert!(name == "s.msd" || name.starts_with(".msd-") && name.ends_with(".part"), "{name}");
+    }
+}
+
+/// A run of the chain as the program saves it.
+fn of(runner: &msd_lab::Runner) -> Loaded {
+    Loaded::of("chain", &open("chain").expect("a scene").title, runner)
+}

@@ -1,0 +1,200 @@
+//! What must be kept of a run, besides the rows of its scene, so that it goes on to the last bit?
+//!
+//! A step starts from the columns of the model, the state, the settings and what is queued; no
+//! method remembers anything from one step to the next that changes the bits. So a run is a scene
+//! as it is now, its springs cut and its particles moved, and a [`Progress`]. Both are in `f64`:
+//! widening a number of a run in `f32` and rounding it back is exact.
+
+use crate::check::{check, check_index, check_not_negative, check_vector};
+use crate::error::Error;
+use crate::interaction::Interaction;
+use crate::ledger::Ledger;
+use crate::real::{Real, Vector};
+use crate::scene::{Particle, Pin, Plane, Scene, Spring, World};
+use crate::settings::Settings;
+use crate::simulation::Simulation;
+use crate::system::{Grab, Model, PlaneColumn};
+use alloc::vec::Vec;
+use glam::DVec3;
+
+/// The most steps a run may have taken: a double counts them exactly.
+const MOST_STEPS: u64 = 1 << 53;
+
+/// How far a run is, and what acts on it that no scene tells. Any values; checked by
+/// [`Simulation::resume`].
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Progress {
+    /// How the run is stepped.
+    pub settings: Settings,
+    /// Steps taken.
+    pub steps: u64,
+    /// Steps and time, seconds, at which the length of a step changed last.
+    pub epoch: (u64, f64),
+    /// Size of the largest body at the start of the scene, metres.
+    pub size: f64,
+    /// The grabs that hold.
+    pub grabs: Vec<Held>,
+    /// Forces of the next step on single particles, newtons.
+    pub pushes: Vec<(usize, DVec3)>,
+    /// What is queued for the start of the next step.
+    pub queue: Vec<Interaction>,
+    /// The energy taken away so far.
+    pub ledger: Ledger,
+    /// Whether anything touched a plane in the last step.
+    pub touched: bool,
+}
+
+/// A grab as it holds, weakened to what the substep can follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Held {
+    /// The particle held.
+    pub particle: usize,
+    /// Where it is pulled to, metres.
+    pub target: DVec3,
+    /// Stiffness, newtons per metre.
+    pub stiffness: f64,
+    /// Damping, newton seconds per metre.
+    pub damping: f64,
+    /// The largest force, newtons; infinite for a cap that single precision cannot hold.
+    pub max_force: f64,
+}
+
+impl<R: Real> Simulation<R> {
+    /// Takes down the run: the rows of its scene as they are now, and how far it is.
+    pub fn progress(&self) -> (Scene, Progress) {
+        let grabs = self.model.grabs.iter().map(held::<R>);
+        let pushes = self.model.pushes.iter();
+        let progress = Progress {
+            settings: self.settings,
+            steps: self.steps,
+            epoch: self.epoch,
+            size: self.model.size,
+            grabs: grabs.collect(),
+            pushes: pushes.map(|&(particle, force)| (particle as usize, force.to_f64())).collect(),
+            queue: self.queue.clone(),
+            ledger: self.ledger,
+            touched: self.touched,
+        };
+        (rows(self), progress)
+    }
+
+    /// Makes a run go on that was taken down: its steps have the bits of a run that never stopped.
+    ///
+    /// In another precision each number is rounded once, as by [`Simulation::convert`].
+    ///
+    /// # Errors
+    /// The first row or setting that is out of its domain: a scene and a progress may come from
+    /// outside.
+    pub fn resume(scene: &Scene, progress: &Progress) -> Result<Self, Error> {
+        let (mut model, state) = Model::new(scene)?;
+        check_progress::<R>(progress, model.particle_count())?;
+        for (row, (column, plane)) in model.planes.iter_mut().zip(&scene.planes).enumerate() {
+            // A normal of length one up to rounding in single precision is kept as it is:
+            // brought to that length once more it would change in the last bit.
+            let squared = Vector::dot(plane.normal, plane.normal);
+            let unit = Real::abs(squared - 1.0) <= 1e-6;
+            check(unit, "square of the normal", ("plane", row), squared, "1")?;
+            column.normal = R::Vec3::of(plane.normal);
+        }
+        model.size = progress.size;
+        model.grabs = progress.grabs.iter().map(grab::<R>).collect();
+        let pushes = progress.pushes.iter();
+        model.pushes = pushes.map(|&(row, force)| (row as u32, R::Vec3::of(force))).collect();
+        let mut simulation = Simulation::from_parts(model, state, progress.settings)?;
+        for &interaction in &progress.queue {
+            simulation.queue(interaction)?;
+        }
+        simulation.ledger = progress.ledger;
+        simulation.touched = progress.touched;
+        (simulation.steps, simulation.epoch) = (progress.steps, progress.epoch);
+        Ok(simulation)
+    }
+}
+
+fn check_progress<R: Real>(progress: &Progress, particles: usize) -> Result<(), Error> {
+    let Progress { steps, epoch: (before, time), size, .. } = *progress;
+    let at = ("run", 0);
+    check(steps <= MOST_STEPS, "number of steps", at, steps as f64, "at most 2^53")?;
+    let in_past = before <= steps;
+    check(in_past, "start of the epoch", at, before as f64, "at most the number of steps")?;
+    check_not_negative::<f64>("time of the epoch", at, time)?;
+    check(0.0 < size && size.is_finite(), "size", at, size, "positive and finite")?;
+    for (row, held) in progress.grabs.iter().enumerate() {
+        let at = ("grab", row);
+        check_index(at, "particle", held.particle, particles)?;
+        check_vector::<R>("target", at, held.target)?;
+        let Held { stiffness, damping, max_force, .. } = *held;
+        for (quantity, value) in
+            [("stiffness", stiffness), ("damping", damping), ("largest force", max_force)]
+        {
+            check(0.0 <= value, quantity, at, value, "not negative")?;
+        }
+    }
+    for (row, &(particle, force)) in progress.pushes.iter().enumerate() {
+        check_index(("push", row), "particle", particle, particles)?;
+        check_vector::<R>("force", ("push", row), force)?;
+    }
+    Ok(())
+}
+
+/// The rows of a scene from the columns of a run.
+fn rows<R: Real>(simulation: &Simulation<R>) -> Scene {
+    let (model, state) = (&simulation.model, &simulation.state);
+    let particles = model.masses.iter().enumerate().map(|(row, mass)| Particle {
+        position: state.positions[row].to_f64(),
+        velocity: state.velocities[row].to_f64(),
+        mass: mass.to_f64(),
+    });
+    let springs = model.ends.iter().enumerate().map(|(row, ends)| Spring {
+        ends: ends.map(|end| end as usize),
+        rest_length: model.rest_lengths[row].to_f64(),
+        stiffness: model.stiffnesses.get(row).to_f64(),
+        damping: model.dampings.get(row).to_f64(),
+    });
+    let pinned = (0..model.particle_count()).filter(|&particle| model.is_pinned(particle));
+    let pin = |particle| Pin { particle, velocity: state.velocities[particle].to_f64() };
+    Scene {
+        world: World {
+            gravity: model.gravity.to_f64(),
+            force: model.force.to_f64(),
+            drag: model.drag.to_f64(),
+            extent: model.extent.to_f64(),
+        },
+        particles: particles.collect(),
+        springs: springs.collect(),
+        planes: model.planes.iter().map(plane::<R>).collect(),
+        pins: pinned.map(pin).collect(),
+        bodies: model.bodies.clone(),
+    }
+}
+
+fn plane<R: Real>(column: &PlaneColumn<R>) -> Plane {
+    Plane {
+        normal: column.normal.to_f64(),
+        offset: column.offset.to_f64(),
+        restitution: column.restitution.to_f64(),
+        friction: column.friction,
+    }
+}
+
+fn held<R: Real>(grab: &Grab<R>) -> Held {
+    Held {
+        particle: grab.particle as usize,
+        target: grab.target.to_f64(),
+        stiffness: grab.stiffness.to_f64(),
+        damping: grab.damping.to_f64(),
+        max_force: grab.max_force.to_f64(),
+    }
+}
+
+fn grab<R: Real>(held: &Held) -> Grab<R> {
+    Grab {
+        particle: held.particle as u32,
+        target: R::Vec3::of(held.target),
+        stiffness: R::of(held.stiffness),
+        damping: R::of(held.damping),
+        max_force: R::of(held.max_force),
+    }
+}

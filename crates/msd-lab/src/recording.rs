@@ -1,0 +1,223 @@
+//! What was done to a run, and after which of its steps?
+//!
+//! A recording is the saved run that it starts from and the events that followed. It grows while it
+//! is made: one that a crash cut short tells all up to its last whole event. See `docs/files.md`.
+
+use crate::envelope::{Found, Kind, frame};
+use crate::error::{LabError, Place};
+use crate::loaded::Loaded;
+use crate::output::Output;
+use crate::runner::{Precision, Runner};
+use crate::saved::is_saved;
+use crate::state_hash::state_hash;
+use msd_core::{Interaction, Settings};
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+/// How the name of a recording ends.
+pub const ENDING: &str = "msdrec";
+
+/// Raised whenever what is written changes its form.
+const KIND: Kind = Kind { what: "recording", format: 1 };
+
+/// Steps after which a recording is written on at the latest: a second of the default step.
+const MOST_UNWRITTEN: u32 = 60;
+
+/// Something that happened to a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Event {
+    /// A hand did something, at once.
+    Act(Interaction),
+    /// It is stepped otherwise from here on.
+    Settings(Settings),
+    /// It goes on in this precision.
+    Precision(Precision),
+    /// It took so many steps.
+    Steps(u32),
+    /// It returned to the state before the last step. What a hand had set stays set.
+    Back,
+    /// Something else took its place: it was restarted, or another scene opened.
+    Start(Box<Loaded>),
+    /// The recording was ended; the hash of the last state.
+    End(u64),
+}
+
+/// A run and what was done to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// The run that it starts from.
+    pub start: Loaded,
+    /// What happened, in order.
+    pub events: Vec<Event>,
+    /// Whether the end is missing: the program that recorded was stopped.
+    pub is_cut_short: bool,
+}
+
+impl Recording {
+    /// Steps to take, those that are taken back among them.
+    pub fn steps(&self) -> u64 {
+        let steps = |event: &Event| if let Event::Steps(count) = event { *count } else { 0 };
+        self.events.iter().map(|event| u64::from(steps(event))).sum()
+    }
+
+    /// Integration steps to take: each step counts as its substeps.
+    pub fn substeps(&self) -> f64 {
+        let (mut now, mut sum) = (self.start.settings.substeps, 0.0);
+        for event in &self.events {
+            match event {
+                Event::Steps(count) => sum += f64::from(*count) * f64::from(now),
+                Event::Settings(settings) => now = settings.substeps,
+                Event::Start(start) => now = start.settings.substeps,
+                _ => {}
+            }
+        }
+        sum
+    }
+
+    /// The hash of the last state, if the recording was ended.
+    pub fn hash(&self) -> Option<u64> {
+        let Some(Event::End(hash)) = self.events.last() else { return None };
+        Some(*hash)
+    }
+}
+
+/// Reads a recording from a file.
+///
+/// # Errors
+/// A file that cannot be read; everything that [`read_recording`] refuses.
+pub fn load_recording(path: &Path) -> Result<Recording, LabError> {
+    read_recording(&KIND.load(path)?, &path.display().to_string())
+}
+
+/// Reads a recording from the bytes of a file called `name`. Whether its events fit its run is
+/// checked when they are replayed.
+///
+/// # Errors
+/// [`LabError::Format`] for a file of another format; [`LabError::Malformed`] for bytes that are no
+/// recording, end before its first event or do not fit their checksum.
+pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, LabError> {
+    let wrong = |reason: &str| {
+        let place = Place { file: name.into(), position: None };
+        LabError::Malformed { place, reason: reason.into() }
+    };
+    let mut frames = KIND.frames(bytes, name)?;
+    let start: Loaded = frames.expect()?;
+    if !is_saved(&start) {
+        return Err(frames.damaged());
+    }
+    let mut recording = Recording { start, events: Vec::new(), is_cut_short: false };
+    loop {
+        let event = match frames.next() {
+            Found::Whole(content) => frames.decode(content)?,
+            Found::Damaged => return Err(frames.damaged()),
+            Found::End | Found::Torn => break,
+        };
+        if recording.hash().is_some() {
+            return Err(wrong("goes on after its end"));
+        }
+        if matches!(&event, Event::Start(start) if !is_saved(start)) {
+            return Err(frames.damaged());
+        }
+        recording.events.push(event);
+    }
+    recording.is_cut_short = recording.hash().is_none();
+    Ok(recording)
+}
+
+/// A recording that is being made.
+#[derive(Debug)]
+pub struct Recorder {
+    file: File,
+    name: String,
+    /// Steps taken that are not in the file yet.
+    unwritten: u32,
+    /// Steps since the last start: so many can be taken back.
+    steps: u64,
+}
+
+impl Recorder {
+    /// Begins a recording with the run as it is now, see [`Loaded::of`]. The file is there from now
+    /// on and grows with the events.
+    ///
+    /// # Errors
+    /// [`LabError::Unwritable`]; an older file of the name is as it was then.
+    pub fn begin(path: &Path, start: &Loaded) -> Result<Self, LabError> {
+        let mut output = Output::create(path)?;
+        let name = output.name().to_owned();
+        let line = KIND.line();
+        let written = frame(start).and_then(|frame| {
+            output.write_all(line.as_bytes())?;
+            output.write_all(&frame)
+        });
+        written.map_err(|error| output.refused(&error))?;
+        Ok(Recorder { file: output.open_ended()?, name, unwritten: 0, steps: 0 })
+    }
+
+    /// The file, as the user named it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Adds something that has happened since the last step.
+    ///
+    /// # Errors
+    /// [`LabError::Unwritable`].
+    pub fn add(&mut self, event: &Event) -> Result<(), LabError> {
+        self.write_steps()?;
+        if matches!(event, Event::Start(_)) {
+            self.steps = 0;
+        }
+        self.write(event)
+    }
+
+    /// Adds a step.
+    ///
+    /// # Errors
+    /// [`LabError::Unwritable`].
+    pub fn step(&mut self) -> Result<(), LabError> {
+        self.unwritten += 1;
+        self.steps += 1;
+        if self.unwritten < MOST_UNWRITTEN { Ok(()) } else { self.write_steps() }
+    }
+
+    /// Adds a return to the state before the last step, after it was done. Beyond the start of the
+    /// recording that is a new start.
+    ///
+    /// # Errors
+    /// [`LabError::Unwritable`].
+    pub fn back(&mut self, now: impl FnOnce() -> Loaded) -> Result<(), LabError> {
+        if self.steps == 0 {
+            return self.add(&Event::Start(Box::new(now())));
+        }
+        self.steps -= 1;
+        self.add(&Event::Back)
+    }
+
+    /// Ends the recording of a run.
+    ///
+    /// # Errors
+    /// [`LabError::Unwritable`].
+    pub fn finish(mut self, runner: &Runner) -> Result<(), LabError> {
+        self.add(&Event::End(state_hash(&runner.state())))?;
+        self.file.sync_all().map_err(|error| self.refused(&error))
+    }
+
+    fn write_steps(&mut self) -> Result<(), LabError> {
+        match std::mem::take(&mut self.unwritten) {
+            0 => Ok(()),
+            steps => self.write(&Event::Steps(steps)),
+        }
+    }
+
+    fn write(&mut self, event: &Event) -> Result<(), LabError> {
+        // A frame in one go: what a crash cuts short is the last one alone.
+        let written = frame(event).and_then(|frame| self.file.write_all(&frame));
+        written.map_err(|error| self.refused(&error))
+    }
+
+    fn refused(&self, error: &std::io::Error) -> LabError {
+        LabError::Unwritable { file: self.name.clone(), reason: error.to_string() }
+    }
+}
