@@ -7,7 +7,7 @@ use crate::hand::Hold;
 use crate::history::{History, Moment};
 use crate::margin::Margin;
 use crate::trace::Trace;
-use msd_core::{Energy, Error, Family, Interaction, Select, Settings};
+use msd_core::{Energy, Error, Family, Interaction, Select, Settings, Witness};
 use msd_lab::{Loaded, Runner};
 
 /// The most substeps that can be chosen.
@@ -31,6 +31,8 @@ pub struct Session {
     paused: bool,
     history: History,
     trace: Trace,
+    /// Watches for energy that the integrator adds.
+    pub(crate) witness: Witness,
     margin: Margin,
     /// Estimates the error while a person asks for it.
     pub(crate) accuracy: Option<Accuracy>,
@@ -70,6 +72,7 @@ impl Session {
             paused: false,
             history: History::default(),
             trace: Trace::default(),
+            witness: Witness::default(),
             margin: Margin::default(),
             accuracy: None,
             failure: None,
@@ -182,6 +185,7 @@ impl Session {
 
     fn sample(&mut self) {
         self.trace.push(self.time(), self.energy());
+        self.runner.show_to(&mut self.witness);
     }
 
     /// Pauses or goes on. After a divergence it stays paused until something is changed.
@@ -258,6 +262,7 @@ impl Session {
     pub(crate) fn act(&mut self, interaction: Interaction) -> bool {
         let result = self.runner.queue(interaction);
         self.runner.apply_queued();
+        self.witness.restart();
         if result.is_ok()
             && let Some(accuracy) = &mut self.accuracy
         {

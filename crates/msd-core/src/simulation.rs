@@ -173,7 +173,7 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Whether a hand does work: by a grab, a push or a pin that moves.
-    fn is_handled(&self) -> bool {
+    pub fn is_handled(&self) -> bool {
         let moves = |(&w, &v): (&R, &R::Vec3)| w == R::ZERO && v != R::Vec3::ZERO;
         let mut rows = self.model.inverse_masses.iter().zip(&self.state.velocities);
         !self.model.grabs.is_empty() || !self.model.pushes.is_empty() || rows.any(moves)

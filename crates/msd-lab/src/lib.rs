@@ -27,6 +27,8 @@ pub mod state_file;
 pub mod state_hash;
 pub mod trace;
 pub mod trade;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod extremes;
 pub mod solver_section;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod sweep;

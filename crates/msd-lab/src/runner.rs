@@ -1,7 +1,7 @@
 //! How does a program run a scene whose precision is only known at run time?
 
 use msd_core::{
-    Energy, Error, Integrator, Interaction, Momentum, Scene, Settings, Simulation, State,
+    Energy, Error, Integrator, Interaction, Momentum, Scene, Settings, Simulation, State, Witness,
 };
 use serde::{Deserialize, Serialize};
 
@@ -186,6 +186,11 @@ impl Runner {
     /// Energy taken away since the start, joules.
     pub fn dissipated(&self) -> f64 {
         on!(self, simulation => simulation.dissipated())
+    }
+
+    /// Lets a witness look at the energy, see [`Witness::watch`].
+    pub fn show_to(&self, witness: &mut Witness) {
+        on!(self, simulation => witness.watch(simulation));
     }
 
     /// Linear and angular momentum.

@@ -10,6 +10,7 @@ mod progress;
 mod study;
 mod tune;
 mod sweep;
+mod extremes;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -52,6 +53,7 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Study(arguments)) => study::run_study(&arguments),
         Some(Command::Tune(arguments)) => tune::run_tune(&arguments),
         Some(Command::Sweep(arguments)) => sweep::run_sweep(&arguments),
+        Some(Command::Extremes(arguments)) => extremes::run_extremes(&arguments),
     }
 }
 

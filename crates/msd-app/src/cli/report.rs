@@ -48,12 +48,42 @@ pub struct Report {
     pub stable_step: Option<f64>,
     /// Hash of the last state, hexadecimal.
     pub state_hash: String,
+    /// Energy that the integrator has added; null if none was seen.
+    pub energy_gain: Option<Gain>,
     /// Whether the run left the world; what is told is then the last good state.
     pub diverged: bool,
     /// What was done to the input, and what the user should know.
     pub notes: Vec<String>,
     /// What may be wrong.
     pub warnings: Vec<String>,
+}
+
+/// Energy that nothing gave.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Gain {
+    /// The most that was seen, joules; null where it is no number any more.
+    joules: f64,
+    /// When it was first seen, simulated seconds.
+    since: f64,
+}
+
+impl Gain {
+    /// What is known after another look.
+    pub fn now(before: Option<Gain>, joules: f64, time: f64) -> Option<Gain> {
+        match before {
+            None if 0.0 < joules => Some(Gain { joules, since: time }),
+            known => known.map(|gain| Gain { joules: gain.joules.max(joules), ..gain }),
+        }
+    }
+
+    /// What a person is told.
+    pub fn warning(&self, integrator: Integrator) -> String {
+        let Gain { joules, since } = self;
+        format!(
+            "{integrator} is adding energy: {joules:.3e} J that nothing gave, seen from t = \
+             {since:.3} s on; shorten the step or use another integrator"
+        )
+    }
 }
 
 /// Energy, joules.
@@ -104,7 +134,11 @@ fn evaluations(integrator: Integrator) -> Option<u64> {
 
 impl Report {
     /// Collects what came of a run.
-    pub fn new(prepared: Prepared, wall_seconds: f64, diverged: bool) -> Self {
+    pub fn new(
+        prepared: Prepared,
+        wall_seconds: f64,
+        (diverged, energy_gain): (bool, Option<Gain>),
+    ) -> Self {
         let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
         let settings = runner.settings();
         let adaptive = settings.integrator.is_adaptive();
@@ -133,6 +167,7 @@ impl Report {
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),
+            energy_gain,
             diverged,
             notes,
             warnings,

@@ -1,10 +1,10 @@
 //! `msd run`: how does a scene run without a window?
 
 use super::arguments::RunArguments;
-use super::failure::{Failure, say};
+use super::failure::{Failure, say, tell};
 use super::prepare::{Prepared, advise, prepare};
-use super::report::Report;
-use msd_core::{Divergence, Error};
+use super::report::{Gain, Report};
+use msd_core::{Divergence, Error, Witness};
 use msd_lab::{LabError, Output, Trace, write_state};
 use std::path::Path;
 use web_time::{Duration, Instant};
@@ -30,7 +30,13 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let trace = trace.map_err(Failure::input)?;
     let mut trace = trace.map(|output| Trace::begin(output, arguments.watch.clone()));
     let trace = trace.take().transpose().map_err(Failure::input)?;
-    let (wall, diverged, trace) = step_all(&mut prepared, trace).map_err(Failure::input)?;
+    let Stepped { wall, diverged, trace, gain } =
+        step_all(&mut prepared, trace).map_err(Failure::input)?;
+    if let Some(gain) = &gain {
+        let warning = gain.warning(prepared.runner.integrator());
+        tell(&format!("warning: {warning}"));
+        prepared.warnings.push(warning);
+    }
     if let Some(mut output) = output {
         write_state(&prepared.runner.state(), &mut output).map_err(Failure::input)?;
         output.finish().map_err(Failure::input)?;
@@ -38,7 +44,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     if let Some(trace) = trace {
         trace.finish().map_err(Failure::input)?;
     }
-    let report = Report::new(prepared, wall.as_secs_f64(), diverged.is_some());
+    let report = Report::new(prepared, wall.as_secs_f64(), (diverged.is_some(), gain));
     let told = if arguments.json { report.json() } else { Ok(report.summary()) };
     say(&told.map_err(Failure::input)?)?;
     match diverged {
@@ -47,27 +53,41 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     }
 }
 
-type Stepped = (Duration, Option<Error>, Option<Trace>);
+/// What stepping came to.
+struct Stepped {
+    /// Time that the steps took.
+    wall: Duration,
+    /// Why it ended early.
+    diverged: Option<Error>,
+    trace: Option<Trace>,
+    /// Energy that the integrator added.
+    gain: Option<Gain>,
+}
 
 /// Takes all steps, or as many as stay in the world; only the steps are timed.
-fn step_all(prepared: &mut Prepared, mut trace: Option<Trace>) -> Result<Stepped, LabError> {
+fn step_all(prepared: &mut Prepared, trace: Option<Trace>) -> Result<Stepped, LabError> {
     let runner = &mut prepared.runner;
-    let mut wall = Duration::ZERO;
-    if let Some(trace) = &mut trace {
+    let mut done = Stepped { wall: Duration::ZERO, diverged: None, trace, gain: None };
+    let mut witness = Witness::default();
+    runner.show_to(&mut witness);
+    if let Some(trace) = &mut done.trace {
         trace.add(runner)?;
     }
     for _ in 0..prepared.steps {
         let start = Instant::now();
         let stepped = runner.step();
-        wall += start.elapsed();
+        done.wall += start.elapsed();
         if let Err(error) = stepped {
-            return Ok((wall, Some(error), trace));
+            done.diverged = Some(error);
+            return Ok(done);
         }
-        if let Some(trace) = &mut trace {
+        if let Some(trace) = &mut done.trace {
             trace.add(runner)?;
         }
+        runner.show_to(&mut witness);
+        done.gain = Gain::now(done.gain, witness.gain(), runner.time());
     }
-    Ok((wall, None, trace))
+    Ok(done)
 }
 
 /// What happened, and what to change.
