@@ -10,7 +10,8 @@
 //! value counts, but the *lowest* of a window of samples: the swing of a mode comes back to where it
 //! started within half its period, and the modes whose swing is large are those whose period is a
 //! few steps. A gain is told where even the lowest is above what the energy was before by more than
-//! a tenth of the kinetic and elastic energy, and by more than rounding can have added. A tenth,
+//! a tenth of the kinetic and elastic energy, both of that sample and of the time before, and by
+//! more than rounding can have added. A tenth,
 //! because energy that passes from slow modes to fast ones does raise what is measured: by
 //! h² w² / 8 on average, 6 % where a mode at 70 % of its stable step takes all.
 //!
@@ -22,7 +23,7 @@ use crate::real::Real;
 use crate::simulation::Simulation;
 
 /// Samples in a window.
-const WINDOW: u32 = 32;
+const WINDOW: u32 = 16;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
 
@@ -31,7 +32,9 @@ const FRACTION: f64 = 0.1;
 pub struct Witness {
     /// What the energy may not stay above, joules; none before the first sample.
     reference: Option<f64>,
-    /// Samples since that was found.
+    /// Largest kinetic and elastic energy when that was found, joules.
+    scale: f64,
+    /// Samples since then.
     samples: u64,
     window: Window,
     gain: f64,
@@ -43,7 +46,8 @@ struct Window {
     count: u32,
     lowest: f64,
     highest: f64,
-    /// Largest kinetic and elastic energy, joules.
+    /// Kinetic and elastic energy of the lowest sample, and the largest, joules.
+    moving: f64,
     scale: f64,
     /// Most that one rounding of everything adds, joules.
     rounding: f64,
@@ -69,12 +73,14 @@ impl Witness {
         let now = moving + energy.gravitational;
         let reference = *self.reference.get_or_insert(now);
         let window = &mut self.window;
+        if window.count == 0 || now < window.lowest {
+            (window.lowest, window.moving) = (now, moving);
+        }
         if window.count == 0 {
-            (window.lowest, window.highest) = (now, now);
+            window.highest = now;
         }
         window.count += 1;
         self.samples += 1;
-        window.lowest = Real::min(window.lowest, now);
         window.highest = Real::max(window.highest, now);
         window.scale = Real::max(window.scale, moving);
         window.rounding = Real::max(window.rounding, rounding);
@@ -87,13 +93,17 @@ impl Witness {
 
     /// Ends a window.
     fn conclude(&mut self, reference: f64) {
-        let Window { lowest, highest, scale, rounding, .. } = self.window;
+        let Window { lowest, highest, moving, scale, rounding, .. } = self.window;
+        if self.scale == 0.0 {
+            self.scale = scale;
+        }
         // A step adds no more than one rounding of everything, whatever their signs.
-        let allowed = FRACTION * scale + rounding * self.samples as f64;
+        let swinging = Real::max(moving, self.scale);
+        let allowed = FRACTION * swinging + rounding * self.samples as f64;
         let gained = lowest - reference;
         self.gain = if allowed < gained { gained } else { 0.0 };
         if highest < reference {
-            (self.reference, self.samples) = (Some(highest), 0);
+            (self.reference, self.scale, self.samples) = (Some(highest), scale, 0);
         }
         self.window = Window::default();
     }

@@ -230,6 +230,9 @@ pub struct ExtremesArguments {
     /// The folder of the maps and tables
     #[arg(long, value_name = "FOLDER", default_value = "extremes")]
     pub out: PathBuf,
+    /// Put the tables between the marks of this page as well, as in docs/extremes.md
+    #[arg(long, value_name = "PAGE.md")]
+    pub page: Option<PathBuf>,
     /// A coarse look: some seconds instead of some minutes
     #[arg(long)]
     pub quick: bool,

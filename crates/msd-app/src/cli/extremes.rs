@@ -32,6 +32,7 @@ pub fn run_extremes(arguments: &ExtremesArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
+    let page = arguments.page.as_deref().map(open_page).transpose()?;
     let threads = arguments.jobs.unwrap_or_else(available);
     let plan = if arguments.quick { Plan::quick(threads) } else { Plan::full(threads) };
     let start = Instant::now();
@@ -40,7 +41,13 @@ pub fn run_extremes(arguments: &ExtremesArguments) -> Result<(), Failure> {
     let losses: Result<Vec<Loss>, _> = DISTANCES.into_iter().map(distance::loss).collect();
     bar.end();
     let losses = losses.map_err(Failure::input)?;
-    write_all(folder, &extremes, &losses)?;
+    let all = all_tables(&extremes, &losses);
+    write_all(folder, &extremes, &all)?;
+    if let (Some(path), Some(text)) = (&arguments.page, page) {
+        let filled =
+            |text: String, (name, table): (&str, &String)| put(&text, name, table).unwrap_or(text);
+        write(path, &NAMES.into_iter().zip(&all).fold(text, filled))?;
+    }
     let failures = extremes.failures();
     let report = Report {
         runs: extremes.len(),
@@ -65,20 +72,41 @@ fn available() -> usize {
     std::thread::available_parallelism().map_or(1, |count| count.get())
 }
 
-fn write_all(folder: &Path, extremes: &Extremes, losses: &[Loss]) -> Result<(), Failure> {
+/// The tables of a page by the names of their marks, and their titles.
+const NAMES: [&str; 3] = ["cells", "hardships", "distances"];
+const TITLES: [&str; 3] = ["Cells of the maps", "Hardships", "Far from the origin"];
+
+fn all_tables(extremes: &Extremes, losses: &[Loss]) -> [String; 3] {
+    [tables::summary(extremes), tables::hardships(extremes), tables::distances(losses)]
+}
+
+fn write_all(folder: &Path, extremes: &Extremes, all: &[String; 3]) -> Result<(), Failure> {
     for integrator in Integrator::ALL {
         write(&folder.join(format!("{integrator}.svg")), &figure::svg(extremes, integrator))?;
     }
-    let page = [
-        ("Cells of the maps", tables::summary(extremes)),
-        ("Hardships", tables::hardships(extremes)),
-        ("Far from the origin", tables::distances(losses)),
-    ];
-    let page: Vec<String> =
-        page.into_iter().map(|(title, table)| format!("## {title}\n\n{table}")).collect();
-    write(&folder.join("tables.md"), &page.join("\n"))?;
+    let titled = TITLES.iter().zip(all).map(|(title, table)| format!("## {title}\n\n{table}"));
+    write(&folder.join("tables.md"), &titled.collect::<Vec<_>>().join("\n"))?;
     write(&folder.join("hardships.csv"), &tables::hardships_csv(extremes))?;
     write(&folder.join("maps.csv"), &tables::maps_csv(extremes))
+}
+
+/// Reads a page that has marks for every table.
+fn open_page(path: &Path) -> Result<String, Failure> {
+    let refused = |why: String| Failure::input(format!("{}: {why}", path.display()));
+    let text = std::fs::read_to_string(path).map_err(|error| refused(error.to_string()))?;
+    match NAMES.into_iter().find(|name| put(&text, name, "").is_none()) {
+        Some(name) => Err(refused(format!("it has no marks <!-- begin {name} --> and <!-- end"))),
+        None => Ok(text),
+    }
+}
+
+/// Puts a table between `<!-- begin NAME -->` and `<!-- end NAME -->`, if they are there.
+fn put(text: &str, name: &str, table: &str) -> Option<String> {
+    let begin = format!("<!-- begin {name} -->\n");
+    let end = format!("<!-- end {name} -->");
+    let (before, rest) = text.split_once(&begin)?;
+    let (_, after) = rest.split_once(&end)?;
+    Some(format!("{before}{begin}{table}{end}{after}"))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {

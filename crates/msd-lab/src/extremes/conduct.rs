@@ -30,7 +30,7 @@ impl Plan {
     /// Everything: some minutes on two cores.
     pub fn full(threads: usize) -> Self {
         let grid = Grid { columns: 43, rows: 31 };
-        Plan { grid, part: 1.0, threads, deadline: Duration::from_secs(120) }
+        Plan { grid, part: 1.0, threads, deadline: Duration::from_secs(300) }
     }
 
     /// A coarse look: seconds.

@@ -58,7 +58,7 @@ fn tumbling() -> Scene {
     for particle in &mut part.particles {
         particle.position *= 1.1;
     }
-    Scene::of("block", part)
+    bodies::in_a_wide_world(Scene::of("block", part))
 }
 
 fn run<R: Real>(scene: &Scene) -> Result<Vec<DVec3>, Error> {

@@ -1,7 +1,7 @@
 //! How does the map of a method look? Two rows of maps, one per precision, with the limit that
 //! theory draws.
 
-use super::colours::{self, LEVELS};
+use super::colours;
 use super::conduct::{Extremes, PRECISIONS};
 use super::map::{Across, Map};
 use super::outcome::Outcome;
@@ -35,13 +35,15 @@ fn draw<DB: DrawingBackend>(extremes: &Extremes, integrator: Integrator, surface
     let pen = Pen::new(surface, ink::PAPER.light)?;
     let title = Type { bold: true, ..Type::new(16.0, ink::TEXT.light) };
     pen.words(integrator.name(), (CORNER.0, 22.0), title)?;
-    let said = "two masses on a spring, let go: what 320 steps come to, by step and by …";
-    pen.words(said, (CORNER.0 + 150.0, 22.0), Type::new(12.5, ink::MUTED.light))?;
+    let said = "two masses on a spring, let go: what 320 steps come to";
+    pen.words(said, (CORNER.0 + 172.0, 22.0), Type::new(12.5, ink::MUTED.light))?;
     for (row, precision) in PRECISIONS.into_iter().enumerate() {
         let top = CORNER.1 + row as f64 * STRIDE.1;
         let middle = top + 0.5 * SIZE.1;
         let style = Type::new(13.0, ink::TEXT.light);
-        pen.words("Step, s", (8.0, top - 14.0), style)?;
+        if row == 0 {
+            pen.words("Step, s", (8.0, top - 14.0), style)?;
+        }
         pen.words(precision.name(), (8.0, middle), Type { bold: true, ..style })?;
         for (column, across) in Across::ALL.into_iter().enumerate() {
             let mut maps = extremes.maps_of(integrator);
@@ -87,7 +89,9 @@ impl<'a> Chart<'a> {
             let same = |&column: &usize| colour(column) == colour(from);
             let to = (from..columns).take_while(same).last().unwrap_or(from) + 1;
             let y = self.y(row as f64 + 1.0);
-            pen.block((self.x(from), y), (self.x(to), self.y(row as f64)), colour(from))?;
+            // A little beyond its lower edge, or the ground would show between two rows.
+            let lower = self.y(row as f64) + if row == 0 { 0.0 } else { 0.4 };
+            pen.block((self.x(from), y), (self.x(to), lower), colour(from))?;
             from = to;
         }
         Ok(())
@@ -186,16 +190,20 @@ impl<'a> Chart<'a> {
 fn draw_legend<DB: DrawingBackend>(pen: &Pen<DB>) -> Drawn<DB> {
     let (upper, lower) = (HEIGHT - 58.0, HEIGHT - 30.0);
     let style = Type::new(12.0, ink::TEXT.light);
-    let error = |level: usize| format!("≤ {}", units::percent(LEVELS[level]));
     pen.words("off by", (CORNER.0, upper), style)?;
     let mut x = CORNER.0 + 52.0;
-    for level in 0..LEVELS.len() {
-        draw_key(pen, (x, upper), (colours::shade(level), &error(level)))?;
-        x += 96.0;
+    for (level, said) in ["≤ 10⁻⁶", "≤ 10⁻⁴", "≤ 1 %", "≤ 10 %"].into_iter().enumerate()
+    {
+        draw_key(pen, (x, upper), (colours::shade(level), said))?;
+        x += 82.0;
     }
-    draw_key(pen, (x, upper), (colours::colour(Outcome::Bounded), "further off, but bounded"))?;
-    pen.line(&[(x + 220.0, upper), (x + 250.0, upper)], ink::TEXT.light, 1.8)?;
-    pen.words("limit of stability, predicted", (x + 256.0, upper), style)?;
+    draw_key(
+        pen,
+        (x, upper),
+        (colours::colour(Outcome::Bounded), "of the amplitude; further off, but bounded"),
+    )?;
+    pen.line(&[(x + 290.0, upper), (x + 316.0, upper)], ink::TEXT.light, 1.8)?;
+    pen.words("limit, predicted", (x + 322.0, upper), style)?;
     let mut x = CORNER.0;
     for (outcome, width) in [
         (Outcome::Growing, 150.0),
