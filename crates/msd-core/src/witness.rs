@@ -7,16 +7,17 @@
 //!
 //! Symplectic methods let the energy swing about without ever gaining any: a mode of frequency w
 //! by a fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single
-//! value counts, but the *lowest* of a window of samples: the swing of a mode comes back to where it
-//! started within half its period, and the modes whose swing is large are those whose period is a
-//! few steps. A gain is told where even the lowest is above what the energy was before by more than
-//! a tenth of the kinetic and elastic energy, both of that sample and of the time before, and by
-//! more than rounding can have added. A tenth,
-//! because energy that passes from slow modes to fast ones does raise what is measured: by
-//! h² w² / 8 on average, 6 % where a mode at 70 % of its stable step takes all.
+//! value counts, but the *lowest* of a window of samples: the swing of a mode comes back to where
+//! it started within half its period, and the modes whose swing is large are those whose period is
+//! a few steps. A gain is told where even the lowest is above what the energy was before by more
+//! than a tenth of the kinetic and elastic energy, both of that sample and of the time before, and
+//! by more than rounding can have added. A tenth, because energy that passes from slow modes to
+//! fast ones does raise what is measured: by h² w² / 8 on average, 6 % where a mode at a third of
+//! its stable step takes all.
 //!
 //! What was before follows the energy down, never up, so a gain after long damping shows as well.
-//! What the witness does not see: energy added more slowly than dampers take it away.
+//! What the witness does not see: energy added more slowly than dampers take it away, and none
+//! before the second window.
 
 use crate::energy::{self, Energy};
 use crate::real::Real;
