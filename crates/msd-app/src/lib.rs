@@ -12,6 +12,7 @@ pub mod accuracy;
 pub mod edits;
 pub mod hand;
 pub mod session;
+mod reading;
 mod tuning;
 mod stepping;
 mod grasp;

@@ -1,13 +1,13 @@
 //! What is running, how far is it, and what stopped it? The window's logic without a window.
 
 use crate::accuracy::Accuracy;
-use crate::clock::{Clock, Frame, Pace};
+use crate::clock::{Clock, Frame};
 use crate::edits::{Edits, Shown};
 use crate::hand::Hold;
 use crate::margin::Margin;
 use crate::trace::Trace;
 use msd_core::stability::Estimator;
-use msd_core::{Energy, Error, Family, Interaction, Select, Settings};
+use msd_core::{Error, Family, Interaction, Settings, Witness};
 use msd_lab::history::{History, Moment};
 use msd_lab::recording::Event;
 use msd_lab::{Loaded, Recorder, Runner};
@@ -29,23 +29,25 @@ pub struct Session {
     pub(crate) hold: Option<Hold>,
     /// The particle that buttons and keys act on.
     pub(crate) selected: Option<usize>,
-    clock: Clock,
-    paused: bool,
-    history: History,
-    trace: Trace,
-    margin: Margin,
+    pub(crate) clock: Clock,
+    pub(crate) paused: bool,
+    pub(crate) history: History,
+    pub(crate) trace: Trace,
+    /// Watches for energy that the integrator adds.
+    pub(crate) witness: Witness,
+    pub(crate) margin: Margin,
     estimator: Estimator,
     /// Estimates the error while a person asks for it.
     pub(crate) accuracy: Option<Accuracy>,
     /// Writes down what happens while a person asks for it.
     pub(crate) recorder: Option<Recorder>,
     /// The error that paused the run, and how many substeps would have been stable.
-    failure: Option<Failure>,
+    pub(crate) failure: Option<Failure>,
     /// The last thing that was refused, for the status line.
     pub(crate) refusal: Option<String>,
     /// Energy dissipated at the present state less what the simulation counted, joules: stepping
     /// back takes dissipation back too.
-    dissipated_before: f64,
+    pub(crate) dissipated_before: f64,
 }
 
 /// Why a run stopped.
@@ -75,6 +77,7 @@ impl Session {
             paused: false,
             history: History::default(),
             trace: Trace::default(),
+            witness: Witness::default(),
             margin: Margin::default(),
             estimator: Estimator::default(),
             accuracy: None,
@@ -192,6 +195,7 @@ impl Session {
 
     fn sample(&mut self) {
         self.trace.push(self.time(), self.energy());
+        self.runner.show_to(&mut self.witness);
     }
 
     /// Pauses or goes on. After a divergence it stays paused until something is changed.
@@ -269,6 +273,7 @@ impl Session {
     /// Does something to the simulation at once: the window is always between two steps.
     pub(crate) fn act(&mut self, interaction: Interaction) -> bool {
         let result = self.runner.queue(interaction).and_then(|()| self.runner.apply_queued());
+        self.witness.restart();
         if result.is_ok()
             && let Some(accuracy) = &mut self.accuracy
         {
@@ -308,95 +313,5 @@ impl Session {
     /// Forgets the wall-clock time up to the next frame, as after the window was hidden.
     pub fn resume(&mut self) {
         self.clock.resume();
-    }
-}
-
-/// What can be read.
-impl Session {
-    /// The scene as it was loaded.
-    pub fn loaded(&self) -> &Loaded {
-        &self.loaded
-    }
-
-    /// The simulation.
-    pub fn runner(&self) -> &Runner {
-        &self.runner
-    }
-
-    /// Whether no steps are taken.
-    pub fn is_paused(&self) -> bool {
-        self.paused
-    }
-
-    /// Why the run stopped by itself.
-    pub fn failure(&self) -> Option<&Failure> {
-        self.failure.as_ref()
-    }
-
-    /// What was refused last.
-    pub fn refusal(&self) -> Option<&str> {
-        self.refusal.as_deref()
-    }
-
-    /// How fast simulated time should run, 1 for real time.
-    pub fn speed(&self) -> f64 {
-        self.clock.speed()
-    }
-
-    /// Averages over the last frames; all 0 while paused.
-    pub fn pace(&self) -> Pace {
-        if self.paused { Pace::default() } else { self.clock.pace() }
-    }
-
-    /// Simulated time, seconds.
-    pub fn time(&self) -> f64 {
-        self.runner.time()
-    }
-
-    /// How many steps can be taken back.
-    pub fn steps_back(&self) -> usize {
-        self.history.len()
-    }
-
-    /// Where the energy is.
-    pub fn energy(&self) -> Energy {
-        let mut energy = self.runner.energy();
-        energy.dissipated += self.dissipated_before;
-        energy
-    }
-
-    /// The energy of the last seconds.
-    pub fn trace(&self) -> &Trace {
-        &self.trace
-    }
-
-    /// The substep as a share of the largest stable one, if that was predicted.
-    pub fn margin(&self) -> Option<f64> {
-        self.margin.share(self.runner.settings().substep())
-    }
-
-    /// The estimate of the error, while one is asked for.
-    pub fn accuracy(&self) -> Option<&Accuracy> {
-        self.accuracy.as_ref()
-    }
-
-    /// The springs and particles that sliders act on.
-    pub fn select(&self) -> Select {
-        self.shown.select
-    }
-
-    /// What the sliders show.
-    pub fn shown(&self) -> &Shown {
-        &self.shown
-    }
-
-    /// The particle held by the mouse.
-    pub fn held(&self) -> Option<usize> {
-        self.hold.as_ref().map(|hold| hold.particle)
-    }
-
-    /// The particle that buttons and keys act on.
-    pub fn selected(&self) -> Option<usize> {
-        self.selected
     }
 }

@@ -56,8 +56,15 @@ impl Session {
         }
     }
 
-    /// Forgets the estimate: it is of another state or of other settings.
+    /// Energy that the integrator has added for good since a hand did something, joules; none if
+    /// it added none.
+    pub fn energy_gain(&self) -> Option<f64> {
+        Some(self.witness.gain()).filter(|&gain| 0.0 < gain)
+    }
+
+    /// Forgets what was measured: it is of another state or of other settings.
     pub(crate) fn remeasure(&mut self) {
+        self.witness.restart();
         if let Some(accuracy) = &mut self.accuracy {
             accuracy.restart();
         }

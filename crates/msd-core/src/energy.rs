@@ -44,6 +44,28 @@ pub fn energy<R: Real>(model: &Model<R>, state: &State<R>, dissipated: f64) -> E
     energy
 }
 
+/// Measures by how much rounding every coordinate and speed once can change the energy, joules.
+///
+/// With δ the rounding of a coordinate, ε times its size: k δ (|stretch| + δ) of a spring, and
+/// m |g| δ + ε m v² of a particle.
+pub fn rounding<R: Real>(model: &Model<R>, state: &State<R>) -> f64 {
+    let epsilon = R::EPSILON.to_f64();
+    let far = state.positions.iter().map(|position| position.extent().to_f64());
+    let delta = epsilon * far.fold(0.0, f64::max);
+    let [gravity, force] =
+        [model.gravity, model.force].map(|field| Real::sqrt(field.dot(field).to_f64()));
+    let mut energy = 0.0;
+    for (&mass, velocity) in model.masses.iter().zip(&state.velocities) {
+        let (mass, velocity) = (mass.to_f64(), velocity.to_f64());
+        energy += (gravity * mass + force) * delta + epsilon * mass * velocity.dot(velocity);
+    }
+    for spring in 0..model.spring_count() {
+        let stretch = (length(model, state, spring) - model.rest_lengths[spring].to_f64()).abs();
+        energy += model.stiffnesses.get(spring).to_f64() * delta * (stretch + delta);
+    }
+    energy
+}
+
 /// The momentum of a system.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -10,8 +10,9 @@ const SAFETY: f64 = 0.9;
 const SHRINK: f64 = 0.2;
 /// A substep shorter than this fraction of the step will not get there.
 const SHORTEST: f64 = 1e-12;
-/// More attempts than this in one step will not get there.
-const MOST_ATTEMPTS: u32 = 1_000_000;
+/// More attempts than this in one step will not get there: a step of a thousand particles would
+/// take minutes before it said so.
+const MOST_ATTEMPTS: u32 = 100_000;
 
 /// The length of the next substep.
 ///

@@ -3,7 +3,7 @@
 use crate::check::check;
 use crate::collision::{self, Contacts};
 use crate::dormand_prince::{Advance, Work};
-use crate::energy::{self, Energy, Momentum};
+use crate::energy;
 use crate::error::{Divergence, Error};
 use crate::interaction::{self, Interaction};
 use crate::ledger::Ledger;
@@ -11,7 +11,6 @@ use crate::method::Method;
 use crate::real::{Real, Vector};
 use crate::scene::Scene;
 use crate::settings::Settings;
-use crate::snapshot::Snapshot;
 use crate::stability::Estimator;
 use crate::system::{Model, Motion, State};
 use alloc::vec::Vec;
@@ -192,7 +191,7 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Whether a hand does work: by a grab, a push or a pin that moves.
-    fn is_handled(&self) -> bool {
+    pub fn is_handled(&self) -> bool {
         let moves = |(&w, &v): (&R, &R::Vec3)| w == R::ZERO && v != R::Vec3::ZERO;
         let mut rows = self.model.inverse_masses.iter().zip(&self.state.velocities);
         !self.model.grabs.is_empty() || !self.model.pushes.is_empty() || rows.any(moves)
@@ -235,18 +234,7 @@ impl<R: Real> Simulation<R> {
         }))
     }
 
-    /// Predicts the largest stable substep at the present state, seconds: 0 if no step is stable,
-    /// infinite if every step is.
-    pub fn stable_substep(&self) -> f64 {
-        self.stable_substep_by(&mut Estimator::default())
-    }
-
-    /// Predicts like [`Simulation::stable_substep`], in columns that are kept for the next time.
-    pub fn stable_substep_by(&self, estimator: &mut Estimator) -> f64 {
-        self.largest_step_from(&self.state, estimator)
-    }
-
-    fn largest_step_from(&self, state: &State<R>, estimator: &mut Estimator) -> f64 {
+    pub(crate) fn largest_step_from(&self, state: &State<R>, estimator: &mut Estimator) -> f64 {
         let Settings { integrator, substeps, .. } = self.settings;
         if integrator.is_adaptive() {
             return f64::INFINITY;
@@ -382,28 +370,8 @@ impl<R: Real> Simulation<R> {
         time + (self.steps - steps) as f64 * self.settings.step
     }
 
-    /// What a renderer may see.
-    pub fn snapshot(&self) -> Snapshot<'_, R> {
-        Snapshot::new(&self.model, &self.state)
-    }
-
-    /// Where the energy is.
-    pub fn energy(&self) -> Energy {
-        energy::energy(&self.model, &self.state, self.dissipated())
-    }
-
-    /// Energy taken away since the start by dampers, drag and contact, joules.
-    pub fn dissipated(&self) -> f64 {
-        self.ledger.dissipated(|| energy::energy(&self.model, &self.state, 0.0).total())
-    }
-
     /// What the steps of an adaptive method have taken since it was chosen; `None` of another.
     pub fn work(&self) -> Option<Work> {
         self.method.work()
-    }
-
-    /// Linear and angular momentum.
-    pub fn momentum(&self) -> Momentum {
-        energy::momentum(&self.model, &self.state)
     }
 }

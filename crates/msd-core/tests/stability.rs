@@ -161,7 +161,7 @@ fn drag_and_a_hand_count() {
         max_force: 1e9,
     };
     simulation.queue(hold).unwrap();
-    simulation.apply_queued();
+    simulation.apply_queued().unwrap();
     // The hand is capped to a tenth of the substeps per second, far above what the springs reach.
     assert!(simulation.stable_substep() < 0.9 * free);
 }

@@ -34,6 +34,8 @@ pub mod recording;
 pub mod replay;
 pub mod twin;
 pub mod trade;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod extremes;
 pub mod solver_section;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod sweep;

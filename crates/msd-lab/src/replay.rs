@@ -113,7 +113,7 @@ impl<'a> Replay<'a> {
             Event::Act(interaction) => {
                 let felt = as_felt(*interaction, self.recorded.substep());
                 self.runner.queue(if self.changes.is_none() { *interaction } else { felt })?;
-                self.runner.apply_queued();
+                self.runner.apply_queued()?;
             }
             Event::Settings(settings) => {
                 self.recorded = *settings;

@@ -3,6 +3,7 @@
 use msd_core::stability::Estimator;
 use msd_core::{
     Energy, Error, Integrator, Interaction, Momentum, Progress, Scene, Settings, Simulation, State,
+    Witness,
 };
 use serde::{Deserialize, Serialize};
 
@@ -206,6 +207,11 @@ impl Runner {
     /// Energy taken away since the start, joules.
     pub fn dissipated(&self) -> f64 {
         on!(self, simulation => simulation.dissipated())
+    }
+
+    /// Lets a witness look at the energy, see [`Witness::watch`].
+    pub fn show_to(&self, witness: &mut Witness) {
+        on!(self, simulation => witness.watch(simulation));
     }
 
     /// Linear and angular momentum.

@@ -31,7 +31,7 @@ impl Tape {
 
     fn act(&mut self, interaction: Interaction) {
         self.runner.queue(interaction).expect("a valid interaction");
-        self.runner.apply_queued();
+        self.runner.apply_queued().unwrap();
         self.recorder.add(&Event::Act(interaction)).expect("room on the disk");
     }
 

@@ -62,7 +62,7 @@ fn handled(integrator: Integrator, precision: Precision) -> Runner {
     act(&mut runner, Interaction::Pin { particle: 20, velocity: DVec3::new(0.0, 0.3, 0.0) });
     step(&mut runner, 8);
     act(&mut runner, Interaction::Push { particle: 30, force: DVec3::new(5.0, 0.0, 1.0) });
-    runner.apply_queued();
+    runner.apply_queued().unwrap();
     act(&mut runner, Interaction::Push { particle: 31, force: DVec3::new(0.0, 2.0, 1.0) });
     act(&mut runner, Interaction::Cut { spring: 4 });
     runner
@@ -264,7 +264,7 @@ fn a_column_has_the_same_form_after_a_cut_as_after_a_file() {
     act(&mut runner, Interaction::SetStiffness { springs: Select::One(2), value: 77.0 });
     act(&mut runner, Interaction::SetDamping { springs: Select::All, value: 0.0 });
     act(&mut runner, Interaction::Cut { spring: 2 });
-    runner.apply_queued();
+    runner.apply_queued().unwrap();
     let same = |runner: &Runner| {
         on!(runner, simulation => {
             matches!(simulation.model().stiffnesses(), msd_lab::msd_core::Column::Same(_))

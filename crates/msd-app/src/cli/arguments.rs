@@ -41,6 +41,8 @@ pub enum Command {
     Tune(TuneArguments),
     /// Runs a scene over a grid of its keys, one file per cell; resumes what was interrupted
     Sweep(SweepArguments),
+    /// Takes every method to the extremes: maps of what is accurate, bounded or blows up
+    Extremes(ExtremesArguments),
 }
 
 /// How a scene is stepped; what is left out is as the scene says.
@@ -248,6 +250,27 @@ pub struct SweepArguments {
     /// Folder of the files [default: as the sweep file says, else its name without ending]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+}
+
+/// Arguments of `msd extremes`.
+#[derive(Debug, Args)]
+pub struct ExtremesArguments {
+    /// The folder of the maps and tables
+    #[arg(long, value_name = "FOLDER", default_value = "extremes")]
+    pub out: PathBuf,
+    /// Put the tables between the marks of this page as well, as in docs/extremes.md
+    #[arg(long, value_name = "PAGE.md")]
+    pub page: Option<PathBuf>,
+    /// A coarse look: some seconds instead of some minutes
+    #[arg(long)]
+    pub quick: bool,
+    /// Runs at once [default: as many as there are cores]
+    #[arg(short, long, value_name = "CORES", value_parser = cores)]
+    #[arg(allow_hyphen_values = true)]
+    pub jobs: Option<usize>,
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    pub json: bool,
 }
 
 fn tasks(text: &str) -> Result<(usize, usize), String> {

@@ -3,8 +3,8 @@
 mod failure;
 mod arguments;
 mod prepare;
-mod report;
 mod watch;
+mod report;
 mod files;
 mod run;
 mod replay;
@@ -13,6 +13,7 @@ mod progress;
 mod study;
 mod tune;
 mod sweep;
+mod extremes;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -58,6 +59,7 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Study(arguments)) => study::run_study(&arguments),
         Some(Command::Tune(arguments)) => tune::run_tune(&arguments),
         Some(Command::Sweep(arguments)) => sweep::run_sweep(&arguments),
+        Some(Command::Extremes(arguments)) => extremes::run_extremes(&arguments),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What is told after a run?
 
 use super::prepare::Prepared;
+use super::watch::Gain;
 use msd_core::{Energy, Family, Integrator, Momentum};
 use msd_lab::{Precision, state_hash};
 use serde::Serialize;
@@ -50,6 +51,8 @@ pub struct Report {
     pub stable_step: Option<f64>,
     /// Hash of the last state, hexadecimal.
     pub state_hash: String,
+    /// Energy that the integrator has added; null if none was seen.
+    pub energy_gain: Option<Gain>,
     /// Whether the run left the world; what is told is then the last good state.
     pub diverged: bool,
     /// What was done to the input, and what the user should know.
@@ -72,6 +75,8 @@ pub struct Done {
     pub wall: f64,
     /// Whether it left the world.
     pub diverged: bool,
+    /// Energy that the integrator has added; none if none was seen.
+    pub gain: Option<Gain>,
 }
 
 /// How a replay compares with what was recorded.
@@ -200,6 +205,7 @@ impl Report {
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),
+            energy_gain: done.gain,
             diverged: done.diverged,
             notes,
             warnings,

@@ -3,7 +3,7 @@
 use super::arguments::RunArguments;
 use super::failure::{Failure, say, tell};
 use super::files::Files;
-use super::prepare::{Prepared, advise, prepare, warn_of_step};
+use super::prepare::{Prepared, advise, prepare};
 use super::report::{Done, Report};
 use super::watch::Watch;
 use msd_core::{Divergence, Error};
@@ -16,13 +16,19 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let mut prepared = prepare(scene, &arguments.solver, ("--duration", arguments.duration))?;
     let mut files = Files::open(arguments, &prepared)?;
     let start = (prepared.runner.steps(), prepared.runner.time());
-    let (wall, diverged) = step_all(&mut prepared, &mut files).map_err(Failure::input)?;
+    let mut watch = Watch::new(&prepared.runner, prepared.stable);
+    let stepped = step_all(&mut prepared, &mut files, &mut watch);
+    let (wall, diverged) = stepped.map_err(Failure::input)?;
+    let warnings = watch.warnings(prepared.runner.settings());
+    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    prepared.warnings.extend(warnings);
     files.finish(&prepared.runner).map_err(Failure::input)?;
     let done = Done {
         steps: prepared.runner.steps() - start.0,
         simulated: prepared.runner.time() - start.1,
         wall: wall.as_secs_f64(),
         diverged: diverged.is_some(),
+        gain: watch.gain,
     };
     tell_report(&Report::new(prepared, done), arguments, diverged)
 }
@@ -45,8 +51,8 @@ pub fn tell_report(
 fn step_all(
     prepared: &mut Prepared,
     files: &mut Files,
+    watch: &mut Watch,
 ) -> Result<(Duration, Option<Error>), LabError> {
-    let mut watch = Watch::new(&prepared.runner, prepared.stable);
     let runner = &mut prepared.runner;
     let mut wall = Duration::ZERO;
     for taken in 1..=prepared.steps {

@@ -1,8 +1,11 @@
-//! Does a run come near its limit of stability as it goes on?
+//! What may go wrong with a run as it goes on? A limit of stability that moves, and energy that
+//! nothing gave.
 
+use super::prepare::warn_of_step;
 use msd_core::stability::Estimator;
-use msd_core::{Column, Explicit, Family};
+use msd_core::{Column, Explicit, Family, Integrator, Settings, Witness};
 use msd_lab::Runner;
+use serde::Serialize;
 
 /// The largest share of the work of a run that predictions may take.
 const SHARE: f64 = 0.02;
@@ -11,13 +14,46 @@ const COST: f64 = 300.0;
 /// What it costs besides where dampers couple motions, in springs evaluated.
 const COUPLED_COST: f64 = 8e6;
 
-/// Predicts the largest stable substep every so many steps, and notes the smallest.
+/// Predicts the largest stable substep every so many steps, and looks at the energy after each.
 #[derive(Debug)]
 pub struct Watch {
     estimator: Estimator,
     every: u64,
     /// The smallest prediction yet, seconds, and the time of the run when it was made.
-    pub least: (f64, f64),
+    least: (f64, f64),
+    /// The prediction for the start, seconds.
+    stable: f64,
+    witness: Witness,
+    /// Energy that the integrator has added.
+    pub gain: Option<Gain>,
+}
+
+/// Energy that nothing gave.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Gain {
+    /// The most that was seen, joules; null where it is no number any more.
+    joules: f64,
+    /// When it was first seen, simulated seconds.
+    since: f64,
+}
+
+impl Gain {
+    /// What is known after another look.
+    pub fn now(before: Option<Gain>, joules: f64, time: f64) -> Option<Gain> {
+        match before {
+            None if 0.0 < joules => Some(Gain { joules, since: time }),
+            known => known.map(|gain| Gain { joules: gain.joules.max(joules), ..gain }),
+        }
+    }
+
+    /// What a person is told.
+    pub fn warning(&self, integrator: Integrator) -> String {
+        let Gain { joules, since } = self;
+        format!(
+            "{integrator} is adding energy: {joules:.3e} J that nothing gave, seen from t = \
+             {since:.3} s on; shorten the step or use another integrator"
+        )
+    }
 }
 
 impl Watch {
@@ -34,11 +70,36 @@ impl Watch {
         let coupled = if uneven { COUPLED_COST } else { 0.0 };
         let cost = COST + coupled / runner.spring_count().max(1) as f64;
         let every = (cost / (SHARE * stages * f64::from(settings.substeps))).ceil() as u64;
-        Watch { estimator: Estimator::default(), every, least: (stable, runner.time()) }
+        let mut watch = Watch {
+            estimator: Estimator::default(),
+            every,
+            least: (stable, runner.time()),
+            stable,
+            witness: Witness::default(),
+            gain: None,
+        };
+        runner.show_to(&mut watch.witness);
+        watch
+    }
+
+    /// Looks at a run after a step.
+    pub fn look(&mut self, runner: &Runner) {
+        runner.show_to(&mut self.witness);
+        self.gain = Gain::now(self.gain, self.witness.gain(), runner.time());
+        self.predict(runner);
+    }
+
+    /// What a person is told.
+    pub fn warnings(&self, settings: Settings) -> Vec<String> {
+        let (least, time) = self.least;
+        let moved = (least < self.stable).then(|| warn_of_step(settings, least)).flatten();
+        let moved = moved.map(|warning| format!("from {time:.3} s on at the latest {warning}"));
+        let gained = self.gain.map(|gain| gain.warning(settings.integrator));
+        moved.into_iter().chain(gained).collect()
     }
 
     /// Predicts if it is time to; what is known to be over the limit is not asked again.
-    pub fn look(&mut self, runner: &Runner) {
+    fn predict(&mut self, runner: &Runner) {
         let (least, _) = self.least;
         let explicit = matches!(runner.integrator().family(), Family::Explicit(_));
         let over = least < runner.settings().substep();

@@ -55,6 +55,10 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             ui.label(RichText::new(text).small().color(colour));
         }
         ui.label(RichText::new(format!("{unit}, over time in s")).small().color(theme::FAINT));
+        if let Some(gain) = session.energy_gain() {
+            let text = format!("{}\u{a0}{unit} added by the integrator", short(gain / scale));
+            ui.label(RichText::new(text).small().color(theme::BAD));
+        }
     });
 }
 

@@ -19,6 +19,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             let text = format!("dropped {:.1} s", pace.dropped);
             item(text, theme::WARN, "Simulated time given up because the machine was busy");
         }
+        if session.energy_gain().is_some() {
+            let hover = "More energy than there was, and nothing gave it: take a shorter step or \
+                         another method";
+            item("the integrator is adding energy".to_owned(), theme::BAD, hover);
+        }
         let text = format!("{:.1} steps/frame", pace.steps_per_frame);
         item(text, theme::TEXT, "Steps per picture");
         item(format!("{:.2} ms/step", pace.step_ms), theme::TEXT, "Wall clock for a step");

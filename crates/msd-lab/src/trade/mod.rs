@@ -20,7 +20,7 @@ mod slope;
 pub mod tune;
 pub mod promise;
 pub mod estimate;
-mod units;
+pub(crate) mod units;
 pub mod ink;
 pub mod pen;
 mod raster;

@@ -162,7 +162,7 @@ fn energies(study: &Study) -> String {
 }
 
 /// Draws with plotters and gives the drawing the size of the page.
-fn drawing(height: f64, label: &str, draw: impl FnOnce(SVGBackend<'_>)) -> String {
+pub(crate) fn drawing(height: f64, label: &str, draw: impl FnOnce(SVGBackend<'_>)) -> String {
     let mut text = String::new();
     let (width, dots) = (WIDTH * DOTS, height * DOTS);
     draw(SVGBackend::with_string(&mut text, (width as u32, dots as u32)));

@@ -1,0 +1,193 @@
+//! Does the witness tell a gain of energy from what comes and goes?
+
+mod common;
+
+use common::{simulation, tumbling_block, two_masses, weightless};
+use msd_core::glam::DVec3;
+use msd_core::{
+    Energy, Friction, Integrator, Interaction, Material, Particle, Plane, Real, Scene, Settings,
+    Simulation, Witness, World, shape,
+};
+
+/// The largest gain that is told over a run.
+fn told<R: Real>(simulation: &mut Simulation<R>, steps: usize) -> f64 {
+    let mut witness = Witness::default();
+    let mut most = 0.0;
+    witness.watch(simulation);
+    for _ in 0..steps {
+        simulation.step().expect("a run that stays in the world");
+        witness.watch(simulation);
+        most = f64::max(most, witness.gain());
+    }
+    most
+}
+
+#[test]
+fn explicit_euler_without_damping_is_told() {
+    // h w = 0.1: the energy grows by h² w² per step, e-fold in 100 steps.
+    let (k, h) = (50.0, 0.01);
+    let scene = two_masses([1.0, 1.0], k, 0.0, 0.1);
+    let mut simulation = simulation::<f64>(&scene, Integrator::ExplicitEuler, h);
+    let before = simulation.energy().total();
+    let gain = told(&mut simulation, 200);
+    let grown = simulation.energy().total() - before;
+    // At least what the lowest of the last window had: it grew by a sixth over a window, and the
+    // last may be one window old.
+    assert!(0.5 * grown < gain && gain <= grown, "{gain} of {grown}");
+}
+
+#[test]
+fn symplectic_methods_up_to_the_limit_are_not() {
+    let (k, w) = (50.0, 10.0);
+    for (integrator, steps) in
+        [(Integrator::VelocityVerlet, 10_000), (Integrator::SymplecticEuler, 10_000)]
+    {
+        // A share of the largest stable step; energy swings by a third at the first.
+        for share in [0.5, 0.9, 0.99] {
+            // So slow that the spring keeps its direction: near the limit it stretches seven
+            // times as far as it should.
+            for (stretch, speed) in [(0.1, 0.0), (0.0, 0.1), (0.05, -0.07)] {
+                let mut scene = two_masses([1.0, 1.0], k, 0.0, stretch);
+                scene.particles[1].velocity.x = speed;
+                scene.particles[0].velocity.x = -speed;
+                let mut simulation = simulation::<f64>(&scene, integrator, share * 2.0 / w);
+                let gain = told(&mut simulation, steps);
+                assert_eq!(gain, 0.0, "{integrator} at {share}, {stretch} m, {speed} m/s");
+            }
+        }
+    }
+}
+
+#[test]
+fn beyond_the_limit_it_is_told_before_the_run_leaves_the_world() {
+    // A hundredth beyond: it grows by about 1.3 per step.
+    let scene = two_masses([1.0, 1.0], 50.0, 0.0, 1e-12);
+    let mut simulation = simulation::<f64>(&scene, Integrator::VelocityVerlet, 1.01 * 0.2);
+    assert!(0.0 < told(&mut simulation, 100));
+}
+
+/// A floor that gives back more than it got: a plane that rises faster than anything falls would
+/// do it; here the particle is thrown up at each landing, as a broken contact would.
+#[test]
+fn a_contact_that_adds_energy_is_told() {
+    let mut witness = Witness::default();
+    let (g, mut speed) = (9.82, 1.0);
+    for bounce in 0..40 {
+        for part in 0..16 {
+            let time = 2.0 * speed / g * f64::from(part) / 16.0;
+            let (height, now) = (speed * time - 0.5 * g * time * time, speed - g * time);
+            let energy =
+                Energy { kinetic: 0.5 * now * now, gravitational: g * height, ..Energy::default() };
+            witness.see(energy, 1e-16);
+        }
+        // A bounce with a restitution of 1.02.
+        speed *= 1.02;
+        assert!(bounce < 20 || 0.0 < witness.gain(), "bounce {bounce}");
+    }
+}
+
+#[test]
+fn a_body_on_a_floor_that_loses_energy_is_not_told() {
+    for restitution in [0.0, 0.5, 1.0] {
+        let material = Material { mass: 0.1, stiffness: 1000.0, damping: 1.0 };
+        let mut part = shape::block([2, 2, 2], 0.25, material).unwrap();
+        part.set_motion(DVec3::new(3.0, 0.0, 1.0), DVec3::new(0.0, 0.0, 2.0));
+        let floor =
+            Plane { normal: DVec3::Y, offset: -1.0, restitution, friction: Friction::Coulomb(0.5) };
+        let scene = Scene { planes: vec![floor], ..Scene::of("block", part) };
+        for integrator in Integrator::ALL {
+            if integrator == Integrator::ExplicitEuler {
+                continue;
+            }
+            let settings = Settings { integrator, ..Settings::default() };
+            let mut simulation = Simulation::<f64>::new(&scene, settings).unwrap();
+            let gain = told(&mut simulation, 200);
+            assert_eq!(gain, 0.0, "{integrator}, restitution {restitution}");
+        }
+    }
+}
+
+#[test]
+fn rounding_in_single_precision_is_not_told_at_the_origin_or_far_away() {
+    for distance in [0.0, 1e3, 1e5] {
+        let scene = tumbling_block(0.0).moved(DVec3::splat(distance));
+        let mut simulation = simulation::<f32>(&scene, Integrator::VelocityVerlet, 1e-3);
+        assert_eq!(told(&mut simulation, 2000), 0.0, "{distance} m away");
+    }
+}
+
+#[test]
+fn what_a_hand_does_is_not_told_and_what_comes_after_it_is() {
+    let scene = two_masses([1.0, 1.0], 50.0, 0.0, 0.1);
+    let mut simulation = simulation::<f64>(&scene, Integrator::VelocityVerlet, 0.05);
+    let target = DVec3::new(5.0, 0.0, 0.0);
+    let grab = Interaction::Grab {
+        particle: 0,
+        target,
+        frequency: 1.0,
+        damping_ratio: 0.1,
+        max_force: 1e3,
+    };
+    simulation.queue(grab).unwrap();
+    assert_eq!(told(&mut simulation, 500), 0.0, "the hand gave it");
+    simulation.queue(Interaction::Release { particle: 0 }).unwrap();
+    simulation.apply_queued().unwrap();
+    let settings = simulation.settings();
+    let integrator = Integrator::ExplicitEuler;
+    simulation.set_settings(Settings { integrator, ..settings }).unwrap();
+    // h w = 0.5: a quarter more energy in each step.
+    assert!(0.0 < told(&mut simulation, 40));
+}
+
+#[test]
+fn an_energy_that_is_no_number_is_an_infinite_gain() {
+    let mut witness = Witness::default();
+    witness.see(Energy::default(), 0.0);
+    witness.see(Energy { kinetic: f64::INFINITY, ..Energy::default() }, 0.0);
+    assert_eq!(witness.gain(), f64::INFINITY);
+    witness.restart();
+    assert_eq!(witness.gain(), 0.0);
+}
+
+/// A scene far away, falling on a floor: what must be moved.
+fn on_a_slope() -> Scene {
+    let particle =
+        Particle { position: DVec3::new(0.25, 1.0, 0.5), velocity: DVec3::ZERO, mass: 1.0 };
+    let slope = Plane {
+        normal: DVec3::new(0.0, 3.0, 4.0),
+        offset: -2.0,
+        restitution: 0.5,
+        friction: Friction::Coulomb(0.1),
+    };
+    Scene {
+        particles: vec![particle],
+        planes: vec![slope],
+        world: World::default(),
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn a_scene_runs_the_same_wherever_its_origin_is() {
+    let by = DVec3::new(1024.0, -512.0, 256.0);
+    let (here, there) = (on_a_slope(), on_a_slope().moved(by));
+    let (recentred, origin) = there.recentred();
+    let run = |scene: &Scene| common::run(scene, Integrator::VelocityVerlet, 1e-3, 2000);
+    let (here, there, back) = (run(&here), run(&there), run(&recentred));
+    let expected = here.positions[0];
+    // Rounding of a coordinate of 1 km, 1e-13 m, over 2000 steps of a path without bifurcation.
+    assert!((there.positions[0] - by - expected).length() < 1e-9);
+    assert!((back.positions[0] + origin - by - expected).length() < 1e-9);
+    assert!(recentred.particles[0].position.abs().max_element() <= 1.0);
+}
+
+#[test]
+fn a_scene_without_particles_or_with_a_plane_without_direction_is_moved_all_the_same() {
+    let mut scene = on_a_slope();
+    scene.particles.clear();
+    scene.planes[0].normal = DVec3::ZERO;
+    let (moved, origin) = scene.recentred();
+    assert_eq!(origin, DVec3::ZERO);
+    assert_eq!(moved.planes[0].offset, -2.0);
+    assert_eq!(weightless().gravity, DVec3::ZERO);
+}
