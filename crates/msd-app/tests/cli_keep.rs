@@ -2,7 +2,7 @@
 
 use msd_app::session::Session;
 use msd_core::glam::DVec3;
-use msd_lab::{Loaded, load_saved, open, state_hash};
+use msd_lab::{Loaded, Recorder, load_saved, open, state_hash};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use serde_json::Value;
@@ -77,6 +77,7 @@ fn a_run_is_recorded_and_replayed_to_the_bit() {
         assert_eq!(replay[key], run[key], "{key}");
     }
     assert_eq!(replay["replay"]["recorded_hash"], run["state_hash"]);
+    assert_eq!(replay["replay"]["same_bits"], true);
     assert_eq!(replay["replay"]["apart"], Value::Null);
     let trace = std::fs::read_to_string(path.join("t.csv")).expect("t.csv");
     assert_eq!(trace.lines().count(), 32);
@@ -141,6 +142,22 @@ fn a_recording_cut_short_is_replayed_with_a_warning() {
     let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(report["duration"], 1.0);
     assert_eq!(report["replay"]["cut_short"], true);
+}
+
+#[test]
+fn a_replay_that_ends_elsewhere_says_so() {
+    let folder = folder();
+    // Its end is that of another run, as another version of msd might have found it.
+    let mut runner = open("square").expect("a scene").runner().expect("a run");
+    let start = Loaded::of("square", "", &runner);
+    let path = folder.path().join("r.msdrec");
+    let recorder = Recorder::begin(&path, &start).expect("a file");
+    runner.step().expect("a step");
+    recorder.finish(&runner).expect("room on the disk");
+    let output = msd(folder.path(), &["run", "--replay", "r.msdrec"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stdout).ends_with("replayed to another state\n"));
+    assert!(text(&output.stderr).contains("did not end in the state that was recorded"));
 }
 
 #[test]

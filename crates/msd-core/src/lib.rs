@@ -20,8 +20,8 @@
 //! ```
 //!
 //! # Features
-//! `std` (default) or `libm` for the square root, `serde` for the rows and interactions. The crate
-//! knows no clock, window, file, thread or random source. SI units everywhere, y up, radians.
+//! `std` (default) or `libm` for the square root, `serde` for rows, interactions and progress. The
+//! crate knows no clock, window, file, thread or random source. SI units everywhere, y up, radians.
 #![no_std]
 #![forbid(unsafe_code)]
 

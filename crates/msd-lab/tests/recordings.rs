@@ -1,7 +1,7 @@
 //! Does a recorded run happen again to the last bit, and does a twin tell how far it drifts?
 
 use msd_lab::msd_core::glam::DVec3;
-use msd_lab::msd_core::{Integrator, Interaction, Select};
+use msd_lab::msd_core::{Integrator, Interaction, Real, Select};
 use msd_lab::recording::Event;
 use msd_lab::twin::NOTICEABLE;
 use msd_lab::{Changes, LabError, Loaded, Precision, Recorder, Recording, Replay, Runner, Twin};
@@ -255,8 +255,12 @@ fn a_grab_is_as_strong_in_a_twin_with_shorter_steps() {
     let (recording, runner) = tape.end();
     let changes = Changes { substeps: Some(64), ..Changes::default() };
     let replay = replayed(&recording, changes);
-    let stiffness =
-        |runner: &Runner| on!(runner, s => f64::from(s.model().grabs()[0].stiffness as f32));
+    let stiffness = |runner: &Runner| {
+        on!(runner, simulation => {
+            let grabs = simulation.model().grabs();
+            grabs[0].stiffness.to_f64()
+        })
+    };
     let (was, is) = (stiffness(&runner), stiffness(replay.runner()));
     // A product more or less, in single precision.
     assert!((was - is).abs() <= 1e-6 * was, "{was} {is}");

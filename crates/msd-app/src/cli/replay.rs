@@ -43,9 +43,15 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     prepared.runner = course.runner().clone();
     done.diverged = diverged.is_some();
     let mut report = Report::new(prepared, done);
-    report.replay = Some(course.compare(&recording));
+    report.replay = Some(course.compare(&recording, done.diverged));
     tell_report(&report, arguments, diverged)?;
-    check_bits(&recording, &course, &file)
+    match report.replay.and_then(|replay| replay.same_bits) {
+        Some(false) => Err(Failure::input(format!(
+            "{file}: the replay did not end in the state that was recorded; was it recorded by \
+             another version of msd?"
+        ))),
+        _ => Ok(()),
+    }
 }
 
 fn changes(solver: &SolverArguments) -> Changes {
@@ -103,13 +109,22 @@ impl<'a> Course<'a> {
         }
     }
 
-    fn compare(&self, recording: &Recording) -> Comparison {
+    fn compare(&self, recording: &Recording, diverged: bool) -> Comparison {
         let apart = match self {
             Course::Alone(_) => None,
             Course::Beside(twin) => Some(distance(twin)),
         };
-        let recorded_hash = recording.hash().map(|hash| format!("{hash:016x}"));
-        Comparison { recorded_hash, cut_short: recording.is_cut_short, apart }
+        let recorded = match self {
+            Course::Alone(replay) => replay.runner(),
+            Course::Beside(twin) => twin.recorded().runner(),
+        };
+        let hash = state_hash(&recorded.state());
+        Comparison {
+            recorded_hash: recording.hash().map(|hash| format!("{hash:016x}")),
+            same_bits: recording.hash().filter(|_| !diverged).map(|recorded| recorded == hash),
+            cut_short: recording.is_cut_short,
+            apart,
+        }
     }
 }
 
@@ -149,22 +164,6 @@ fn step_all(
     // What is recorded changes the substeps, never the length of a step.
     done.simulated = done.steps as f64 * course.runner().settings().step;
     Ok(error)
-}
-
-/// Refuses a replay that did not end where the recording did.
-fn check_bits(recording: &Recording, course: &Course<'_>, file: &str) -> Result<(), Failure> {
-    let recorded_runner = match course {
-        Course::Alone(replay) => replay.runner(),
-        Course::Beside(twin) => twin.recorded().runner(),
-    };
-    let hash = state_hash(&recorded_runner.state());
-    match recording.hash() {
-        Some(recorded) if recorded != hash => Err(Failure::input(format!(
-            "{file}: the replay ended with state hash {hash:016x}, not {recorded:016x} as \
-             recorded; was it made by another version of msd?"
-        ))),
-        _ => Ok(()),
-    }
 }
 
 /// The file of distances, if it was asked for.

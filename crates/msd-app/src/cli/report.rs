@@ -84,6 +84,9 @@ pub struct Done {
 pub struct Comparison {
     /// Hash of the last state recorded, hexadecimal; null where the recording was cut short.
     pub recorded_hash: Option<String>,
+    /// Whether the recorded run ended in that state again; null where the recording was cut short
+    /// or the replay diverged.
+    pub same_bits: Option<bool>,
     /// Whether the end of the recording is missing.
     pub cut_short: bool,
     /// Of a replay with another solver: how far it is from the recorded run at the end.
@@ -144,9 +147,10 @@ impl EnergyReport {
 impl Comparison {
     fn summary(&self) -> String {
         let Some(apart) = &self.apart else {
-            return match self.recorded_hash {
-                Some(_) => "replayed to the same bits".into(),
-                None => "replayed up to where the recording was cut short".into(),
+            return match self.same_bits {
+                Some(true) => "replayed to the same bits".into(),
+                Some(false) => "replayed to another state".into(),
+                None => "replayed as far as it goes".into(),
             };
         };
         let Distance { recorded_integrator, rms, max, particle, size, noticeable_at } = apart;
