@@ -7,13 +7,13 @@
 //!
 //! Symplectic methods let the energy swing about without ever gaining any: a mode of frequency w
 //! by a fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single
-//! value counts, but a window of samples. The swing of a mode comes back to where it started within
-//! half its period, and the modes whose swing is large are those whose period is a few steps. A gain
-//! is told where the lowest of a window is above what the energy was at first, or its mean above the
-//! highest of the first window; by more than a tenth of the kinetic and elastic energy, then and
-//! now, and by more than rounding can have added. A tenth, because energy that passes from slow
-//! modes to fast ones does raise what is measured: by h² w² / 8 on average, 6 % where a mode at a
-//! third of its stable step takes all.
+//! value counts, but the *lowest* of a window of samples: the swing of a mode comes back to where
+//! it started within half its period, and the modes whose swing is large are those whose period is
+//! a few steps. A gain is told where even the lowest is above what the energy was before by more
+//! than a tenth of the kinetic and elastic energy, both of that sample and of the time before, and
+//! by more than rounding can have added. A tenth, because energy that passes from slow modes to
+//! fast ones does raise what is measured: by h² w² / 8 on average, 6 % where a mode at a third of
+//! its stable step takes all.
 //!
 //! What was before follows the energy down, never up, so a gain after long damping shows as well.
 //! What the witness does not see: energy added more slowly than dampers take it away, and none
@@ -33,9 +33,8 @@ const FRACTION: f64 = 0.1;
 pub struct Witness {
     /// What the energy may not stay above, joules; none before the first sample.
     reference: Option<f64>,
-    /// The highest, and the largest kinetic and elastic energy of the window in which that was
-    /// found, joules; none before its end.
-    before: Option<(f64, f64)>,
+    /// Largest kinetic and elastic energy when that was found, joules.
+    scale: f64,
     /// Samples since then.
     samples: u64,
     window: Window,
@@ -48,10 +47,8 @@ struct Window {
     count: u32,
     lowest: f64,
     highest: f64,
-    sum: f64,
-    /// Kinetic and elastic energy: of the lowest sample, the sum and the largest, joules.
+    /// Kinetic and elastic energy of the lowest sample, and the largest, joules.
     moving: f64,
-    moving_sum: f64,
     scale: f64,
     /// Most that one rounding of everything adds, joules.
     rounding: f64,
@@ -86,8 +83,6 @@ impl Witness {
         window.count += 1;
         self.samples += 1;
         window.highest = Real::max(window.highest, now);
-        window.sum += now;
-        window.moving_sum += moving;
         window.scale = Real::max(window.scale, moving);
         window.rounding = Real::max(window.rounding, rounding);
         if !now.is_finite() {
@@ -100,21 +95,16 @@ impl Witness {
     /// Ends a window.
     fn conclude(&mut self, reference: f64) {
         let Window { lowest, highest, moving, scale, rounding, .. } = self.window;
-        let mean = self.window.sum / f64::from(WINDOW);
-        let mean_moving = self.window.moving_sum / f64::from(WINDOW);
-        let (highest_before, scale_before) = *self.before.get_or_insert((highest, scale));
+        if self.scale == 0.0 {
+            self.scale = scale;
+        }
         // A step adds no more than one rounding of everything, whatever their signs.
-        let rounded = rounding * self.samples as f64;
-        let told = |gained: f64, moving: f64| {
-            let allowed = FRACTION * Real::max(moving, scale_before) + rounded;
-            if allowed < gained { gained } else { 0.0 }
-        };
-        let [by_lowest, by_mean] =
-            [told(lowest - reference, moving), told(mean - highest_before, mean_moving)];
-        self.gain = Real::max(by_lowest, by_mean);
+        let swinging = Real::max(moving, self.scale);
+        let allowed = FRACTION * swinging + rounding * self.samples as f64;
+        let gained = lowest - reference;
+        self.gain = if allowed < gained { gained } else { 0.0 };
         if highest < reference {
-            (self.reference, self.samples) = (Some(highest), 0);
-            self.before = Some((highest, scale));
+            (self.reference, self.scale, self.samples) = (Some(highest), scale, 0);
         }
         self.window = Window::default();
     }
