@@ -137,13 +137,32 @@ fn link<R: Real>(model: &Model<R>, spring: usize, motion: Motion<'_, R>, tau: R)
     Link { direction, along: tau * (tau * stiffness + damping) - across, across }
 }
 
-/// The inverse of a symmetric matrix, by cofactors.
+/// The inverse of a symmetric positive matrix, by cofactors.
+///
+/// A mass that is rounded away beside a stiff spring leaves a matrix without inverse, or with one
+/// that is not positive, which would end the solve before it begins. Then so much is added to the
+/// diagonal that rounding cannot matter: what is inverted only steers the solve.
 fn inverse<R: Real>(columns: [R::Vec3; 3]) -> [R::Vec3; 3] {
     // In double precision: a stiff spring and a light particle differ by more than 2^24.
     let [a, b, c] = columns.map(Vector::to_f64);
     let scale = 1.0 / (a.x + b.y + c.z);
-    let [a, b, c] = [a * scale, b * scale, c * scale];
+    let mut columns = [a * scale, b * scale, c * scale];
+    let rounding = 8.0 * R::EPSILON.to_f64();
+    let (mut found, mut determinant) = cofactors(columns);
+    // About the smallest eigenvalue: the determinant over the sum of products of two.
+    let minors = |[bc, ca, ab]: [DVec3; 3]| bc.x + ca.y + ab.z;
+    if determinant <= rounding * minors(found) || minors(found) <= rounding {
+        for (column, axis) in columns.iter_mut().zip([DVec3::X, DVec3::Y, DVec3::Z]) {
+            *column += axis * rounding;
+        }
+        (found, determinant) = cofactors(columns);
+    }
+    let factor = scale / determinant;
+    found.map(|column| R::Vec3::of(column * factor))
+}
+
+/// The columns of cofactors of a symmetric matrix, and its determinant.
+fn cofactors([a, b, c]: [DVec3; 3]) -> ([DVec3; 3], f64) {
     let (bc, ca, ab) = (Vector::cross(b, c), Vector::cross(c, a), Vector::cross(a, b));
-    let factor = scale / Vector::dot(a, bc);
-    [bc, ca, ab].map(|column| R::Vec3::of(column * factor))
+    ([bc, ca, ab], Vector::dot(a, bc))
 }

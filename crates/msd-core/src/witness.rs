@@ -33,7 +33,7 @@ const FRACTION: f64 = 0.1;
 pub struct Witness {
     /// What the energy may not stay above, joules; none before the first sample.
     reference: Option<f64>,
-    /// Largest kinetic and elastic energy when that was found, joules.
+    /// Largest kinetic and elastic energy of the window in which it was least, joules.
     scale: f64,
     /// Samples since then.
     samples: u64,
@@ -95,16 +95,15 @@ impl Witness {
     /// Ends a window.
     fn conclude(&mut self, reference: f64) {
         let Window { lowest, highest, moving, scale, rounding, .. } = self.window;
-        if self.scale == 0.0 {
-            self.scale = scale;
-        }
+        // Follows down: what was large in one sample alone is forgotten in the next window.
+        self.scale = if self.scale == 0.0 { scale } else { Real::min(self.scale, scale) };
         // A step adds no more than one rounding of everything, whatever their signs.
         let swinging = Real::max(moving, self.scale);
         let allowed = FRACTION * swinging + rounding * self.samples as f64;
         let gained = lowest - reference;
         self.gain = if allowed < gained { gained } else { 0.0 };
         if highest < reference {
-            (self.reference, self.scale, self.samples) = (Some(highest), scale, 0);
+            (self.reference, self.samples) = (Some(highest), 0);
         }
         self.window = Window::default();
     }
