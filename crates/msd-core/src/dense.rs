@@ -57,6 +57,20 @@ impl Matrix {
         u.iter().zip(&self.rows).map(|(u, row)| u * dot(row)).sum()
     }
 
+    /// A symmetric matrix without the part that has negative eigenvalues.
+    pub(crate) fn positive_part(&self) -> Matrix {
+        let (values, vectors) = self.eigen();
+        let mut sum = *self;
+        for (value, vector) in values.iter().zip(&vectors.rows).take(self.size) {
+            if *value < 0.0 {
+                for (row, &u) in sum.rows.iter_mut().zip(vector).take(self.size) {
+                    row.iter_mut().zip(vector).for_each(|(sum, v)| *sum -= value * u * v);
+                }
+            }
+        }
+        sum
+    }
+
     /// Eigenvalues of a symmetric matrix in descending order, and the eigenvectors as rows, by
     /// rotations (Jacobi, 1846).
     pub(crate) fn eigen(&self) -> ([f64; MOST], Matrix) {

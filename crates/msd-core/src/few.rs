@@ -75,6 +75,8 @@ impl Few {
                 self.damping.rows[a][b] = basis.damping.between(u, v);
             }
         }
+        // A compressed state buckles at any step, as it would without steps: that is no limit.
+        self.stiffness = self.stiffness.positive_part();
     }
 
     /// The limit of the motions together, from a substep that should be stable.
