@@ -28,6 +28,10 @@ const WINDOW: u32 = 16;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
 
+/// The part of the largest kinetic and elastic energy so far below which nothing is told: what is
+/// left of a motion that has died out is the error of the method, and comes and goes.
+const NOISE: f64 = 1e-7;
+
 /// Watches the energy of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Witness {
@@ -35,7 +39,9 @@ pub struct Witness {
     reference: Option<f64>,
     /// Largest kinetic and elastic energy of the window in which it was least, joules.
     scale: f64,
-    /// Samples since then.
+    /// The largest so far, joules.
+    most: f64,
+    /// Samples since the reference was found.
     samples: u64,
     window: Window,
     gain: f64,
@@ -95,11 +101,13 @@ impl Witness {
     /// Ends a window.
     fn conclude(&mut self, reference: f64) {
         let Window { lowest, highest, moving, scale, rounding, .. } = self.window;
+        self.most = Real::max(self.most, scale);
         // Follows down: what was large in one sample alone is forgotten in the next window.
         self.scale = if self.scale == 0.0 { scale } else { Real::min(self.scale, scale) };
         // A step adds no more than one rounding of everything, whatever their signs.
         let swinging = Real::max(moving, self.scale);
-        let allowed = FRACTION * swinging + rounding * self.samples as f64;
+        let rounded = rounding * self.samples as f64;
+        let allowed = FRACTION * swinging + NOISE * self.most + rounded;
         let gained = lowest - reference;
         self.gain = if allowed < gained { gained } else { 0.0 };
         if highest < reference {

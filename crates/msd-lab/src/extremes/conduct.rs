@@ -89,7 +89,7 @@ pub fn conduct(plan: Plan, hear: &mut dyn FnMut(usize, usize)) -> Extremes {
     for integrator in Integrator::ALL {
         for across in Across::ALL {
             for precision in PRECISIONS {
-                let cells = verdicts.by_ref().take(plan.grid.len()).collect();
+                let cells = verdicts.by_ref().take(plan.grid.cells()).collect();
                 maps.push(make_map((across, integrator, precision), plan.grid, cells));
             }
         }
@@ -117,7 +117,7 @@ fn runs(grid: Grid, hardships: usize) -> Vec<Numbered> {
                     column: index % grid.columns,
                     row: index / grid.columns,
                 };
-                runs.extend((0..grid.len()).map(|index| (cell(index), integrator, precision)));
+                runs.extend((0..grid.cells()).map(|index| (cell(index), integrator, precision)));
             }
         }
     }

@@ -8,7 +8,7 @@ use super::outcome::{Outcome, Verdict};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Sender, channel};
 use std::time::{Duration, Instant};
 
 /// Gives the verdict on a run by its number.
@@ -39,7 +39,7 @@ pub(super) fn run_all(
     let mut running: Vec<(usize, Instant)> = Vec::new();
     let mut done = 0;
     while done < count {
-        match wait(&receive) {
+        match receive.recv_timeout(Duration::from_millis(200)).ok() {
             Some(News::Started(run)) => running.push((run, Instant::now())),
             Some(News::Done(run, verdict)) => {
                 running.retain(|&(other, _)| other != run);
@@ -63,13 +63,6 @@ pub(super) fn run_all(
     }
     let lost = || Verdict::ended(Outcome::Panic, "no verdict".into());
     verdicts.into_iter().map(|verdict| verdict.unwrap_or_else(lost)).collect()
-}
-
-fn wait(receive: &Receiver<News>) -> Option<News> {
-    match receive.recv_timeout(Duration::from_millis(200)) {
-        Ok(news) => Some(news),
-        Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => None,
-    }
 }
 
 fn labour(work: &Work, (next, count): (&AtomicUsize, usize), send: &Sender<News>) {

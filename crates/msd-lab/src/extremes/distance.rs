@@ -14,7 +14,7 @@ pub const DISTANCES: [f64; 6] = [0.0, 1e2, 1e3, 1e4, 1e5, 1e6];
 pub struct Loss {
     /// Distance from the origin along every axis, metres.
     pub distance: f64,
-    /// Between two neighbours among the numbers of `f32` there, metres.
+    /// Between two neighbours among the numbers of `f32` there, metres, at most.
     pub rounding: f64,
     /// Of a run in `f32`, beside one in `f64` at the same place.
     pub single: f64,

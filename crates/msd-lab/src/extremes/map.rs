@@ -100,7 +100,7 @@ impl Grid {
     }
 
     /// Cells of a map.
-    pub fn len(self) -> usize {
+    pub fn cells(self) -> usize {
         self.columns * self.rows
     }
 }

@@ -72,7 +72,7 @@ pub fn summary(extremes: &Extremes) -> String {
 /// The loss of single precision far from the origin.
 pub fn distances(losses: &[Loss]) -> String {
     let mut table =
-        "| from the origin, m | rounding of f32 there, m | f32 | f32, recentred | f64 |\n\
+        "| from the origin, m | steps of f32 there at most, m | f32 | f32, recentred | f64 |\n\
                      |---|---|---|---|---|\n"
             .to_owned();
     for Loss { distance, rounding, single, recentred, double } in losses {

@@ -23,13 +23,15 @@ pub struct Task<'a> {
 /// Up to this error, as a fraction, a run counts as accurate.
 pub const ACCURATE: f64 = 0.1;
 
-/// What is measured of a state: its time, seconds, and the positions of its particles, metres. The
-/// largest over the run is kept, or that at the end; none where nothing is known.
+/// Tells an error from a time, seconds, and the positions of the particles, metres.
+type Ruler<'a> = dyn Fn(f64, &dyn Fn(usize) -> DVec3) -> f64 + 'a;
+
+/// What is measured of a run.
 pub enum Measure<'a> {
     /// The largest error over the run counts.
-    Largest(&'a dyn Fn(f64, &dyn Fn(usize) -> DVec3) -> f64),
+    Largest(&'a Ruler<'a>),
     /// The error at the end counts.
-    Last(&'a dyn Fn(f64, &dyn Fn(usize) -> DVec3) -> f64),
+    Last(&'a Ruler<'a>),
 }
 
 /// Runs and judges.
@@ -79,10 +81,7 @@ fn ended(error: &Error) -> Verdict {
     Verdict::ended(outcome, error.to_string())
 }
 
-fn error_of<R: Real>(
-    simulation: &Simulation<R>,
-    error: &dyn Fn(f64, &dyn Fn(usize) -> DVec3) -> f64,
-) -> f64 {
+fn error_of<R: Real>(simulation: &Simulation<R>, error: &Ruler<'_>) -> f64 {
     let positions = &simulation.state().positions;
     error(simulation.time(), &|particle| positions[particle].to_f64())
 }
