@@ -127,13 +127,18 @@ fn verlet(substeps: u32, w: f64, z: f64) -> [[f64; 2]; 2] {
 }
 
 /// The first substep that is not stable, by growing steps from one that should be, then by
-/// `rounds` of bisection: 0 where none is stable, infinite where even very long ones are.
+/// `rounds` of bisection: 0 where none is stable, infinite where even very long ones are; the start
+/// itself where it is one of these.
 pub(crate) fn first_unstable(
     start: f64,
     ratio: f64,
     rounds: u32,
     stable: impl Fn(f64) -> bool,
 ) -> f64 {
+    let searchable = 0.0 < start && start.is_finite();
+    if !searchable {
+        return start;
+    }
     let (mut low, mut high) = (start, start);
     while !stable(low) {
         (low, high) = (0.7 * low, low);

@@ -22,6 +22,8 @@ const VECTORS: usize = 30;
 const FEWEST_VECTORS: usize = 12;
 /// The most memory of the vectors, bytes, as far as the fewest fit.
 const MOST_BYTES: usize = 256 << 20;
+/// Rayleigh quotients until the fastest motion stands still, but for rounding.
+const MOST_QUOTIENTS: usize = 20;
 /// The search for a limit begins at this share of what is expected.
 const START: f64 = 0.93;
 /// The most times that the motion that grows first is added to those.
@@ -224,8 +226,8 @@ impl Estimator {
     fn fastest(&self, guess: f64) -> Option<(f64, Matrix)> {
         let Basis { stiffness, damping, .. } = &self.basis;
         let none = Matrix::zero(stiffness.size);
-        let mut h = guess;
-        loop {
+        let (mut h, mut last) = (guess, None);
+        for _ in 0..MOST_QUOTIENTS {
             let damped = damping.scaled_plus(0.5 * h, &none);
             let (_, vectors) = stiffness.scaled_plus(0.25 * h * h, &damped).eigen();
             let next = self.mode(&vectors).scale();
@@ -235,8 +237,10 @@ impl Estimator {
             if (next - h).abs() <= 1e-9 * h {
                 return Some((next, vectors));
             }
-            h = next;
+            (h, last) = (next, Some((next, vectors)));
         }
+        // Motions of equal speed may take turns; any of them will do.
+        last
     }
 
     /// The first of the motions as a single oscillator.
