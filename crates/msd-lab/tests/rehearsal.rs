@@ -1,5 +1,5 @@
-//! Do the targets of `fuzz/` hold on their corpora, and on many mutations of them? Without libFuzzer,
-//! on the same inputs on every machine, and within a fixed memory.
+//! Do the targets of `fuzz/` hold on their corpora, and on many mutations of them? Without
+//! libFuzzer, on the same inputs on every machine, and within a fixed memory.
 //!
 //! `MSD_MUTATIONS=3000` runs as many per target instead of the default of 300.
 
