@@ -57,12 +57,14 @@ impl Matrix {
         u.iter().zip(&self.rows).map(|(u, row)| u * dot(row)).sum()
     }
 
-    /// A symmetric matrix without the part that has negative eigenvalues.
-    pub(crate) fn positive_part(&self) -> Matrix {
+    /// A symmetric matrix without its eigenvalues below a fraction of the largest, negative ones
+    /// included.
+    pub(crate) fn above(&self, fraction: f64) -> Matrix {
         let (values, vectors) = self.eigen();
+        let least = fraction * values[0].max(0.0);
         let mut sum = *self;
         for (value, vector) in values.iter().zip(&vectors.rows).take(self.size) {
-            if *value < 0.0 {
+            if *value < least {
                 for (row, &u) in sum.rows.iter_mut().zip(vector).take(self.size) {
                     row.iter_mut().zip(vector).for_each(|(sum, v)| *sum -= value * u * v);
                 }

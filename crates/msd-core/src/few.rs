@@ -22,6 +22,9 @@ const MOST_DAMPED: usize = 1;
 /// Motions may share this fraction of their damping and still count as single ones: what it changes
 /// is its square.
 const COUPLED: f64 = 1e-3;
+/// Motions with less than this share of the largest w² are still: no more than what rounding a
+/// length makes of a spring at rest.
+const STILL: f64 = 1e-6;
 /// Squarings of a step: a thousand million steps tell a growth of 3e-8 per step.
 const SQUARINGS: usize = 30;
 /// A step whose powers pass this grows: what stays bounded may swing up for a while, and what
@@ -76,7 +79,7 @@ impl Few {
             }
         }
         // A compressed state buckles at any step, as it would without steps: that is no limit.
-        self.stiffness = self.stiffness.positive_part();
+        self.stiffness = self.stiffness.above(STILL);
     }
 
     /// The limit of the motions together, from a substep that should be stable.
@@ -108,8 +111,9 @@ impl Few {
         };
         let largest = (0..count).map(|a| damping(a, a)).fold(0.0, f64::max);
         let apart = |a: usize| (0..a).all(|b| damping(a, b).abs() <= COUPLED * largest);
+        let moves = move |row: usize| STILL * stiffnesses[0] < stiffnesses[row];
         let mode = move |row: usize| Mode {
-            stiffness: stiffnesses[row].max(0.0),
+            stiffness: if moves(row) { stiffnesses[row] } else { 0.0 },
             damping: damping(row, row),
         };
         (0..count).all(apart).then(|| (0..count).map(mode))
