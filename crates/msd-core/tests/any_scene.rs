@@ -246,7 +246,7 @@ proptest! {
         scene in any_scene(),
         interactions in prop::collection::vec(any_interaction(), 1..6),
     ) {
-        let (step, tolerance) = (1e-4, 1e-3);
+        let (step, tolerance) = (1e-6, 1e-3);
         let integrator = Integrator::DormandPrince;
         let settings = Settings { integrator, step, tolerance, ..Settings::default() };
         runs_on_finite_numbers_or_stops::<f32>(&scene, settings, &interactions);
