@@ -73,7 +73,7 @@ wasm() {
 # The corpora of the fuzz targets and thousands of mutations of them; `scripts/fuzz.sh` goes on.
 fuzz() {
     cargo fmt --manifest-path fuzz/Cargo.toml --check
-    MSD_MUTATIONS=5000 cargo test -p msd-lab --test rehearsal
+    MSD_MUTATIONS=5000 cargo test --test rehearsal
 }
 
 # Licences and advisories need a tool and a database that a bare machine lacks.
