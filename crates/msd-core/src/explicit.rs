@@ -74,8 +74,8 @@ pub struct Substep<'a, R: Real> {
 ///
 /// Velocity Verlet evaluates dampers at v + h/2 a_n + h/4 (a_n + a_(n−1)). The mean of two
 /// accelerations makes the method second order with dampers too, at one evaluation, and vanishes
-/// for a motion that changes sign every substep, so that the stable step stays that of symplectic
-/// Euler (derived in [`crate::stability`]; Groot and Warren, 1997, extrapolate with a_n alone,
+/// for a motion that changes sign every substep, so that the stable step is about that of
+/// symplectic Euler (see [`crate::region`]; Groot and Warren, 1997, extrapolate with a_n alone,
 /// which costs up to half of the stable step).
 pub fn advance<R: Real>(
     method: Explicit,

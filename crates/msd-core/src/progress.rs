@@ -121,16 +121,16 @@ fn check_progress<R: Real>(progress: &Progress, particles: usize) -> Result<(), 
     check(in_past, "start of the epoch", at, before as f64, "at most the number of steps")?;
     check_not_negative::<f64>("time of the epoch", at, time)?;
     check(0.0 < size && size.is_finite(), "size", at, size, "positive and finite")?;
+    let dissipated = progress.ledger.dissipated(|| 0.0);
+    check(dissipated.is_finite(), "energy taken away", at, dissipated, "finite")?;
     for (row, held) in progress.grabs.iter().enumerate() {
         let at = ("grab", row);
         check_index(at, "particle", held.particle, particles)?;
         check_vector::<R>("target", at, held.target)?;
         let Held { stiffness, damping, max_force, .. } = *held;
-        for (quantity, value) in
-            [("stiffness", stiffness), ("damping", damping), ("largest force", max_force)]
-        {
-            check(0.0 <= value, quantity, at, value, "not negative")?;
-        }
+        check_not_negative::<R>("stiffness", at, stiffness)?;
+        check_not_negative::<R>("damping", at, damping)?;
+        check(0.0 <= max_force, "largest force", at, max_force, "not negative")?;
     }
     for (row, &(particle, force)) in progress.pushes.iter().enumerate() {
         check_index(("push", row), "particle", particle, particles)?;

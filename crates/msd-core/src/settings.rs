@@ -26,6 +26,9 @@ pub struct Settings {
     pub newton: u32,
 }
 
+/// The most Newton iterations of a substep: some ten settle what settles at all.
+const MOST_NEWTON: u32 = 1000;
+
 impl Default for Settings {
     fn default() -> Self {
         Settings {
@@ -47,7 +50,8 @@ impl Settings {
     pub(crate) fn check<R: Real>(&self) -> Result<(), Error> {
         let at = ("setting", 0);
         check(0 < self.substeps, "substeps", at, f64::from(self.substeps), "at least 1")?;
-        check(0 < self.newton, "newton", at, f64::from(self.newton), "at least 1")?;
+        let usable = (1..=MOST_NEWTON).contains(&self.newton);
+        check(usable, "newton", at, f64::from(self.newton), "from 1 to 1000")?;
         let tolerance = self.tolerance;
         let usable = 0.0 < tolerance && tolerance <= 1.0;
         check(usable, "tolerance", at, tolerance, "positive and at most 1")?;

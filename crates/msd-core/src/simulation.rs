@@ -39,6 +39,8 @@ pub struct Simulation<R: Real = f32> {
     /// The state at the start of the step, to fall back on.
     good: State<R>,
     pub(crate) queue: Vec<Interaction>,
+    /// How many of them cut a spring.
+    cuts: usize,
     /// Whether anything touched a plane in the last step.
     pub(crate) touched: bool,
     pub(crate) ledger: Ledger,
@@ -76,6 +78,7 @@ impl<R: Real> Simulation<R> {
             settings,
             warm: false,
             queue: Vec::new(),
+            cuts: 0,
             touched: false,
             ledger: Ledger::default(),
             steps: 0,
@@ -157,6 +160,7 @@ impl<R: Real> Simulation<R> {
         if !self.queue.is_empty() {
             self.close_ledger();
         }
+        self.cuts = 0;
         for interaction in self.queue.drain(..) {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
             if let Interaction::Pin { particle, .. } = interaction {
@@ -247,9 +251,8 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// An index that names nothing or a number out of its domain; nothing is queued then.
     pub fn queue(&mut self, interaction: Interaction) -> Result<(), Error> {
-        let is_cut = |queued: &&Interaction| matches!(queued, Interaction::Cut { .. });
-        let cuts = self.queue.iter().filter(is_cut).count();
-        interaction::check_interaction(&self.model, cuts, &interaction)?;
+        interaction::check_interaction(&self.model, self.cuts, &interaction)?;
+        self.cuts += usize::from(matches!(interaction, Interaction::Cut { .. }));
         self.queue.push(interaction);
         Ok(())
     }

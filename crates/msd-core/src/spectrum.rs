@@ -65,6 +65,7 @@ impl Basis {
         self.roots.clear();
         self.roots.extend(model.inverse_masses.iter().map(|w| Real::sqrt(w.to_f64())));
         (self.stiffness.size, self.damping.size) = (0, 0);
+        self.products.iter_mut().for_each(Vec::clear);
         self.push_rough(model, weights);
     }
 

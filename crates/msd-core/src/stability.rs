@@ -156,6 +156,9 @@ impl Estimator {
         let Some((guess, motions)) = self.explore((model, state), both) else {
             return f64::INFINITY;
         };
+        if guess == 0.0 {
+            return 0.0;
+        }
         let how = (integrator, substeps);
         let mut few = Few::new(motions, &self.basis, None);
         let mut limit = few.limit(how, START * guess);
@@ -190,6 +193,9 @@ impl Estimator {
         if guess == f64::INFINITY {
             return None;
         }
+        if guess.is_nan() || guess == 0.0 {
+            return Some((0.0, Matrix::zero(0)));
+        }
         let bytes = size_of::<DVec3>() * model.particle_count().max(1);
         let half = (MOST_BYTES / bytes).clamp(FEWEST_VECTORS, VECTORS) / 2;
         let mixture = |h: f64| [0.25 * h * h, 0.5 * h, 0.0];
@@ -197,7 +203,10 @@ impl Estimator {
         self.basis.begin(model, state, &self.weights);
         self.basis.grow(model, mixture(guess), half);
         // The mixture of stiffness and damping that matters is known better now.
-        let (guess, _) = self.fastest(guess)?;
+        let (guess, motions) = self.fastest(guess)?;
+        if guess == 0.0 {
+            return Some((guess, motions));
+        }
         if both {
             self.basis.push_rough(model, &self.weights);
             let square = 0.25 * guess * guess;
@@ -231,8 +240,12 @@ impl Estimator {
             let damped = damping.scaled_plus(0.5 * h, &none);
             let (_, vectors) = stiffness.scaled_plus(0.25 * h * h, &damped).eigen();
             let next = self.mode(&vectors).scale();
-            if !next.is_finite() || next == 0.0 {
+            if next == f64::INFINITY {
                 return None;
+            }
+            // Beyond all numbers: no step is known to be stable.
+            if next.is_nan() || next == 0.0 {
+                return Some((0.0, vectors));
             }
             if (next - h).abs() <= 1e-9 * h {
                 return Some((next, vectors));

@@ -261,11 +261,8 @@ impl<R: Real> Model<R> {
         &self.bodies
     }
 
-    /// The same model in another precision, each number rounded once.
-    ///
-    /// # Errors
-    /// The first number that the other precision cannot hold.
-    pub fn convert<S: Real>(&self) -> Result<Model<S>, Error> {
+    /// Refuses the first number that another precision cannot hold.
+    fn check_fits<S: Real>(&self) -> Result<(), Error> {
         for (row, mass) in self.masses.iter().enumerate() {
             check_mass::<S>(("particle", row), mass.to_f64())?;
         }
@@ -278,7 +275,13 @@ impl<R: Real> Model<R> {
             check(is_finite::<S>(offset), "offset", ("plane", row), offset, "finite")?;
         }
         for (row, grab) in self.grabs.iter().enumerate() {
-            check_vector::<S>("target", ("grab", row), grab.target.to_f64())?;
+            let at = ("grab", row);
+            check_vector::<S>("target", at, grab.target.to_f64())?;
+            check_not_negative::<S>("stiffness", at, grab.stiffness.to_f64())?;
+            check_not_negative::<S>("damping", at, grab.damping.to_f64())?;
+        }
+        for (row, (_, force)) in self.pushes.iter().enumerate() {
+            check_vector::<S>("force", ("push", row), force.to_f64())?;
         }
         for row in 0..self.spring_count() {
             let at = ("spring", row);
@@ -286,6 +289,15 @@ impl<R: Real> Model<R> {
             check_not_negative::<S>("stiffness", at, self.stiffnesses.get(row).to_f64())?;
             check_not_negative::<S>("damping", at, self.dampings.get(row).to_f64())?;
         }
+        Ok(())
+    }
+
+    /// The same model in another precision, each number rounded once.
+    ///
+    /// # Errors
+    /// The first number that the other precision cannot hold.
+    pub fn convert<S: Real>(&self) -> Result<Model<S>, Error> {
+        self.check_fits::<S>()?;
         let scalars = |column: &[R]| column.iter().map(|value| S::of(value.to_f64())).collect();
         let vector = |value: R::Vec3| S::Vec3::of(value.to_f64());
         let grab = |grab: &Grab<R>| Grab {

@@ -71,7 +71,8 @@ impl Witness {
             return self.restart();
         }
         let (model, state) = (simulation.model(), simulation.state());
-        self.see(energy::energy(model, state, 0.0), energy::rounding(model, state));
+        let substeps = f64::from(simulation.settings().substeps);
+        self.see(energy::energy(model, state, 0.0), substeps * energy::rounding(model, state));
     }
 
     /// Takes a sample; `rounding` is what a rounding of everything can add to the energy, joules.
@@ -93,7 +94,7 @@ impl Witness {
         window.rounding = Real::max(window.rounding, rounding);
         if !now.is_finite() {
             self.gain = f64::INFINITY;
-        } else if WINDOW <= window.count {
+        } else if WINDOW <= window.count && self.gain.is_finite() {
             self.conclude(reference);
         }
     }
@@ -104,7 +105,7 @@ impl Witness {
         self.most = Real::max(self.most, scale);
         // Follows down: what was large in one sample alone is forgotten in the next window.
         self.scale = if self.scale == 0.0 { scale } else { Real::min(self.scale, scale) };
-        // A step adds no more than one rounding of everything, whatever their signs.
+        // A substep adds no more than one rounding of everything, whatever their signs.
         let swinging = Real::max(moving, self.scale);
         let rounded = rounding * self.samples as f64;
         let allowed = FRACTION * swinging + NOISE * self.most + rounded;

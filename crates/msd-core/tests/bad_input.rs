@@ -98,6 +98,9 @@ fn a_step_that_is_not_positive_and_finite_is_refused() {
     }
     let settings = Settings { substeps: 0, ..Settings::default() };
     assert!(Simulation::<f32>::new(&scene, settings).is_err());
+    // A step of thousands of millions of iterations would never end.
+    let settings = Settings { newton: 1001, ..Settings::default() };
+    assert!(Simulation::<f32>::new(&scene, settings).is_err());
 }
 
 #[test]

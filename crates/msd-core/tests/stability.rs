@@ -219,3 +219,15 @@ fn free_particles_have_no_limit_and_pins_raise_it() {
     scene.springs.clear();
     assert_eq!(limit(&scene), f64::INFINITY);
 }
+
+#[test]
+fn what_is_stiffer_than_any_number_bears_no_step() {
+    let scene = common::two_masses([1e-200, 1e-200], 1e200, 0.0, 0.0);
+    let (model, state) = Model::<f64>::new(&scene).unwrap();
+    let mut estimator = Estimator::default();
+    assert_eq!(estimator.limit((&model, &state), Integrator::Rk4, 1), 0.0);
+    // The columns that this leaves are fit for another, larger system.
+    let (model, state) = Model::<f64>::new(&block(SPRING)).unwrap();
+    let fresh = Estimator::default().limit((&model, &state), Integrator::Rk4, 1);
+    assert_eq!(estimator.limit((&model, &state), Integrator::Rk4, 1), fresh);
+}

@@ -259,10 +259,12 @@ fn parse_with(
 
 fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, LabError> {
     let understood = understand(source, read_mesh)?;
-    let name = Path::new(source.name).file_stem().unwrap_or_default().to_string_lossy();
+    // In messages and in saved runs both are a part of a line.
+    let line = |text: &str| text.replace(char::is_control, " ");
+    let name = line(&Path::new(source.name).file_stem().unwrap_or_default().to_string_lossy());
     Ok(Loaded {
-        title: understood.title.unwrap_or_else(|| name.clone().into_owned()),
-        name: name.into_owned(),
+        title: understood.title.map_or_else(|| name.clone(), |title| line(&title)),
+        name,
         scene: understood.scene,
         settings: understood.settings,
         precision: understood.precision,

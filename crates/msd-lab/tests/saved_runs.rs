@@ -2,8 +2,8 @@
 
 use msd_lab::msd_core::glam::DVec3;
 use msd_lab::msd_core::{Error, Integrator, Interaction, Pin, Select};
-use msd_lab::{LabError, Loaded, Output, Precision, Runner};
-use msd_lab::{load_saved, on, open, read_saved, state_hash, write_saved};
+use msd_lab::{LabError, Loaded, Output, Precision, Runner, SceneFormat};
+use msd_lab::{load_saved, on, open, parse, read_saved, state_hash, write_saved};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use std::path::Path;
@@ -132,6 +132,20 @@ fn a_saved_run_is_a_scene_that_another_solver_may_take() {
     step(&mut other, 5);
     step(&mut expected, 5);
     assert_eq!(state_hash(&other.state()), state_hash(&expected.state()));
+}
+
+#[test]
+fn a_title_of_two_lines_is_saved_as_one() {
+    let text = "version = 1\ntitle = \"two\\nlines\"\n[[bodies]]\nkind = \"rope\"\nsize = [3]\n\
+        spacing = 1\nmass = 1\nstiffness = 10\n";
+    let loaded = parse(text, SceneFormat::Toml, "a\tscene.toml").expect("a scene");
+    let runner = loaded.runner().expect("a run");
+    let saved = Loaded::of(&loaded.name, &loaded.title, &runner);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("s.msd");
+    write_saved(&saved, Output::create(&path).expect("a file")).expect("room on the disk");
+    let again = load_saved(&path).expect("a saved run");
+    assert_eq!((again.title.as_str(), again.name.as_str()), ("two lines", "a scene"));
 }
 
 #[test]

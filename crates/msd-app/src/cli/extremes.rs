@@ -95,7 +95,9 @@ fn open_page(path: &Path) -> Result<String, Failure> {
     let refused = |why: String| Failure::input(format!("{}: {why}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| refused(error.to_string()))?;
     match NAMES.into_iter().find(|name| put(&text, name, "").is_none()) {
-        Some(name) => Err(refused(format!("it has no marks <!-- begin {name} --> and <!-- end"))),
+        Some(name) => {
+            Err(refused(format!("it has no marks <!-- begin {name} --> and <!-- end {name} -->")))
+        }
         None => Ok(text),
     }
 }

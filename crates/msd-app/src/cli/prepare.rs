@@ -171,5 +171,10 @@ pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
 
 /// Substeps that keep a little away from the largest stable step.
 pub fn advise(stable: f64) -> String {
-    format!("try --substeps {} or --step auto", (FRAME / (AUTO * stable)).ceil())
+    match (FRAME / (AUTO * stable)).ceil() {
+        substeps if substeps <= f64::from(u32::MAX) => {
+            format!("try --substeps {substeps} or --step auto")
+        }
+        _ => "try --step auto".into(),
+    }
 }

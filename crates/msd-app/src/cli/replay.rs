@@ -157,12 +157,12 @@ fn step_all(
             Ok((true, apart)) => apart,
         };
         done.steps += 1;
+        // A sum: another scene or step may have come on the way.
+        done.simulated += course.runner().settings().step;
         files.follow(course.runner(), done.steps).map_err(Failure::input)?;
         distances.add(apart)?;
     };
     done.wall = wall.as_secs_f64();
-    // What is recorded changes the substeps, never the length of a step.
-    done.simulated = done.steps as f64 * course.runner().settings().step;
     Ok(error)
 }
 

@@ -34,7 +34,7 @@ pub(super) fn run_all(
         let (work, next, send) = (Arc::clone(&work), Arc::clone(&next), send.clone());
         std::thread::spawn(move || labour(&work, (&next, count), &send))
     };
-    (0..threads.max(1)).for_each(|_| drop(hire()));
+    (0..threads.clamp(1, count.max(1))).for_each(|_| drop(hire()));
     let mut verdicts: Vec<Option<Verdict>> = vec![None; count];
     let mut running: Vec<(usize, Instant)> = Vec::new();
     let mut done = 0;
@@ -98,7 +98,7 @@ mod tests {
         });
         let hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(|_| {}));
-        let verdicts = run_all((work, 6), 2, Duration::from_millis(300), &mut |_| {});
+        let verdicts = run_all((work, 6), 2, Duration::from_secs(5), &mut |_| {});
         std::panic::set_hook(hook);
         let outcomes: Vec<Outcome> = verdicts.iter().map(|verdict| verdict.outcome).collect();
         let (good, panic, hang) = (Outcome::Bounded, Outcome::Panic, Outcome::Hang);
