@@ -147,6 +147,8 @@ fn step_all(
     (files, distances): &mut (&mut Files, &mut Distances),
 ) -> Result<Option<Error>, Failure> {
     let mut wall = Duration::ZERO;
+    // Time and steps before steps had the present length.
+    let (mut before, mut since, mut length) = (0.0, 0, course.runner().settings().step);
     let error = loop {
         let start = Instant::now();
         let advanced = course.advance();
@@ -157,8 +159,12 @@ fn step_all(
             Ok((true, apart)) => apart,
         };
         done.steps += 1;
-        // A sum: another scene or step may have come on the way.
-        done.simulated += course.runner().settings().step;
+        // Steps times their length, and not a running sum; another scene or step may come.
+        let step = course.runner().settings().step;
+        if step != length {
+            (before, since, length) = (done.simulated, done.steps - 1, step);
+        }
+        done.simulated = before + (done.steps - since) as f64 * length;
         files.follow(course.runner(), done.steps).map_err(Failure::input)?;
         distances.add(apart)?;
     };
