@@ -16,8 +16,9 @@ seconds=${2:-1200}
 for target in $targets; do
     mkdir -p "found/$target"
     echo "fuzz: $target for $seconds s"
-    # One input of 4 kB may take neither a minute nor half a gigabyte.
+    # No input of 4 kB may take half a gigabyte. A step of dormand-prince may try a million substeps,
+    # which takes a minute here where other programs run beside it.
     cargo +nightly fuzz run "$target" "found/$target" "corpus/$target" -- \
-        -max_total_time="$seconds" -max_len=4096 -timeout=60 -malloc_limit_mb=400 \
+        -max_total_time="$seconds" -max_len=4096 -timeout=600 -malloc_limit_mb=400 \
         -print_final_stats=1
 done
