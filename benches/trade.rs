@@ -67,11 +67,8 @@ fn scene(root: &Path, name: &str) -> Result<Loaded> {
 
 /// Puts a table between `<!-- begin NAME -->` and `<!-- end NAME -->`.
 fn put(text: &str, name: &str, table: &str) -> String {
-    let (begin, end) = (format!("<!-- begin {name} -->\n"), format!("<!-- end {name} -->"));
-    let (Some(from), Some(to)) = (text.find(&begin), text.find(&end)) else {
-        panic!("docs/trade.md has no marks for {name}");
-    };
-    format!("{}{table}{}", &text[..from + begin.len()], &text[to..])
+    let put = msd::lab::marks::put(text, name, table);
+    put.unwrap_or_else(|| panic!("docs/trade.md has no marks for {name}"))
 }
 
 fn front(study: &Study) -> String {

@@ -77,6 +77,12 @@ fn assert_same_way(shown: &Shown, hashes: &[u64], what: &str) {
     }
 }
 
+/// That of `all` steps the last alone may still be owed, by rounding.
+fn assert_nothing_lost(shown: &Shown, all: usize, what: &str) {
+    let last = shown.moments.last().map_or(0, |moment| moment.0);
+    assert!(all - 3 <= last as usize && shown.dropped == 0.0, "{what}: {last} steps");
+}
+
 const SCENES: [&str; 2] = ["square", "dice"];
 
 #[test]
@@ -87,9 +93,7 @@ fn states_at_equal_simulated_times_are_the_same_at_every_frame_rate() {
             let shown = show(name, &steady(rate), 0.0);
             let what = format!("{name} at {rate} Hz");
             assert_same_way(&shown, &hashes, &what);
-            // Nothing is lost: the last step alone may still be owed, by rounding.
-            let (last, all) = (shown.moments.last().map_or(0, |moment| moment.0), hashes.len());
-            assert!(all - 3 <= last as usize && shown.dropped == 0.0, "{what}: {last} steps");
+            assert_nothing_lost(&shown, hashes.len(), &what);
         }
     }
 }
@@ -102,8 +106,7 @@ fn a_hitch_within_the_debt_that_is_allowed_is_caught_up_with() {
         let shown = show(name, &hitching(seed, 0.23), 0.0);
         let what = format!("{name} with hitches of seed {seed}");
         assert_same_way(&shown, &hashes, &what);
-        let (last, all) = (shown.moments.last().map_or(0, |moment| moment.0), hashes.len());
-        assert!(all - 3 <= last as usize && shown.dropped == 0.0, "{what}: {last} steps");
+        assert_nothing_lost(&shown, hashes.len(), &what);
     }
 }
 

@@ -33,6 +33,11 @@ const EXPLODED: f64 = 1e13;
 /// A step whose powers fall below this does not grow again.
 const DIED_OUT: f64 = 1e-3;
 
+/// What is 1 at the limit h of Verlet with one substep per step: h²/4 K + h/2 D − h²/4 D².
+pub(crate) fn single_substep(h: f64) -> [f64; 3] {
+    [0.25 * h * h, 0.5 * h, -0.25 * h * h]
+}
+
 /// A few motions of a basis, taken together.
 pub(crate) struct Few {
     /// The motions as rows, in the basis.
@@ -43,8 +48,8 @@ pub(crate) struct Few {
 
 impl Few {
     /// The first of `motions` of a basis; where there is damping also its stiffest and its most
-    /// damped one, for not every method fails by the same. `single_step` is a substep near the
-    /// limit of Verlet with one substep per step, of which h²/4 K + h/2 D − h²/4 D² = 1 tells it.
+    /// damped one, for not every method fails by the same, and near the limit of Verlet with one
+    /// substep per step those that fail by it.
     pub(crate) fn new(mut motions: Matrix, basis: &Basis, single_step: Option<f64>) -> Self {
         let used = basis.stiffness.size;
         motions.size = FIRST.min(used);
@@ -56,11 +61,7 @@ impl Few {
             }
         }
         if let Some(h) = single_step {
-            let square = 0.25 * h * h;
-            let none = Matrix::zero(used);
-            let damped = basis.damping.times(&basis.damping).scaled_plus(-square, &none);
-            let damped = basis.damping.scaled_plus(0.5 * h, &damped);
-            let (_, vectors) = basis.stiffness.scaled_plus(square, &damped).eigen();
+            let (_, vectors) = basis.mixture(single_substep(h)).eigen();
             vectors.rows[..STIFFEST.min(used)].iter().for_each(|&motion| _ = few.push(motion));
         }
         few.project(basis);

@@ -5,7 +5,7 @@
 //! as it is now, its springs cut and its particles moved, and a [`Progress`]. Both are in `f64`:
 //! widening a number of a run in `f32` and rounding it back is exact.
 
-use crate::check::{check, check_index, check_not_negative, check_vector};
+use crate::check::{check, check_index, check_not_negative, check_steps, check_vector};
 use crate::error::Error;
 use crate::interaction::Interaction;
 use crate::ledger::Ledger;
@@ -16,9 +16,6 @@ use crate::simulation::Simulation;
 use crate::system::{Grab, Model, PlaneColumn};
 use alloc::vec::Vec;
 use glam::DVec3;
-
-/// The most steps a run may have taken: a double counts them exactly.
-const MOST_STEPS: u64 = 1 << 53;
 
 /// How far a run is, and what acts on it that no scene tells. Any values; checked by
 /// [`Simulation::resume`].
@@ -116,7 +113,7 @@ impl<R: Real> Simulation<R> {
 fn check_progress<R: Real>(progress: &Progress, particles: usize) -> Result<(), Error> {
     let Progress { steps, epoch: (before, time), size, .. } = *progress;
     let at = ("run", 0);
-    check(steps <= MOST_STEPS, "number of steps", at, steps as f64, "at most 2^53")?;
+    check_steps("number of steps", at, steps)?;
     let in_past = before <= steps;
     check(in_past, "start of the epoch", at, before as f64, "at most the number of steps")?;
     check_not_negative::<f64>("time of the epoch", at, time)?;

@@ -1,6 +1,6 @@
 //! What is one step? Queued interactions, substeps of integrate and collide, and a guard.
 
-use crate::check::check;
+use crate::check::check_steps;
 use crate::collision::{self, Contacts};
 use crate::dormand_prince::{Advance, Work};
 use crate::energy;
@@ -287,8 +287,7 @@ impl<R: Real> Simulation<R> {
             }
         }
         state.check(self.model.extent, "finite and inside the world")?;
-        // Beyond it a count of steps is no longer exact as the number that time is made of.
-        check(steps <= 1 << 53, "number", ("step", 0), steps as f64, "at most 2^53")?;
+        check_steps("number", ("step", 0), steps)?;
         self.close_ledger();
         self.put_state(state);
         self.steps = steps;

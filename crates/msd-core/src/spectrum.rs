@@ -98,6 +98,14 @@ impl Basis {
         }
     }
 
+    /// A mixture between the vectors: factors of the stiffness, the damping and its square.
+    pub(crate) fn mixture(&self, [k, d, dd]: [f64; 3]) -> Matrix {
+        let none = Matrix::zero(self.stiffness.size);
+        let squared = if dd == 0.0 { none } else { self.damping.times(&self.damping) };
+        let damped = self.damping.scaled_plus(d, &squared.scaled_plus(dd, &none));
+        self.stiffness.scaled_plus(k, &damped)
+    }
+
     /// Adds the part of K x + D v that the basis lacks, x and v given in the basis; its length is 0
     /// where there is none.
     pub(crate) fn push_residual<R: Real>(&mut self, model: &Model<R>, x: &[f64], v: &[f64]) -> f64 {

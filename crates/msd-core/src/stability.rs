@@ -7,7 +7,7 @@
 //! symplectic Euler the answer is exact in general: bounded while h²/4 K + h/2 D < M.
 
 use crate::dense::Matrix;
-use crate::few::Few;
+use crate::few::{Few, single_substep};
 use crate::integrator::Integrator;
 use crate::real::Real;
 use crate::region::{Mode, Step, coefficients};
@@ -134,6 +134,11 @@ fn bound<R: Real>(model: &Model<R>, sums: &mut Vec<Mode>) -> Mode {
     bound
 }
 
+/// What is 1 at the limit h of symplectic Euler, and about that of Verlet: h²/4 K + h/2 D.
+fn many_substeps(h: f64) -> [f64; 3] {
+    [0.25 * h * h, 0.5 * h, 0.0]
+}
+
 impl Estimator {
     /// Predicts the largest stable substep about a state, seconds: 0 where none is stable, infinite
     /// where every one is; that of Dormand-Prince is where stability rather than its tolerance
@@ -198,10 +203,9 @@ impl Estimator {
         }
         let bytes = size_of::<DVec3>() * model.particle_count().max(1);
         let half = (MOST_BYTES / bytes).clamp(FEWEST_VECTORS, VECTORS) / 2;
-        let mixture = |h: f64| [0.25 * h * h, 0.5 * h, 0.0];
         self.weigh(guess);
         self.basis.begin(model, state, &self.weights);
-        self.basis.grow(model, mixture(guess), half);
+        self.basis.grow(model, many_substeps(guess), half);
         // The mixture of stiffness and damping that matters is known better now.
         let (guess, motions) = self.fastest(guess)?;
         if guess == 0.0 {
@@ -209,10 +213,9 @@ impl Estimator {
         }
         if both {
             self.basis.push_rough(model, &self.weights);
-            let square = 0.25 * guess * guess;
-            self.basis.grow(model, [square, 0.5 * guess, -square], half);
+            self.basis.grow(model, single_substep(guess), half);
         } else {
-            self.basis.grow(model, mixture(guess), half);
+            self.basis.grow(model, many_substeps(guess), half);
         }
         self.fastest(guess)
     }
@@ -233,12 +236,9 @@ impl Estimator {
     /// eigenvectors there. A Rayleigh quotient is right to the square of the error of its vector,
     /// so that a few rounds do.
     fn fastest(&self, guess: f64) -> Option<(f64, Matrix)> {
-        let Basis { stiffness, damping, .. } = &self.basis;
-        let none = Matrix::zero(stiffness.size);
         let (mut h, mut last) = (guess, None);
         for _ in 0..MOST_QUOTIENTS {
-            let damped = damping.scaled_plus(0.5 * h, &none);
-            let (_, vectors) = stiffness.scaled_plus(0.25 * h * h, &damped).eigen();
+            let (_, vectors) = self.basis.mixture(many_substeps(h)).eigen();
             let next = self.mode(&vectors).scale();
             if next == f64::INFINITY {
                 return None;

@@ -6,9 +6,10 @@
 
 use crate::error::{LabError, Place, one_line};
 use crate::input::open_regular;
+use crate::output::Output;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::io::Read;
+use std::io::{Read, Write};
 use std::path::Path;
 
 /// A kind of file, and the format of it that this msd writes and reads.
@@ -28,9 +29,22 @@ const HASH: usize = 32;
 
 impl Kind {
     /// The first line of a file of this kind.
-    pub(crate) fn line(&self) -> String {
+    fn line(&self) -> String {
         let Kind { what, format } = self;
         format!("msd {what}, format {format}\n")
+    }
+
+    /// Writes the first line of a file of this kind and its first frame.
+    pub(crate) fn begin(
+        &self,
+        output: &mut Output,
+        content: &impl Serialize,
+    ) -> Result<(), LabError> {
+        let written = frame(content).and_then(|frame| {
+            output.write_all(self.line().as_bytes())?;
+            output.write_all(&frame)
+        });
+        written.map_err(|error| output.refused(&error))
     }
 
     /// Reads a file into memory once its first line is that of this kind.

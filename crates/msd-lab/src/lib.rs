@@ -22,6 +22,7 @@ mod bodies;
 mod build;
 mod input;
 pub mod output;
+pub mod marks;
 mod envelope;
 pub mod loaded;
 pub mod saved;

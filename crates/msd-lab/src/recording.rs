@@ -146,12 +146,7 @@ impl Recorder {
     pub fn begin(path: &Path, start: &Loaded) -> Result<Self, LabError> {
         let mut output = Output::create(path)?;
         let name = output.name().to_owned();
-        let line = KIND.line();
-        let written = frame(start).and_then(|frame| {
-            output.write_all(line.as_bytes())?;
-            output.write_all(&frame)
-        });
-        written.map_err(|error| output.refused(&error))?;
+        KIND.begin(&mut output, start)?;
         Ok(Recorder { file: output.open_ended()?, name, unwritten: 0, steps: 0 })
     }
 

@@ -2,11 +2,10 @@
 //!
 //! A file ending in `.msd` holds everything that a step reads: see `docs/files.md`.
 
-use crate::envelope::{Found, Kind, frame};
+use crate::envelope::{Found, Kind};
 use crate::error::LabError;
 use crate::loaded::{Loaded, has_plain_name};
 use crate::output::Output;
-use std::io::Write;
 use std::path::Path;
 
 /// How the name of a saved run ends.
@@ -21,12 +20,7 @@ const KIND: Kind = Kind { what: "saved run", format: 1 };
 /// # Errors
 /// [`LabError::Unwritable`].
 pub fn write_saved(loaded: &Loaded, mut output: Output) -> Result<(), LabError> {
-    let line = KIND.line();
-    let written = frame(loaded).and_then(|frame| {
-        output.write_all(line.as_bytes())?;
-        output.write_all(&frame)
-    });
-    written.map_err(|error| output.refused(&error))?;
+    KIND.begin(&mut output, loaded)?;
     output.finish_safely()
 }
 

@@ -9,6 +9,7 @@ use msd_lab::extremes::conduct::{Extremes, Plan, conduct};
 use msd_lab::extremes::distance::{self, DISTANCES, Loss};
 use msd_lab::extremes::outcome::Outcome;
 use msd_lab::extremes::{figure, tables};
+use msd_lab::marks::put;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -100,15 +101,6 @@ fn open_page(path: &Path) -> Result<String, Failure> {
         }
         None => Ok(text),
     }
-}
-
-/// Puts a table between `<!-- begin NAME -->` and `<!-- end NAME -->`, if they are there.
-fn put(text: &str, name: &str, table: &str) -> Option<String> {
-    let begin = format!("<!-- begin {name} -->\n");
-    let end = format!("<!-- end {name} -->");
-    let (before, rest) = text.split_once(&begin)?;
-    let (_, after) = rest.split_once(&end)?;
-    Some(format!("{before}{begin}{table}{end}{after}"))
 }
 
 fn write(path: &Path, text: &str) -> Result<(), Failure> {

@@ -3,8 +3,8 @@
 mod failure;
 mod arguments;
 mod prepare;
-mod watch;
 mod report;
+mod watch;
 mod files;
 mod run;
 mod replay;

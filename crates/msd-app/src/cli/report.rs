@@ -1,7 +1,6 @@
 //! What is told after a run?
 
 use super::prepare::Prepared;
-use super::watch::Gain;
 use msd_core::{Energy, Family, Integrator, Momentum};
 use msd_lab::{Precision, state_hash};
 use serde::Serialize;
@@ -110,6 +109,34 @@ pub struct Distance {
     pub noticeable_at: Option<f64>,
 }
 
+/// Energy that nothing gave.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Gain {
+    /// The most that was seen, joules; null where it is no number any more.
+    joules: f64,
+    /// When it was first seen, simulated seconds.
+    since: f64,
+}
+
+impl Gain {
+    /// What is known after another look.
+    pub fn now(before: Option<Gain>, joules: f64, time: f64) -> Option<Gain> {
+        match before {
+            None if 0.0 < joules => Some(Gain { joules, since: time }),
+            known => known.map(|gain| Gain { joules: gain.joules.max(joules), ..gain }),
+        }
+    }
+
+    /// What a person is told.
+    pub fn warning(&self, integrator: Integrator) -> String {
+        let Gain { joules, since } = self;
+        format!(
+            "{integrator} is adding energy: {joules:.3e} J that nothing gave, seen from t = \
+             {since:.3} s on; shorten the step or use another integrator"
+        )
+    }
+}
+
 /// Energy, joules.
 #[derive(Debug, Serialize)]
 pub struct EnergyReport {
@@ -167,7 +194,7 @@ impl Comparison {
 
 /// How often each spring is evaluated in an integration step, without the evaluation that starts a
 /// step of Verlet; none where that depends on the motion.
-fn evaluations(integrator: Integrator) -> Option<u64> {
+pub fn evaluations(integrator: Integrator) -> Option<u64> {
     match integrator {
         Integrator::Rk4 => Some(4),
         Integrator::DormandPrince | Integrator::BackwardEuler | Integrator::ImplicitMidpoint => {

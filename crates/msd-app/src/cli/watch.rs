@@ -2,10 +2,10 @@
 //! nothing gave.
 
 use super::prepare::warn_of_step;
+use super::report::{Gain, evaluations};
 use msd_core::stability::Estimator;
-use msd_core::{Column, Explicit, Family, Integrator, Settings, Witness};
+use msd_core::{Column, Family, Settings, Witness};
 use msd_lab::Runner;
-use serde::Serialize;
 
 /// The largest share of the work of a run that predictions may take.
 const SHARE: f64 = 0.02;
@@ -28,48 +28,18 @@ pub struct Watch {
     pub gain: Option<Gain>,
 }
 
-/// Energy that nothing gave.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct Gain {
-    /// The most that was seen, joules; null where it is no number any more.
-    joules: f64,
-    /// When it was first seen, simulated seconds.
-    since: f64,
-}
-
-impl Gain {
-    /// What is known after another look.
-    pub fn now(before: Option<Gain>, joules: f64, time: f64) -> Option<Gain> {
-        match before {
-            None if 0.0 < joules => Some(Gain { joules, since: time }),
-            known => known.map(|gain| Gain { joules: gain.joules.max(joules), ..gain }),
-        }
-    }
-
-    /// What a person is told.
-    pub fn warning(&self, integrator: Integrator) -> String {
-        let Gain { joules, since } = self;
-        format!(
-            "{integrator} is adding energy: {joules:.3e} J that nothing gave, seen from t = \
-             {since:.3} s on; shorten the step or use another integrator"
-        )
-    }
-}
-
 impl Watch {
     /// Begins with the prediction for the start, seconds.
     pub fn new(runner: &Runner, stable: f64) -> Self {
         let settings = runner.settings();
-        let stages = match settings.integrator.family() {
-            Family::Explicit(Explicit::Rk4) => 4.0,
-            _ => 1.0,
-        };
         let uneven = msd_lab::on!(runner, simulation => {
             matches!(simulation.model().dampings(), Column::Each(_))
         });
         let coupled = if uneven { COUPLED_COST } else { 0.0 };
         let cost = COST + coupled / runner.spring_count().max(1) as f64;
-        let every = (cost / (SHARE * stages * f64::from(settings.substeps))).ceil() as u64;
+        // Only explicit methods are predicted for, and the number of their evaluations is known.
+        let evaluations = evaluations(settings.integrator).unwrap_or(1) as f64;
+        let every = (cost / (SHARE * evaluations * f64::from(settings.substeps))).ceil() as u64;
         let mut watch = Watch {
             estimator: Estimator::default(),
             every,

@@ -1,8 +1,9 @@
 //! What does single precision lose far from the origin, and what brings it back?
 
 use super::bodies;
+use crate::trade::errors::rms_distance;
 use msd_core::glam::DVec3;
-use msd_core::{Error, Real, Scene, Settings, Simulation, Vector};
+use msd_core::{Error, Real, Scene, Settings, Simulation, State};
 use serde::Serialize;
 
 /// The distances measured, metres along every axis.
@@ -37,11 +38,12 @@ pub fn loss(distance: f64) -> Result<Loss, Error> {
     let there = here.moved(offset);
     let (moved, origin) = there.recentred();
     let right = run::<f64>(&there)?;
-    let shifted = |positions: Vec<DVec3>, by: DVec3| -> Vec<DVec3> {
-        positions.into_iter().map(|position| position + by).collect()
+    let shifted = |mut state: State<f64>, by: DVec3| {
+        state.positions.iter_mut().for_each(|position| *position += by);
+        state
     };
     let size = Simulation::<f64>::new(&here, Settings::default())?.model().size();
-    let off = |positions: Vec<DVec3>| root_mean_square(&positions, &right) / size;
+    let off = |state: State<f64>| rms_distance(&state, &right) / size;
     Ok(Loss {
         distance,
         rounding: distance * f64::from(f32::EPSILON),
@@ -61,15 +63,10 @@ fn tumbling() -> Scene {
     bodies::in_a_wide_world(Scene::of("block", part))
 }
 
-fn run<R: Real>(scene: &Scene) -> Result<Vec<DVec3>, Error> {
+fn run<R: Real>(scene: &Scene) -> Result<State<f64>, Error> {
     let mut simulation = Simulation::<R>::new(scene, Settings::default())?;
     for _ in 0..STEPS {
         simulation.step()?;
     }
-    Ok(simulation.state().positions.iter().map(|position| position.to_f64()).collect())
-}
-
-fn root_mean_square(a: &[DVec3], b: &[DVec3]) -> f64 {
-    let sum: f64 = a.iter().zip(b).map(|(a, b)| (*a - *b).length_squared()).sum();
-    (sum / a.len() as f64).sqrt()
+    Ok(simulation.state().convert())
 }
