@@ -33,7 +33,7 @@ pub fn resolve<R: Real>(
 ) -> Contacts {
     let mut contacts = Contacts::default();
     for plane in &model.planes {
-        let resting_speed = (h + h) * model.gravity.dot(plane.normal).abs();
+        let resting_speed = resting_speed(plane, model.gravity, h);
         for (particle, &force) in forces.iter().enumerate() {
             let depth = plane.offset - plane.normal.dot(state.positions[particle]);
             if depth <= R::ZERO || model.inverse_masses[particle] == R::ZERO {
@@ -51,6 +51,12 @@ pub fn resolve<R: Real>(
         }
     }
     contacts
+}
+
+/// The speed towards a plane below which a contact rests, metres per second: what gravity adds in
+/// two substeps.
+pub(crate) fn resting_speed<R: Real>(plane: &PlaneColumn<R>, gravity: R::Vec3, h: R) -> R {
+    (h + h) * gravity.dot(plane.normal).abs()
 }
 
 /// The velocity after a bounce; a normal speed below `resting_speed` is not returned.

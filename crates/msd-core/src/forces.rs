@@ -5,7 +5,7 @@
 //! evaluated from both ends, [`add_spring_forces_by_particle`]).
 
 use crate::real::{Real, Vector};
-use crate::system::{Column, Model, Motion};
+use crate::system::{Column, Grab, Model, Motion};
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -25,13 +25,18 @@ pub fn set_external_forces<R: Real>(
     }
     for grab in &model.grabs {
         let particle = grab.particle as usize;
-        let pull = (grab.target - motion.positions[particle]) * grab.stiffness
-            - motion.velocities[particle] * grab.damping;
-        let strength = pull.dot(pull).sqrt();
-        let scale = if grab.max_force < strength { grab.max_force / strength } else { R::ONE };
-        forces[particle] += pull * scale;
+        let (position, velocity) = (motion.positions[particle], motion.velocities[particle]);
+        forces[particle] += grab_pull(grab, position, velocity);
     }
     if model.drag == R::ZERO { 0.0 } else { add_drag(model.drag, motion.velocities, forces) }
+}
+
+/// The force of a grab on its particle, newtons.
+pub(crate) fn grab_pull<R: Real>(grab: &Grab<R>, position: R::Vec3, velocity: R::Vec3) -> R::Vec3 {
+    let pull = (grab.target - position) * grab.stiffness - velocity * grab.damping;
+    let strength = pull.dot(pull).sqrt();
+    let scale = if grab.max_force < strength { grab.max_force / strength } else { R::ONE };
+    pull * scale
 }
 
 fn add_drag<R: Real>(drag: R, velocities: &[R::Vec3], forces: &mut [R::Vec3]) -> f64 {

@@ -229,6 +229,18 @@ fn check_select<R: Real>(
     }
 }
 
+impl Interaction {
+    /// Whether springs are other ones after it.
+    pub(crate) fn changes_springs(&self) -> bool {
+        use Interaction::*;
+        match self {
+            Cut { .. } | SetStiffness { .. } | SetDamping { .. } | SetRestLength { .. } => true,
+            ScaleRestLength { .. } | Freeze { .. } => true,
+            _ => false,
+        }
+    }
+}
+
 /// Applies a checked interaction, with `h` the substep in seconds.
 pub(crate) fn apply<R: Real>(
     model: &mut Model<R>,

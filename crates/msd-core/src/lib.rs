@@ -23,7 +23,7 @@
 //! `std` (default) or `libm` for the square root, `serde` for rows, interactions and progress. The
 //! crate knows no clock, window, file, thread or random source. SI units everywhere, y up, radians.
 #![no_std]
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 extern crate alloc;
 #[cfg(feature = "std")]
@@ -55,6 +55,7 @@ mod resting;
 pub mod implicit;
 pub mod xpbd;
 pub mod collision;
+pub mod kernel;
 mod tableau;
 mod pace;
 mod stages;

@@ -4,6 +4,7 @@ use crate::dormand_prince::{self, Advance, Work};
 use crate::explicit::{self, Substep};
 use crate::forces;
 use crate::implicit;
+use crate::kernel::Kernel;
 use crate::integrator::{Explicit, Family, Implicit, Integrator};
 use crate::real::Real;
 use crate::settings::Settings;
@@ -52,7 +53,7 @@ impl<R: Real> Method<R> {
     /// and drag, joules. `warm` and `damped` are those of [`Substep`].
     pub(crate) fn advance(
         &mut self,
-        (model, settings): (&Model<R>, &Settings),
+        (model, settings, kernel): (&Model<R>, &Settings, &mut Kernel<R>),
         (warm, damped): (bool, bool),
         state: &mut State<R>,
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
@@ -62,12 +63,12 @@ impl<R: Real> Method<R> {
             Method::Explicit(method, scratch) => {
                 let (h, inverse_masses) = (R::of(h), &model.inverse_masses[..]);
                 let substep = Substep { h, inverse_masses, warm, damped };
-                let mut force = all_forces(model, own_force);
+                let mut force = all_forces(model, kernel, own_force);
                 explicit::advance(*method, substep, state, scratch, &mut force)
             }
             Method::Implicit(method, scratch) => {
                 let substep = implicit::Substep { h, newton: settings.newton };
-                let mut force = all_forces(model, own_force);
+                let mut force = all_forces(model, kernel, own_force);
                 implicit::advance(*method, (model, substep), state, scratch, &mut force)
             }
             Method::Projected(scratch) => {
@@ -85,12 +86,12 @@ impl<R: Real> Method<R> {
     /// Advances `state` by one step of an adaptive method, with contact.
     pub(crate) fn advance_step(
         &mut self,
-        (model, settings): (&Model<R>, &Settings),
+        (model, settings, kernel): (&Model<R>, &Settings, &mut Kernel<R>),
         state: &mut State<R>,
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
     ) -> Advance {
         let Method::Adaptive(scratch) = self else { return Advance::default() };
-        let mut force = all_forces(model, own_force);
+        let mut force = all_forces(model, kernel, own_force);
         let bounds = (settings.step, settings.tolerance);
         dormand_prince::advance(model, bounds, state, scratch, &mut force)
     }
@@ -100,12 +101,12 @@ impl<R: Real> Method<R> {
 /// returns the power taken away, watts.
 fn all_forces<'a, R: Real>(
     model: &'a Model<R>,
+    kernel: &'a mut Kernel<R>,
     own_force: &'a mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
 ) -> impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64 + 'a {
     move |motion, forces| {
-        let drag = forces::set_external_forces(model, motion, forces);
-        let dampers = forces::add_spring_forces(model, motion, forces);
+        let power = kernel.set_forces(model, motion, forces);
         own_force(motion, forces);
-        drag + dampers
+        power
     }
 }

@@ -104,6 +104,8 @@ pub trait Vector:
     fn cross(self, other: Self) -> Self;
     /// The components.
     fn components(self) -> [Self::Scalar; 3];
+    /// The vector of three components.
+    fn from_components(components: [Self::Scalar; 3]) -> Self;
     /// Rounds each component of a double vector.
     fn of(value: DVec3) -> Self;
     /// Widens each component, exactly.
@@ -173,6 +175,10 @@ macro_rules! impl_real {
             #[inline]
             fn components(self) -> [$scalar; 3] {
                 self.to_array()
+            }
+            #[inline]
+            fn from_components([x, y, z]: [$scalar; 3]) -> Self {
+                $vector::new(x, y, z)
             }
             #[inline]
             fn of(value: DVec3) -> Self {

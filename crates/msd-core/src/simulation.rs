@@ -5,7 +5,9 @@ use crate::collision::{self, Contacts};
 use crate::dormand_prince::{Advance, Work};
 use crate::energy;
 use crate::error::{Divergence, Error};
+use crate::integrator::{Explicit, Family};
 use crate::interaction::{self, Interaction};
+use crate::kernel::{Instructions, Kernel, Outcome};
 use crate::ledger::Ledger;
 use crate::method::Method;
 use crate::real::{Real, Vector};
@@ -34,6 +36,9 @@ pub struct Simulation<R: Real = f32> {
     pub(crate) state: State<R>,
     pub(crate) settings: Settings,
     method: Method<R>,
+    /// The springs compiled; `None` until they are needed, and again after a change.
+    kernel: Option<Kernel<R>>,
+    instructions: Instructions,
     /// Whether `method` holds the accelerations of velocity Verlet at `state`.
     warm: bool,
     /// The state at the start of the step, to fall back on.
@@ -72,6 +77,8 @@ impl<R: Real> Simulation<R> {
         settings.check::<R>()?;
         Ok(Simulation {
             method: Method::new(settings.integrator, &model),
+            kernel: None,
+            instructions: Instructions::best(),
             good: state.clone(),
             model,
             state,
@@ -115,10 +122,14 @@ impl<R: Real> Simulation<R> {
         self.keep_good();
         let handled = has_own_force || !self.queue.is_empty();
         self.apply_queue();
-        let done = if self.settings.integrator.is_adaptive() {
-            let Simulation { method, model, settings, state, .. } = self;
+        let explicit = self.settings.integrator.family();
+        let done = if let (Family::Explicit(method), false) = (explicit, has_own_force) {
+            self.advance_fast(method)
+        } else if self.settings.integrator.is_adaptive() {
+            let Simulation { method, model, settings, state, kernel, instructions, .. } = self;
+            let kernel = kernel.get_or_insert_with(|| Kernel::new(model, *instructions));
             let Advance { counted, touched, stuck, .. } =
-                method.advance_step((model, settings), state, own_force);
+                method.advance_step((model, settings, kernel), state, own_force);
             Substeps { counted, touched, last_met: touched, stuck }
         } else {
             self.advance_substeps(own_force, has_own_force)
@@ -161,11 +172,16 @@ impl<R: Real> Simulation<R> {
             self.close_ledger();
         }
         self.cuts = 0;
+        let any = !self.queue.is_empty();
         for interaction in self.queue.drain(..) {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
+            self.kernel.take_if(|_| interaction.changes_springs());
             if let Interaction::Pin { particle, .. } = interaction {
                 self.good.velocities[particle] = self.state.velocities[particle];
             }
+        }
+        if let (Some(kernel), true) = (&mut self.kernel, any) {
+            kernel.renew(&self.model);
         }
     }
 
@@ -175,17 +191,33 @@ impl<R: Real> Simulation<R> {
         has_own_force: bool,
     ) -> Substeps {
         let mut done = Substeps::default();
+        let damped = has_own_force || self.is_damped();
         for substep in 0..self.settings.substeps {
             let warm = self.warm || 0 < substep;
-            let damped = has_own_force || self.is_damped();
-            let Simulation { method, model, settings, state, .. } = self;
-            done.counted += method.advance((model, settings), (warm, damped), state, own_force);
+            let Simulation { method, model, settings, state, kernel, instructions, .. } = self;
+            let kernel = kernel.get_or_insert_with(|| Kernel::new(model, *instructions));
+            let parts = (&*model, &*settings, kernel);
+            done.counted += method.advance(parts, (warm, damped), state, own_force);
             let Contacts { count, energy } = self.collide();
             done.counted += energy;
             done.last_met = 0 < count;
             done.touched |= done.last_met;
         }
         done
+    }
+
+    fn advance_fast(&mut self, method: Explicit) -> Substeps {
+        let damped = self.is_damped();
+        let Simulation { model, state, kernel, instructions, settings, warm, .. } = self;
+        let kernel = kernel.get_or_insert_with(|| {
+            // A new kernel remembers no accelerations.
+            *warm = false;
+            Kernel::new(model, *instructions)
+        });
+        let substeps = (method, settings.substep(), settings.substeps);
+        let Outcome { counted, touched, last_met } =
+            kernel.advance(model, substeps, (*warm, damped), state);
+        Substeps { counted, touched, last_met, stuck: None }
     }
 
     /// Whether a force depends on velocity.
@@ -255,6 +287,13 @@ impl<R: Real> Simulation<R> {
         self.cuts += usize::from(matches!(interaction, Interaction::Cut { .. }));
         self.queue.push(interaction);
         Ok(())
+    }
+
+    /// Chooses the instructions of the steps to come, for measurements: all of them give the same
+    /// bits, and the best that this machine has are chosen at the start.
+    pub fn set_instructions(&mut self, instructions: Instructions) {
+        self.instructions = instructions;
+        self.kernel = None;
     }
 
     /// What is queued for the start of the next step.

@@ -1,0 +1,92 @@
+//! Where do the numbers of a sweep lie? In columns of slots, with room for a slice at either end.
+
+use super::LANES;
+use crate::real::Real;
+use alloc::vec;
+use alloc::vec::Vec;
+
+/// As many numbers as a slice, aligned to a line of the cache.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(64))]
+struct Slice<R>([R; LANES]);
+
+/// Columns of one length, one after the other.
+///
+/// A run reaches at most a slice beyond the particles, so there is one more slice at either end of
+/// a column; what is there is read, and masked out.
+#[derive(Clone, Debug)]
+pub(super) struct Columns<R> {
+    slices: Vec<Slice<R>>,
+    /// Numbers from one column to the next.
+    stride: usize,
+}
+
+impl<R: Real> Columns<R> {
+    /// Makes columns of zeros.
+    pub(super) fn new(columns: usize, slices: usize) -> Self {
+        let stride = slices + 2;
+        Columns { slices: vec![Slice([R::ZERO; LANES]); columns * stride], stride: stride * LANES }
+    }
+
+    /// A column, one number per slot.
+    pub(super) fn column(&self, column: usize) -> &[R] {
+        let begin = column * self.stride + LANES;
+        &self.flat()[begin..begin + self.stride - 2 * LANES]
+    }
+
+    /// A column to write to, one number per slot.
+    pub(super) fn column_mut(&mut self, column: usize) -> &mut [R] {
+        let begin = column * self.stride + LANES;
+        let end = begin + self.stride - 2 * LANES;
+        &mut self.flat_mut()[begin..end]
+    }
+
+    fn flat(&self) -> &[R] {
+        const { assert!(size_of::<Slice<R>>() == LANES * size_of::<R>(), "a gap") };
+        let count = self.slices.len() * LANES;
+        // SAFETY: a slice is numbers without a gap.
+        unsafe { core::slice::from_raw_parts(self.slices.as_ptr().cast(), count) }
+    }
+
+    /// All columns with what is between them.
+    pub(super) fn flat_mut(&mut self) -> &mut [R] {
+        let count = self.slices.len() * LANES;
+        // SAFETY: a slice is numbers without a gap, as asserted above.
+        unsafe { core::slice::from_raw_parts_mut(self.slices.as_mut_ptr().cast(), count) }
+    }
+
+    /// Three columns from one on.
+    pub(super) fn three_mut(&mut self, column: usize) -> [&mut [R]; 3] {
+        let stride = self.stride;
+        let begin = column * stride;
+        let (x, rest) = self.flat_mut()[begin..begin + 3 * stride].split_at_mut(stride);
+        let (y, z) = rest.split_at_mut(stride);
+        [x, y, z].map(|column| &mut column[LANES..stride - LANES])
+    }
+
+    /// Whether there are so many columns.
+    pub(super) fn has(&self, columns: usize) -> bool {
+        self.slices.len() * LANES == columns * self.stride
+    }
+
+    /// The first slot of the first column and the distance to that of the next column.
+    pub(super) fn start(&mut self) -> Start<R> {
+        let first = self.slices.as_mut_ptr().cast::<R>();
+        // Beyond the end where there are no columns; nothing is read or written then.
+        Start { first: first.wrapping_add(LANES), stride: self.stride }
+    }
+}
+
+/// Where columns start.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start<R> {
+    first: *mut R,
+    stride: usize,
+}
+
+impl<R> Start<R> {
+    /// The number in a slot of a column.
+    pub(super) fn at(self, column: usize, slot: usize) -> *mut R {
+        self.first.wrapping_add(column * self.stride + slot)
+    }
+}

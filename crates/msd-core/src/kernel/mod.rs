@@ -1,0 +1,306 @@
+//! How is a step taken fast? A topology is compiled to a plan, and swept sixteen particles at a time.
+//!
+//! Read in this order:
+//!
+//! - [`pack`] and `x86`: a few numbers side by side, and what a processor does with them at once;
+//! - [`columns`]: positions as a column of x, one of y and one of z, instead of row after row;
+//! - [`plan`]: particles in slices of sixteen, and the springs of a slice in rows that reach as far
+//!   ahead or back (a lattice) or name each other end (anything else);
+//! - [`sweep`]: what happens to a slice: the springs of its rows pull, each evaluated from both ends
+//!   so that no two slices write to the same place, and at once
+//! - [`update`] moves its particles on, and [`contact`] keeps them out of planes;
+//! - [`dispatch`]: the same code compiled once for each set of instructions, and chosen here.
+//!
+//! Nothing outside this module knows about slots, lanes or packs, and all its results have the bits
+//! of the plain loops in [`crate::forces`], [`crate::explicit`] and [`crate::collision`], which are
+//! its oracle: no operation is fused or approximate, and each particle sums in the same order. Only
+//! the energy taken away, a sum over all springs, may differ in rounding.
+//!
+//! Every use of `unsafe` in this crate is here. It rests on three promises: a pack of a processor's
+//! own is made only after the processor was asked ([`dispatch`]); rows reach only what is in columns
+//! ([`plan`]); and a slice writes only to its own slots ([`sweep`]).
+#![allow(unsafe_code)]
+
+mod columns;
+mod contact;
+mod dispatch;
+mod pack;
+mod plan;
+mod sweep;
+mod update;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use dispatch::Instructions;
+
+use crate::forces;
+use crate::integrator::Explicit;
+use crate::real::{Real, Vector};
+use crate::system::{Model, Motion, State};
+use alloc::vec;
+use alloc::vec::Vec;
+use columns::Columns;
+use contact::Planes;
+use plan::Plan;
+use sweep::{INVERSE_MASS, Job, MASS, POSITION, Tally, VELOCITY};
+use update::{Phase, RK4_COLUMNS, Update, VERLET_COLUMNS};
+
+/// Particles in a slice.
+const LANES: usize = 16;
+
+/// Numbers in a record: position, nothing, velocity, nothing.
+const RECORD: usize = 8;
+
+/// What substeps came to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Outcome {
+    /// Energy taken away, joules.
+    pub(crate) counted: f64,
+    /// Whether anything touched a plane, and whether it did in the last substep.
+    pub(crate) touched: bool,
+    pub(crate) last_met: bool,
+}
+
+/// A topology compiled, with columns to work on.
+#[derive(Clone, Debug)]
+pub struct Kernel<R: Real> {
+    plan: Plan<R>,
+    instructions: Instructions,
+    fixed: Columns<R>,
+    /// A motion, and the one that comes out of it.
+    motions: [Columns<R>; 2],
+    records: [Columns<R>; 2],
+    own: Columns<R>,
+    /// What pushes single particles, by slot.
+    pushes: Vec<(u32, R::Vec3)>,
+    planes: Vec<Planes<R>>,
+    tallies: Vec<Tally>,
+    /// Power taken away at the accelerations that velocity Verlet remembers, watts.
+    power: f64,
+}
+
+impl<R: Real> Kernel<R> {
+    /// Compiles the springs of a model for a set of instructions, or for the best that this machine
+    /// has if that is less.
+    pub fn new(model: &Model<R>, instructions: Instructions) -> Self {
+        let plan = Plan::new(model);
+        let slices = plan.slices();
+        let records = if plan.others.is_empty() { 0 } else { RECORD };
+        let mut kernel = Kernel {
+            instructions: instructions.within_reach(),
+            fixed: Columns::new(2, slices),
+            motions: [Columns::new(6, slices), Columns::new(6, slices)],
+            records: [Columns::new(records, slices), Columns::new(records, slices)],
+            own: Columns::new(0, slices),
+            pushes: Vec::new(),
+            planes: Vec::new(),
+            tallies: vec![Tally::default(); dispatch::parts(slices)],
+            power: 0.0,
+            plan,
+        };
+        kernel.renew(model);
+        kernel
+    }
+
+    /// Takes over masses and pins that have changed.
+    pub fn renew(&mut self, model: &Model<R>) {
+        for (particle, &slot) in self.plan.slots().iter().enumerate() {
+            let slot = slot as usize;
+            self.fixed.column_mut(MASS)[slot] = model.masses[particle];
+            self.fixed.column_mut(INVERSE_MASS)[slot] = model.inverse_masses[particle];
+        }
+    }
+
+    /// Overwrites `forces` with all forces of a model at a motion, newtons, and returns the power
+    /// taken away by dampers and drag, watts.
+    ///
+    /// The same bits as [`forces::set_external_forces`] and [`forces::add_spring_forces`] together.
+    pub fn set_forces(
+        &mut self,
+        model: &Model<R>,
+        motion: Motion<'_, R>,
+        forces: &mut [R::Vec3],
+    ) -> f64 {
+        self.bring(motion);
+        let tally = self.sweep(model, Update::Forces);
+        self.fetch(POSITION, 1, forces);
+        tally.power
+    }
+
+    /// Advances a state by some substeps of `h` seconds, contact included.
+    ///
+    /// `warm` and `damped` are those of [`crate::explicit::Substep`]; the accelerations remembered
+    /// are those of the last call.
+    pub(crate) fn advance(
+        &mut self,
+        model: &Model<R>,
+        (method, h, substeps): (Explicit, f64, u32),
+        (warm, damped): (bool, bool),
+        state: &mut State<R>,
+    ) -> Outcome {
+        self.bring(state.motion());
+        self.make_room(method);
+        let step = R::of(h);
+        self.planes.clear();
+        self.planes.extend(model.planes.iter().map(|p| Planes::new(p, model.gravity, step)));
+        let mut outcome = Outcome::default();
+        if method == Explicit::VelocityVerlet {
+            let phase = if warm { Phase::Warm } else { Phase::Cold };
+            let tally = self.turn(model, Update::VelocityVerlet { h: step, phase, damped });
+            self.power = if warm { self.power } else { tally.power };
+        }
+        for substep in 0..substeps {
+            let last = substep + 1 == substeps;
+            let (power, met) = self.substep(model, (method, step), (last, damped));
+            outcome.counted += power * h + met.energy;
+            outcome.last_met = 0 < met.contacts;
+            outcome.touched |= outcome.last_met;
+        }
+        self.fetch(POSITION, 0, &mut state.positions);
+        self.fetch(VELOCITY, 0, &mut state.velocities);
+        outcome
+    }
+
+    /// Advances by one substep; returns the mean power taken away, watts, and the contacts.
+    fn substep(
+        &mut self,
+        model: &Model<R>,
+        (method, h): (Explicit, R),
+        (last, damped): (bool, bool),
+    ) -> (f64, Tally) {
+        let mut simple = |update| {
+            let tally = self.turn(model, update);
+            (tally.power, tally)
+        };
+        match method {
+            Explicit::Euler => simple(Update::ExplicitEuler { h }),
+            Explicit::SymplecticEuler => simple(Update::SymplecticEuler { h }),
+            Explicit::VelocityVerlet => {
+                let phase = if last { Phase::Last } else { Phase::Next };
+                let tally = self.turn(model, Update::VelocityVerlet { h, phase, damped });
+                let before = core::mem::replace(&mut self.power, tally.power);
+                (0.5 * (before + tally.power), tally)
+            }
+            Explicit::Rk4 => {
+                let (two, half) = (R::ONE + R::ONE, h * R::HALF);
+                let mut power = 0.0;
+                for (first, weight, reach) in
+                    [(true, R::ONE, half), (false, two, half), (false, two, h)]
+                {
+                    let stage = Update::Rk4Stage { first, weight, reach };
+                    power += weight.to_f64() * self.turn(model, stage).power;
+                }
+                let tally = self.turn(model, Update::Rk4Last { h });
+                ((power + tally.power) / 6.0, tally)
+            }
+        }
+    }
+
+    /// Makes columns for what a method remembers.
+    fn make_room(&mut self, method: Explicit) {
+        let slices = self.plan.slices();
+        match method {
+            Explicit::Euler | Explicit::SymplecticEuler => {}
+            Explicit::VelocityVerlet => {
+                if !self.own.has(VERLET_COLUMNS) {
+                    self.own = Columns::new(VERLET_COLUMNS, slices);
+                }
+                for component in 0..3 {
+                    let from = self.motions[0].column(VELOCITY + component);
+                    self.own.column_mut(component).copy_from_slice(from);
+                }
+            }
+            Explicit::Rk4 => {
+                if !self.own.has(RK4_COLUMNS) {
+                    self.own = Columns::new(RK4_COLUMNS, slices);
+                }
+            }
+        }
+    }
+
+    /// Copies a motion into the first columns, and into records if there are any.
+    fn bring(&mut self, motion: Motion<'_, R>) {
+        let rows = [(POSITION, motion.positions), (VELOCITY, motion.velocities)];
+        for (column, vectors) in rows {
+            let columns = self.motions[0].three_mut(column);
+            for (&slot, vector) in self.plan.slots().iter().zip(vectors) {
+                let components = vector.components();
+                columns[0][slot as usize] = components[0];
+                columns[1][slot as usize] = components[1];
+                columns[2][slot as usize] = components[2];
+            }
+        }
+        if self.plan.others.is_empty() {
+            return;
+        }
+        for (half, vectors) in [motion.positions, motion.velocities].into_iter().enumerate() {
+            let records = self.records[0].flat_mut();
+            for (&slot, vector) in self.plan.slots().iter().zip(vectors) {
+                let place = slot as usize * RECORD + half * RECORD / 2;
+                records[place..place + 3].copy_from_slice(&vector.components());
+            }
+        }
+    }
+
+    /// Copies three of the columns of a motion out.
+    fn fetch(&self, column: usize, motion: usize, vectors: &mut [R::Vec3]) {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.motions[motion].column(column + axis));
+        for (&slot, vector) in self.plan.slots().iter().zip(vectors) {
+            let slot = slot as usize;
+            *vector = R::Vec3::from_components([x[slot], y[slot], z[slot]]);
+        }
+    }
+
+    /// Sweeps, and takes what comes out for what goes in next.
+    fn turn(&mut self, model: &Model<R>, update: Update<R>) -> Tally {
+        let tally = self.sweep(model, update);
+        self.motions.swap(0, 1);
+        self.records.swap(0, 1);
+        tally
+    }
+
+    fn sweep(&mut self, model: &Model<R>, update: Update<R>) -> Tally {
+        self.gather_pushes(model);
+        let [from, to] = &mut self.motions;
+        let [records_from, records_to] = &mut self.records;
+        let scattered = !self.plan.others.is_empty();
+        let records = scattered
+            .then(|| [records_from.flat_mut().as_mut_ptr(), records_to.flat_mut().as_mut_ptr()]);
+        let job = Job {
+            plan: &self.plan,
+            fixed: self.fixed.start(),
+            from: from.start(),
+            to: to.start(),
+            own: self.own.start(),
+            records,
+            fields: [model.gravity, model.force],
+            drag: model.drag,
+            pushes: &self.pushes,
+            planes: &self.planes,
+            update,
+        };
+        dispatch::run(self.instructions, &job, &mut self.tallies)
+    }
+
+    /// Lists what pushes and grabs single particles at the motion that is swept next.
+    fn gather_pushes(&mut self, model: &Model<R>) {
+        self.pushes.clear();
+        if model.pushes.is_empty() && model.grabs.is_empty() {
+            return;
+        }
+        let slots = self.plan.slots();
+        let slot = |particle: u32| slots[particle as usize];
+        self.pushes.extend(model.pushes.iter().map(|&(p, push)| (slot(p), push)));
+        for grab in &model.grabs {
+            let at = slot(grab.particle) as usize;
+            let vector = |column: usize| {
+                let axes = [0, 1, 2].map(|axis| self.motions[0].column(column + axis)[at]);
+                R::Vec3::from_components(axes)
+            };
+            let pull = forces::grab_pull(grab, vector(POSITION), vector(VELOCITY));
+            self.pushes.push((at as u32, pull));
+        }
+        // Stable: what one particle is pushed by stays in order.
+        self.pushes.sort_by_key(|&(slot, _)| slot);
+    }
+}

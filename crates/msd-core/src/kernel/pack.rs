@@ -1,0 +1,294 @@
+//! What does one instruction work on? A [`Pack`]: as many numbers as a register holds.
+//!
+//! Every operation is the IEEE 754 one, lane by lane, and none is fused with another, so that a lane
+//! of any pack computes what a plain number would. There is a pack of four numbers in plain Rust,
+//! which the compiler turns into what the target always has (SSE2, NEON, simd128 of WebAssembly, or
+//! nothing), and there are packs for AVX2 and AVX-512, which a processor may have.
+
+use super::columns::Start;
+use super::{LANES, RECORD};
+use crate::real::{Real, Vector};
+use core::ops::{Add, Div, Mul, Sub};
+
+/// A few numbers side by side.
+///
+/// Packs of a processor's own come into being only through unsafe functions, whose callers promise
+/// that the processor has the instructions; that is why the safe ones are sound.
+pub(super) trait Pack<R: Real>:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// How many: a divisor of [`LANES`].
+    const COUNT: usize;
+    /// A yes or no for each lane.
+    type Mask: Copy;
+
+    /// The same number in every lane.
+    ///
+    /// # Safety
+    /// The processor has the instructions of this pack.
+    unsafe fn splat(value: R) -> Self;
+    /// The numbers from `from` on.
+    ///
+    /// # Safety
+    /// The processor has the instructions of this pack; that many numbers can be read there.
+    unsafe fn load(from: *const R) -> Self;
+    /// Writes the numbers from `to` on.
+    ///
+    /// # Safety
+    /// That many numbers can be written there.
+    unsafe fn store(self, to: *mut R);
+    /// The lowest bits as a mask.
+    ///
+    /// # Safety
+    /// The processor has the instructions of this pack.
+    unsafe fn mask(bits: u16) -> Self::Mask;
+    /// A pack that is `self` where the mask says so, `other` elsewhere.
+    fn select(self, mask: Self::Mask, other: Self) -> Self;
+    /// `self + other` where the mask says so, `self` elsewhere.
+    fn add_where(self, mask: Self::Mask, other: Self) -> Self;
+    /// Where `self < other`, within a mask.
+    fn less(self, other: Self, within: Self::Mask) -> Self::Mask;
+    /// Where not `self < other`, within a mask: also where one is not a number.
+    fn not_less(self, other: Self, within: Self::Mask) -> Self::Mask;
+    /// The mask as bits, the first lane lowest.
+    fn bits(mask: Self::Mask) -> u16;
+    /// The square roots.
+    fn sqrt(self) -> Self;
+    /// The absolute values.
+    fn abs(self) -> Self;
+
+    /// Adds each lane to the sum of its own.
+    fn add_to(self, sums: &mut [f64]) {
+        let mut lanes = [R::ZERO; LANES];
+        // SAFETY: no pack is longer.
+        unsafe { self.store(lanes.as_mut_ptr()) };
+        for (sum, &lane) in sums.iter_mut().zip(&lanes[..Self::COUNT]) {
+            *sum += lane.to_f64();
+        }
+    }
+
+    /// Three numbers of each of several records, by component.
+    ///
+    /// # Safety
+    /// The processor has the instructions of this pack; [`Pack::COUNT`] places can be read at `at`,
+    /// and four numbers at each such place from `records` on.
+    #[inline(always)]
+    unsafe fn gather(records: *const R, at: *const u32) -> [Self; 3] {
+        let mut columns = [[R::ZERO; LANES]; 3];
+        for lane in 0..Self::COUNT {
+            // SAFETY: the caller's promise.
+            let record = unsafe { records.add(*at.add(lane) as usize) };
+            for (component, column) in columns.iter_mut().enumerate() {
+                // SAFETY: the caller's promise.
+                column[lane] = unsafe { *record.add(component) };
+            }
+        }
+        // SAFETY: no pack is longer than these columns.
+        columns.map(|column| unsafe { Self::load(column.as_ptr()) })
+    }
+}
+
+/// Four numbers in plain Rust.
+#[derive(Clone, Copy)]
+pub(super) struct Plain<R>([R; 4]);
+
+macro_rules! plain_operator {
+    ($trait:ident, $name:ident, $operator:tt) => {
+        impl<R: Real> $trait for Plain<R> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Plain(core::array::from_fn(|lane| self.0[lane] $operator other.0[lane]))
+            }
+        }
+    };
+}
+
+plain_operator!(Add, add, +);
+plain_operator!(Sub, sub, -);
+plain_operator!(Mul, mul, *);
+plain_operator!(Div, div, /);
+
+// SAFETY of the unsafe functions here: plain Rust runs on every processor, so that only the reads
+// and writes need the caller's promise.
+impl<R: Real> Pack<R> for Plain<R> {
+    const COUNT: usize = 4;
+    type Mask = [bool; 4];
+
+    #[inline(always)]
+    unsafe fn splat(value: R) -> Self {
+        Plain([value; 4])
+    }
+    #[inline(always)]
+    unsafe fn load(from: *const R) -> Self {
+        // SAFETY: the caller's promise.
+        Plain(unsafe { from.cast::<[R; 4]>().read_unaligned() })
+    }
+    #[inline(always)]
+    unsafe fn store(self, to: *mut R) {
+        // SAFETY: the caller's promise.
+        unsafe { to.cast::<[R; 4]>().write_unaligned(self.0) };
+    }
+    #[inline(always)]
+    unsafe fn mask(bits: u16) -> [bool; 4] {
+        core::array::from_fn(|lane| bits >> lane & 1 == 1)
+    }
+    #[inline(always)]
+    fn select(self, mask: [bool; 4], other: Self) -> Self {
+        let lane = |lane: usize| if mask[lane] { self.0[lane] } else { other.0[lane] };
+        Plain(core::array::from_fn(lane))
+    }
+    #[inline(always)]
+    fn add_where(self, mask: [bool; 4], other: Self) -> Self {
+        // To add minus zero changes nothing, not even the sign of a zero.
+        self + other.select(mask, Plain([-R::ZERO; 4]))
+    }
+    #[inline(always)]
+    fn less(self, other: Self, within: [bool; 4]) -> [bool; 4] {
+        core::array::from_fn(|lane| within[lane] & (self.0[lane] < other.0[lane]))
+    }
+    #[inline(always)]
+    fn not_less(self, other: Self, within: [bool; 4]) -> [bool; 4] {
+        #[expect(clippy::nonminimal_bool, clippy::neg_cmp_op_on_partial_ord, reason = "NaN")]
+        let not_less = |a: R, b: R| !(a < b);
+        core::array::from_fn(|lane| within[lane] & not_less(self.0[lane], other.0[lane]))
+    }
+    #[inline(always)]
+    fn bits(mask: [bool; 4]) -> u16 {
+        mask.iter().rev().fold(0, |bits, &lane| bits << 1 | u16::from(lane))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Plain(self.0.map(Real::sqrt))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Plain(self.0.map(Real::abs))
+    }
+}
+
+const _: () = assert!(RECORD == 8, "a record is positions and velocities, three numbers of four");
+
+/// Three packs: a vector per lane.
+#[derive(Clone, Copy)]
+pub(super) struct Triple<P> {
+    pub(super) x: P,
+    pub(super) y: P,
+    pub(super) z: P,
+}
+
+impl<P> Triple<P> {
+    /// The vectors of three components.
+    #[inline(always)]
+    pub(super) fn of([x, y, z]: [P; 3]) -> Self {
+        Triple { x, y, z }
+    }
+
+    /// The same vector in every lane.
+    ///
+    /// # Safety
+    /// The processor has the instructions of the pack.
+    #[inline(always)]
+    pub(super) unsafe fn splat<R: Real>(vector: R::Vec3) -> Self
+    where
+        P: Pack<R>,
+    {
+        let [x, y, z] = vector.components();
+        // SAFETY: the caller's promise.
+        unsafe { Triple { x: P::splat(x), y: P::splat(y), z: P::splat(z) } }
+    }
+
+    /// The vectors of three columns from a slot on.
+    ///
+    /// # Safety
+    /// The processor has the instructions of the pack; the columns have these slots.
+    #[inline(always)]
+    pub(super) unsafe fn load<R: Real>(columns: Start<R>, column: usize, slot: usize) -> Self
+    where
+        P: Pack<R>,
+    {
+        // SAFETY: the caller's promise.
+        unsafe {
+            Triple {
+                x: P::load(columns.at(column, slot)),
+                y: P::load(columns.at(column + 1, slot)),
+                z: P::load(columns.at(column + 2, slot)),
+            }
+        }
+    }
+
+    /// Writes the vectors to three columns from a slot on.
+    ///
+    /// # Safety
+    /// The columns have these slots.
+    #[inline(always)]
+    pub(super) unsafe fn store<R: Real>(self, columns: Start<R>, column: usize, slot: usize)
+    where
+        P: Pack<R>,
+    {
+        // SAFETY: the caller's promise.
+        unsafe {
+            self.x.store(columns.at(column, slot));
+            self.y.store(columns.at(column + 1, slot));
+            self.z.store(columns.at(column + 2, slot));
+        }
+    }
+
+    /// `self + other` where the mask says so, `self` elsewhere.
+    #[inline(always)]
+    pub(super) fn add_where<R: Real>(self, mask: P::Mask, other: Self) -> Self
+    where
+        P: Pack<R>,
+    {
+        Triple {
+            x: self.x.add_where(mask, other.x),
+            y: self.y.add_where(mask, other.y),
+            z: self.z.add_where(mask, other.z),
+        }
+    }
+
+    /// `self` where the mask says so, `other` elsewhere.
+    #[inline(always)]
+    pub(super) fn select<R: Real>(self, mask: P::Mask, other: Self) -> Self
+    where
+        P: Pack<R>,
+    {
+        Triple {
+            x: self.x.select(mask, other.x),
+            y: self.y.select(mask, other.y),
+            z: self.z.select(mask, other.z),
+        }
+    }
+}
+
+impl<P: Copy + Add<Output = P> + Mul<Output = P>> Triple<P> {
+    /// The scalar products, summed in the order of [`crate::real::Vector::dot`].
+    #[inline(always)]
+    pub(super) fn dot(self, other: Self) -> P {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+}
+
+impl<P: Add<Output = P>> Add for Triple<P> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Triple { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+}
+
+impl<P: Sub<Output = P>> Sub for Triple<P> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Triple { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+}
+
+impl<P: Copy + Mul<Output = P>> Mul<P> for Triple<P> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: P) -> Self {
+        Triple { x: self.x * factor, y: self.y * factor, z: self.z * factor }
+    }
+}

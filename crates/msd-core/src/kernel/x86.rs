@@ -1,0 +1,234 @@
+//! The packs of x86-64: registers of 256 bits (AVX2) and of 512 bits (AVX-512).
+
+use super::pack::Pack;
+use core::arch::x86_64::*;
+use core::ops::{Add, Div, Mul, Sub};
+
+/// Eight single numbers.
+#[derive(Clone, Copy)]
+pub(super) struct F32x8(__m256);
+/// Four double numbers.
+#[derive(Clone, Copy)]
+pub(super) struct F64x4(__m256d);
+/// Sixteen single numbers.
+#[derive(Clone, Copy)]
+pub(super) struct F32x16(__m512);
+/// Eight double numbers.
+#[derive(Clone, Copy)]
+pub(super) struct F64x8(__m512d);
+
+macro_rules! operators {
+    ($pack:ident, $($trait:ident $name:ident $instruction:ident),*) => {$(
+        impl $trait for $pack {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                // SAFETY: a pack exists, so the processor has its instructions.
+                Self(unsafe { $instruction(self.0, other.0) })
+            }
+        }
+    )*};
+}
+
+operators!(F32x8, Add add _mm256_add_ps, Sub sub _mm256_sub_ps, Mul mul _mm256_mul_ps,
+    Div div _mm256_div_ps);
+operators!(F64x4, Add add _mm256_add_pd, Sub sub _mm256_sub_pd, Mul mul _mm256_mul_pd,
+    Div div _mm256_div_pd);
+operators!(F32x16, Add add _mm512_add_ps, Sub sub _mm512_sub_ps, Mul mul _mm512_mul_ps,
+    Div div _mm512_div_ps);
+operators!(F64x8, Add add _mm512_add_pd, Sub sub _mm512_sub_pd, Mul mul _mm512_mul_pd,
+    Div div _mm512_div_pd);
+
+/// What all packs say alike but for the names of the instructions.
+macro_rules! common {
+    ($scalar:ident, $splat:ident, $load:ident, $store:ident, $sqrt:ident) => {
+        #[inline(always)]
+        unsafe fn splat(value: $scalar) -> Self {
+            // SAFETY: the caller's promise.
+            Self(unsafe { $splat(value) })
+        }
+        #[inline(always)]
+        unsafe fn load(from: *const $scalar) -> Self {
+            // SAFETY: the caller's promise.
+            Self(unsafe { $load(from) })
+        }
+        #[inline(always)]
+        unsafe fn store(self, to: *mut $scalar) {
+            // SAFETY: the caller's promise.
+            unsafe { $store(to, self.0) };
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            // SAFETY: a pack exists, so the processor has its instructions.
+            Self(unsafe { $sqrt(self.0) })
+        }
+    };
+}
+
+/// A pack of AVX2: masks are registers, all bits of a lane set or none.
+macro_rules! avx2 {
+    ($pack:ident, $scalar:ident, $count:literal, $register:ident, $integer:ident,
+     $common:tt, $bits:tt, $masks:tt, $add:ident, $more:tt) => {
+        impl Pack<$scalar> for $pack {
+            const COUNT: usize = $count;
+            type Mask = $register;
+            avx2!(@common $scalar $common);
+            avx2!(@bits $register $bits);
+            avx2!(@masks $pack $scalar $register $add $masks);
+            avx2!(@more $more);
+        }
+    };
+    (@common $scalar:ident ($($name:ident),*)) => { common!($scalar, $($name),*); };
+    (@more { $($more:item)* }) => { $($more)* };
+    (@bits $register:ident ($weights:expr, $splat:ident as $integer:ident, $and:ident, $equal:ident,
+        $cast:ident)) => {
+        #[inline(always)]
+        unsafe fn mask(bits: u16) -> $register {
+            // SAFETY: the caller's promise.
+            unsafe {
+                let weights = $weights;
+                $cast($equal($and($splat(bits as $integer), weights), weights))
+            }
+        }
+    };
+    (@masks $pack:ident $scalar:ident $register:ident $add:ident
+        ($blend:ident, $and:ident, $and_not:ident, $compare:ident, $movemask:ident, $splat:ident)) => {
+        #[inline(always)]
+        fn select(self, mask: $register, other: Self) -> Self {
+            // SAFETY: a pack exists, so the processor has its instructions.
+            Self(unsafe { $blend(other.0, self.0, mask) })
+        }
+        #[inline(always)]
+        fn add_where(self, mask: $register, other: Self) -> Self {
+            // To add minus zero changes nothing, not even the sign of a zero.
+            // SAFETY: a pack exists, so the processor has its instructions.
+            Self(unsafe { $add(self.0, $blend($splat(-0.0), other.0, mask)) })
+        }
+        #[inline(always)]
+        fn less(self, other: Self, within: $register) -> $register {
+            // SAFETY: a pack exists, so the processor has its instructions.
+            unsafe { $and(within, $compare::<_CMP_LT_OQ>(self.0, other.0)) }
+        }
+        #[inline(always)]
+        fn not_less(self, other: Self, within: $register) -> $register {
+            // SAFETY: a pack exists, so the processor has its instructions.
+            unsafe { $and(within, $compare::<_CMP_NLT_UQ>(self.0, other.0)) }
+        }
+        #[inline(always)]
+        fn bits(mask: $register) -> u16 {
+            // SAFETY: a mask exists, so the processor has its instructions.
+            unsafe { $movemask(mask) as u16 }
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            // SAFETY: a pack exists, so the processor has its instructions.
+            Self(unsafe { $and_not($splat(-0.0), self.0) })
+        }
+    };
+}
+
+avx2!(F32x8, f32, 8, __m256, i32,
+    (_mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_sqrt_ps),
+    (_mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1), _mm256_set1_epi32 as i32, _mm256_and_si256,
+        _mm256_cmpeq_epi32, _mm256_castsi256_ps),
+    (_mm256_blendv_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_cmp_ps, _mm256_movemask_ps,
+        _mm256_set1_ps), _mm256_add_ps, {
+    #[inline(always)]
+    unsafe fn gather(records: *const f32, at: *const u32) -> [Self; 3] {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let row = |lane: usize| _mm_loadu_ps(records.add(*at.add(lane) as usize));
+            let rows = |lane| _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(row(lane)),
+                row(lane + 4));
+            let (a, b, c, d) = (rows(0), rows(1), rows(2), rows(3));
+            let (xy_ab, xy_cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+            let (z_ab, z_cd) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+            [
+                Self(_mm256_shuffle_ps::<0b01_00_01_00>(xy_ab, xy_cd)),
+                Self(_mm256_shuffle_ps::<0b11_10_11_10>(xy_ab, xy_cd)),
+                Self(_mm256_shuffle_ps::<0b01_00_01_00>(z_ab, z_cd)),
+            ]
+        }
+    }
+});
+avx2!(F64x4, f64, 4, __m256d, i64,
+    (_mm256_set1_pd, _mm256_loadu_pd, _mm256_storeu_pd, _mm256_sqrt_pd),
+    (_mm256_set_epi64x(8, 4, 2, 1), _mm256_set1_epi64x as i64, _mm256_and_si256,
+        _mm256_cmpeq_epi64, _mm256_castsi256_pd),
+    (_mm256_blendv_pd, _mm256_and_pd, _mm256_andnot_pd, _mm256_cmp_pd, _mm256_movemask_pd,
+        _mm256_set1_pd), _mm256_add_pd, {});
+
+/// A pack of AVX-512: masks are bits.
+macro_rules! avx512 {
+    ($pack:ident, $scalar:ident, $count:literal, $mask:ident, $common:tt,
+     ($blend:ident, $add:ident, $compare:ident, $abs:ident), $more:tt) => {
+        impl Pack<$scalar> for $pack {
+            const COUNT: usize = $count;
+            type Mask = $mask;
+            avx2!(@common $scalar $common);
+            avx2!(@more $more);
+            #[inline(always)]
+            unsafe fn mask(bits: u16) -> $mask {
+                bits as $mask
+            }
+            #[inline(always)]
+            fn select(self, mask: $mask, other: Self) -> Self {
+                // SAFETY: a pack exists, so the processor has its instructions.
+                Self(unsafe { $blend(mask, other.0, self.0) })
+            }
+            #[inline(always)]
+            fn add_where(self, mask: $mask, other: Self) -> Self {
+                // SAFETY: a pack exists, so the processor has its instructions.
+                Self(unsafe { $add(self.0, mask, self.0, other.0) })
+            }
+            #[inline(always)]
+            fn less(self, other: Self, within: $mask) -> $mask {
+                // SAFETY: a pack exists, so the processor has its instructions.
+                unsafe { $compare::<_CMP_LT_OQ>(within, self.0, other.0) }
+            }
+            #[inline(always)]
+            fn not_less(self, other: Self, within: $mask) -> $mask {
+                // SAFETY: a pack exists, so the processor has its instructions.
+                unsafe { $compare::<_CMP_NLT_UQ>(within, self.0, other.0) }
+            }
+            #[inline(always)]
+            fn bits(mask: $mask) -> u16 {
+                u16::from(mask)
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                // SAFETY: a pack exists, so the processor has its instructions.
+                Self(unsafe { $abs(self.0) })
+            }
+        }
+    };
+}
+
+avx512!(F32x16, f32, 16, __mmask16,
+    (_mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_sqrt_ps),
+    (_mm512_mask_blend_ps, _mm512_mask_add_ps, _mm512_mask_cmp_ps_mask, _mm512_abs_ps), {
+    #[inline(always)]
+    unsafe fn gather(records: *const f32, at: *const u32) -> [Self; 3] {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let row = |lane: usize| _mm_loadu_ps(records.add(*at.add(lane) as usize));
+            let rows = |lane| {
+                let rows = _mm512_castps128_ps512(row(lane));
+                let rows = _mm512_insertf32x4::<1>(rows, row(lane + 4));
+                let rows = _mm512_insertf32x4::<2>(rows, row(lane + 8));
+                _mm512_insertf32x4::<3>(rows, row(lane + 12))
+            };
+            let (a, b, c, d) = (rows(0), rows(1), rows(2), rows(3));
+            let (xy_ab, xy_cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+            let (z_ab, z_cd) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+            [
+                Self(_mm512_shuffle_ps::<0b01_00_01_00>(xy_ab, xy_cd)),
+                Self(_mm512_shuffle_ps::<0b11_10_11_10>(xy_ab, xy_cd)),
+                Self(_mm512_shuffle_ps::<0b01_00_01_00>(z_ab, z_cd)),
+            ]
+        }
+    }
+});
+avx512!(F64x8, f64, 8, __mmask8,
+    (_mm512_set1_pd, _mm512_loadu_pd, _mm512_storeu_pd, _mm512_sqrt_pd),
+    (_mm512_mask_blend_pd, _mm512_mask_add_pd, _mm512_mask_cmp_pd_mask, _mm512_abs_pd), {});

@@ -1,0 +1,199 @@
+//! The compiled kernels give the bits of the plain loops, whatever the topology, the instructions,
+//! the precision and the method.
+
+use msd_core::explicit::{self, Scratch, Substep};
+use msd_core::forces::{add_spring_forces, set_external_forces};
+use msd_core::glam::DVec3;
+use msd_core::integrator::{Explicit, Family};
+use msd_core::kernel::{Instructions, Kernel};
+use msd_core::{
+    Friction, Integrator, Interaction, Material, Model, Particle, Pin, Plane, Real, Scene, Select,
+    Settings, Simulation, Spring, State, Vector, collision, shape,
+};
+use proptest::prelude::*;
+
+/// One step of plain loops: the oracle.
+struct Oracle<R: Real> {
+    model: Model<R>,
+    state: State<R>,
+    scratch: Scratch<R>,
+    /// Energy taken away, joules.
+    counted: f64,
+}
+
+impl<R: Real> Oracle<R> {
+    fn of(simulation: &Simulation<R>, method: Explicit) -> Self {
+        let (model, state) = (simulation.model().clone(), simulation.state().clone());
+        let scratch = Scratch::new(method, model.particle_count());
+        Oracle { model, state, scratch, counted: 0.0 }
+    }
+
+    fn step(&mut self, method: Explicit, settings: Settings) {
+        let (model, h) = (&self.model, settings.substep());
+        let grabbed = !model.grabs().is_empty();
+        let damped = !model.dampings().is_zero() || grabbed || model.drag() != R::ZERO;
+        for substep in 0..settings.substeps {
+            let inverse_masses = model.inverse_masses();
+            let substep = Substep { h: R::of(h), inverse_masses, warm: 0 < substep, damped };
+            let mut force = |motion: msd_core::Motion<'_, R>, forces: &mut [R::Vec3]| {
+                set_external_forces(model, motion, forces)
+                    + add_spring_forces(model, motion, forces)
+            };
+            let Oracle { state, scratch, .. } = self;
+            self.counted += explicit::advance(method, substep, state, scratch, &mut force);
+            let contacts = collision::resolve(model, R::of(h), scratch.forces(), state);
+            self.counted += contacts.energy;
+        }
+    }
+}
+
+/// Rows that a person might write, and some that nobody would: ends that coincide, springs twice,
+/// particles alone, numbers of their own or all alike.
+fn scenes() -> impl Strategy<Value = Scene> {
+    let numbers = (1..201usize, any::<u64>(), 0.0..8.0, any::<[bool; 6]>());
+    numbers.prop_map(|(count, seed, degree, [alike, damped, floor, lattice, drag, corner])| {
+        let mut random = Random(seed | 1);
+        let particle = |random: &mut Random| Particle {
+            position: DVec3::new(random.unit(), random.unit(), random.unit()) * 4.0,
+            velocity: DVec3::new(random.unit(), random.unit(), random.unit()) - 0.5,
+            mass: if alike { 1.0 } else { 0.5 + random.unit() },
+        };
+        let mut particles: Vec<Particle> = (0..count).map(|_| particle(&mut random)).collect();
+        if 3 < count {
+            particles[count / 2].position = particles[count / 2 - 1].position;
+        }
+        let springs = if 1 < count { (count as f64 * degree) as usize } else { 0 };
+        let ends = |random: &mut Random| {
+            let a = random.below(count);
+            let near = [1, 7, 8, 9][random.below(4)];
+            let b = if lattice { (a + near) % count } else { random.below(count) };
+            [a, if a == b { (a + 1) % count } else { b }]
+        };
+        let mut spring = |ends: [usize; 2]| Spring {
+            ends,
+            rest_length: if alike { 1.0 } else { random.unit() },
+            stiffness: if alike { 50.0 } else { 100.0 * random.unit() },
+            damping: if damped { if alike { 0.5 } else { random.unit() } } else { 0.0 },
+        };
+        let mut other = Random(seed.rotate_left(7) | 1);
+        let springs = (0..springs).map(|_| spring(ends(&mut other))).collect();
+        let mut planes = Vec::new();
+        if floor {
+            let friction = Friction::Coulomb(0.3);
+            planes.push(Plane { normal: DVec3::Y, offset: 1.0, restitution: 0.5, friction });
+        }
+        if corner {
+            let friction = Friction::TangentialLoss(0.1);
+            let normal = DVec3::new(1.0, 0.5, 0.0);
+            planes.push(Plane { normal, offset: 0.5, restitution: 0.9, friction });
+        }
+        let pins = if 2 < count { vec![Pin { particle: 1, velocity: DVec3::Y }] } else { vec![] };
+        let mut scene = Scene { particles, springs, planes, pins, ..Scene::default() };
+        scene.world.drag = if drag { 0.01 } else { 0.0 };
+        scene
+    })
+}
+
+/// A linear congruential generator (Knuth, 1997, section 3.3.4): a scene from one number, so that a
+/// failure shrinks to a small one.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 >> 33
+    }
+    fn unit(&mut self) -> f64 {
+        self.next() as f64 / (1u64 << 31) as f64
+    }
+    fn below(&mut self, bound: usize) -> usize {
+        self.next() as usize % bound
+    }
+}
+
+fn bits<R: Real>(vectors: &[R::Vec3]) -> Vec<Vec<u8>> {
+    let number = |x: R| x.to_le_bytes().into_iter();
+    vectors.iter().map(|v| v.components().into_iter().flat_map(number).collect()).collect()
+}
+
+fn check_forces<R: Real>(scene: &Scene) {
+    let (model, state) = Model::<R>::new(scene).expect("a valid scene");
+    let mut plain = vec![R::Vec3::ZERO; model.particle_count()];
+    let mut power = set_external_forces(&model, state.motion(), &mut plain);
+    power += add_spring_forces(&model, state.motion(), &mut plain);
+    for instructions in Instructions::ALL {
+        let mut kernel = Kernel::new(&model, instructions);
+        let mut swept = vec![R::Vec3::ZERO; model.particle_count()];
+        let swept_power = kernel.set_forces(&model, state.motion(), &mut swept);
+        assert_eq!(bits::<R>(&swept), bits::<R>(&plain), "{}", instructions.name());
+        // Each summand is rounded as often as a slice has rows, in the precision of the run.
+        let rounding = 200.0 * R::EPSILON.to_f64() * power;
+        assert!((swept_power - power).abs() <= rounding, "{swept_power} {power}");
+    }
+}
+
+fn check_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
+    for integrator in Integrator::EXPLICIT {
+        let Family::Explicit(method) = integrator.family() else { unreachable!("by name") };
+        let settings = Settings { integrator, step: 0.02, substeps: 3, ..Settings::default() };
+        for instructions in Instructions::ALL {
+            let mut simulation = Simulation::<R>::new(scene, settings).expect("a valid scene");
+            simulation.set_instructions(instructions);
+            for &interaction in queue {
+                simulation.queue(interaction).expect("a valid interaction");
+            }
+            simulation.apply_queued().expect("finite");
+            let mut oracle = Oracle::of(&simulation, method);
+            for _ in 0..3 {
+                simulation.step().expect("short and soft");
+                oracle.step(method, settings);
+                let what = (integrator.name(), instructions.name());
+                let (swept, plain) = (simulation.state(), &oracle.state);
+                assert_eq!(bits::<R>(&swept.positions), bits::<R>(&plain.positions), "{what:?}");
+                assert_eq!(bits::<R>(&swept.velocities), bits::<R>(&plain.velocities), "{what:?}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(if cfg!(debug_assertions) { 24 } else { 128 }))]
+
+    #[test]
+    fn forces_of_any_topology_have_the_bits_of_the_plain_loop(scene in scenes()) {
+        check_forces::<f32>(&scene);
+        check_forces::<f64>(&scene);
+    }
+
+    #[test]
+    fn steps_of_any_topology_have_the_bits_of_plain_loops(scene in scenes()) {
+        check_steps::<f32>(&scene, &[]);
+        check_steps::<f64>(&scene, &[]);
+    }
+}
+
+/// A lattice with a hand on it, cut twice.
+#[test]
+fn grabs_pushes_and_cuts_have_the_bits_of_plain_loops() {
+    let material = Material { mass: 1.0, stiffness: 100.0, damping: 0.5 };
+    let scene = Scene::of("block", shape::block([5, 4, 3], 1.0, material).expect("small"));
+    let grab = |particle| Interaction::Grab {
+        particle,
+        target: DVec3::new(3.0, 9.0, 1.0),
+        frequency: 2.0,
+        damping_ratio: 0.7,
+        max_force: 20.0,
+    };
+    let cut = |spring| Interaction::Cut { spring };
+    let queue = [
+        grab(7),
+        cut(3),
+        grab(50),
+        cut(200),
+        Interaction::Pin { particle: 20, velocity: DVec3::X },
+        Interaction::SetMass { particles: Select::One(21), value: 3.0 },
+        Interaction::SetStiffness { springs: Select::Range(10, 30), value: 70.0 },
+    ];
+    check_steps::<f32>(&scene, &queue);
+    check_steps::<f64>(&scene, &queue);
+}
