@@ -1,11 +1,11 @@
 //! Which instructions does this machine have? The same sweep, compiled once for each of them.
 
-use super::pack::Plain;
+use super::pack::{Pack, Plain};
 use super::sweep::{Job, Tally, sweep};
+use super::update::{self, Update};
 #[cfg(target_arch = "x86_64")]
 use super::x86::{F32x8, F32x16, F64x4, F64x8};
 use crate::real::Real;
-#[cfg(target_arch = "x86_64")]
 use core::any::TypeId;
 use core::ops::Range;
 
@@ -75,13 +75,14 @@ pub(super) fn parts(slices: usize) -> usize {
 pub(super) fn run<R: Real>(
     instructions: Instructions,
     job: &Job<'_, R>,
+    update: Update<R>,
     tallies: &mut [Tally],
 ) -> Tally {
     let slices = job.plan.slices();
     for (part, tally) in tallies.iter_mut().enumerate() {
         let range = part * PART..(part * PART + PART).min(slices);
         // SAFETY: the caller's promises.
-        *tally = unsafe { run_part(instructions, job, range) };
+        *tally = unsafe { run_part(instructions, job, update, range) };
     }
     let mut sum = Tally::default();
     tallies.iter().for_each(|&tally| sum += tally);
@@ -93,55 +94,87 @@ pub(super) fn run<R: Real>(
 unsafe fn run_part<R: Real>(
     instructions: Instructions,
     job: &Job<'_, R>,
+    update: Update<R>,
     slices: Range<usize>,
 ) -> Tally {
-    // SAFETY: the caller's promise; a job of one scalar is cast to itself.
-    #[cfg(target_arch = "x86_64")]
-    unsafe {
-        let single = TypeId::of::<R>() == TypeId::of::<f32>();
-        match (instructions, single) {
-            (Instructions::Plain, _) => {}
-            (Instructions::Avx2, true) => return avx2_f32(&*core::ptr::from_ref(job).cast(), slices),
-            (Instructions::Avx2, false) => return avx2_f64(&*core::ptr::from_ref(job).cast(), slices),
-            (Instructions::Avx512, true) => return avx512_f32(&*core::ptr::from_ref(job).cast(), slices),
-            (Instructions::Avx512, false) => return avx512_f64(&*core::ptr::from_ref(job).cast(), slices),
-        }
+    let (job, update) = (core::ptr::from_ref(job), core::ptr::from_ref(&update));
+    // Only code for one scalar is compiled here; that for any would be compiled by every user.
+    macro_rules! cast_to {
+        ($name:ident) => {
+            // SAFETY: the caller's promise; the scalar is this one.
+            unsafe { $name(&*job.cast(), *update.cast(), slices) }
+        };
     }
-    let _ = instructions;
-    // SAFETY: the caller's promise.
-    unsafe { either::<R, Plain<R>>(job, slices) }
+    let single = TypeId::of::<R>() == TypeId::of::<f32>();
+    match (instructions, single) {
+        #[cfg(target_arch = "x86_64")]
+        (Instructions::Avx2, true) => cast_to!(avx2_f32),
+        #[cfg(target_arch = "x86_64")]
+        (Instructions::Avx2, false) => cast_to!(avx2_f64),
+        #[cfg(target_arch = "x86_64")]
+        (Instructions::Avx512, true) => cast_to!(avx512_f32),
+        #[cfg(target_arch = "x86_64")]
+        (Instructions::Avx512, false) => cast_to!(avx512_f64),
+        (_, true) => cast_to!(plain_f32),
+        (_, false) => cast_to!(plain_f64),
+    }
 }
 
+/// Calls the sweep that was compiled for an update and for what a plan has.
+///
 /// # Safety
 /// See [`sweep`].
 #[inline(always)]
-unsafe fn either<R: Real, P: super::pack::Pack<R>>(
+unsafe fn specialised<R: Real, P: Pack<R>>(
     job: &Job<'_, R>,
+    update: Update<R>,
     slices: Range<usize>,
 ) -> Tally {
-    // SAFETY: the caller's promise.
-    unsafe {
-        if job.plan.damped {
-            sweep::<R, P, true>(job, slices)
-        } else {
-            sweep::<R, P, false>(job, slices)
+    macro_rules! sweep_with {
+        ($update:expr) => {
+            // SAFETY: the caller's promise.
+            unsafe {
+                match (job.plan.damped, job.plan.others.is_empty()) {
+                    (true, true) => sweep::<R, P, true, false>(job, $update, slices),
+                    (true, false) => sweep::<R, P, true, true>(job, $update, slices),
+                    (false, true) => sweep::<R, P, false, false>(job, $update, slices),
+                    (false, false) => sweep::<R, P, false, true>(job, $update, slices),
+                }
+            }
+        };
+    }
+    match update {
+        Update::Forces => sweep_with!(update::Forces),
+        Update::ExplicitEuler { h } => sweep_with!(update::ExplicitEuler(h)),
+        Update::SymplecticEuler { h } => sweep_with!(update::SymplecticEuler(h)),
+        Update::VelocityVerlet { h, phase, damped } => {
+            sweep_with!(update::VelocityVerlet { h, phase, damped })
         }
+        Update::Rk4Stage { first, weight, reach } => {
+            sweep_with!(update::Rk4Stage { first, weight, reach })
+        }
+        Update::Rk4Last { h } => sweep_with!(update::Rk4Last(h)),
     }
 }
 
-#[cfg(target_arch = "x86_64")]
 macro_rules! compiled_for {
-    ($name:ident, $features:literal, $scalar:ident, $pack:ident) => {
+    ($name:ident, $($features:literal,)? $scalar:ident, $pack:ty) => {
         /// # Safety
         /// See [`sweep`].
-        #[target_feature(enable = $features)]
-        unsafe fn $name(job: &Job<'_, $scalar>, slices: Range<usize>) -> Tally {
+        $(#[target_feature(enable = $features)])?
+        unsafe fn $name(
+            job: &Job<'_, $scalar>,
+            update: Update<$scalar>,
+            slices: Range<usize>,
+        ) -> Tally {
             // SAFETY: the caller's promise.
-            unsafe { either::<$scalar, $pack>(job, slices) }
+            unsafe { specialised::<$scalar, $pack>(job, update, slices) }
         }
     };
 }
 
+compiled_for!(plain_f32, f32, Plain<f32>);
+compiled_for!(plain_f64, f64, Plain<f64>);
 #[cfg(target_arch = "x86_64")]
 compiled_for!(avx2_f32, "avx2", f32, F32x8);
 #[cfg(target_arch = "x86_64")]

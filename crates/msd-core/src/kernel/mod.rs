@@ -263,9 +263,7 @@ impl<R: Real> Kernel<R> {
         self.gather_pushes(model);
         let [from, to] = &mut self.motions;
         let [records_from, records_to] = &mut self.records;
-        let scattered = !self.plan.others.is_empty();
-        let records = scattered
-            .then(|| [records_from.flat_mut().as_mut_ptr(), records_to.flat_mut().as_mut_ptr()]);
+        let records = [records_from, records_to].map(|records| records.flat_mut().as_mut_ptr());
         let job = Job {
             plan: &self.plan,
             fixed: self.fixed.start(),
@@ -277,9 +275,8 @@ impl<R: Real> Kernel<R> {
             drag: model.drag,
             pushes: &self.pushes,
             planes: &self.planes,
-            update,
         };
-        dispatch::run(self.instructions, &job, &mut self.tallies)
+        dispatch::run(self.instructions, &job, update, &mut self.tallies)
     }
 
     /// Lists what pushes and grabs single particles at the motion that is swept next.

@@ -7,7 +7,7 @@ use super::columns::Start;
 use super::contact::{self, Planes};
 use super::pack::{Pack, Triple};
 use super::plan::{Plan, Reach, Row};
-use super::update::{self, Update};
+use super::update::Apply;
 use super::{LANES, RECORD};
 use crate::real::{Real, Vector};
 use core::ops::Range;
@@ -31,15 +31,14 @@ pub(super) struct Job<'a, R: Real> {
     pub(super) to: Start<R>,
     /// What the method remembers about each particle.
     pub(super) own: Start<R>,
-    /// Records of `from` and of `to`, if there are gather rows.
-    pub(super) records: Option<[*mut R; 2]>,
+    /// Records of `from` and of `to`, which are there if there are gather rows.
+    pub(super) records: [*mut R; 2],
     /// Gravitational acceleration and uniform force.
     pub(super) fields: [R::Vec3; 2],
     pub(super) drag: R,
     /// Forces on single particles by slot, in the order in which they are added.
     pub(super) pushes: &'a [(u32, R::Vec3)],
     pub(super) planes: &'a [Planes<R>],
-    pub(super) update: Update<R>,
 }
 
 /// What a part of a sweep came to.
@@ -88,29 +87,30 @@ pub(super) struct Particles<P> {
 /// The processor has the instructions of the pack. Nobody else writes what the job reads, nor reads
 /// or writes what it writes to these slices.
 #[inline(always)]
-pub(super) unsafe fn sweep<R: Real, P: Pack<R>, const DAMPED: bool>(
+pub(super) unsafe fn sweep<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
     job: &Job<'_, R>,
+    update: impl Apply<R>,
     slices: Range<usize>,
 ) -> Tally {
     let mut sums =
         Sums { dampers: [0.0; LANES], drag: [0.0; LANES], energy: [0.0; LANES], contacts: 0 };
     for slice in slices {
         let starts = &job.plan.starts[slice..slice + 2];
-        let rows = if job.update.evaluates() { starts[0] as usize..starts[1] as usize } else { 0..0 };
+        let rows = if update.evaluates() { starts[0] as usize..starts[1] as usize } else { 0..0 };
         let rows = &job.plan.rows[rows];
         let mut lane = 0;
         while lane < LANES {
             let slot = slice * LANES + lane;
             // SAFETY: the caller's promise; the slot is one of the plan.
             unsafe {
-                let particles = pulled::<R, P, DAMPED>(job, slot, rows, &mut sums);
-                update::apply(job, particles, &mut sums);
+                let particles = pulled::<R, P, DAMPED, GATHERS>(job, slot, rows, &mut sums);
+                update.apply(job, particles, &mut sums);
             }
             lane += P::COUNT;
         }
-        if let (Some([_, records]), true) = (job.records, job.update != Update::Forces) {
+        if GATHERS && update.moves() {
             // SAFETY: as above.
-            unsafe { write_records(job.to, records, slice) };
+            unsafe { write_records(job.to, job.records[1], slice) };
         }
     }
     let sum = |lanes: [f64; LANES]| lanes.iter().sum::<f64>();
@@ -123,7 +123,7 @@ pub(super) unsafe fn sweep<R: Real, P: Pack<R>, const DAMPED: bool>(
 /// # Safety
 /// See [`sweep`].
 #[inline(always)]
-unsafe fn pulled<R: Real, P: Pack<R>, const DAMPED: bool>(
+unsafe fn pulled<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
     job: &Job<'_, R>,
     slot: usize,
     rows: &[Row],
@@ -153,41 +153,108 @@ unsafe fn pulled<R: Real, P: Pack<R>, const DAMPED: bool>(
         force = force - velocity * drag;
         (drag * velocity.dot(velocity)).add_to(&mut sums.drag[slot % LANES..]);
     }
+    let mut particles = Particles { slot, position, velocity, force, mass, inverse_mass };
     let mut dampers = zero;
-    // SAFETY: as above.
-    let shortest = unsafe { P::splat(R::SHORTEST_SQUARED) };
-    // SAFETY: as above.
-    let one = unsafe { P::splat(R::ONE) };
-    for row in rows {
-        // SAFETY: as above; the rows of a plan name what is there.
+    // Two rows at a time, since a root and a quotient take long, and two of them as long as one.
+    let pairs = rows.chunks_exact(2);
+    let rest = pairs.remainder();
+    for pair in pairs {
+        // SAFETY: the caller's promise.
         unsafe {
-            let lane = slot % LANES;
-            let value = |place: u32| {
-                job.plan.values.as_ptr().add(place as usize).cast::<R>().add(lane)
-            };
-            let (there, there_velocity) = reached::<R, P, DAMPED>(job, slot, row.reach);
-            let across = there - position;
-            let squared = across.dot(across);
-            let acts = squared.not_less(shortest, P::mask(row.mask >> lane));
-            let length = squared.sqrt();
-            let per_length = one / length;
-            let tension =
-                P::load(value(row.stiffness)) * (length - P::load(value(row.rest_length)));
-            if DAMPED {
-                let rate = across.dot(there_velocity - velocity) * per_length;
-                let drag = P::load(value(row.damping)) * rate;
-                let pull = across * ((tension + drag) * per_length);
-                force = force.add_where::<R>(acts, pull);
-                dampers = dampers.add_where(acts, drag * rate);
-            } else {
-                force = force.add_where::<R>(acts, across * (tension * per_length));
-            }
+            let first = Stretched::of::<R, DAMPED, GATHERS>(job, &particles, &pair[0]);
+            let second = Stretched::of::<R, DAMPED, GATHERS>(job, &particles, &pair[1]);
+            first.pull::<R, DAMPED>(job, &pair[0], &mut particles, &mut dampers);
+            second.pull::<R, DAMPED>(job, &pair[1], &mut particles, &mut dampers);
+        }
+    }
+    for row in rest {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let stretched = Stretched::of::<R, DAMPED, GATHERS>(job, &particles, row);
+            stretched.pull::<R, DAMPED>(job, row, &mut particles, &mut dampers);
         }
     }
     if DAMPED {
         dampers.add_to(&mut sums.dampers[slot % LANES..]);
     }
-    Particles { slot, position, velocity, force, mass, inverse_mass }
+    particles
+}
+
+/// The springs of a row as they are, before it is known how they pull.
+struct Stretched<P, M> {
+    /// From the particles to the other ends.
+    across: Triple<P>,
+    /// Which of them there are, and have a direction.
+    acts: M,
+    length: P,
+    per_length: P,
+    /// Length times the speed of parting.
+    parting: P,
+}
+
+impl<P: Copy> Stretched<P, ()> {
+    /// # Safety
+    /// See [`sweep`].
+    #[inline(always)]
+    unsafe fn of<R: Real, const DAMPED: bool, const GATHERS: bool>(
+        job: &Job<'_, R>,
+        particles: &Particles<P>,
+        row: &Row,
+    ) -> Stretched<P, P::Mask>
+    where
+        P: Pack<R>,
+    {
+        let slot = particles.slot;
+        // SAFETY: the caller's promise; the rows of a plan name what is there.
+        unsafe {
+            let (there, there_velocity) = reached::<R, P, DAMPED, GATHERS>(job, slot, row.reach);
+            let across = there - particles.position;
+            let squared = across.dot(across);
+            let mask = P::mask(row.mask >> (slot % LANES));
+            let acts = squared.not_less(P::splat(R::SHORTEST_SQUARED), mask);
+            let length = squared.sqrt();
+            let per_length = P::splat(R::ONE) / length;
+            let parting =
+                if DAMPED { across.dot(there_velocity - particles.velocity) } else { length };
+            Stretched { across, acts, length, per_length, parting }
+        }
+    }
+}
+
+impl<P: Copy, M: Copy> Stretched<P, M> {
+    /// Adds the pull of the springs to the forces on the particles.
+    ///
+    /// # Safety
+    /// See [`sweep`].
+    #[inline(always)]
+    unsafe fn pull<R: Real, const DAMPED: bool>(
+        self,
+        job: &Job<'_, R>,
+        row: &Row,
+        particles: &mut Particles<P>,
+        dampers: &mut P,
+    ) where
+        P: Pack<R, Mask = M>,
+    {
+        let Stretched { across, acts, length, per_length, parting } = self;
+        let lane = particles.slot % LANES;
+        let values = job.plan.values.as_ptr();
+        // SAFETY: the caller's promise; the rows of a plan name what is there.
+        unsafe {
+            let value = |place: u32| values.add(place as usize).cast::<R>().add(lane);
+            let stiffness = P::load(value(row.stiffness));
+            let tension = stiffness * (length - P::load(value(row.rest_length)));
+            let pull = if DAMPED {
+                let rate = parting * per_length;
+                let drag = P::load(value(row.damping)) * rate;
+                *dampers = dampers.add_where(acts, drag * rate);
+                tension + drag
+            } else {
+                tension
+            };
+            particles.force = particles.force.add_where::<R>(acts, across * (pull * per_length));
+        }
+    }
 }
 
 /// Positions and velocities at the other ends of a row.
@@ -195,7 +262,7 @@ unsafe fn pulled<R: Real, P: Pack<R>, const DAMPED: bool>(
 /// # Safety
 /// See [`sweep`].
 #[inline(always)]
-unsafe fn reached<R: Real, P: Pack<R>, const DAMPED: bool>(
+unsafe fn reached<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
     job: &Job<'_, R>,
     slot: usize,
     reach: Reach,
@@ -203,21 +270,22 @@ unsafe fn reached<R: Real, P: Pack<R>, const DAMPED: bool>(
     // SAFETY: a run ends less than a slice beyond the slots, where columns go on; a gather has
     // records, and names those of slots.
     unsafe {
-        match (reach, job.records) {
-            (Reach::Gather(row), Some([records, _])) => {
+        match reach {
+            Reach::Gather(row) if GATHERS => {
                 let at = job.plan.others.as_ptr().add(row as usize).cast::<u32>();
                 let at = at.add(slot % LANES);
+                let records = job.records[0].cast_const();
                 let there = Triple::of(P::gather(records, at));
                 let velocity =
                     if DAMPED { Triple::of(P::gather(records.add(RECORD / 2), at)) } else { there };
                 (there, velocity)
             }
-            (Reach::Run(offset), _) => {
+            Reach::Run(offset) => {
                 let slot = slot.wrapping_add_signed(offset as isize);
                 let there = Triple::load(job.from, POSITION, slot);
                 (there, if DAMPED { Triple::load(job.from, VELOCITY, slot) } else { there })
             }
-            (Reach::Gather(_), None) => core::hint::unreachable_unchecked(),
+            Reach::Gather(_) => core::hint::unreachable_unchecked(),
         }
     }
 }

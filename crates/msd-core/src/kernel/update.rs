@@ -36,11 +36,23 @@ pub(super) enum Phase {
     Last,
 }
 
-impl<R> Update<R> {
-    /// Whether forces are needed.
-    pub(super) fn evaluates(&self) -> bool {
-        !matches!(self, Update::VelocityVerlet { phase: Phase::Warm, .. })
+/// An update that a sweep is compiled for, one of [`Update`].
+pub(super) trait Apply<R: Real>: Copy {
+    /// Whether what comes out is a motion.
+    fn moves(self) -> bool {
+        true
     }
+
+    /// Whether forces are needed.
+    fn evaluates(self) -> bool {
+        true
+    }
+
+    /// Moves some particles on.
+    ///
+    /// # Safety
+    /// See [`super::sweep::sweep`].
+    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, particles: Particles<P>, sums: &mut Sums);
 }
 
 /// Columns of what velocity Verlet remembers: velocities and accelerations.
@@ -54,47 +66,151 @@ const SLOPE: usize = 6;
 pub(super) const VERLET_COLUMNS: usize = 6;
 pub(super) const RK4_COLUMNS: usize = 12;
 
-/// Moves some particles on.
-///
-/// # Safety
-/// See [`super::sweep::sweep`].
-#[inline(always)]
-pub(super) unsafe fn apply<R: Real, P: Pack<R>>(
-    job: &Job<'_, R>,
-    mut particles: Particles<P>,
-    sums: &mut Sums,
-) {
-    let Particles { slot, position, velocity, force, inverse_mass, .. } = particles;
-    // SAFETY: the caller's promise, for all that follows.
-    unsafe {
-        match job.update {
-            Update::Forces => force.store::<R>(job.to, POSITION, slot),
-            Update::ExplicitEuler { h } => {
-                let h = P::splat(h);
-                particles.position = position + velocity * h;
-                particles.velocity = velocity + force * (inverse_mass * h);
-                finish(job, &mut particles, sums);
+/// See [`Update::Forces`].
+#[derive(Clone, Copy)]
+pub(super) struct Forces;
+
+impl<R: Real> Apply<R> for Forces {
+    fn moves(self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, particles: Particles<P>, _: &mut Sums) {
+        // SAFETY: the caller's promise.
+        unsafe { particles.force.store::<R>(job.to, POSITION, particles.slot) };
+    }
+}
+
+/// See [`Update::ExplicitEuler`].
+#[derive(Clone, Copy)]
+pub(super) struct ExplicitEuler<R>(pub(super) R);
+
+impl<R: Real> Apply<R> for ExplicitEuler<R> {
+    #[inline(always)]
+    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, mut at: Particles<P>, sums: &mut Sums) {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let h = P::splat(self.0);
+            at.position = at.position + at.velocity * h;
+            at.velocity = at.velocity + at.force * (at.inverse_mass * h);
+            finish(job, at, sums);
+        }
+    }
+}
+
+/// See [`Update::SymplecticEuler`].
+#[derive(Clone, Copy)]
+pub(super) struct SymplecticEuler<R>(pub(super) R);
+
+impl<R: Real> Apply<R> for SymplecticEuler<R> {
+    #[inline(always)]
+    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, mut at: Particles<P>, sums: &mut Sums) {
+        // SAFETY: the caller's promise.
+        unsafe {
+            let h = P::splat(self.0);
+            at.velocity = at.velocity + at.force * (at.inverse_mass * h);
+            at.position = at.position + at.velocity * h;
+            finish(job, at, sums);
+        }
+    }
+}
+
+/// See [`Update::VelocityVerlet`].
+#[derive(Clone, Copy)]
+pub(super) struct VelocityVerlet<R> {
+    pub(super) h: R,
+    pub(super) phase: Phase,
+    pub(super) damped: bool,
+}
+
+impl<R: Real> Apply<R> for VelocityVerlet<R> {
+    #[inline(always)]
+    fn evaluates(self) -> bool {
+        self.phase != Phase::Warm
+    }
+
+    #[inline(always)]
+    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, mut at: Particles<P>, sums: &mut Sums) {
+        let VelocityVerlet { h, phase, damped } = self;
+        let (half, slot) = (h * R::HALF, at.slot);
+        // SAFETY: the caller's promise.
+        unsafe {
+            let (half, quarter, h) = (P::splat(half), P::splat(half * R::HALF), P::splat(h));
+            let own = Triple::<P>::load(job.own, OWN_VELOCITY, slot);
+            let remembered = Triple::load(job.own, ACCELERATION, slot);
+            let found = at.force * at.inverse_mass;
+            let (before, now) = match phase {
+                Phase::Cold => (found, found),
+                Phase::Warm => (remembered, remembered),
+                Phase::Next | Phase::Last => (remembered, found),
+            };
+            at.velocity = own;
+            if matches!(phase, Phase::Next | Phase::Last) {
+                at.velocity = own + now * half;
+                collide(job, &mut at, sums);
             }
-            Update::SymplecticEuler { h } => {
-                let h = P::splat(h);
-                particles.velocity = velocity + force * (inverse_mass * h);
-                particles.position = position + particles.velocity * h;
-                finish(job, &mut particles, sums);
+            now.store::<R>(job.own, ACCELERATION, slot);
+            let mut velocity = at.velocity;
+            if phase != Phase::Last {
+                velocity = at.velocity + now * half;
+                velocity.store::<R>(job.own, OWN_VELOCITY, slot);
+                at.position = at.position + velocity * h;
+                velocity = if damped { velocity + (now + before) * quarter } else { velocity };
             }
-            Update::VelocityVerlet { h, phase, damped } => {
-                velocity_verlet(job, particles, sums, (h, phase, damped));
-            }
-            Update::Rk4Stage { first, weight, reach } => {
-                rk4_stage(job, particles, first, (P::splat(weight), P::splat(reach)));
-            }
-            Update::Rk4Last { h } => {
-                let sixth = P::splat(h / R::of(6.0));
-                let last = force * inverse_mass;
-                let (start, start_velocity, drifts, kicks) = remembered(job, slot);
-                particles.position = start + (drifts + velocity) * sixth;
-                particles.velocity = start_velocity + (kicks + last) * sixth;
-                finish(job, &mut particles, sums);
-            }
+            at.position.store::<R>(job.to, POSITION, slot);
+            velocity.store::<R>(job.to, VELOCITY, slot);
+        }
+    }
+}
+
+/// See [`Update::Rk4Stage`].
+#[derive(Clone, Copy)]
+pub(super) struct Rk4Stage<R> {
+    pub(super) first: bool,
+    pub(super) weight: R,
+    pub(super) reach: R,
+}
+
+impl<R: Real> Apply<R> for Rk4Stage<R> {
+    #[inline(always)]
+    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, at: Particles<P>, _: &mut Sums) {
+        let Particles { slot, position, velocity, force, inverse_mass, .. } = at;
+        let acceleration = force * inverse_mass;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let (weight, reach) = (P::splat(self.weight), P::splat(self.reach));
+            let zero = Triple::<P>::splat(R::Vec3::default());
+            let (start, start_velocity, drifts, kicks) = if self.first {
+                position.store::<R>(job.own, START, slot);
+                velocity.store::<R>(job.own, START + 3, slot);
+                (position, velocity, zero, zero)
+            } else {
+                remembered(job, slot)
+            };
+            (drifts + velocity * weight).store::<R>(job.own, SLOPE, slot);
+            (kicks + acceleration * weight).store::<R>(job.own, SLOPE + 3, slot);
+            (start + velocity * reach).store::<R>(job.to, POSITION, slot);
+            (start_velocity + acceleration * reach).store::<R>(job.to, VELOCITY, slot);
+        }
+    }
+}
+
+/// See [`Update::Rk4Last`].
+#[derive(Clone, Copy)]
+pub(super) struct Rk4Last<R>(pub(super) R);
+
+impl<R: Real> Apply<R> for Rk4Last<R> {
+    #[inline(always)]
+    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, mut at: Particles<P>, sums: &mut Sums) {
+        let last = at.force * at.inverse_mass;
+        // SAFETY: the caller's promise.
+        unsafe {
+            let sixth = P::splat(self.0 / R::of(6.0));
+            let (start, start_velocity, drifts, kicks) = remembered(job, at.slot);
+            at.position = start + (drifts + at.velocity) * sixth;
+            at.velocity = start_velocity + (kicks + last) * sixth;
+            finish(job, at, sums);
         }
     }
 }
@@ -106,87 +222,14 @@ pub(super) unsafe fn apply<R: Real, P: Pack<R>>(
 #[inline(always)]
 unsafe fn finish<R: Real, P: Pack<R>>(
     job: &Job<'_, R>,
-    particles: &mut Particles<P>,
-    sums: &mut Sums,
-) {
-    // SAFETY: the caller's promise.
-    unsafe {
-        collide(job, particles, sums);
-        particles.position.store::<R>(job.to, POSITION, particles.slot);
-        particles.velocity.store::<R>(job.to, VELOCITY, particles.slot);
-    }
-}
-
-/// # Safety
-/// See [`super::sweep::sweep`].
-#[inline(always)]
-unsafe fn velocity_verlet<R: Real, P: Pack<R>>(
-    job: &Job<'_, R>,
     mut particles: Particles<P>,
     sums: &mut Sums,
-    (h, phase, damped): (R, Phase, bool),
 ) {
-    let slot = particles.slot;
-    // SAFETY: the caller's promise.
-    let (half, quarter, h) =
-        unsafe { (P::splat(h * R::HALF), P::splat(h * R::HALF * R::HALF), P::splat(h)) };
-    // SAFETY: as above.
-    let (own, remembered) = unsafe {
-        (Triple::<P>::load(job.own, OWN_VELOCITY, slot), Triple::load(job.own, ACCELERATION, slot))
-    };
-    let found = particles.force * particles.inverse_mass;
-    let (before, now) = match phase {
-        Phase::Cold => (found, found),
-        Phase::Warm => (remembered, remembered),
-        Phase::Next | Phase::Last => (remembered, found),
-    };
-    particles.velocity = own;
-    // SAFETY: as above, for all that follows.
-    unsafe {
-        if matches!(phase, Phase::Next | Phase::Last) {
-            particles.velocity = own + now * half;
-            collide(job, &mut particles, sums);
-        }
-        now.store::<R>(job.own, ACCELERATION, slot);
-        if phase == Phase::Last {
-            particles.position.store::<R>(job.to, POSITION, slot);
-            particles.velocity.store::<R>(job.to, VELOCITY, slot);
-            return;
-        }
-        let velocity = particles.velocity + now * half;
-        let position = particles.position + velocity * h;
-        velocity.store::<R>(job.own, OWN_VELOCITY, slot);
-        position.store::<R>(job.to, POSITION, slot);
-        let predicted = if damped { velocity + (now + before) * quarter } else { velocity };
-        predicted.store::<R>(job.to, VELOCITY, slot);
-    }
-}
-
-/// # Safety
-/// See [`super::sweep::sweep`].
-#[inline(always)]
-unsafe fn rk4_stage<R: Real, P: Pack<R>>(
-    job: &Job<'_, R>,
-    particles: Particles<P>,
-    first: bool,
-    (weight, reach): (P, P),
-) {
-    let Particles { slot, position, velocity, force, inverse_mass, .. } = particles;
-    let acceleration = force * inverse_mass;
     // SAFETY: the caller's promise.
     unsafe {
-        let zero = Triple::<P>::splat(R::Vec3::default());
-        let (start, start_velocity, drifts, kicks) = if first {
-            position.store::<R>(job.own, START, slot);
-            velocity.store::<R>(job.own, START + 3, slot);
-            (position, velocity, zero, zero)
-        } else {
-            remembered(job, slot)
-        };
-        (drifts + velocity * weight).store::<R>(job.own, SLOPE, slot);
-        (kicks + acceleration * weight).store::<R>(job.own, SLOPE + 3, slot);
-        (start + velocity * reach).store::<R>(job.to, POSITION, slot);
-        (start_velocity + acceleration * reach).store::<R>(job.to, VELOCITY, slot);
+        collide(job, &mut particles, sums);
+        particles.position.store::<R>(job.to, POSITION, particles.slot);
+        particles.velocity.store::<R>(job.to, VELOCITY, particles.slot);
     }
 }
 
