@@ -1,6 +1,6 @@
 //! Does a scene fit into memory? Asked of every body before it is built.
 
-use crate::error::LabError;
+use crate::error::{LabError, Place};
 use crate::node::Source;
 use msd_core::Neighbours;
 use msd_core::lattice::FAMILIES;
@@ -24,6 +24,19 @@ impl Budget {
         &mut self,
         source: &Source<'_>,
         key: std::fmt::Arguments<'_>,
+        counts: [u128; 2],
+    ) -> Result<(), LabError> {
+        let asks = || {
+            let key = key.to_string();
+            (source.place_of(&key), key)
+        };
+        self.take_for(asks, counts)
+    }
+
+    /// Counts what is no body of a scene file; `asks` is where it is asked for, and by which key.
+    pub(crate) fn take_for(
+        &mut self,
+        asks: impl FnOnce() -> (Place, String),
         [particles, springs]: [u128; 2],
     ) -> Result<(), LabError> {
         self.particles = self.particles.saturating_add(particles);
@@ -34,10 +47,10 @@ impl Budget {
             return Ok(());
         }
         let (particles, springs) = (in_words(self.particles), in_words(self.springs));
-        let key = key.to_string();
+        let (place, key) = asks();
         let hint = if key.ends_with(".spacing") { "; make it larger" } else { "" };
         Err(LabError::TooLarge {
-            place: source.place_of(&key),
+            place,
             key,
             counts: format!("{particles} particles and {springs} springs"),
             gigabytes: bytes as f64 * 1e-9,

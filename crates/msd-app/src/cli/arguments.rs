@@ -1,8 +1,12 @@
 //! What may be written on the command line?
 
 use super::failure::{Failure, say};
+use super::values::{
+    Step, cores, duration, finite, integrator, not_negative, positive, precision, side, size, step,
+    substeps, tasks, threads, tolerance,
+};
 use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;
 use msd_lab::{Precision, nearest};
 use std::path::PathBuf;
@@ -43,6 +47,8 @@ pub enum Command {
     Sweep(SweepArguments),
     /// Takes every method to the extremes: maps of what is accurate, bounded or blows up
     Extremes(ExtremesArguments),
+    /// Measures how fast the work is done on which engines are compared
+    Bench(BenchArguments),
 }
 
 /// How a scene is stepped; what is left out is as the scene says.
@@ -71,15 +77,6 @@ pub struct SolverArguments {
     /// Start from this state file instead of the start of the scene
     #[arg(long, value_name = "STATE.csv")]
     pub from: Option<PathBuf>,
-}
-
-/// The length of an integration step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
-    /// 0.9 of the longest that is predicted stable.
-    Auto,
-    /// Seconds.
-    Seconds(f64),
 }
 
 /// Arguments of `msd run`.
@@ -273,77 +270,45 @@ pub struct ExtremesArguments {
     pub json: bool,
 }
 
-fn tasks(text: &str) -> Result<(usize, usize), String> {
-    let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-    let ends = ends.filter(|(a, b)| a <= b);
-    ends.ok_or_else(|| "must be A-B, two whole numbers in ascending order, as in 0-99".into())
+/// What `msd bench` steps.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Work {
+    /// A cloth of N x N particles that swings from two corners
+    Cloth,
+    /// A block of N x N x N particles that drops on a plane
+    Block,
 }
 
-/// The most threads: far more than any machine has cores.
-const MAX_CORES: usize = 4096;
-
-fn cores(text: &str) -> Result<usize, String> {
-    let cores = text.parse().ok().filter(|cores| (1..=MAX_CORES).contains(cores));
-    cores.ok_or_else(|| format!("must be a whole number from 1 to {MAX_CORES}"))
-}
-
-fn integrator(text: &str) -> Result<Integrator, String> {
-    text.parse().map_err(|_| {
-        let names = Integrator::ALL.map(Integrator::name);
-        match nearest(text, names) {
-            Some(near) => format!("must be one of {}; did you mean `{near}`?", names.join(", ")),
-            None => format!("must be one of {}", names.join(", ")),
-        }
-    })
-}
-
-fn precision(text: &str) -> Result<Precision, String> {
-    let known = [Precision::F32, Precision::F64].into_iter().find(|known| known.name() == text);
-    known.ok_or_else(|| "must be f32 or f64".into())
-}
-
-fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|&number: &f64| number.is_finite() && ok(number));
-    number.ok_or_else(|| format!("must be {expected}"))
-}
-
-fn positive(text: &str) -> Result<f64, String> {
-    number(text, |number| 0.0 < number, "a number, positive and finite")
-}
-
-fn step(text: &str) -> Result<Step, String> {
-    let seconds = || positive(text).map(Step::Seconds);
-    if text == "auto" { Ok(Step::Auto) } else { seconds() }
-        .map_err(|_| "must be `auto` or a number, positive and finite".into())
-}
-
-fn duration(text: &str) -> Result<f64, String> {
-    number(text, |number| 0.0 < number && number <= 1e5, "a number, positive and at most 1e5")
-}
-
-fn tolerance(text: &str) -> Result<f64, String> {
-    number(text, |number| 0.0 < number && number <= 1.0, "a number, positive and at most 1")
-}
-
-fn not_negative(text: &str) -> Result<f64, String> {
-    number(text, |number| 0.0 <= number, "a number, finite and not negative")
-}
-
-fn finite(text: &str) -> Result<f64, String> {
-    number(text, |_| true, "a finite number")
-}
-
-fn substeps(text: &str) -> Result<u32, String> {
-    let number = text.parse().ok().filter(|&number| 0 < number);
-    number.ok_or_else(|| "must be a whole number, at least 1".into())
-}
-
-fn size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once('x').and_then(|(width, height)| {
-        Some([width.parse::<u32>().ok()?, height.parse::<u32>().ok()?])
-    });
-    let sides = sides.filter(|sides| sides.iter().all(|side| (1..=16384).contains(side)));
-    sides.ok_or_else(|| "must be WIDTHxHEIGHT, each from 1 to 16384 pixels, as in 1280x720".into())
+/// Arguments of `msd bench`.
+#[derive(Debug, Args)]
+pub struct BenchArguments {
+    /// The work
+    #[arg(value_name = "cloth|block")]
+    pub work: Work,
+    /// Particles along each side
+    #[arg(value_name = "N", value_parser = side, allow_negative_numbers = true)]
+    pub size: usize,
+    /// Method, as for `msd run`
+    #[arg(long, value_name = "NAME", value_parser = integrator)]
+    #[arg(default_value = "symplectic-euler")]
+    pub integrator: Integrator,
+    /// Precision: f32 or f64
+    #[arg(long, value_name = "NAME", value_parser = precision, default_value = "f32")]
+    pub precision: Precision,
+    /// Integration steps per frame of 1/60 s
+    #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
+    #[arg(default_value = "12")]
+    pub substeps: u32,
+    /// Threads that share the work
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    #[arg(default_value = "1")]
+    pub threads: usize,
+    /// Write the positions at t = 1 s to this file: x, y, z of each particle, little-endian f64
+    #[arg(long, value_name = "FILE")]
+    pub positions: Option<PathBuf>,
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    pub json: bool,
 }
 
 /// Answers a call for help, or tells in one line what is wrong with the arguments.

@@ -1,6 +1,7 @@
 //! What does the command line do? Reads the arguments, calls a command, tells what went wrong.
 
 mod failure;
+mod values;
 mod arguments;
 mod prepare;
 mod report;
@@ -14,6 +15,7 @@ mod study;
 mod tune;
 mod sweep;
 mod extremes;
+mod bench;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
@@ -60,6 +62,7 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Tune(arguments)) => tune::run_tune(&arguments),
         Some(Command::Sweep(arguments)) => sweep::run_sweep(&arguments),
         Some(Command::Extremes(arguments)) => extremes::run_extremes(&arguments),
+        Some(Command::Bench(arguments)) => bench::run_bench(&arguments),
     }
 }
 

@@ -1,7 +1,8 @@
 //! How does a scene become a run? Opened, given the solver of the command line and a state.
 
-use super::arguments::{SolverArguments, Step};
+use super::arguments::SolverArguments;
 use super::failure::{Failure, tell};
+use super::values::Step;
 use msd_core::{Family, Integrator, Settings};
 use msd_lab::{Loaded, Runner, load_state, plain};
 

@@ -1,0 +1,255 @@
+//! `msd bench`: how fast is the work done on which engines are compared?
+
+use super::arguments::{BenchArguments, Work};
+use super::failure::{Failure, say};
+use super::prepare::is_endless;
+use super::report::evaluations;
+use super::run::explain_divergence;
+use cpu_time::ProcessTime;
+use msd_core::{Error, Integrator, Scene, Settings};
+use msd_lab::trade::trial::state;
+use msd_lab::{LabError, Output, Precision, Runner, peers};
+use rayon::ThreadPoolBuilder;
+use serde::Serialize;
+use std::io::Write;
+use web_time::Instant;
+
+/// Frames until t = 1 s, when positions are written.
+const FRAMES: u64 = 60;
+/// Time that is not counted, for caches to fill and the processor to speed up, seconds.
+const WARM_UP: f64 = 0.25;
+/// Length of a batch unless a frame takes longer, seconds: a hundred times what an interrupt takes.
+const BATCH: f64 = 0.02;
+/// The fewest batches, and how long they go on if these are done before, seconds.
+const BATCHES: usize = 20;
+const MEASURED: f64 = 1.0;
+
+/// What was measured; the keys of `--json`, as those of `msd run` where they mean the same.
+#[derive(Debug, Serialize)]
+struct Report {
+    scene: String,
+    /// Particles along each side.
+    size: usize,
+    particles: usize,
+    springs: usize,
+    integrator: Integrator,
+    /// Length of an integration step, seconds.
+    step: f64,
+    /// Integration steps per frame.
+    substeps: u32,
+    precision: Precision,
+    threads: usize,
+    /// Springs times force evaluations per second of the wall clock; null for methods that choose
+    /// their own number of evaluations.
+    updates_per_second: Option<Updates>,
+    /// Medians of the batches.
+    ms_per_frame: FrameTime,
+    batches: usize,
+    frames_per_batch: u64,
+    /// The most memory that the process has held; null where the system does not tell.
+    peak_memory_bytes: Option<u64>,
+}
+
+/// Spring updates per second.
+#[derive(Debug, Serialize)]
+struct Updates {
+    best: f64,
+    median: f64,
+}
+
+/// Time of a frame, milliseconds.
+#[derive(Debug, Serialize)]
+struct FrameTime {
+    /// By the wall clock.
+    wall: f64,
+    /// Of the processors, all threads together.
+    cpu: f64,
+}
+
+/// Times of the batches by the wall clock and of the processors, per frame, seconds.
+struct Times {
+    walls: Vec<f64>,
+    cpus: Vec<f64>,
+    frames_per_batch: u64,
+}
+
+/// Measures, writes positions if asked, and tells what came of it.
+pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
+    let BenchArguments { integrator, substeps, threads, .. } = *arguments;
+    if is_endless(FRAMES as f64 * f64::from(substeps)) {
+        return Err(Failure::input(format!("--substeps {substeps} would take weeks")));
+    }
+    let settings = Settings { integrator, substeps, ..peers::settings() };
+    // Opened first: a folder that is not there is no news for the end.
+    let output = arguments.positions.as_deref().map(Output::create).transpose();
+    let output = output.map_err(Failure::input)?;
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| Failure::input(format!("--threads {threads}: {error}")))?;
+    let report = pool.install(|| {
+        let report = measure(arguments, settings)?;
+        output.map_or(Ok(()), |output| write_positions(arguments, settings, output))?;
+        Ok(report)
+    })?;
+    if arguments.json {
+        return say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
+    }
+    say(&summary(&report, arguments))
+}
+
+fn scene(arguments: &BenchArguments) -> Result<Scene, LabError> {
+    match arguments.work {
+        Work::Cloth => peers::cloth(arguments.size),
+        Work::Block => peers::block(arguments.size),
+    }
+}
+
+fn name(arguments: &BenchArguments) -> String {
+    let kind = match arguments.work {
+        Work::Cloth => "cloth",
+        Work::Block => "block",
+    };
+    format!("{kind} {}", arguments.size)
+}
+
+/// Runs the work from its start; the scene is gone when it runs.
+fn start(arguments: &BenchArguments, settings: Settings) -> Result<Runner, Failure> {
+    let scene = scene(arguments).map_err(Failure::input)?;
+    let runner = Runner::new(&scene, settings, arguments.precision);
+    runner.map_err(|error| explain(arguments, error))
+}
+
+/// What happened, without the advice to use an option that there is not.
+fn explain(arguments: &BenchArguments, error: Error) -> Failure {
+    let name = name(arguments);
+    let message = format!("{name}: {error}");
+    Failure { message, ..explain_divergence(&name, error) }
+}
+
+fn measure(arguments: &BenchArguments, settings: Settings) -> Result<Report, Failure> {
+    let mut runner = start(arguments, settings)?;
+    let Times { walls, cpus, frames_per_batch } =
+        time(&mut runner).map_err(|error| explain(arguments, error))?;
+    let Settings { integrator, substeps, step, .. } = settings;
+    let substeps = if integrator.is_adaptive() { 1 } else { substeps };
+    let springs = runner.spring_count();
+    let updates = evaluations_per_frame(settings).map(|count| count as f64 * springs as f64);
+    let best = walls.iter().copied().fold(f64::INFINITY, f64::min);
+    let (batches, wall) = (walls.len(), median(walls));
+    Ok(Report {
+        scene: name(arguments),
+        size: arguments.size,
+        particles: runner.particle_count(),
+        springs,
+        integrator,
+        step: step / f64::from(substeps),
+        substeps,
+        precision: arguments.precision,
+        threads: arguments.threads,
+        updates_per_second: updates
+            .map(|updates| Updates { best: updates / best, median: updates / wall }),
+        ms_per_frame: FrameTime { wall: 1e3 * wall, cpu: 1e3 * median(cpus) },
+        batches,
+        frames_per_batch,
+        peak_memory_bytes: peak_memory(),
+    })
+}
+
+/// How often each spring is evaluated in a frame; none where that depends on the motion.
+fn evaluations_per_frame(settings: Settings) -> Option<u64> {
+    let Settings { integrator, substeps, .. } = settings;
+    let first = u64::from(integrator == Integrator::VelocityVerlet);
+    evaluations(integrator).map(|each| each * u64::from(substeps) + first)
+}
+
+fn time(runner: &mut Runner) -> Result<Times, Error> {
+    let frames_per_batch = warm_up(runner)?;
+    let per_frame = |seconds: f64| seconds / frames_per_batch as f64;
+    let (mut walls, mut cpus) = (Vec::new(), Vec::new());
+    let start = Instant::now();
+    while walls.len() < BATCHES || start.elapsed().as_secs_f64() < MEASURED {
+        let (wall, cpu) = (Instant::now(), ProcessTime::now());
+        for _ in 0..frames_per_batch {
+            runner.step()?;
+        }
+        walls.push(per_frame(wall.elapsed().as_secs_f64()));
+        cpus.push(per_frame(cpu.elapsed().as_secs_f64()));
+    }
+    Ok(Times { walls, cpus, frames_per_batch })
+}
+
+/// Steps for a while and returns how many frames fit into a batch, at least one.
+fn warm_up(runner: &mut Runner) -> Result<u64, Error> {
+    let start = Instant::now();
+    let mut fastest = BATCH;
+    while start.elapsed().as_secs_f64() < WARM_UP {
+        let frame = Instant::now();
+        runner.step()?;
+        fastest = fastest.min(frame.elapsed().as_secs_f64());
+    }
+    // No frame takes less than a nanosecond, but a coarse clock may say so.
+    Ok((BATCH / fastest.max(1e-9)) as u64)
+}
+
+/// The middle number, of an even count the larger of the two.
+fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers[numbers.len() / 2]
+}
+
+/// The most memory that this process has held, bytes; known on Linux.
+fn peak_memory() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let kibibytes: u64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+    Some(1024 * kibibytes)
+}
+
+/// Runs from the start to t = 1 s and writes where the particles are.
+fn write_positions(
+    arguments: &BenchArguments,
+    settings: Settings,
+    mut output: Output,
+) -> Result<(), Failure> {
+    let mut runner = start(arguments, settings)?;
+    for _ in 0..FRAMES {
+        runner.step().map_err(|error| explain(arguments, error))?;
+    }
+    for number in state(&runner).positions.iter().flat_map(|position| position.to_array()) {
+        let written = output.write_all(&number.to_le_bytes());
+        written.map_err(|error| Failure::input(format!("{}: {error}", output.name())))?;
+    }
+    output.finish().map_err(Failure::input)
+}
+
+fn summary(report: &Report, arguments: &BenchArguments) -> String {
+    let Report { scene, particles, springs, integrator, precision, .. } = report;
+    let Report { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
+    let count = |count: u64, what: &str| match count {
+        1 => format!("1 {what}"),
+        _ => format!("{count} {what}s"),
+    };
+    let substeps = count((*substeps).into(), "substep");
+    let threads = count(*threads as u64, "thread");
+    let mut lines = vec![format!(
+        "{scene}: {particles} particles, {springs} springs, {integrator} in {precision}, \
+         {substeps} per frame, {threads}"
+    )];
+    lines.extend(report.updates_per_second.as_ref().map(|Updates { best, median }| {
+        let [best, median] = [best, median].map(|updates| 1e-9 * updates);
+        format!("{median:.4} G spring updates/s (median), {best:.4} G (best)")
+    }));
+    let FrameTime { wall, cpu } = ms_per_frame;
+    let frames = count(*frames_per_batch, "frame");
+    lines.push(format!(
+        "{wall:.4} ms per frame, {cpu:.4} ms of processor time ({batches} batches of {frames})"
+    ));
+    lines.extend(report.peak_memory_bytes.map(|bytes| {
+        let megabytes = 1e-6 * bytes as f64;
+        format!("{megabytes:.1} MB of memory at most")
+    }));
+    lines.extend(arguments.positions.as_ref().map(|path| {
+        let path = path.display();
+        format!("positions at t = 1 s in {path}")
+    }));
+    lines.join("\n")
+}

@@ -1,0 +1,88 @@
+//! Is the work of the peers what its documentation says?
+
+use glam::DVec3;
+use msd_core::{Friction, Scene};
+use msd_lab::{LabError, Precision, Runner, peers};
+
+fn check_material(scene: &Scene, stiffness: f64, damping: f64) {
+    for particle in &scene.particles {
+        assert_eq!((particle.mass, particle.velocity), (1.0, DVec3::ZERO));
+    }
+    for spring in &scene.springs {
+        assert_eq!((spring.stiffness, spring.damping), (stiffness, damping));
+        let [a, b] = spring.ends.map(|end| scene.particles[end].position);
+        // At rest: as long as its ends are apart, 1, √2 or √3 rounded twice.
+        assert!((a.distance(b) - spring.rest_length).abs() < 1e-15);
+    }
+    assert_eq!(scene.world.gravity, DVec3::new(0.0, -9.82, 0.0));
+}
+
+#[test]
+fn a_cloth_lies_flat_in_row_order_with_the_ends_of_its_first_side_pinned() {
+    for side in [2, 3, 8, 31] {
+        let scene = peers::cloth(side).unwrap();
+        check_material(&scene, 1e4, 20.0);
+        assert_eq!(scene.springs.len(), (side - 1) * (4 * side - 2));
+        assert_eq!(scene.particles.len(), side * side);
+        for (row, particle) in scene.particles.iter().enumerate() {
+            let (i, j) = ((row / side) as f64, (row % side) as f64);
+            assert_eq!(particle.position, DVec3::new(i, 0.0, j));
+        }
+        let pins: Vec<usize> = scene.pins.iter().map(|pin| pin.particle).collect();
+        assert_eq!(pins, [0, (side - 1) * side]);
+        assert!(scene.pins.iter().all(|pin| pin.velocity == DVec3::ZERO));
+        assert!(scene.planes.is_empty());
+    }
+}
+
+#[test]
+fn a_block_starts_a_metre_above_a_plane_that_neither_bounces_nor_rubs() {
+    for side in [2, 3, 10] {
+        let scene = peers::block(side).unwrap();
+        check_material(&scene, 2200.0, 1.0);
+        assert_eq!(scene.springs.len(), (side - 1) * (13 * side * side - 14 * side + 4));
+        assert_eq!(scene.particles.len(), side * side * side);
+        for (row, particle) in scene.particles.iter().enumerate() {
+            let at = [row / side % side, row / side / side + 1, row % side];
+            assert_eq!(particle.position, DVec3::from(at.map(|length| length as f64)));
+        }
+        let plane = scene.planes[0];
+        assert_eq!((plane.normal, plane.offset), (DVec3::Y, 0.0));
+        assert_eq!((plane.restitution, plane.friction), (0.0, Friction::Coulomb(0.0)));
+        assert_eq!((scene.planes.len(), scene.pins.len()), (1, 0));
+    }
+}
+
+#[test]
+fn springs_inside_join_8_and_26_neighbours() {
+    let degree = |scene: &Scene, particle: usize| {
+        scene.springs.iter().filter(|spring| spring.ends.contains(&particle)).count()
+    };
+    assert_eq!(degree(&peers::cloth(3).unwrap(), 4), 8);
+    assert_eq!(degree(&peers::block(3).unwrap(), 13), 26);
+}
+
+#[test]
+fn both_run_for_two_seconds_in_either_precision() {
+    for scene in [peers::cloth(6).unwrap(), peers::block(4).unwrap()] {
+        for precision in [Precision::F32, Precision::F64] {
+            let mut runner = Runner::new(&scene, peers::settings(), precision).unwrap();
+            (0..120).for_each(|_| runner.step().unwrap());
+        }
+    }
+}
+
+#[test]
+fn a_side_too_short_or_too_long_is_refused() {
+    for side in [0, 1] {
+        for refused in [peers::cloth(side), peers::block(side)] {
+            let told = refused.unwrap_err().to_string();
+            assert!(told.contains(&format!("is {side}; it must be at least 2")), "{told}");
+        }
+    }
+    for refused in [peers::cloth(5000), peers::block(150), peers::block(usize::MAX)] {
+        assert!(matches!(refused, Err(LabError::TooLarge { .. })));
+    }
+    let told = peers::cloth(5000).unwrap_err().to_string();
+    assert!(told.starts_with("cloth: its size asks for 25000000 particles"), "{told}");
+}
