@@ -7,7 +7,7 @@ use crate::energy;
 use crate::error::{Divergence, Error};
 use crate::integrator::{Explicit, Family};
 use crate::interaction::{self, Interaction};
-use crate::kernel::{Instructions, Kernel, Outcome};
+use crate::kernel::{Instructions, Kernel, Known, Outcome};
 use crate::ledger::Ledger;
 use crate::method::Method;
 use crate::real::{Real, Vector};
@@ -25,6 +25,8 @@ struct Substeps {
     /// Whether anything touched a plane, and whether it did in the last substep.
     touched: bool,
     last_met: bool,
+    /// Whether the state is known to be inside the world.
+    inside: bool,
     /// The particle for which an adaptive method gave up.
     stuck: Option<usize>,
 }
@@ -41,6 +43,8 @@ pub struct Simulation<R: Real = f32> {
     instructions: Instructions,
     /// Whether `method` holds the accelerations of velocity Verlet at `state`.
     warm: bool,
+    /// Whether the columns of `kernel` are at `state`.
+    here: bool,
     /// The state at the start of the step, to fall back on.
     good: State<R>,
     pub(crate) queue: Vec<Interaction>,
@@ -84,6 +88,7 @@ impl<R: Real> Simulation<R> {
             state,
             settings,
             warm: false,
+            here: false,
             queue: Vec::new(),
             cuts: 0,
             touched: false,
@@ -126,22 +131,25 @@ impl<R: Real> Simulation<R> {
         let done = if let (Family::Explicit(method), false) = (explicit, has_own_force) {
             self.advance_fast(method)
         } else if self.settings.integrator.is_adaptive() {
+            self.here = false;
             let Simulation { method, model, settings, state, kernel, instructions, .. } = self;
             let kernel = kernel.get_or_insert_with(|| Kernel::new(model, *instructions));
             let Advance { counted, touched, stuck, .. } =
                 method.advance_step((model, settings, kernel), state, own_force);
-            Substeps { counted, touched, last_met: touched, stuck }
+            Substeps { counted, touched, last_met: touched, stuck, inside: false }
         } else {
             self.advance_substeps(own_force, has_own_force)
         };
-        let Substeps { counted, touched, last_met, stuck } = done;
+        let Substeps { counted, touched, last_met, stuck, inside } = done;
         // What the next step may remember: accelerations that it would find again to the bit.
         let forces_last = self.model.pushes.is_empty() && !has_own_force;
         self.warm = !last_met && forces_last && !self.is_damped();
         self.touched = touched;
         let contact_alone = touched && !handled && !self.is_handled();
         self.model.pushes.clear();
-        self.guard_or_go_back(stuck)?;
+        if !inside {
+            self.guard_or_go_back(stuck)?;
+        }
         let Simulation { ledger, model, good, .. } = self;
         ledger.book(counted, contact_alone, || energy::energy(model, good, 0.0).total());
         self.steps += 1;
@@ -160,7 +168,7 @@ impl<R: Real> Simulation<R> {
         self.guard(stuck).inspect_err(|_| {
             self.state.positions.copy_from_slice(&self.good.positions);
             self.state.velocities.copy_from_slice(&self.good.velocities);
-            self.warm = false;
+            (self.warm, self.here) = (false, false);
         })
     }
 
@@ -168,6 +176,7 @@ impl<R: Real> Simulation<R> {
         let h = self.settings.substep();
         // Velocities may change as well as forces: nothing remembered holds.
         self.warm &= self.queue.is_empty() && self.model.pushes.is_empty();
+        self.here &= self.queue.is_empty();
         if !self.queue.is_empty() {
             self.close_ledger();
         }
@@ -190,6 +199,7 @@ impl<R: Real> Simulation<R> {
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
         has_own_force: bool,
     ) -> Substeps {
+        self.here = false;
         let mut done = Substeps::default();
         let damped = has_own_force || self.is_damped();
         for substep in 0..self.settings.substeps {
@@ -208,16 +218,15 @@ impl<R: Real> Simulation<R> {
 
     fn advance_fast(&mut self, method: Explicit) -> Substeps {
         let damped = self.is_damped();
-        let Simulation { model, state, kernel, instructions, settings, warm, .. } = self;
-        let kernel = kernel.get_or_insert_with(|| {
-            // A new kernel remembers no accelerations.
-            *warm = false;
-            Kernel::new(model, *instructions)
-        });
+        // A new kernel remembers nothing.
+        let (here, warm) = (self.here && self.kernel.is_some(), self.warm && self.kernel.is_some());
+        let Simulation { model, state, kernel, instructions, settings, .. } = self;
+        let kernel = kernel.get_or_insert_with(|| Kernel::new(model, *instructions));
         let substeps = (method, settings.substep(), settings.substeps);
-        let Outcome { counted, touched, last_met } =
-            kernel.advance(model, substeps, (*warm, damped), state);
-        Substeps { counted, touched, last_met, stuck: None }
+        let outcome = kernel.advance(model, substeps, Known { here, warm, damped }, state);
+        self.here = true;
+        let Outcome { counted, touched, last_met, inside } = outcome;
+        Substeps { counted, touched, last_met, inside, stuck: None }
     }
 
     /// Whether a force depends on velocity.
@@ -345,7 +354,7 @@ impl<R: Real> Simulation<R> {
             *now = if pinned { *now } else { velocity };
         }
         self.state.positions.copy_from_slice(&state.positions);
-        self.warm = false;
+        (self.warm, self.here) = (false, false);
     }
 
     /// Changes how the system is stepped from the next step on.

@@ -59,6 +59,19 @@ pub(crate) struct Outcome {
     /// Whether anything touched a plane, and whether it did in the last substep.
     pub(crate) touched: bool,
     pub(crate) last_met: bool,
+    /// Whether every particle is inside the world and every velocity finite.
+    pub(crate) inside: bool,
+}
+
+/// What an advance may take for granted.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    /// Whether the state is the one that the last advance left.
+    pub(crate) here: bool,
+    /// Whether its accelerations are those of the last advance.
+    pub(crate) warm: bool,
+    /// Whether a force depends on velocity.
+    pub(crate) damped: bool,
 }
 
 /// A topology compiled, with columns to work on.
@@ -104,8 +117,8 @@ impl<R: Real> Kernel<R> {
 
     /// Takes over masses and pins that have changed.
     pub fn renew(&mut self, model: &Model<R>) {
-        for (particle, &slot) in self.plan.slots().iter().enumerate() {
-            let slot = slot as usize;
+        for particle in 0..model.particle_count() {
+            let slot = self.plan.slot(particle as u32);
             self.fixed.column_mut(MASS)[slot] = model.masses[particle];
             self.fixed.column_mut(INVERSE_MASS)[slot] = model.inverse_masses[particle];
         }
@@ -129,16 +142,16 @@ impl<R: Real> Kernel<R> {
 
     /// Advances a state by some substeps of `h` seconds, contact included.
     ///
-    /// `warm` and `damped` are those of [`crate::explicit::Substep`]; the accelerations remembered
-    /// are those of the last call.
     pub(crate) fn advance(
         &mut self,
         model: &Model<R>,
         (method, h, substeps): (Explicit, f64, u32),
-        (warm, damped): (bool, bool),
+        Known { here, warm, damped }: Known,
         state: &mut State<R>,
     ) -> Outcome {
-        self.bring(state.motion());
+        if !here {
+            self.bring(state.motion());
+        }
         self.make_room(method);
         let step = R::of(h);
         self.planes.clear();
@@ -158,7 +171,17 @@ impl<R: Real> Kernel<R> {
         }
         self.fetch(POSITION, 0, &mut state.positions);
         self.fetch(VELOCITY, 0, &mut state.velocities);
+        outcome.inside = self.is_within(POSITION, model.extent) && self.is_within(VELOCITY, R::LARGEST);
         outcome
+    }
+
+    /// Whether no number of three columns is larger than a bound; one that is not a number is.
+    fn is_within(&self, column: usize, bound: R) -> bool {
+        let within = |column| {
+            let numbers = self.motions[0].column(column).iter();
+            numbers.fold(true, |within, &number| within & (number.abs() <= bound))
+        };
+        within(column) & within(column + 1) & within(column + 2)
     }
 
     /// Advances by one substep; returns the mean power taken away, watts, and the contacts.
@@ -220,34 +243,45 @@ impl<R: Real> Kernel<R> {
 
     /// Copies a motion into the first columns, and into records if there are any.
     fn bring(&mut self, motion: Motion<'_, R>) {
-        let rows = [(POSITION, motion.positions), (VELOCITY, motion.velocities)];
-        for (column, vectors) in rows {
-            let columns = self.motions[0].three_mut(column);
-            for (&slot, vector) in self.plan.slots().iter().zip(vectors) {
-                let components = vector.components();
-                columns[0][slot as usize] = components[0];
-                columns[1][slot as usize] = components[1];
-                columns[2][slot as usize] = components[2];
+        for (column, vectors) in [(POSITION, motion.positions), (VELOCITY, motion.velocities)] {
+            let [xs, ys, zs] = self.motions[0].three_mut(column);
+            if let Some(slots) = self.plan.slots() {
+                for (&slot, vector) in slots.iter().zip(vectors) {
+                    let slot = slot as usize;
+                    [xs[slot], ys[slot], zs[slot]] = vector.components();
+                }
+            } else {
+                for (((x, y), z), vector) in xs.iter_mut().zip(ys).zip(zs).zip(vectors) {
+                    [*x, *y, *z] = vector.components();
+                }
             }
         }
-        if self.plan.others.is_empty() {
-            return;
-        }
-        for (half, vectors) in [motion.positions, motion.velocities].into_iter().enumerate() {
-            let records = self.records[0].flat_mut();
-            for (&slot, vector) in self.plan.slots().iter().zip(vectors) {
-                let place = slot as usize * RECORD + half * RECORD / 2;
-                records[place..place + 3].copy_from_slice(&vector.components());
+        if !self.plan.others.is_empty() {
+            let [from, _] = &self.motions;
+            for (half, column) in [POSITION, VELOCITY].into_iter().enumerate() {
+                let records = self.records[0].flat_mut().as_chunks_mut::<RECORD>().0;
+                for axis in 0..3 {
+                    let numbers = from.column(column + axis).iter();
+                    for (record, &number) in records.iter_mut().zip(numbers) {
+                        record[half * RECORD / 2 + axis] = number;
+                    }
+                }
             }
         }
     }
 
     /// Copies three of the columns of a motion out.
     fn fetch(&self, column: usize, motion: usize, vectors: &mut [R::Vec3]) {
-        let [x, y, z] = [0, 1, 2].map(|axis| self.motions[motion].column(column + axis));
-        for (&slot, vector) in self.plan.slots().iter().zip(vectors) {
-            let slot = slot as usize;
-            *vector = R::Vec3::from_components([x[slot], y[slot], z[slot]]);
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| self.motions[motion].column(column + axis));
+        if let Some(slots) = self.plan.slots() {
+            for (&slot, vector) in slots.iter().zip(vectors) {
+                let slot = slot as usize;
+                *vector = R::Vec3::from_components([xs[slot], ys[slot], zs[slot]]);
+            }
+        } else {
+            for (((vector, &x), &y), &z) in vectors.iter_mut().zip(xs).zip(ys).zip(zs) {
+                *vector = R::Vec3::from_components([x, y, z]);
+            }
         }
     }
 
@@ -285,11 +319,11 @@ impl<R: Real> Kernel<R> {
         if model.pushes.is_empty() && model.grabs.is_empty() {
             return;
         }
-        let slots = self.plan.slots();
-        let slot = |particle: u32| slots[particle as usize];
-        self.pushes.extend(model.pushes.iter().map(|&(p, push)| (slot(p), push)));
+        let plan = &self.plan;
+        let pushes = model.pushes.iter();
+        self.pushes.extend(pushes.map(|&(particle, push)| (plan.slot(particle) as u32, push)));
         for grab in &model.grabs {
-            let at = slot(grab.particle) as usize;
+            let at = plan.slot(grab.particle);
             let vector = |column: usize| {
                 let axes = [0, 1, 2].map(|axis| self.motions[0].column(column + axis)[at]);
                 R::Vec3::from_components(axes)

@@ -24,7 +24,7 @@ pub(super) enum Reach {
 }
 
 /// At most one spring for each particle of a slice. What is said per lane is a place in
-/// [`Plan::values`].
+/// [`Plan::values`], counted in numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Row {
     pub(super) reach: Reach,
@@ -41,8 +41,8 @@ pub(super) struct Row {
 /// the tables; there are as many starts as slices and one.
 #[derive(Clone, Debug)]
 pub(super) struct Plan<R> {
-    /// The slot of each particle.
-    slots: Vec<u32>,
+    /// The slot of each particle; `None` where each is in that of its number.
+    slots: Option<Vec<u32>>,
     /// The first row of each slice, and the number of rows.
     pub(super) starts: Vec<u32>,
     pub(super) rows: Vec<Row>,
@@ -59,21 +59,25 @@ impl<R: Real> Plan<R> {
     pub(super) fn new(model: &Model<R>) -> Self {
         let incidence = Incidence::new(model);
         let count = model.particle_count();
-        let plan = Plan::in_order(model, &incidence, (0..count as u32).collect());
+        let plan = Plan::in_order(model, &incidence, None);
         let half_springs = 2 * model.spring_count();
         // A lattice, or something as small, stays in the order of its scene.
         if 2 * plan.gathered() <= half_springs || count <= LANES {
             return plan;
         }
-        Plan::in_order(model, &incidence, near_order(&incidence, count))
+        Plan::in_order(model, &incidence, Some(near_order(&incidence, count)))
     }
 
-    /// Compiles with a given particle in each slot.
-    fn in_order(model: &Model<R>, incidence: &Incidence, order: Vec<u32>) -> Self {
-        let mut slots = vec![0; order.len()];
-        for (slot, &particle) in order.iter().enumerate() {
-            slots[particle as usize] = slot as u32;
-        }
+    /// Compiles with a given particle in each slot, or with each in that of its number.
+    fn in_order(model: &Model<R>, incidence: &Incidence, order: Option<Vec<u32>>) -> Self {
+        let count = model.particle_count();
+        let slots = order.as_ref().map(|order| {
+            let mut slots = vec![0; count];
+            for (slot, &particle) in order.iter().enumerate() {
+                slots[particle as usize] = slot as u32;
+            }
+            slots
+        });
         let mut plan = Plan {
             slots,
             starts: vec![0],
@@ -83,12 +87,12 @@ impl<R: Real> Plan<R> {
             damped: !model.dampings.is_zero(),
         };
         let mut compiler = Compiler { model, uniform: Vec::new() };
-        for (slice, particles) in order.chunks(LANES).enumerate() {
+        for begin in (0..count).step_by(LANES) {
             let mut lists = [&[][..]; LANES];
-            for (list, &particle) in lists.iter_mut().zip(particles) {
-                *list = incidence.of(particle as usize);
+            for (list, slot) in lists.iter_mut().zip(begin..count) {
+                *list = incidence.of(order.as_ref().map_or(slot, |order| order[slot] as usize));
             }
-            compiler.add_slice(&mut plan, (slice * LANES) as i32, lists);
+            compiler.add_slice(&mut plan, begin as i32, lists);
             plan.starts.push(plan.rows.len() as u32);
         }
         plan
@@ -99,9 +103,14 @@ impl<R: Real> Plan<R> {
         self.starts.len() - 1
     }
 
-    /// The slot of each particle.
-    pub(super) fn slots(&self) -> &[u32] {
-        &self.slots
+    /// The slot of each particle; `None` where each is in that of its number.
+    pub(super) fn slots(&self) -> Option<&[u32]> {
+        self.slots.as_deref()
+    }
+
+    /// The slot of a particle.
+    pub(super) fn slot(&self, particle: u32) -> usize {
+        self.slots.as_ref().map_or(particle, |slots| slots[particle as usize]) as usize
     }
 
     /// The number of springs' ends that are in gather rows.
@@ -118,7 +127,7 @@ impl<R: Real> Plan<R> {
         if let (true, Some(&(_, place))) = (alike, known) {
             return place;
         }
-        let place = self.values.len() as u32;
+        let place = (self.values.len() * LANES) as u32;
         self.values.push(lanes.map(|value| value.unwrap_or(first)));
         if alike && uniform.len() < MOST_UNIFORM {
             uniform.push((first, place));
@@ -143,10 +152,7 @@ impl<R: Real> Compiler<'_, R> {
     /// Adds the rows of one slice, which begins at a slot.
     fn add_slice(&mut self, plan: &mut Plan<R>, slot: i32, mut lists: [List<'_>; LANES]) {
         loop {
-            let slots = &plan.slots;
-            let reach = |lane: usize, other: u32| {
-                slots[other as usize] as i32 - (slot + lane as i32)
-            };
+            let reach = |lane: usize, other: u32| plan.slot(other) as i32 - (slot + lane as i32);
             let heads: [Option<i32>; LANES] = core::array::from_fn(|lane| {
                 lists[lane].first().map(|&[_, other]| reach(lane, other))
             });
@@ -160,10 +166,11 @@ impl<R: Real> Compiler<'_, R> {
                 Some((offset, _)) => Reach::Run(offset),
                 None => {
                     let record = |lane: usize| match lists[lane].first() {
-                        Some(&[_, other]) => slots[other as usize] * RECORD as u32,
+                        Some(&[_, other]) => (plan.slot(other) * RECORD) as u32,
                         None => 0,
                     };
-                    plan.others.push(core::array::from_fn(record));
+                    let row = core::array::from_fn(record);
+                    plan.others.push(row);
                     Reach::Gather(plan.others.len() as u32 - 1)
                 }
             };

@@ -238,10 +238,10 @@ impl<P: Copy, M: Copy> Stretched<P, M> {
     {
         let Stretched { across, acts, length, per_length, parting } = self;
         let lane = particles.slot % LANES;
-        let values = job.plan.values.as_ptr();
+        let values = job.plan.values.as_ptr().cast::<R>();
         // SAFETY: the caller's promise; the rows of a plan name what is there.
         unsafe {
-            let value = |place: u32| values.add(place as usize).cast::<R>().add(lane);
+            let value = |place: u32| values.add(place as usize + lane);
             let stiffness = P::load(value(row.stiffness));
             let tension = stiffness * (length - P::load(value(row.rest_length)));
             let pull = if DAMPED {
