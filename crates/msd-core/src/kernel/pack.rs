@@ -67,24 +67,53 @@ pub(super) trait Pack<R: Real>:
         }
     }
 
-    /// Three numbers of each of several records, by component.
+    /// The first halves of several records, by component, and the second ones if they are wanted.
     ///
     /// # Safety
     /// The processor has the instructions of this pack; [`Pack::COUNT`] places can be read at `at`,
-    /// and four numbers at each such place from `records` on.
+    /// and a record at each such place from `records` on.
     #[inline(always)]
-    unsafe fn gather(records: *const R, at: *const u32) -> [Self; 3] {
-        let mut columns = [[R::ZERO; LANES]; 3];
+    unsafe fn gather(records: *const R, at: *const u32, both: bool) -> [[Self; 3]; 2] {
+        let mut columns = [[R::ZERO; LANES]; 2 * 3];
         for lane in 0..Self::COUNT {
             // SAFETY: the caller's promise.
-            let record = unsafe { records.add(*at.add(lane) as usize) };
-            for (component, column) in columns.iter_mut().enumerate() {
-                // SAFETY: the caller's promise.
-                column[lane] = unsafe { *record.add(component) };
+            let record = unsafe { &*records.add(*at.add(lane) as usize).cast::<[R; RECORD]>() };
+            for component in 0..3 {
+                columns[component][lane] = record[component];
+                columns[3 + component][lane] = record[RECORD / 2 + component];
             }
         }
+        let _ = both;
+        let [x, y, z, vx, vy, vz] = &columns;
         // SAFETY: no pack is longer than these columns.
-        columns.map(|column| unsafe { Self::load(column.as_ptr()) })
+        unsafe {
+            [
+                [Self::load(x.as_ptr()), Self::load(y.as_ptr()), Self::load(z.as_ptr())],
+                [Self::load(vx.as_ptr()), Self::load(vy.as_ptr()), Self::load(vz.as_ptr())],
+            ]
+        }
+    }
+
+    /// Writes records one after the other from the components of their halves.
+    ///
+    /// # Safety
+    /// [`Pack::COUNT`] records can be written at `records`.
+    #[inline(always)]
+    unsafe fn scatter(records: *mut R, halves: [[Self; 3]; 2]) {
+        let mut columns = [[R::ZERO; LANES]; 3];
+        for (half, components) in halves.into_iter().enumerate() {
+            for (column, pack) in columns.iter_mut().zip(components) {
+                // SAFETY: no pack is longer than a column.
+                unsafe { pack.store(column.as_mut_ptr()) };
+            }
+            for lane in 0..Self::COUNT {
+                // SAFETY: the caller's promise.
+                let record = unsafe { &mut *records.add(lane * RECORD).cast::<[R; RECORD]>() };
+                for (component, column) in columns.iter().enumerate() {
+                    record[half * RECORD / 2 + component] = column[lane];
+                }
+            }
+        }
     }
 }
 

@@ -105,12 +105,11 @@ pub(super) unsafe fn sweep<R: Real, P: Pack<R>, const DAMPED: bool, const GATHER
             unsafe {
                 let particles = pulled::<R, P, DAMPED, GATHERS>(job, slot, rows, &mut sums);
                 update.apply(job, particles, &mut sums);
+                if GATHERS && update.moves() {
+                    write_records::<R, P>(job, slot);
+                }
             }
             lane += P::COUNT;
-        }
-        if GATHERS && update.moves() {
-            // SAFETY: as above.
-            unsafe { write_records(job.to, job.records[1], slice) };
         }
     }
     let sum = |lanes: [f64; LANES]| lanes.iter().sum::<f64>();
@@ -274,11 +273,8 @@ unsafe fn reached<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
             Reach::Gather(row) if GATHERS => {
                 let at = job.plan.others.as_ptr().add(row as usize).cast::<u32>();
                 let at = at.add(slot % LANES);
-                let records = job.records[0].cast_const();
-                let there = Triple::of(P::gather(records, at));
-                let velocity =
-                    if DAMPED { Triple::of(P::gather(records.add(RECORD / 2), at)) } else { there };
-                (there, velocity)
+                let [there, velocity] = P::gather(job.records[0], at, DAMPED);
+                (Triple::of(there), Triple::of(velocity))
             }
             Reach::Run(offset) => {
                 let slot = slot.wrapping_add_signed(offset as isize);
@@ -318,22 +314,18 @@ unsafe fn pushed<R: Real, P: Pack<R>>(
     force
 }
 
-/// Copies what a slice has become into its records.
+/// Copies what some particles have become into their records.
 ///
 /// # Safety
 /// See [`sweep`].
 #[inline(always)]
-unsafe fn write_records<R: Real>(columns: Start<R>, records: *mut R, slice: usize) {
-    for lane in 0..LANES {
-        let slot = slice * LANES + lane;
-        for component in 0..3 {
-            // SAFETY: there is a record for each slot.
-            unsafe {
-                let record = records.add(slot * RECORD + component);
-                *record = *columns.at(POSITION + component, slot);
-                *record.add(RECORD / 2) = *columns.at(VELOCITY + component, slot);
-            }
-        }
+unsafe fn write_records<R: Real, P: Pack<R>>(job: &Job<'_, R>, slot: usize) {
+    // SAFETY: the caller's promise; there is a record for each slot.
+    unsafe {
+        let position = Triple::<P>::load(job.to, POSITION, slot);
+        let velocity = Triple::<P>::load(job.to, VELOCITY, slot);
+        let halves = [position, velocity].map(|Triple { x, y, z }| [x, y, z]);
+        P::scatter(job.records[1].add(slot * RECORD), halves);
     }
 }
 
