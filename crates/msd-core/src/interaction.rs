@@ -229,15 +229,12 @@ fn check_select<R: Real>(
     }
 }
 
-impl Interaction {
-    /// Whether springs are other ones after it.
-    pub(crate) fn changes_springs(&self) -> bool {
-        use Interaction::*;
-        match self {
-            Cut { .. } | SetStiffness { .. } | SetDamping { .. } | SetRestLength { .. } => true,
-            ScaleRestLength { .. } | Freeze { .. } => true,
-            _ => false,
-        }
+/// Whether springs are other ones after an interaction.
+pub(crate) fn changes_springs(interaction: &Interaction) -> bool {
+    use Interaction::*;
+    match interaction {
+        Cut { .. } | SetStiffness { .. } | SetDamping { .. } | SetRestLength { .. } => true,
+        interaction => matches!(interaction, ScaleRestLength { .. } | Freeze { .. }),
     }
 }
 

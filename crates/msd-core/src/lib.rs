@@ -63,7 +63,7 @@ mod support;
 mod holds;
 mod events;
 pub mod dormand_prince;
-mod method;
+mod engine;
 pub mod energy;
 pub mod ledger;
 pub mod region;

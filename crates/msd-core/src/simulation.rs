@@ -1,35 +1,21 @@
 //! What is one step? Queued interactions, substeps of integrate and collide, and a guard.
 
 use crate::check::check_steps;
-use crate::collision::{self, Contacts};
-use crate::dormand_prince::{Advance, Work};
+use crate::collision;
+use crate::dormand_prince::Work;
 use crate::energy;
+use crate::engine::{Engine, Substeps};
 use crate::error::{Divergence, Error};
-use crate::integrator::{Explicit, Family};
 use crate::interaction::{self, Interaction};
-use crate::kernel::{Instructions, Kernel, Known, Outcome};
+use crate::kernel::Instructions;
 use crate::ledger::Ledger;
-use crate::method::Method;
 use crate::real::{Real, Vector};
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::stability::Estimator;
 use crate::system::{Model, Motion, State};
+use alloc::vec;
 use alloc::vec::Vec;
-
-/// What the substeps of a step came to.
-#[derive(Clone, Copy, Debug, Default)]
-struct Substeps {
-    /// Energy taken away, joules.
-    counted: f64,
-    /// Whether anything touched a plane, and whether it did in the last substep.
-    touched: bool,
-    last_met: bool,
-    /// Whether the state is known to be inside the world.
-    inside: bool,
-    /// The particle for which an adaptive method gave up.
-    stuck: Option<usize>,
-}
 
 /// A system that runs.
 #[derive(Clone, Debug)]
@@ -37,14 +23,7 @@ pub struct Simulation<R: Real = f32> {
     pub(crate) model: Model<R>,
     pub(crate) state: State<R>,
     pub(crate) settings: Settings,
-    method: Method<R>,
-    /// The springs compiled; `None` until they are needed, and again after a change.
-    kernel: Option<Kernel<R>>,
-    instructions: Instructions,
-    /// Whether `method` holds the accelerations of velocity Verlet at `state`.
-    warm: bool,
-    /// Whether the columns of `kernel` are at `state`.
-    here: bool,
+    engine: Engine<R>,
     /// The state at the start of the step, to fall back on.
     good: State<R>,
     pub(crate) queue: Vec<Interaction>,
@@ -67,7 +46,9 @@ impl<R: Real> Simulation<R> {
         let (model, state) = Model::new(scene)?;
         let mut simulation = Simulation::from_parts(model, state, settings)?;
         // A scene may start inside a plane; it never runs there.
-        simulation.collide();
+        let Simulation { model, state, .. } = &mut simulation;
+        let nothing = vec![R::Vec3::ZERO; model.particle_count()];
+        collision::resolve(model, R::of(settings.substep()), &nothing, state);
         let inside = "inside the world once the planes have pushed the particle out";
         simulation.state.check(simulation.model.extent, inside)?;
         Ok(simulation)
@@ -80,15 +61,11 @@ impl<R: Real> Simulation<R> {
     ) -> Result<Self, Error> {
         settings.check::<R>()?;
         Ok(Simulation {
-            method: Method::new(settings.integrator, &model),
-            kernel: None,
-            instructions: Instructions::best(),
+            engine: Engine::new(settings.integrator, &model),
             good: state.clone(),
             model,
             state,
             settings,
-            warm: false,
-            here: false,
             queue: Vec::new(),
             cuts: 0,
             touched: false,
@@ -104,7 +81,7 @@ impl<R: Real> Simulation<R> {
     /// [`Error::Diverged`] if a particle left the world, [`Error::Unreachable`] if an adaptive
     /// method cannot keep its tolerance; the state is then the one before the step.
     pub fn step(&mut self) -> Result<(), Error> {
-        self.run_step(&mut |_, _| {}, false)
+        self.run_step(None::<&mut fn(Motion<'_, R>, &mut [R::Vec3])>)
     }
 
     /// Advances by one step with a force of the caller's, which adds to its last argument, newtons.
@@ -115,35 +92,19 @@ impl<R: Real> Simulation<R> {
         &mut self,
         mut own_force: impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
     ) -> Result<(), Error> {
-        self.warm = false;
-        self.run_step(&mut own_force, true)
+        self.run_step(Some(&mut own_force))
     }
 
     fn run_step(
         &mut self,
-        own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
-        has_own_force: bool,
+        own_force: Option<&mut impl FnMut(Motion<'_, R>, &mut [R::Vec3])>,
     ) -> Result<(), Error> {
         self.keep_good();
-        let handled = has_own_force || !self.queue.is_empty();
+        let handled = own_force.is_some() || !self.queue.is_empty();
         self.apply_queue();
-        let explicit = self.settings.integrator.family();
-        let done = if let (Family::Explicit(method), false) = (explicit, has_own_force) {
-            self.advance_fast(method)
-        } else if self.settings.integrator.is_adaptive() {
-            self.here = false;
-            let Simulation { method, model, settings, state, kernel, instructions, .. } = self;
-            let kernel = kernel.get_or_insert_with(|| Kernel::new(model, *instructions));
-            let Advance { counted, touched, stuck, .. } =
-                method.advance_step((model, settings, kernel), state, own_force);
-            Substeps { counted, touched, last_met: touched, stuck, inside: false }
-        } else {
-            self.advance_substeps(own_force, has_own_force)
-        };
-        let Substeps { counted, touched, last_met, stuck, inside } = done;
-        // What the next step may remember: accelerations that it would find again to the bit.
-        let forces_last = self.model.pushes.is_empty() && !has_own_force;
-        self.warm = !last_met && forces_last && !self.is_damped();
+        let Simulation { engine, model, settings, state, .. } = self;
+        let Substeps { counted, touched, inside, stuck, .. } =
+            engine.advance((model, settings), state, own_force);
         self.touched = touched;
         let contact_alone = touched && !handled && !self.is_handled();
         self.model.pushes.clear();
@@ -168,71 +129,33 @@ impl<R: Real> Simulation<R> {
         self.guard(stuck).inspect_err(|_| {
             self.state.positions.copy_from_slice(&self.good.positions);
             self.state.velocities.copy_from_slice(&self.good.velocities);
-            (self.warm, self.here) = (false, false);
+            self.engine.forget_state();
         })
     }
 
     fn apply_queue(&mut self) {
         let h = self.settings.substep();
-        // Velocities may change as well as forces: nothing remembered holds.
-        self.warm &= self.queue.is_empty() && self.model.pushes.is_empty();
-        self.here &= self.queue.is_empty();
+        if !self.model.pushes.is_empty() {
+            self.engine.forget_forces();
+        }
         if !self.queue.is_empty() {
             self.close_ledger();
+            self.engine.forget_state();
         }
         self.cuts = 0;
         let any = !self.queue.is_empty();
         for interaction in self.queue.drain(..) {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
-            self.kernel.take_if(|_| interaction.changes_springs());
+            if interaction::changes_springs(&interaction) {
+                self.engine.forget_springs();
+            }
             if let Interaction::Pin { particle, .. } = interaction {
                 self.good.velocities[particle] = self.state.velocities[particle];
             }
         }
-        if let (Some(kernel), true) = (&mut self.kernel, any) {
-            kernel.renew(&self.model);
+        if any {
+            self.engine.renew(&self.model);
         }
-    }
-
-    fn advance_substeps(
-        &mut self,
-        own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
-        has_own_force: bool,
-    ) -> Substeps {
-        self.here = false;
-        let mut done = Substeps::default();
-        let damped = has_own_force || self.is_damped();
-        for substep in 0..self.settings.substeps {
-            let warm = self.warm || 0 < substep;
-            let Simulation { method, model, settings, state, kernel, instructions, .. } = self;
-            let kernel = kernel.get_or_insert_with(|| Kernel::new(model, *instructions));
-            let parts = (&*model, &*settings, kernel);
-            done.counted += method.advance(parts, (warm, damped), state, own_force);
-            let Contacts { count, energy } = self.collide();
-            done.counted += energy;
-            done.last_met = 0 < count;
-            done.touched |= done.last_met;
-        }
-        done
-    }
-
-    fn advance_fast(&mut self, method: Explicit) -> Substeps {
-        let damped = self.is_damped();
-        // A new kernel remembers nothing.
-        let (here, warm) = (self.here && self.kernel.is_some(), self.warm && self.kernel.is_some());
-        let Simulation { model, state, kernel, instructions, settings, .. } = self;
-        let kernel = kernel.get_or_insert_with(|| Kernel::new(model, *instructions));
-        let substeps = (method, settings.substep(), settings.substeps);
-        let outcome = kernel.advance(model, substeps, Known { here, warm, damped }, state);
-        self.here = true;
-        let Outcome { counted, touched, last_met, inside } = outcome;
-        Substeps { counted, touched, last_met, inside, stuck: None }
-    }
-
-    /// Whether a force depends on velocity.
-    fn is_damped(&self) -> bool {
-        let model = &self.model;
-        !model.dampings.is_zero() || model.drag != R::ZERO || !model.grabs.is_empty()
     }
 
     /// Whether a hand does work: by a grab, a push or a pin that moves.
@@ -240,12 +163,6 @@ impl<R: Real> Simulation<R> {
         let moves = |(&w, &v): (&R, &R::Vec3)| w == R::ZERO && v != R::Vec3::ZERO;
         let mut rows = self.model.inverse_masses.iter().zip(&self.state.velocities);
         !self.model.grabs.is_empty() || !self.model.pushes.is_empty() || rows.any(moves)
-    }
-
-    /// Keeps particles out of planes.
-    fn collide(&mut self) -> Contacts {
-        let h = R::of(self.settings.substep());
-        collision::resolve(&self.model, h, self.method.forces(), &mut self.state)
     }
 
     /// Counts what a contact took before something else than a step changes the energy.
@@ -301,8 +218,7 @@ impl<R: Real> Simulation<R> {
     /// Chooses the instructions of the steps to come, for measurements: all of them give the same
     /// bits, and the best that this machine has are chosen at the start.
     pub fn set_instructions(&mut self, instructions: Instructions) {
-        self.instructions = instructions;
-        self.kernel = None;
+        self.engine.set_instructions(instructions);
     }
 
     /// What is queued for the start of the next step.
@@ -354,7 +270,7 @@ impl<R: Real> Simulation<R> {
             *now = if pinned { *now } else { velocity };
         }
         self.state.positions.copy_from_slice(&state.positions);
-        (self.warm, self.here) = (false, false);
+        self.engine.forget_state();
     }
 
     /// Changes how the system is stepped from the next step on.
@@ -364,14 +280,14 @@ impl<R: Real> Simulation<R> {
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), Error> {
         settings.check::<R>()?;
         if settings.integrator != self.settings.integrator {
-            self.method = Method::new(settings.integrator, &self.model);
+            self.engine.set_method(settings.integrator, &self.model);
         }
         if settings.step != self.settings.step {
             self.epoch = (self.steps, self.time());
         }
         interaction::cap_grabs(&mut self.model, settings.substep());
         self.settings = settings;
-        self.warm = false;
+        self.engine.forget_forces();
         Ok(())
     }
 
@@ -422,6 +338,6 @@ impl<R: Real> Simulation<R> {
 
     /// What the steps of an adaptive method have taken since it was chosen; `None` of another.
     pub fn work(&self) -> Option<Work> {
-        self.method.work()
+        self.engine.work()
     }
 }

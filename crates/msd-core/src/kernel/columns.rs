@@ -69,6 +69,11 @@ impl<R: Real> Columns<R> {
         self.slices.len() * LANES == columns * self.stride
     }
 
+    /// The memory that the columns take, bytes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of_val(&self.slices[..])
+    }
+
     /// The first slot of the first column and the distance to that of the next column.
     pub(super) fn start(&mut self) -> Start<R> {
         let first = self.slices.as_mut_ptr().cast::<R>();

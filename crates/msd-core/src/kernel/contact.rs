@@ -1,9 +1,9 @@
 //! What happens to the particles of a slice that have entered a plane? As [`crate::collision`] says,
 //! lane by lane, with the same bits.
 
+use super::LANES;
 use super::pack::{Pack, Triple};
 use super::sweep::{Particles, Sums};
-use super::LANES;
 use crate::real::Real;
 use crate::scene::Friction;
 use crate::system::PlaneColumn;
@@ -47,8 +47,7 @@ pub(super) unsafe fn resolve<R: Real, P: Pack<R>>(
         return;
     }
     // SAFETY: the caller's promise.
-    let (bounced, half) =
-        unsafe { (bounce(plane, normal, particles.velocity), P::splat(R::HALF)) };
+    let (bounced, half) = unsafe { (bounce(plane, normal, particles.velocity), P::splat(R::HALF)) };
     let moved = normal * depth;
     let velocity = particles.velocity;
     let slower = velocity.dot(velocity) - bounced.dot(bounced);
@@ -72,9 +71,8 @@ unsafe fn bounce<R: Real, P: Pack<R>>(
     velocity: Triple<P>,
 ) -> Triple<P> {
     // SAFETY: the caller's promise.
-    let (zero, one, minus, all) = unsafe {
-        (P::splat(R::ZERO), P::splat(R::ONE), P::splat(-R::ONE), P::mask(u16::MAX))
-    };
+    let (zero, one, minus, all) =
+        unsafe { (P::splat(R::ZERO), P::splat(R::ONE), P::splat(-R::ONE), P::mask(u16::MAX)) };
     // SAFETY: as above.
     let (resting, restitution) =
         unsafe { (P::splat(plane.resting_speed), P::splat(plane.plane.restitution)) };

@@ -69,25 +69,44 @@ pub(super) fn parts(slices: usize) -> usize {
     slices.div_ceil(PART)
 }
 
-/// Runs a job, part by part, and sums what they came to in their order.
+/// Runs a job, part by part, and sums what they came to in their order: the same bits on any number
+/// of threads.
 ///
-/// The instructions must be within reach, and the job the only user of its columns.
-pub(super) fn run<R: Real>(
+/// # Safety
+/// The processor has the instructions, and the job is the only user of its columns.
+pub(super) unsafe fn run<R: Real>(
     instructions: Instructions,
     job: &Job<'_, R>,
     update: Update<R>,
     tallies: &mut [Tally],
 ) -> Tally {
     let slices = job.plan.slices();
-    for (part, tally) in tallies.iter_mut().enumerate() {
+    let run = |(part, tally): (usize, &mut Tally)| {
         let range = part * PART..(part * PART + PART).min(slices);
-        // SAFETY: the caller's promises.
+        // SAFETY: the caller's promises; no two parts have a slice in common.
         *tally = unsafe { run_part(instructions, job, update, range) };
+    };
+    #[cfg(feature = "parallel")]
+    let alone = job.plan.rows.len() < ROWS_WORTH_THREADS || rayon::current_num_threads() == 1;
+    #[cfg(not(feature = "parallel"))]
+    let alone = true;
+    if alone {
+        tallies.iter_mut().enumerate().for_each(run);
+    }
+    #[cfg(feature = "parallel")]
+    if !alone {
+        use rayon::prelude::*;
+        let each = tallies.len() / rayon::current_num_threads();
+        tallies.par_iter_mut().enumerate().with_min_len(each).for_each(run);
     }
     let mut sum = Tally::default();
     tallies.iter().for_each(|&tally| sum += tally);
     sum
 }
+
+/// Rows of a plan from which threads are worth waking: about 15 microseconds of work.
+#[cfg(feature = "parallel")]
+const ROWS_WORTH_THREADS: usize = 3000;
 
 /// # Safety
 /// See [`sweep`]: the processor has the instructions.

@@ -26,6 +26,8 @@ mod contact;
 mod dispatch;
 mod pack;
 mod plan;
+#[cfg(target_arch = "x86_64")]
+mod records;
 mod sweep;
 mod update;
 #[cfg(target_arch = "x86_64")]
@@ -47,6 +49,9 @@ use update::{Phase, RK4_COLUMNS, Update, VERLET_COLUMNS};
 
 /// Particles in a slice.
 const LANES: usize = 16;
+
+/// Records that the near caches hold beside what a sweep streams through them.
+const NEAR_BYTES: usize = 1 << 19;
 
 /// Numbers in a record: position, nothing, velocity, nothing.
 const RECORD: usize = 8;
@@ -171,7 +176,8 @@ impl<R: Real> Kernel<R> {
         }
         self.fetch(POSITION, 0, &mut state.positions);
         self.fetch(VELOCITY, 0, &mut state.velocities);
-        outcome.inside = self.is_within(POSITION, model.extent) && self.is_within(VELOCITY, R::LARGEST);
+        outcome.inside =
+            self.is_within(POSITION, model.extent) && self.is_within(VELOCITY, R::LARGEST);
         outcome
     }
 
@@ -296,6 +302,7 @@ impl<R: Real> Kernel<R> {
     fn sweep(&mut self, model: &Model<R>, update: Update<R>) -> Tally {
         self.gather_pushes(model);
         let [from, to] = &mut self.motions;
+        let far = NEAR_BYTES < self.records[0].bytes();
         let [records_from, records_to] = &mut self.records;
         let records = [records_from, records_to].map(|records| records.flat_mut().as_mut_ptr());
         let job = Job {
@@ -305,12 +312,14 @@ impl<R: Real> Kernel<R> {
             to: to.start(),
             own: self.own.start(),
             records,
+            far,
             fields: [model.gravity, model.force],
             drag: model.drag,
             pushes: &self.pushes,
             planes: &self.planes,
         };
-        dispatch::run(self.instructions, &job, update, &mut self.tallies)
+        // SAFETY: the instructions were made to be within reach, and the columns are borrowed.
+        unsafe { dispatch::run(self.instructions, &job, update, &mut self.tallies) }
     }
 
     /// Lists what pushes and grabs single particles at the motion that is swept next.

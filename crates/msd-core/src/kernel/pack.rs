@@ -54,8 +54,19 @@ pub(super) trait Pack<R: Real>:
     fn bits(mask: Self::Mask) -> u16;
     /// The square roots.
     fn sqrt(self) -> Self;
-    /// The absolute values.
-    fn abs(self) -> Self;
+
+    /// Asks for what will be read soon; any address will do.
+    #[inline(always)]
+    fn prefetch<T>(address: *const T) {
+        #[cfg(target_arch = "x86_64")]
+        // SAFETY: every processor of this kind has the instruction, and it never fails.
+        unsafe {
+            use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+            _mm_prefetch::<_MM_HINT_T0>(address.cast());
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = address;
+    }
 
     /// Adds each lane to the sum of its own.
     fn add_to(self, sums: &mut [f64]) {
@@ -75,12 +86,11 @@ pub(super) trait Pack<R: Real>:
     #[inline(always)]
     unsafe fn gather(records: *const R, at: *const u32, both: bool) -> [[Self; 3]; 2] {
         let mut columns = [[R::ZERO; LANES]; 2 * 3];
-        for lane in 0..Self::COUNT {
-            // SAFETY: the caller's promise.
-            let record = unsafe { &*records.add(*at.add(lane) as usize).cast::<[R; RECORD]>() };
-            for component in 0..3 {
-                columns[component][lane] = record[component];
-                columns[3 + component][lane] = record[RECORD / 2 + component];
+        for (component, column) in columns.iter_mut().enumerate() {
+            let place = component / 3 * (RECORD / 2) + component % 3;
+            for (lane, number) in column.iter_mut().enumerate().take(Self::COUNT) {
+                // SAFETY: the caller's promise.
+                *number = unsafe { *records.add(*at.add(lane) as usize + place) };
             }
         }
         let _ = both;
@@ -178,7 +188,7 @@ impl<R: Real> Pack<R> for Plain<R> {
     }
     #[inline(always)]
     fn not_less(self, other: Self, within: [bool; 4]) -> [bool; 4] {
-        #[expect(clippy::nonminimal_bool, clippy::neg_cmp_op_on_partial_ord, reason = "NaN")]
+        #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "true where one is not a number")]
         let not_less = |a: R, b: R| !(a < b);
         core::array::from_fn(|lane| within[lane] & not_less(self.0[lane], other.0[lane]))
     }
@@ -189,10 +199,6 @@ impl<R: Real> Pack<R> for Plain<R> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Plain(self.0.map(Real::sqrt))
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        Plain(self.0.map(Real::abs))
     }
 }
 

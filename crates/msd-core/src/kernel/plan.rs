@@ -86,7 +86,7 @@ impl<R: Real> Plan<R> {
             others: Vec::new(),
             damped: !model.dampings.is_zero(),
         };
-        let mut compiler = Compiler { model, uniform: Vec::new() };
+        let mut compiler = Compiler { model, runs: order.is_none(), uniform: Vec::new() };
         for begin in (0..count).step_by(LANES) {
             let mut lists = [&[][..]; LANES];
             for (list, slot) in lists.iter_mut().zip(begin..count) {
@@ -144,6 +144,8 @@ type List<'a> = &'a [[u32; 2]];
 
 struct Compiler<'a, R: Real> {
     model: &'a Model<R>,
+    /// Whether to look for runs.
+    runs: bool,
     /// Rows of values that hold one number, and where.
     uniform: Vec<(R, u32)>,
 }
@@ -160,7 +162,7 @@ impl<R: Real> Compiler<'_, R> {
             if active == 0 {
                 return;
             }
-            let run = best_run(&heads, active, &lists, reach);
+            let run = self.runs.then(|| best_run(&heads, active, &lists, reach)).flatten();
             let mask = run.map_or(active, |(_, mask)| mask);
             let reach = match run {
                 Some((offset, _)) => Reach::Run(offset),

@@ -33,6 +33,8 @@ pub(super) struct Job<'a, R: Real> {
     pub(super) own: Start<R>,
     /// Records of `from` and of `to`, which are there if there are gather rows.
     pub(super) records: [*mut R; 2],
+    /// Whether there are more records than the nearer caches hold.
+    pub(super) far: bool,
     /// Gravitational acceleration and uniform force.
     pub(super) fields: [R::Vec3; 2],
     pub(super) drag: R,
@@ -40,6 +42,10 @@ pub(super) struct Job<'a, R: Real> {
     pub(super) pushes: &'a [(u32, R::Vec3)],
     pub(super) planes: &'a [Planes<R>],
 }
+
+// SAFETY: what a job points to is written only to the slices that a sweep is told to do, which the
+// callers of `sweep` keep apart.
+unsafe impl<R: Real> Sync for Job<'_, R> {}
 
 /// What a part of a sweep came to.
 #[derive(Clone, Copy, Debug, Default)]
@@ -162,15 +168,15 @@ unsafe fn pulled<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
         unsafe {
             let first = Stretched::of::<R, DAMPED, GATHERS>(job, &particles, &pair[0]);
             let second = Stretched::of::<R, DAMPED, GATHERS>(job, &particles, &pair[1]);
-            first.pull::<R, DAMPED>(job, &pair[0], &mut particles, &mut dampers);
-            second.pull::<R, DAMPED>(job, &pair[1], &mut particles, &mut dampers);
+            first.pull::<R, DAMPED, GATHERS>(job, &pair[0], &mut particles, &mut dampers);
+            second.pull::<R, DAMPED, GATHERS>(job, &pair[1], &mut particles, &mut dampers);
         }
     }
     for row in rest {
         // SAFETY: the caller's promise.
         unsafe {
             let stretched = Stretched::of::<R, DAMPED, GATHERS>(job, &particles, row);
-            stretched.pull::<R, DAMPED>(job, row, &mut particles, &mut dampers);
+            stretched.pull::<R, DAMPED, GATHERS>(job, row, &mut particles, &mut dampers);
         }
     }
     if DAMPED {
@@ -226,7 +232,7 @@ impl<P: Copy, M: Copy> Stretched<P, M> {
     /// # Safety
     /// See [`sweep`].
     #[inline(always)]
-    unsafe fn pull<R: Real, const DAMPED: bool>(
+    unsafe fn pull<R: Real, const DAMPED: bool, const GATHERS: bool>(
         self,
         job: &Job<'_, R>,
         row: &Row,
@@ -241,6 +247,9 @@ impl<P: Copy, M: Copy> Stretched<P, M> {
         // SAFETY: the caller's promise; the rows of a plan name what is there.
         unsafe {
             let value = |place: u32| values.add(place as usize + lane);
+            if GATHERS {
+                P::prefetch(value(row.rest_length).wrapping_add(2 * AHEAD * LANES));
+            }
             let stiffness = P::load(value(row.stiffness));
             let tension = stiffness * (length - P::load(value(row.rest_length)));
             let pull = if DAMPED {
@@ -271,8 +280,9 @@ unsafe fn reached<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
     unsafe {
         match reach {
             Reach::Gather(row) if GATHERS => {
-                let at = job.plan.others.as_ptr().add(row as usize).cast::<u32>();
-                let at = at.add(slot % LANES);
+                let others = job.plan.others.as_ptr().add(row as usize);
+                ask_for::<R, P>(job, row as usize, slot % LANES);
+                let at = others.cast::<u32>().add(slot % LANES);
                 let [there, velocity] = P::gather(job.records[0], at, DAMPED);
                 (Triple::of(there), Triple::of(velocity))
             }
@@ -285,6 +295,22 @@ unsafe fn reached<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
         }
     }
 }
+
+/// Asks for the records of a later gather row, if there are more than the near caches hold, and for
+/// the places in a row beyond that. A sweep is not in memory's order there, and memory is slow.
+#[inline(always)]
+fn ask_for<R: Real, P: Pack<R>>(job: &Job<'_, R>, row: usize, lane: usize) {
+    let others = &job.plan.others;
+    P::prefetch(others.as_ptr().wrapping_add(row + 2 * AHEAD));
+    if let (true, Some(others)) = (job.far, others.get(row + AHEAD)) {
+        for &other in &others[lane..lane + P::COUNT] {
+            P::prefetch(job.records[0].wrapping_add(other as usize));
+        }
+    }
+}
+
+/// Gather rows between what is asked for and what is read: as long as memory takes to answer.
+const AHEAD: usize = 16;
 
 /// Adds what pushes single particles.
 ///

@@ -2,6 +2,10 @@
 
 use super::RECORD;
 use super::pack::Pack;
+use super::records::{
+    columns_256, columns_512, half_rows, quarter_rows, record_rows, rows_256, rows_512,
+    two_record_rows,
+};
 use core::arch::x86_64::*;
 use core::ops::{Add, Div, Mul, Sub};
 
@@ -93,7 +97,7 @@ macro_rules! avx2 {
         }
     };
     (@masks $pack:ident $scalar:ident $register:ident $add:ident
-        ($blend:ident, $and:ident, $and_not:ident, $compare:ident, $movemask:ident, $splat:ident)) => {
+        ($blend:ident, $and:ident, $compare:ident, $movemask:ident, $splat:ident)) => {
         #[inline(always)]
         fn select(self, mask: $register, other: Self) -> Self {
             // SAFETY: a pack exists, so the processor has its instructions.
@@ -120,77 +124,100 @@ macro_rules! avx2 {
             // SAFETY: a mask exists, so the processor has its instructions.
             unsafe { $movemask(mask) as u16 }
         }
-        #[inline(always)]
-        fn abs(self) -> Self {
-            // SAFETY: a pack exists, so the processor has its instructions.
-            Self(unsafe { $and_not($splat(-0.0), self.0) })
-        }
     };
 }
 
-avx2!(F32x8, f32, 8, __m256, i32,
+avx2!(
+    F32x8,
+    f32,
+    8,
+    __m256,
+    i32,
     (_mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_sqrt_ps),
-    (_mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1), _mm256_set1_epi32 as i32, _mm256_and_si256,
-        _mm256_cmpeq_epi32, _mm256_castsi256_ps),
-    (_mm256_blendv_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_cmp_ps, _mm256_movemask_ps,
-        _mm256_set1_ps), _mm256_add_ps, {
-    #[inline(always)]
-    unsafe fn gather(records: *const f32, at: *const u32, both: bool) -> [[Self; 3]; 2] {
-        // SAFETY: the caller's promise.
-        unsafe {
-            if !both {
-                let rows = [half_rows(records, at, 0), half_rows(records, at, 1),
-                    half_rows(records, at, 2), half_rows(records, at, 3)];
-                let [x, y, z] = columns_256(rows);
-                return [[Self(x), Self(y), Self(z)]; 2];
-            }
-            let [x, y, z] = columns_256(record_rows(records, at));
-            let [x_4, y_4, z_4] = columns_256(record_rows(records, at.add(4)));
-            [
+    (
+        _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1),
+        _mm256_set1_epi32 as i32,
+        _mm256_and_si256,
+        _mm256_cmpeq_epi32,
+        _mm256_castsi256_ps
+    ),
+    (_mm256_blendv_ps, _mm256_and_ps, _mm256_cmp_ps, _mm256_movemask_ps, _mm256_set1_ps),
+    _mm256_add_ps,
+    {
+        #[inline(always)]
+        unsafe fn gather(records: *const f32, at: *const u32, both: bool) -> [[Self; 3]; 2] {
+            // SAFETY: the caller's promise.
+            unsafe {
+                if !both {
+                    let rows = [
+                        half_rows(records, at, 0),
+                        half_rows(records, at, 1),
+                        half_rows(records, at, 2),
+                        half_rows(records, at, 3),
+                    ];
+                    let [x, y, z] = columns_256(rows);
+                    return [[Self(x), Self(y), Self(z)]; 2];
+                }
+                let [x, y, z] = columns_256(record_rows(records, at));
+                let [x_4, y_4, z_4] = columns_256(record_rows(records, at.add(4)));
                 [
-                    Self(_mm256_permute2f128_ps::<0x20>(x, x_4)),
-                    Self(_mm256_permute2f128_ps::<0x20>(y, y_4)),
-                    Self(_mm256_permute2f128_ps::<0x20>(z, z_4)),
-                ],
-                [
-                    Self(_mm256_permute2f128_ps::<0x31>(x, x_4)),
-                    Self(_mm256_permute2f128_ps::<0x31>(y, y_4)),
-                    Self(_mm256_permute2f128_ps::<0x31>(z, z_4)),
-                ],
-            ]
-        }
-    }
-    #[inline(always)]
-    unsafe fn scatter(records: *mut f32, [[x, y, z], [vx, vy, vz]]: [[Self; 3]; 2]) {
-        // SAFETY: the caller's promise.
-        unsafe {
-            let low = rows_256([
-                _mm256_permute2f128_ps::<0x20>(x.0, vx.0),
-                _mm256_permute2f128_ps::<0x20>(y.0, vy.0),
-                _mm256_permute2f128_ps::<0x20>(z.0, vz.0),
-            ]);
-            let high = rows_256([
-                _mm256_permute2f128_ps::<0x31>(x.0, vx.0),
-                _mm256_permute2f128_ps::<0x31>(y.0, vy.0),
-                _mm256_permute2f128_ps::<0x31>(z.0, vz.0),
-            ]);
-            for (lane, row) in low.into_iter().chain(high).enumerate() {
-                _mm256_storeu_ps(records.add(lane * RECORD), row);
+                    [
+                        Self(_mm256_permute2f128_ps::<0x20>(x, x_4)),
+                        Self(_mm256_permute2f128_ps::<0x20>(y, y_4)),
+                        Self(_mm256_permute2f128_ps::<0x20>(z, z_4)),
+                    ],
+                    [
+                        Self(_mm256_permute2f128_ps::<0x31>(x, x_4)),
+                        Self(_mm256_permute2f128_ps::<0x31>(y, y_4)),
+                        Self(_mm256_permute2f128_ps::<0x31>(z, z_4)),
+                    ],
+                ]
             }
         }
+        #[inline(always)]
+        unsafe fn scatter(records: *mut f32, [[x, y, z], [vx, vy, vz]]: [[Self; 3]; 2]) {
+            // SAFETY: the caller's promise.
+            unsafe {
+                let low = rows_256([
+                    _mm256_permute2f128_ps::<0x20>(x.0, vx.0),
+                    _mm256_permute2f128_ps::<0x20>(y.0, vy.0),
+                    _mm256_permute2f128_ps::<0x20>(z.0, vz.0),
+                ]);
+                let high = rows_256([
+                    _mm256_permute2f128_ps::<0x31>(x.0, vx.0),
+                    _mm256_permute2f128_ps::<0x31>(y.0, vy.0),
+                    _mm256_permute2f128_ps::<0x31>(z.0, vz.0),
+                ]);
+                for (lane, row) in low.into_iter().chain(high).enumerate() {
+                    _mm256_storeu_ps(records.add(lane * RECORD), row);
+                }
+            }
+        }
     }
-});
-avx2!(F64x4, f64, 4, __m256d, i64,
+);
+avx2!(
+    F64x4,
+    f64,
+    4,
+    __m256d,
+    i64,
     (_mm256_set1_pd, _mm256_loadu_pd, _mm256_storeu_pd, _mm256_sqrt_pd),
-    (_mm256_set_epi64x(8, 4, 2, 1), _mm256_set1_epi64x as i64, _mm256_and_si256,
-        _mm256_cmpeq_epi64, _mm256_castsi256_pd),
-    (_mm256_blendv_pd, _mm256_and_pd, _mm256_andnot_pd, _mm256_cmp_pd, _mm256_movemask_pd,
-        _mm256_set1_pd), _mm256_add_pd, {});
+    (
+        _mm256_set_epi64x(8, 4, 2, 1),
+        _mm256_set1_epi64x as i64,
+        _mm256_and_si256,
+        _mm256_cmpeq_epi64,
+        _mm256_castsi256_pd
+    ),
+    (_mm256_blendv_pd, _mm256_and_pd, _mm256_cmp_pd, _mm256_movemask_pd, _mm256_set1_pd),
+    _mm256_add_pd,
+    {}
+);
 
 /// A pack of AVX-512: masks are bits.
 macro_rules! avx512 {
     ($pack:ident, $scalar:ident, $count:literal, $mask:ident, $common:tt,
-     ($blend:ident, $add:ident, $compare:ident, $abs:ident), $more:tt) => {
+     ($blend:ident, $add:ident, $compare:ident), $more:tt) => {
         impl Pack<$scalar> for $pack {
             const COUNT: usize = $count;
             type Mask = $mask;
@@ -224,177 +251,79 @@ macro_rules! avx512 {
             fn bits(mask: $mask) -> u16 {
                 u16::from(mask)
             }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                // SAFETY: a pack exists, so the processor has its instructions.
-                Self(unsafe { $abs(self.0) })
-            }
         }
     };
 }
 
-avx512!(F32x16, f32, 16, __mmask16,
+avx512!(
+    F32x16,
+    f32,
+    16,
+    __mmask16,
     (_mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_sqrt_ps),
-    (_mm512_mask_blend_ps, _mm512_mask_add_ps, _mm512_mask_cmp_ps_mask, _mm512_abs_ps), {
-    #[inline(always)]
-    unsafe fn gather(records: *const f32, at: *const u32, both: bool) -> [[Self; 3]; 2] {
-        // SAFETY: the caller's promise.
-        unsafe {
-            if !both {
-                let rows = [quarter_rows(records, at, 0), quarter_rows(records, at, 1),
-                    quarter_rows(records, at, 2), quarter_rows(records, at, 3)];
-                let [x, y, z] = columns_512(rows);
-                return [[Self(x), Self(y), Self(z)]; 2];
-            }
-            let [x, y, z] = columns_512(two_record_rows(records, at));
-            let [x_8, y_8, z_8] = columns_512(two_record_rows(records, at.add(8)));
-            [
+    (_mm512_mask_blend_ps, _mm512_mask_add_ps, _mm512_mask_cmp_ps_mask),
+    {
+        #[inline(always)]
+        unsafe fn gather(records: *const f32, at: *const u32, both: bool) -> [[Self; 3]; 2] {
+            // SAFETY: the caller's promise.
+            unsafe {
+                if !both {
+                    let rows = [
+                        quarter_rows(records, at, 0),
+                        quarter_rows(records, at, 1),
+                        quarter_rows(records, at, 2),
+                        quarter_rows(records, at, 3),
+                    ];
+                    let [x, y, z] = columns_512(rows);
+                    return [[Self(x), Self(y), Self(z)]; 2];
+                }
+                let [x, y, z] = columns_512(two_record_rows(records, at));
+                let [x_8, y_8, z_8] = columns_512(two_record_rows(records, at.add(8)));
                 [
-                    Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(x, x_8)),
-                    Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(y, y_8)),
-                    Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(z, z_8)),
-                ],
-                [
-                    Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(x, x_8)),
-                    Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(y, y_8)),
-                    Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(z, z_8)),
-                ],
-            ]
-        }
-    }
-    #[inline(always)]
-    unsafe fn scatter(records: *mut f32, [[x, y, z], [vx, vy, vz]]: [[Self; 3]; 2]) {
-        // SAFETY: the caller's promise.
-        unsafe {
-            // Blocks of four lanes: those of positions, then those of velocities.
-            let rows = rows_512([x.0, y.0, z.0]);
-            let velocity_rows = rows_512([vx.0, vy.0, vz.0]);
-            for (lane, (row, velocity_row)) in rows.into_iter().zip(velocity_rows).enumerate() {
-                let record = records.add(lane * RECORD);
-                _mm_storeu_ps(record, _mm512_castps512_ps128(row));
-                _mm_storeu_ps(record.add(4), _mm512_castps512_ps128(velocity_row));
-                let record = records.add((lane + 4) * RECORD);
-                _mm_storeu_ps(record, _mm512_extractf32x4_ps::<1>(row));
-                _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<1>(velocity_row));
-                let record = records.add((lane + 8) * RECORD);
-                _mm_storeu_ps(record, _mm512_extractf32x4_ps::<2>(row));
-                _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<2>(velocity_row));
-                let record = records.add((lane + 12) * RECORD);
-                _mm_storeu_ps(record, _mm512_extractf32x4_ps::<3>(row));
-                _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<3>(velocity_row));
+                    [
+                        Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(x, x_8)),
+                        Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(y, y_8)),
+                        Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(z, z_8)),
+                    ],
+                    [
+                        Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(x, x_8)),
+                        Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(y, y_8)),
+                        Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(z, z_8)),
+                    ],
+                ]
             }
         }
+        #[inline(always)]
+        unsafe fn scatter(records: *mut f32, [[x, y, z], [vx, vy, vz]]: [[Self; 3]; 2]) {
+            // SAFETY: the caller's promise.
+            unsafe {
+                // Blocks of four lanes: those of positions, then those of velocities.
+                let rows = rows_512([x.0, y.0, z.0]);
+                let velocity_rows = rows_512([vx.0, vy.0, vz.0]);
+                for (lane, (row, velocity_row)) in rows.into_iter().zip(velocity_rows).enumerate() {
+                    let record = records.add(lane * RECORD);
+                    _mm_storeu_ps(record, _mm512_castps512_ps128(row));
+                    _mm_storeu_ps(record.add(4), _mm512_castps512_ps128(velocity_row));
+                    let record = records.add((lane + 4) * RECORD);
+                    _mm_storeu_ps(record, _mm512_extractf32x4_ps::<1>(row));
+                    _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<1>(velocity_row));
+                    let record = records.add((lane + 8) * RECORD);
+                    _mm_storeu_ps(record, _mm512_extractf32x4_ps::<2>(row));
+                    _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<2>(velocity_row));
+                    let record = records.add((lane + 12) * RECORD);
+                    _mm_storeu_ps(record, _mm512_extractf32x4_ps::<3>(row));
+                    _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<3>(velocity_row));
+                }
+            }
+        }
     }
-});
-avx512!(F64x8, f64, 8, __mmask8,
+);
+avx512!(
+    F64x8,
+    f64,
+    8,
+    __mmask8,
     (_mm512_set1_pd, _mm512_loadu_pd, _mm512_storeu_pd, _mm512_sqrt_pd),
-    (_mm512_mask_blend_pd, _mm512_mask_add_pd, _mm512_mask_cmp_pd_mask, _mm512_abs_pd), {});
-
-/// Transposes of blocks of four by four numbers, and rows to feed them with.
-///
-/// # Safety
-/// The processor has AVX2, or AVX-512 where that is in the name; what is named can be read.
-macro_rules! block_transposes {
-    ($columns:ident, $rows:ident, $register:ident, $low:ident, $high:ident, $shuffle:ident,
-     $zero:ident) => {
-        /// # Safety
-        /// See above.
-        #[inline(always)]
-        unsafe fn $columns([a, b, c, d]: [$register; 4]) -> [$register; 3] {
-            // SAFETY: the caller's promise.
-            unsafe {
-                let (xy_ab, xy_cd) = ($low(a, b), $low(c, d));
-                let (z_ab, z_cd) = ($high(a, b), $high(c, d));
-                [
-                    $shuffle::<0b01_00_01_00>(xy_ab, xy_cd),
-                    $shuffle::<0b11_10_11_10>(xy_ab, xy_cd),
-                    $shuffle::<0b01_00_01_00>(z_ab, z_cd),
-                ]
-            }
-        }
-        /// # Safety
-        /// See above.
-        #[inline(always)]
-        unsafe fn $rows([x, y, z]: [$register; 3]) -> [$register; 4] {
-            // SAFETY: the caller's promise.
-            unsafe {
-                let zero = $zero();
-                let (xy_01, xy_23) = ($low(x, y), $high(x, y));
-                let (z_01, z_23) = ($low(z, zero), $high(z, zero));
-                [
-                    $shuffle::<0b01_00_01_00>(xy_01, z_01),
-                    $shuffle::<0b11_10_11_10>(xy_01, z_01),
-                    $shuffle::<0b01_00_01_00>(xy_23, z_23),
-                    $shuffle::<0b11_10_11_10>(xy_23, z_23),
-                ]
-            }
-        }
-    };
-}
-
-block_transposes!(columns_256, rows_256, __m256, _mm256_unpacklo_ps, _mm256_unpackhi_ps,
-    _mm256_shuffle_ps, _mm256_setzero_ps);
-block_transposes!(columns_512, rows_512, __m512, _mm512_unpacklo_ps, _mm512_unpackhi_ps,
-    _mm512_shuffle_ps, _mm512_setzero_ps);
-
-/// The first halves of records `lane` and four on.
-///
-/// # Safety
-/// See [`Pack::gather`].
-#[inline(always)]
-unsafe fn half_rows(records: *const f32, at: *const u32, lane: usize) -> __m256 {
-    // SAFETY: the caller's promise.
-    unsafe {
-        let low = _mm_loadu_ps(records.add(*at.add(lane) as usize));
-        let high = _mm_loadu_ps(records.add(*at.add(lane + 4) as usize));
-        _mm256_insertf128_ps::<1>(_mm256_castps128_ps256(low), high)
-    }
-}
-
-/// The first halves of records `lane`, and four, eight and twelve on.
-///
-/// # Safety
-/// See [`Pack::gather`].
-#[inline(always)]
-unsafe fn quarter_rows(records: *const f32, at: *const u32, lane: usize) -> __m512 {
-    // SAFETY: the caller's promise.
-    unsafe {
-        let low = _mm512_castps256_ps512(half_rows(records, at, lane));
-        _mm512_insertf32x8::<1>(low, half_rows(records, at, lane + 8))
-    }
-}
-
-/// Four records.
-///
-/// # Safety
-/// See [`Pack::gather`].
-#[inline(always)]
-unsafe fn record_rows(records: *const f32, at: *const u32) -> [__m256; 4] {
-    // SAFETY: the caller's promise.
-    unsafe {
-        [
-            _mm256_loadu_ps(records.add(*at as usize)),
-            _mm256_loadu_ps(records.add(*at.add(1) as usize)),
-            _mm256_loadu_ps(records.add(*at.add(2) as usize)),
-            _mm256_loadu_ps(records.add(*at.add(3) as usize)),
-        ]
-    }
-}
-
-/// Eight records, each beside that four on.
-///
-/// # Safety
-/// See [`Pack::gather`].
-#[inline(always)]
-unsafe fn two_record_rows(records: *const f32, at: *const u32) -> [__m512; 4] {
-    // SAFETY: the caller's promise.
-    unsafe {
-        let ([a, b, c, d], [e, f, g, h]) = (record_rows(records, at), record_rows(records, at.add(4)));
-        [
-            _mm512_insertf32x8::<1>(_mm512_castps256_ps512(a), e),
-            _mm512_insertf32x8::<1>(_mm512_castps256_ps512(b), f),
-            _mm512_insertf32x8::<1>(_mm512_castps256_ps512(c), g),
-            _mm512_insertf32x8::<1>(_mm512_castps256_ps512(d), h),
-        ]
-    }
-}
+    (_mm512_mask_blend_pd, _mm512_mask_add_pd, _mm512_mask_cmp_pd_mask),
+    {}
+);
