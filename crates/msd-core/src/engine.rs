@@ -6,7 +6,7 @@ use crate::explicit::{self, Substep};
 use crate::forces;
 use crate::implicit;
 use crate::integrator::{Explicit, Family, Implicit, Integrator};
-use crate::kernel::{Instructions, Kernel, Known, Outcome};
+use crate::kernel::{Instructions, Kernel, Known, Substeps};
 use crate::real::Real;
 use crate::settings::Settings;
 use crate::system::{Model, Motion, State};
@@ -22,31 +22,28 @@ enum Method<R: Real> {
     Projected(xpbd::Scratch<R>),
 }
 
+/// The springs, compiled when they are needed first.
+#[derive(Clone, Debug)]
+struct Springs<R: Real> {
+    kernel: Option<Kernel<R>>,
+    instructions: Instructions,
+}
+
+impl<R: Real> Springs<R> {
+    fn of(&mut self, model: &Model<R>) -> &mut Kernel<R> {
+        self.kernel.get_or_insert_with(|| Kernel::new(model, self.instructions))
+    }
+}
+
 /// A method, and the springs compiled for it.
 #[derive(Clone, Debug)]
 pub(crate) struct Engine<R: Real> {
     method: Method<R>,
-    /// `None` until it is needed, and again after a change of springs.
-    kernel: Option<Kernel<R>>,
-    instructions: Instructions,
+    springs: Springs<R>,
     /// Whether the accelerations of velocity Verlet at the present state are known.
     warm: bool,
     /// Whether the kernel is at the present state.
     here: bool,
-}
-
-/// What the substeps of a step came to.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Substeps {
-    /// Energy taken away, joules.
-    pub(crate) counted: f64,
-    /// Whether anything touched a plane, and whether it did in the last substep.
-    pub(crate) touched: bool,
-    pub(crate) last_met: bool,
-    /// Whether the state is known to be inside the world.
-    pub(crate) inside: bool,
-    /// The particle for which an adaptive method gave up.
-    pub(crate) stuck: Option<usize>,
 }
 
 impl<R: Real> Engine<R> {
@@ -54,8 +51,7 @@ impl<R: Real> Engine<R> {
     pub(crate) fn new(integrator: Integrator, model: &Model<R>) -> Self {
         Engine {
             method: Method::new(integrator, model),
-            kernel: None,
-            instructions: Instructions::best(),
+            springs: Springs { kernel: None, instructions: Instructions::best() },
             warm: false,
             here: false,
         }
@@ -69,8 +65,7 @@ impl<R: Real> Engine<R> {
 
     /// Replaces the instructions.
     pub(crate) fn set_instructions(&mut self, instructions: Instructions) {
-        self.instructions = instructions;
-        self.kernel = None;
+        self.springs = Springs { kernel: None, instructions };
     }
 
     /// What the steps of an adaptive method have taken.
@@ -90,12 +85,12 @@ impl<R: Real> Engine<R> {
 
     /// Forgets the springs: they have changed.
     pub(crate) fn forget_springs(&mut self) {
-        self.kernel = None;
+        self.springs.kernel = None;
     }
 
     /// Takes over masses and pins, which may have changed.
     pub(crate) fn renew(&mut self, model: &Model<R>) {
-        if let Some(kernel) = &mut self.kernel {
+        if let Some(kernel) = &mut self.springs.kernel {
             kernel.renew(model);
         }
     }
@@ -113,27 +108,19 @@ impl<R: Real> Engine<R> {
         // What the next step may remember: accelerations that it would find again to the bit.
         let lasting = model.pushes.is_empty() && !damped;
         // A new kernel remembers nothing.
-        let warm = self.warm && (own_force.is_none() && self.kernel.is_some());
-        let known = Known { here: self.here && self.kernel.is_some(), warm, damped };
-        let Engine { method, kernel, instructions, .. } = self;
-        let kernel = kernel.get_or_insert_with(|| Kernel::new(model, *instructions));
-        let done = match (method, own_force) {
+        let (old, alone) = (self.springs.kernel.is_some(), own_force.is_none());
+        let known = Known { here: self.here && old, warm: self.warm && old && alone, damped };
+        let Engine { method, springs, .. } = self;
+        let parts = (model, settings, springs);
+        let (here, done) = match (method, own_force) {
             (Method::Explicit(method, _), None) => {
                 let substeps = (*method, settings.substep(), settings.substeps);
-                let Outcome { counted, touched, last_met, inside } =
-                    kernel.advance(model, substeps, known, state);
-                self.here = true;
-                Substeps { counted, touched, last_met, inside, stuck: None }
+                (true, parts.2.of(model).advance(model, substeps, known, state))
             }
-            (method, Some(own_force)) => {
-                self.here = false;
-                method.advance((model, settings, kernel), damped, state, own_force)
-            }
-            (method, None) => {
-                self.here = false;
-                method.advance((model, settings, kernel), damped, state, &mut |_, _| {})
-            }
+            (method, Some(own_force)) => (false, method.advance(parts, damped, state, own_force)),
+            (method, None) => (false, method.advance(parts, damped, state, &mut |_, _| {})),
         };
+        self.here = here;
         self.warm = lasting && !done.last_met;
         done
     }
@@ -164,13 +151,13 @@ impl<R: Real> Method<R> {
 
     fn advance(
         &mut self,
-        (model, settings, kernel): (&Model<R>, &Settings, &mut Kernel<R>),
+        (model, settings, springs): (&Model<R>, &Settings, &mut Springs<R>),
         damped: bool,
         state: &mut State<R>,
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
     ) -> Substeps {
         if let Method::Adaptive(scratch) = self {
-            let mut force = all_forces(model, kernel, own_force);
+            let mut force = all_forces(model, springs, own_force);
             let bounds = (settings.step, settings.tolerance);
             let Advance { counted, touched, stuck, .. } =
                 dormand_prince::advance(model, bounds, state, scratch, &mut force);
@@ -180,7 +167,7 @@ impl<R: Real> Method<R> {
         for substep in 0..settings.substeps {
             let known = (0 < substep, damped);
             done.counted +=
-                self.advance_substep((model, settings, kernel), known, state, own_force);
+                self.advance_substep((model, settings, springs), known, state, own_force);
             let h = R::of(settings.substep());
             let contacts = collision::resolve(model, h, self.forces(), state);
             done.counted += contacts.energy;
@@ -194,7 +181,7 @@ impl<R: Real> Method<R> {
     /// and drag, joules. `warm` and `damped` are those of [`Substep`].
     fn advance_substep(
         &mut self,
-        (model, settings, kernel): (&Model<R>, &Settings, &mut Kernel<R>),
+        (model, settings, springs): (&Model<R>, &Settings, &mut Springs<R>),
         (warm, damped): (bool, bool),
         state: &mut State<R>,
         own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
@@ -206,12 +193,12 @@ impl<R: Real> Method<R> {
                 let scratch = scratch.get_or_insert_with(|| explicit::Scratch::new(*method, count));
                 let (h, inverse_masses) = (R::of(h), &model.inverse_masses[..]);
                 let substep = Substep { h, inverse_masses, warm, damped };
-                let mut force = all_forces(model, kernel, own_force);
+                let mut force = all_forces(model, springs, own_force);
                 explicit::advance(*method, substep, state, scratch, &mut force)
             }
             Method::Implicit(method, scratch) => {
                 let substep = implicit::Substep { h, newton: settings.newton };
-                let mut force = all_forces(model, kernel, own_force);
+                let mut force = all_forces(model, springs, own_force);
                 implicit::advance(*method, (model, substep), state, scratch, &mut force)
             }
             Method::Projected(scratch) => {
@@ -231,11 +218,11 @@ impl<R: Real> Method<R> {
 /// returns the power taken away, watts.
 fn all_forces<'a, R: Real>(
     model: &'a Model<R>,
-    kernel: &'a mut Kernel<R>,
+    springs: &'a mut Springs<R>,
     own_force: &'a mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
 ) -> impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64 + 'a {
     move |motion, forces| {
-        let power = kernel.set_forces(model, motion, forces);
+        let power = springs.of(model).set_forces(model, motion, forces);
         own_force(motion, forces);
         power
     }

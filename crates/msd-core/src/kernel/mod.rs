@@ -2,7 +2,7 @@
 //!
 //! Read in this order:
 //!
-//! - [`pack`] and `x86`: a few numbers side by side, and what a processor does with them at once;
+//! - [`pack`], `records` and `x86`: a few numbers side by side, and what a processor does with them;
 //! - [`columns`]: positions as a column of x, one of y and one of z, instead of row after row;
 //! - [`plan`]: particles in slices of sixteen, and the springs of a slice in rows that reach as far
 //!   ahead or back (a lattice) or name each other end (anything else);
@@ -21,17 +21,18 @@
 //! ([`plan`]); and a slice writes only to its own slots ([`sweep`]).
 #![allow(unsafe_code)]
 
-mod columns;
-mod contact;
-mod dispatch;
+// In reading order.
 mod pack;
-mod plan;
 #[cfg(target_arch = "x86_64")]
 mod records;
-mod sweep;
-mod update;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+mod columns;
+mod plan;
+mod sweep;
+mod contact;
+mod update;
+mod dispatch;
 
 pub use dispatch::Instructions;
 
@@ -56,16 +57,18 @@ const NEAR_BYTES: usize = 1 << 19;
 /// Numbers in a record: position, nothing, velocity, nothing.
 const RECORD: usize = 8;
 
-/// What substeps came to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Outcome {
+/// What the substeps of a step came to.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Substeps {
     /// Energy taken away, joules.
     pub(crate) counted: f64,
     /// Whether anything touched a plane, and whether it did in the last substep.
     pub(crate) touched: bool,
     pub(crate) last_met: bool,
-    /// Whether every particle is inside the world and every velocity finite.
+    /// Whether every particle is known to be inside the world and every velocity finite.
     pub(crate) inside: bool,
+    /// The particle for which an adaptive method gave up.
+    pub(crate) stuck: Option<usize>,
 }
 
 /// What an advance may take for granted.
@@ -153,7 +156,7 @@ impl<R: Real> Kernel<R> {
         (method, h, substeps): (Explicit, f64, u32),
         Known { here, warm, damped }: Known,
         state: &mut State<R>,
-    ) -> Outcome {
+    ) -> Substeps {
         if !here {
             self.bring(state.motion());
         }
@@ -161,7 +164,7 @@ impl<R: Real> Kernel<R> {
         let step = R::of(h);
         self.planes.clear();
         self.planes.extend(model.planes.iter().map(|p| Planes::new(p, model.gravity, step)));
-        let mut outcome = Outcome::default();
+        let mut done = Substeps::default();
         if method == Explicit::VelocityVerlet {
             let phase = if warm { Phase::Warm } else { Phase::Cold };
             let tally = self.turn(model, Update::VelocityVerlet { h: step, phase, damped });
@@ -170,15 +173,15 @@ impl<R: Real> Kernel<R> {
         for substep in 0..substeps {
             let last = substep + 1 == substeps;
             let (power, met) = self.substep(model, (method, step), (last, damped));
-            outcome.counted += power * h + met.energy;
-            outcome.last_met = 0 < met.contacts;
-            outcome.touched |= outcome.last_met;
+            done.counted += power * h + met.energy;
+            done.last_met = 0 < met.contacts;
+            done.touched |= done.last_met;
         }
         self.fetch(POSITION, 0, &mut state.positions);
         self.fetch(VELOCITY, 0, &mut state.velocities);
-        outcome.inside =
+        done.inside =
             self.is_within(POSITION, model.extent) && self.is_within(VELOCITY, R::LARGEST);
-        outcome
+        done
     }
 
     /// Whether no number of three columns is larger than a bound; one that is not a number is.

@@ -95,6 +95,10 @@ impl<R: Real> Plan<R> {
             compiler.add_slice(&mut plan, begin as i32, lists);
             plan.starts.push(plan.rows.len() as u32);
         }
+        plan.rows.shrink_to_fit();
+        plan.values.shrink_to_fit();
+        plan.others.shrink_to_fit();
+        plan.starts.shrink_to_fit();
         plan
     }
 
