@@ -173,6 +173,23 @@ proptest! {
     }
 }
 
+/// What is swept in runs: borders in the first slice and in the last, and in between.
+#[test]
+fn lattices_have_the_bits_of_plain_loops() {
+    let material = Material { mass: 1.0, stiffness: 100.0, damping: 0.5 };
+    let block = |sides| shape::block(sides, 1.0, material).expect("small");
+    let cloth = shape::cloth([40, 37], 1.0, material).expect("small");
+    let chain = shape::rope(200, 1.0, material);
+    for part in [block([9, 8, 7]), block([1, 20, 3]), cloth, chain.expect("small")] {
+        let mut scene = Scene::of("lattice", part);
+        scene.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
+        check_forces::<f32>(&scene);
+        check_forces::<f64>(&scene);
+        check_steps::<f32>(&scene, &[]);
+        check_steps::<f64>(&scene, &[]);
+    }
+}
+
 /// A lattice with a hand on it, cut twice.
 #[test]
 fn grabs_pushes_and_cuts_have_the_bits_of_plain_loops() {

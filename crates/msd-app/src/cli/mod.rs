@@ -49,6 +49,12 @@ pub fn run_program() -> ExitCode {
 }
 
 fn run_command(arguments: Arguments) -> Result<(), Failure> {
+    // These tell what a setting costs, or run many things at once: each on one thread.
+    use Command::{Extremes, Study, Sweep, Tune};
+    if let Some(Study(_) | Tune(_) | Sweep(_) | Extremes(_)) = arguments.command {
+        let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
+        alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
+    }
     match arguments.command {
         Some(Command::View { scene }) => view(scene),
         None => view(arguments.scene),

@@ -90,8 +90,8 @@ pub(super) struct Start<R> {
 }
 
 impl<R> Start<R> {
-    /// The number in a slot of a column.
+    /// The number in a slot of a column; one before the first slot is a number below zero, wrapped.
     pub(super) fn at(self, column: usize, slot: usize) -> *mut R {
-        self.first.wrapping_add(column * self.stride + slot)
+        self.first.wrapping_add(column * self.stride).wrapping_add(slot)
     }
 }

@@ -2,23 +2,23 @@
 //!
 //! Read in this order:
 //!
-//! - [`pack`], `records` and `x86`: a few numbers side by side, and what a processor does with them;
-//! - [`columns`]: positions as a column of x, one of y and one of z, instead of row after row;
-//! - [`plan`]: particles in slices of sixteen, and the springs of a slice in rows that reach as far
+//! - `pack`, `records` and `x86`: a few numbers side by side, and what a processor does with them;
+//! - `columns`: positions as a column of x, one of y and one of z, instead of row after row;
+//! - `plan`: particles in slices of sixteen, and the springs of a slice in rows that reach as far
 //!   ahead or back (a lattice) or name each other end (anything else);
-//! - [`sweep`]: what happens to a slice: the springs of its rows pull, each evaluated from both ends
+//! - `sweep`: what happens to a slice: the springs of its rows pull, each evaluated from both ends
 //!   so that no two slices write to the same place, and at once
-//! - [`update`] moves its particles on, and [`contact`] keeps them out of planes;
-//! - [`dispatch`]: the same code compiled once for each set of instructions, and chosen here.
+//! - `update` moves its particles on, and `contact` keeps them out of planes;
+//! - `dispatch`: the same code compiled once for each set of instructions, and chosen here.
 //!
 //! Nothing outside this module knows about slots, lanes or packs, and all its results have the bits
-//! of the plain loops in [`crate::forces`], [`crate::explicit`] and [`crate::collision`], which are
+//! of the plain loops in `crate::forces`, [`crate::explicit`] and [`crate::collision`], which are
 //! its oracle: no operation is fused or approximate, and each particle sums in the same order. Only
 //! the energy taken away, a sum over all springs, may differ in rounding.
 //!
 //! Every use of `unsafe` in this crate is here. It rests on three promises: a pack of a processor's
-//! own is made only after the processor was asked ([`dispatch`]); rows reach only what is in columns
-//! ([`plan`]); and a slice writes only to its own slots ([`sweep`]).
+//! own is made only after the processor was asked (`dispatch`); rows reach only what is in columns
+//! (`plan`); and a slice writes only to its own slots (`sweep`).
 #![allow(unsafe_code)]
 
 // In reading order.

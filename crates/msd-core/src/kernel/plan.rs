@@ -284,3 +284,29 @@ fn near_order(incidence: &Incidence, count: usize) -> Vec<u32> {
 
 /// Particles that are sorted by their number of springs: few enough to stay near each other.
 const WINDOW: usize = 128;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::part::Material;
+    use crate::scene::Scene;
+    use crate::shape;
+
+    fn rows(sides: [usize; 3]) -> Vec<Row> {
+        let material = Material { mass: 1.0, stiffness: 1.0, damping: 1.0 };
+        let scene = Scene::of("block", shape::block(sides, 1.0, material).expect("small"));
+        let (model, _) = Model::<f32>::new(&scene).expect("a valid scene");
+        Plan::new(&model).rows
+    }
+
+    #[test]
+    fn a_lattice_is_runs_alone_and_about_as_many_as_a_particle_has_springs() {
+        for (sides, springs) in [([31, 31, 1], 8), ([10, 10, 10], 26), ([1, 1, 100], 2)] {
+            let slices = (sides[0] * sides[1] * sides[2]).div_ceil(LANES);
+            let rows = rows(sides);
+            let runs = rows.iter().filter(|row| matches!(row.reach, Reach::Run(_))).count();
+            assert_eq!(runs, rows.len(), "{sides:?}");
+            assert!(rows.len() <= slices * springs, "{sides:?}: {} rows", rows.len());
+        }
+    }
+}

@@ -1,6 +1,6 @@
 //! What happens to one slice? The springs of its rows pull, and its particles move on.
 //!
-//! A sweep reads one set of columns and writes another, so that its slices may be done in any order,
+//! A sweep reads one set of columns and writes another, so that its slices may be done in any order
 //! and by any number of threads.
 
 use super::columns::Start;
