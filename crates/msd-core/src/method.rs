@@ -68,8 +68,7 @@ impl<R: Real> Method<R> {
             }
             Method::Implicit(method, scratch) => {
                 let substep = implicit::Substep { h, newton: settings.newton };
-                let mut force = all_forces(model, kernel, own_force);
-                implicit::advance(*method, (model, substep), state, scratch, &mut force)
+                implicit::advance(*method, (model, substep, kernel), state, scratch, own_force)
             }
             Method::Projected(scratch) => {
                 let mut external = |motion: Motion<'_, R>, forces: &mut [R::Vec3]| {

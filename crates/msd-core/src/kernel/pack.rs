@@ -58,6 +58,7 @@ pub(super) trait Pack<R: Real>:
     fn abs(self) -> Self;
 
     /// Adds each lane to the sum of its own.
+    #[inline(always)]
     fn add_to(self, sums: &mut [f64]) {
         let mut lanes = [R::ZERO; LANES];
         // SAFETY: no pack is longer.
