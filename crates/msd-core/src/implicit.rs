@@ -105,14 +105,16 @@ pub fn advance<R: Real>(
         own_force(scratch.stage.motion(), &mut scratch.forces);
         improve((model, kernel), (tau, goal), state, scratch);
     }
-    set_stage_positions(tau, state, &mut scratch.stage);
     let Scratch { stage, holds, .. } = scratch;
     let two = R::ONE + R::ONE;
-    for (row, &velocity) in stage.velocities.iter().enumerate() {
-        state.positions[row] += velocity * h;
-        state.velocities[row] = match method {
-            Implicit::BackwardEuler => velocity,
-            Implicit::Midpoint => velocity * two - state.velocities[row],
+    let stage_rows = stage.positions.iter_mut().zip(&stage.velocities);
+    let rows = state.positions.iter_mut().zip(&mut state.velocities).zip(stage_rows);
+    for ((position, velocity), (stage_position, &stage_velocity)) in rows {
+        *stage_position = *position + stage_velocity * tau;
+        *position += stage_velocity * h;
+        *velocity = match method {
+            Implicit::BackwardEuler => stage_velocity,
+            Implicit::Midpoint => stage_velocity * two - *velocity,
         };
     }
     let power = kernel.damper_power(model, stage.motion()) + drag_power(model, &stage.velocities);
@@ -131,9 +133,9 @@ fn improve<R: Real>(
     kernel.linearise(model, tau);
     let velocities = stage.velocities.iter().zip(&state.velocities);
     let rows = velocities.zip(forces).zip(&model.masses);
-    kernel.set_residuals(rows.map(|(((&now, &before), force), &mass)| {
-        *force * tau - (now - before) * mass
-    }));
+    kernel.set_residuals(
+        rows.map(|(((&now, &before), force), &mass)| *force * tau - (now - before) * mass),
+    );
     holds.add_friction(model, &stage.velocities, kernel);
     holds.restrict_blocks(kernel);
     let mut first = None;
@@ -153,8 +155,9 @@ fn improve<R: Real>(
 const PASSES: usize = 4;
 
 fn set_stage_positions<R: Real>(tau: R, state: &State<R>, stage: &mut State<R>) {
-    for (row, position) in stage.positions.iter_mut().enumerate() {
-        *position = state.positions[row] + stage.velocities[row] * tau;
+    let rows = stage.positions.iter_mut().zip(&stage.velocities).zip(&state.positions);
+    for ((stage_position, &velocity), &position) in rows {
+        *stage_position = position + velocity * tau;
     }
 }
 

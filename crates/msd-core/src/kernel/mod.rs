@@ -252,8 +252,22 @@ impl<R: Real> Kernel<R> {
     /// Copies a motion into the first columns, and into records if there are any.
     fn bring(&mut self, motion: Motion<'_, R>) {
         for (column, vectors) in [(POSITION, motion.positions), (VELOCITY, motion.velocities)] {
-            let columns = self.motions[0].three_mut(column);
-            spread(self.plan.slots(), columns, vectors.iter().copied());
+            let mut columns = self.motions[0].three_mut(column);
+            if self.plan.slots().is_some() {
+                spread(self.plan.slots(), columns, vectors.iter().copied());
+                continue;
+            }
+            // Four at a time, which a compiler turns into a transposition.
+            let (fours, rest) = vectors.as_chunks::<4>();
+            for (place, four) in fours.iter().enumerate() {
+                let four = four.map(Vector::components);
+                for (axis, column) in columns.iter_mut().enumerate() {
+                    let to = &mut column[4 * place..4 * place + 4];
+                    to.copy_from_slice(&four.map(|vector| vector[axis]));
+                }
+            }
+            let columns = columns.map(|column| &mut column[4 * fours.len()..]);
+            spread(None, columns, rest.iter().copied());
         }
         if !self.plan.others.is_empty() {
             let [from, _] = &self.motions;
