@@ -13,6 +13,7 @@ use crate::xpbd;
 
 /// A method with its work columns.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each simulation")]
 pub(crate) enum Method<R: Real> {
     Explicit(Explicit, explicit::Scratch<R>),
     Adaptive(dormand_prince::Scratch<R>),

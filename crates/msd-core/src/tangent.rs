@@ -159,8 +159,8 @@ pub(crate) fn grab_weight<R: Real>(
     }
 }
 
-/// The inverse of a symmetric positive matrix by cofactors, and whether it is sound: the numbers xx,
-/// xy, xz, yy, yz and zz of both. Where it is not, there is [`steady_inverse`].
+/// The inverse of a symmetric positive matrix by cofactors, and whether it is sound: the numbers
+/// xx, xy, xz, yy, yz and zz of both. Where it is not, there is [`steady_inverse`].
 ///
 /// In double precision: a stiff spring and a light particle differ by more than 2^24.
 #[inline(always)]

@@ -51,7 +51,7 @@ impl<R: Real> Kernel<R> {
         self.run(model, Task::Linearise { tau });
     }
 
-    /// Overwrites `product` with that of the matrix and `x`, and returns the scalar product of both.
+    /// Overwrites `product` with that of the matrix and `x`, and returns their scalar product.
     ///
     /// The same numbers as [`crate::tangent::Tangent::set_product`].
     pub fn set_product(&mut self, model: &Model<R>, x: &[R::Vec3], product: &mut [R::Vec3]) -> f64 {

@@ -1,8 +1,8 @@
 //! What does an implicit method do to a slice? It multiplies with its part of the matrix, and moves
 //! its part of a solution on.
 //!
-//! The products have the bits of [`crate::tangent`]: each spring is met from both ends, in the order
-//! of the model. A sum over all particles, as of the scalar product of
+//! The products have the bits of [`crate::tangent`]: each spring is met from both ends, in the
+//! order of the model. A sum over all particles, as of the scalar product of
 //! two columns, is one sum in `f64` for each lane of a part, whatever the instructions.
 
 use super::columns::Start;
@@ -21,7 +21,7 @@ pub(super) const CHANGE: usize = 4;
 pub(super) const DIRECTION: usize = 7;
 pub(super) const PRODUCT: usize = 10;
 const AIM: usize = 13;
-/// Inverses of the blocks of particles, the numbers of [`inverse`], and what contact leaves of them.
+/// Inverses of the blocks of particles, six numbers each, and what contact leaves of them.
 pub(super) const INVERSE: usize = 16;
 pub(super) const HELD: usize = 22;
 /// How many columns that is.
@@ -33,7 +33,7 @@ pub(super) const LINK: usize = 5;
 /// What a task needs to know.
 #[derive(Clone, Copy)]
 pub(super) struct Matrix<'a, R: Real> {
-    /// From is a motion for [`Task::Linearise`] and [`Task::Damp`] and the direction for others; own
+    /// From is a motion for [`Task::Linearise`] and [`Task::Damp`], the direction for others; own
     /// are the columns of the solve.
     pub(super) job: Job<'a, R>,
     pub(super) links: Start<R>,
@@ -46,7 +46,7 @@ pub(super) struct Matrix<'a, R: Real> {
 pub(super) enum Task<R> {
     /// Makes the matrix about a motion for a stage of `tau` seconds.
     Linearise { tau: R },
-    /// Starts in the direction of the residual times the blocks; sums its product with the residual.
+    /// Starts in the direction of the residual times the blocks; sums its product with that.
     Aim,
     /// Multiplies the direction with the matrix; sums its product with the direction.
     Multiply,
