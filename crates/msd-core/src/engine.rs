@@ -14,6 +14,7 @@ use crate::xpbd;
 
 /// A method with its work columns.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each simulation")]
 enum Method<R: Real> {
     /// Columns are made when a caller's own force first needs them: [`Kernel`] has those of others.
     Explicit(Explicit, Option<explicit::Scratch<R>>),
@@ -198,8 +199,8 @@ impl<R: Real> Method<R> {
             }
             Method::Implicit(method, scratch) => {
                 let substep = implicit::Substep { h, newton: settings.newton };
-                let mut force = all_forces(model, springs, own_force);
-                implicit::advance(*method, (model, substep), state, scratch, &mut force)
+                let parts = (model, substep, springs.of(model));
+                implicit::advance(*method, parts, state, scratch, own_force)
             }
             Method::Projected(scratch) => {
                 let mut external = |motion: Motion<'_, R>, forces: &mut [R::Vec3]| {

@@ -28,13 +28,12 @@
 //! What lies on a plane is held in the solve, with Coulomb friction: a block at rest is in balance
 //! at any step, where [`crate::collision`] alone would let it sag by some g h² per substep.
 
-use crate::conjugate::{Goal, Solve};
-use crate::forces;
+use crate::conjugate::{self, Goal};
 use crate::integrator::Implicit;
+use crate::kernel::Kernel;
 use crate::real::{Real, Vector};
 use crate::resting::Holds;
 use crate::system::{Model, Motion, State};
-use crate::tangent::Tangent;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -44,8 +43,6 @@ pub struct Scratch<R: Real> {
     forces: Vec<R::Vec3>,
     /// The motion of the stage, x + τ u and u.
     stage: State<R>,
-    tangent: Tangent<R>,
-    solve: Solve<R>,
     holds: Holds<R>,
 }
 
@@ -57,8 +54,6 @@ impl<R: Real> Scratch<R> {
         Scratch {
             forces: column(),
             stage: State { positions: column(), velocities: column() },
-            tangent: Tangent::new(model),
-            solve: Solve::new(count),
             holds: Holds::new(model),
         }
     }
@@ -84,14 +79,13 @@ pub struct Substep {
 /// Linear momentum is kept to the tolerance of the solve, 1e-3 of the impulses in a substep for
 /// backward Euler and 1e-6 for the midpoint rule.
 ///
-/// `force` overwrites its last argument with all forces at a motion, newtons, and returns the power
-/// taken away, watts.
+/// `own_force` adds to its last argument what the model does not know of, newtons.
 pub fn advance<R: Real>(
     method: Implicit,
-    (model, substep): (&Model<R>, Substep),
+    (model, substep, kernel): (&Model<R>, Substep, &mut Kernel<R>),
     state: &mut State<R>,
     scratch: &mut Scratch<R>,
-    force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]) -> f64,
+    own_force: &mut impl FnMut(Motion<'_, R>, &mut [R::Vec3]),
 ) -> f64 {
     let h = R::of(substep.h);
     // What a solve leaves undone is a kick of h a times the tolerance, in every substep: an error
@@ -107,51 +101,52 @@ pub fn advance<R: Real>(
     scratch.holds.restrict(&mut scratch.stage.velocities);
     for _ in 0..substep.newton {
         set_stage_positions(tau, state, &mut scratch.stage);
-        force(scratch.stage.motion(), &mut scratch.forces);
-        improve(model, (tau, goal), state, scratch);
+        kernel.set_forces(model, scratch.stage.motion(), &mut scratch.forces);
+        own_force(scratch.stage.motion(), &mut scratch.forces);
+        improve((model, kernel), (tau, goal), state, scratch);
     }
-    set_stage_positions(tau, state, &mut scratch.stage);
     let Scratch { stage, holds, .. } = scratch;
     let two = R::ONE + R::ONE;
-    for (row, &velocity) in stage.velocities.iter().enumerate() {
-        state.positions[row] += velocity * h;
-        state.velocities[row] = match method {
-            Implicit::BackwardEuler => velocity,
-            Implicit::Midpoint => velocity * two - state.velocities[row],
+    let stage_rows = stage.positions.iter_mut().zip(&stage.velocities);
+    let rows = state.positions.iter_mut().zip(&mut state.velocities).zip(stage_rows);
+    for ((position, velocity), (stage_position, &stage_velocity)) in rows {
+        *stage_position = *position + stage_velocity * tau;
+        *position += stage_velocity * h;
+        *velocity = match method {
+            Implicit::BackwardEuler => stage_velocity,
+            Implicit::Midpoint => stage_velocity * two - *velocity,
         };
     }
-    let power = forces::damper_power(model, stage.motion()) + drag_power(model, &stage.velocities);
+    let power = kernel.damper_power(model, stage.motion()) + drag_power(model, &stage.velocities);
     let rubbed = holds.friction_energy(&stage.velocities) * (h / tau).to_f64();
     power * substep.h + rubbed + holds.settle(model, state)
 }
 
 /// One Newton iteration: changes the velocities of the stage.
 fn improve<R: Real>(
-    model: &Model<R>,
+    (model, kernel): (&Model<R>, &mut Kernel<R>),
     (tau, goal): (R, Goal),
     state: &State<R>,
     scratch: &mut Scratch<R>,
 ) {
-    let Scratch { forces, stage, tangent, solve, holds } = scratch;
-    for (row, residual) in solve.residual.iter_mut().enumerate() {
-        let gained = stage.velocities[row] - state.velocities[row];
-        *residual = forces[row] * tau - gained * model.masses[row];
-    }
-    solve.change.fill(R::Vec3::ZERO);
-    tangent.linearise(model, stage.motion(), tau);
-    holds.add_friction(model, &stage.velocities, &mut solve.residual);
-    holds.restrict_blocks(tangent.inverses(), &mut solve.blocks);
-    let first = solve.aim();
+    let Scratch { forces, stage, holds } = scratch;
+    kernel.linearise(model, tau);
+    let velocities = stage.velocities.iter().zip(&state.velocities);
+    let rows = velocities.zip(forces).zip(&model.masses);
+    kernel.set_residuals(
+        rows.map(|(((&now, &before), force), &mass)| *force * tau - (now - before) * mass),
+    );
+    holds.add_friction(model, &stage.velocities, kernel);
+    holds.restrict_blocks(kernel);
+    let mut first = None;
     for _ in 0..PASSES {
-        solve.run((tangent, &model.ends), goal, first);
-        if !holds.review(model, &stage.velocities, solve) {
+        first = Some(conjugate::solve(model, kernel, goal, first));
+        if !holds.review(model, &stage.velocities, kernel) {
             break;
         }
-        holds.restrict_blocks(tangent.inverses(), &mut solve.blocks);
+        holds.restrict_blocks(kernel);
     }
-    for (velocity, &change) in stage.velocities.iter_mut().zip(&solve.change) {
-        *velocity += change;
-    }
+    kernel.add_changes(&mut stage.velocities);
     holds.restrict(&mut stage.velocities);
 }
 
@@ -160,8 +155,9 @@ fn improve<R: Real>(
 const PASSES: usize = 4;
 
 fn set_stage_positions<R: Real>(tau: R, state: &State<R>, stage: &mut State<R>) {
-    for (row, position) in stage.positions.iter_mut().enumerate() {
-        *position = state.positions[row] + stage.velocities[row] * tau;
+    let rows = stage.positions.iter_mut().zip(&stage.velocities).zip(&state.positions);
+    for ((stage_position, &velocity), &position) in rows {
+        *stage_position = position + velocity * tau;
     }
 }
 

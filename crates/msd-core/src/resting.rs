@@ -10,7 +10,7 @@
 //! solve. Slowing a particle after the solve, as [`crate::collision`] does, would compare the
 //! momentum of one particle with the weight of all above it, and hold a stiff block too well.
 
-use crate::conjugate::Solve;
+use crate::kernel::Kernel;
 use crate::real::{Real, Vector};
 use crate::scene::Friction;
 use crate::system::{Model, PlaneColumn, State};
@@ -83,12 +83,13 @@ impl<R: Real> Holds<R> {
     }
 
     /// Keeps a solve from entering the directions that are held.
-    pub(crate) fn restrict_blocks(&self, inverses: &[[R::Vec3; 3]], blocks: &mut [[R::Vec3; 3]]) {
-        blocks.copy_from_slice(inverses);
+    pub(crate) fn restrict_blocks(&self, kernel: &mut Kernel<R>) {
+        kernel.release();
         for hold in &self.rows {
             // S P S by columns: S P, its rows as columns since both are symmetric, and S again.
-            let half = transpose::<R>(blocks[hold.particle].map(|column| hold.project(column)));
-            blocks[hold.particle] = half.map(|column| hold.project(column));
+            let inverse = kernel.inverse(hold.particle);
+            let half = transpose::<R>(inverse.map(|column| hold.project(column)));
+            kernel.hold(hold.particle, half.map(|column| hold.project(column)));
         }
     }
 
@@ -98,17 +99,16 @@ impl<R: Real> Holds<R> {
         &mut self,
         model: &Model<R>,
         velocities: &[R::Vec3],
-        residual: &mut [R::Vec3],
+        kernel: &mut Kernel<R>,
     ) {
         for hold in &mut self.rows {
             if hold.stuck || !hold.is_rough(model) {
                 continue;
             }
-            let here = &mut residual[hold.particle];
-            let (pushes, _) = hold.pushes(model, -*here);
+            let (pushes, _) = hold.pushes(model, -kernel.residual(hold.particle));
             let budget = hold.budget(model, pushes);
             hold.friction = slowing::<R>(hold.free(velocities[hold.particle]), budget);
-            *here += hold.friction;
+            kernel.add_residual(hold.particle, hold.friction);
         }
     }
 
@@ -118,15 +118,15 @@ impl<R: Real> Holds<R> {
         &mut self,
         model: &Model<R>,
         velocities: &[R::Vec3],
-        solve: &mut Solve<R>,
+        kernel: &mut Kernel<R>,
     ) -> bool {
         let mut changed = false;
         for hold in &mut self.rows {
             let particle = hold.particle;
-            let velocity = velocities[particle] + solve.change[particle];
+            let velocity = velocities[particle] + kernel.change(particle);
             let before = hold.friction;
-            changed |= hold.review(model, velocity, -solve.residual[particle]);
-            solve.residual[particle] += hold.friction - before;
+            changed |= hold.review(model, velocity, -kernel.residual(particle));
+            kernel.add_residual(particle, hold.friction - before);
         }
         self.rows.retain(|hold| 0 < hold.count);
         changed

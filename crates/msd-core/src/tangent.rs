@@ -4,7 +4,7 @@
 //! is a coefficient along and one across for each spring, and one for each particle.
 
 use crate::real::{Real, Vector};
-use crate::system::{Model, Motion};
+use crate::system::{Grab, Model, Motion};
 use alloc::vec;
 use alloc::vec::Vec;
 use glam::DVec3;
@@ -66,11 +66,8 @@ impl<R: Real> Tangent<R> {
         self.diagonals.extend(model.masses.iter().map(|&mass| mass + tau * model.drag));
         for grab in &model.grabs {
             let particle = grab.particle as usize;
-            let pull = (grab.target - motion.positions[particle]) * grab.stiffness
-                - motion.velocities[particle] * grab.damping;
-            if pull.dot(pull) <= grab.max_force * grab.max_force {
-                self.diagonals[particle] += tau * (tau * grab.stiffness + grab.damping);
-            }
+            let here = (motion.positions[particle], motion.velocities[particle]);
+            self.diagonals[particle] += grab_weight(grab, here, tau);
         }
     }
 
@@ -92,12 +89,12 @@ impl<R: Real> Tangent<R> {
         }
         for (block, &inverse_mass) in self.inverses.iter_mut().zip(&model.inverse_masses) {
             let pinned = inverse_mass == R::ZERO;
-            *block = if pinned { [R::Vec3::ZERO; 3] } else { inverse::<R>(*block) };
+            *block = if pinned { [R::Vec3::ZERO; 3] } else { inverse_block::<R>(*block) };
         }
     }
 
     /// The inverse of the block of each particle, columns; zero where the particle is pinned.
-    pub(crate) fn inverses(&self) -> &[[R::Vec3; 3]] {
+    pub fn inverses(&self) -> &[[R::Vec3; 3]] {
         &self.inverses
     }
 
@@ -129,40 +126,76 @@ fn link<R: Real>(model: &Model<R>, spring: usize, motion: Motion<'_, R>, tau: R)
         return Link { direction: R::Vec3::ZERO, along: R::ZERO, across: R::ZERO };
     }
     let length = squared.sqrt();
-    let direction = across * (R::ONE / length);
+    let per_length = R::ONE / length;
+    let direction = across * per_length;
     let rate = direction.dot(motion.velocities[b] - motion.velocities[a]);
     let (stiffness, damping) = (model.stiffnesses.get(spring), model.dampings.get(spring));
     let tension = stiffness * (length - model.rest_lengths[spring]) + damping * rate;
-    let across = tau * tau * (tension / length).max(R::ZERO);
+    let across = tau * tau * (tension * per_length).max(R::ZERO);
     Link { direction, along: tau * (tau * stiffness + damping) - across, across }
 }
 
-/// The inverse of a symmetric positive matrix, by cofactors.
-///
-/// A mass that is rounded away beside a stiff spring leaves a matrix without inverse, or with one
-/// that is not positive, which would end the solve before it begins. Then so much is added to the
-/// diagonal that rounding cannot matter: what is inverted only steers the solve.
-fn inverse<R: Real>(columns: [R::Vec3; 3]) -> [R::Vec3; 3] {
-    // In double precision: a stiff spring and a light particle differ by more than 2^24.
-    let [a, b, c] = columns.map(Vector::to_f64);
-    let scale = 1.0 / (a.x + b.y + c.z);
-    let mut columns = [a * scale, b * scale, c * scale];
-    let rounding = 8.0 * R::EPSILON.to_f64();
-    let (mut found, mut determinant) = cofactors(columns);
-    // About the smallest eigenvalue: the determinant over the sum of products of two.
-    let minors = |[bc, ca, ab]: [DVec3; 3]| bc.x + ca.y + ab.z;
-    if determinant <= rounding * minors(found) || minors(found) <= rounding {
-        for (column, axis) in columns.iter_mut().zip([DVec3::X, DVec3::Y, DVec3::Z]) {
-            *column += axis * rounding;
-        }
-        (found, determinant) = cofactors(columns);
-    }
-    let factor = scale / determinant;
-    found.map(|column| R::Vec3::of(column * factor))
+/// The inverse of a block by columns.
+fn inverse_block<R: Real>(block: [R::Vec3; 3]) -> [R::Vec3; 3] {
+    let [a, b, c] = block.map(Vector::to_f64);
+    let block = [a.x, a.y, a.z, b.y, b.z, c.z];
+    let (found, sound) = inverse::<R>(block);
+    let [xx, xy, xz, yy, yz, zz] = if sound { found } else { steady_inverse::<R>(block) };
+    let columns = [DVec3::new(xx, xy, xz), DVec3::new(xy, yy, yz), DVec3::new(xz, yz, zz)];
+    columns.map(R::Vec3::of)
 }
 
-/// The columns of cofactors of a symmetric matrix, and its determinant.
-fn cofactors([a, b, c]: [DVec3; 3]) -> ([DVec3; 3], f64) {
-    let (bc, ca, ab) = (Vector::cross(b, c), Vector::cross(c, a), Vector::cross(a, b));
-    ([bc, ca, ab], Vector::dot(a, bc))
+/// What a grab adds to the matrix for its particle at a motion, kilograms.
+pub(crate) fn grab_weight<R: Real>(
+    grab: &Grab<R>,
+    (position, velocity): (R::Vec3, R::Vec3),
+    tau: R,
+) -> R {
+    let pull = (grab.target - position) * grab.stiffness - velocity * grab.damping;
+    if pull.dot(pull) <= grab.max_force * grab.max_force {
+        tau * (tau * grab.stiffness + grab.damping)
+    } else {
+        R::ZERO
+    }
+}
+
+/// The inverse of a symmetric positive matrix by cofactors, and whether it is sound: the numbers
+/// xx, xy, xz, yy, yz and zz of both. Where it is not, there is [`steady_inverse`].
+///
+/// In double precision: a stiff spring and a light particle differ by more than 2^24.
+#[inline(always)]
+pub(crate) fn inverse<R: Real>(block: [f64; 6]) -> ([f64; 6], bool) {
+    let scale = 1.0 / (block[0] + block[3] + block[5]);
+    let (found, determinant) = cofactors(block.map(|number| number * scale));
+    // About the smallest eigenvalue: the determinant over the sum of products of two.
+    let minors = found[0] + found[3] + found[5];
+    let rounding = rounding::<R>();
+    let sound = (rounding * minors < determinant) & (rounding < minors);
+    let factor = scale / determinant;
+    (found.map(|cofactor| cofactor * factor), sound)
+}
+
+/// The inverse of a matrix that rounding left without one, or with one that is not positive, which
+/// would end a solve before it begins: a mass was rounded away beside a stiff spring.
+///
+/// So much is added to the diagonal that rounding cannot matter: an inverse only steers the solve.
+pub(crate) fn steady_inverse<R: Real>(block: [f64; 6]) -> [f64; 6] {
+    let scale = 1.0 / (block[0] + block[3] + block[5]);
+    let mut block = block.map(|number| number * scale);
+    [0, 3, 5].into_iter().for_each(|number| block[number] += rounding::<R>());
+    let (found, determinant) = cofactors(block);
+    found.map(|cofactor| cofactor * (scale / determinant))
+}
+
+/// What rounding may leave of an eigenvalue, as a fraction of the trace.
+fn rounding<R: Real>() -> f64 {
+    8.0 * R::EPSILON.to_f64()
+}
+
+/// The cofactors of a symmetric matrix, and its determinant.
+#[inline(always)]
+fn cofactors([xx, xy, xz, yy, yz, zz]: [f64; 6]) -> ([f64; 6], f64) {
+    let (a, b, c) = (yy * zz - yz * yz, yz * xz - xy * zz, xy * yz - yy * xz);
+    let (d, e, f) = (zz * xx - xz * xz, xz * xy - yz * xx, xx * yy - xy * xy);
+    ([a, b, c, d, e, f], xx * a + xy * b + xz * c)
 }

@@ -4,6 +4,7 @@ use super::LANES;
 use crate::real::Real;
 use alloc::vec;
 use alloc::vec::Vec;
+use core::ops::Range;
 
 /// As many numbers as a slice, aligned to a line of the cache.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +65,13 @@ impl<R: Real> Columns<R> {
         [x, y, z].map(|column| &mut column[LANES..stride - LANES])
     }
 
+    /// Copies columns over others.
+    pub(super) fn copy(&mut self, columns: Range<usize>, to: usize) {
+        let stride = self.stride;
+        let from = columns.start * stride..columns.end * stride;
+        self.flat_mut().copy_within(from, to * stride);
+    }
+
     /// Whether there are so many columns.
     pub(super) fn has(&self, columns: usize) -> bool {
         self.slices.len() * LANES == columns * self.stride
@@ -89,7 +97,12 @@ pub(super) struct Start<R> {
     stride: usize,
 }
 
-impl<R> Start<R> {
+impl<R: Copy> Start<R> {
+    /// The same columns without the first few.
+    pub(super) fn from(self, column: usize) -> Self {
+        Start { first: self.at(column, 0), ..self }
+    }
+
     /// The number in a slot of a column; one before the first slot is a number below zero, wrapped.
     pub(super) fn at(self, column: usize, slot: usize) -> *mut R {
         self.first.wrapping_add(column * self.stride).wrapping_add(slot)

@@ -1,6 +1,7 @@
 //! Which instructions does this machine have? The same sweep, compiled once for each of them.
 
 use super::pack::{Pack, Plain};
+use super::solve::{self, Matrix, Task};
 use super::sweep::{Job, Tally, sweep};
 use super::update::{self, Update};
 #[cfg(target_arch = "x86_64")]
@@ -108,35 +109,21 @@ pub(super) unsafe fn run<R: Real>(
 #[cfg(feature = "parallel")]
 const ROWS_WORTH_THREADS: usize = 3000;
 
-/// # Safety
-/// See [`sweep`]: the processor has the instructions.
-unsafe fn run_part<R: Real>(
+/// Does one task of a solve; returns what it sums up.
+///
+/// The instructions must be within reach, and the matrix the only user of its columns.
+pub(super) fn run_task<R: Real>(
     instructions: Instructions,
-    job: &Job<'_, R>,
-    update: Update<R>,
-    slices: Range<usize>,
-) -> Tally {
-    let (job, update) = (core::ptr::from_ref(job), core::ptr::from_ref(&update));
-    // Only code for one scalar is compiled here; that for any would be compiled by every user.
-    macro_rules! cast_to {
-        ($name:ident) => {
-            // SAFETY: the caller's promise; the scalar is this one.
-            unsafe { $name(&*job.cast(), *update.cast(), slices) }
-        };
-    }
-    let single = TypeId::of::<R>() == TypeId::of::<f32>();
-    match (instructions, single) {
-        #[cfg(target_arch = "x86_64")]
-        (Instructions::Avx2, true) => cast_to!(avx2_f32),
-        #[cfg(target_arch = "x86_64")]
-        (Instructions::Avx2, false) => cast_to!(avx2_f64),
-        #[cfg(target_arch = "x86_64")]
-        (Instructions::Avx512, true) => cast_to!(avx512_f32),
-        #[cfg(target_arch = "x86_64")]
-        (Instructions::Avx512, false) => cast_to!(avx512_f64),
-        (_, true) => cast_to!(plain_f32),
-        (_, false) => cast_to!(plain_f64),
-    }
+    matrix: &Matrix<'_, R>,
+    task: Task<R>,
+) -> f64 {
+    let slices = matrix.job.plan.slices();
+    let part = |part: usize| {
+        let range = part * PART..(part * PART + PART).min(slices);
+        // SAFETY: the caller's promises.
+        unsafe { run_task_part(instructions, matrix, task, range) }
+    };
+    (0..parts(slices)).map(part).sum()
 }
 
 /// Calls the sweep that was compiled for an update and for what a plan has.
@@ -176,29 +163,91 @@ unsafe fn specialised<R: Real, P: Pack<R>>(
     }
 }
 
+/// Calls the code that was compiled for a task and for what a plan has.
+///
+/// # Safety
+/// See [`sweep`].
+#[inline(always)]
+unsafe fn specialised_task<R: Real, P: Pack<R>>(
+    matrix: &Matrix<'_, R>,
+    task: Task<R>,
+    slices: Range<usize>,
+) -> f64 {
+    // SAFETY: the caller's promise.
+    unsafe {
+        if matrix.job.plan.others.is_empty() {
+            solve::run::<R, P, false>(matrix, task, slices)
+        } else {
+            solve::run::<R, P, true>(matrix, task, slices)
+        }
+    }
+}
+
+/// Only code for one scalar is compiled here; that for any would be compiled by every user.
+macro_rules! cast_to {
+    ($compiled:ident, $job:ident, $with:ident, $slices:ident) => {
+        // SAFETY: the caller's promise; the scalar is this one.
+        unsafe { $compiled(&*$job.cast(), *$with.cast(), $slices) }
+    };
+}
+
 macro_rules! compiled_for {
-    ($name:ident, $($features:literal,)? $scalar:ident, $pack:ty) => {
+    ($name:ident, $($features:literal,)? $scalar:ident, $pack:ty,
+     $slices:ident($job:ident, $with:ident) -> $sum:ty) => {
         /// # Safety
         /// See [`sweep`].
         $(#[target_feature(enable = $features)])?
         unsafe fn $name(
-            job: &Job<'_, $scalar>,
-            update: Update<$scalar>,
+            job: &$job<'_, $scalar>,
+            with: $with<$scalar>,
             slices: Range<usize>,
-        ) -> Tally {
+        ) -> $sum {
             // SAFETY: the caller's promise.
-            unsafe { specialised::<$scalar, $pack>(job, update, slices) }
+            unsafe { $slices::<$scalar, $pack>(job, with, slices) }
         }
     };
 }
 
-compiled_for!(plain_f32, f32, Plain<f32>);
-compiled_for!(plain_f64, f64, Plain<f64>);
-#[cfg(target_arch = "x86_64")]
-compiled_for!(avx2_f32, "avx2", f32, F32x8);
-#[cfg(target_arch = "x86_64")]
-compiled_for!(avx2_f64, "avx2", f64, F64x4);
-#[cfg(target_arch = "x86_64")]
-compiled_for!(avx512_f32, "avx512f,avx512vl,avx512dq,avx512bw", f32, F32x16);
-#[cfg(target_arch = "x86_64")]
-compiled_for!(avx512_f64, "avx512f,avx512vl,avx512dq,avx512bw", f64, F64x8);
+/// A function that calls the code compiled for an instruction set and a scalar.
+macro_rules! dispatched {
+    ($name:ident, $slices:ident($job:ident, $with:ident) -> $sum:ty) => {
+        /// # Safety
+        /// See [`sweep`]: the processor has the instructions.
+        unsafe fn $name<R: Real>(
+            instructions: Instructions,
+            job: &$job<'_, R>,
+            with: $with<R>,
+            slices: Range<usize>,
+        ) -> $sum {
+            compiled_for!(plain_f32, f32, Plain<f32>, $slices($job, $with) -> $sum);
+            compiled_for!(plain_f64, f64, Plain<f64>, $slices($job, $with) -> $sum);
+            #[cfg(target_arch = "x86_64")]
+            compiled_for!(avx2_f32, "avx2", f32, F32x8, $slices($job, $with) -> $sum);
+            #[cfg(target_arch = "x86_64")]
+            compiled_for!(avx2_f64, "avx2", f64, F64x4, $slices($job, $with) -> $sum);
+            #[cfg(target_arch = "x86_64")]
+            compiled_for!(avx512_f32, "avx512f,avx512vl,avx512dq,avx512bw", f32, F32x16,
+                $slices($job, $with) -> $sum);
+            #[cfg(target_arch = "x86_64")]
+            compiled_for!(avx512_f64, "avx512f,avx512vl,avx512dq,avx512bw", f64, F64x8,
+                $slices($job, $with) -> $sum);
+            let (job, with) = (core::ptr::from_ref(job), core::ptr::from_ref(&with));
+            let single = TypeId::of::<R>() == TypeId::of::<f32>();
+            match (instructions, single) {
+                #[cfg(target_arch = "x86_64")]
+                (Instructions::Avx2, true) => cast_to!(avx2_f32, job, with, slices),
+                #[cfg(target_arch = "x86_64")]
+                (Instructions::Avx2, false) => cast_to!(avx2_f64, job, with, slices),
+                #[cfg(target_arch = "x86_64")]
+                (Instructions::Avx512, true) => cast_to!(avx512_f32, job, with, slices),
+                #[cfg(target_arch = "x86_64")]
+                (Instructions::Avx512, false) => cast_to!(avx512_f64, job, with, slices),
+                (_, true) => cast_to!(plain_f32, job, with, slices),
+                (_, false) => cast_to!(plain_f64, job, with, slices),
+            }
+        }
+    };
+}
+
+dispatched!(run_part, specialised(Job, Update) -> Tally);
+dispatched!(run_task_part, specialised_task(Matrix, Task) -> f64);

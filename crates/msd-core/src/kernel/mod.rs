@@ -9,6 +9,8 @@
 //! - `sweep`: what happens to a slice: the springs of its rows pull, each evaluated from both ends
 //!   so that no two slices write to the same place, and at once
 //! - `update` moves its particles on, and `contact` keeps them out of planes;
+//! - `links`: what springs add to the matrix of an implicit method, `solve`: what it does to a slice,
+//!   and `matrix`: where it keeps both;
 //! - `dispatch`: the same code compiled once for each set of instructions, and chosen here.
 //!
 //! Nothing outside this module knows about slots, lanes or packs, and all its results have the bits
@@ -32,7 +34,10 @@ mod plan;
 mod sweep;
 mod contact;
 mod update;
+mod links;
+mod solve;
 mod dispatch;
+mod matrix;
 
 pub use dispatch::Instructions;
 
@@ -44,6 +49,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use columns::Columns;
 use contact::Planes;
+use matrix::Solve;
 use plan::Plan;
 use sweep::{INVERSE_MASS, Job, MASS, POSITION, Tally, VELOCITY};
 use update::{Phase, RK4_COLUMNS, Update, VERLET_COLUMNS};
@@ -92,6 +98,7 @@ pub struct Kernel<R: Real> {
     motions: [Columns<R>; 2],
     records: [Columns<R>; 2],
     own: Columns<R>,
+    solve: Solve<R>,
     /// What pushes single particles, by slot.
     pushes: Vec<(u32, R::Vec3)>,
     planes: Vec<Planes<R>>,
@@ -113,6 +120,7 @@ impl<R: Real> Kernel<R> {
             motions: [Columns::new(6, slices), Columns::new(6, slices)],
             records: [Columns::new(records, slices), Columns::new(records, slices)],
             own: Columns::new(0, slices),
+            solve: Solve::none(slices),
             pushes: Vec::new(),
             planes: Vec::new(),
             tallies: vec![Tally::default(); dispatch::parts(slices)],
@@ -253,17 +261,22 @@ impl<R: Real> Kernel<R> {
     /// Copies a motion into the first columns, and into records if there are any.
     fn bring(&mut self, motion: Motion<'_, R>) {
         for (column, vectors) in [(POSITION, motion.positions), (VELOCITY, motion.velocities)] {
-            let [xs, ys, zs] = self.motions[0].three_mut(column);
-            if let Some(slots) = self.plan.slots() {
-                for (&slot, vector) in slots.iter().zip(vectors) {
-                    let slot = slot as usize;
-                    [xs[slot], ys[slot], zs[slot]] = vector.components();
-                }
-            } else {
-                for (((x, y), z), vector) in xs.iter_mut().zip(ys).zip(zs).zip(vectors) {
-                    [*x, *y, *z] = vector.components();
+            let mut columns = self.motions[0].three_mut(column);
+            if self.plan.slots().is_some() {
+                spread(self.plan.slots(), columns, vectors.iter().copied());
+                continue;
+            }
+            // Four at a time, which a compiler turns into a transposition.
+            let (fours, rest) = vectors.as_chunks::<4>();
+            for (place, four) in fours.iter().enumerate() {
+                let four = four.map(Vector::components);
+                for (axis, column) in columns.iter_mut().enumerate() {
+                    let to = &mut column[4 * place..4 * place + 4];
+                    to.copy_from_slice(&four.map(|vector| vector[axis]));
                 }
             }
+            let columns = columns.map(|column| &mut column[4 * fours.len()..]);
+            spread(None, columns, rest.iter().copied());
         }
         if !self.plan.others.is_empty() {
             let [from, _] = &self.motions;
@@ -281,17 +294,8 @@ impl<R: Real> Kernel<R> {
 
     /// Copies three of the columns of a motion out.
     fn fetch(&self, column: usize, motion: usize, vectors: &mut [R::Vec3]) {
-        let [xs, ys, zs] = [0, 1, 2].map(|axis| self.motions[motion].column(column + axis));
-        if let Some(slots) = self.plan.slots() {
-            for (&slot, vector) in slots.iter().zip(vectors) {
-                let slot = slot as usize;
-                *vector = R::Vec3::from_components([xs[slot], ys[slot], zs[slot]]);
-            }
-        } else {
-            for (((vector, &x), &y), &z) in vectors.iter_mut().zip(xs).zip(ys).zip(zs) {
-                *vector = R::Vec3::from_components([x, y, z]);
-            }
-        }
+        let columns = [0, 1, 2].map(|axis| self.motions[motion].column(column + axis));
+        taken(self.plan.slots(), columns, vectors, |to, from| *to = from);
     }
 
     /// Sweeps, and takes what comes out for what goes in next.
@@ -335,15 +339,58 @@ impl<R: Real> Kernel<R> {
         let pushes = model.pushes.iter();
         self.pushes.extend(pushes.map(|&(particle, push)| (plan.slot(particle) as u32, push)));
         for grab in &model.grabs {
-            let at = plan.slot(grab.particle);
-            let vector = |column: usize| {
-                let axes = [0, 1, 2].map(|axis| self.motions[0].column(column + axis)[at]);
-                R::Vec3::from_components(axes)
-            };
-            let pull = forces::grab_pull(grab, vector(POSITION), vector(VELOCITY));
-            self.pushes.push((at as u32, pull));
+            let (position, velocity) = self.brought(grab.particle);
+            let pull = forces::grab_pull(grab, position, velocity);
+            self.pushes.push((self.plan.slot(grab.particle) as u32, pull));
         }
         // Stable: what one particle is pushed by stays in order.
         self.pushes.sort_by_key(|&(slot, _)| slot);
+    }
+
+    /// Position and velocity of a particle in the first columns.
+    fn brought(&self, particle: u32) -> (R::Vec3, R::Vec3) {
+        let slot = self.plan.slot(particle);
+        let vector = |column: usize| {
+            let axes = [0, 1, 2].map(|axis| self.motions[0].column(column + axis)[slot]);
+            R::Vec3::from_components(axes)
+        };
+        (vector(POSITION), vector(VELOCITY))
+    }
+}
+
+/// Writes vectors to three columns, each to the slot of its particle.
+fn spread<R: Real>(
+    slots: Option<&[u32]>,
+    [xs, ys, zs]: [&mut [R]; 3],
+    vectors: impl Iterator<Item = R::Vec3>,
+) {
+    if let Some(slots) = slots {
+        for (&slot, vector) in slots.iter().zip(vectors) {
+            let slot = slot as usize;
+            [xs[slot], ys[slot], zs[slot]] = vector.components();
+        }
+    } else {
+        for (((x, y), z), vector) in xs.iter_mut().zip(ys).zip(zs).zip(vectors) {
+            [*x, *y, *z] = vector.components();
+        }
+    }
+}
+
+/// Does something to each of some vectors with that in three columns.
+fn taken<R: Real>(
+    slots: Option<&[u32]>,
+    [xs, ys, zs]: [&[R]; 3],
+    vectors: &mut [R::Vec3],
+    mut change: impl FnMut(&mut R::Vec3, R::Vec3),
+) {
+    if let Some(slots) = slots {
+        for (&slot, vector) in slots.iter().zip(vectors) {
+            let slot = slot as usize;
+            change(vector, R::Vec3::from_components([xs[slot], ys[slot], zs[slot]]));
+        }
+    } else {
+        for (((vector, &x), &y), &z) in vectors.iter_mut().zip(xs).zip(ys).zip(zs) {
+            change(vector, R::Vec3::from_components([x, y, z]));
+        }
     }
 }

@@ -69,6 +69,7 @@ pub(super) trait Pack<R: Real>:
     }
 
     /// Adds each lane to the sum of its own.
+    #[inline(always)]
     fn add_to(self, sums: &mut [f64]) {
         let mut lanes = [R::ZERO; LANES];
         // SAFETY: no pack is longer.

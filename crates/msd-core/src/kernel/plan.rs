@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn a_lattice_is_runs_alone_and_about_as_many_as_a_particle_has_springs() {
-        for (sides, springs) in [([31, 31, 1], 8), ([10, 10, 10], 26), ([1, 1, 100], 2)] {
+        for (sides, springs) in [([31usize, 31, 1], 8), ([10, 10, 10], 26), ([1, 1, 100], 2)] {
             let slices = (sides[0] * sides[1] * sides[2]).div_ceil(LANES);
             let rows = rows(sides);
             let runs = rows.iter().filter(|row| matches!(row.reach, Reach::Run(_))).count();

@@ -270,7 +270,7 @@ impl<P: Copy, M: Copy> Stretched<P, M> {
 /// # Safety
 /// See [`sweep`].
 #[inline(always)]
-unsafe fn reached<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
+pub(super) unsafe fn reached<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
     job: &Job<'_, R>,
     slot: usize,
     reach: Reach,
