@@ -228,10 +228,6 @@ impl<R: Real> Kernel<R> {
                 if !self.own.has(VERLET_COLUMNS) {
                     self.own = Columns::new(VERLET_COLUMNS, slices);
                 }
-                for component in 0..3 {
-                    let from = self.motions[0].column(VELOCITY + component);
-                    self.own.column_mut(component).copy_from_slice(from);
-                }
             }
             Explicit::Rk4 => {
                 if !self.own.has(RK4_COLUMNS) {

@@ -117,6 +117,31 @@ pub(super) trait Pack<R: Real>:
     }
 }
 
+/// A number for each lane: the same for all of them, or a row of their own.
+pub(super) trait Spread<R: Real>: Copy {
+    /// The numbers of the lanes from one on.
+    ///
+    /// # Safety
+    /// The processor has the instructions of the pack; the lanes are within a slice.
+    unsafe fn at<P: Pack<R>>(self, lane: usize) -> P;
+}
+
+impl<R: Real> Spread<R> for R {
+    #[inline(always)]
+    unsafe fn at<P: Pack<R>>(self, _: usize) -> P {
+        // SAFETY: the caller's promise.
+        unsafe { P::splat(self) }
+    }
+}
+
+impl<R: Real> Spread<R> for &[R; LANES] {
+    #[inline(always)]
+    unsafe fn at<P: Pack<R>>(self, lane: usize) -> P {
+        // SAFETY: the caller's promise.
+        unsafe { P::load(self.as_ptr().add(lane)) }
+    }
+}
+
 /// Four numbers in plain Rust.
 #[derive(Clone, Copy)]
 pub(super) struct Plain<R>([R; 4]);
