@@ -4,7 +4,8 @@ use crate::check::check_steps;
 use crate::collision::{self, Contacts};
 use crate::dormand_prince::{Advance, Work};
 use crate::energy;
-use crate::error::{Divergence, Error};
+use crate::error::Error;
+use crate::guard;
 use crate::integrator::{Explicit, Family};
 use crate::interaction::{self, Interaction};
 use crate::kernel::{Instructions, Kernel, Known, Outcome};
@@ -261,30 +262,13 @@ impl<R: Real> Simulation<R> {
             let tolerance = self.settings.tolerance;
             return Err(Error::Unreachable { tolerance, particle, step, time });
         }
-        // A comparison that a NaN fails: it is not inside.
-        let inside = |position: &R::Vec3| position.extent() <= model.extent;
-        let finite = |velocity: &R::Vec3| velocity.extent().to_f64().is_finite();
-        let State { positions, velocities } = &self.state;
-        let mut rows = positions.iter().zip(velocities);
-        let Some(particle) = rows.position(|(x, v)| !inside(x) || !finite(v)) else {
-            return Ok(());
-        };
-        let stable = self.largest_step_from(&self.good, &mut Estimator::default());
-        Err(Error::Diverged(Divergence {
-            particle,
-            step,
-            time,
-            substep: self.settings.substep(),
-            stable_substep: (stable != 0.0).then_some(stable),
-        }))
+        let Some(particle) = guard::first_outside(model, &self.state) else { return Ok(()) };
+        let at = (particle, step, time);
+        Err(guard::divergence(model, (&self.good, &self.settings), at).into())
     }
 
     pub(crate) fn largest_step_from(&self, state: &State<R>, estimator: &mut Estimator) -> f64 {
-        let Settings { integrator, substeps, .. } = self.settings;
-        if integrator.is_adaptive() {
-            return f64::INFINITY;
-        }
-        estimator.limit((&self.model, state), integrator, substeps)
+        guard::largest_step(&self.model, (state, &self.settings), estimator)
     }
 
     /// Queues an interaction for the start of the next step.

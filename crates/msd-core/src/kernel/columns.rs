@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 /// As many numbers as a slice, aligned to a line of the cache.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-struct Slice<R>([R; LANES]);
+pub(super) struct Slice<R>(pub(super) [R; LANES]);
 
 /// Columns of one length, one after the other.
 ///

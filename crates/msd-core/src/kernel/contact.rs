@@ -1,9 +1,9 @@
 //! What happens to the particles of a slice that have entered a plane? As [`crate::collision`] says,
 //! lane by lane, with the same bits.
 
+use super::LANES;
 use super::pack::{Pack, Spread, Triple};
 use super::sweep::{Particles, Sums};
-use super::LANES;
 use crate::real::Real;
 use crate::scene::Friction;
 use crate::system::PlaneColumn;
@@ -134,8 +134,7 @@ unsafe fn bounce<R: Real, P: Pack<R>>(
     velocity: Triple<P>,
 ) -> Triple<P> {
     // SAFETY: the caller's promise.
-    let (zero, minus, all) =
-        unsafe { (P::splat(R::ZERO), P::splat(-R::ONE), P::mask(u16::MAX)) };
+    let (zero, minus, all) = unsafe { (P::splat(R::ZERO), P::splat(-R::ONE), P::mask(u16::MAX)) };
     // SAFETY: as above.
     let [resting, restitution] = unsafe { plane.bounce::<P>(lane) };
     let normal_speed = velocity.dot(normal);

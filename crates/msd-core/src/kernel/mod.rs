@@ -11,6 +11,10 @@
 //! - [`update`] moves its particles on, and [`contact`] keeps them out of planes;
 //! - [`dispatch`]: the same code compiled once for each set of instructions, and chosen here.
 //!
+//! Sixteen copies of a scene need none of that cunning: with a lane for each copy, the plain loop over
+//! springs works on all of them at once, whatever their topology ([`ensemble_plan`],
+//! [`ensemble_sweep`], [`ensemble`]; the update and the contact are the same).
+//!
 //! Nothing outside this module knows about slots, lanes or packs, and all its results have the bits
 //! of the plain loops in [`crate::forces`], [`crate::explicit`] and [`crate::collision`], which are
 //! its oracle: no operation is fused or approximate, and each particle sums in the same order. Only
@@ -24,6 +28,9 @@
 mod columns;
 mod contact;
 mod dispatch;
+mod ensemble;
+mod ensemble_plan;
+mod ensemble_sweep;
 mod pack;
 mod plan;
 mod sweep;
@@ -32,6 +39,8 @@ mod update;
 mod x86;
 
 pub use dispatch::Instructions;
+pub(crate) use ensemble::Group;
+pub(crate) use ensemble_plan::order;
 
 use crate::forces;
 use crate::integrator::Explicit;
@@ -46,7 +55,7 @@ use sweep::{INVERSE_MASS, Job, MASS, POSITION, Tally, VELOCITY};
 use update::{Phase, RK4_COLUMNS, Update, VERLET_COLUMNS};
 
 /// Particles in a slice.
-const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 
 /// Numbers in a record: position, nothing, velocity, nothing.
 const RECORD: usize = 8;
@@ -171,7 +180,8 @@ impl<R: Real> Kernel<R> {
         }
         self.fetch(POSITION, 0, &mut state.positions);
         self.fetch(VELOCITY, 0, &mut state.velocities);
-        outcome.inside = self.is_within(POSITION, model.extent) && self.is_within(VELOCITY, R::LARGEST);
+        outcome.inside =
+            self.is_within(POSITION, model.extent) && self.is_within(VELOCITY, R::LARGEST);
         outcome
     }
 

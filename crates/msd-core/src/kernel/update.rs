@@ -1,10 +1,10 @@
 //! How do the particles of a slice move on, once the forces on them are known? As [`crate::explicit`]
 //! says, lane by lane, with the same bits.
 
+use super::LANES;
 use super::columns::Start;
 use super::pack::{Pack, Spread, Triple};
 use super::sweep::{Job, POSITION, Particles, Sums, VELOCITY, collide};
-use super::LANES;
 use crate::real::Real;
 
 /// What a sweep does with forces; lengths of time are of type `S`.

@@ -128,64 +128,106 @@ macro_rules! avx2 {
     };
 }
 
-avx2!(F32x8, f32, 8, __m256, i32,
+avx2!(
+    F32x8,
+    f32,
+    8,
+    __m256,
+    i32,
     (_mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_sqrt_ps),
-    (_mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1), _mm256_set1_epi32 as i32, _mm256_and_si256,
-        _mm256_cmpeq_epi32, _mm256_castsi256_ps),
-    (_mm256_blendv_ps, _mm256_and_ps, _mm256_andnot_ps, _mm256_cmp_ps, _mm256_movemask_ps,
-        _mm256_set1_ps), _mm256_add_ps, {
-    #[inline(always)]
-    unsafe fn gather(records: *const f32, at: *const u32, both: bool) -> [[Self; 3]; 2] {
-        // SAFETY: the caller's promise.
-        unsafe {
-            if !both {
-                let rows = [half_rows(records, at, 0), half_rows(records, at, 1),
-                    half_rows(records, at, 2), half_rows(records, at, 3)];
-                let [x, y, z] = columns_256(rows);
-                return [[Self(x), Self(y), Self(z)]; 2];
+    (
+        _mm256_set_epi32(128, 64, 32, 16, 8, 4, 2, 1),
+        _mm256_set1_epi32 as i32,
+        _mm256_and_si256,
+        _mm256_cmpeq_epi32,
+        _mm256_castsi256_ps
+    ),
+    (
+        _mm256_blendv_ps,
+        _mm256_and_ps,
+        _mm256_andnot_ps,
+        _mm256_cmp_ps,
+        _mm256_movemask_ps,
+        _mm256_set1_ps
+    ),
+    _mm256_add_ps,
+    {
+        #[inline(always)]
+        unsafe fn gather(records: *const f32, at: *const u32, both: bool) -> [[Self; 3]; 2] {
+            // SAFETY: the caller's promise.
+            unsafe {
+                if !both {
+                    let rows = [
+                        half_rows(records, at, 0),
+                        half_rows(records, at, 1),
+                        half_rows(records, at, 2),
+                        half_rows(records, at, 3),
+                    ];
+                    let [x, y, z] = columns_256(rows);
+                    return [[Self(x), Self(y), Self(z)]; 2];
+                }
+                let [x, y, z] = columns_256(record_rows(records, at));
+                let [x_4, y_4, z_4] = columns_256(record_rows(records, at.add(4)));
+                [
+                    [
+                        Self(_mm256_permute2f128_ps::<0x20>(x, x_4)),
+                        Self(_mm256_permute2f128_ps::<0x20>(y, y_4)),
+                        Self(_mm256_permute2f128_ps::<0x20>(z, z_4)),
+                    ],
+                    [
+                        Self(_mm256_permute2f128_ps::<0x31>(x, x_4)),
+                        Self(_mm256_permute2f128_ps::<0x31>(y, y_4)),
+                        Self(_mm256_permute2f128_ps::<0x31>(z, z_4)),
+                    ],
+                ]
             }
-            let [x, y, z] = columns_256(record_rows(records, at));
-            let [x_4, y_4, z_4] = columns_256(record_rows(records, at.add(4)));
-            [
-                [
-                    Self(_mm256_permute2f128_ps::<0x20>(x, x_4)),
-                    Self(_mm256_permute2f128_ps::<0x20>(y, y_4)),
-                    Self(_mm256_permute2f128_ps::<0x20>(z, z_4)),
-                ],
-                [
-                    Self(_mm256_permute2f128_ps::<0x31>(x, x_4)),
-                    Self(_mm256_permute2f128_ps::<0x31>(y, y_4)),
-                    Self(_mm256_permute2f128_ps::<0x31>(z, z_4)),
-                ],
-            ]
+        }
+        #[inline(always)]
+        unsafe fn scatter(records: *mut f32, [[x, y, z], [vx, vy, vz]]: [[Self; 3]; 2]) {
+            // SAFETY: the caller's promise.
+            unsafe {
+                let low = rows_256([
+                    _mm256_permute2f128_ps::<0x20>(x.0, vx.0),
+                    _mm256_permute2f128_ps::<0x20>(y.0, vy.0),
+                    _mm256_permute2f128_ps::<0x20>(z.0, vz.0),
+                ]);
+                let high = rows_256([
+                    _mm256_permute2f128_ps::<0x31>(x.0, vx.0),
+                    _mm256_permute2f128_ps::<0x31>(y.0, vy.0),
+                    _mm256_permute2f128_ps::<0x31>(z.0, vz.0),
+                ]);
+                for (lane, row) in low.into_iter().chain(high).enumerate() {
+                    _mm256_storeu_ps(records.add(lane * RECORD), row);
+                }
+            }
         }
     }
-    #[inline(always)]
-    unsafe fn scatter(records: *mut f32, [[x, y, z], [vx, vy, vz]]: [[Self; 3]; 2]) {
-        // SAFETY: the caller's promise.
-        unsafe {
-            let low = rows_256([
-                _mm256_permute2f128_ps::<0x20>(x.0, vx.0),
-                _mm256_permute2f128_ps::<0x20>(y.0, vy.0),
-                _mm256_permute2f128_ps::<0x20>(z.0, vz.0),
-            ]);
-            let high = rows_256([
-                _mm256_permute2f128_ps::<0x31>(x.0, vx.0),
-                _mm256_permute2f128_ps::<0x31>(y.0, vy.0),
-                _mm256_permute2f128_ps::<0x31>(z.0, vz.0),
-            ]);
-            for (lane, row) in low.into_iter().chain(high).enumerate() {
-                _mm256_storeu_ps(records.add(lane * RECORD), row);
-            }
-        }
-    }
-});
-avx2!(F64x4, f64, 4, __m256d, i64,
+);
+avx2!(
+    F64x4,
+    f64,
+    4,
+    __m256d,
+    i64,
     (_mm256_set1_pd, _mm256_loadu_pd, _mm256_storeu_pd, _mm256_sqrt_pd),
-    (_mm256_set_epi64x(8, 4, 2, 1), _mm256_set1_epi64x as i64, _mm256_and_si256,
-        _mm256_cmpeq_epi64, _mm256_castsi256_pd),
-    (_mm256_blendv_pd, _mm256_and_pd, _mm256_andnot_pd, _mm256_cmp_pd, _mm256_movemask_pd,
-        _mm256_set1_pd), _mm256_add_pd, {});
+    (
+        _mm256_set_epi64x(8, 4, 2, 1),
+        _mm256_set1_epi64x as i64,
+        _mm256_and_si256,
+        _mm256_cmpeq_epi64,
+        _mm256_castsi256_pd
+    ),
+    (
+        _mm256_blendv_pd,
+        _mm256_and_pd,
+        _mm256_andnot_pd,
+        _mm256_cmp_pd,
+        _mm256_movemask_pd,
+        _mm256_set1_pd
+    ),
+    _mm256_add_pd,
+    {}
+);
 
 /// A pack of AVX-512: masks are bits.
 macro_rules! avx512 {
@@ -233,62 +275,78 @@ macro_rules! avx512 {
     };
 }
 
-avx512!(F32x16, f32, 16, __mmask16,
+avx512!(
+    F32x16,
+    f32,
+    16,
+    __mmask16,
     (_mm512_set1_ps, _mm512_loadu_ps, _mm512_storeu_ps, _mm512_sqrt_ps),
-    (_mm512_mask_blend_ps, _mm512_mask_add_ps, _mm512_mask_cmp_ps_mask, _mm512_abs_ps), {
-    #[inline(always)]
-    unsafe fn gather(records: *const f32, at: *const u32, both: bool) -> [[Self; 3]; 2] {
-        // SAFETY: the caller's promise.
-        unsafe {
-            if !both {
-                let rows = [quarter_rows(records, at, 0), quarter_rows(records, at, 1),
-                    quarter_rows(records, at, 2), quarter_rows(records, at, 3)];
-                let [x, y, z] = columns_512(rows);
-                return [[Self(x), Self(y), Self(z)]; 2];
-            }
-            let [x, y, z] = columns_512(two_record_rows(records, at));
-            let [x_8, y_8, z_8] = columns_512(two_record_rows(records, at.add(8)));
-            [
+    (_mm512_mask_blend_ps, _mm512_mask_add_ps, _mm512_mask_cmp_ps_mask, _mm512_abs_ps),
+    {
+        #[inline(always)]
+        unsafe fn gather(records: *const f32, at: *const u32, both: bool) -> [[Self; 3]; 2] {
+            // SAFETY: the caller's promise.
+            unsafe {
+                if !both {
+                    let rows = [
+                        quarter_rows(records, at, 0),
+                        quarter_rows(records, at, 1),
+                        quarter_rows(records, at, 2),
+                        quarter_rows(records, at, 3),
+                    ];
+                    let [x, y, z] = columns_512(rows);
+                    return [[Self(x), Self(y), Self(z)]; 2];
+                }
+                let [x, y, z] = columns_512(two_record_rows(records, at));
+                let [x_8, y_8, z_8] = columns_512(two_record_rows(records, at.add(8)));
                 [
-                    Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(x, x_8)),
-                    Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(y, y_8)),
-                    Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(z, z_8)),
-                ],
-                [
-                    Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(x, x_8)),
-                    Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(y, y_8)),
-                    Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(z, z_8)),
-                ],
-            ]
-        }
-    }
-    #[inline(always)]
-    unsafe fn scatter(records: *mut f32, [[x, y, z], [vx, vy, vz]]: [[Self; 3]; 2]) {
-        // SAFETY: the caller's promise.
-        unsafe {
-            // Blocks of four lanes: those of positions, then those of velocities.
-            let rows = rows_512([x.0, y.0, z.0]);
-            let velocity_rows = rows_512([vx.0, vy.0, vz.0]);
-            for (lane, (row, velocity_row)) in rows.into_iter().zip(velocity_rows).enumerate() {
-                let record = records.add(lane * RECORD);
-                _mm_storeu_ps(record, _mm512_castps512_ps128(row));
-                _mm_storeu_ps(record.add(4), _mm512_castps512_ps128(velocity_row));
-                let record = records.add((lane + 4) * RECORD);
-                _mm_storeu_ps(record, _mm512_extractf32x4_ps::<1>(row));
-                _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<1>(velocity_row));
-                let record = records.add((lane + 8) * RECORD);
-                _mm_storeu_ps(record, _mm512_extractf32x4_ps::<2>(row));
-                _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<2>(velocity_row));
-                let record = records.add((lane + 12) * RECORD);
-                _mm_storeu_ps(record, _mm512_extractf32x4_ps::<3>(row));
-                _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<3>(velocity_row));
+                    [
+                        Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(x, x_8)),
+                        Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(y, y_8)),
+                        Self(_mm512_shuffle_f32x4::<0b10_00_10_00>(z, z_8)),
+                    ],
+                    [
+                        Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(x, x_8)),
+                        Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(y, y_8)),
+                        Self(_mm512_shuffle_f32x4::<0b11_01_11_01>(z, z_8)),
+                    ],
+                ]
             }
         }
+        #[inline(always)]
+        unsafe fn scatter(records: *mut f32, [[x, y, z], [vx, vy, vz]]: [[Self; 3]; 2]) {
+            // SAFETY: the caller's promise.
+            unsafe {
+                // Blocks of four lanes: those of positions, then those of velocities.
+                let rows = rows_512([x.0, y.0, z.0]);
+                let velocity_rows = rows_512([vx.0, vy.0, vz.0]);
+                for (lane, (row, velocity_row)) in rows.into_iter().zip(velocity_rows).enumerate() {
+                    let record = records.add(lane * RECORD);
+                    _mm_storeu_ps(record, _mm512_castps512_ps128(row));
+                    _mm_storeu_ps(record.add(4), _mm512_castps512_ps128(velocity_row));
+                    let record = records.add((lane + 4) * RECORD);
+                    _mm_storeu_ps(record, _mm512_extractf32x4_ps::<1>(row));
+                    _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<1>(velocity_row));
+                    let record = records.add((lane + 8) * RECORD);
+                    _mm_storeu_ps(record, _mm512_extractf32x4_ps::<2>(row));
+                    _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<2>(velocity_row));
+                    let record = records.add((lane + 12) * RECORD);
+                    _mm_storeu_ps(record, _mm512_extractf32x4_ps::<3>(row));
+                    _mm_storeu_ps(record.add(4), _mm512_extractf32x4_ps::<3>(velocity_row));
+                }
+            }
+        }
     }
-});
-avx512!(F64x8, f64, 8, __mmask8,
+);
+avx512!(
+    F64x8,
+    f64,
+    8,
+    __mmask8,
     (_mm512_set1_pd, _mm512_loadu_pd, _mm512_storeu_pd, _mm512_sqrt_pd),
-    (_mm512_mask_blend_pd, _mm512_mask_add_pd, _mm512_mask_cmp_pd_mask, _mm512_abs_pd), {});
+    (_mm512_mask_blend_pd, _mm512_mask_add_pd, _mm512_mask_cmp_pd_mask, _mm512_abs_pd),
+    {}
+);
 
 /// Transposes of blocks of four by four numbers, and rows to feed them with.
 ///
@@ -332,10 +390,24 @@ macro_rules! block_transposes {
     };
 }
 
-block_transposes!(columns_256, rows_256, __m256, _mm256_unpacklo_ps, _mm256_unpackhi_ps,
-    _mm256_shuffle_ps, _mm256_setzero_ps);
-block_transposes!(columns_512, rows_512, __m512, _mm512_unpacklo_ps, _mm512_unpackhi_ps,
-    _mm512_shuffle_ps, _mm512_setzero_ps);
+block_transposes!(
+    columns_256,
+    rows_256,
+    __m256,
+    _mm256_unpacklo_ps,
+    _mm256_unpackhi_ps,
+    _mm256_shuffle_ps,
+    _mm256_setzero_ps
+);
+block_transposes!(
+    columns_512,
+    rows_512,
+    __m512,
+    _mm512_unpacklo_ps,
+    _mm512_unpackhi_ps,
+    _mm512_shuffle_ps,
+    _mm512_setzero_ps
+);
 
 /// The first halves of records `lane` and four on.
 ///
@@ -389,7 +461,8 @@ unsafe fn record_rows(records: *const f32, at: *const u32) -> [__m256; 4] {
 unsafe fn two_record_rows(records: *const f32, at: *const u32) -> [__m512; 4] {
     // SAFETY: the caller's promise.
     unsafe {
-        let ([a, b, c, d], [e, f, g, h]) = (record_rows(records, at), record_rows(records, at.add(4)));
+        let ([a, b, c, d], [e, f, g, h]) =
+            (record_rows(records, at), record_rows(records, at.add(4)));
         [
             _mm512_insertf32x8::<1>(_mm512_castps256_ps512(a), e),
             _mm512_insertf32x8::<1>(_mm512_castps256_ps512(b), f),
