@@ -77,8 +77,17 @@ pub(super) const INVERSE_MASS: usize = 1;
 #[inline(always)]
 unsafe fn triple<R: Real, P: Pack<R>>(rows: &[Slice<R>; 3], lane: usize) -> Triple<P> {
     // SAFETY: the caller's promise.
-    let [x, y, z] = [0, 1, 2].map(|axis| unsafe { P::load(rows[axis].0.as_ptr().add(lane)) });
-    Triple { x, y, z }
+    unsafe { Triple { x: row(&rows[0], lane), y: row(&rows[1], lane), z: row(&rows[2], lane) } }
+}
+
+/// Loads a number of each lane.
+///
+/// # Safety
+/// See [`triple`].
+#[inline(always)]
+unsafe fn row<R: Real, P: Pack<R>>(row: &Slice<R>, lane: usize) -> P {
+    // SAFETY: the caller's promise.
+    unsafe { P::load(row.0.as_ptr().add(lane)) }
 }
 
 impl<R: Real> Obstacle<R> for PlaneRow<R> {
@@ -94,24 +103,18 @@ impl<R: Real> Obstacle<R> for PlaneRow<R> {
     #[inline(always)]
     unsafe fn offset<P: Pack<R>>(&self, lane: usize) -> P {
         // SAFETY: the caller's promise.
-        unsafe { P::load(self.offset.0.as_ptr().add(lane)) }
+        unsafe { row(&self.offset, lane) }
     }
     #[inline(always)]
     unsafe fn bounce<P: Pack<R>>(&self, lane: usize) -> [P; 2] {
-        let load = |row: &Slice<R>| {
-            // SAFETY: the caller's promise.
-            unsafe { P::load(row.0.as_ptr().add(lane)) }
-        };
-        [load(&self.resting_speed), load(&self.restitution)]
+        // SAFETY: the caller's promise.
+        unsafe { [row(&self.resting_speed, lane), row(&self.restitution, lane)] }
     }
     #[inline(always)]
     unsafe fn kept<P: Pack<R>>(&self, lane: usize, along: Triple<P>, gained: P) -> P {
         // SAFETY: the caller's promise.
         unsafe {
-            let (kept, factor) = (
-                P::load(self.kept.0.as_ptr().add(lane)),
-                P::load(self.factor.0.as_ptr().add(lane)),
-            );
+            let (kept, factor) = (row(&self.kept, lane), row(&self.factor, lane));
             contact::coulomb(factor, along, gained).select(P::mask(self.coulomb >> lane), kept)
         }
     }
@@ -233,7 +236,7 @@ unsafe fn set_external_force<R: Real, P: Pack<R>>(turn: &Turn<'_, R>, slot: usiz
         let mut force = triple::<R, P>(&lanes.gravity, lane) * mass + triple(&lanes.force, lane);
         if lanes.dragged != 0 {
             let velocity = Triple::<P>::load(turn.to, VELOCITY, slot);
-            let slowed = force - velocity * P::load(lanes.drag.0.as_ptr().add(lane));
+            let slowed = force - velocity * row(&lanes.drag, lane);
             force = slowed.select::<R>(P::mask(lanes.dragged >> lane), force);
         }
         force.store::<R>(turn.forces, 0, slot);
@@ -262,7 +265,7 @@ unsafe fn outside_of<R: Real, P: Pack<R>>(turn: &Turn<'_, R>, lane: usize) -> u1
     // SAFETY: the caller's promise.
     unsafe {
         let infinite = P::splat(R::ONE / R::ZERO);
-        let extent = P::load(turn.lanes.extent.0.as_ptr().add(lane));
+        let extent: P = row(&turn.lanes.extent, lane);
         let all = P::mask(u16::MAX);
         let mut inside = [all; 3];
         for particle in 0..turn.particles {
@@ -275,8 +278,8 @@ unsafe fn outside_of<R: Real, P: Pack<R>>(turn: &Turn<'_, R>, lane: usize) -> u1
                 *inside = extent.not_less(position, finite);
             }
         }
-        let [x, y, z] = inside.map(P::bits);
-        P::bits(all) & !(x & y & z)
+        let [x, y, z] = inside;
+        P::bits(all) & !(P::bits(x) & P::bits(y) & P::bits(z))
     }
 }
 
