@@ -1,4 +1,4 @@
-//! Every copy of an ensemble has the bits of a simulation of its own, whatever the copies differ in.
+//! Every copy of an ensemble has the bits of a simulation of its own, whatever they differ in.
 
 use msd_core::glam::DVec3;
 use msd_core::kernel::Instructions;

@@ -44,7 +44,7 @@ impl<R: Real> Group<R> {
     /// Makes a group of models, which have the same springs' ends, and of states. The last of them
     /// fills the lanes that are left.
     ///
-    /// Each copy comes with the length of its substeps, seconds. `order` is that of [`super::order`].
+    /// Each copy comes with the length of its substeps, seconds; `order` is from [`super::order`].
     pub(crate) fn new(
         copies: &[(&Model<R>, &State<R>, f64)],
         (method, instructions): (Explicit, Instructions),

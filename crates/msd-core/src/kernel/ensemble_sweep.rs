@@ -1,6 +1,6 @@
 //! What happens to sixteen copies at once? The springs pull, one after the other, and the particles
-//! move on, one after the other: the plain loops of [`crate::forces`] and [`crate::explicit`] with a
-//! copy in each lane.
+//! move on, one after the other: the plain loops of [`crate::forces`] and [`crate::explicit`] with
+//! a copy in each lane.
 
 use super::LANES;
 use super::columns::{Slice, Start};

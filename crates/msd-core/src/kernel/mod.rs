@@ -11,8 +11,8 @@
 //! - [`update`] moves its particles on, and [`contact`] keeps them out of planes;
 //! - [`dispatch`]: the same code compiled once for each set of instructions, and chosen here.
 //!
-//! Sixteen copies of a scene need none of that cunning: with a lane for each copy, the plain loop over
-//! springs works on all of them at once, whatever their topology ([`ensemble_plan`],
+//! Sixteen copies of a scene need none of that cunning: with a lane for each copy, the plain loop
+//! over springs works on all of them at once, whatever their topology ([`ensemble_plan`],
 //! [`ensemble_sweep`], [`ensemble`]; the update and the contact are the same).
 //!
 //! Nothing outside this module knows about slots, lanes or packs, and all its results have the bits
