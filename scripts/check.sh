@@ -37,6 +37,7 @@ examples() {
 # Each benchmark once: that it runs, not how fast.
 bench() {
     cargo bench --bench step -- --test
+    cargo bench --bench ensemble -- --test
     cargo bench --bench stability -- --test
     MSD_CACHE= cargo bench --bench promise -- --test
     MSD_CACHE= cargo bench --bench trade -- --test

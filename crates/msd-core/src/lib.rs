@@ -72,13 +72,16 @@ mod spectrum;
 mod few;
 pub mod stability;
 pub mod interaction;
+mod guard;
 pub mod simulation;
+pub mod ensemble;
 mod readings;
 pub mod progress;
 pub mod witness;
 
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use energy::{Energy, Momentum};
+pub use ensemble::Ensemble;
 pub use error::{Divergence, Error};
 pub use glam;
 pub use hash::state_hash;

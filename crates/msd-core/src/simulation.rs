@@ -5,7 +5,8 @@ use crate::collision;
 use crate::dormand_prince::Work;
 use crate::energy;
 use crate::engine::Engine;
-use crate::error::{Divergence, Error};
+use crate::error::Error;
+use crate::guard;
 use crate::interaction::{self, Interaction};
 use crate::kernel::{Instructions, Substeps};
 use crate::ledger::Ledger;
@@ -178,35 +179,13 @@ impl<R: Real> Simulation<R> {
             let tolerance = self.settings.tolerance;
             return Err(Error::Unreachable { tolerance, particle, step, time });
         }
-        // A comparison that a NaN fails: it is not inside.
-        let within = |vector: &R::Vec3, bound: R| {
-            let [x, y, z] = vector.components();
-            (x.abs() <= bound) & (y.abs() <= bound) & (z.abs() <= bound)
-        };
-        let State { positions, velocities } = &self.state;
-        let inside = |(x, v): (&R::Vec3, &R::Vec3)| within(x, model.extent) & within(v, R::LARGEST);
-        let mut rows = positions.iter().zip(velocities);
-        // All at once first, which is faster than to stop at one that is hardly ever there.
-        if rows.clone().fold(true, |all, row| all & inside(row)) {
-            return Ok(());
-        }
-        let Some(particle) = rows.position(|row| !inside(row)) else { return Ok(()) };
-        let stable = self.largest_step_from(&self.good, &mut Estimator::default());
-        Err(Error::Diverged(Divergence {
-            particle,
-            step,
-            time,
-            substep: self.settings.substep(),
-            stable_substep: (stable != 0.0).then_some(stable),
-        }))
+        let Some(particle) = guard::first_outside(model, &self.state) else { return Ok(()) };
+        let at = (particle, step, time);
+        Err(guard::divergence(model, (&self.good, &self.settings), at).into())
     }
 
     pub(crate) fn largest_step_from(&self, state: &State<R>, estimator: &mut Estimator) -> f64 {
-        let Settings { integrator, substeps, .. } = self.settings;
-        if integrator.is_adaptive() {
-            return f64::INFINITY;
-        }
-        estimator.limit((&self.model, state), integrator, substeps)
+        guard::largest_step(&self.model, (state, &self.settings), estimator)
     }
 
     /// Queues an interaction for the start of the next step.

@@ -9,7 +9,7 @@ use core::ops::Range;
 /// As many numbers as a slice, aligned to a line of the cache.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
-struct Slice<R>([R; LANES]);
+pub(super) struct Slice<R>(pub(super) [R; LANES]);
 
 /// Columns of one length, one after the other.
 ///
@@ -77,9 +77,22 @@ impl<R: Real> Columns<R> {
         self.slices.len() * LANES == columns * self.stride
     }
 
+    /// Whether no number of three columns is larger than a bound; one that is not a number is.
+    pub(super) fn is_within(&self, column: usize, bound: R) -> bool {
+        (column..column + 3).fold(true, |within, column| {
+            let numbers = self.column(column).iter();
+            numbers.fold(within, |within, &number| within & (number.abs() <= bound))
+        })
+    }
+
     /// The memory that the columns take, bytes.
     pub(super) fn bytes(&self) -> usize {
         size_of_val(&self.slices[..])
+    }
+
+    /// Where rows start that lie one after the other in a single column, from one of them on.
+    pub(super) fn rows(&mut self, first: usize) -> Start<R> {
+        Start { first: self.start().at(0, first * LANES), stride: LANES }
     }
 
     /// The first slot of the first column and the distance to that of the next column.

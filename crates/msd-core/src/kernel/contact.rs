@@ -1,8 +1,8 @@
-//! What happens to the particles of a slice that have entered a plane? As [`crate::collision`] says,
-//! lane by lane, with the same bits.
+//! What happens to the particles of a slice that have entered a plane? As [`crate::collision`]
+//! says, lane by lane, with the same bits.
 
 use super::LANES;
-use super::pack::{Pack, Triple};
+use super::pack::{Pack, Spread, Triple};
 use super::sweep::{Particles, Sums};
 use crate::real::Real;
 use crate::scene::Friction;
@@ -24,20 +24,83 @@ impl<R: Real> Planes<R> {
     }
 }
 
+/// A plane for each lane.
+pub(super) trait Obstacle<R: Real> {
+    /// The lanes that have a plane here.
+    fn lanes(&self) -> u16;
+    /// Directions out of the solid.
+    ///
+    /// # Safety
+    /// See [`super::sweep::sweep`]; so for all functions here.
+    unsafe fn normal<P: Pack<R>>(&self, lane: usize) -> Triple<P>;
+    /// Signed distances from the origin.
+    unsafe fn offset<P: Pack<R>>(&self, lane: usize) -> P;
+    /// Speeds of a slower approach, which does not bounce, and fractions of a faster one returned.
+    unsafe fn bounce<P: Pack<R>>(&self, lane: usize) -> [P; 2];
+    /// Fractions kept of a velocity along the plane, while that towards it changes by `gained`.
+    unsafe fn kept<P: Pack<R>>(&self, lane: usize, along: Triple<P>, gained: P) -> P;
+}
+
+impl<R: Real> Obstacle<R> for Planes<R> {
+    #[inline(always)]
+    fn lanes(&self) -> u16 {
+        u16::MAX
+    }
+    #[inline(always)]
+    unsafe fn normal<P: Pack<R>>(&self, _: usize) -> Triple<P> {
+        // SAFETY: the caller's promise.
+        unsafe { Triple::splat(self.plane.normal) }
+    }
+    #[inline(always)]
+    unsafe fn offset<P: Pack<R>>(&self, _: usize) -> P {
+        // SAFETY: the caller's promise.
+        unsafe { P::splat(self.plane.offset) }
+    }
+    #[inline(always)]
+    unsafe fn bounce<P: Pack<R>>(&self, _: usize) -> [P; 2] {
+        // SAFETY: the caller's promise.
+        unsafe { [P::splat(self.resting_speed), P::splat(self.plane.restitution)] }
+    }
+    #[inline(always)]
+    unsafe fn kept<P: Pack<R>>(&self, lane: usize, along: Triple<P>, gained: P) -> P {
+        // SAFETY: the caller's promise.
+        unsafe {
+            match self.plane.friction {
+                Friction::TangentialLoss(loss) => P::splat(R::ONE - R::of(loss)),
+                Friction::Coulomb(factor) => coulomb(R::of(factor).at(lane), along, gained),
+            }
+        }
+    }
+}
+
+/// What Coulomb friction leaves of velocities along a plane.
+///
+/// # Safety
+/// See [`super::sweep::sweep`].
+#[inline(always)]
+pub(super) unsafe fn coulomb<R: Real, P: Pack<R>>(factor: P, along: Triple<P>, gained: P) -> P {
+    // SAFETY: the caller's promise.
+    let (zero, one, all) = unsafe { (P::splat(R::ZERO), P::splat(R::ONE), P::mask(u16::MAX)) };
+    let speed = along.dot(along).sqrt();
+    let loss = factor * gained;
+    (one - loss / speed).select(loss.less(speed, all), zero)
+}
+
 /// Moves the particles out of a plane, bounces them and slows them along it.
 ///
 /// # Safety
 /// See [`super::sweep::sweep`].
 #[inline(always)]
 pub(super) unsafe fn resolve<R: Real, P: Pack<R>>(
-    plane: &Planes<R>,
+    plane: &impl Obstacle<R>,
     particles: &mut Particles<P>,
     sums: &mut Sums,
 ) {
+    let lane = particles.slot % LANES;
     // SAFETY: the caller's promise.
     let (normal, offset, zero, all) = unsafe {
-        let normal = Triple::<P>::splat(plane.plane.normal);
-        (normal, P::splat(plane.plane.offset), P::splat(R::ZERO), P::mask(u16::MAX))
+        let all = P::mask(plane.lanes() >> lane);
+        (plane.normal::<P>(lane), plane.offset::<P>(lane), P::splat(R::ZERO), all)
     };
     let depth = offset - normal.dot(particles.position);
     let free = zero.less(particles.inverse_mass, all);
@@ -47,12 +110,12 @@ pub(super) unsafe fn resolve<R: Real, P: Pack<R>>(
         return;
     }
     // SAFETY: the caller's promise.
-    let (bounced, half) = unsafe { (bounce(plane, normal, particles.velocity), P::splat(R::HALF)) };
+    let (bounced, half) =
+        unsafe { (bounce(plane, (normal, lane), particles.velocity), P::splat(R::HALF)) };
     let moved = normal * depth;
     let velocity = particles.velocity;
     let slower = velocity.dot(velocity) - bounced.dot(bounced);
     let slowed = slower * half * particles.mass;
-    let lane = particles.slot % LANES;
     slowed.select(inside, zero).add_to(&mut sums.energy[lane..]);
     particles.force.dot(moved).select(inside, zero).add_to(&mut sums.energy[lane..]);
     sums.contacts += count as usize;
@@ -66,16 +129,14 @@ pub(super) unsafe fn resolve<R: Real, P: Pack<R>>(
 /// See [`super::sweep::sweep`].
 #[inline(always)]
 unsafe fn bounce<R: Real, P: Pack<R>>(
-    plane: &Planes<R>,
-    normal: Triple<P>,
+    plane: &impl Obstacle<R>,
+    (normal, lane): (Triple<P>, usize),
     velocity: Triple<P>,
 ) -> Triple<P> {
     // SAFETY: the caller's promise.
-    let (zero, one, minus, all) =
-        unsafe { (P::splat(R::ZERO), P::splat(R::ONE), P::splat(-R::ONE), P::mask(u16::MAX)) };
+    let (zero, minus, all) = unsafe { (P::splat(R::ZERO), P::splat(-R::ONE), P::mask(u16::MAX)) };
     // SAFETY: as above.
-    let (resting, restitution) =
-        unsafe { (P::splat(plane.resting_speed), P::splat(plane.plane.restitution)) };
+    let [resting, restitution] = unsafe { plane.bounce::<P>(lane) };
     let normal_speed = velocity.dot(normal);
     let tangential = velocity - normal * normal_speed;
     let entering = normal_speed.less(zero, all);
@@ -83,15 +144,7 @@ unsafe fn bounce<R: Real, P: Pack<R>>(
     let slow = (normal_speed * minus).less(resting, all);
     let restitution = zero.select(slow, restitution);
     let after = (restitution * normal_speed * minus).select(entering, normal_speed);
-    let kept = match plane.plane.friction {
-        // SAFETY: as above.
-        Friction::TangentialLoss(loss) => unsafe { P::splat(R::ONE - R::of(loss)) },
-        Friction::Coulomb(factor) => {
-            let speed = tangential.dot(tangential).sqrt();
-            // SAFETY: as above.
-            let loss = unsafe { P::splat(R::of(factor)) } * (after - normal_speed);
-            (one - loss / speed).select(loss.less(speed, all), zero)
-        }
-    };
+    // SAFETY: as above.
+    let kept = unsafe { plane.kept(lane, tangential, after - normal_speed) };
     normal * after + tangential * kept
 }

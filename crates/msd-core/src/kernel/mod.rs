@@ -1,4 +1,4 @@
-//! How is a step taken fast? A topology is compiled to a plan, and swept sixteen particles at a time.
+//! How is a step taken fast? Springs are compiled to a plan, and swept sixteen particles at a time.
 //!
 //! Read in this order:
 //!
@@ -9,9 +9,13 @@
 //! - `sweep`: what happens to a slice: the springs of its rows pull, each evaluated from both ends
 //!   so that no two slices write to the same place, and at once
 //! - `update` moves its particles on, and `contact` keeps them out of planes;
-//! - `links`: what springs add to the matrix of an implicit method, `solve`: what it does to a slice,
+//! - `links`: what springs add to the matrix of an implicit method, `solve`: what is done with it,
 //!   and `matrix`: where it keeps both;
 //! - `dispatch`: the same code compiled once for each set of instructions, and chosen here.
+//!
+//! Sixteen copies of a scene need none of that cunning: with a lane for each copy, the plain loop
+//! over springs works on all of them at once, whatever their topology (`ensemble_plan`,
+//! `ensemble_sweep`, `ensemble`; the update and the contact are the same).
 //!
 //! Nothing outside this module knows about slots, lanes or packs, and all its results have the bits
 //! of the plain loops in `crate::forces`, [`crate::explicit`] and [`crate::collision`], which are
@@ -36,10 +40,15 @@ mod contact;
 mod update;
 mod links;
 mod solve;
+mod ensemble_sweep;
 mod dispatch;
 mod matrix;
+mod ensemble_plan;
+mod ensemble;
 
 pub use dispatch::Instructions;
+pub(crate) use ensemble::Group;
+pub(crate) use ensemble_plan::order;
 
 use crate::forces;
 use crate::integrator::Explicit;
@@ -55,7 +64,7 @@ use sweep::{INVERSE_MASS, Job, MASS, POSITION, Tally, VELOCITY};
 use update::{Phase, RK4_COLUMNS, Update, VERLET_COLUMNS};
 
 /// Particles in a slice.
-const LANES: usize = 16;
+pub(crate) const LANES: usize = 16;
 
 /// Records that the near caches hold beside what a sweep streams through them.
 const NEAR_BYTES: usize = 1 << 19;
@@ -187,18 +196,9 @@ impl<R: Real> Kernel<R> {
         }
         self.fetch(POSITION, 0, &mut state.positions);
         self.fetch(VELOCITY, 0, &mut state.velocities);
-        done.inside =
-            self.is_within(POSITION, model.extent) && self.is_within(VELOCITY, R::LARGEST);
+        let [at, _] = &self.motions;
+        done.inside = at.is_within(POSITION, model.extent) && at.is_within(VELOCITY, R::LARGEST);
         done
-    }
-
-    /// Whether no number of three columns is larger than a bound; one that is not a number is.
-    fn is_within(&self, column: usize, bound: R) -> bool {
-        let within = |column| {
-            let numbers = self.motions[0].column(column).iter();
-            numbers.fold(true, |within, &number| within & (number.abs() <= bound))
-        };
-        within(column) & within(column + 1) & within(column + 2)
     }
 
     /// Advances by one substep; returns the mean power taken away, watts, and the contacts.
@@ -244,10 +244,6 @@ impl<R: Real> Kernel<R> {
             Explicit::VelocityVerlet => {
                 if !self.own.has(VERLET_COLUMNS) {
                     self.own = Columns::new(VERLET_COLUMNS, slices);
-                }
-                for component in 0..3 {
-                    let from = self.motions[0].column(VELOCITY + component);
-                    self.own.column_mut(component).copy_from_slice(from);
                 }
             }
             Explicit::Rk4 => {

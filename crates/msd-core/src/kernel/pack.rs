@@ -1,7 +1,7 @@
 //! What does one instruction work on? A [`Pack`]: as many numbers as a register holds.
 //!
-//! Every operation is the IEEE 754 one, lane by lane, and none is fused with another, so that a lane
-//! of any pack computes what a plain number would. There is a pack of four numbers in plain Rust,
+//! Every operation is the IEEE 754 one, lane by lane, and none is fused with another, so that any
+//! lane computes what a plain number would. There is a pack of four numbers in plain Rust,
 //! which the compiler turns into what the target always has (SSE2, NEON, simd128 of WebAssembly, or
 //! nothing), and there are packs for AVX2 and AVX-512, which a processor may have.
 
@@ -125,6 +125,31 @@ pub(super) trait Pack<R: Real>:
                 }
             }
         }
+    }
+}
+
+/// A number for each lane: the same for all of them, or a row of their own.
+pub(super) trait Spread<R: Real>: Copy {
+    /// The numbers of the lanes from one on.
+    ///
+    /// # Safety
+    /// The processor has the instructions of the pack; the lanes are within a slice.
+    unsafe fn at<P: Pack<R>>(self, lane: usize) -> P;
+}
+
+impl<R: Real> Spread<R> for R {
+    #[inline(always)]
+    unsafe fn at<P: Pack<R>>(self, _: usize) -> P {
+        // SAFETY: the caller's promise.
+        unsafe { P::splat(self) }
+    }
+}
+
+impl<R: Real> Spread<R> for &[R; LANES] {
+    #[inline(always)]
+    unsafe fn at<P: Pack<R>>(self, lane: usize) -> P {
+        // SAFETY: the caller's promise.
+        unsafe { P::load(self.as_ptr().add(lane)) }
     }
 }
 

@@ -250,9 +250,9 @@ fn best_run(
 /// Lanes served by a run at least: one in this many, since a gather costs about so many runs.
 const MOST_RUNS: u32 = 3;
 
-/// Particles in the order in which a walk along springs finds them, nearest first, backwards (Cuthill
-/// and McKee, 1969; George, 1971), so that what is joined is near; in windows of which those with
-/// the most springs come first, so that the rows of a slice are full.
+/// Particles in the order in which a walk along springs finds them, nearest first, backwards
+/// (Cuthill and McKee, 1969; George, 1971), so that what is joined is near; in windows of which
+/// those with the most springs come first, so that the rows of a slice are full.
 fn near_order(incidence: &Incidence, count: usize) -> Vec<u32> {
     let springs = |&particle: &u32| incidence.of(particle as usize).len();
     let mut starts: Vec<u32> = (0..count as u32).collect();

@@ -1,5 +1,5 @@
-//! How do records become columns, and columns records, on x86-64? By transposing blocks of four by four
-//! numbers.
+//! How do records become columns, and columns records, on x86-64? By transposing blocks of four by
+//! four numbers.
 
 use core::arch::x86_64::*;
 

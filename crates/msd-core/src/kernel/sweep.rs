@@ -67,6 +67,7 @@ impl core::ops::AddAssign for Tally {
 }
 
 /// Sums of a part of a sweep, one per lane.
+#[derive(Default)]
 pub(super) struct Sums {
     /// Of dampers: each of them is met from both ends.
     dampers: [f64; LANES],
@@ -98,8 +99,7 @@ pub(super) unsafe fn sweep<R: Real, P: Pack<R>, const DAMPED: bool, const GATHER
     update: impl Apply<R>,
     slices: Range<usize>,
 ) -> Tally {
-    let mut sums =
-        Sums { dampers: [0.0; LANES], drag: [0.0; LANES], energy: [0.0; LANES], contacts: 0 };
+    let mut sums = Sums::default();
     for slice in slices {
         let starts = &job.plan.starts[slice..slice + 2];
         let rows = if update.evaluates() { starts[0] as usize..starts[1] as usize } else { 0..0 };

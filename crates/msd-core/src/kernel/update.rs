@@ -1,26 +1,28 @@
-//! How do the particles of a slice move on, once the forces on them are known? As [`crate::explicit`]
-//! says, lane by lane, with the same bits.
+//! How do the particles of a slice move on, once the forces on them are known? As
+//! [`crate::explicit`] says, lane by lane, with the same bits.
 
-use super::pack::{Pack, Triple};
+use super::LANES;
+use super::columns::Start;
+use super::pack::{Pack, Spread, Triple};
 use super::sweep::{Job, POSITION, Particles, Sums, VELOCITY, collide};
 use crate::real::Real;
 
-/// What a sweep does with forces.
+/// What a sweep does with forces; lengths of time are of type `S`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Update<R> {
+pub(super) enum Update<R, S = R> {
     /// Writes them instead of positions.
     Forces,
     /// A substep of explicit Euler, `h` long.
-    ExplicitEuler { h: R },
+    ExplicitEuler { h: S },
     /// A substep of symplectic Euler.
-    SymplecticEuler { h: R },
+    SymplecticEuler { h: S },
     /// The end of a substep of velocity Verlet, and the start of the next.
-    VelocityVerlet { h: R, phase: Phase, damped: bool },
+    VelocityVerlet { h: S, phase: Phase, damped: bool },
     /// A stage of RK4: the sum of slopes takes this one so many times, and the next stage is that
     /// long after the start.
-    Rk4Stage { first: bool, weight: R, reach: R },
+    Rk4Stage { first: bool, weight: R, reach: S },
     /// The last stage of RK4.
-    Rk4Last { h: R },
+    Rk4Last { h: S },
 }
 
 /// Where velocity Verlet stands.
@@ -34,6 +36,35 @@ pub(super) enum Phase {
     Next,
     /// The last substep ends.
     Last,
+}
+
+/// Where an update finds and leaves what belongs to particles.
+pub(super) trait Place<R: Real> {
+    /// What the method remembers about each particle.
+    fn own(&self) -> Start<R>;
+    /// What comes out: a motion, or forces.
+    fn to(&self) -> Start<R>;
+    /// Keeps particles out of planes.
+    ///
+    /// # Safety
+    /// See [`super::sweep::sweep`].
+    unsafe fn collide<P: Pack<R>>(&self, particles: &mut Particles<P>, sums: &mut Sums);
+}
+
+impl<R: Real> Place<R> for Job<'_, R> {
+    #[inline(always)]
+    fn own(&self) -> Start<R> {
+        self.own
+    }
+    #[inline(always)]
+    fn to(&self) -> Start<R> {
+        self.to
+    }
+    #[inline(always)]
+    unsafe fn collide<P: Pack<R>>(&self, particles: &mut Particles<P>, sums: &mut Sums) {
+        // SAFETY: the caller's promise.
+        unsafe { collide(self, particles, sums) };
+    }
 }
 
 /// An update that a sweep is compiled for, one of [`Update`].
@@ -52,7 +83,12 @@ pub(super) trait Apply<R: Real>: Copy {
     ///
     /// # Safety
     /// See [`super::sweep::sweep`].
-    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, particles: Particles<P>, sums: &mut Sums);
+    unsafe fn apply<P: Pack<R>>(
+        self,
+        job: &impl Place<R>,
+        particles: Particles<P>,
+        sums: &mut Sums,
+    );
 }
 
 /// Columns of what velocity Verlet remembers: velocities and accelerations.
@@ -76,22 +112,22 @@ impl<R: Real> Apply<R> for Forces {
     }
 
     #[inline(always)]
-    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, particles: Particles<P>, _: &mut Sums) {
+    unsafe fn apply<P: Pack<R>>(self, job: &impl Place<R>, particles: Particles<P>, _: &mut Sums) {
         // SAFETY: the caller's promise.
-        unsafe { particles.force.store::<R>(job.to, POSITION, particles.slot) };
+        unsafe { particles.force.store::<R>(job.to(), POSITION, particles.slot) };
     }
 }
 
 /// See [`Update::ExplicitEuler`].
 #[derive(Clone, Copy)]
-pub(super) struct ExplicitEuler<R>(pub(super) R);
+pub(super) struct ExplicitEuler<S>(pub(super) S);
 
-impl<R: Real> Apply<R> for ExplicitEuler<R> {
+impl<R: Real, S: Spread<R>> Apply<R> for ExplicitEuler<S> {
     #[inline(always)]
-    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, mut at: Particles<P>, sums: &mut Sums) {
+    unsafe fn apply<P: Pack<R>>(self, job: &impl Place<R>, mut at: Particles<P>, sums: &mut Sums) {
         // SAFETY: the caller's promise.
         unsafe {
-            let h = P::splat(self.0);
+            let h: P = self.0.at(at.slot % LANES);
             at.position = at.position + at.velocity * h;
             at.velocity = at.velocity + at.force * (at.inverse_mass * h);
             finish(job, at, sums);
@@ -101,14 +137,14 @@ impl<R: Real> Apply<R> for ExplicitEuler<R> {
 
 /// See [`Update::SymplecticEuler`].
 #[derive(Clone, Copy)]
-pub(super) struct SymplecticEuler<R>(pub(super) R);
+pub(super) struct SymplecticEuler<S>(pub(super) S);
 
-impl<R: Real> Apply<R> for SymplecticEuler<R> {
+impl<R: Real, S: Spread<R>> Apply<R> for SymplecticEuler<S> {
     #[inline(always)]
-    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, mut at: Particles<P>, sums: &mut Sums) {
+    unsafe fn apply<P: Pack<R>>(self, job: &impl Place<R>, mut at: Particles<P>, sums: &mut Sums) {
         // SAFETY: the caller's promise.
         unsafe {
-            let h = P::splat(self.0);
+            let h: P = self.0.at(at.slot % LANES);
             at.velocity = at.velocity + at.force * (at.inverse_mass * h);
             at.position = at.position + at.velocity * h;
             finish(job, at, sums);
@@ -118,27 +154,31 @@ impl<R: Real> Apply<R> for SymplecticEuler<R> {
 
 /// See [`Update::VelocityVerlet`].
 #[derive(Clone, Copy)]
-pub(super) struct VelocityVerlet<R> {
-    pub(super) h: R,
+pub(super) struct VelocityVerlet<S> {
+    pub(super) h: S,
     pub(super) phase: Phase,
     pub(super) damped: bool,
 }
 
-impl<R: Real> Apply<R> for VelocityVerlet<R> {
+impl<R: Real, S: Spread<R>> Apply<R> for VelocityVerlet<S> {
     #[inline(always)]
     fn evaluates(self) -> bool {
         self.phase != Phase::Warm
     }
 
     #[inline(always)]
-    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, mut at: Particles<P>, sums: &mut Sums) {
+    unsafe fn apply<P: Pack<R>>(self, job: &impl Place<R>, mut at: Particles<P>, sums: &mut Sums) {
         let VelocityVerlet { h, phase, damped } = self;
-        let (half, slot) = (h * R::HALF, at.slot);
+        let slot = at.slot;
         // SAFETY: the caller's promise.
         unsafe {
-            let (half, quarter, h) = (P::splat(half), P::splat(half * R::HALF), P::splat(h));
-            let own = Triple::<P>::load(job.own, OWN_VELOCITY, slot);
-            let remembered = Triple::load(job.own, ACCELERATION, slot);
+            let (h, halved): (P, P) = (h.at(slot % LANES), P::splat(R::HALF));
+            let (half, quarter) = (h * halved, h * halved * halved);
+            let own = match phase {
+                Phase::Cold | Phase::Warm => at.velocity,
+                Phase::Next | Phase::Last => Triple::load(job.own(), OWN_VELOCITY, slot),
+            };
+            let remembered = Triple::load(job.own(), ACCELERATION, slot);
             let found = at.force * at.inverse_mass;
             let (before, now) = match phase {
                 Phase::Cold => (found, found),
@@ -148,65 +188,65 @@ impl<R: Real> Apply<R> for VelocityVerlet<R> {
             at.velocity = own;
             if matches!(phase, Phase::Next | Phase::Last) {
                 at.velocity = own + now * half;
-                collide(job, &mut at, sums);
+                job.collide(&mut at, sums);
             }
-            now.store::<R>(job.own, ACCELERATION, slot);
+            now.store::<R>(job.own(), ACCELERATION, slot);
             let mut velocity = at.velocity;
             if phase != Phase::Last {
                 velocity = at.velocity + now * half;
-                velocity.store::<R>(job.own, OWN_VELOCITY, slot);
+                velocity.store::<R>(job.own(), OWN_VELOCITY, slot);
                 at.position = at.position + velocity * h;
                 velocity = if damped { velocity + (now + before) * quarter } else { velocity };
             }
-            at.position.store::<R>(job.to, POSITION, slot);
-            velocity.store::<R>(job.to, VELOCITY, slot);
+            at.position.store::<R>(job.to(), POSITION, slot);
+            velocity.store::<R>(job.to(), VELOCITY, slot);
         }
     }
 }
 
 /// See [`Update::Rk4Stage`].
 #[derive(Clone, Copy)]
-pub(super) struct Rk4Stage<R> {
+pub(super) struct Rk4Stage<R, S> {
     pub(super) first: bool,
     pub(super) weight: R,
-    pub(super) reach: R,
+    pub(super) reach: S,
 }
 
-impl<R: Real> Apply<R> for Rk4Stage<R> {
+impl<R: Real, S: Spread<R>> Apply<R> for Rk4Stage<R, S> {
     #[inline(always)]
-    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, at: Particles<P>, _: &mut Sums) {
+    unsafe fn apply<P: Pack<R>>(self, job: &impl Place<R>, at: Particles<P>, _: &mut Sums) {
         let Particles { slot, position, velocity, force, inverse_mass, .. } = at;
         let acceleration = force * inverse_mass;
         // SAFETY: the caller's promise.
         unsafe {
-            let (weight, reach) = (P::splat(self.weight), P::splat(self.reach));
+            let (weight, reach): (P, P) = (P::splat(self.weight), self.reach.at(slot % LANES));
             let zero = Triple::<P>::splat(R::Vec3::default());
             let (start, start_velocity, drifts, kicks) = if self.first {
-                position.store::<R>(job.own, START, slot);
-                velocity.store::<R>(job.own, START + 3, slot);
+                position.store::<R>(job.own(), START, slot);
+                velocity.store::<R>(job.own(), START + 3, slot);
                 (position, velocity, zero, zero)
             } else {
                 remembered(job, slot)
             };
-            (drifts + velocity * weight).store::<R>(job.own, SLOPE, slot);
-            (kicks + acceleration * weight).store::<R>(job.own, SLOPE + 3, slot);
-            (start + velocity * reach).store::<R>(job.to, POSITION, slot);
-            (start_velocity + acceleration * reach).store::<R>(job.to, VELOCITY, slot);
+            (drifts + velocity * weight).store::<R>(job.own(), SLOPE, slot);
+            (kicks + acceleration * weight).store::<R>(job.own(), SLOPE + 3, slot);
+            (start + velocity * reach).store::<R>(job.to(), POSITION, slot);
+            (start_velocity + acceleration * reach).store::<R>(job.to(), VELOCITY, slot);
         }
     }
 }
 
 /// See [`Update::Rk4Last`].
 #[derive(Clone, Copy)]
-pub(super) struct Rk4Last<R>(pub(super) R);
+pub(super) struct Rk4Last<S>(pub(super) S);
 
-impl<R: Real> Apply<R> for Rk4Last<R> {
+impl<R: Real, S: Spread<R>> Apply<R> for Rk4Last<S> {
     #[inline(always)]
-    unsafe fn apply<P: Pack<R>>(self, job: &Job<'_, R>, mut at: Particles<P>, sums: &mut Sums) {
+    unsafe fn apply<P: Pack<R>>(self, job: &impl Place<R>, mut at: Particles<P>, sums: &mut Sums) {
         let last = at.force * at.inverse_mass;
         // SAFETY: the caller's promise.
         unsafe {
-            let sixth = P::splat(self.0 / R::of(6.0));
+            let sixth = self.0.at::<P>(at.slot % LANES) / P::splat(R::of(6.0));
             let (start, start_velocity, drifts, kicks) = remembered(job, at.slot);
             at.position = start + (drifts + at.velocity) * sixth;
             at.velocity = start_velocity + (kicks + last) * sixth;
@@ -221,15 +261,15 @@ impl<R: Real> Apply<R> for Rk4Last<R> {
 /// See [`super::sweep::sweep`].
 #[inline(always)]
 unsafe fn finish<R: Real, P: Pack<R>>(
-    job: &Job<'_, R>,
+    job: &impl Place<R>,
     mut particles: Particles<P>,
     sums: &mut Sums,
 ) {
     // SAFETY: the caller's promise.
     unsafe {
-        collide(job, &mut particles, sums);
-        particles.position.store::<R>(job.to, POSITION, particles.slot);
-        particles.velocity.store::<R>(job.to, VELOCITY, particles.slot);
+        job.collide(&mut particles, sums);
+        particles.position.store::<R>(job.to(), POSITION, particles.slot);
+        particles.velocity.store::<R>(job.to(), VELOCITY, particles.slot);
     }
 }
 
@@ -239,16 +279,16 @@ unsafe fn finish<R: Real, P: Pack<R>>(
 /// See [`super::sweep::sweep`].
 #[inline(always)]
 unsafe fn remembered<R: Real, P: Pack<R>>(
-    job: &Job<'_, R>,
+    job: &impl Place<R>,
     slot: usize,
 ) -> (Triple<P>, Triple<P>, Triple<P>, Triple<P>) {
     // SAFETY: the caller's promise.
     unsafe {
         (
-            Triple::load(job.own, START, slot),
-            Triple::load(job.own, START + 3, slot),
-            Triple::load(job.own, SLOPE, slot),
-            Triple::load(job.own, SLOPE + 3, slot),
+            Triple::load(job.own(), START, slot),
+            Triple::load(job.own(), START + 3, slot),
+            Triple::load(job.own(), SLOPE, slot),
+            Triple::load(job.own(), SLOPE + 3, slot),
         )
     }
 }
