@@ -12,6 +12,9 @@ use msd::lab::trade::promise::{Case, keep, random_scene};
 const ASKED: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // A cost is that of one thread.
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
+    alone.expect("nobody has made a pool yet");
     let arguments: Vec<String> = std::env::args().collect();
     let brief = arguments.iter().any(|argument| argument == "--test");
     let given = arguments.iter().position(|argument| argument == "--scenes");

@@ -1,189 +1,164 @@
-//! How long does one step take? Scene x integrator x precision, per spring update.
+//! How long does one step take? Groups named `scene/size`; in each the simple kernel, the textbook
+//! and the compiled kernel, per instructions, precision and integrator.
 //!
 //! `cargo bench --bench step` reports elements per second, where an element is one spring
-//! evaluated once: a substep of RK4 counts each spring four times. The group `terms` shows that a
-//! scene does not pay for what it lacks.
+//! evaluated once: a substep of RK4 counts each spring four times. All run on one thread but what
+//! is named `2-threads`. The group `terms` shows that a scene does not pay for what it lacks.
+//!
+//! Scenes of more than 100,000 springs take part where a filter names them (`-- cloth/316`), or all
+//! of them where the environment sets `MSD_LARGE`. `docs/performance.md` has the figures, by
+//! `cargo bench --bench performance`.
 
+mod baselines;
+
+use baselines::simple::Simple;
+use baselines::textbook::Textbook;
+use baselines::{terms, works};
 use criterion::measurement::WallTime;
-use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group};
 use msd::core::forces::{Incidence, add_spring_forces, add_spring_forces_by_particle};
-use msd::core::glam::DVec3;
-use msd::core::{
-    Friction, Integrator, Interaction, Material, Model, Part, Pin, Plane, Real, Scene, Select,
-    Settings, Simulation, Vector, shape,
-};
+use msd::core::kernel::{Instructions, Kernel};
+use msd::core::{Integrator, Model, Real, Scene, Settings, Simulation, Vector};
+use msd::lab::{Precision, peers};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::hint::black_box;
+use std::time::{Duration, Instant};
 
-const SUBSTEPS: u32 = 8;
+const SMALL: [&str; 5] = ["cloth/31", "cloth/100", "block/10", "block/20", "irregular/10000"];
+const LARGE: [&str; 5] =
+    ["cloth/316", "block/46", "block/100", "irregular/100000", "irregular/1000000"];
 
-fn material() -> Material {
-    Material { mass: 1.0, stiffness: 1000.0, damping: 2.0 }
-}
-
-fn scenes() -> [(&'static str, Part); 5] {
-    let block = |n: usize| shape::block([n, n, n], 1.0, material());
-    let cloth = |n: usize| shape::cloth([n, n], 1.0, material());
-    let parts = [
-        ("chain/100", shape::rope(100, 1.0, material())),
-        ("cloth/31", cloth(31)),
-        ("cloth/100", cloth(100)),
-        ("block/10", block(10)),
-        ("block/20", block(20)),
-    ];
-    parts.map(|(name, part)| (name, part.expect("a small lattice")))
-}
-
-/// Hung by its first particle, so that it moves for ever and never leaves the world.
-fn hung(part: Part) -> Scene {
-    let pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
-    Scene { pins, ..Scene::of("body", part) }
-}
+/// Explicit Euler gains energy for ever: nothing to time that stays the same.
+const INTEGRATORS: [Integrator; 3] =
+    [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4];
 
 fn settings(integrator: Integrator) -> Settings {
-    Settings {
-        integrator,
-        step: f64::from(SUBSTEPS) / 960.0,
-        substeps: SUBSTEPS,
-        ..Settings::default()
-    }
+    Settings { integrator, ..peers::settings() }
 }
 
-fn evaluations(integrator: Integrator) -> u64 {
-    let per_substep = if integrator == Integrator::Rk4 { 4 } else { 1 };
+/// How often each spring is evaluated in a step.
+fn evaluations(settings: Settings) -> u64 {
+    let per_substep = if settings.integrator == Integrator::Rk4 { 4 } else { 1 };
     // Velocity Verlet evaluates once more per step.
-    u64::from(SUBSTEPS) * per_substep + u64::from(integrator == Integrator::VelocityVerlet)
+    let first = u64::from(settings.integrator == Integrator::VelocityVerlet);
+    u64::from(settings.substeps) * per_substep + first
 }
 
-fn bench_step<R: Real>(
-    group: &mut BenchmarkGroup<'_, WallTime>,
-    name: String,
-    scene: &Scene,
-    integrator: Integrator,
-) {
-    let mut simulation = Simulation::<R>::new(scene, settings(integrator)).expect("a valid scene");
-    let updates = simulation.model().spring_count() as u64 * evaluations(integrator);
-    group.throughput(Throughput::Elements(updates));
-    group.bench_function(name, |bencher| bencher.iter(|| simulation.step().expect("stable")));
+/// The works to measure: small ones, and large ones that are asked for.
+fn names() -> impl Iterator<Item = &'static str> {
+    let all = std::env::var_os("MSD_LARGE").is_some();
+    let asked = move |name: &&str| all || std::env::args().any(|argument| argument.contains(name));
+    SMALL.into_iter().chain(LARGE.into_iter().filter(asked))
 }
 
 fn steps(criterion: &mut Criterion) {
-    for (name, part) in scenes() {
+    for name in names() {
+        let scene = works::scene(name);
         let mut group = criterion.benchmark_group(name);
-        let scene = hung(part);
-        // Explicit Euler gains energy for ever: nothing to time that stays the same.
-        for integrator in &Integrator::EXPLICIT[1..] {
-            bench_step::<f32>(&mut group, format!("{integrator}/f32"), &scene, *integrator);
-            bench_step::<f64>(&mut group, format!("{integrator}/f64"), &scene, *integrator);
+        for integrator in INTEGRATORS {
+            let settings = settings(integrator);
+            group.throughput(Throughput::Elements(
+                scene.springs.len() as u64 * evaluations(settings),
+            ));
+            bench_steps::<f32>(&mut group, &scene, (settings, Precision::F32));
+            bench_steps::<f64>(&mut group, &scene, (settings, Precision::F64));
         }
+        let settings = settings(Integrator::SymplecticEuler);
+        group.throughput(Throughput::Elements(scene.springs.len() as u64 * evaluations(settings)));
+        let mut textbook = Textbook::new(&scene, settings);
+        group.bench_function("textbook/f32/symplectic-euler", |bencher| {
+            bencher.iter(|| textbook.step());
+        });
+        bench_threads(&mut group, &scene, settings);
+        bench_forces(&mut group, &scene);
     }
 }
 
-/// A particle as a textbook would store it.
-#[derive(Clone, Copy, Default)]
-struct TextbookParticle {
-    position: [f32; 3],
-    velocity: [f32; 3],
-    force: [f32; 3],
-}
-
-/// A spring as a textbook would store it.
-struct TextbookSpring {
-    ends: [usize; 2],
-    rest_length: f32,
-    stiffness: f32,
-    damping: f32,
-}
-
-/// The named baseline: arrays of structs, a loop over springs, the formula as it is printed.
-fn textbook(particles: &mut [TextbookParticle], springs: &[TextbookSpring]) {
-    for spring in springs {
-        let [a, b] = spring.ends;
-        let (from, to) = (particles[a], particles[b]);
-        let across = [0, 1, 2].map(|i| to.position[i] - from.position[i]);
-        let length = across.iter().map(|d| d * d).sum::<f32>().sqrt();
-        let unit = across.map(|d| d / length);
-        let rate: f32 = (0..3).map(|i| (to.velocity[i] - from.velocity[i]) * unit[i]).sum();
-        let pull = spring.stiffness * (length - spring.rest_length) + spring.damping * rate;
-        for (i, unit) in unit.into_iter().enumerate() {
-            particles[a].force[i] += pull * unit;
-            particles[b].force[i] -= pull * unit;
-        }
-    }
-}
-
-fn textbook_rows(scene: &Scene) -> (Vec<TextbookParticle>, Vec<TextbookSpring>) {
-    let particle = |p: &msd::core::Particle| TextbookParticle {
-        position: p.position.as_vec3().to_array(),
-        ..TextbookParticle::default()
-    };
-    let spring = |s: &msd::core::Spring| TextbookSpring {
-        ends: s.ends,
-        rest_length: s.rest_length as f32,
-        stiffness: s.stiffness as f32,
-        damping: s.damping as f32,
-    };
-    (scene.particles.iter().map(particle).collect(), scene.springs.iter().map(spring).collect())
-}
-
-/// The two algorithms of the source report and the textbook loop, forces alone.
-fn algorithms(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("forces");
-    for (name, part) in scenes() {
-        let scene = hung(part);
-        let (mut particles, springs) = textbook_rows(&scene);
-        let (model, state) = Model::<f32>::new(&scene).expect("a valid scene");
-        let incidence = Incidence::new(&model);
-        let mut forces = vec![Vector::ZERO; model.particle_count()];
-        group.throughput(Throughput::Elements(model.spring_count() as u64));
-        group.bench_function(format!("textbook/{name}"), |bencher| {
-            bencher.iter(|| textbook(black_box(&mut particles), black_box(&springs)));
-        });
-        group.bench_function(format!("by-spring/{name}"), |bencher| {
-            bencher.iter(|| add_spring_forces(&model, state.motion(), black_box(&mut forces)));
-        });
-        group.bench_function(format!("by-particle/{name}"), |bencher| {
-            let forces = black_box(&mut forces);
-            bencher.iter(|| {
-                add_spring_forces_by_particle(&model, &incidence, state.motion(), forces);
-            });
+/// The simple kernel, and the compiled one with each set of instructions that there is.
+fn bench_steps<R: Real>(
+    group: &mut BenchmarkGroup<'_, WallTime>,
+    scene: &Scene,
+    (settings, precision): (Settings, Precision),
+) {
+    let name = |kernel: &str| format!("{kernel}/{precision}/{}", settings.integrator);
+    let mut simple = Simple::<R>::new(scene, settings);
+    group.bench_function(name("simple"), |bencher| bencher.iter(|| simple.step()));
+    for instructions in Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best()) {
+        let mut simulation = Simulation::<R>::new(scene, settings).expect("a valid scene");
+        simulation.set_instructions(instructions);
+        group.bench_function(name(instructions.name()), |bencher| {
+            bencher.iter(|| simulation.step().expect("stable"));
         });
     }
 }
 
-/// The same cloth with one more term each.
-fn terms(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("terms");
-    let undamped = Material { damping: 0.0, ..material() };
-    let bare = hung(shape::cloth([31, 31], 1.0, undamped).expect("a small lattice"));
-    let damped = hung(shape::cloth([31, 31], 1.0, material()).expect("a small lattice"));
-    let mut own = bare.clone();
-    for (row, spring) in own.springs.iter_mut().enumerate() {
-        spring.stiffness += row as f64 * 1e-3;
-    }
-    let mut floored = bare.clone();
-    let friction = Friction::Coulomb(0.5);
-    floored.planes = vec![Plane { normal: DVec3::Y, offset: -1e3, restitution: 0.5, friction }];
-    let mut dragged = bare.clone();
-    dragged.world.drag = 0.01;
-    for (name, scene) in [
-        ("bare", &bare),
-        ("damping", &damped),
-        ("own-stiffness", &own),
-        ("plane", &floored),
-        ("drag", &dragged),
-    ] {
-        bench_step::<f32>(&mut group, name.into(), scene, Integrator::SymplecticEuler);
-    }
-    // Terms that were set and unset again cost nothing either.
-    let settings = settings(Integrator::SymplecticEuler);
-    let mut simulation = Simulation::<f32>::new(&own, settings).expect("a valid scene");
-    let springs = Select::All;
-    let back = Interaction::SetStiffness { springs, value: material().stiffness };
-    simulation.queue(back).expect("a valid stiffness");
-    group.bench_function("own-stiffness-unset", |bencher| {
-        bencher.iter(|| simulation.step().expect("stable"));
+fn bench_threads(group: &mut BenchmarkGroup<'_, WallTime>, scene: &Scene, settings: Settings) {
+    let pool = pool(2);
+    let mut simulation = Simulation::<f32>::new(scene, settings).expect("a valid scene");
+    group.bench_function("2-threads/f32/symplectic-euler", |bencher| {
+        bencher.iter_custom(|count| {
+            pool.install(|| time(count, || simulation.step().expect("stable")))
+        });
     });
 }
 
-criterion_group!(benches, steps, algorithms, terms);
-criterion_main!(benches);
+fn time(count: u64, mut run: impl FnMut()) -> Duration {
+    let start = Instant::now();
+    (0..count).for_each(|_| run());
+    start.elapsed()
+}
+
+/// Forces alone: the two algorithms of the source report and the compiled kernel.
+fn bench_forces(group: &mut BenchmarkGroup<'_, WallTime>, scene: &Scene) {
+    let (model, state) = Model::<f32>::new(scene).expect("a valid scene");
+    let incidence = Incidence::new(&model);
+    let mut kernel = Kernel::new(&model, Instructions::best());
+    let mut forces = vec![Vector::ZERO; model.particle_count()];
+    let forces = black_box(&mut forces);
+    group.throughput(Throughput::Elements(model.spring_count() as u64));
+    group.bench_function("forces/by-spring", |bencher| {
+        bencher.iter(|| add_spring_forces(&model, state.motion(), forces));
+    });
+    group.bench_function("forces/by-particle", |bencher| {
+        bencher.iter(|| {
+            add_spring_forces_by_particle(&model, &incidence, state.motion(), forces);
+        });
+    });
+    group.bench_function("forces/kernel", |bencher| {
+        bencher.iter(|| kernel.set_forces(&model, state.motion(), forces));
+    });
+}
+
+/// The same cloth with one feature more each, in the compiled kernel.
+fn bench_terms(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("terms");
+    let settings = settings(Integrator::SymplecticEuler);
+    for (name, scene) in terms::scenes("cloth/31") {
+        let mut simulation = Simulation::<f32>::new(&scene, settings).expect("a valid scene");
+        let updates = scene.springs.len() as u64 * evaluations(settings);
+        group.throughput(Throughput::Elements(updates));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| simulation.step().expect("stable"));
+        });
+    }
+}
+
+fn pool(threads: usize) -> ThreadPool {
+    ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(20)
+        .warm_up_time(Duration::from_millis(300))
+        .measurement_time(Duration::from_secs(1));
+    targets = steps, bench_terms
+}
+
+fn main() {
+    let alone = ThreadPoolBuilder::new().num_threads(1).build_global();
+    alone.expect("nobody has made a pool yet");
+    benches();
+    Criterion::default().configure_from_args().final_summary();
+}

@@ -25,6 +25,9 @@ const STUDIES: [(&str, f64, f64); 4] =
     [("cloth", 1.0, 30.0), ("jelly", 2.0, 60.0), ("rope", 1.0, 20.0), ("bunny", 1.0, 60.0)];
 
 fn main() -> Result<()> {
+    // A cost is that of one thread.
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
+    alone.expect("nobody has made a pool yet");
     if std::env::args().any(|argument| argument == "--test") {
         let plan = Plan { budget: 1.0, duration: 0.2, fresh: true, ..Plan::default() };
         let studied = study(&msd::lab::open("chain")?, plan, &mut |_| {})?;

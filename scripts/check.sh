@@ -34,13 +34,15 @@ examples() {
     rm -r "$out"
 }
 
-# Each benchmark once: that it runs, not how fast.
+# Each benchmark once: that it runs, not how fast. And the instructions of a step, counted.
 bench() {
     cargo bench --bench step -- --test
     cargo bench --bench ensemble -- --test
+    cargo bench --bench performance -- --test
     cargo bench --bench stability -- --test
     MSD_CACHE= cargo bench --bench promise -- --test
     MSD_CACHE= cargo bench --bench trade -- --test
+    cargo bench --bench instructions
 }
 
 # The core on bare metal, with an allocator and nothing else: the same bits in an emulator.

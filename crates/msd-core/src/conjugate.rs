@@ -17,9 +17,9 @@ pub(crate) struct Goal {
 /// the start if there is none; it is returned.
 ///
 /// A direction in which the blocks are singular is never entered: that is how pins and contacts
-/// hold. Sums are in `f64`, and in an order that depends on the number of particles alone. Source:
-/// Hestenes and Stiefel, 1952; the projection is that of Baraff and Witkin, 1998, section 5.3, with
-/// the symmetry that Ascher and Boxerman, 2003, ask for.
+/// hold. Sums are in `f64`, and in an order that depends on the springs alone, not on instructions
+/// or threads. Source: Hestenes and Stiefel, 1952; the projection is that of Baraff and Witkin,
+/// 1998, section 5.3, with the symmetry that Ascher and Boxerman, 2003, ask for.
 pub(crate) fn solve<R: Real>(
     model: &Model<R>,
     kernel: &mut Kernel<R>,

@@ -154,6 +154,7 @@ fn check_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
                 assert_eq!(bits::<R>(&swept.positions), bits::<R>(&plain.positions), "{what:?}");
                 assert_eq!(bits::<R>(&swept.velocities), bits::<R>(&plain.velocities), "{what:?}");
             }
+            check_taken(&simulation, oracle.counted);
         }
     }
 }
@@ -210,6 +211,17 @@ fn check_implicit_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
     }
 }
 
+/// What was taken away is the same up to rounding, where no contact lets the balance tell it.
+fn check_taken<R: Real>(simulation: &Simulation<R>, counted: f64) {
+    let energy = simulation.energy();
+    if simulation.model().planes().is_empty() {
+        // As many roundings as a slice has rows, and of speeds that are differences of larger ones.
+        let rounding = 1e3 * R::EPSILON.to_f64() * (counted.abs() + energy.kinetic);
+        let taken = energy.dissipated;
+        assert!((taken - counted).abs() <= rounding, "{taken} J, plain loops {counted} J");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(if cfg!(debug_assertions) { 24 } else { 128 }))]
 
@@ -258,6 +270,96 @@ proptest! {
     fn implicit_steps_of_any_topology_have_the_same_bits_by_any_instructions(scene in scenes()) {
         check_implicit_steps::<f32>(&scene, &[]);
         check_implicit_steps::<f64>(&scene, &[]);
+    }
+}
+
+/// More records than the near caches hold, in many parts: what is asked for ahead changes nothing.
+#[test]
+fn a_large_tangle_has_the_bits_of_plain_loops() {
+    let mut random = Random(7);
+    let material = Material { mass: 1.0, stiffness: 10.0, damping: 0.1 };
+    let part = shape::cloth([160, 130], 1.0, material).expect("a cloth");
+    let mut scene = Scene::of("tangle", part);
+    let count = scene.particles.len();
+    for spring in &mut scene.springs {
+        let a = random.below(count);
+        spring.ends = [a, (a + 1 + random.below(count - 1)) % count];
+    }
+    check_forces::<f32>(&scene);
+    check_forces::<f64>(&scene);
+}
+
+/// Two particles that hold thousands of springs each, in one slice: no run serves them, and to look
+/// for one takes no longer than to have none.
+#[test]
+fn hubs_are_compiled_in_time_and_have_the_bits_of_the_plain_loop() {
+    let particle = |row: usize| Particle {
+        position: DVec3::new(row as f64, (row % 7) as f64, 0.0),
+        velocity: DVec3::Y,
+        mass: 1.0,
+    };
+    let count = 60_000;
+    let spring = |row: usize| Spring {
+        ends: [row % 2, 2 + (row * 7919) % (count - 2)],
+        rest_length: 1.0,
+        stiffness: 1.0,
+        damping: 0.1,
+    };
+    let scene = Scene {
+        particles: (0..count).map(particle).collect(),
+        springs: (0..count).map(spring).collect(),
+        ..Scene::default()
+    };
+    check_forces::<f32>(&scene);
+}
+
+/// What a kernel remembers from step to step is forgotten whenever it no longer holds.
+#[test]
+fn nothing_stale_is_remembered() {
+    let material = Material { mass: 1.0, stiffness: 100.0, damping: 0.0 };
+    let mut scene = Scene::of("block", shape::block([5, 4, 3], 1.0, material).expect("small"));
+    let friction = Friction::Coulomb(0.3);
+    scene.planes = vec![Plane { normal: DVec3::Y, offset: -0.3, restitution: 0.5, friction }];
+    let settings = Settings { substeps: 3, ..Settings::default() };
+    let mut kept = Simulation::<f32>::new(&scene, settings).expect("a valid scene");
+    let mut fresh = kept.clone();
+    let particle = 7;
+    let queue = [
+        Interaction::Push { particle, force: DVec3::X },
+        Interaction::SetMass { particles: Select::One(3), value: 2.0 },
+        Interaction::Pin { particle, velocity: DVec3::ZERO },
+        Interaction::Unpin { particle },
+        Interaction::Impulse { particles: Select::All, impulse: DVec3::Z },
+        Interaction::Cut { spring: 5 },
+        Interaction::SetGravity { value: DVec3::X },
+        Interaction::Freeze { springs: Select::All },
+    ];
+    let earlier = kept.state().clone();
+    for step in 0..48 {
+        for simulation in [&mut kept, &mut fresh] {
+            if step % 3 == 0 {
+                simulation.queue(queue[step / 3 % queue.len()]).expect("valid");
+            }
+            if step == 20 {
+                simulation.set_state(&earlier, 0).expect("a state of this scene");
+            }
+            if step % 6 == 0 {
+                let integrator = [Integrator::VelocityVerlet, Integrator::Rk4][step / 6 % 2];
+                simulation.set_settings(Settings { integrator, ..settings }).expect("valid");
+            }
+        }
+        // A kernel that is new remembers nothing.
+        fresh.set_instructions(Instructions::best());
+        for simulation in [&mut kept, &mut fresh] {
+            if step % 5 == 4 {
+                simulation
+                    .step_with(|_, forces| forces[0] += msd_core::glam::Vec3A::X)
+                    .expect("calm");
+            } else {
+                simulation.step().expect("calm");
+            }
+        }
+        assert_eq!(kept.state(), fresh.state(), "step {step}");
     }
 }
 

@@ -27,6 +27,7 @@ mod envelope;
 pub mod loaded;
 pub mod saved;
 pub mod scenes;
+mod nearby;
 pub mod peers;
 pub mod state_file;
 pub mod state_hash;

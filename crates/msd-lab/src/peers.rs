@@ -1,14 +1,19 @@
-//! What do engines step where their speed is compared? A cloth that swings and a block that drops.
+//! What do engines step where their speed is compared? A cloth that swings, a block that drops and a
+//! tangle that has no order.
 //!
-//! The numbers are part of the comparison: who changes one measures something else. Both start at
+//! The numbers are part of the comparison: who changes one measures something else. All start at
 //! rest and are stepped by [`settings`] under the default gravity, 9.82 m/s² down.
 
 use crate::budget::{Budget, count_lattice};
 use crate::error::{LabError, Place};
+use crate::nearby::join_nearest;
 use glam::DVec3;
 use msd_core::{
-    Error, Friction, Integrator, Lattice, Material, Neighbours, Pin, Plane, Scene, Settings, shape,
+    Error, Friction, Integrator, Lattice, Material, Neighbours, Particle, Pin, Plane, Scene,
+    Settings, Spring, shape,
 };
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng;
 
 /// Mass of every particle, kilograms.
 const MASS: f64 = 1.0;
@@ -16,6 +21,8 @@ const MASS: f64 = 1.0;
 const SPACING: f64 = 1.0;
 /// How far above the plane the lowest particles of the block start, metres.
 const DROP: f64 = 1.0;
+/// Springs of a particle of the tangle at least.
+const NEAREST: usize = 14;
 
 /// How the work is stepped unless a user chooses otherwise: frames of 1/60 s in 12 substeps of
 /// symplectic Euler.
@@ -53,13 +60,46 @@ pub fn cloth(side: usize) -> Result<Scene, LabError> {
 pub fn block(side: usize) -> Result<Scene, LabError> {
     let material = Material { mass: MASS, stiffness: 2200.0, damping: 1.0 };
     let (mut scene, _) = lattice("block", side, ([side; 3], material), DROP)?;
-    scene.planes.push(Plane {
-        normal: DVec3::Y,
-        offset: 0.0,
-        restitution: 0.0,
-        friction: Friction::Coulomb(0.0),
-    });
+    scene.planes.push(ground());
     Ok(scene)
+}
+
+/// Makes a tangle of `count` particles at random places in a cube, which drops from 1 m on the plane
+/// of [`block`].
+///
+/// Unit masses, on average one in a cubic metre, in no order; each is joined to its 14 nearest, or to
+/// all others if there are fewer, no two of them twice: about 9 springs per particle. As long at rest
+/// as the ends are apart, stiffness 2200 N/m, damping 1 N s/m. The same bits on every machine.
+///
+/// # Errors
+/// More than memory holds, [`LabError::TooLarge`].
+pub fn irregular(count: usize) -> Result<Scene, LabError> {
+    let asks = || (Place { file: "irregular".into(), position: None }, "its size".into());
+    let counts = [count as u128, count as u128 * NEAREST as u128];
+    Budget::default().take_for(asks, counts)?;
+    let side = libm::cbrt(count as f64);
+    let mut random = Pcg32::new(1, 1);
+    let mut unit = || f64::from(random.next_u32()) / (1u64 << 32) as f64;
+    let mut point = || DVec3::new(unit(), unit(), unit()) * side;
+    let points: Vec<DVec3> = (0..count).map(|_| point()).collect();
+    let particle = |&point: &DVec3| Particle {
+        position: point + DROP * DVec3::Y,
+        velocity: DVec3::ZERO,
+        mass: MASS,
+    };
+    let particles: Vec<Particle> = points.iter().map(particle).collect();
+    let spring = |pair: [u32; 2]| {
+        let ends = pair.map(|end| end as usize);
+        let [a, b] = ends.map(|end| particles[end].position);
+        Spring { ends, rest_length: a.distance(b), stiffness: 2200.0, damping: 1.0 }
+    };
+    let springs = join_nearest(&points, side, NEAREST).into_iter().map(spring).collect();
+    Ok(Scene { particles, springs, planes: vec![ground()], ..Scene::default() })
+}
+
+/// The plane y = 0, which neither returns speed nor rubs.
+fn ground() -> Plane {
+    Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction: Friction::Coulomb(0.0) }
 }
 
 /// A lattice whose first particle is at x = 0, y = `height`, z = 0.

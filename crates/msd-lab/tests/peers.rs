@@ -54,6 +54,27 @@ fn a_block_starts_a_metre_above_a_plane_that_neither_bounces_nor_rubs() {
 }
 
 #[test]
+fn an_irregular_body_joins_each_particle_to_its_14_nearest() {
+    for count in [0, 1, 2, 14, 15, 16, 200] {
+        let scene = peers::irregular(count).unwrap();
+        check_material(&scene, 2200.0, 1.0);
+        let mut pairs = Vec::new();
+        for (row, particle) in scene.particles.iter().enumerate() {
+            let mut others: Vec<usize> = (0..count).filter(|&other| other != row).collect();
+            let square = |&other: &usize| {
+                particle.position.distance_squared(scene.particles[other].position)
+            };
+            others.sort_by(|a, b| square(a).total_cmp(&square(b)));
+            pairs.extend(others.iter().take(14).map(|&other| [row.min(other), row.max(other)]));
+        }
+        pairs.sort_unstable();
+        pairs.dedup();
+        let ends: Vec<[usize; 2]> = scene.springs.iter().map(|spring| spring.ends).collect();
+        assert_eq!(ends, pairs, "{count}");
+    }
+}
+
+#[test]
 fn springs_inside_join_8_and_26_neighbours() {
     let degree = |scene: &Scene, particle: usize| {
         scene.springs.iter().filter(|spring| spring.ends.contains(&particle)).count()

@@ -111,8 +111,9 @@ const ROWS_WORTH_THREADS: usize = 3000;
 
 /// Does one task of a solve; returns what it sums up.
 ///
-/// The instructions must be within reach, and the matrix the only user of its columns.
-pub(super) fn run_task<R: Real>(
+/// # Safety
+/// The processor has the instructions, and the matrix is the only user of its columns.
+pub(super) unsafe fn run_task<R: Real>(
     instructions: Instructions,
     matrix: &Matrix<'_, R>,
     task: Task<R>,

@@ -1,5 +1,5 @@
 //! What do the springs of a slice add to the matrix of an implicit method? What [`crate::tangent`]
-//! says, lane by lane, with the same bits.
+//! says, lane by lane, with the same numbers.
 
 use super::LANES;
 use super::columns::Start;
@@ -132,10 +132,9 @@ unsafe fn link<R: Real, P: Pack<R>, const GATHERS: bool>(
         let per_length = P::splat(R::ONE) / length;
         let direction = apart * per_length;
         let rate = direction.dot(there_velocity - velocity);
-        let values = job.plan.values.as_ptr().cast::<R>().add(lane);
-        let rest_length = P::load(values.add(row.rest_length as usize));
-        let stiffness = P::load(values.add(row.stiffness as usize));
-        let damping = P::load(values.add(row.damping as usize));
+        let rest_length = P::load(job.plan.value(row.rest_length, lane));
+        let stiffness = P::load(job.plan.value(row.stiffness, lane));
+        let damping = P::load(job.plan.value(row.damping, lane));
         let tension = stiffness * (length - rest_length) + damping * rate;
         let stretched = tension * per_length;
         let pulls = zero.select(stretched.less(zero, P::mask(u16::MAX)), stretched);
@@ -219,8 +218,7 @@ pub(super) unsafe fn damp<R: Real, P: Pack<R>, const GATHERS: bool>(
                     let mask = P::mask(row.mask >> lane);
                     let acts = squared.not_less(P::splat(R::SHORTEST_SQUARED), mask);
                     let parting = apart.dot(there_velocity - velocity);
-                    let values = job.plan.values.as_ptr().cast::<R>();
-                    let damping = P::load(values.add(row.damping as usize + lane));
+                    let damping = P::load(job.plan.value(row.damping, lane));
                     power = power.add_where(acts, damping * (parting * parting / squared));
                 }
                 power.add_to(&mut sums[lane..]);

@@ -190,6 +190,8 @@ impl<R: Real> Kernel<R> {
             planes: &[],
         };
         let blocks = if *held { HELD } else { INVERSE };
-        run_task(self.instructions, &Matrix { job, links: links.start(), blocks }, task)
+        let matrix = Matrix { job, links: links.start(), blocks };
+        // SAFETY: the instructions were made to be within reach, and the columns are borrowed.
+        unsafe { run_task(self.instructions, &matrix, task) }
     }
 }

@@ -7,8 +7,8 @@
 //! - `plan`: particles in slices of sixteen, and the springs of a slice in rows that reach as far
 //!   ahead or back (a lattice) or name each other end (anything else);
 //! - `sweep`: what happens to a slice: the springs of its rows pull, each evaluated from both ends
-//!   so that no two slices write to the same place, and at once
-//! - `update` moves its particles on, and `contact` keeps them out of planes;
+//!   so that no two slices write to the same place; at once `update` moves its particles on, and
+//!   `contact` keeps them out of planes;
 //! - `links`: what springs add to the matrix of an implicit method, `solve`: what is done with it,
 //!   and `matrix`: where it keeps both;
 //! - `dispatch`: the same code compiled once for each set of instructions, and chosen here.
@@ -19,15 +19,15 @@
 //!
 //! Nothing outside this module knows about slots, lanes or packs, and all its results have the bits
 //! of the plain loops in `crate::forces`, [`crate::explicit`] and [`crate::collision`], which are
-//! its oracle: no operation is fused or approximate, and each particle sums in the same order. Only
-//! the energy taken away, a sum over all springs, may differ in rounding.
+//! its oracle, until a number is none: no operation is fused or approximate, and each particle sums
+//! in the same order. Only the energy taken away, a sum over all springs, may differ in rounding.
 //!
 //! Every use of `unsafe` in this crate is here. It rests on three promises: a pack of a processor's
 //! own is made only after the processor was asked (`dispatch`); rows reach only what is in columns
 //! (`plan`); and a slice writes only to its own slots (`sweep`).
 #![allow(unsafe_code)]
 
-// In reading order.
+// Roughly in reading order.
 mod pack;
 #[cfg(target_arch = "x86_64")]
 mod records;
@@ -60,13 +60,13 @@ use columns::Columns;
 use contact::Planes;
 use matrix::Solve;
 use plan::Plan;
-use sweep::{INVERSE_MASS, Job, MASS, POSITION, Tally, VELOCITY};
+use sweep::{INVERSE_MASS, Job, MASS, POSITION, Push, Tally, VELOCITY};
 use update::{Phase, RK4_COLUMNS, Update, VERLET_COLUMNS};
 
 /// Particles in a slice.
 pub(crate) const LANES: usize = 16;
 
-/// Records that the near caches hold beside what a sweep streams through them.
+/// Bytes of records that the near caches hold beside what a sweep streams through them.
 const NEAR_BYTES: usize = 1 << 19;
 
 /// Numbers in a record: position, nothing, velocity, nothing.
@@ -109,7 +109,7 @@ pub struct Kernel<R: Real> {
     own: Columns<R>,
     solve: Solve<R>,
     /// What pushes single particles, by slot.
-    pushes: Vec<(u32, R::Vec3)>,
+    pushes: Vec<Push<R>>,
     planes: Vec<Planes<R>>,
     tallies: Vec<Tally>,
     /// Power taken away at the accelerations that velocity Verlet remembers, watts.
@@ -331,16 +331,19 @@ impl<R: Real> Kernel<R> {
         if model.pushes.is_empty() && model.grabs.is_empty() {
             return;
         }
-        let plan = &self.plan;
-        let pushes = model.pushes.iter();
-        self.pushes.extend(pushes.map(|&(particle, push)| (plan.slot(particle) as u32, push)));
+        for &(particle, force) in &model.pushes {
+            self.push(self.plan.slot(particle), force);
+        }
         for grab in &model.grabs {
             let (position, velocity) = self.brought(grab.particle);
             let pull = forces::grab_pull(grab, position, velocity);
-            self.pushes.push((self.plan.slot(grab.particle) as u32, pull));
+            self.push(self.plan.slot(grab.particle), pull);
         }
-        // Stable: what one particle is pushed by stays in order.
-        self.pushes.sort_by_key(|&(slot, _)| slot);
+        self.pushes.sort_unstable_by_key(|push| (push.slot, push.number));
+    }
+
+    fn push(&mut self, slot: usize, force: R::Vec3) {
+        self.pushes.push(Push { slot: slot as u32, number: self.pushes.len() as u32, force });
     }
 
     /// Position and velocity of a particle in the first columns.

@@ -24,7 +24,7 @@ pub(super) enum Reach {
 }
 
 /// At most one spring for each particle of a slice. What is said per lane is a place in
-/// [`Plan::values`], counted in numbers.
+/// [`Plan::values`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Row {
     pub(super) reach: Reach,
@@ -37,8 +37,8 @@ pub(super) struct Row {
 
 /// A topology made ready. A slot is a place in the order of evaluation.
 ///
-/// Every row reaches only slots of particles where its mask is set; every place in a row is one of
-/// the tables; there are as many starts as slices and one.
+/// Every row has at least one lane set in its mask, and reaches only slots of particles where it is
+/// set; every place in a row is one of the tables; there are as many starts as slices and one.
 #[derive(Clone, Debug)]
 pub(super) struct Plan<R> {
     /// The slot of each particle; `None` where each is in that of its number.
@@ -60,11 +60,11 @@ impl<R: Real> Plan<R> {
         let incidence = Incidence::new(model);
         let count = model.particle_count();
         let plan = Plan::in_order(model, &incidence, None);
-        let half_springs = 2 * model.spring_count();
         // A lattice, or something as small, stays in the order of its scene.
-        if 2 * plan.gathered() <= half_springs || count <= LANES {
+        if plan.gathered() <= model.spring_count() || count <= LANES {
             return plan;
         }
+        drop(plan);
         Plan::in_order(model, &incidence, Some(near_order(&incidence, count)))
     }
 
@@ -117,6 +117,12 @@ impl<R: Real> Plan<R> {
         self.slots.as_ref().map_or(particle, |slots| slots[particle as usize]) as usize
     }
 
+    /// Where a row of values is, from a lane on; it is there if the place is in a row of the plan.
+    #[inline(always)]
+    pub(super) fn value(&self, place: u32, lane: usize) -> *const R {
+        self.values.as_ptr().wrapping_add(place as usize).cast::<R>().wrapping_add(lane)
+    }
+
     /// The number of springs' ends that are in gather rows.
     fn gathered(&self) -> usize {
         let gathers = self.rows.iter().filter(|row| matches!(row.reach, Reach::Gather(_)));
@@ -126,12 +132,14 @@ impl<R: Real> Plan<R> {
     /// The place of a row of values, the same for rows that are alike in one number.
     fn place(&mut self, uniform: &mut Vec<(R, u32)>, lanes: [Option<R>; LANES]) -> u32 {
         let first = lanes.iter().flatten().next().copied().unwrap_or(R::ZERO);
-        let alike = lanes.iter().flatten().all(|&value| value == first);
-        let known = uniform.iter().find(|(value, _)| *value == first);
+        // By their bits: minus zero is not zero.
+        let same = |value: R| value.to_le_bytes().into_iter().eq(first.to_le_bytes());
+        let alike = lanes.iter().flatten().all(|&value| same(value));
+        let known = uniform.iter().find(|&&(value, _)| same(value));
         if let (true, Some(&(_, place))) = (alike, known) {
             return place;
         }
-        let place = (self.values.len() * LANES) as u32;
+        let place = self.values.len() as u32;
         self.values.push(lanes.map(|value| value.unwrap_or(first)));
         if alike && uniform.len() < MOST_UNIFORM {
             uniform.push((first, place));
@@ -192,6 +200,7 @@ impl<R: Real> Compiler<'_, R> {
         mask: u16,
         lists: &mut [List<'_>; LANES],
     ) {
+        debug_assert!(mask != 0, "a run without lanes might reach anywhere");
         let mut springs = [None; LANES];
         for (lane, list) in lists.iter_mut().enumerate() {
             if mask >> lane & 1 == 1 {
@@ -213,7 +222,7 @@ fn lanes_where(wanted: impl Fn(usize) -> bool) -> u16 {
     (0..LANES).fold(0, |mask, lane| mask | u16::from(wanted(lane)) << lane)
 }
 
-/// The offset, and the lanes, of the run that comes next, if it serves at least half of them.
+/// The offset, and the lanes, of the run that comes next, if it serves at least a third of them.
 ///
 /// Of several, one that no other lane still has before it: those meet it later, all at once. That
 /// is what brings the rows of a lattice together again after its borders.
@@ -237,7 +246,8 @@ fn best_run(
             continue;
         }
         let waits = |lane: usize| {
-            mask >> lane & 1 == 0 && lists[lane].iter().any(|&[_, to]| reach(lane, to) == offset)
+            mask >> lane & 1 == 0
+                && lists[lane].iter().take(AHEAD).any(|&[_, to]| reach(lane, to) == offset)
         };
         let rank = (!(0..LANES).any(waits), served);
         if best.is_none_or(|(before, _)| before < rank) {
@@ -246,6 +256,9 @@ fn best_run(
     }
     best.map(|(_, run)| run)
 }
+
+/// Springs that are looked through for one that waits: more than a particle of a lattice has.
+const AHEAD: usize = 64;
 
 /// Lanes served by a run at least: one in this many, since a gather costs about so many runs.
 const MOST_RUNS: u32 = 3;

@@ -19,6 +19,15 @@ pub(super) const VELOCITY: usize = 3;
 pub(super) const MASS: usize = 0;
 pub(super) const INVERSE_MASS: usize = 1;
 
+/// A force on a single particle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Push<R: Real> {
+    pub(super) slot: u32,
+    /// Which one it is of those on a particle.
+    pub(super) number: u32,
+    pub(super) force: R::Vec3,
+}
+
 /// What a sweep needs to know. All columns have as many slots as the plan.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a, R: Real> {
@@ -39,7 +48,7 @@ pub(super) struct Job<'a, R: Real> {
     pub(super) fields: [R::Vec3; 2],
     pub(super) drag: R,
     /// Forces on single particles by slot, in the order in which they are added.
-    pub(super) pushes: &'a [(u32, R::Vec3)],
+    pub(super) pushes: &'a [Push<R>],
     pub(super) planes: &'a [Planes<R>],
 }
 
@@ -243,10 +252,9 @@ impl<P: Copy, M: Copy> Stretched<P, M> {
     {
         let Stretched { across, acts, length, per_length, parting } = self;
         let lane = particles.slot % LANES;
-        let values = job.plan.values.as_ptr().cast::<R>();
         // SAFETY: the caller's promise; the rows of a plan name what is there.
         unsafe {
-            let value = |place: u32| values.add(place as usize + lane);
+            let value = |place: u32| job.plan.value(place, lane);
             if GATHERS {
                 P::prefetch(value(row.rest_length).wrapping_add(2 * AHEAD * LANES));
             }
@@ -322,8 +330,8 @@ unsafe fn pushed<R: Real, P: Pack<R>>(
     slot: usize,
     mut force: Triple<P>,
 ) -> Triple<P> {
-    let begin = job.pushes.partition_point(|&(at, _)| (at as usize) < slot);
-    for &(at, push) in &job.pushes[begin..] {
+    let begin = job.pushes.partition_point(|push| (push.slot as usize) < slot);
+    for &Push { slot: at, force: push, .. } in &job.pushes[begin..] {
         let lane = at as usize - slot;
         if P::COUNT <= lane {
             break;

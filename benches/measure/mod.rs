@@ -1,0 +1,9 @@
+//! How is it measured what `docs/performance.md` tells?
+
+pub mod asked;
+pub mod compiler;
+pub mod machine;
+pub mod memory;
+pub mod race;
+pub mod results;
+pub mod rivals;
