@@ -2,9 +2,9 @@
 //! regression shows where times are too noisy to tell.
 //!
 //! `cargo bench --bench instructions` counts those of AVX2 by valgrind's cachegrind and compares them
-//! with `benches/instructions.txt`; `-- --write` puts what it counts there. Whoever changes a count on
-//! purpose commits the new one. Set-up does not count: what is counted is the difference between two
-//! runs, the longer of which takes [`STEPS`] more steps.
+//! with `benches/instructions.txt`; `-- --write` puts what it counts there. Whoever changes a count
+//! on purpose commits the new one. Set-up does not count: what is counted is the difference between
+//! two runs, the longer of which takes [`STEPS`] more steps.
 //!
 //! No library for this: gungraun needs a runner of its own version, installed beside cargo.
 
@@ -23,7 +23,8 @@ use std::process::{Command, ExitCode};
 const WORKS: [&str; 3] = ["cloth/31", "block/10", "irregular/2000"];
 /// Steps counted, each of 12 substeps: the cloth has begun to swing, the block to fall.
 const STEPS: u32 = 4;
-/// How far a count may be off, as a part of it: the system's copying differs from machine to machine.
+/// How far a count may be off, as a part of it: the system's copying differs from machine to
+/// machine.
 const TOLERANCE: f64 = 0.02;
 /// The argument that makes this program take steps of a work, and nothing else.
 const RUN: &str = "--run";

@@ -1,5 +1,5 @@
-//! The simple kernel: the plain loops over springs, particles and planes, which are the oracle of the
-//! compiled kernels and give the same bits.
+//! The simple kernel: the plain loops over springs, particles and planes, which are the oracle of
+//! the compiled kernels and give the same bits.
 
 use msd::core::explicit::{self, Scratch, Substep};
 use msd::core::forces::{add_spring_forces, set_external_forces};

@@ -6,7 +6,8 @@ use msd::lab::peers;
 
 /// Makes a scene by its name: `cloth/SIDE` and `irregular/PARTICLES`, whose springs have numbers of
 /// their own, or `block/SIDE`, whose springs are alike; `own-block/SIDE` is a block with numbers of
-/// their own. All have a plane; the cloth never reaches it, the others lie on it after half a second.
+/// their own. All have a plane; the cloth never reaches it, the others lie on it after half a
+/// second.
 pub fn scene(name: &str) -> Scene {
     let (kind, size) = name.split_once('/').expect("a name is scene/size");
     let size = size.parse().expect("a size is a number");

@@ -7,8 +7,8 @@ use msd::core::{Integrator, Simulation};
 use std::alloc::System;
 use std::process::Command;
 
-/// Counts what is asked for. What the system tells of a process says more: memory that was given back
-/// stays with it for a while.
+/// Counts what is asked for. What the system tells of a process says more: memory that was given
+/// back stays with it for a while.
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 

@@ -1,5 +1,6 @@
-//! How long does each of several things take, on a machine whose speed changes from second to second?
-//! All of them in turn, in short batches, so that each has its share of good and of bad seconds.
+//! How long does each of several things take, on a machine whose speed changes from second to
+//! second? All of them in turn, in short batches, so that each has its share of good and of bad
+//! seconds.
 
 use std::time::Instant;
 

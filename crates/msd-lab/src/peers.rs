@@ -1,5 +1,5 @@
-//! What do engines step where their speed is compared? A cloth that swings, a block that drops and a
-//! tangle that has no order.
+//! What do engines step where their speed is compared? A cloth that swings, a block that drops and
+//! a tangle that has no order.
 //!
 //! The numbers are part of the comparison: who changes one measures something else. All start at
 //! rest and are stepped by [`settings`] under the default gravity, 9.82 m/s² down.
@@ -64,12 +64,12 @@ pub fn block(side: usize) -> Result<Scene, LabError> {
     Ok(scene)
 }
 
-/// Makes a tangle of `count` particles at random places in a cube, which drops from 1 m on the plane
-/// of [`block`].
+/// Makes a tangle of `count` particles at random places in a cube, which drops from 1 m on the
+/// plane of [`block`].
 ///
-/// Unit masses, on average one in a cubic metre, in no order; each is joined to its 14 nearest, or to
-/// all others if there are fewer, no two of them twice: about 9 springs per particle. As long at rest
-/// as the ends are apart, stiffness 2200 N/m, damping 1 N s/m. The same bits on every machine.
+/// Unit masses, on average one in a cubic metre, in no order; each is joined to its 14 nearest, or
+/// to all others if there are fewer, no two of them twice: about 9 springs per particle. As long at
+/// rest as the ends are apart, stiffness 2200 N/m, damping 1 N s/m. The same bits on every machine.
 ///
 /// # Errors
 /// More than memory holds, [`LabError::TooLarge`].
