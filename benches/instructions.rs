@@ -1,8 +1,8 @@
 //! How many instructions does a step take? A number that a busy machine does not change, so that a
 //! regression shows where times are too noisy to tell.
 //!
-//! `cargo bench --bench instructions` counts those of AVX2 by valgrind's cachegrind and compares them
-//! with `benches/instructions.txt`; `-- --write` puts what it counts there. Whoever changes a count
+//! `cargo bench --bench instructions` counts those of AVX2 by cachegrind and compares them with
+//! `benches/instructions.txt`; `-- --write` puts what it counts there. Whoever changes a count
 //! on purpose commits the new one. Set-up does not count: what is counted is the difference between
 //! two runs, the longer of which takes [`STEPS`] more steps.
 //!
