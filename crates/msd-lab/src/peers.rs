@@ -68,7 +68,7 @@ pub fn block(side: usize) -> Result<Scene, LabError> {
 /// plane of [`block`].
 ///
 /// Unit masses, on average one in a cubic metre, in no order; each is joined to its 14 nearest, or
-/// to all others if there are fewer, no two of them twice: about 9 springs per particle. As long at
+/// to all others if there are fewer, no two of them twice: about 8 springs per particle. As long at
 /// rest as the ends are apart, stiffness 2200 N/m, damping 1 N s/m. The same bits on every machine.
 ///
 /// # Errors
