@@ -255,8 +255,11 @@ impl<P: Copy, M: Copy> Stretched<P, M> {
         // SAFETY: the caller's promise; the rows of a plan name what is there.
         unsafe {
             let value = |place: u32| job.plan.value(place, lane);
-            if GATHERS {
-                P::prefetch(value(row.rest_length).wrapping_add(2 * AHEAD * LANES));
+            if GATHERS && job.far {
+                // Each in its own line, and two rows on as many lines on as a row has.
+                for place in [row.rest_length, row.stiffness, row.damping] {
+                    P::prefetch(value(place).wrapping_add(2 * AHEAD * LANES));
+                }
             }
             let stiffness = P::load(value(row.stiffness));
             let tension = stiffness * (length - P::load(value(row.rest_length)));
