@@ -9,11 +9,12 @@ use msd::lab::trade::choice::FRAME;
 use msd::lab::trade::conduct::{Plan, study};
 use msd::lab::trade::estimate::calibrate;
 use msd::lab::trade::ladder::PRECISIONS;
+use msd::lab::trade::report;
+use msd::lab::trade::stability_table::{euler_steps, stability_table};
 use msd::lab::trade::study::Study;
 use msd::lab::trade::terms::terms;
 use msd::lab::trade::trial::Trial;
 use msd::lab::trade::words::{metres, milliseconds, short};
-use msd::lab::trade::{report, stability_table};
 use msd::lab::{BUILTINS, Loaded, Precision};
 use std::fmt::Write;
 use std::path::Path;
@@ -246,5 +247,6 @@ fn calibrations() -> Result<String> {
 fn stabilities() -> Result<String> {
     let material = Material { mass: 1.0, stiffness: 1.0, damping: 0.0 };
     let scene = Scene::of("cloth", shape::cloth([31, 31], 1.0, material)?);
-    Ok(format!("```text\n{}\n```\n", stability_table::stability_table(&scene)?.text().trim_end()))
+    let table = stability_table(&scene, euler_steps(&scene)?)?;
+    Ok(format!("```text\n{}\n```\n", table.text().trim_end()))
 }

@@ -2,12 +2,13 @@
 //! Euler and Runge-Kutta, undamped and damped, beside what the report of 2014 found in its own.
 
 use msd::core::Integrator;
-use msd::lab::trade::stability_table::{Scheme, stability_table};
+use msd::lab::trade::stability_table::{Scheme, euler_steps, stability_table};
 use plotters::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = std::env::args().nth(1).unwrap_or_else(|| "stability_table.svg".into());
-    let table = stability_table(&msd::lab::open("cloth")?.scene)?;
+    let scene = msd::lab::open("cloth")?.scene;
+    let table = stability_table(&scene, euler_steps(&scene)?)?;
     print!("{}", table.text());
 
     let figure = SVGBackend::new(&file, (900, 560)).into_drawing_area();

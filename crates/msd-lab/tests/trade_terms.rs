@@ -110,7 +110,7 @@ fn cloth(damping: f64) -> Scene {
 
 #[test]
 fn at_an_equal_step_rk4_bears_twice_the_stiffness_of_symplectic_euler() {
-    let table = stability_table(&cloth(0.0)).unwrap();
+    let table = stability_table(&cloth(0.0), 30).unwrap();
     // (2 √2 / 2)² = 2; growth shows within 0.1 % of the limit in w, 0.2 % in k.
     let ratio = table.ratio(Scheme::Ours(Integrator::Rk4)).unwrap();
     assert!((ratio / 2.0 - 1.0).abs() < 0.01, "{ratio}");
@@ -129,9 +129,9 @@ fn at_an_equal_step_rk4_bears_twice_the_stiffness_of_symplectic_euler() {
 
 #[test]
 fn the_marginal_stiffness_is_the_one_predicted() {
-    let table = stability_table(&cloth(0.3)).unwrap();
-    assert!(table.rows.iter().any(|row| row.damping == 0.3));
-    for row in &table.rows {
+    // A beat seen once in 31 steps seemed to grow.
+    let tables = [30, 31, 37, 53].map(|steps| stability_table(&cloth(0.3), steps).unwrap());
+    for row in tables.iter().flat_map(|table| &table.rows) {
         let explicit = row.method == Scheme::Ours(Integrator::ExplicitEuler);
         let Some(observed) = row.observed else {
             assert!(explicit && row.damping == 0.0 && row.predicted == 0.0, "{row:?}");
@@ -142,6 +142,8 @@ fn the_marginal_stiffness_is_the_one_predicted() {
         let room = if explicit { 0.05 } else { 0.01 };
         assert!((observed / row.predicted - 1.0).abs() < room, "{row:?}");
     }
+    let table = &tables[0];
+    assert!(table.rows.iter().any(|row| row.damping == 0.3));
     let text = table.text();
     assert!(text.contains("10600") && text.contains("2150000") && text.contains("theory 2"));
     // serde_json reads a number back to its last digit but one: what is shown is the same.

@@ -8,7 +8,7 @@ use super::run::explain_divergence;
 use msd_lab::trade::choice::FRAME;
 use msd_lab::trade::conduct::{Plan, Progress, study};
 use msd_lab::trade::report;
-use msd_lab::trade::stability_table::stability_table;
+use msd_lab::trade::stability_table::{euler_steps, stability_table};
 use msd_lab::trade::study::Study;
 use msd_lab::trade::terms::terms;
 use msd_lab::trade::words::{metres, milliseconds, off, short, told};
@@ -68,7 +68,8 @@ fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure
 fn tell_stability(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure> {
     let bar = Bar::new();
     bar.tell("looking for the marginal stiffness of each method");
-    let table = stability_table(&loaded.scene);
+    let scene = &loaded.scene;
+    let table = euler_steps(scene).and_then(|steps| stability_table(scene, steps));
     bar.end();
     let table = table.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
     if arguments.json {

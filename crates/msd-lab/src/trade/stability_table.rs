@@ -71,13 +71,13 @@ const EQUAL_TIME: [u32; 2] = [7, 44];
 const EULER: Scheme = Scheme::Ours(Integrator::SymplecticEuler);
 const RK4: Scheme = Scheme::Ours(Integrator::Rk4);
 
-/// Makes the table of a scene. Takes some seconds for a cloth of 31 x 31.
+/// Makes the table of a scene, of which so many steps of symplectic Euler take as long as 7 of RK4,
+/// see [`euler_steps`]. Takes some seconds for a cloth of 31 x 31.
 ///
 /// # Errors
 /// A scene that a simulation refuses.
-pub fn stability_table(scene: &Scene) -> Result<StabilityTable, Error> {
+pub fn stability_table(scene: &Scene, equal_cost: u32) -> Result<StabilityTable, Error> {
     let stiffness = median(scene.springs.iter().map(|spring| spring.stiffness)).unwrap_or(0.0);
-    let equal_cost = euler_steps(scene)?;
     let mut plan: Vec<(Scheme, u32, Option<f64>)> = Vec::new();
     plan.extend(Integrator::EXPLICIT.map(|integrator| {
         let scheme = Scheme::Ours(integrator);
@@ -241,9 +241,12 @@ fn is_stable_1331(w: f64, z: f64) -> bool {
     roots.iter().all(|&root| factor(root).length_squared() <= 1.0 + 1e-9)
 }
 
-/// How many steps of symplectic Euler take as long as 7 of RK4: the best of several runs of each
-/// that take turns, by the time of the processor.
-fn euler_steps(scene: &Scene) -> Result<u32, Error> {
+/// Measures how many steps of symplectic Euler take as long as 7 of RK4: the best of several runs
+/// of each that take turns, by the time of the processor.
+///
+/// # Errors
+/// A scene that a simulation refuses.
+pub fn euler_steps(scene: &Scene) -> Result<u32, Error> {
     const SUBSTEPS: u32 = 20;
     let methods = [Integrator::Rk4, Integrator::SymplecticEuler];
     let mut runs = Vec::new();
