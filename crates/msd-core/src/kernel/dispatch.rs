@@ -1,5 +1,6 @@
 //! Which instructions does this machine have? The same sweep, compiled once for each of them.
 
+use super::ensemble_sweep::{Task as GroupTask, Turn, perform};
 use super::pack::{Pack, Plain};
 use super::solve::{self, Matrix, Task};
 use super::sweep::{Job, Tally, sweep};
@@ -186,69 +187,89 @@ unsafe fn specialised_task<R: Real, P: Pack<R>>(
 
 /// Only code for one scalar is compiled here; that for any would be compiled by every user.
 macro_rules! cast_to {
-    ($compiled:ident, $job:ident, $with:ident, $slices:ident) => {
+    ($compiled:ident, $job:ident, $with:ident $(, $slices:ident)?) => {
         // SAFETY: the caller's promise; the scalar is this one.
-        unsafe { $compiled(&*$job.cast(), *$with.cast(), $slices) }
+        unsafe { $compiled(&*$job.cast(), *$with.cast() $(, $slices)?) }
     };
 }
 
 macro_rules! compiled_for {
     ($name:ident, $($features:literal,)? $scalar:ident, $pack:ty,
-     $slices:ident($job:ident, $with:ident) -> $sum:ty) => {
+     $body:ident($job:ident, $with:ident $(, $slices:ident: $range:ty)?) -> $sum:ty) => {
         /// # Safety
         /// See [`sweep`].
         $(#[target_feature(enable = $features)])?
         unsafe fn $name(
             job: &$job<'_, $scalar>,
             with: $with<$scalar>,
-            slices: Range<usize>,
+            $($slices: $range,)?
         ) -> $sum {
             // SAFETY: the caller's promise.
-            unsafe { $slices::<$scalar, $pack>(job, with, slices) }
+            unsafe { $body::<$scalar, $pack>(job, with $(, $slices)?) }
         }
     };
 }
 
 /// A function that calls the code compiled for an instruction set and a scalar.
 macro_rules! dispatched {
-    ($name:ident, $slices:ident($job:ident, $with:ident) -> $sum:ty) => {
+    ($(#[$doc:meta])* $visible:vis $name:ident,
+     $body:ident($job:ident, $with:ident $(, $slices:ident: $range:ty)?) -> $sum:ty) => {
+        $(#[$doc])*
+        ///
         /// # Safety
-        /// See [`sweep`]: the processor has the instructions.
-        unsafe fn $name<R: Real>(
+        /// The processor has the instructions; what the body asks for besides.
+        $visible unsafe fn $name<R: Real>(
             instructions: Instructions,
             job: &$job<'_, R>,
             with: $with<R>,
-            slices: Range<usize>,
+            $($slices: $range,)?
         ) -> $sum {
-            compiled_for!(plain_f32, f32, Plain<f32>, $slices($job, $with) -> $sum);
-            compiled_for!(plain_f64, f64, Plain<f64>, $slices($job, $with) -> $sum);
+            compiled_for!(plain_f32, f32, Plain<f32>,
+                $body($job, $with $(, $slices: $range)?) -> $sum);
+            compiled_for!(plain_f64, f64, Plain<f64>,
+                $body($job, $with $(, $slices: $range)?) -> $sum);
             #[cfg(target_arch = "x86_64")]
-            compiled_for!(avx2_f32, "avx2", f32, F32x8, $slices($job, $with) -> $sum);
+            compiled_for!(avx2_f32, "avx2", f32, F32x8,
+                $body($job, $with $(, $slices: $range)?) -> $sum);
             #[cfg(target_arch = "x86_64")]
-            compiled_for!(avx2_f64, "avx2", f64, F64x4, $slices($job, $with) -> $sum);
+            compiled_for!(avx2_f64, "avx2", f64, F64x4,
+                $body($job, $with $(, $slices: $range)?) -> $sum);
             #[cfg(target_arch = "x86_64")]
             compiled_for!(avx512_f32, "avx512f,avx512vl,avx512dq,avx512bw", f32, F32x16,
-                $slices($job, $with) -> $sum);
+                $body($job, $with $(, $slices: $range)?) -> $sum);
             #[cfg(target_arch = "x86_64")]
             compiled_for!(avx512_f64, "avx512f,avx512vl,avx512dq,avx512bw", f64, F64x8,
-                $slices($job, $with) -> $sum);
+                $body($job, $with $(, $slices: $range)?) -> $sum);
             let (job, with) = (core::ptr::from_ref(job), core::ptr::from_ref(&with));
             let single = TypeId::of::<R>() == TypeId::of::<f32>();
             match (instructions, single) {
                 #[cfg(target_arch = "x86_64")]
-                (Instructions::Avx2, true) => cast_to!(avx2_f32, job, with, slices),
+                (Instructions::Avx2, true) => cast_to!(avx2_f32, job, with $(, $slices)?),
                 #[cfg(target_arch = "x86_64")]
-                (Instructions::Avx2, false) => cast_to!(avx2_f64, job, with, slices),
+                (Instructions::Avx2, false) => cast_to!(avx2_f64, job, with $(, $slices)?),
                 #[cfg(target_arch = "x86_64")]
-                (Instructions::Avx512, true) => cast_to!(avx512_f32, job, with, slices),
+                (Instructions::Avx512, true) => cast_to!(avx512_f32, job, with $(, $slices)?),
                 #[cfg(target_arch = "x86_64")]
-                (Instructions::Avx512, false) => cast_to!(avx512_f64, job, with, slices),
-                (_, true) => cast_to!(plain_f32, job, with, slices),
-                (_, false) => cast_to!(plain_f64, job, with, slices),
+                (Instructions::Avx512, false) => cast_to!(avx512_f64, job, with $(, $slices)?),
+                (_, true) => cast_to!(plain_f32, job, with $(, $slices)?),
+                (_, false) => cast_to!(plain_f64, job, with $(, $slices)?),
             }
         }
     };
 }
 
-dispatched!(run_part, specialised(Job, Update) -> Tally);
-dispatched!(run_task_part, specialised_task(Matrix, Task) -> f64);
+dispatched!(
+    /// Does some slices of a sweep.
+    run_part,
+    specialised(Job, Update, slices: Range<usize>) -> Tally
+);
+dispatched!(
+    /// Does some slices of a task of a solve.
+    run_task_part,
+    specialised_task(Matrix, Task, slices: Range<usize>) -> f64
+);
+dispatched!(
+    /// Does a task of a group of copies.
+    pub(super) run_group,
+    perform(Turn, GroupTask) -> u16
+);

@@ -2,11 +2,11 @@
 
 use super::LANES;
 use super::columns::{Columns, Slice};
-use super::dispatch::Instructions;
+use super::dispatch::{Instructions, run_group};
 use super::ensemble_plan::{Pull, Table, lanes};
-use super::ensemble_sweep::{INVERSE_MASS, Lanes, MASS, PlaneRow, Task, Turn, run};
+use super::ensemble_sweep::{INVERSE_MASS, Lanes, MASS, PlaneRow, Task, Turn};
 use super::sweep::{POSITION, VELOCITY};
-use super::update::{Phase, RK4_COLUMNS, Update, VERLET_COLUMNS};
+use super::update::{Phase, Update, own_columns, rk4_stages};
 use crate::collision::resting_speed;
 use crate::integrator::Explicit;
 use crate::real::{Real, Vector};
@@ -52,13 +52,8 @@ impl<R: Real> Group<R> {
     ) -> Self {
         let copy = |lane: usize| copies[lane.min(copies.len() - 1)];
         let models: [&Model<R>; LANES] = core::array::from_fn(|lane| copy(lane).0);
-        let own = match method {
-            Explicit::Euler | Explicit::SymplecticEuler => 0,
-            Explicit::VelocityVerlet => VERLET_COLUMNS,
-            Explicit::Rk4 => RK4_COLUMNS,
-        };
         // An odd number of lines of the cache: particles would meet in few places of it otherwise.
-        let width = (OWN + own) | 1;
+        let width = (OWN + own_columns(method)) | 1;
         let mut table = Table::new();
         let pulls = table.pulls(models, order);
         let particles = models[0].particle_count();
@@ -118,11 +113,8 @@ impl<R: Real> Group<R> {
                     turn(self, Update::VelocityVerlet { h, phase, damped })
                 }
                 Explicit::Rk4 => {
-                    let two = R::ONE + R::ONE;
-                    for (first, weight, reach) in
-                        [(true, R::ONE, half), (false, two, half), (false, two, h)]
-                    {
-                        turn(self, Update::Rk4Stage { first, weight, reach });
+                    for (_, stage) in rk4_stages::<R, _>(half, h) {
+                        turn(self, stage);
                     }
                     turn(self, Update::Rk4Last { h })
                 }
@@ -229,7 +221,7 @@ impl<R: Real> Group<R> {
         };
         // SAFETY: the instructions were made to be within reach; pulls name particles of the model
         // and rows of the table they were made with; the columns are borrowed.
-        unsafe { run(self.instructions, &turn, task) }
+        unsafe { run_group(self.instructions, &turn, task) }
     }
 }
 

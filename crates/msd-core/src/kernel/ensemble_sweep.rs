@@ -4,15 +4,12 @@
 use super::LANES;
 use super::columns::{Slice, Start};
 use super::contact::{self, Obstacle};
-use super::dispatch::Instructions;
 use super::ensemble_plan::Pull;
-use super::pack::{Pack, Plain, Triple};
+use super::pack::{Pack, Triple};
 use super::sweep::{POSITION, Particles, Sums, VELOCITY};
 use super::update::{self, Apply, Phase, Place, Update};
-#[cfg(target_arch = "x86_64")]
-use super::x86::{F32x8, F32x16, F64x4, F64x8};
 use crate::real::Real;
-use {alloc::vec::Vec, core::any::TypeId};
+use alloc::vec::Vec;
 
 /// What copies differ in, but for particles and springs.
 #[derive(Clone, Debug)]
@@ -294,42 +291,12 @@ pub(super) enum Task<'a, R> {
     Guard,
 }
 
-/// Does a task with a set of instructions.
+/// Does a task.
 ///
-/// # Safety
-/// See [`pull`]: the processor has the instructions.
-pub(super) unsafe fn run<R: Real>(
-    instructions: Instructions,
-    turn: &Turn<'_, R>,
-    task: Task<'_, R>,
-) -> u16 {
-    let (turn, task) = (core::ptr::from_ref(turn), core::ptr::from_ref(&task));
-    // Only code for one scalar is compiled here; that for any would be compiled by every user.
-    macro_rules! cast_to {
-        ($name:ident) => {
-            // SAFETY: the caller's promise; the scalar is this one.
-            unsafe { $name(&*turn.cast(), *task.cast()) }
-        };
-    }
-    let single = TypeId::of::<R>() == TypeId::of::<f32>();
-    match (instructions, single) {
-        #[cfg(target_arch = "x86_64")]
-        (Instructions::Avx2, true) => cast_to!(avx2_f32),
-        #[cfg(target_arch = "x86_64")]
-        (Instructions::Avx2, false) => cast_to!(avx2_f64),
-        #[cfg(target_arch = "x86_64")]
-        (Instructions::Avx512, true) => cast_to!(avx512_f32),
-        #[cfg(target_arch = "x86_64")]
-        (Instructions::Avx512, false) => cast_to!(avx512_f64),
-        (_, true) => cast_to!(plain_f32),
-        (_, false) => cast_to!(plain_f64),
-    }
-}
-
 /// # Safety
 /// See [`pull`].
 #[inline(always)]
-unsafe fn perform<R: Real, P: Pack<R>>(turn: &Turn<'_, R>, task: Task<'_, R>) -> u16 {
+pub(super) unsafe fn perform<R: Real, P: Pack<R>>(turn: &Turn<'_, R>, task: Task<'_, R>) -> u16 {
     // SAFETY: the caller's promise.
     unsafe {
         match task {
@@ -375,26 +342,3 @@ unsafe fn advance<R: Real, P: Pack<R>>(turn: &Turn<'_, R>, update: Update<R, &[R
         }
     }
 }
-
-macro_rules! compiled_for {
-    ($name:ident, $($features:literal,)? $scalar:ident, $pack:ty) => {
-        /// # Safety
-        /// See [`pull`].
-        $(#[target_feature(enable = $features)])?
-        unsafe fn $name(turn: &Turn<'_, $scalar>, task: Task<'_, $scalar>) -> u16 {
-            // SAFETY: the caller's promise.
-            unsafe { perform::<$scalar, $pack>(turn, task) }
-        }
-    };
-}
-
-compiled_for!(plain_f32, f32, Plain<f32>);
-compiled_for!(plain_f64, f64, Plain<f64>);
-#[cfg(target_arch = "x86_64")]
-compiled_for!(avx2_f32, "avx2", f32, F32x8);
-#[cfg(target_arch = "x86_64")]
-compiled_for!(avx2_f64, "avx2", f64, F64x4);
-#[cfg(target_arch = "x86_64")]
-compiled_for!(avx512_f32, "avx512f,avx512vl,avx512dq,avx512bw", f32, F32x16);
-#[cfg(target_arch = "x86_64")]
-compiled_for!(avx512_f64, "avx512f,avx512vl,avx512dq,avx512bw", f64, F64x8);

@@ -6,7 +6,7 @@ use super::columns::Start;
 use super::pack::{Pack, Triple};
 use super::plan::Row;
 use super::solve::{DIAGONAL, INVERSE, LINK, Matrix};
-use super::sweep::{INVERSE_MASS, Job, POSITION, VELOCITY, reached};
+use super::sweep::{Apart, INVERSE_MASS, Job, POSITION, VELOCITY};
 use crate::real::Real;
 use crate::tangent::{inverse, steady_inverse};
 use core::ops::Range;
@@ -116,22 +116,19 @@ pub(super) unsafe fn linearise<R: Real, P: Pack<R>, const GATHERS: bool>(
 unsafe fn link<R: Real, P: Pack<R>, const GATHERS: bool>(
     job: &Job<'_, R>,
     tau: R,
-    (slot, (position, velocity)): (usize, (Triple<P>, Triple<P>)),
+    (slot, motion): (usize, (Triple<P>, Triple<P>)),
     row: &Row,
 ) -> Link<P> {
     let lane = slot % LANES;
     // SAFETY: the caller's promise; the rows of a plan name what is there.
     unsafe {
-        let (there, there_velocity) = reached::<R, P, true, GATHERS>(job, slot, row.reach);
+        let Apart { across: apart, parting, squared, acts } =
+            Apart::of::<R, true, GATHERS>(job, (slot, motion), row);
         let (zero, tau) = (P::splat(R::ZERO), P::splat(tau));
-        let apart = there - position;
-        let squared = apart.dot(apart);
-        let mask = P::mask(row.mask >> lane);
-        let acts = squared.not_less(P::splat(R::SHORTEST_SQUARED), mask);
         let length = squared.sqrt();
         let per_length = P::splat(R::ONE) / length;
         let direction = apart * per_length;
-        let rate = direction.dot(there_velocity - velocity);
+        let rate = direction.dot(parting);
         let rest_length = P::load(job.plan.value(row.rest_length, lane));
         let stiffness = P::load(job.plan.value(row.stiffness, lane));
         let damping = P::load(job.plan.value(row.damping, lane));
@@ -211,13 +208,10 @@ pub(super) unsafe fn damp<R: Real, P: Pack<R>, const GATHERS: bool>(
                 let velocity = Triple::<P>::load(job.from, VELOCITY, slot);
                 let mut power = P::splat(R::ZERO);
                 for row in rows {
-                    let (there, there_velocity) =
-                        reached::<R, P, true, GATHERS>(job, slot, row.reach);
-                    let apart = there - position;
-                    let squared = apart.dot(apart);
-                    let mask = P::mask(row.mask >> lane);
-                    let acts = squared.not_less(P::splat(R::SHORTEST_SQUARED), mask);
-                    let parting = apart.dot(there_velocity - velocity);
+                    let at = (slot, (position, velocity));
+                    let Apart { across: apart, parting, squared, acts } =
+                        Apart::of::<R, true, GATHERS>(job, at, row);
+                    let parting = apart.dot(parting);
                     let damping = P::load(job.plan.value(row.damping, lane));
                     power = power.add_where(acts, damping * (parting * parting / squared));
                 }

@@ -61,7 +61,7 @@ use contact::Planes;
 use matrix::Solve;
 use plan::Plan;
 use sweep::{INVERSE_MASS, Job, MASS, POSITION, Push, Tally, VELOCITY};
-use update::{Phase, RK4_COLUMNS, Update, VERLET_COLUMNS};
+use update::{Phase, Update, own_columns, rk4_stages};
 
 /// Particles in a slice.
 pub(crate) const LANES: usize = 16;
@@ -166,7 +166,6 @@ impl<R: Real> Kernel<R> {
     }
 
     /// Advances a state by some substeps of `h` seconds, contact included.
-    ///
     pub(crate) fn advance(
         &mut self,
         model: &Model<R>,
@@ -177,7 +176,9 @@ impl<R: Real> Kernel<R> {
         if !here {
             self.bring(state.motion());
         }
-        self.make_room(method);
+        if !self.own.has(own_columns(method)) {
+            self.own = Columns::new(own_columns(method), self.plan.slices());
+        }
         let step = R::of(h);
         self.planes.clear();
         self.planes.extend(model.planes.iter().map(|p| Planes::new(p, model.gravity, step)));
@@ -222,34 +223,12 @@ impl<R: Real> Kernel<R> {
                 (0.5 * (before + tally.power), tally)
             }
             Explicit::Rk4 => {
-                let (two, half) = (R::ONE + R::ONE, h * R::HALF);
                 let mut power = 0.0;
-                for (first, weight, reach) in
-                    [(true, R::ONE, half), (false, two, half), (false, two, h)]
-                {
-                    let stage = Update::Rk4Stage { first, weight, reach };
+                for (weight, stage) in rk4_stages::<R, R>(h * R::HALF, h) {
                     power += weight.to_f64() * self.turn(model, stage).power;
                 }
                 let tally = self.turn(model, Update::Rk4Last { h });
                 ((power + tally.power) / 6.0, tally)
-            }
-        }
-    }
-
-    /// Makes columns for what a method remembers.
-    fn make_room(&mut self, method: Explicit) {
-        let slices = self.plan.slices();
-        match method {
-            Explicit::Euler | Explicit::SymplecticEuler => {}
-            Explicit::VelocityVerlet => {
-                if !self.own.has(VERLET_COLUMNS) {
-                    self.own = Columns::new(VERLET_COLUMNS, slices);
-                }
-            }
-            Explicit::Rk4 => {
-                if !self.own.has(RK4_COLUMNS) {
-                    self.own = Columns::new(RK4_COLUMNS, slices);
-                }
             }
         }
     }

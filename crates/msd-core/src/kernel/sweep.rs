@@ -4,7 +4,7 @@
 //! and by any number of threads.
 
 use super::columns::Start;
-use super::contact::{self, Planes};
+use super::contact::Planes;
 use super::pack::{Pack, Triple};
 use super::plan::{Plan, Reach, Row};
 use super::update::Apply;
@@ -194,6 +194,42 @@ unsafe fn pulled<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
     particles
 }
 
+/// How the other ends of a row lie from some particles.
+pub(super) struct Apart<P, M> {
+    pub(super) across: Triple<P>,
+    /// The velocities of the other ends, seen from the particles; `across` without dampers.
+    pub(super) parting: Triple<P>,
+    /// The square of the length.
+    pub(super) squared: P,
+    /// Which springs there are, and have a direction.
+    pub(super) acts: M,
+}
+
+impl<P: Copy> Apart<P, ()> {
+    /// # Safety
+    /// See [`sweep`].
+    #[inline(always)]
+    pub(super) unsafe fn of<R: Real, const DAMPED: bool, const GATHERS: bool>(
+        job: &Job<'_, R>,
+        (slot, (position, velocity)): (usize, (Triple<P>, Triple<P>)),
+        row: &Row,
+    ) -> Apart<P, P::Mask>
+    where
+        P: Pack<R>,
+    {
+        // SAFETY: the caller's promise; the rows of a plan name what is there.
+        unsafe {
+            let (there, there_velocity) = reached::<R, P, DAMPED, GATHERS>(job, slot, row.reach);
+            let across = there - position;
+            let squared = across.dot(across);
+            let mask = P::mask(row.mask >> (slot % LANES));
+            let acts = squared.not_less(P::splat(R::SHORTEST_SQUARED), mask);
+            let parting = if DAMPED { there_velocity - velocity } else { across };
+            Apart { across, parting, squared, acts }
+        }
+    }
+}
+
 /// The springs of a row as they are, before it is known how they pull.
 struct Stretched<P, M> {
     /// From the particles to the other ends.
@@ -221,15 +257,12 @@ impl<P: Copy> Stretched<P, ()> {
         let slot = particles.slot;
         // SAFETY: the caller's promise; the rows of a plan name what is there.
         unsafe {
-            let (there, there_velocity) = reached::<R, P, DAMPED, GATHERS>(job, slot, row.reach);
-            let across = there - particles.position;
-            let squared = across.dot(across);
-            let mask = P::mask(row.mask >> (slot % LANES));
-            let acts = squared.not_less(P::splat(R::SHORTEST_SQUARED), mask);
+            let at = (slot, (particles.position, particles.velocity));
+            let Apart { across, parting, squared, acts } =
+                Apart::of::<R, DAMPED, GATHERS>(job, at, row);
             let length = squared.sqrt();
             let per_length = P::splat(R::ONE) / length;
-            let parting =
-                if DAMPED { across.dot(there_velocity - particles.velocity) } else { length };
+            let parting = if DAMPED { across.dot(parting) } else { length };
             Stretched { across, acts, length, per_length, parting }
         }
     }
@@ -256,7 +289,7 @@ impl<P: Copy, M: Copy> Stretched<P, M> {
         unsafe {
             let value = |place: u32| job.plan.value(place, lane);
             if GATHERS && job.far {
-                // Each in its own line, and two rows on as many lines on as a row has.
+                // All three: where springs have numbers of their own, each is another line.
                 for place in [row.rest_length, row.stiffness, row.damping] {
                     P::prefetch(value(place).wrapping_add(2 * AHEAD * LANES));
                 }
@@ -363,21 +396,5 @@ unsafe fn write_records<R: Real, P: Pack<R>>(job: &Job<'_, R>, slot: usize) {
         let velocity = Triple::<P>::load(job.to, VELOCITY, slot);
         let halves = [position, velocity].map(|Triple { x, y, z }| [x, y, z]);
         P::scatter(job.records[1].add(slot * RECORD), halves);
-    }
-}
-
-/// Keeps particles out of the planes and says what that took.
-///
-/// # Safety
-/// See [`sweep`].
-#[inline(always)]
-pub(super) unsafe fn collide<R: Real, P: Pack<R>>(
-    job: &Job<'_, R>,
-    particles: &mut Particles<P>,
-    sums: &mut Sums,
-) {
-    for plane in job.planes {
-        // SAFETY: the caller's promise.
-        unsafe { contact::resolve(plane, particles, sums) };
     }
 }

@@ -3,8 +3,10 @@
 
 use super::LANES;
 use super::columns::Start;
+use super::contact;
 use super::pack::{Pack, Spread, Triple};
-use super::sweep::{Job, POSITION, Particles, Sums, VELOCITY, collide};
+use super::sweep::{Job, POSITION, Particles, Sums, VELOCITY};
+use crate::integrator::Explicit;
 use crate::real::Real;
 
 /// What a sweep does with forces; lengths of time are of type `S`.
@@ -62,8 +64,10 @@ impl<R: Real> Place<R> for Job<'_, R> {
     }
     #[inline(always)]
     unsafe fn collide<P: Pack<R>>(&self, particles: &mut Particles<P>, sums: &mut Sums) {
-        // SAFETY: the caller's promise.
-        unsafe { collide(self, particles, sums) };
+        for plane in self.planes {
+            // SAFETY: the caller's promise.
+            unsafe { contact::resolve(plane, particles, sums) };
+        }
     }
 }
 
@@ -98,9 +102,24 @@ const ACCELERATION: usize = 3;
 const START: usize = 0;
 const SLOPE: usize = 6;
 
-/// Columns that a method remembers.
-pub(super) const VERLET_COLUMNS: usize = 6;
-pub(super) const RK4_COLUMNS: usize = 12;
+/// The number of columns that a method remembers.
+pub(super) fn own_columns(method: Explicit) -> usize {
+    match method {
+        Explicit::Euler | Explicit::SymplecticEuler => 0,
+        Explicit::VelocityVerlet => ACCELERATION + 3,
+        Explicit::Rk4 => SLOPE + 6,
+    }
+}
+
+/// The stages of RK4 before the last one, and the weights of their powers.
+pub(super) fn rk4_stages<R: Real, S>(half: S, h: S) -> [(R, Update<R, S>); 3]
+where
+    S: Copy,
+{
+    let two = R::ONE + R::ONE;
+    [(true, R::ONE, half), (false, two, half), (false, two, h)]
+        .map(|(first, weight, reach)| (weight, Update::Rk4Stage { first, weight, reach }))
+}
 
 /// See [`Update::Forces`].
 #[derive(Clone, Copy)]
