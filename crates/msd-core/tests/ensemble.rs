@@ -1,35 +1,15 @@
 //! Every copy of an ensemble has the bits of a simulation of its own, whatever they differ in.
 
+mod common;
+
+use common::{Random, state_bits};
 use msd_core::glam::DVec3;
 use msd_core::kernel::Instructions;
 use msd_core::{
     Ensemble, Error, Friction, Integrator, Interaction, Material, Motion, Particle, Pin, Plane,
-    Real, Scene, Settings, Simulation, Spring, State, Vector, shape,
+    Real, Scene, Settings, Simulation, Spring, shape,
 };
 use proptest::prelude::*;
-
-/// A linear congruential generator (Knuth, 1997, section 3.3.4).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        self.0 >> 33
-    }
-    fn unit(&mut self) -> f64 {
-        self.next() as f64 / (1u64 << 31) as f64
-    }
-    fn below(&mut self, bound: usize) -> usize {
-        self.next() as usize % bound
-    }
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit())
-    }
-    fn yes(&mut self) -> bool {
-        self.below(2) == 0
-    }
-}
 
 /// Pairs of particles, some of them twice.
 fn topology(random: &mut Random, particles: usize) -> Vec<[usize; 2]> {
@@ -88,12 +68,6 @@ fn plane(random: &mut Random) -> Plane {
     }
 }
 
-fn bits<R: Real>(state: &State<R>) -> Vec<Vec<u8>> {
-    let number = |x: R| x.to_le_bytes().into_iter();
-    let vectors = state.positions.iter().chain(&state.velocities);
-    vectors.map(|v| v.components().into_iter().flat_map(number).collect()).collect()
-}
-
 /// Copies of a random topology.
 fn copies<R: Real>(seed: u64, integrator: Integrator, count: usize) -> Vec<Simulation<R>> {
     let mut random = Random(seed);
@@ -127,7 +101,8 @@ fn check<R: Real>(mut alone: Vec<Simulation<R>>, instructions: Instructions, ste
                 errors[copy] = simulation.step().err();
                 assert_eq!(together.error(copy), errors[copy], "{what:?}");
             }
-            assert_eq!(bits(&together.state(copy)), bits(simulation.state()), "{what:?}");
+            let state = together.state(copy);
+            assert_eq!(state_bits(&state), state_bits(simulation.state()), "{what:?}");
             assert_eq!(together.runs(copy), errors[copy].is_none(), "{what:?}");
             assert_eq!(together.steps(copy), simulation.steps(), "{what:?}");
             assert_eq!(together.time(copy).to_bits(), simulation.time().to_bits(), "{what:?}");
@@ -215,7 +190,8 @@ fn a_load_is_a_force_that_every_step_adds() {
                     };
                     // A copy that has left the world stays where it was, here and there.
                     let _ = if together.runs(copy) { simulation.step_with(add) } else { Ok(()) };
-                    assert_eq!(bits(&together.state(copy)), bits(simulation.state()), "{copy}");
+                    let state = together.state(copy);
+                    assert_eq!(state_bits(&state), state_bits(simulation.state()), "{copy}");
                 }
             }
         }

@@ -1,6 +1,9 @@
 //! The compiled kernels give the bits of the plain loops, whatever the topology, the instructions,
 //! the precision and the method.
 
+mod common;
+
+use common::{Random, bits, state_bits};
 use msd_core::explicit::{self, Scratch, Substep};
 use msd_core::forces::{add_spring_forces, set_external_forces};
 use msd_core::glam::DVec3;
@@ -55,8 +58,8 @@ fn scenes() -> impl Strategy<Value = Scene> {
     numbers.prop_map(|(count, seed, degree, [alike, damped, floor, lattice, drag, corner])| {
         let mut random = Random(seed | 1);
         let particle = |random: &mut Random| Particle {
-            position: DVec3::new(random.unit(), random.unit(), random.unit()) * 4.0,
-            velocity: DVec3::new(random.unit(), random.unit(), random.unit()) - 0.5,
+            position: random.vector() * 4.0,
+            velocity: random.vector() - 0.5,
             mass: if alike { 1.0 } else { 0.5 + random.unit() },
         };
         let mut particles: Vec<Particle> = (0..count).map(|_| particle(&mut random)).collect();
@@ -95,29 +98,6 @@ fn scenes() -> impl Strategy<Value = Scene> {
     })
 }
 
-/// A linear congruential generator (Knuth, 1997, section 3.3.4): a scene from one number, so that a
-/// failure shrinks to a small one.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        self.0 >> 33
-    }
-    fn unit(&mut self) -> f64 {
-        self.next() as f64 / (1u64 << 31) as f64
-    }
-    fn below(&mut self, bound: usize) -> usize {
-        self.next() as usize % bound
-    }
-}
-
-fn bits<R: Real>(vectors: &[R::Vec3]) -> Vec<Vec<u8>> {
-    let number = |x: R| x.to_le_bytes().into_iter();
-    vectors.iter().map(|v| v.components().into_iter().flat_map(number).collect()).collect()
-}
-
 fn check_forces<R: Real>(scene: &Scene) {
     let (model, state) = Model::<R>::new(scene).expect("a valid scene");
     let mut plain = vec![R::Vec3::ZERO; model.particle_count()];
@@ -151,8 +131,7 @@ fn check_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
                 oracle.step(method, settings);
                 let what = (integrator.name(), instructions.name());
                 let (swept, plain) = (simulation.state(), &oracle.state);
-                assert_eq!(bits::<R>(&swept.positions), bits::<R>(&plain.positions), "{what:?}");
-                assert_eq!(bits::<R>(&swept.velocities), bits::<R>(&plain.velocities), "{what:?}");
+                assert_eq!(state_bits(swept), state_bits(plain), "{what:?}");
             }
             check_taken(&simulation, oracle.counted);
         }
@@ -169,10 +148,8 @@ fn check_products<R: Real>(model: &Model<R>, state: &State<R>) {
     let mut tangent = Tangent::new(model);
     tangent.linearise(model, state.motion(), tau);
     let mut random = Random(5);
-    let mut unit = || random.unit() - 0.5;
-    let x: Vec<R::Vec3> = (0..model.particle_count())
-        .map(|_| R::Vec3::of(DVec3::new(unit(), unit(), unit())))
-        .collect();
+    let x: Vec<R::Vec3> =
+        (0..model.particle_count()).map(|_| R::Vec3::of(random.vector() - 0.5)).collect();
     let mut plain = vec![R::Vec3::ZERO; x.len()];
     tangent.set_product(model.ends(), &x, &mut plain);
     let dots = x.iter().zip(&plain).map(|(&x, &y)| x.dot(y).to_f64());
@@ -203,8 +180,7 @@ fn check_implicit_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
                 simulation.queue(interaction).expect("a valid interaction");
             }
             let steps: Vec<bool> = (0..3).map(|_| simulation.step().is_ok()).collect();
-            let State { positions, velocities } = simulation.state();
-            (steps, bits::<R>(positions), bits::<R>(velocities))
+            (steps, state_bits(simulation.state()))
         });
         assert_eq!(runs[1], runs[0], "{integrator}");
         assert_eq!(runs[2], runs[0], "{integrator}");

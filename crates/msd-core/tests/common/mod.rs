@@ -76,6 +76,32 @@ impl Numbers {
     }
 }
 
+/// A linear congruential generator (Knuth, 1997, section 3.3.4): a scene from one number, so that a
+/// failure shrinks to a small one.
+pub struct Random(pub u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 >> 33
+    }
+    /// A number from 0 to 1.
+    pub fn unit(&mut self) -> f64 {
+        self.next() as f64 / (1u64 << 31) as f64
+    }
+    pub fn below(&mut self, bound: usize) -> usize {
+        self.next() as usize % bound
+    }
+    /// A point in the unit cube.
+    pub fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit())
+    }
+    pub fn yes(&mut self) -> bool {
+        self.below(2) == 0
+    }
+}
+
 /// A scene of random particles and springs, some columns uniform and some not.
 pub fn random_scene(seed: u64) -> Scene {
     let mut numbers = Numbers(seed);
@@ -103,4 +129,15 @@ pub fn random_scene(seed: u64) -> Scene {
 /// The positions of a simulation in double precision.
 pub fn positions<R: Real>(simulation: &Simulation<R>) -> Vec<DVec3> {
     simulation.state().positions.iter().map(|position| position.to_f64()).collect()
+}
+
+/// The bytes of vectors, for which 0 and −0 differ and a number that is none is like itself.
+pub fn bits<R: Real>(vectors: &[R::Vec3]) -> Vec<Vec<u8>> {
+    let number = |x: R| x.to_le_bytes().into_iter();
+    vectors.iter().map(|v| v.components().into_iter().flat_map(number).collect()).collect()
+}
+
+/// The bytes of positions and of velocities.
+pub fn state_bits<R: Real>(state: &State<R>) -> [Vec<Vec<u8>>; 2] {
+    [bits::<R>(&state.positions), bits::<R>(&state.velocities)]
 }
