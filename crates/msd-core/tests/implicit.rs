@@ -50,8 +50,8 @@ fn product(model: &Model<f64>, state: &State<f64>, tau: f64, x: &[DVec3]) -> Vec
 }
 
 fn directions(count: usize) -> Vec<DVec3> {
-    let mut numbers = common::Numbers(7);
-    (0..count).map(|_| numbers.vector()).collect()
+    let mut random = common::Random(7);
+    (0..count).map(|_| random.vector() - 0.5).collect()
 }
 
 fn apart(a: &[DVec3], b: &[DVec3]) -> f64 {

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Numbers, weightless};
+use common::{Random, weightless};
 use msd_core::glam::DVec3;
 use msd_core::region::{Mode, is_stable};
 use msd_core::stability::{Estimator, fastest_mode, guaranteed_limit};
@@ -23,13 +23,13 @@ fn block(material: Material) -> Scene {
 
 /// Stiffness times 1 to 100, mass times 1 to 10, and of each damper its own share.
 fn random(mut scene: Scene, damping: f64, seed: u64) -> Scene {
-    let mut numbers = Numbers(seed);
+    let mut random = Random(seed);
     for spring in &mut scene.springs {
-        spring.stiffness *= 100f64.powf(numbers.next());
-        spring.damping = damping * numbers.next();
+        spring.stiffness *= 100f64.powf(random.unit());
+        spring.damping = damping * random.unit();
     }
     for particle in &mut scene.particles {
-        particle.mass *= 10f64.powf(numbers.next());
+        particle.mass *= 10f64.powf(random.unit());
     }
     scene
 }
@@ -60,9 +60,9 @@ fn blows_up(scene: &Scene, settings: Settings, steps: u32) -> bool {
     forces::add_spring_forces(model, simulation.state().motion(), &mut balance);
     let mut disturbed = simulation.state().clone();
     // A push that has a part of every motion, small enough for any length.
-    let (mut numbers, speed) = (Numbers(7), 1e-10 / settings.substep());
+    let (mut random, speed) = (Random(7), 1e-10 / settings.substep());
     for (velocity, &w) in disturbed.velocities.iter_mut().zip(model.inverse_masses()) {
-        *velocity = if w == 0.0 { DVec3::ZERO } else { numbers.vector() * speed };
+        *velocity = if w == 0.0 { DVec3::ZERO } else { (random.vector() - 0.5) * speed };
     }
     simulation.set_state(&disturbed, 0).unwrap();
     for _ in 0..steps / settings.substeps {

@@ -60,22 +60,6 @@ pub fn two_masses(masses: [f64; 2], stiffness: f64, damping: f64, stretch: f64) 
     }
 }
 
-/// Deterministic numbers from 0 to 1.
-pub struct Numbers(pub u64);
-
-impl Numbers {
-    pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
-        (self.0 >> 40) as f64 / (1u64 << 24) as f64
-    }
-    pub fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.next() - 0.5, self.next() - 0.5, self.next() - 0.5)
-    }
-    pub fn below(&mut self, bound: usize) -> usize {
-        ((self.next() * bound as f64) as usize).min(bound - 1)
-    }
-}
-
 /// A linear congruential generator (Knuth, 1997, section 3.3.4): a scene from one number, so that a
 /// failure shrinks to a small one.
 pub struct Random(pub u64);
@@ -104,23 +88,23 @@ impl Random {
 
 /// A scene of random particles and springs, some columns uniform and some not.
 pub fn random_scene(seed: u64) -> Scene {
-    let mut numbers = Numbers(seed);
-    let count = 2 + numbers.below(40);
-    let (same_stiffness, undamped) = (numbers.next() < 0.5, numbers.next() < 0.3);
+    let mut random = Random(seed);
+    let count = 2 + random.below(40);
+    let (same_stiffness, undamped) = (random.unit() < 0.5, random.unit() < 0.3);
     let particles = (0..count).map(|_| Particle {
-        position: numbers.vector() * 10.0,
-        velocity: numbers.vector(),
-        mass: 0.1 + numbers.next(),
+        position: (random.vector() - 0.5) * 10.0,
+        velocity: random.vector() - 0.5,
+        mass: 0.1 + random.unit(),
     });
     let particles: Vec<Particle> = particles.collect();
     let springs = (0..3 * count).map(|_| {
-        let a = numbers.below(count);
-        let b = (a + 1 + numbers.below(count - 1)) % count;
+        let a = random.below(count);
+        let b = (a + 1 + random.below(count - 1)) % count;
         Spring {
             ends: [a, b],
-            rest_length: numbers.next() * 5.0,
-            stiffness: if same_stiffness { 50.0 } else { numbers.next() * 100.0 },
-            damping: if undamped { 0.0 } else { numbers.next() },
+            rest_length: random.unit() * 5.0,
+            stiffness: if same_stiffness { 50.0 } else { random.unit() * 100.0 },
+            damping: if undamped { 0.0 } else { random.unit() },
         }
     });
     Scene { springs: springs.collect(), particles, ..Scene::default() }
