@@ -1,37 +1,21 @@
 //! Does `msd bench` measure the work that it says, and write where it leads?
 
+mod common;
+
+use common::{folder, json, outcome, quiet};
 use msd_lab::trade::trial::state;
 use msd_lab::{Precision, Runner, peers};
-use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-fn msd(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    command.current_dir(folder).arg("bench").args(arguments).env_remove("RUST_LOG");
-    command.output().expect("msd starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("text")
-}
-
-/// Runs msd bench, which must succeed without a word on the standard error.
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = msd(folder, arguments);
-    assert_eq!(text(&output.stderr), "", "{arguments:?}");
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}");
-    text(&output.stdout)
+fn msd(folder: &Path, arguments: &[&str]) -> Command {
+    common::msd(folder, &[&["bench"], arguments].concat())
 }
 
 /// The error of msd bench, which must be one line and leave no file.
 fn refused(arguments: &[&str], code: i32) -> String {
-    let folder = tempfile::tempdir().expect("a folder");
-    let output = msd(folder.path(), arguments);
-    let told = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {told}");
-    assert_eq!(told.lines().count(), 1, "{arguments:?}: {told}");
-    assert_eq!(text(&output.stdout), "", "{arguments:?}");
+    let folder = folder();
+    let told = common::refused(msd(folder.path(), arguments), code);
     assert_eq!(folder.path().read_dir().unwrap().count(), 0, "{arguments:?}");
     told
 }
@@ -46,9 +30,8 @@ fn read(path: &Path) -> Vec<[f64; 3]> {
 
 #[test]
 fn a_measured_cloth_tells_the_documented_keys_and_counts() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let told: Value =
-        serde_json::from_str(&done(folder.path(), &["cloth", "8", "--json"])).unwrap();
+    let folder = folder();
+    let told = json(msd(folder.path(), &["cloth", "8"]));
     let keys = "scene size particles springs integrator step substeps precision threads \
         updates_per_second ms_per_frame batches frames_per_batch peak_memory_bytes";
     let found: Vec<&str> = told.as_object().unwrap().keys().map(String::as_str).collect();
@@ -74,13 +57,13 @@ fn a_measured_cloth_tells_the_documented_keys_and_counts() {
 
 #[test]
 fn every_evaluation_of_the_forces_counts() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     for (integrator, evaluations) in
         [("velocity-verlet", Some(6.0)), ("rk4", Some(20.0)), ("backward-euler", None)]
     {
-        let arguments = ["block", "3", "--substeps", "5", "--precision", "f64", "--json"];
+        let arguments = ["block", "3", "--substeps", "5", "--precision", "f64"];
         let arguments = [&arguments[..], &["--threads", "2", "--integrator", integrator]].concat();
-        let told: Value = serde_json::from_str(&done(folder.path(), &arguments)).unwrap();
+        let told = json(msd(folder.path(), &arguments));
         assert_eq!((&told["integrator"], &told["threads"]), (&integrator.into(), &2.into()));
         let springs = told["springs"].as_f64().unwrap();
         assert_eq!(springs, 158.0);
@@ -93,7 +76,7 @@ fn every_evaluation_of_the_forces_counts() {
 
 #[test]
 fn positions_are_those_of_a_run_through_the_library_to_the_bit() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let path = folder.path().join("p.bin");
     for (work, scene) in [("cloth", peers::cloth(8).unwrap()), ("block", peers::block(4).unwrap())]
     {
@@ -101,7 +84,7 @@ fn positions_are_those_of_a_run_through_the_library_to_the_bit() {
         for precision in [Precision::F32, Precision::F64] {
             let name = precision.name();
             let arguments = [work, size, "--precision", name, "--positions", "p.bin"];
-            let told = done(folder.path(), &arguments);
+            let told = quiet(msd(folder.path(), &arguments));
             assert!(told.lines().any(|line| line == "positions at t = 1 s in p.bin"), "{told}");
             let mut runner = Runner::new(&scene, peers::settings(), precision).unwrap();
             (0..60).for_each(|_| runner.step().unwrap());
@@ -121,14 +104,14 @@ fn positions_are_those_of_a_run_through_the_library_to_the_bit() {
 
 #[test]
 fn a_file_that_is_there_is_replaced_or_left_alone() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let path = folder.path().join("p.bin");
     std::fs::write(&path, "mine").unwrap();
     let diverging = ["cloth", "8", "--substeps", "1", "--positions", "p.bin"];
-    let output = msd(folder.path(), &diverging);
+    let output = outcome(msd(folder.path(), &diverging));
     assert_eq!(output.status.code(), Some(3));
     assert_eq!(std::fs::read(&path).unwrap(), b"mine");
-    done(folder.path(), &["cloth", "2", "--positions", "p.bin"]);
+    quiet(msd(folder.path(), &["cloth", "2", "--positions", "p.bin"]));
     assert_eq!(read(&path).len(), 4);
     assert_eq!(folder.path().read_dir().unwrap().count(), 1);
 }

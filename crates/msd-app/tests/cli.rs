@@ -1,38 +1,18 @@
 //! Does the program do what its help says? The real binary, run as a person would.
 
+mod common;
+
+use common::{folder, json, outcome, parse, quiet, text};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
+use std::process::Command;
 
-/// Runs msd in a folder.
-fn msd(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    command.current_dir(folder).args(arguments);
+/// The program where there is no display.
+fn msd(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = common::msd(folder, arguments);
     // Silences a graphics driver that complains on the standard error.
     command.env("XDG_RUNTIME_DIR", folder).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-    command.env_remove("RUST_LOG").output().expect("msd starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("text")
-}
-
-/// Runs msd, which must succeed without a word on the standard error, and returns what it says.
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = msd(folder, arguments);
-    assert_eq!(text(&output.stderr), "", "{arguments:?}");
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}");
-    text(&output.stdout)
-}
-
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let arguments = [arguments, &["--json"]].concat();
-    serde_json::from_str(&done(folder, &arguments)).expect("JSON")
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().expect("a folder")
+    command
 }
 
 fn number(report: &Value, key: &str) -> f64 {
@@ -41,7 +21,7 @@ fn number(report: &Value, key: &str) -> f64 {
 
 #[test]
 fn scenes_lists_every_built_in_scene_with_a_line() {
-    let listed = done(folder().path(), &["scenes"]);
+    let listed = quiet(msd(folder().path(), &["scenes"]));
     for builtin in msd_lab::BUILTINS {
         assert!(listed.lines().any(|line| line.starts_with(builtin.name)), "{}", builtin.name);
     }
@@ -51,13 +31,14 @@ fn scenes_lists_every_built_in_scene_with_a_line() {
 #[test]
 fn auto_takes_nine_tenths_of_the_longest_stable_step_and_ends_on_time() {
     let folder = folder();
-    let report = json(folder.path(), &["run", "cloth", "--step", "auto", "--duration", "1"]);
+    let report = json(msd(folder.path(), &["run", "cloth", "--step", "auto", "--duration", "1"]));
     let share = number(&report, "step") / number(&report, "stable_step");
     // At most a step of the run less than 0.9, to end on time.
     let steps = number(&report, "steps");
     assert!(share <= 0.9 && 0.9 * (1.0 - 1.0 / steps) < share, "{share}");
     assert!((steps * number(&report, "step") - 1.0).abs() < 1e-12);
-    let output = msd(folder.path(), &["run", "cloth", "--step", "auto", "--integrator", "xpbd"]);
+    let output =
+        outcome(msd(folder.path(), &["run", "cloth", "--step", "auto", "--integrator", "xpbd"]));
     assert_eq!(output.status.code(), Some(2));
     let said = text(&output.stderr);
     assert!(said.contains("no step is too long for xpbd"), "{said}");
@@ -65,7 +46,7 @@ fn auto_takes_nine_tenths_of_the_longest_stable_step_and_ends_on_time() {
 
 #[test]
 fn run_prints_the_documented_keys() {
-    let report = json(folder().path(), &["run", "cloth", "--duration", "1"]);
+    let report = json(msd(folder().path(), &["run", "cloth", "--duration", "1"]));
     assert_eq!(report["scene"], "cloth");
     assert_eq!(report["integrator"], "velocity-verlet");
     assert_eq!(report["precision"], "f32");
@@ -89,7 +70,7 @@ fn run_prints_the_documented_keys() {
 fn the_solver_of_the_command_line_goes_before_that_of_the_scene() {
     let folder = folder();
     let run = |arguments: &[&str]| {
-        json(folder.path(), &[&["run", "chain", "--duration", "1"], arguments].concat())
+        json(msd(folder.path(), &[&["run", "chain", "--duration", "1"], arguments].concat()))
     };
     let report = run(&["--integrator", "rk4", "--substeps", "3", "--precision", "f64"]);
     assert_eq!(report["integrator"], "rk4");
@@ -103,7 +84,7 @@ fn the_solver_of_the_command_line_goes_before_that_of_the_scene() {
 #[test]
 fn the_same_run_has_the_same_hash_and_another_has_another() {
     let folder = folder();
-    let hash = |arguments: &[&str]| json(folder.path(), arguments)["state_hash"].clone();
+    let hash = |arguments: &[&str]| json(msd(folder.path(), arguments))["state_hash"].clone();
     let once = hash(&["run", "dice", "--duration", "0.5"]);
     assert_eq!(once, hash(&["run", "dice", "--duration", "0.5"]));
     assert_ne!(once, hash(&["run", "dice", "--duration", "0.6"]));
@@ -115,8 +96,9 @@ fn a_run_in_two_halves_ends_with_the_same_bits_as_one() {
     let path = folder.path();
     for precision in ["f32", "f64"] {
         let solver = ["--precision", precision];
-        let run =
-            |arguments: &[&str]| done(path, &[&["run", "jelly"], arguments, &solver].concat());
+        let run = |arguments: &[&str]| {
+            quiet(msd(path, &[&["run", "jelly"], arguments, &solver].concat()))
+        };
         run(&["--duration", "2", "--out", "whole.csv"]);
         run(&["--duration", "1", "--out", "half.csv"]);
         run(&["--duration", "1", "--from", "half.csv", "--out", "halves.csv"]);
@@ -130,7 +112,8 @@ fn a_run_in_two_halves_ends_with_the_same_bits_as_one() {
 fn a_mesh_runs_and_its_state_has_a_row_per_particle() {
     let folder = folder();
     // No such file here: the mesh that the program carries stands in.
-    let said = done(folder.path(), &["run", "bunny.obj", "--duration", "0.1", "--out", "s.csv"]);
+    let said =
+        quiet(msd(folder.path(), &["run", "bunny.obj", "--duration", "0.1", "--out", "s.csv"]));
     assert!(said.contains("1839 vertices") && said.contains("closed"), "{said}");
     let state = std::fs::read_to_string(folder.path().join("s.csv")).expect("s.csv");
     let mut lines = state.lines();
@@ -144,7 +127,7 @@ fn a_mesh_runs_and_its_state_has_a_row_per_particle() {
 fn a_trace_has_the_start_and_a_row_per_step_and_conserves_energy() {
     let folder = folder();
     let arguments = ["run", "chain", "--duration", "2", "--trace", "t.csv", "--watch", "0,4"];
-    done(folder.path(), &arguments);
+    quiet(msd(folder.path(), &arguments));
     let trace = std::fs::read_to_string(folder.path().join("t.csv")).expect("t.csv");
     let rows: Vec<Vec<&str>> = trace.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(rows[0].join(","), HEADER);
@@ -164,7 +147,7 @@ const HEADER: &str = "step,time,kinetic,elastic,gravitational,dissipated,total,\
 #[test]
 fn a_run_of_no_duration_writes_the_start() {
     let folder = folder();
-    let report = json(folder.path(), &["run", "chain", "--duration", "0", "--out", "s.csv"]);
+    let report = json(msd(folder.path(), &["run", "chain", "--duration", "0", "--out", "s.csv"]));
     assert_eq!(report["steps"], 0);
     assert_eq!(report["real_time_factor"], Value::Null);
     let state = std::fs::read_to_string(folder.path().join("s.csv")).expect("s.csv");
@@ -174,9 +157,11 @@ fn a_run_of_no_duration_writes_the_start() {
 #[test]
 fn a_step_that_is_too_long_is_warned_of_with_the_longest_that_is_not() {
     let folder = folder();
-    let output = msd(folder.path(), &["run", "square", "--step", "0.025", "--duration", "0.025"]);
+    let output =
+        outcome(msd(folder.path(), &["run", "square", "--step", "0.025", "--duration", "0.025"]));
     assert_eq!((output.status.code(), text(&output.stderr).as_str()), (Some(0), ""));
-    let output = msd(folder.path(), &["run", "square", "--step", "0.05", "--duration", "0.05"]);
+    let output =
+        outcome(msd(folder.path(), &["run", "square", "--step", "0.05", "--duration", "0.05"]));
     let said = text(&output.stderr);
     assert!(said.starts_with("warning: the step of 5.000e-2 s is longer than 3."), "{said}");
     assert!(said.contains("try --substeps "), "{said}");
@@ -186,14 +171,14 @@ fn a_step_that_is_too_long_is_warned_of_with_the_longest_that_is_not() {
 fn a_run_that_diverges_says_where_and_keeps_the_last_good_state() {
     let folder = folder();
     let arguments = ["run", "cloth", "--substeps", "1", "--json", "--out", "s.csv"];
-    let output = msd(folder.path(), &arguments);
+    let output = outcome(msd(folder.path(), &arguments));
     assert_eq!(output.status.code(), Some(3));
     let said = text(&output.stderr);
     let last = said.lines().last().expect("a line");
     for part in ["error: cloth: diverged: particle ", " in step ", "; try --substeps "] {
         assert!(last.contains(part), "{said}");
     }
-    let report: Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
+    let report = parse(&text(&output.stdout));
     assert_eq!(report["diverged"], true);
     let state = std::fs::read_to_string(folder.path().join("s.csv")).expect("s.csv");
     assert_eq!(state.lines().count(), 962);
@@ -202,7 +187,7 @@ fn a_run_that_diverges_says_where_and_keeps_the_last_good_state() {
 
 #[test]
 fn a_window_without_a_display_says_so_in_two_lines_and_names_what_works() {
-    let output = msd(folder().path(), &["view", "cloth"]);
+    let output = outcome(msd(folder().path(), &["view", "cloth"]));
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert_eq!(said.lines().count(), 2, "{said}");
@@ -212,7 +197,8 @@ fn a_window_without_a_display_says_so_in_two_lines_and_names_what_works() {
 #[test]
 fn a_picture_is_drawn_where_there_is_an_adapter_and_a_line_says_what_is_missing_elsewhere() {
     let folder = folder();
-    let output = msd(folder.path(), &["render", "chain", "--time", "0.1", "--size", "64x48"]);
+    let output =
+        outcome(msd(folder.path(), &["render", "chain", "--time", "0.1", "--size", "64x48"]));
     let said = text(&output.stderr);
     if output.status.code() == Some(0) {
         let picture = image::open(folder.path().join("chain.png")).expect("a picture");
@@ -226,7 +212,7 @@ fn a_picture_is_drawn_where_there_is_an_adapter_and_a_line_says_what_is_missing_
 #[test]
 fn help_and_version_are_no_errors() {
     let folder = folder();
-    assert!(done(folder.path(), &["--help"]).contains("Usage: msd"));
-    assert!(done(folder.path(), &["run", "--help"]).contains("--substeps"));
-    assert!(done(folder.path(), &["--version"]).starts_with("msd "));
+    assert!(quiet(msd(folder.path(), &["--help"])).contains("Usage: msd"));
+    assert!(quiet(msd(folder.path(), &["run", "--help"])).contains("--substeps"));
+    assert!(quiet(msd(folder.path(), &["--version"])).starts_with("msd "));
 }

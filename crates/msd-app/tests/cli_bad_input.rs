@@ -1,12 +1,14 @@
 //! Is bad input refused in one clear line, with exit code 2 and nothing written?
 
+mod common;
+
+use common::{msd, refused};
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use tempfile::TempDir;
 
 /// A folder with broken files.
 fn folder() -> TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = common::folder();
     for (name, text) in FILES {
         std::fs::write(folder.path().join(name), text).expect(name);
     }
@@ -49,17 +51,13 @@ fn names(folder: &Path) -> Vec<PathBuf> {
 /// Runs msd, which must refuse with these words in one line and leave no file.
 fn refuse(folder: &Path, arguments: &[&str], told: &[&str]) {
     let before = names(folder);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    command.current_dir(folder).args(arguments).env("XDG_RUNTIME_DIR", folder);
-    let output = command.env_remove("RUST_LOG").output().expect("msd starts");
-    let said = String::from_utf8(output.stderr).expect("text");
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
-    assert_eq!(said.lines().count(), 1, "{arguments:?}: {said}");
+    let mut command = msd(folder, arguments);
+    command.env("XDG_RUNTIME_DIR", folder);
+    let said = refused(command, 2);
     assert!(said.starts_with("error: "), "{arguments:?}: {said}");
     for part in told {
         assert!(said.contains(part), "{arguments:?}: {said}: {part}");
     }
-    assert_eq!(output.stdout, b"", "{arguments:?}");
     assert_eq!(names(folder), before, "{arguments:?}");
 }
 
@@ -238,9 +236,7 @@ fn a_picture_of_no_size_is_refused() {
 #[cfg(unix)]
 #[test]
 fn a_reader_that_goes_away_is_no_error() {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    let mut child = command
-        .args(["run", "chain", "--json"])
+    let mut child = msd(Path::new("."), &["run", "chain", "--json"])
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped())
         .spawn()
@@ -255,9 +251,8 @@ fn a_reader_that_goes_away_is_no_error() {
 fn an_argument_that_is_no_text_is_refused() {
     use std::os::unix::ffi::OsStrExt;
     let odd = std::ffi::OsStr::from_bytes(b"\xff.toml");
-    let output = Command::new(env!("CARGO_BIN_EXE_msd")).arg(odd).output().expect("msd starts");
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert_eq!(said.lines().count(), 1, "{said}");
+    let mut command = msd(Path::new("."), &[]);
+    command.arg(odd);
+    let said = refused(command, 2);
     assert!(said.starts_with("error: "), "{said}");
 }

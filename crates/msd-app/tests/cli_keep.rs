@@ -1,57 +1,23 @@
 //! Does the program save, go on, record and replay to the last bit, even when it is killed?
 
+mod common;
+
+use common::{folder, json, msd, outcome, parse, refused, text};
 use msd_app::session::Session;
 use msd_core::glam::DVec3;
 use msd_lab::{Loaded, Recorder, load_saved, open, state_hash};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use serde_json::Value;
-use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::Stdio;
 use std::time::Duration;
-use tempfile::TempDir;
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    command.current_dir(folder).args(arguments).env_remove("RUST_LOG");
-    command
-}
-
-fn msd(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().expect("msd starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("text")
-}
-
-/// Runs msd, which must succeed without a word on the standard error.
-fn json(folder: &Path, arguments: &[&str]) -> Value {
-    let output = msd(folder, &[arguments, &["--json"]].concat());
-    assert_eq!(text(&output.stderr), "", "{arguments:?}");
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}");
-    serde_json::from_str(&text(&output.stdout)).expect("JSON")
-}
-
-/// Runs msd, which must refuse with one line, and returns that.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = msd(folder, arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
-    let message = text(&output.stderr);
-    assert_eq!(message.lines().count(), 1, "{message}");
-    message
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().expect("a folder")
-}
 
 #[test]
 fn a_saved_run_goes_on_to_the_bits_of_one_that_never_stopped() {
     let folder = folder();
     for precision in ["f32", "f64"] {
         let run = |scene: &str, more: &[&str]| {
-            json(folder.path(), &[&["run", scene, "--precision", precision], more].concat())
+            json(msd(folder.path(), &[&["run", scene, "--precision", precision], more].concat()))
         };
         let whole = run("dice", &["--duration", "1.5"]);
         run("dice", &["--duration", "1", "--save", "s.msd"]);
@@ -63,7 +29,8 @@ fn a_saved_run_goes_on_to_the_bits_of_one_that_never_stopped() {
         assert_eq!(rest["scene"], "dice");
     }
     // What the command line says goes before what was saved.
-    let other = json(folder.path(), &["run", "s.msd", "--duration", "0", "--integrator", "rk4"]);
+    let other =
+        json(msd(folder.path(), &["run", "s.msd", "--duration", "0", "--integrator", "rk4"]));
     assert_eq!((&other["integrator"], &other["precision"]), (&"rk4".into(), &"f64".into()));
 }
 
@@ -71,8 +38,8 @@ fn a_saved_run_goes_on_to_the_bits_of_one_that_never_stopped() {
 fn a_run_is_recorded_and_replayed_to_the_bit() {
     let folder = folder();
     let path = folder.path();
-    let run = json(path, &["run", "dice", "--duration", "0.5", "--record", "r.msdrec"]);
-    let replay = json(path, &["run", "--replay", "r.msdrec", "--trace", "t.csv"]);
+    let run = json(msd(path, &["run", "dice", "--duration", "0.5", "--record", "r.msdrec"]));
+    let replay = json(msd(path, &["run", "--replay", "r.msdrec", "--trace", "t.csv"]));
     for key in ["state_hash", "energy", "duration", "steps", "integrator", "scene"] {
         assert_eq!(replay[key], run[key], "{key}");
     }
@@ -98,7 +65,7 @@ fn a_recording_of_the_window_is_replayed_by_the_command_line() {
     }
     session.stop_recording();
     let hash = format!("{:016x}", state_hash(&session.runner().state()));
-    let replay = json(folder.path(), &["run", "--replay", "r.msdrec"]);
+    let replay = json(msd(folder.path(), &["run", "--replay", "r.msdrec"]));
     assert_eq!(replay["state_hash"], hash);
 }
 
@@ -106,10 +73,10 @@ fn a_recording_of_the_window_is_replayed_by_the_command_line() {
 fn a_twin_tells_the_distance_over_time() {
     let folder = folder();
     let path = folder.path();
-    json(path, &["run", "square", "--duration", "1", "--record", "r.msdrec"]);
+    json(msd(path, &["run", "square", "--duration", "1", "--record", "r.msdrec"]));
     let changed = ["--integrator", "backward-euler", "--substeps", "1"];
     let files = ["--distances", "d.csv"];
-    let twin = json(path, &[&["run", "--replay", "r.msdrec"], &changed[..], &files].concat());
+    let twin = json(msd(path, &[&["run", "--replay", "r.msdrec"], &changed[..], &files].concat()));
     assert_eq!((&twin["integrator"], &twin["substeps"]), (&"backward-euler".into(), &1.into()));
     let apart = &twin["replay"]["apart"];
     assert_eq!(apart["recorded_integrator"], "velocity-verlet");
@@ -123,7 +90,7 @@ fn a_twin_tells_the_distance_over_time() {
     assert_eq!(rows[59][2..4], [number(&apart["rms"]), number(&apart["max"])]);
     let first = rows.iter().find(|row| 0.01 * number(&apart["size"]) < row[2]);
     assert_eq!(apart["noticeable_at"].as_f64(), first.map(|row| row[1]));
-    let said = msd(path, &["run", "--replay", "r.msdrec", "--precision", "f64"]);
+    let said = outcome(msd(path, &["run", "--replay", "r.msdrec", "--precision", "f64"]));
     let said = text(&said.stdout);
     assert!(said.contains("from the recorded run (velocity-verlet)"), "{said}");
 }
@@ -132,14 +99,14 @@ fn a_twin_tells_the_distance_over_time() {
 fn a_recording_cut_short_is_replayed_with_a_warning() {
     let folder = folder();
     let path = folder.path().join("r.msdrec");
-    json(folder.path(), &["run", "square", "--duration", "2", "--record", "r.msdrec"]);
+    json(msd(folder.path(), &["run", "square", "--duration", "2", "--record", "r.msdrec"]));
     let bytes = std::fs::read(&path).expect("the recording");
     // The end and a part of the event before it are gone: 60 of 120 steps are left.
     std::fs::write(&path, &bytes[..bytes.len() - 60]).expect("a file");
-    let output = msd(folder.path(), &["run", "--replay", "r.msdrec", "--json"]);
+    let output = outcome(msd(folder.path(), &["run", "--replay", "r.msdrec", "--json"]));
     assert_eq!(output.status.code(), Some(0));
     assert!(text(&output.stderr).starts_with("warning: the end of the recording is missing"));
-    let report: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let report = parse(&text(&output.stdout));
     assert_eq!(report["duration"], 1.0);
     assert_eq!(report["replay"]["cut_short"], true);
 }
@@ -154,7 +121,7 @@ fn a_replay_that_ends_elsewhere_says_so() {
     let recorder = Recorder::begin(&path, &start).expect("a file");
     runner.step().expect("a step");
     recorder.finish(&runner).expect("room on the disk");
-    let output = msd(folder.path(), &["run", "--replay", "r.msdrec"]);
+    let output = outcome(msd(folder.path(), &["run", "--replay", "r.msdrec"]));
     assert_eq!(output.status.code(), Some(2));
     assert!(text(&output.stdout).ends_with("replayed to another state\n"));
     assert!(text(&output.stderr).contains("did not end in the state that was recorded"));
@@ -166,7 +133,7 @@ fn what_cannot_be_saved_recorded_or_replayed_is_refused_in_one_line() {
     let path = folder.path();
     let short = ["--duration", "0.1"];
     let files = ["--save", "s.msd", "--record", "r.msdrec"];
-    json(path, &[&["run", "square"], &short[..], &files].concat());
+    json(msd(path, &[&["run", "square"], &short[..], &files].concat()));
     std::fs::write(path.join("new.msd"), "msd saved run, format 7\nxyz").expect("a file");
     let saved = std::fs::read(path.join("s.msd")).expect("the saved run");
     std::fs::write(path.join("cut.msd"), &saved[..saved.len() / 2]).expect("a file");
@@ -190,7 +157,7 @@ fn what_cannot_be_saved_recorded_or_replayed_is_refused_in_one_line() {
         (&["run", "square", "--save", "a", "--record", "a"], "--save and --record name the same"),
         (&["run"], "SCENE"),
     ] {
-        let message = refused(path, arguments);
+        let message = refused(msd(path, arguments), 2);
         assert!(message.contains(told), "{arguments:?}: {message}");
     }
     assert!(!path.join("d.csv").exists());
@@ -203,14 +170,14 @@ const KILLS: usize = 200;
 fn a_kill_at_any_moment_leaves_a_saved_run_that_goes_on_to_the_bit() {
     let folder = folder();
     let file = folder.path().join("s.msd");
-    json(folder.path(), &["run", "chain", "--duration", "0", "--save", "s.msd"]);
+    json(msd(folder.path(), &["run", "chain", "--duration", "0", "--save", "s.msd"]));
     let mut lot = Pcg32::new(1, 1);
     let mut steps = 0;
     for kill in 0..KILLS {
         let before = std::fs::read(&file).expect("a saved run");
         let arguments =
             ["run", "s.msd", "--duration", "1e5", "--save", "s.msd", "--save-every", "0.01"];
-        let mut command = command(folder.path(), &arguments);
+        let mut command = msd(folder.path(), &arguments);
         let mut child = command.stdout(Stdio::null()).spawn().expect("msd starts");
         // It saves after every step. Once it does, it is killed somewhere in the next saves.
         while std::fs::read(&file).expect("a saved run") == before {

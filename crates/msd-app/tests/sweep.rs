@@ -1,9 +1,12 @@
 //! Does `msd sweep` run on one machine or many, at once or in pieces, to the same result?
 
+mod common;
+
+use common::{done, outcome, refused, text};
 use msd_lab::sweep::{Datum, Store, Sweep, Table, TableFormat};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -17,45 +20,20 @@ const LONG: &str = "version = 1\nscene = 'chain'\nduration = 200\n[grid]\n\
     'solver.substeps' = { from = 100, to = 123, count = 24 }\n";
 
 fn folder(sweep: &str) -> TempDir {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = common::folder();
     fs::write(folder.path().join("small.toml"), sweep).expect("a file");
     folder
 }
 
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    command.current_dir(folder).args(["sweep", "small.toml"]).args(arguments);
+fn msd(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = common::msd(folder, &[&["sweep", "small.toml"], arguments].concat());
     command.env("XDG_RUNTIME_DIR", folder).env("MSD_CACHE", folder.join("cache"));
-    command.env_remove("RUST_LOG").stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }
 
-fn msd(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().expect("msd starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("text")
-}
-
-/// What a run that must succeed says.
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = msd(folder, arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
-    text(&output.stdout)
-}
-
-/// What a run that must be refused says, in one line.
-fn refused(folder: &Path, arguments: &[&str]) -> String {
-    let output = msd(folder, arguments);
-    let told = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
-    assert_eq!((text(&output.stdout).as_str(), told.lines().count()), ("", 1), "{told}");
-    told
-}
-
 fn start(folder: &Path, arguments: &[&str]) -> Child {
-    command(folder, arguments).spawn().expect("msd starts")
+    let mut command = msd(folder, arguments);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("msd starts")
 }
 
 /// The files of cells; what a killed run left unfinished begins with a dot.
@@ -86,7 +64,7 @@ fn timeless(path: &Path) -> Vec<Vec<Datum>> {
 /// What one process makes of the small sweep.
 fn alone() -> Vec<Vec<Datum>> {
     let folder = folder(SMALL);
-    let said = done(folder.path(), &[]);
+    let said = done(msd(folder.path(), &[]));
     assert_eq!(
         said.lines().collect::<Vec<_>>(),
         ["12 cells: 12 run, 0 done before; in small", "12 rows in small.parquet"]
@@ -108,7 +86,7 @@ fn four_processes_make_the_same_table_as_one() {
         assert!(text(&output.stdout).starts_with("3 cells: 3 run"), "{}", text(&output.stderr));
     }
     assert!(!parts.path().join("small.parquet").exists());
-    let said = done(parts.path(), &["--collect", "small.parquet"]);
+    let said = done(msd(parts.path(), &["--collect", "small.parquet"]));
     assert_eq!(said, "12 rows in small.parquet\n");
     assert_eq!(table(parts.path()), alone);
     // All of them everything.
@@ -125,7 +103,7 @@ fn four_processes_make_the_same_table_as_one() {
 #[test]
 fn a_row_has_time_and_error_and_finer_steps_err_less() {
     let folder = folder(SMALL);
-    done(folder.path(), &["-j", "2"]);
+    done(msd(folder.path(), &["-j", "2"]));
     let path = folder.path().join("small.parquet");
     let table = Table::read(&path, TableFormat::Parquet, &[]).expect("a table");
     let value = |row: usize, name: &str| {
@@ -173,20 +151,20 @@ fn a_sweep_that_is_killed_leaves_whole_files_and_is_resumed() {
     assert!(!folder.path().join("small.parquet").exists());
     // What a process leaves that is killed while it writes.
     fs::write(folder.path().join("small/.msd-killed.part"), "PAR1").expect("a file");
-    let listed = done(folder.path(), &["--list"]);
+    let listed = done(msd(folder.path(), &["--list"]));
     assert_eq!(listed.matches("  done   solver").count(), before);
     assert_eq!(listed.matches("  to-do  solver").count(), 24 - before);
-    let said = done(folder.path(), &["-j", "2"]);
+    let said = done(msd(folder.path(), &["-j", "2"]));
     let expected = format!("24 cells: {} run, {before} done before; in small\n", 24 - before);
     assert!(said.starts_with(&expected), "{said}");
     assert_eq!((table(folder.path()).len(), cells(folder.path()).len()), (24, 24));
-    assert!(done(folder.path(), &[]).starts_with("24 cells: 0 run, 24 done before"));
+    assert!(done(msd(folder.path(), &[])).starts_with("24 cells: 0 run, 24 done before"));
 }
 
 #[test]
 fn a_list_has_number_hash_state_and_values_of_each_cell() {
     let folder = folder(SMALL);
-    let listed = done(folder.path(), &["--list"]);
+    let listed = done(msd(folder.path(), &["--list"]));
     let lines: Vec<&str> = listed.lines().collect();
     assert_eq!(lines.len(), 12);
     let sweep = Sweep::open(&folder.path().join("small.toml")).expect("a sweep");
@@ -195,20 +173,20 @@ fn a_list_has_number_hash_state_and_values_of_each_cell() {
         bodies[0].stiffness = 40, solver.precision = \"f64\"";
     assert_eq!(lines[3], format!(" 3  {}  to-do  {words}", cell.hash));
     assert!(!folder.path().join("small").exists());
-    let output = msd(folder.path(), &["--task", "3"]);
+    let output = outcome(msd(folder.path(), &["--task", "3"]));
     assert_eq!(text(&output.stdout), "1 cell: 1 run, 0 done before; in small\n");
     assert!(text(&output.stderr).starts_with("[1/1] cell 3 finished, "));
     let store = Store::of(&sweep, None);
     assert!(store.path(&cell).is_file());
-    assert!(done(folder.path(), &["--list"]).contains(&format!(" 3  {}  done ", cell.hash)));
-    assert!(done(folder.path(), &["--task", "3"]).starts_with("1 cell: 0 run, 1 done before"));
+    assert!(done(msd(folder.path(), &["--list"])).contains(&format!(" 3  {}  done ", cell.hash)));
+    assert!(done(msd(folder.path(), &["--task", "3"])).starts_with("1 cell: 0 run, 1 done before"));
 }
 
 #[test]
 fn part_of_a_sweep_is_collected_with_a_warning() {
     let folder = folder(SMALL);
-    done(folder.path(), &["--tasks", "4-5", "--out", "elsewhere"]);
-    let output = msd(folder.path(), &["--collect", "now.csv", "--out", "elsewhere"]);
+    done(msd(folder.path(), &["--tasks", "4-5", "--out", "elsewhere"]));
+    let output = outcome(msd(folder.path(), &["--collect", "now.csv", "--out", "elsewhere"]));
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(text(&output.stderr), "warning: 10 of 12 cells are not done\n");
     assert_eq!(text(&output.stdout), "2 rows in now.csv\n");
@@ -224,7 +202,7 @@ fn part_of_a_sweep_is_collected_with_a_warning() {
 #[test]
 fn bad_arguments_are_refused_in_one_line() {
     let folder = folder(SMALL);
-    let told = |arguments: &[&str]| refused(folder.path(), arguments);
+    let told = |arguments: &[&str]| refused(msd(folder.path(), arguments), 2);
     assert_eq!(
         told(&["--task", "12"]),
         "error: --task names cell 12; it must be from 0 to 11: there are 12 cells in small.toml\n"

@@ -1,28 +1,15 @@
 //! Do `msd study` and `msd tune` do what the README says? The real binary, in folders of its own.
 
-use serde_json::Value;
+mod common;
+
+use common::{done, folder, outcome, parse, refused, text};
 use std::path::Path;
-use std::process::{Command, Output};
-use tempfile::TempDir;
+use std::process::Command;
 
-fn msd(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    command.current_dir(folder).args(arguments).env("MSD_CACHE", folder.join("cache"));
-    command.env_remove("RUST_LOG").output().expect("msd starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).expect("text")
-}
-
-fn done(folder: &Path, arguments: &[&str]) -> String {
-    let output = msd(folder, arguments);
-    assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
-    text(&output.stdout)
-}
-
-fn folder() -> TempDir {
-    tempfile::tempdir().expect("a folder")
+fn msd(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = common::msd(folder, arguments);
+    command.env("MSD_CACHE", folder.join("cache"));
+    command
 }
 
 const ROPE: &str = "version = 1\n[solver]\n# many\nsubsteps = 16 # sixteen\n[[bodies]]\n\
@@ -31,7 +18,7 @@ const ROPE: &str = "version = 1\n[solver]\n# many\nsubsteps = 16 # sixteen\n[[bo
 #[test]
 fn a_study_writes_a_report_a_table_and_figures() {
     let folder = folder();
-    let told = done(folder.path(), &["study", "chain", "--duration", "0.2", "--time", "1"]);
+    let told = done(msd(folder.path(), &["study", "chain", "--duration", "0.2", "--time", "1"]));
     assert!(told.contains("per frame") && told.contains("report.html"), "{told}");
     let file = |name: &str| std::fs::read(folder.path().join("chain-study").join(name)).unwrap();
     let page = text(&file("report.html"));
@@ -41,7 +28,7 @@ fn a_study_writes_a_report_a_table_and_figures() {
     assert!(10 < table.lines().count());
     assert!(text(&file("work-precision.svg")).contains("<title>"));
     assert!(file("work-precision.png").starts_with(b"\x89PNG"));
-    let study: Value = serde_json::from_slice(&file("study.json")).unwrap();
+    let study = parse(&text(&file("study.json")));
     assert_eq!(study["trials"].as_array().unwrap().len() + 1, table.lines().count());
 }
 
@@ -49,12 +36,7 @@ fn a_study_writes_a_report_a_table_and_figures() {
 fn an_interrupted_study_goes_on_where_it_stopped() {
     let folder = folder();
     let arguments = ["study", "cloth", "--duration", "0.5", "--time", "20"];
-    let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    command
-        .current_dir(folder.path())
-        .args(arguments)
-        .env("MSD_CACHE", folder.path().join("cache"));
-    let mut child = command.spawn().expect("msd starts");
+    let mut child = msd(folder.path(), &arguments).spawn().expect("msd starts");
     let journal = || {
         let files = std::fs::read_dir(folder.path().join("cache"));
         files.is_ok_and(|files| {
@@ -68,7 +50,7 @@ fn an_interrupted_study_goes_on_where_it_stopped() {
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(journal(), "what was tried is kept");
-    done(folder.path(), &["study", "cloth", "--duration", "0.5", "--time", "1"]);
+    done(msd(folder.path(), &["study", "cloth", "--duration", "0.5", "--time", "1"]));
     assert!(!journal(), "and forgotten at the end");
 }
 
@@ -76,7 +58,7 @@ fn an_interrupted_study_goes_on_where_it_stopped() {
 fn tune_prints_the_documented_keys_and_keeps_the_wish() {
     let folder = folder();
     let arguments = ["tune", "chain", "--max-error", "0.001", "--duration", "0.5", "--json"];
-    let report: Value = serde_json::from_str(&done(folder.path(), &arguments)).unwrap();
+    let report = parse(&done(msd(folder.path(), &arguments)));
     assert_eq!(report["met"], true);
     assert!(report["verified_error"].as_f64().unwrap() <= 1e-3);
     assert!(0.0 < report["ms_per_frame"].as_f64().unwrap());
@@ -85,7 +67,7 @@ fn tune_prints_the_documented_keys_and_keeps_the_wish() {
     }
     assert!(report["step"].is_number() != report["tolerance"].is_number());
     let arguments = ["tune", "chain", "--budget", "1", "--duration", "0.2", "--json"];
-    let report: Value = serde_json::from_str(&done(folder.path(), &arguments)).unwrap();
+    let report = parse(&done(msd(folder.path(), &arguments)));
     assert!(report["ms_per_frame"].as_f64().unwrap() <= 1.0);
 }
 
@@ -97,16 +79,16 @@ fn write_changes_the_solver_section_and_only_for_a_choice_that_meets_the_wish() 
     let wish = |error: &'static str| {
         ["tune", "rope.toml", "--max-error", error, "--duration", "0.2", "--write"]
     };
-    let told = done(folder.path(), &wish("1e-30"));
+    let told = done(msd(folder.path(), &wish("1e-30")));
     assert!(told.contains("not written"), "{told}");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), ROPE);
-    done(folder.path(), &wish("0.01"));
+    done(msd(folder.path(), &wish("0.01")));
     let written = std::fs::read_to_string(&path).unwrap();
     assert!(written.contains("integrator =") && written.contains("# many"), "{written}");
-    let report = done(folder.path(), &["run", "rope.toml", "--duration", "0.1", "--json"]);
-    let report: Value = serde_json::from_str(&report).unwrap();
+    let report = done(msd(folder.path(), &["run", "rope.toml", "--duration", "0.1", "--json"]));
+    let report = parse(&report);
     assert!(written.contains(report["integrator"].as_str().unwrap()));
-    let refused = msd(folder.path(), &["tune", "chain", "--max-error", "1", "--write"]);
+    let refused = outcome(msd(folder.path(), &["tune", "chain", "--max-error", "1", "--write"]));
     assert_eq!(refused.status.code(), Some(2));
     assert!(text(&refused.stderr).contains("scene file"));
 }
@@ -122,9 +104,7 @@ fn a_wish_is_asked_for_and_out_of_domain_refused() {
         &["run", "chain", "--tolerance", "2"],
     ];
     for arguments in wrong {
-        let refused = msd(folder.path(), arguments);
-        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
-        assert_eq!(text(&refused.stderr).lines().count(), 1, "{}", text(&refused.stderr));
+        refused(msd(folder.path(), arguments), 2);
     }
 }
 
@@ -133,7 +113,7 @@ fn a_scene_that_leaves_the_world_has_no_reference_and_that_is_said() {
     let folder = folder();
     let text_of = "version = 1\n[world]\nextent = 2\n[[bodies]]\nkind = \"rope\"\nsize = [3]\n";
     std::fs::write(folder.path().join("fall.toml"), text_of).unwrap();
-    let refused = msd(folder.path(), &["tune", "fall.toml", "--max-error", "0.1"]);
+    let refused = outcome(msd(folder.path(), &["tune", "fall.toml", "--max-error", "0.1"]));
     assert_eq!(refused.status.code(), Some(3));
     assert!(text(&refused.stderr).contains("world"), "{}", text(&refused.stderr));
 }
@@ -141,9 +121,9 @@ fn a_scene_that_leaves_the_world_has_no_reference_and_that_is_said() {
 #[test]
 fn terms_and_the_stability_table_are_told() {
     let folder = folder();
-    let told = done(folder.path(), &["study", "square", "--terms", "--duration", "0.2"]);
+    let told = done(msd(folder.path(), &["study", "square", "--terms", "--duration", "0.2"]));
     assert!(told.contains("damping") && told.contains('%'), "{told}");
-    let table = done(folder.path(), &["study", "square", "--stability-table"]);
+    let table = done(msd(folder.path(), &["study", "square", "--stability-table"]));
     assert!(table.contains("10600") && table.contains("rk4"), "{table}");
 }
 
@@ -154,7 +134,7 @@ fn every_method_runs_every_small_scene() {
         for scene in ["chain", "square"] {
             let name = integrator.name();
             let arguments = ["run", scene, "--integrator", name, "--duration", "0.5", "--json"];
-            let report: Value = serde_json::from_str(&done(folder.path(), &arguments)).unwrap();
+            let report = parse(&done(msd(folder.path(), &arguments)));
             assert_eq!(report["integrator"], name);
             assert_eq!(report["diverged"], false);
         }
