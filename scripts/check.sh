@@ -2,18 +2,19 @@
 # Everything CI checks, in the order in which it is cheapest to fail. Run it from anywhere.
 #
 #   scripts/check.sh          all of it
-#   scripts/check.sh STEP...  some of it: fmt clippy doc test release fuzz examples bench bare wasm
-#                             deny
+#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare wasm deny
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 fmt() {
     cargo fmt --all --check
     cargo fmt --manifest-path bare/Cargo.toml --check
+    cargo fmt --manifest-path fuzz/Cargo.toml --check
 }
 clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
-test_debug() { cargo test; }
+# With thousands of mutations of each corpus of the fuzz targets; `scripts/fuzz.sh` goes on.
+test_debug() { MSD_MUTATIONS=5000 cargo test; }
 test_release() { cargo test --release; }
 
 # Every example but the window, which tests/window.rs of the app drives in its stead.
@@ -73,12 +74,6 @@ wasm() {
     )
 }
 
-# The corpora of the fuzz targets and thousands of mutations of them; `scripts/fuzz.sh` goes on.
-fuzz() {
-    cargo fmt --manifest-path fuzz/Cargo.toml --check
-    MSD_MUTATIONS=5000 cargo test --test rehearsal
-}
-
 # Licences and advisories need a tool and a database that a bare machine lacks.
 deny() {
     if command -v cargo-deny >/dev/null; then
@@ -96,10 +91,10 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release fuzz examples bench bare wasm deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare wasm deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | fuzz | examples | bench | bare | wasm | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | examples | bench | bare | wasm | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2
