@@ -15,18 +15,54 @@ pub(super) struct Slice<R>(pub(super) [R; LANES]);
 ///
 /// A run reaches at most a slice beyond the particles, so there is one more slice at either end of
 /// a column; what is there is read, and masked out.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct Columns<R> {
+    /// The columns, and as much as it takes to start them where they should.
     slices: Vec<Slice<R>>,
-    /// Numbers from one column to the next.
+    place: Option<usize>,
+    /// Numbers before the first column, of all columns, and from one column to the next.
+    before: usize,
+    count: usize,
     stride: usize,
 }
+
+/// Bytes that a processor compares of two addresses, so that a load whose address ends like that of
+/// a store on its way waits for it: fifty cycles and more.
+const PAGE: usize = 4096;
+
+/// Slices from which on columns are placed; before, they would mostly be gaps.
+const WORTH_PLACING: usize = 16;
 
 impl<R: Real> Columns<R> {
     /// Makes columns of zeros.
     pub(super) fn new(columns: usize, slices: usize) -> Self {
-        let stride = slices + 2;
-        Columns { slices: vec![Slice([R::ZERO; LANES]); columns * stride], stride: stride * LANES }
+        Columns::made(columns, slices + 2, None)
+    }
+
+    /// Makes columns of zeros, which start at a place of a page, in 64ths of one, and at the place
+    /// half a page on, in turn.
+    ///
+    /// Where a sweep reads columns at one place and writes columns a quarter of a page from there,
+    /// what it stores does not hold up what its next slices load. All columns at a single place
+    /// would crowd a part of the nearest cache.
+    pub(super) fn placed(columns: usize, slices: usize, place: usize) -> Self {
+        if slices < WORTH_PLACING {
+            return Columns::new(columns, slices);
+        }
+        let half = PAGE / 2 / size_of::<Slice<R>>();
+        let stride = ((slices + 2).div_ceil(half) | 1) * half;
+        Columns::made(columns, stride, Some(place * half / 32))
+    }
+
+    fn made(columns: usize, stride: usize, place: Option<usize>) -> Self {
+        let page = PAGE / size_of::<Slice<R>>();
+        let count = columns * stride;
+        let room = if place.is_some() { page } else { 0 };
+        let slices = vec![Slice([R::ZERO; LANES]); count + room];
+        let here = slices.as_ptr().addr() / size_of::<Slice<R>>();
+        let before = place.map_or(0, |place| (place + page - here % page) % page);
+        let [before, count, stride] = [before, count, stride].map(|slices| slices * LANES);
+        Columns { slices, place, before, count, stride }
     }
 
     /// A column, one number per slot.
@@ -46,14 +82,17 @@ impl<R: Real> Columns<R> {
         const { assert!(size_of::<Slice<R>>() == LANES * size_of::<R>(), "a gap") };
         let count = self.slices.len() * LANES;
         // SAFETY: a slice is numbers without a gap.
-        unsafe { core::slice::from_raw_parts(self.slices.as_ptr().cast(), count) }
+        let all = unsafe { core::slice::from_raw_parts(self.slices.as_ptr().cast(), count) };
+        &all[self.before..][..self.count]
     }
 
     /// All columns with what is between them.
     pub(super) fn flat_mut(&mut self) -> &mut [R] {
         let count = self.slices.len() * LANES;
+        let first = self.slices.as_mut_ptr().cast();
         // SAFETY: a slice is numbers without a gap, as asserted above.
-        unsafe { core::slice::from_raw_parts_mut(self.slices.as_mut_ptr().cast(), count) }
+        let all = unsafe { core::slice::from_raw_parts_mut(first, count) };
+        &mut all[self.before..][..self.count]
     }
 
     /// Three columns from one on.
@@ -74,7 +113,7 @@ impl<R: Real> Columns<R> {
 
     /// Whether there are so many columns.
     pub(super) fn has(&self, columns: usize) -> bool {
-        self.slices.len() * LANES == columns * self.stride
+        self.count == columns * self.stride
     }
 
     /// Whether no number of three columns is larger than a bound; one that is not a number is.
@@ -97,9 +136,19 @@ impl<R: Real> Columns<R> {
 
     /// The first slot of the first column and the distance to that of the next column.
     pub(super) fn start(&mut self) -> Start<R> {
-        let first = self.slices.as_mut_ptr().cast::<R>();
+        let first = self.slices.as_mut_ptr().cast::<R>().wrapping_add(self.before);
         // Beyond the end where there are no columns; nothing is read or written then.
         Start { first: first.wrapping_add(LANES), stride: self.stride }
+    }
+}
+
+impl<R: Real> Clone for Columns<R> {
+    /// Copies columns to the same place of other pages.
+    fn clone(&self) -> Self {
+        let columns = self.count.checked_div(self.stride).unwrap_or(0);
+        let mut copy = Columns::made(columns, self.stride / LANES, self.place);
+        copy.flat_mut().copy_from_slice(self.flat());
+        copy
     }
 }
 

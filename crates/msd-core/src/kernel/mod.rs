@@ -69,6 +69,11 @@ pub(crate) const LANES: usize = 16;
 /// Bytes of records that the near caches hold beside what a sweep streams through them.
 const NEAR_BYTES: usize = 1 << 19;
 
+/// Where columns start in a page, see [`Columns::placed`].
+const MOTION_PLACES: [usize; 2] = [0, 16];
+const FIXED_PLACE: usize = 8;
+const OWN_PLACE: usize = 24;
+
 /// Numbers in a record: position, nothing, velocity, nothing.
 const RECORD: usize = 8;
 
@@ -125,8 +130,8 @@ impl<R: Real> Kernel<R> {
         let records = if plan.others.is_empty() { 0 } else { RECORD };
         let mut kernel = Kernel {
             instructions: instructions.within_reach(),
-            fixed: Columns::new(2, slices),
-            motions: [Columns::new(6, slices), Columns::new(6, slices)],
+            fixed: Columns::placed(2, slices, FIXED_PLACE),
+            motions: MOTION_PLACES.map(|place| Columns::placed(6, slices, place)),
             records: [Columns::new(records, slices), Columns::new(records, slices)],
             own: Columns::new(0, slices),
             solve: Solve::none(slices),
@@ -177,7 +182,8 @@ impl<R: Real> Kernel<R> {
             self.bring(state.motion());
         }
         if !self.own.has(own_columns(method)) {
-            self.own = Columns::new(own_columns(method), self.plan.slices());
+            let slices = self.plan.slices();
+            self.own = Columns::placed(own_columns(method), slices, OWN_PLACE);
         }
         let step = R::of(h);
         self.planes.clear();
