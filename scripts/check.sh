@@ -2,7 +2,8 @@
 # Everything CI checks, in the order in which it is cheapest to fail. Run it from anywhere.
 #
 #   scripts/check.sh          all of it
-#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare wasm deny
+#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare neon wasm
+#                             deny
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -65,12 +66,31 @@ bare() {
     )
 }
 
-# Every library must stay fit for the browser.
+# The kernel on a processor with NEON, in an emulator: the same bits.
+neon() {
+    local target=aarch64-unknown-linux-musl prefix=CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL
+    if ! timeout 300 rustup target add "$target"; then
+        echo "check: SKIPPED NEON (it needs the target $target, which rustup has)"
+        return
+    fi
+    if ! command -v qemu-aarch64 >/dev/null; then
+        echo "check: SKIPPED NEON (install it with: apt install qemu-user)"
+        [ -z "${MSD_REQUIRE_EMULATOR:-}" ]
+        return
+    fi
+    env "${prefix}_LINKER=rust-lld" "${prefix}_RUSTFLAGS=-Clink-self-contained=yes" \
+        "${prefix}_RUNNER=qemu-aarch64" \
+        cargo test --release -p msd-core --test kernel --target "$target" --target-dir target/neon
+}
+
+# Every library must stay fit for the browser, and the core for one with registers of 128 bits.
 wasm() {
     (
         eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
         cargo check --lib -p msd -p msd-core -p msd-lab -p msd-render -p msd-app \
             --target-dir target/wasm $WASM_CARGO_ARGS
+        RUSTFLAGS=-Ctarget-feature=+simd128 cargo check --lib -p msd-core \
+            --target-dir target/simd128 $WASM_CARGO_ARGS
     )
 }
 
@@ -91,10 +111,10 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare wasm deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare neon wasm deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | examples | bench | bare | wasm | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | examples | bench | bare | neon | wasm | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2

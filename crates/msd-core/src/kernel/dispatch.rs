@@ -1,7 +1,8 @@
 //! Which instructions does this machine have? The same sweep, compiled once for each of them.
 
+use super::baseline::{Double, Single};
 use super::ensemble_sweep::{Task as GroupTask, Turn, perform};
-use super::pack::{Pack, Plain};
+use super::pack::Pack;
 use super::solve::{self, Matrix, Task};
 use super::sweep::{Job, Tally, sweep};
 use super::update::{self, Update};
@@ -224,9 +225,9 @@ macro_rules! dispatched {
             with: $with<R>,
             $($slices: $range,)?
         ) -> $sum {
-            compiled_for!(plain_f32, f32, Plain<f32>,
+            compiled_for!(plain_f32, f32, Single,
                 $body($job, $with $(, $slices: $range)?) -> $sum);
-            compiled_for!(plain_f64, f64, Plain<f64>,
+            compiled_for!(plain_f64, f64, Double,
                 $body($job, $with $(, $slices: $range)?) -> $sum);
             #[cfg(target_arch = "x86_64")]
             compiled_for!(avx2_f32, "avx2", f32, F32x8,

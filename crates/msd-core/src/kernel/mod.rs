@@ -2,7 +2,8 @@
 //!
 //! Read in this order:
 //!
-//! - `pack`, `records` and `x86`: a few numbers side by side, and what a processor does with them;
+//! - `pack`, `baseline`, `records` and `x86`: a few numbers side by side, and what a processor does
+//!   with them;
 //! - `columns`: positions as a column of x, one of y and one of z, instead of row after row;
 //! - `plan`: particles in slices of sixteen, and the springs of a slice in rows that reach as far
 //!   ahead or back (a lattice) or name each other end (anything else);
@@ -29,6 +30,7 @@
 
 // Roughly in reading order.
 mod pack;
+mod baseline;
 #[cfg(target_arch = "x86_64")]
 mod records;
 #[cfg(target_arch = "x86_64")]

@@ -1,9 +1,8 @@
 //! What does one instruction work on? A [`Pack`]: as many numbers as a register holds.
 //!
 //! Every operation is the IEEE 754 one, lane by lane, and none is fused with another, so that any
-//! lane computes what a plain number would. There is a pack of four numbers in plain Rust,
-//! which the compiler turns into what the target always has (SSE2, NEON, simd128 of WebAssembly, or
-//! nothing), and there are packs for AVX2 and AVX-512, which a processor may have.
+//! lane computes what a plain number would. There are packs of what the target of the build always
+//! has ([`super::baseline`]), and of what its processor may have ([`super::x86`]).
 
 use super::columns::Start;
 use super::{LANES, RECORD};
@@ -150,81 +149,6 @@ impl<R: Real> Spread<R> for &[R; LANES] {
     unsafe fn at<P: Pack<R>>(self, lane: usize) -> P {
         // SAFETY: the caller's promise.
         unsafe { P::load(self.as_ptr().add(lane)) }
-    }
-}
-
-/// Four numbers in plain Rust.
-#[derive(Clone, Copy)]
-pub(super) struct Plain<R>([R; 4]);
-
-macro_rules! plain_operator {
-    ($trait:ident, $name:ident, $operator:tt) => {
-        impl<R: Real> $trait for Plain<R> {
-            type Output = Self;
-            #[inline(always)]
-            fn $name(self, other: Self) -> Self {
-                Plain(core::array::from_fn(|lane| self.0[lane] $operator other.0[lane]))
-            }
-        }
-    };
-}
-
-plain_operator!(Add, add, +);
-plain_operator!(Sub, sub, -);
-plain_operator!(Mul, mul, *);
-plain_operator!(Div, div, /);
-
-// SAFETY of the unsafe functions here: plain Rust runs on every processor, so that only the reads
-// and writes need the caller's promise.
-impl<R: Real> Pack<R> for Plain<R> {
-    const COUNT: usize = 4;
-    type Mask = [bool; 4];
-
-    #[inline(always)]
-    unsafe fn splat(value: R) -> Self {
-        Plain([value; 4])
-    }
-    #[inline(always)]
-    unsafe fn load(from: *const R) -> Self {
-        // SAFETY: the caller's promise.
-        Plain(unsafe { from.cast::<[R; 4]>().read_unaligned() })
-    }
-    #[inline(always)]
-    unsafe fn store(self, to: *mut R) {
-        // SAFETY: the caller's promise.
-        unsafe { to.cast::<[R; 4]>().write_unaligned(self.0) };
-    }
-    #[inline(always)]
-    unsafe fn mask(bits: u16) -> [bool; 4] {
-        core::array::from_fn(|lane| bits >> lane & 1 == 1)
-    }
-    #[inline(always)]
-    fn select(self, mask: [bool; 4], other: Self) -> Self {
-        let lane = |lane: usize| if mask[lane] { self.0[lane] } else { other.0[lane] };
-        Plain(core::array::from_fn(lane))
-    }
-    #[inline(always)]
-    fn add_where(self, mask: [bool; 4], other: Self) -> Self {
-        // To add minus zero changes nothing, not even the sign of a zero.
-        self + other.select(mask, Plain([-R::ZERO; 4]))
-    }
-    #[inline(always)]
-    fn less(self, other: Self, within: [bool; 4]) -> [bool; 4] {
-        core::array::from_fn(|lane| within[lane] & (self.0[lane] < other.0[lane]))
-    }
-    #[inline(always)]
-    fn not_less(self, other: Self, within: [bool; 4]) -> [bool; 4] {
-        #[expect(clippy::neg_cmp_op_on_partial_ord, reason = "true where one is not a number")]
-        let not_less = |a: R, b: R| !(a < b);
-        core::array::from_fn(|lane| within[lane] & not_less(self.0[lane], other.0[lane]))
-    }
-    #[inline(always)]
-    fn bits(mask: [bool; 4]) -> u16 {
-        mask.iter().rev().fold(0, |bits, &lane| bits << 1 | u16::from(lane))
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        Plain(self.0.map(Real::sqrt))
     }
 }
 
