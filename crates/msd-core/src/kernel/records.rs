@@ -126,3 +126,86 @@ pub(super) unsafe fn two_record_rows(records: *const f32, at: *const u32) -> [__
         ]
     }
 }
+
+/// The halves of four records of doubles that begin at `half`, by component.
+///
+/// # Safety
+/// See [`Pack::gather`].
+#[inline(always)]
+pub(super) unsafe fn columns_of_4(
+    records: *const f64,
+    at: *const u32,
+    half: usize,
+) -> [__m256d; 3] {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let a = _mm256_loadu_pd(records.add(*at as usize + half));
+        let b = _mm256_loadu_pd(records.add(*at.add(1) as usize + half));
+        let c = _mm256_loadu_pd(records.add(*at.add(2) as usize + half));
+        let d = _mm256_loadu_pd(records.add(*at.add(3) as usize + half));
+        let (xz_ab, xz_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+        let (y_ab, y_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+        [
+            _mm256_permute2f128_pd::<0x20>(xz_ab, xz_cd),
+            _mm256_permute2f128_pd::<0x20>(y_ab, y_cd),
+            _mm256_permute2f128_pd::<0x31>(xz_ab, xz_cd),
+        ]
+    }
+}
+
+/// Eight records of doubles, by component.
+///
+/// # Safety
+/// See [`Pack::gather`].
+#[inline(always)]
+pub(super) unsafe fn columns_of_8(records: *const f64, at: *const u32) -> [[__m512d; 3]; 2] {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let a = _mm512_loadu_pd(records.add(*at as usize));
+        let b = _mm512_loadu_pd(records.add(*at.add(1) as usize));
+        let c = _mm512_loadu_pd(records.add(*at.add(2) as usize));
+        let d = _mm512_loadu_pd(records.add(*at.add(3) as usize));
+        let e = _mm512_loadu_pd(records.add(*at.add(4) as usize));
+        let f = _mm512_loadu_pd(records.add(*at.add(5) as usize));
+        let g = _mm512_loadu_pd(records.add(*at.add(6) as usize));
+        let h = _mm512_loadu_pd(records.add(*at.add(7) as usize));
+        let [x, z, vx, vz] = blocks_in_turn([
+            _mm512_unpacklo_pd(a, b),
+            _mm512_unpacklo_pd(c, d),
+            _mm512_unpacklo_pd(e, f),
+            _mm512_unpacklo_pd(g, h),
+        ]);
+        let [y, _, vy, _] = blocks_in_turn([
+            _mm512_unpackhi_pd(a, b),
+            _mm512_unpackhi_pd(c, d),
+            _mm512_unpackhi_pd(e, f),
+            _mm512_unpackhi_pd(g, h),
+        ]);
+        [[x, y, z], [vx, vy, vz]]
+    }
+}
+
+/// The first blocks of two numbers of each of four, the second, the third and the fourth ones.
+///
+/// # Safety
+/// The processor has AVX-512.
+#[inline(always)]
+unsafe fn blocks_in_turn([a, b, c, d]: [__m512d; 4]) -> [__m512d; 4] {
+    // SAFETY: the caller's promise.
+    unsafe {
+        let (even_ab, even_cd) = (
+            _mm512_shuffle_f64x2::<0b10_00_10_00>(a, b),
+            _mm512_shuffle_f64x2::<0b10_00_10_00>(c, d),
+        );
+        let (odd_ab, odd_cd) = (
+            _mm512_shuffle_f64x2::<0b11_01_11_01>(a, b),
+            _mm512_shuffle_f64x2::<0b11_01_11_01>(c, d),
+        );
+        [
+            _mm512_shuffle_f64x2::<0b10_00_10_00>(even_ab, even_cd),
+            _mm512_shuffle_f64x2::<0b10_00_10_00>(odd_ab, odd_cd),
+            _mm512_shuffle_f64x2::<0b11_01_11_01>(even_ab, even_cd),
+            _mm512_shuffle_f64x2::<0b11_01_11_01>(odd_ab, odd_cd),
+        ]
+    }
+}

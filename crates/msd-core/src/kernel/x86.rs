@@ -3,8 +3,8 @@
 use super::RECORD;
 use super::pack::Pack;
 use super::records::{
-    columns_256, columns_512, half_rows, quarter_rows, record_rows, rows_256, rows_512,
-    two_record_rows,
+    columns_256, columns_512, columns_of_4, columns_of_8, half_rows, quarter_rows, record_rows,
+    rows_256, rows_512, two_record_rows,
 };
 use core::arch::x86_64::*;
 use core::ops::{Add, Div, Mul, Sub};
@@ -211,7 +211,18 @@ avx2!(
     ),
     (_mm256_blendv_pd, _mm256_and_pd, _mm256_cmp_pd, _mm256_movemask_pd, _mm256_set1_pd),
     _mm256_add_pd,
-    {}
+    {
+        #[inline(always)]
+        unsafe fn gather(records: *const f64, at: *const u32, both: bool) -> [[Self; 3]; 2] {
+            // SAFETY: the caller's promise.
+            unsafe {
+                let first = columns_of_4(records, at, 0);
+                let second = if both { columns_of_4(records, at, RECORD / 2) } else { first };
+                let [[x, y, z], [vx, vy, vz]] = [first, second];
+                [[Self(x), Self(y), Self(z)], [Self(vx), Self(vy), Self(vz)]]
+            }
+        }
+    }
 );
 
 /// A pack of AVX-512: masks are bits.
@@ -325,5 +336,12 @@ avx512!(
     __mmask8,
     (_mm512_set1_pd, _mm512_loadu_pd, _mm512_storeu_pd, _mm512_sqrt_pd),
     (_mm512_mask_blend_pd, _mm512_mask_add_pd, _mm512_mask_cmp_pd_mask),
-    {}
+    {
+        #[inline(always)]
+        unsafe fn gather(records: *const f64, at: *const u32, _: bool) -> [[Self; 3]; 2] {
+            // SAFETY: the caller's promise.
+            let [[x, y, z], [vx, vy, vz]] = unsafe { columns_of_8(records, at) };
+            [[Self(x), Self(y), Self(z)], [Self(vx), Self(vy), Self(vz)]]
+        }
+    }
 );

@@ -78,8 +78,8 @@ macro_rules! pack {
                 // SAFETY: the caller's promise.
                 unsafe {
                     let first = Self::gather_halves(records, at);
-                    let second = if both { Self::gather_halves(records.add(4), at) } else { first };
-                    [first, second]
+                    let velocities = records.add(4);
+                    [first, if both { Self::gather_halves(velocities, at) } else { first }]
                 }
             }
         }
