@@ -74,7 +74,11 @@ macro_rules! pack {
                 Self(unsafe { $of::sqrt(self.0) })
             }
             #[inline(always)]
-            unsafe fn gather(records: *const $scalar, at: *const u32, both: bool) -> [[Self; 3]; 2] {
+            unsafe fn gather(
+                records: *const $scalar,
+                at: *const u32,
+                both: bool,
+            ) -> [[Self; 3]; 2] {
                 // SAFETY: the caller's promise.
                 unsafe {
                     let first = Self::gather_halves(records, at);
