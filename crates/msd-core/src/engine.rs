@@ -62,6 +62,9 @@ impl<R: Real> Engine<R> {
     pub(crate) fn set_method(&mut self, integrator: Integrator, model: &Model<R>) {
         self.method = Method::new(integrator, model);
         self.warm = false;
+        if let Some(kernel) = &mut self.springs.kernel {
+            kernel.forget_method();
+        }
     }
 
     /// Replaces the instructions.

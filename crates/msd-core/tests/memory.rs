@@ -130,6 +130,24 @@ fn held<R: Real>(integrator: Integrator, scene: &Scene) -> i64 {
     asked.bytes_current
 }
 
+#[test]
+fn a_method_that_is_left_keeps_no_memory() {
+    let (scene, first) = (cloth(), Integrator::SymplecticEuler);
+    for left in [Integrator::Rk4, Integrator::DormandPrince, Integrator::BackwardEuler] {
+        let mut simulation = None;
+        let asked = measure(|| {
+            let settings = |integrator| Settings { integrator, ..Settings::default() };
+            let mut run = Simulation::<f32>::new(&scene, settings(left)).expect("a valid scene");
+            run.step().expect("a calm scene");
+            run.set_settings(settings(first)).expect("a valid method");
+            run.step().expect("a calm scene");
+            simulation = Some(run);
+        });
+        drop(simulation);
+        assert_eq!(asked.bytes_current, held::<f32>(first, &scene), "{left}");
+    }
+}
+
 /// Few enough that no step is shared among threads, whose pool would be counted too.
 const COUNT: usize = 48 * 48;
 

@@ -156,6 +156,12 @@ impl<R: Real> Kernel<R> {
         }
     }
 
+    /// Frees what another method remembers.
+    pub(crate) fn forget_method(&mut self) {
+        let slices = self.plan.slices();
+        (self.own, self.solve) = (Columns::new(0, slices), Solve::none(slices));
+    }
+
     /// Overwrites `forces` with all forces of a model at a motion, newtons, and returns the power
     /// taken away by dampers and drag, watts.
     ///
