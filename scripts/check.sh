@@ -2,8 +2,8 @@
 # Everything CI checks, in the order in which it is cheapest to fail. Run it from anywhere.
 #
 #   scripts/check.sh          all of it
-#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare neon wasm
-#                             deny
+#   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare
+#                             elsewhere wasm deny
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -66,21 +66,25 @@ bare() {
     )
 }
 
-# The kernel on a processor with NEON, in an emulator: the same bits.
-neon() {
-    local target=aarch64-unknown-linux-musl prefix=CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL
-    if ! timeout 300 rustup target add "$target"; then
-        echo "check: SKIPPED NEON (it needs the target $target, which rustup has)"
+# The kernel with NEON, in an emulator, and in plain Rust with 32 bits of address: the same bits.
+elsewhere() {
+    local neon=aarch64-unknown-linux-musl plain=i686-unknown-linux-musl target
+    if ! timeout 300 rustup target add "$neon" "$plain"; then
+        echo "check: SKIPPED elsewhere (it needs the targets $neon and $plain, which rustup has)"
         return
     fi
     if ! command -v qemu-aarch64 >/dev/null; then
-        echo "check: SKIPPED NEON (install it with: apt install qemu-user)"
+        echo "check: SKIPPED elsewhere (install it with: apt install qemu-user)"
         [ -z "${MSD_REQUIRE_EMULATOR:-}" ]
         return
     fi
-    env "${prefix}_LINKER=rust-lld" "${prefix}_RUSTFLAGS=-Clink-self-contained=yes" \
-        "${prefix}_RUNNER=qemu-aarch64" \
-        cargo test --release -p msd-core --test kernel --target "$target" --target-dir target/neon
+    for target in "$neon" "$plain"; do
+        CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_RUNNER=qemu-aarch64 \
+            cargo test -p msd-core --test kernel --test ensemble \
+            --target "$target" --target-dir target/elsewhere \
+            --config "target.$target.linker='rust-lld'" \
+            --config "target.$target.rustflags=['-Clink-self-contained=yes']"
+    done
 }
 
 # Every library must stay fit for the browser, and the core for one with registers of 128 bits.
@@ -89,7 +93,7 @@ wasm() {
         eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
         cargo check --lib -p msd -p msd-core -p msd-lab -p msd-render -p msd-app \
             --target-dir target/wasm $WASM_CARGO_ARGS
-        RUSTFLAGS=-Ctarget-feature=+simd128 cargo check --lib -p msd-core \
+        RUSTFLAGS=-Ctarget-feature=+simd128 cargo build --lib -p msd-core \
             --target-dir target/simd128 $WASM_CARGO_ARGS
     )
 }
@@ -111,10 +115,10 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare neon wasm deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | examples | bench | bare | neon | wasm | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | examples | bench | bare | elsewhere | wasm | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2

@@ -54,7 +54,9 @@ impl<R: Real> Oracle<R> {
 /// Rows that a person might write, and some that nobody would: ends that coincide, springs twice,
 /// particles alone, numbers of their own or all alike.
 fn scenes() -> impl Strategy<Value = Scene> {
-    let numbers = (1..201usize, any::<u64>(), 0.0..8.0, any::<[bool; 6]>());
+    // Columns are placed from 256 particles on.
+    let counts = prop_oneof![4 => 1..201usize, 1 => 256..401usize];
+    let numbers = (counts, any::<u64>(), 0.0..8.0, any::<[bool; 6]>());
     numbers.prop_map(|(count, seed, degree, [alike, damped, floor, lattice, drag, corner])| {
         let mut random = Random(seed | 1);
         let particle = |random: &mut Random| Particle {

@@ -133,7 +133,7 @@ fn held<R: Real>(integrator: Integrator, scene: &Scene) -> i64 {
 #[test]
 fn a_method_that_is_left_keeps_no_memory() {
     let (scene, first) = (cloth(), Integrator::SymplecticEuler);
-    for left in [Integrator::Rk4, Integrator::DormandPrince, Integrator::BackwardEuler] {
+    for left in [Integrator::Rk4, Integrator::BackwardEuler] {
         let mut simulation = None;
         let asked = measure(|| {
             let settings = |integrator| Settings { integrator, ..Settings::default() };

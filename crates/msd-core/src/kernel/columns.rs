@@ -15,11 +15,11 @@ pub(super) struct Slice<R>(pub(super) [R; LANES]);
 ///
 /// A run reaches at most a slice beyond the particles, so there is one more slice at either end of
 /// a column; what is there is read, and masked out.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Columns<R> {
-    /// The columns, and as much as it takes to start them where they should.
+    /// The columns, and as much as it takes to start them where they should; those of a clone start
+    /// anywhere, and may be slower.
     slices: Vec<Slice<R>>,
-    place: Option<usize>,
     /// Numbers before the first column, of all columns, and from one column to the next.
     before: usize,
     count: usize,
@@ -30,7 +30,7 @@ pub(super) struct Columns<R> {
 /// a store on its way waits for it: fifty cycles and more.
 const PAGE: usize = 4096;
 
-/// Slices from which on columns are placed; before, they would mostly be gaps.
+/// Slices from which on columns are placed, though a third of small ones is gaps then.
 const WORTH_PLACING: usize = 16;
 
 impl<R: Real> Columns<R> {
@@ -43,8 +43,8 @@ impl<R: Real> Columns<R> {
     /// half a page on, in turn.
     ///
     /// Where a sweep reads columns at one place and writes columns a quarter of a page from there,
-    /// what it stores does not hold up what its next slices load. All columns at a single place
-    /// would crowd a part of the nearest cache.
+    /// what it stores does not hold up what its next slices load, unless their springs reach as far.
+    /// All columns at a single place would crowd a part of the nearest cache.
     pub(super) fn placed(columns: usize, slices: usize, place: usize) -> Self {
         if slices < WORTH_PLACING {
             return Columns::new(columns, slices);
@@ -62,16 +62,16 @@ impl<R: Real> Columns<R> {
         let here = slices.as_ptr().addr() / size_of::<Slice<R>>();
         let before = place.map_or(0, |place| (place + page - here % page) % page);
         let [before, count, stride] = [before, count, stride].map(|slices| slices * LANES);
-        Columns { slices, place, before, count, stride }
+        Columns { slices, before, count, stride }
     }
 
-    /// A column, one number per slot.
+    /// A column, one number per slot and maybe more.
     pub(super) fn column(&self, column: usize) -> &[R] {
         let begin = column * self.stride + LANES;
         &self.flat()[begin..begin + self.stride - 2 * LANES]
     }
 
-    /// A column to write to, one number per slot.
+    /// A column to write to, one number per slot and maybe more.
     pub(super) fn column_mut(&mut self, column: usize) -> &mut [R] {
         let begin = column * self.stride + LANES;
         let end = begin + self.stride - 2 * LANES;
@@ -139,16 +139,6 @@ impl<R: Real> Columns<R> {
         let first = self.slices.as_mut_ptr().cast::<R>().wrapping_add(self.before);
         // Beyond the end where there are no columns; nothing is read or written then.
         Start { first: first.wrapping_add(LANES), stride: self.stride }
-    }
-}
-
-impl<R: Real> Clone for Columns<R> {
-    /// Copies columns to the same place of other pages.
-    fn clone(&self) -> Self {
-        let columns = self.count.checked_div(self.stride).unwrap_or(0);
-        let mut copy = Columns::made(columns, self.stride / LANES, self.place);
-        copy.flat_mut().copy_from_slice(self.flat());
-        copy
     }
 }
 

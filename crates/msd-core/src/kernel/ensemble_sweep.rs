@@ -179,8 +179,8 @@ unsafe fn pull_once<R: Real, P: Pack<R>, const DAMPED: bool>(
         let force = across * (pulls * per_length);
         let (at_a, at_b) =
             (Triple::<P>::load(turn.forces, 0, a), Triple::<P>::load(turn.forces, 0, b));
-        // What changes no force, not even the sign of a zero, in lanes that have none: compilers
-        // make stores of some lanes of anything else, which are slow to read back.
+        // Lanes without a force add minus zero and subtract zero, which changes nothing: a store of
+        // some lanes would be slow to read back.
         let (plus_zero, minus_zero) = (P::splat(R::ZERO), P::splat(-R::ZERO));
         let at_a = at_a + force.select::<R>(acts, Triple::of([minus_zero; 3]));
         let at_b = at_b - force.select::<R>(acts, Triple::of([plus_zero; 3]));

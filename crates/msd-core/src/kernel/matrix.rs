@@ -14,7 +14,7 @@ use crate::tangent::grab_weight;
 
 /// The columns of a solve.
 #[derive(Clone, Debug)]
-pub(super) struct Solve<R: Real> {
+pub(super) struct Solve<R> {
     columns: Columns<R>,
     links: Columns<R>,
     /// Whether contact holds any particle, so that the blocks are not all inverses.

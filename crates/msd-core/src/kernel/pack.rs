@@ -83,26 +83,7 @@ pub(super) trait Pack<R: Real>:
     /// # Safety
     /// The processor has the instructions of this pack; [`Pack::COUNT`] places can be read at `at`,
     /// and a record at each such place from `records` on.
-    #[inline(always)]
-    unsafe fn gather(records: *const R, at: *const u32, both: bool) -> [[Self; 3]; 2] {
-        let mut columns = [[R::ZERO; LANES]; 2 * 3];
-        for (component, column) in columns.iter_mut().enumerate() {
-            let place = component / 3 * (RECORD / 2) + component % 3;
-            for (lane, number) in column.iter_mut().enumerate().take(Self::COUNT) {
-                // SAFETY: the caller's promise.
-                *number = unsafe { *records.add(*at.add(lane) as usize + place) };
-            }
-        }
-        let _ = both;
-        let [x, y, z, vx, vy, vz] = &columns;
-        // SAFETY: no pack is longer than these columns.
-        unsafe {
-            [
-                [Self::load(x.as_ptr()), Self::load(y.as_ptr()), Self::load(z.as_ptr())],
-                [Self::load(vx.as_ptr()), Self::load(vy.as_ptr()), Self::load(vz.as_ptr())],
-            ]
-        }
-    }
+    unsafe fn gather(records: *const R, at: *const u32, both: bool) -> [[Self; 3]; 2];
 
     /// Writes records one after the other from the components of their halves.
     ///

@@ -28,7 +28,7 @@ pub(super) struct Push<R: Real> {
     pub(super) force: R::Vec3,
 }
 
-/// What a sweep needs to know. All columns have as many slots as the plan.
+/// What a sweep needs to know. All columns have at least as many slots as the plan.
 #[derive(Clone, Copy)]
 pub(super) struct Job<'a, R: Real> {
     pub(super) plan: &'a Plan<R>,

@@ -188,8 +188,8 @@ impl Held {
         run.set_state(&self.disturbed(settings.substep()), 0)?;
         let steps = self.substeps().div_ceil(settings.substeps as usize);
         let step = |_| {
-            // Seen at every substep: the beat of a stable run, seen once in a step, can be one that
-            // lasts for ever.
+            // Seen at every evaluation: the beat of a stable run, seen once in a step, can seem to
+            // last for ever.
             let mut fastest = 0.0f64;
             let balance = |motion: Motion<'_, f64>, forces: &mut [DVec3]| {
                 fastest = fastest.max(norm(motion.velocities));

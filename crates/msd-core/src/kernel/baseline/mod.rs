@@ -18,7 +18,7 @@ macro_rules! pack {
         pack!(@operator $pack $of Div div);
 
         #[allow(unused_unsafe, reason = "some targets say that their functions are safe")]
-        impl crate::kernel::pack::Pack<$scalar> for $pack {
+        impl Pack<$scalar> for $pack {
             const COUNT: usize = $count;
             type Mask = $mask;
 
@@ -82,7 +82,7 @@ macro_rules! pack {
                 // SAFETY: the caller's promise.
                 unsafe {
                     let first = Self::gather_halves(records, at);
-                    let velocities = records.add(4);
+                    let velocities = records.add(RECORD / 2);
                     [first, if both { Self::gather_halves(velocities, at) } else { first }]
                 }
             }
@@ -92,7 +92,7 @@ macro_rules! pack {
             /// Halves of records, by component.
             ///
             /// # Safety
-            /// See [`crate::kernel::pack::Pack::gather`].
+            /// See [`Pack::gather`].
             #[inline(always)]
             unsafe fn gather_halves(records: *const $scalar, at: *const u32) -> [Self; 3] {
                 // SAFETY: the caller's promise.
@@ -128,7 +128,7 @@ macro_rules! pack {
     }};
 }
 
-#[cfg_attr(target_arch = "x86_64", path = "sse2.rs")]
+#[cfg_attr(all(target_arch = "x86_64", target_feature = "sse2"), path = "sse2.rs")]
 #[cfg_attr(all(target_arch = "aarch64", target_feature = "neon"), path = "neon.rs")]
 #[cfg_attr(all(target_arch = "wasm32", target_feature = "simd128"), path = "simd128.rs")]
 mod plain;

@@ -1,5 +1,7 @@
 //! NEON, which nearly every 64-bit ARM has.
 
+use crate::kernel::RECORD;
+use crate::kernel::pack::Pack;
 use core::arch::aarch64::{float32x4_t, float64x2_t, uint32x4_t, uint64x2_t};
 
 pack!(Single, f32, 4, single, float32x4_t, uint32x4_t);

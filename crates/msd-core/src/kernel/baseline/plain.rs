@@ -1,5 +1,6 @@
 //! Packs in plain Rust, for targets without registers of more than one number.
 
+use crate::kernel::RECORD;
 use crate::kernel::pack::Pack;
 use crate::real::Real;
 use core::ops::{Add, Div, Mul, Sub};
@@ -79,5 +80,18 @@ impl<R: Real> Pack<R> for Plain<R> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Plain(self.0.map(Real::sqrt))
+    }
+    #[inline(always)]
+    unsafe fn gather(records: *const R, at: *const u32, _: bool) -> [[Self; 3]; 2] {
+        let mut columns = [[R::ZERO; 4]; 2 * 3];
+        for (component, column) in columns.iter_mut().enumerate() {
+            let place = component / 3 * (RECORD / 2) + component % 3;
+            for (lane, number) in column.iter_mut().enumerate() {
+                // SAFETY: the caller's promise.
+                *number = unsafe { *records.add(*at.add(lane) as usize + place) };
+            }
+        }
+        let [x, y, z, vx, vy, vz] = &columns;
+        [[x, y, z], [vx, vy, vz]].map(|half| half.map(|&column| Plain(column)))
     }
 }

@@ -1,5 +1,7 @@
 //! simd128 of WebAssembly, for builds that ask for it.
 
+use crate::kernel::RECORD;
+use crate::kernel::pack::Pack;
 use core::arch::wasm32::v128;
 
 pack!(Single, f32, 4, single, v128, v128);

@@ -1,5 +1,7 @@
-//! SSE2, which every x86-64 has.
+//! SSE2, which every x86-64 has but for builds that forbid it.
 
+use crate::kernel::RECORD;
+use crate::kernel::pack::Pack;
 use core::arch::x86_64::{__m128, __m128d};
 
 pack!(Single, f32, 4, single, __m128, __m128);
