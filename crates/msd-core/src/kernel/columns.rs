@@ -43,8 +43,8 @@ impl<R: Real> Columns<R> {
     /// half a page on, in turn.
     ///
     /// Where a sweep reads columns at one place and writes columns a quarter of a page from there,
-    /// what it stores does not hold up what its next slices load, unless their springs reach as far.
-    /// All columns at a single place would crowd a part of the nearest cache.
+    /// what it stores does not hold up what its next slices load, unless their springs reach as
+    /// far. All columns at a single place would crowd a part of the nearest cache.
     pub(super) fn placed(columns: usize, slices: usize, place: usize) -> Self {
         if slices < WORTH_PLACING {
             return Columns::new(columns, slices);
