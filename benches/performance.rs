@@ -11,7 +11,7 @@ use baselines::{terms, works};
 use measure::memory::Memory;
 use measure::race::{Patience, Rival, Speed, race};
 use measure::results::{Results, in_words, of};
-use measure::{asked, machine, memory, rivals};
+use measure::{asked, frames, machine, memory, rivals};
 use msd::core::kernel::Instructions;
 use msd::core::{Integrator, Scene};
 use rayon::ThreadPoolBuilder;
@@ -40,12 +40,13 @@ const PATIENCE: f64 = 1.0;
 /// Measures, and makes the text of its table.
 type Section = fn(&mut Bench) -> String;
 
-const SECTIONS: [(&str, Section); 8] = [
+const SECTIONS: [(&str, Section); 9] = [
     ("machine", |_| machine::in_words()),
     ("kernels", kernels),
     ("integrators", integrators),
     ("implicit", implicit),
     ("terms", features),
+    ("frames", frames),
     ("threads", threads),
     ("memory", memories),
     ("asked", |bench| asked::table(&bench.results, &bench.memories)),
@@ -220,6 +221,12 @@ fn features(bench: &mut Bench) -> String {
         let _ = writeln!(table, "| {name} | {} |", cells.collect::<Vec<_>>().join(" | "));
     }
     table
+}
+
+fn frames(bench: &mut Bench) -> String {
+    let works: &[_] = &["cloth/31", "cloth/100", "block/20"];
+    let works = if bench.patience == Patience::Once { &works[..1] } else { works };
+    frames::table(works, bench.patience)
 }
 
 fn term_rivals(work: &str) -> Vec<Rival<'static>> {

@@ -2,6 +2,7 @@
 
 pub mod asked;
 pub mod compiler;
+pub mod frames;
 pub mod machine;
 pub mod memory;
 pub mod race;

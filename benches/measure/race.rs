@@ -38,6 +38,17 @@ pub enum Patience {
 
 /// Lets rivals run in turn.
 pub fn race(mut rivals: Vec<Rival<'_>>, patience: Patience) -> Vec<Speed> {
+    let times = times(&mut rivals, patience);
+    let speed = |(rival, mut times): (Rival<'_>, Vec<f64>)| {
+        times.sort_by(f64::total_cmp);
+        let [best, median] = [0, times.len() / 2].map(|at| rival.updates / times[at]);
+        Speed { name: rival.name, best, median }
+    };
+    rivals.into_iter().zip(times).map(speed).collect()
+}
+
+/// Lets rivals run in turn; what a step of each takes in each round, seconds.
+pub fn times(rivals: &mut [Rival<'_>], patience: Patience) -> Vec<Vec<f64>> {
     let time = |rival: &mut Rival<'_>, steps: u64| {
         let start = Instant::now();
         (rival.run)(steps);
@@ -56,10 +67,5 @@ pub fn race(mut rivals: Vec<Rival<'_>>, patience: Patience) -> Vec<Speed> {
             }
         }
     }
-    let speed = |(rival, mut times): (Rival<'_>, Vec<f64>)| {
-        times.sort_by(f64::total_cmp);
-        let [best, median] = [0, times.len() / 2].map(|at| rival.updates / times[at]);
-        Speed { name: rival.name, best, median }
-    };
-    rivals.into_iter().zip(times).map(speed).collect()
+    times
 }

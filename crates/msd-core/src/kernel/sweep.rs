@@ -56,14 +56,12 @@ pub(super) struct Job<'a, R: Real> {
 // callers of `sweep` keep apart.
 unsafe impl<R: Real> Sync for Job<'_, R> {}
 
-/// What a part of a sweep came to.
+/// What a part of a sweep came to: power taken away by dampers and drag, watts; particles moved out
+/// of a plane, and the energy that took away, joules.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Tally {
-    /// Power taken away by dampers and drag, watts.
     pub(super) power: f64,
-    /// Particles moved out of a plane.
     pub(super) contacts: usize,
-    /// Energy taken away by contact, joules.
     pub(super) energy: f64,
 }
 
@@ -157,9 +155,10 @@ unsafe fn pulled<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
     // SAFETY: as above.
     let (gravity, uniform) = unsafe { (Triple::<P>::splat(gravity), Triple::splat(uniform)) };
     let mut force = gravity * mass + uniform;
-    if !job.pushes.is_empty() {
+    let pushes = pushes_on(job.pushes, slot..slot + P::COUNT);
+    if !pushes.is_empty() {
         // SAFETY: as above.
-        force = unsafe { pushed(job, slot, force) };
+        force = unsafe { pushed(pushes, slot, force) };
     }
     if job.drag != R::ZERO {
         // SAFETY: as above.
@@ -170,8 +169,7 @@ unsafe fn pulled<R: Real, P: Pack<R>, const DAMPED: bool, const GATHERS: bool>(
     let mut particles = Particles { slot, position, velocity, force, mass, inverse_mass };
     let mut dampers = zero;
     // Two rows at a time, since a root and a quotient take long, and two of them as long as one.
-    let pairs = rows.chunks_exact(2);
-    let rest = pairs.remainder();
+    let (pairs, rest) = rows.as_chunks::<2>();
     for pair in pairs {
         // SAFETY: the caller's promise.
         unsafe {
@@ -356,22 +354,23 @@ fn ask_for<R: Real, P: Pack<R>>(job: &Job<'_, R>, row: usize, lane: usize) {
 /// Gather rows between what is asked for and what is read: as long as memory takes to answer.
 const AHEAD: usize = 16;
 
-/// Adds what pushes single particles.
-///
+/// Those on the particles of some slots.
+#[inline(always)]
+fn pushes_on<R: Real>(pushes: &[Push<R>], slots: Range<usize>) -> &[Push<R>] {
+    let before = |slot: usize| pushes.partition_point(|push| (push.slot as usize) < slot);
+    if pushes.is_empty() { pushes } else { &pushes[before(slots.start)..before(slots.end)] }
+}
+
 /// # Safety
 /// See [`sweep`].
 #[cold]
 unsafe fn pushed<R: Real, P: Pack<R>>(
-    job: &Job<'_, R>,
+    pushes: &[Push<R>],
     slot: usize,
     mut force: Triple<P>,
 ) -> Triple<P> {
-    let begin = job.pushes.partition_point(|push| (push.slot as usize) < slot);
-    for &Push { slot: at, force: push, .. } in &job.pushes[begin..] {
+    for &Push { slot: at, force: push, .. } in pushes {
         let lane = at as usize - slot;
-        if P::COUNT <= lane {
-            break;
-        }
         // Minus zero changes nothing, not even the sign of a zero.
         let mut lanes = [[-R::ZERO; LANES]; 3];
         for (column, component) in lanes.iter_mut().zip(push.components()) {
