@@ -5,12 +5,14 @@ use super::rivals::settings;
 use crate::baselines::works;
 use msd::core::glam::{DVec3, Vec3};
 use msd::core::{Integrator, Interaction, Pin, Scene, Settings, Simulation, Vector, Witness};
-use msd::lab::AnyState;
-use msd::lab::history::{History, Moment};
+use msd::lab::history::History;
+use msd::lab::{AnyState, Moment};
+use msd_app::ration::Ration;
 use std::cell::RefCell;
 use std::fmt::Write;
 use std::hint::black_box;
 use std::rc::Rc;
+use std::time::Instant;
 
 /// Frames that are also taken as one long step.
 const FRAMES: u32 = 25;
@@ -43,10 +45,10 @@ const COSTS: [Cost; 8] = [
     Cost { name: PLANE, beside: STEP, planes: true, frames: plain },
     Cost { name: HAND, beside: STEP, planes: false, frames: held },
     Cost { name: "the hand moves", beside: HAND, planes: false, frames: moved },
-    Cost { name: "the energy", beside: PLANE, planes: true, frames: weighed },
+    Cost { name: "the energy, now and then", beside: PLANE, planes: true, frames: rationed },
     Cost { name: "positions to draw", beside: PLANE, planes: true, frames: drawn },
     Cost { name: "a state to step back to", beside: PLANE, planes: true, frames: kept },
-    Cost { name: "the witness looks", beside: PLANE, planes: true, frames: watched },
+    Cost { name: "the energy in every frame", beside: PLANE, planes: true, frames: watched },
 ];
 /// How many of them are added up.
 const ADDED: usize = 7;
@@ -210,10 +212,19 @@ fn act(simulation: &mut Simulation, interaction: Interaction) {
     done.expect("a hand that can be");
 }
 
-fn weighed(_: &Simulation) -> Frames {
-    Box::new(|simulation, frames| {
+/// As the window looks at it, where nothing is to spare of the wall clock.
+fn rationed(_: &Simulation) -> Frames {
+    let (mut witness, mut ration, clock) = (Witness::default(), Ration::default(), Instant::now());
+    let stopwatch = move || clock.elapsed().as_secs_f64();
+    Box::new(move |simulation, frames| {
+        let mut start = stopwatch();
         take(simulation, frames, |simulation| {
-            black_box(simulation.energy());
+            let spent = stopwatch() - start;
+            ration.save(spent, spent);
+            if ration.is_enough() {
+                ration.spend(&stopwatch, || black_box(witness.watch(simulation)));
+            }
+            start = stopwatch();
         });
     })
 }
@@ -221,7 +232,9 @@ fn weighed(_: &Simulation) -> Frames {
 fn watched(_: &Simulation) -> Frames {
     let mut witness = Witness::default();
     Box::new(move |simulation, frames| {
-        take(simulation, frames, |simulation| witness.watch(simulation));
+        take(simulation, frames, |simulation| {
+            black_box(witness.watch(simulation));
+        });
     })
 }
 
@@ -252,5 +265,5 @@ fn kept(simulation: &Simulation) -> Frames {
 
 fn moment(simulation: &Simulation) -> Moment {
     let state = AnyState::F32(simulation.state().clone());
-    Moment { state, steps: simulation.steps(), dissipated: simulation.dissipated() }
+    Moment { state, steps: simulation.steps(), ledger: simulation.ledger() }
 }

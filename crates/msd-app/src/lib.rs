@@ -8,6 +8,7 @@
 pub mod clock;
 pub mod trace;
 pub mod margin;
+pub mod ration;
 pub mod accuracy;
 pub mod edits;
 pub mod hand;

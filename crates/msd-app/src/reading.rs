@@ -56,9 +56,7 @@ impl Session {
 
     /// Where the energy is.
     pub fn energy(&self) -> Energy {
-        let mut energy = self.runner.energy();
-        energy.dissipated += self.dissipated_before;
-        energy
+        self.runner.energy()
     }
 
     /// The energy of the last seconds.

@@ -5,10 +5,11 @@ use crate::clock::{Clock, Frame};
 use crate::edits::{Edits, Shown};
 use crate::hand::Hold;
 use crate::margin::Margin;
+use crate::ration::Ration;
 use crate::trace::Trace;
 use msd_core::stability::Estimator;
 use msd_core::{Error, Family, Interaction, Settings, Witness};
-use msd_lab::history::{History, Moment};
+use msd_lab::history::History;
 use msd_lab::recording::Event;
 use msd_lab::{Loaded, Recorder, Runner};
 
@@ -35,6 +36,8 @@ pub struct Session {
     pub(crate) trace: Trace,
     /// Watches for energy that the integrator adds.
     pub(crate) witness: Witness,
+    /// Keeps looks at the energy from slowing the motion.
+    looks: Ration,
     pub(crate) margin: Margin,
     estimator: Estimator,
     /// Estimates the error while a person asks for it.
@@ -45,9 +48,6 @@ pub struct Session {
     pub(crate) failure: Option<Failure>,
     /// The last thing that was refused, for the status line.
     pub(crate) refusal: Option<String>,
-    /// Energy dissipated at the present state less what the simulation counted, joules: stepping
-    /// back takes dissipation back too.
-    pub(crate) dissipated_before: f64,
 }
 
 /// Why a run stopped.
@@ -78,13 +78,13 @@ impl Session {
             history: History::default(),
             trace: Trace::default(),
             witness: Witness::default(),
+            looks: Ration::default(),
             margin: Margin::default(),
             estimator: Estimator::default(),
             accuracy: None,
             recorder: None,
             failure: None,
             refusal: None,
-            dissipated_before: 0.0,
         };
         session.refresh();
         session.sample();
@@ -120,9 +120,12 @@ impl Session {
             {
                 accuracy.fall_behind();
             }
-            if 0 < frame.steps && self.trace.is_due(self.time()) {
-                self.sample();
+            let mut looks = self.looks;
+            looks.save(real, frame.spent);
+            if 0 < frame.steps && looks.is_enough() && self.trace.is_due(self.time()) {
+                looks.spend(stopwatch, || self.sample());
             }
+            self.looks = looks;
         }
         if self.margin.is_due(real) {
             let start = stopwatch();
@@ -144,7 +147,7 @@ impl Session {
     /// Takes one step and returns whether the run can go on.
     fn take_step(&mut self) -> bool {
         self.move_held_pin();
-        let before = self.moment();
+        let before = self.runner.moment();
         if let Some(accuracy) = &mut self.accuracy {
             accuracy.before_step(&self.runner);
         }
@@ -188,14 +191,9 @@ impl Session {
         count.filter(|&count| substeps < count)
     }
 
-    fn moment(&self) -> Moment {
-        let dissipated = self.runner.dissipated() + self.dissipated_before;
-        Moment { state: self.runner.state(), steps: self.runner.steps(), dissipated }
-    }
-
     fn sample(&mut self) {
-        self.trace.push(self.time(), self.energy());
-        self.runner.show_to(&mut self.witness);
+        let energy = self.runner.show_to(&mut self.witness);
+        self.trace.push(self.time(), energy);
     }
 
     /// Pauses or goes on. After a divergence it stays paused until something is changed.
@@ -216,11 +214,10 @@ impl Session {
     pub fn step_back(&mut self) -> bool {
         self.paused = true;
         let Some(moment) = self.history.pop() else { return false };
-        if let Err(error) = self.runner.set_state(&moment.state, moment.steps) {
+        if let Err(error) = self.runner.go_back(&moment) {
             self.refusal = Some(error.to_string());
             return false;
         }
-        self.dissipated_before = moment.dissipated - self.runner.dissipated();
         self.failure = None;
         self.note_back();
         self.trace.rewind(self.time());
@@ -240,7 +237,7 @@ impl Session {
         if self.failure.take().is_some() {
             self.paused = false;
         }
-        (self.hold, self.selected, self.dissipated_before) = (None, None, 0.0);
+        (self.hold, self.selected) = (None, None);
         self.shown.rest_scale = 1.0;
         self.history.clear();
         self.trace.clear();

@@ -238,6 +238,11 @@ pub(crate) fn changes_springs(interaction: &Interaction) -> bool {
     }
 }
 
+/// Whether only hands are others after an interaction: not the state, the masses or the springs.
+pub(crate) fn changes_hands_alone(interaction: &Interaction) -> bool {
+    matches!(interaction, Interaction::Grab { .. } | Interaction::Release { .. })
+}
+
 /// Applies a checked interaction, with `h` the substep in seconds.
 pub(crate) fn apply<R: Real>(
     model: &mut Model<R>,

@@ -88,6 +88,7 @@ pub use hash::state_hash;
 pub use integrator::{Explicit, Family, Implicit, Integrator};
 pub use interaction::{Interaction, Select};
 pub use lattice::{Lattice, Neighbours};
+pub use ledger::Ledger;
 pub use part::{Material, Part};
 pub use progress::{Held, Progress};
 pub use real::{Real, Vector};

@@ -25,7 +25,15 @@ impl<R: Real> Simulation<R> {
 
     /// Where the energy is.
     pub fn energy(&self) -> Energy {
-        energy::energy(&self.model, &self.state, self.dissipated())
+        self.energy_and_rounding().0
+    }
+
+    /// Where the energy is, and by how much rounding every coordinate and speed once can change
+    /// it, joules: see [`energy::energy_and_rounding`].
+    pub fn energy_and_rounding(&self) -> (Energy, f64) {
+        let (energy, rounding) = energy::energy_and_rounding(&self.model, &self.state);
+        let dissipated = self.ledger.dissipated(|| energy.total());
+        (Energy { dissipated, ..energy }, rounding)
     }
 
     /// Energy taken away since the start by dampers, drag and contact, joules.

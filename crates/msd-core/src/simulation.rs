@@ -136,15 +136,17 @@ impl<R: Real> Simulation<R> {
 
     fn apply_queue(&mut self) {
         let h = self.settings.substep();
-        if !self.model.pushes.is_empty() {
+        if !self.model.pushes.is_empty() || !self.queue.is_empty() {
             self.engine.forget_forces();
         }
         if !self.queue.is_empty() {
             self.close_ledger();
+        }
+        let hands_alone = self.only_hands_queued();
+        if !hands_alone {
             self.engine.forget_state();
         }
         self.cuts = 0;
-        let any = !self.queue.is_empty();
         for interaction in self.queue.drain(..) {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
             if interaction::changes_springs(&interaction) {
@@ -154,9 +156,14 @@ impl<R: Real> Simulation<R> {
                 self.good.velocities[particle] = self.state.velocities[particle];
             }
         }
-        if any {
+        if !hands_alone {
             self.engine.renew(&self.model);
         }
+    }
+
+    /// Whether what is queued, if anything, changes hands alone.
+    fn only_hands_queued(&self) -> bool {
+        self.queue.iter().all(interaction::changes_hands_alone)
     }
 
     /// Whether a hand does work: by a grab, a push or a pin that moves.
@@ -215,6 +222,10 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// [`Error::Diverged`] for a velocity that overflows; the state is then the one before.
     pub fn apply_queued(&mut self) -> Result<(), Error> {
+        if self.only_hands_queued() {
+            self.apply_queue();
+            return Ok(());
+        }
         self.keep_good();
         self.apply_queue();
         self.guard_or_go_back(None)
@@ -243,6 +254,17 @@ impl<R: Real> Simulation<R> {
             self.epoch = (0, 0.0);
         }
         Ok(())
+    }
+
+    /// What was booked of the energy taken away, to be put back with the state.
+    pub fn ledger(&self) -> Ledger {
+        self.ledger
+    }
+
+    /// Puts back what was booked at a state that was returned to. What a hand changed since the
+    /// present contact of that time began, as the stiffness of springs, counts as taken away.
+    pub fn set_ledger(&mut self, ledger: Ledger) {
+        self.ledger = ledger;
     }
 
     /// Replaces the state. What is pinned now keeps its velocity, which belongs to the pin: an

@@ -19,7 +19,7 @@
 //! What the witness does not see: energy added more slowly than dampers take it away, and none
 //! before the second window.
 
-use crate::energy::{self, Energy};
+use crate::energy::Energy;
 use crate::real::Real;
 use crate::simulation::Simulation;
 
@@ -41,8 +41,10 @@ pub struct Witness {
     scale: f64,
     /// The largest so far, joules.
     most: f64,
-    /// Samples since the reference was found.
-    samples: u64,
+    /// What rounding can have added since the reference was found, joules.
+    rounding: f64,
+    /// The step of the last look.
+    seen: u64,
     window: Window,
     gain: f64,
 }
@@ -56,26 +58,30 @@ struct Window {
     /// Kinetic and elastic energy of the lowest sample, and the largest, joules.
     moving: f64,
     scale: f64,
-    /// Most that one rounding of everything adds, joules.
-    rounding: f64,
 }
 
 impl Witness {
-    /// Looks at a simulation: after every step or every so many, always as many.
+    /// Looks at a simulation, after every step or now and then, and returns its energy.
     ///
     /// While a hand does work (a grab, a push, a pin that moves) everything is forgotten. What is
     /// done between two steps, as by an interaction or [`Simulation::set_state`], is for the caller
     /// to tell: see [`Witness::restart`].
-    pub fn watch<R: Real>(&mut self, simulation: &Simulation<R>) {
+    pub fn watch<R: Real>(&mut self, simulation: &Simulation<R>) -> Energy {
+        let (energy, rounding) = simulation.energy_and_rounding();
         if simulation.is_handled() {
-            return self.restart();
+            self.restart();
+        } else {
+            // A substep adds no more than one rounding of everything, whatever their signs.
+            let substeps = f64::from(simulation.settings().substeps);
+            let steps = simulation.steps().saturating_sub(self.seen).max(1);
+            self.see(energy, rounding * substeps * steps as f64);
+            self.seen = simulation.steps();
         }
-        let (model, state) = (simulation.model(), simulation.state());
-        let substeps = f64::from(simulation.settings().substeps);
-        self.see(energy::energy(model, state, 0.0), substeps * energy::rounding(model, state));
+        energy
     }
 
-    /// Takes a sample; `rounding` is what a rounding of everything can add to the energy, joules.
+    /// Takes a sample; `rounding` is what it can have added to the energy since the last one,
+    /// joules.
     pub fn see(&mut self, energy: Energy, rounding: f64) {
         let moving = energy.kinetic + energy.elastic;
         let now = moving + energy.gravitational;
@@ -88,10 +94,9 @@ impl Witness {
             window.highest = now;
         }
         window.count += 1;
-        self.samples += 1;
+        self.rounding += rounding;
         window.highest = Real::max(window.highest, now);
         window.scale = Real::max(window.scale, moving);
-        window.rounding = Real::max(window.rounding, rounding);
         if !now.is_finite() {
             self.gain = f64::INFINITY;
         } else if WINDOW <= window.count && self.gain.is_finite() {
@@ -101,18 +106,16 @@ impl Witness {
 
     /// Ends a window.
     fn conclude(&mut self, reference: f64) {
-        let Window { lowest, highest, moving, scale, rounding, .. } = self.window;
+        let Window { lowest, highest, moving, scale, .. } = self.window;
         self.most = Real::max(self.most, scale);
         // Follows down: what was large in one sample alone is forgotten in the next window.
         self.scale = if self.scale == 0.0 { scale } else { Real::min(self.scale, scale) };
-        // A substep adds no more than one rounding of everything, whatever their signs.
         let swinging = Real::max(moving, self.scale);
-        let rounded = rounding * self.samples as f64;
-        let allowed = FRACTION * swinging + NOISE * self.most + rounded;
+        let allowed = FRACTION * swinging + NOISE * self.most + self.rounding;
         let gained = lowest - reference;
         self.gain = if allowed < gained { gained } else { 0.0 };
         if highest < reference {
-            (self.reference, self.samples) = (Some(highest), 0);
+            (self.reference, self.rounding) = (Some(highest), 0.0);
         }
         self.window = Window::default();
     }

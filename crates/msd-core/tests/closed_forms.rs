@@ -251,3 +251,22 @@ fn a_hanging_weight_stretches_its_spring_by_m_g_over_k() {
     // After 20 s the swing has decayed by exp(−20 · 20 / 6).
     assert!((length - 1.0 - 3.0 * G / 200.0).abs() < 1e-12);
 }
+
+#[test]
+fn rounding_can_change_the_energy_by_what_each_number_can() {
+    // Masses of 2 and 3 kg at 4 and 7 m, thrown at 5 m/s, on a spring of 50 N/m and 2 m.
+    let mut scene = two_masses([2.0, 3.0], 50.0, 2.0, 0.0);
+    for (particle, x) in scene.particles.iter_mut().zip([4.0, 7.0]) {
+        (particle.position, particle.velocity) = (DVec3::X * x, DVec3::Z * 5.0);
+    }
+    scene.world.gravity = DVec3::Y * -G;
+    scene.springs[0].rest_length = 2.0;
+    let simulation = simulation::<f32>(&scene, Integrator::SymplecticEuler, 1e-3);
+    let (energy, rounding) = simulation.energy_and_rounding();
+    assert_eq!(energy, simulation.energy());
+    let epsilon = f64::from(f32::EPSILON);
+    let delta = 7.0 * epsilon;
+    let expected = 50.0 * delta * (1.0 + delta) + 5.0 * G * delta + epsilon * 5.0 * 25.0;
+    // Gravity is rounded to f32.
+    assert!((rounding / expected - 1.0).abs() < 1e-7, "{rounding} instead of {expected}");
+}

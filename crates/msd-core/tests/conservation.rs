@@ -273,3 +273,25 @@ fn a_run_resumed_from_its_state_gives_the_same_bits() {
         assert_eq!(whole.time(), resumed.time());
     }
 }
+
+#[test]
+fn a_return_takes_back_what_was_dissipated_since() {
+    let material = Material { mass: 1.0, stiffness: 2000.0, damping: 20.0 };
+    let mut part = shape::block([3, 3, 3], 1.0, material).unwrap();
+    part.place(DMat3::IDENTITY, DVec3::Y);
+    let mut scene = Scene::of("block", part);
+    let friction = Friction::Coulomb(0.5);
+    scene.planes = vec![Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.5, friction }];
+    let mut simulation = Simulation::<f64>::new(&scene, Settings::default()).unwrap();
+    // In the air, where dampers are booked as they act, and from the first contact on, where the
+    // balance is: each taken back from a contact.
+    for steps in [10, 60, 600] {
+        (0..steps).for_each(|_| simulation.step().unwrap());
+        let (state, at) = (simulation.state().clone(), simulation.steps());
+        let (ledger, before) = (simulation.ledger(), simulation.energy());
+        (0..300).for_each(|_| simulation.step().unwrap());
+        simulation.set_state(&state, at).unwrap();
+        simulation.set_ledger(ledger);
+        assert_eq!(simulation.energy(), before, "after {at} steps");
+    }
+}

@@ -349,3 +349,30 @@ fn a_grab_of_extreme_numbers_is_a_finite_spring() {
         assert!(grab.stiffness.is_finite() && grab.damping.is_finite(), "{grab:?}");
     }
 }
+
+#[test]
+fn a_hand_that_moves_gives_the_bits_of_a_run_that_starts_at_every_step() {
+    for integrator in Integrator::ALL {
+        let run = |restarts: bool| {
+            let mut cubes = cubes();
+            cubes.set_settings(Settings { integrator, step: H, ..Settings::default() }).unwrap();
+            for frame in 0..40 {
+                let target = DVec3::new(0.1 * f64::from(frame), 1.0, 0.0);
+                let hand = match frame {
+                    0..5 => None,
+                    5..30 => Some(grab(3, target, 5.0)),
+                    _ => Some(Interaction::Release { particle: 3 }),
+                };
+                hand.into_iter().for_each(|hand| cubes.queue(hand).unwrap());
+                cubes.apply_queued().unwrap();
+                if restarts {
+                    let state = cubes.state().clone();
+                    cubes.set_state(&state, cubes.steps()).unwrap();
+                }
+                cubes.step().unwrap();
+            }
+            cubes.state().clone()
+        };
+        assert_eq!(run(false), run(true), "{integrator}");
+    }
+}

@@ -1,6 +1,6 @@
 //! Which states can be stepped back to?
 
-use crate::runner::AnyState;
+use crate::runner::{AnyState, Moment};
 use msd_core::{Real, State};
 use std::collections::VecDeque;
 
@@ -9,23 +9,10 @@ const MOST_STATES: usize = 600;
 /// The most memory for them, bytes.
 const MOST_BYTES: usize = 256 << 20;
 
-/// A state and what its particles do not tell.
-#[derive(Clone, Debug)]
-pub struct Moment {
-    /// Positions and velocities.
-    pub state: AnyState,
-    /// Steps taken up to here.
-    pub steps: u64,
-    /// Energy dissipated up to here, joules.
-    pub dissipated: f64,
-}
-
-impl Moment {
-    fn bytes(&self) -> usize {
-        match &self.state {
-            AnyState::F32(state) => bytes(state),
-            AnyState::F64(state) => bytes(state),
-        }
+fn bytes_of(moment: &Moment) -> usize {
+    match &moment.state {
+        AnyState::F32(state) => bytes(state),
+        AnyState::F64(state) => bytes(state),
     }
 }
 
@@ -43,18 +30,18 @@ pub struct History {
 impl History {
     /// Keeps a state, and forgets the oldest ones beyond the caps.
     pub fn push(&mut self, moment: Moment) {
-        self.bytes += moment.bytes();
+        self.bytes += bytes_of(&moment);
         self.moments.push_back(moment);
         while MOST_STATES < self.moments.len() || MOST_BYTES < self.bytes {
             let Some(oldest) = self.moments.pop_front() else { return };
-            self.bytes -= oldest.bytes();
+            self.bytes -= bytes_of(&oldest);
         }
     }
 
     /// Takes out the latest state.
     pub fn pop(&mut self) -> Option<Moment> {
         let latest = self.moments.pop_back()?;
-        self.bytes -= latest.bytes();
+        self.bytes -= bytes_of(&latest);
         Some(latest)
     }
 
@@ -78,11 +65,12 @@ impl History {
 mod tests {
     use super::*;
     use glam::DVec3;
+    use msd_core::Ledger;
 
     fn moment(particles: usize, steps: u64) -> Moment {
         let column = vec![DVec3::ZERO; particles];
         let state = AnyState::F64(State { positions: column.clone(), velocities: column });
-        Moment { state, steps, dissipated: 0.0 }
+        Moment { state, steps, ledger: Ledger::default() }
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub use node::SceneFormat;
 pub use output::Output;
 pub use recording::{Recorder, Recording, load_recording, read_recording};
 pub use replay::{Changes, Replay};
-pub use runner::{AnyState, Precision, Runner};
+pub use runner::{AnyState, Moment, Precision, Runner};
 pub use saved::{load_saved, read_saved, write_saved};
 pub use scenes::{BUILTINS, Builtin, Loaded, load, open, parse, read, write};
 pub use state_file::{load_state, read_state, write_state};

@@ -1,6 +1,6 @@
 //! How does a recorded run happen again, as it was or stepped otherwise?
 
-use crate::history::{History, Moment};
+use crate::history::History;
 use crate::loaded::Loaded;
 use crate::recording::{Event, Recording};
 use crate::runner::{Precision, Runner};
@@ -95,17 +95,12 @@ impl<'a> Replay<'a> {
             self.follow(event)?;
         }
         self.steps -= 1;
-        let before = self.history.is_some().then(|| self.moment());
+        let before = self.history.is_some().then(|| self.runner.moment());
         self.runner.step()?;
         if let (Some(history), Some(before)) = (&mut self.history, before) {
             history.push(before);
         }
         Ok(true)
-    }
-
-    fn moment(&self) -> Moment {
-        let (state, steps) = (self.runner.state(), self.runner.steps());
-        Moment { state, steps, dissipated: self.runner.dissipated() }
     }
 
     fn follow(&mut self, event: &Event) -> Result<(), Error> {
@@ -141,7 +136,7 @@ impl<'a> Replay<'a> {
         let row = self.runner.steps() as usize;
         let (item, target) = ("return after step", "earlier state");
         let moment = moment.ok_or(Error::OutOfRange { item, row, target, index: 0, count: 0 })?;
-        self.runner.set_state(&moment.state, moment.steps)
+        self.runner.go_back(&moment)
     }
 }
 

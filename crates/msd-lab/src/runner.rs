@@ -2,8 +2,8 @@
 
 use msd_core::stability::Estimator;
 use msd_core::{
-    Energy, Error, Integrator, Interaction, Momentum, Progress, Scene, Settings, Simulation, State,
-    Witness,
+    Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
+    Simulation, State, Witness,
 };
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +41,17 @@ pub enum AnyState {
     F32(State<f32>),
     /// Double precision.
     F64(State<f64>),
+}
+
+/// A state and what its particles do not tell.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// Positions and velocities.
+    pub state: AnyState,
+    /// Steps taken up to here.
+    pub steps: u64,
+    /// Energy taken away up to here.
+    pub ledger: Ledger,
 }
 
 /// A simulation in either precision.
@@ -179,6 +190,22 @@ impl Runner {
         }
     }
 
+    /// A copy of what can be returned to.
+    pub fn moment(&self) -> Moment {
+        let ledger = on!(self, simulation => simulation.ledger());
+        Moment { state: self.state(), steps: self.steps(), ledger }
+    }
+
+    /// Returns to an earlier moment of this run.
+    ///
+    /// # Errors
+    /// See [`Simulation::set_state`].
+    pub fn go_back(&mut self, moment: &Moment) -> Result<(), Error> {
+        self.set_state(&moment.state, moment.steps)?;
+        on!(self, simulation => simulation.set_ledger(moment.ledger));
+        Ok(())
+    }
+
     /// Steps taken.
     pub fn steps(&self) -> u64 {
         on!(self, simulation => simulation.steps())
@@ -209,9 +236,9 @@ impl Runner {
         on!(self, simulation => simulation.dissipated())
     }
 
-    /// Lets a witness look at the energy, see [`Witness::watch`].
-    pub fn show_to(&self, witness: &mut Witness) {
-        on!(self, simulation => witness.watch(simulation));
+    /// Lets a witness look at the energy and returns it, see [`Witness::watch`].
+    pub fn show_to(&self, witness: &mut Witness) -> Energy {
+        on!(self, simulation => witness.watch(simulation))
     }
 
     /// Linear and angular momentum.

@@ -111,8 +111,7 @@ struct Course {
 impl Course {
     fn new<R: Real>(simulation: &Simulation<R>) -> Self {
         let mut witness = Witness::default();
-        witness.watch(simulation);
-        let energy = simulation.energy();
+        let energy = witness.watch(simulation);
         Course {
             witness,
             told: false,
@@ -128,10 +127,9 @@ impl Course {
         self.witness.watch(simulation);
         self.told |= 0.0 < self.witness.gain();
         self.handled |= simulation.is_handled();
-        let (model, state) = (simulation.model(), simulation.state());
-        self.rounding += msd_core::energy::rounding(model, state);
+        let (energy, rounding) = simulation.energy_and_rounding();
+        self.rounding += rounding;
         if late {
-            let energy = simulation.energy();
             self.late.0 += energy.total() - energy.dissipated;
             self.late.1 += 1;
             self.moving = f64::max(self.moving, energy.kinetic + energy.elastic);

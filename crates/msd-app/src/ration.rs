@@ -1,0 +1,66 @@
+//! How often may a person be told what costs time to find out?
+
+/// The largest share of the time of steps that it may take.
+const OF_STEPS: f64 = 0.03;
+/// The largest share of the wall clock, where that is more: a light scene has time to spare.
+const OF_CLOCK: f64 = 0.005;
+
+/// Time put aside for something until there is enough for it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ration {
+    saved: f64,
+    /// What it took the last time, seconds.
+    cost: f64,
+}
+
+impl Ration {
+    /// Lets `real` seconds of wall clock pass, `spent` of them on steps.
+    pub fn save(&mut self, real: f64, spent: f64) {
+        self.saved += (OF_STEPS * spent).max(OF_CLOCK * real.max(0.0));
+    }
+
+    /// Whether there is enough for as much as the last time.
+    pub fn is_enough(&self) -> bool {
+        self.cost <= self.saved
+    }
+
+    /// Does something, timed by a stopwatch that gives seconds.
+    pub fn spend<T>(&mut self, stopwatch: &impl Fn() -> f64, act: impl FnOnce() -> T) -> T {
+        let start = stopwatch();
+        let result = act();
+        *self = Ration { saved: 0.0, cost: stopwatch() - start };
+        result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    /// Frames of 1/60 s with steps of `spent` seconds, out of 6000, in which something is done
+    /// that costs `cost` seconds.
+    fn done(spent: f64, cost: f64) -> u32 {
+        let (mut ration, now, mut done) = (Ration::default(), Cell::new(0.0), 0);
+        for _ in 0..6000 {
+            ration.save(1.0 / 60.0, spent);
+            if ration.is_enough() {
+                ration.spend(&|| now.get(), || now.set(now.get() + cost));
+                done += 1;
+            }
+        }
+        done
+    }
+
+    #[test]
+    fn what_is_dear_takes_its_share_and_no_more() {
+        // 6000 frames put aside 6000 · 0.03 · 8 ms = 1.44 s: 144 times 10 ms.
+        let times = done(8e-3, 10e-3);
+        assert!((140..=145).contains(&times), "{times}");
+    }
+
+    #[test]
+    fn what_is_cheap_beside_the_clock_is_done_in_every_frame() {
+        assert_eq!(done(1e-5, 0.005 / 60.0 * 0.99), 6000);
+    }
+}
