@@ -81,6 +81,26 @@ fn a_step_back_returns_to_the_very_state() {
 }
 
 #[test]
+fn a_step_back_past_an_edit_knows_what_was_dissipated_before_it() {
+    let mut session = session("mattress");
+    let lies = |session: &Session| session.runner().moment().ledger.is_open();
+    for _ in 0..600 {
+        if !lies(&session) {
+            run(&mut session, 1);
+        }
+    }
+    assert!(lies(&session), "it touches the floor");
+    let before = session.energy();
+    session.set_gravity(1.6);
+    run(&mut session, 10);
+    (0..10).for_each(|_| assert!(session.step_back()));
+    // On the moon the same state has less energy, which nothing took away.
+    let after = session.energy();
+    assert!(after.gravitational < 0.5 * before.gravitational, "{after:?}");
+    assert!((after.dissipated - before.dissipated).abs() <= 1e-9 * before.total().abs());
+}
+
+#[test]
 fn the_first_state_is_the_end_of_stepping_back() {
     let mut session = session("chain");
     session.step_forward();

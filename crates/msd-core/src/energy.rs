@@ -36,8 +36,8 @@ pub fn energy<R: Real>(model: &Model<R>, state: &State<R>, dissipated: f64) -> E
 /// and speed once can change it, joules.
 ///
 /// With δ the rounding of a coordinate, ε times its size, the latter is k δ (|stretch| + δ) of a
-/// spring, and m |g| δ + ε m v² of a particle. Both from one pass, which costs as much as four
-/// evaluations of the forces by a compiled kernel.
+/// spring, and m |g| δ + ε m v² of a particle. Both from one pass, which costs as much as five
+/// or six evaluations of the forces by a compiled kernel.
 pub fn energy_and_rounding<R: Real>(model: &Model<R>, state: &State<R>) -> (Energy, f64) {
     let mut energy = Energy::default();
     let (gravity, force) = (model.gravity.to_f64(), model.force.to_f64());

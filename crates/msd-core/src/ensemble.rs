@@ -5,8 +5,8 @@
 //! the bits of a [`Simulation`] of its own.
 //!
 //! It pays for single precision, AVX-512, full groups of sixteen and a thousand particles or so: a
-//! spring then takes a fifth of its time in the plain loops, and 0.4 (springs that join anything to
-//! anything) to 0.8 (a lattice) of that in a simulation. In double precision, and beyond what the
+//! spring then takes a sixth of its time in the plain loops, and 0.5 (springs that join anything to
+//! anything) to 0.9 (a lattice) of that in a simulation. In double precision, and beyond what the
 //! cache holds, simulations one after the other are as fast or faster.
 //!
 //! ```
@@ -31,7 +31,7 @@
 use crate::error::Error;
 use crate::guard;
 use crate::integrator::{Explicit, Family};
-use crate::kernel::{self, Group, Instructions, LANES};
+use crate::kernel::{Groups, Instructions};
 use crate::real::Real;
 use crate::settings::Settings;
 use crate::simulation::Simulation;
@@ -45,8 +45,7 @@ use alloc::vec::Vec;
 #[derive(Clone, Debug)]
 pub struct Ensemble<R: Real = f32> {
     copies: Vec<Copy<R>>,
-    /// A group for every [`LANES`] copies.
-    groups: Vec<Group<R>>,
+    groups: Groups<R>,
     substeps: u32,
     /// Steps that copies which still run have taken here.
     taken: u64,
@@ -88,12 +87,8 @@ impl<R: Real> Ensemble<R> {
             suited(simulation, copy)?;
             check_alike(first, simulation, copy)?;
         }
-        let order = kernel::order(first.model());
-        let group = |simulations: &[Simulation<R>]| {
-            let rows = simulations.iter().map(|s| (s.model(), s.state(), s.settings().substep()));
-            let rows: Vec<_> = rows.collect();
-            Group::new(&rows, (method, Instructions::best()), &order)
-        };
+        let rows = simulations.iter().map(|s| (s.model(), s.state(), s.settings().substep()));
+        let rows: Vec<_> = rows.collect();
         let copy = |simulation: &Simulation<R>| Copy {
             model: simulation.model().clone(),
             settings: simulation.settings(),
@@ -102,7 +97,7 @@ impl<R: Real> Ensemble<R> {
             stopped: None,
         };
         Ok(Ensemble {
-            groups: simulations.chunks(LANES).map(group).collect(),
+            groups: Groups::new(&rows, method),
             copies: simulations.iter().map(copy).collect(),
             substeps: first.settings().substeps,
             taken: 0,
@@ -113,20 +108,12 @@ impl<R: Real> Ensemble<R> {
     /// stops at its last good state, see [`Ensemble::error`].
     pub fn step(&mut self) {
         let Ensemble { copies, groups, substeps, taken } = self;
-        for (group, copies) in groups.iter_mut().zip(copies.chunks_mut(LANES)) {
-            if copies.iter().all(|copy| copy.stopped.is_some()) {
-                continue;
-            }
-            let outside = group.advance(*substeps);
-            for (lane, copy) in copies.iter_mut().enumerate() {
-                if outside >> lane & 1 == 1 && copy.stopped.is_none() {
-                    let particle = guard::first_outside(&copy.model, &group.state(lane, false));
-                    let good = group.state(lane, true);
-                    let particle = particle.unwrap_or(0);
-                    copy.stopped = Some(Stopped { good, taken: *taken, particle });
-                    group.stop(lane);
-                }
-            }
+        groups.advance(*substeps);
+        while let Some(copy) = groups.outside() {
+            let particle = guard::first_outside(&copies[copy].model, &groups.state(copy, false));
+            let (good, particle) = (groups.state(copy, true), particle.unwrap_or(0));
+            copies[copy].stopped = Some(Stopped { good, taken: *taken, particle });
+            groups.stop(copy);
         }
         *taken += 1;
     }
@@ -153,7 +140,7 @@ impl<R: Real> Ensemble<R> {
     pub fn state(&self, copy: usize) -> State<R> {
         match &self.copies[copy].stopped {
             Some(stopped) => stopped.good.clone(),
-            None => self.groups[copy / LANES].state(copy % LANES, false),
+            None => self.groups.state(copy, false),
         }
     }
 
@@ -190,7 +177,7 @@ impl<R: Real> Ensemble<R> {
     /// The norms of the velocities of all copies: roots of the sums of the squares of all speeds,
     /// in `f64`. Of a copy that has stopped a number without meaning.
     pub fn speeds(&self) -> Vec<f64> {
-        let sums = self.groups.iter().flat_map(Group::squared_speeds);
+        let sums = self.groups.squared_speeds();
         sums.take(self.copies.len()).map(Real::sqrt).collect()
     }
 
@@ -204,13 +191,13 @@ impl<R: Real> Ensemble<R> {
         if count != expected {
             return Err(Error::WrongLength { what: "load", count, expected });
         }
-        self.groups[copy / LANES].set_load(copy % LANES, load);
+        self.groups.set_load(copy, load);
         Ok(())
     }
 
     /// Chooses the instructions of the steps to come, see [`Simulation::set_instructions`].
     pub fn set_instructions(&mut self, instructions: Instructions) {
-        self.groups.iter_mut().for_each(|group| group.set_instructions(instructions));
+        self.groups.set_instructions(instructions);
     }
 }
 

@@ -26,6 +26,11 @@ impl Ledger {
         self.balance.map_or(self.counted, |total| total - mechanical())
     }
 
+    /// Whether what was taken away depends on the energy now.
+    pub fn is_open(&self) -> bool {
+        self.balance.is_some()
+    }
+
     /// Ends the present contact, if there is one; `mechanical` measures the energy at its end.
     pub fn close(&mut self, mechanical: impl FnOnce() -> f64) {
         *self = Ledger::of(self.dissipated(mechanical));

@@ -261,8 +261,8 @@ impl<R: Real> Simulation<R> {
         self.ledger
     }
 
-    /// Puts back what was booked at a state that was returned to. What a hand changed since the
-    /// present contact of that time began, as the stiffness of springs, counts as taken away.
+    /// Puts back what was booked at a state that was returned to. If something that the energy
+    /// depends on was changed since, the ledger must have been closed before that.
     pub fn set_ledger(&mut self, ledger: Ledger) {
         self.ledger = ledger;
     }

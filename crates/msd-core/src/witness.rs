@@ -73,7 +73,8 @@ impl Witness {
         } else {
             // A substep adds no more than one rounding of everything, whatever their signs.
             let substeps = f64::from(simulation.settings().substeps);
-            let steps = simulation.steps().saturating_sub(self.seen).max(1);
+            let steps = simulation.steps().saturating_sub(self.seen);
+            let steps = if self.reference.is_none() { 0 } else { steps };
             self.see(energy, rounding * substeps * steps as f64);
             self.seen = simulation.steps();
         }

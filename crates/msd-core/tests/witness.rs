@@ -37,6 +37,31 @@ fn explicit_euler_without_damping_is_told() {
 }
 
 #[test]
+fn a_witness_that_comes_late_or_starts_anew_tells_as_soon() {
+    // A block in f32, where rounding counts, seen after none or as if after a million steps, and by
+    // a witness who saw the end of those and forgot it.
+    let settings = Settings { substeps: 60, ..Settings::default() };
+    let mut start =
+        Simulation::<f32>::new(&tumbling_block(0.0), Settings::default()).expect("a valid scene");
+    start.set_settings(Settings { integrator: Integrator::ExplicitEuler, ..settings }).unwrap();
+    let first_told = |steps: u64| {
+        let mut simulation = start.clone();
+        simulation.set_state(start.state(), steps).unwrap();
+        let mut witness = Witness::default();
+        witness.watch(&simulation);
+        witness.restart();
+        witness.watch(&simulation);
+        (1..2000).find(|_| {
+            simulation.step().expect("a run that stays in the world");
+            witness.watch(&simulation);
+            0.0 < witness.gain()
+        })
+    };
+    assert!(first_told(0).is_some());
+    assert_eq!(first_told(0), first_told(1_000_000));
+}
+
+#[test]
 fn symplectic_methods_up_to_the_limit_are_not() {
     let (k, w) = (50.0, 10.0);
     for (integrator, steps) in

@@ -1,13 +1,24 @@
 //! Which states can be stepped back to?
 
-use crate::runner::{AnyState, Moment};
-use msd_core::{Real, State};
+use crate::runner::{AnyState, Moment, Runner};
+use msd_core::{Interaction, Real, State};
 use std::collections::VecDeque;
 
 /// The most states kept: ten seconds at 60 steps per second.
 const MOST_STATES: usize = 600;
 /// The most memory for them, bytes.
 const MOST_BYTES: usize = 256 << 20;
+
+/// Whether states have another energy after an interaction.
+fn changes_energy(interaction: &Interaction) -> bool {
+    use Interaction::*;
+    match interaction {
+        Cut { .. } | SetStiffness { .. } | SetMass { .. } | SetRestLength { .. } => true,
+        ScaleRestLength { .. } | Freeze { .. } | SetGravity { .. } => true,
+        Grab { .. } | Release { .. } | Pin { .. } | Unpin { .. } | Push { .. } => false,
+        SetDamping { .. } | Impulse { .. } | Spin { .. } | SetPlane { .. } => false,
+    }
+}
 
 fn bytes_of(moment: &Moment) -> usize {
     match &moment.state {
@@ -35,6 +46,18 @@ impl History {
         while MOST_STATES < self.moments.len() || MOST_BYTES < self.bytes {
             let Some(oldest) = self.moments.pop_front() else { return };
             self.bytes -= bytes_of(&oldest);
+        }
+    }
+
+    /// Gets ready for an interaction with a run that is about to be applied.
+    ///
+    /// What lay on a plane has a ledger that knows the sum of the energy alone. Where the
+    /// interaction changes what that is made of, all of these are measured first: a pass over the
+    /// springs for each, once, at most a quarter of a second.
+    pub fn expect(&mut self, interaction: &Interaction, runner: &Runner) {
+        if changes_energy(interaction) {
+            let open = self.moments.iter_mut().filter(|moment| moment.ledger.is_open());
+            open.for_each(|moment| runner.settle(moment));
         }
     }
 

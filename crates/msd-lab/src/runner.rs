@@ -1,8 +1,9 @@
 //! How does a program run a scene whose precision is only known at run time?
 
+use msd_core::energy::energy;
 use msd_core::stability::Estimator;
 use msd_core::{
-    Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
+    Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Real, Scene, Settings,
     Simulation, State, Witness,
 };
 use serde::{Deserialize, Serialize};
@@ -204,6 +205,20 @@ impl Runner {
         self.set_state(&moment.state, moment.steps)?;
         on!(self, simulation => simulation.set_ledger(moment.ledger));
         Ok(())
+    }
+
+    /// Measures what was taken away up to an earlier moment of this run, before something changes
+    /// that the energy depends on.
+    pub fn settle(&self, moment: &mut Moment) {
+        fn total<R: Real, S: Real>(simulation: &Simulation<R>, state: &State<S>) -> f64 {
+            energy(simulation.model(), &state.convert(), 0.0).total()
+        }
+        moment.ledger.close(|| {
+            on!(self, simulation => match &moment.state {
+                AnyState::F32(state) => total(simulation, state),
+                AnyState::F64(state) => total(simulation, state),
+            })
+        });
     }
 
     /// Steps taken.

@@ -1,9 +1,9 @@
-//! How do up to sixteen copies of a scene advance together? With a lane for each of them.
+//! How do copies of a scene advance together? In groups of sixteen, with a lane for each of them.
 
 use super::LANES;
 use super::columns::{Columns, Slice};
 use super::dispatch::{Instructions, run_group};
-use super::ensemble_plan::{Pull, Table, lanes};
+use super::ensemble_plan::{Pull, Table, lanes, order};
 use super::ensemble_sweep::{INVERSE_MASS, Lanes, MASS, PlaneRow, Task, Turn};
 use super::sweep::{POSITION, VELOCITY};
 use super::update::{Phase, Update, own_columns, rk4_stages};
@@ -22,9 +22,65 @@ const FIXED: usize = 15;
 const LOAD: usize = 17;
 const OWN: usize = 20;
 
-/// Up to sixteen copies of a topology, a lane each.
+/// Copies of a topology.
 #[derive(Clone, Debug)]
-pub(crate) struct Group<R: Real> {
+pub(crate) struct Groups<R: Real>(Vec<Group<R>>);
+
+impl<R: Real> Groups<R> {
+    /// Makes groups of models, which have the same springs' ends, of states and of the lengths of
+    /// their substeps, seconds; of one copy at least.
+    pub(crate) fn new(copies: &[(&Model<R>, &State<R>, f64)], method: Explicit) -> Self {
+        let order = order(copies[0].0);
+        Groups(copies.chunks(LANES).map(|copies| Group::new(copies, method, &order)).collect())
+    }
+
+    /// Advances the copies that still run by some substeps.
+    pub(crate) fn advance(&mut self, substeps: u32) {
+        for group in self.0.iter_mut().filter(|group| group.running != 0) {
+            group.outside = group.advance(substeps) & group.running;
+        }
+    }
+
+    /// A copy that still runs, though a particle of it is outside the world or has a velocity that
+    /// is not finite.
+    pub(crate) fn outside(&self) -> Option<usize> {
+        let group = self.0.iter().position(|group| group.outside != 0)?;
+        Some(group * LANES + self.0[group].outside.trailing_zeros() as usize)
+    }
+
+    /// Ends a copy.
+    pub(crate) fn stop(&mut self, copy: usize) {
+        self.0[copy / LANES].stop(copy % LANES);
+    }
+
+    /// The state of a copy, or that before the last step.
+    pub(crate) fn state(&self, copy: usize, before: bool) -> State<R> {
+        self.0[copy / LANES].state(copy % LANES, before)
+    }
+
+    /// The sums of the squares of the speeds of each copy, in `f64`, particle after particle; then
+    /// some without meaning.
+    pub(crate) fn squared_speeds(&self) -> impl Iterator<Item = f64> {
+        self.0.iter().flat_map(Group::squared_speeds)
+    }
+
+    /// Sets the constant forces on the particles of a copy, newtons.
+    pub(crate) fn set_load(&mut self, copy: usize, load: &[R::Vec3]) {
+        self.0[copy / LANES].set_load(copy % LANES, load);
+    }
+
+    /// Chooses the instructions of the steps to come.
+    pub(crate) fn set_instructions(&mut self, instructions: Instructions) {
+        self.0.iter_mut().for_each(|group| group.instructions = instructions.within_reach());
+    }
+}
+
+/// Up to sixteen copies, a lane each.
+#[derive(Clone, Debug)]
+struct Group<R: Real> {
+    /// The lanes whose copies still run, and of those the ones outside the world.
+    running: u16,
+    outside: u16,
     instructions: Instructions,
     method: Explicit,
     particles: usize,
@@ -41,15 +97,8 @@ pub(crate) struct Group<R: Real> {
 }
 
 impl<R: Real> Group<R> {
-    /// Makes a group of models, which have the same springs' ends, and of states. The last of them
-    /// fills the lanes that are left.
-    ///
-    /// Each copy comes with the length of its substeps, seconds; `order` is from [`super::order`].
-    pub(crate) fn new(
-        copies: &[(&Model<R>, &State<R>, f64)],
-        (method, instructions): (Explicit, Instructions),
-        order: &[u32],
-    ) -> Self {
+    /// See [`Groups::new`]. The last copy fills the lanes that are left; `order` is from [`order`].
+    fn new(copies: &[(&Model<R>, &State<R>, f64)], method: Explicit, order: &[u32]) -> Self {
         let copy = |lane: usize| copies[lane.min(copies.len() - 1)];
         let models: [&Model<R>; LANES] = core::array::from_fn(|lane| copy(lane).0);
         // An odd number of lines of the cache: particles would meet in few places of it otherwise.
@@ -58,7 +107,9 @@ impl<R: Real> Group<R> {
         let pulls = table.pulls(models, order);
         let particles = models[0].particle_count();
         let mut group = Group {
-            instructions: instructions.within_reach(),
+            running: u16::MAX >> (LANES - copies.len()),
+            outside: 0,
+            instructions: Instructions::best(),
             method,
             particles,
             width,
@@ -81,14 +132,9 @@ impl<R: Real> Group<R> {
         group
     }
 
-    /// Chooses the instructions of the steps to come.
-    pub(crate) fn set_instructions(&mut self, instructions: Instructions) {
-        self.instructions = instructions.within_reach();
-    }
-
     /// Advances by some substeps. Returns the lanes in which a particle is now outside the world or
     /// has a velocity that is not finite; bits of no lane are zero.
-    pub(crate) fn advance(&mut self, substeps: u32) -> u16 {
+    fn advance(&mut self, substeps: u32) -> u16 {
         let (h, half) = (self.lanes.h.0, self.lanes.half.0);
         let (h, half) = (&h, &half);
         let damped = (self.lanes.damped | self.lanes.dragged) != 0;
@@ -126,7 +172,9 @@ impl<R: Real> Group<R> {
 
     /// Goes back to the state before the last step in one lane, and stays there for good: what
     /// becomes of it is of no interest, but it should not be slow.
-    pub(crate) fn stop(&mut self, lane: usize) {
+    fn stop(&mut self, lane: usize) {
+        self.running &= !(1 << lane);
+        self.outside &= !(1 << lane);
         self.lanes.h.0[lane] = R::ZERO;
         self.lanes.half.0[lane] = R::ZERO;
         let [now, before] = [MOTIONS[self.now], MOTIONS[1 - self.now]];
@@ -138,8 +186,7 @@ impl<R: Real> Group<R> {
         }
     }
 
-    /// The state in one lane, or that before the last step.
-    pub(crate) fn state(&self, lane: usize, before: bool) -> State<R> {
+    fn state(&self, lane: usize, before: bool) -> State<R> {
         let motion = MOTIONS[if before { 1 - self.now } else { self.now }];
         let numbers = self.rows.column(0);
         let vector = |row: usize| {
@@ -154,8 +201,7 @@ impl<R: Real> Group<R> {
         }
     }
 
-    /// The sums of the squares of the speeds in each lane, in `f64`, particle after particle.
-    pub(crate) fn squared_speeds(&self) -> [f64; LANES] {
+    fn squared_speeds(&self) -> [f64; LANES] {
         let mut sums = [0.0; LANES];
         let rows = self.rows.column(0).as_chunks::<LANES>().0;
         for particle in rows.chunks_exact(self.width) {
@@ -168,8 +214,7 @@ impl<R: Real> Group<R> {
         sums
     }
 
-    /// Sets the constant forces on the particles of a lane, newtons.
-    pub(crate) fn set_load(&mut self, lane: usize, load: &[R::Vec3]) {
+    fn set_load(&mut self, lane: usize, load: &[R::Vec3]) {
         if !core::mem::replace(&mut self.loaded, true) {
             // To add minus zero changes nothing, not even the sign of a zero.
             for lane in 0..LANES {

@@ -2,17 +2,27 @@
 //!
 //! Read in this order:
 //!
-//! - `pack`, `baseline`, `records` and `x86`: a few numbers side by side, and what a processor does
-//!   with them;
-//! - `columns`: positions as a column of x, one of y and one of z, instead of row after row;
-//! - `plan`: particles in slices of sixteen, and the springs of a slice in rows that reach as far
-//!   ahead or back (a lattice) or name each other end (anything else);
+//! - `pack`, `baseline` and `x86`: a few numbers side by side, and what a processor does with them;
+//!   `records`: how x86 reads and writes sixteen of the records below;
+//! - `columns`: positions as a column of x, one of y and one of z, instead of row after row. A
+//!   number of a particle lies in its *slot* of each column; "own" columns are what a method
+//!   remembers;
+//! - `plan`: particles in slices of sixteen slots, and the springs of a slice in rows that reach as
+//!   far ahead or back (a lattice, a *run*) or name each other end (anything else, a *gather*). For
+//!   the latter the motion is kept a second time, as a *record* of eight numbers per particle;
 //! - `sweep`: what happens to a slice: the springs of its rows pull, each evaluated from both ends
 //!   so that no two slices write to the same place; at once `update` moves its particles on, and
-//!   `contact` keeps them out of planes;
+//!   `contact` keeps them out of planes. What was taken away and met comes back as a *tally*;
 //! - `links`: what springs add to the matrix of an implicit method, `solve`: what is done with it,
 //!   and `matrix`: where it keeps both;
-//! - `dispatch`: the same code compiled once for each set of instructions, and chosen here.
+//! - `dispatch`: the same code compiled once for each set of instructions, and chosen here; slices
+//!   are done in *parts* of 64, by several threads where that is worth it.
+//!
+//! A step of an explicit method, from `crate::engine`: [`Kernel::advance`] brings the state into
+//! columns, unless it is there (`Known::here`); each substep is a sweep from one motion to the
+//! other, in RK4 four, down from `dispatch::run` to `sweep::sweep`, `pulled` and the two halves of
+//! `Stretched`, then `update` and `contact`; at the end the state is fetched. Other methods
+//! ask for [`Kernel::set_forces`], the implicit ones for a matrix besides.
 //!
 //! Sixteen copies of a scene need none of that cunning: with a lane for each copy, the plain loop
 //! over springs works on all of them at once, whatever their topology (`ensemble_plan`,
@@ -49,8 +59,7 @@ mod ensemble_plan;
 mod ensemble;
 
 pub use dispatch::Instructions;
-pub(crate) use ensemble::Group;
-pub(crate) use ensemble_plan::order;
+pub(crate) use ensemble::Groups;
 
 use crate::forces;
 use crate::integrator::Explicit;
@@ -66,7 +75,7 @@ use sweep::{INVERSE_MASS, Job, MASS, POSITION, Push, Tally, VELOCITY};
 use update::{Phase, Update, own_columns, rk4_stages};
 
 /// Particles in a slice.
-pub(crate) const LANES: usize = 16;
+const LANES: usize = 16;
 
 /// Bytes of records that the near caches hold beside what a sweep streams through them.
 const NEAR_BYTES: usize = 1 << 19;

@@ -6,6 +6,7 @@
 //! particle meets its springs in the order of the model, so that its sum has the bits of the plain
 //! loop in [`crate::forces`].
 
+use super::columns::Slice;
 use super::{LANES, RECORD};
 use crate::forces::Incidence;
 use crate::real::Real;
@@ -47,10 +48,10 @@ pub(super) struct Plan<R> {
     pub(super) starts: Vec<u32>,
     pub(super) rows: Vec<Row>,
     /// Rest lengths, stiffnesses and dampings of rows, one number per lane; what is the same for
-    /// many rows is there once.
-    pub(super) values: Vec<[R; LANES]>,
+    /// many rows is there once. Aligned: a load across two lines of the cache is two loads.
+    pub(super) values: Vec<Slice<R>>,
     /// For each lane of a gather row, the record of the other end, counted in numbers.
-    pub(super) others: Vec<[u32; LANES]>,
+    pub(super) others: Vec<Slice<u32>>,
     pub(super) damped: bool,
 }
 
@@ -140,7 +141,7 @@ impl<R: Real> Plan<R> {
             return place;
         }
         let place = self.values.len() as u32;
-        self.values.push(lanes.map(|value| value.unwrap_or(first)));
+        self.values.push(Slice(lanes.map(|value| value.unwrap_or(first))));
         if alike && uniform.len() < MOST_UNIFORM {
             uniform.push((first, place));
         }
@@ -183,8 +184,7 @@ impl<R: Real> Compiler<'_, R> {
                         Some(&[_, other]) => (plan.slot(other) * RECORD) as u32,
                         None => 0,
                     };
-                    let row = core::array::from_fn(record);
-                    plan.others.push(row);
+                    plan.others.push(Slice(core::array::from_fn(record)));
                     Reach::Gather(plan.others.len() as u32 - 1)
                 }
             };

@@ -345,7 +345,7 @@ fn ask_for<R: Real, P: Pack<R>>(job: &Job<'_, R>, row: usize, lane: usize) {
     let others = &job.plan.others;
     P::prefetch(others.as_ptr().wrapping_add(row + 2 * AHEAD));
     if let (true, Some(others)) = (job.far, others.get(row + AHEAD)) {
-        for &other in &others[lane..lane + P::COUNT] {
+        for &other in &others.0[lane..lane + P::COUNT] {
             P::prefetch(job.records[0].wrapping_add(other as usize));
         }
     }
