@@ -50,8 +50,8 @@ const COSTS: [Cost; 8] = [
     Cost { name: "a state to step back to", beside: PLANE, planes: true, frames: kept },
     Cost { name: "the energy in every frame", beside: PLANE, planes: true, frames: watched },
 ];
-/// How many of them are added up.
-const ADDED: usize = 7;
+/// How many of them are added up: collision, grabs, guard, energy and snapshot were asked for.
+const ADDED: usize = 6;
 
 /// What the things cost in some works, percent of the substeps alone.
 pub fn table(works: &[&str], patience: Patience) -> String {

@@ -91,7 +91,7 @@ pub fn finite(text: &str) -> Result<f64, String> {
 /// A count from 1 on.
 pub fn substeps(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|&number| 0 < number);
-    number.ok_or_else(|| "must be a whole number, at least 1".into())
+    number.ok_or_else(|| format!("must be a whole number from 1 to {}", u32::MAX))
 }
 
 /// Particles along a side of what is measured.
