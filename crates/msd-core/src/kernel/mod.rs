@@ -18,7 +18,7 @@
 //! - `dispatch`: the same code compiled once for each set of instructions, and chosen here; slices
 //!   are done in *parts* of 64, by several threads where that is worth it.
 //!
-//! A step of an explicit method, from `crate::engine`: [`Kernel::advance`] brings the state into
+//! A step of an explicit method, from `crate::engine`: `Kernel::advance` brings the state into
 //! columns, unless it is there (`Known::here`); each substep is a sweep from one motion to the
 //! other, in RK4 four, down from `dispatch::run` to `sweep::sweep`, `pulled` and the two halves of
 //! `Stretched`, then `update` and `contact`; at the end the state is fetched. Other methods
