@@ -112,14 +112,18 @@ fn what_the_dampers_take_is_what_the_motion_loses() {
     }
 }
 
-#[test]
-fn a_body_that_lies_on_the_floor_dissipates_nothing() {
+fn block_above_a_floor(offset: f64, friction: Friction) -> Scene {
     let material = Material { mass: 1.0, stiffness: 2000.0, damping: 20.0 };
     let mut part = shape::block([3, 3, 3], 1.0, material).unwrap();
     part.place(DMat3::IDENTITY, DVec3::Y);
-    let mut scene = Scene::of("block", part);
+    let planes = vec![Plane { normal: DVec3::Y, offset, restitution: 0.5, friction }];
+    Scene { planes, ..Scene::of("block", part) }
+}
+
+#[test]
+fn a_body_that_lies_on_the_floor_dissipates_nothing() {
     for friction in [Friction::Coulomb(0.5), Friction::TangentialLoss(0.3)] {
-        scene.planes = vec![Plane { normal: DVec3::Y, offset: -1.0, restitution: 0.5, friction }];
+        let scene = block_above_a_floor(-1.0, friction);
         for integrator in [Integrator::VelocityVerlet, Integrator::Rk4] {
             let settings = Settings { integrator, ..Settings::default() };
             let mut simulation = Simulation::<f64>::new(&scene, settings).unwrap();
@@ -276,12 +280,7 @@ fn a_run_resumed_from_its_state_gives_the_same_bits() {
 
 #[test]
 fn a_return_takes_back_what_was_dissipated_since() {
-    let material = Material { mass: 1.0, stiffness: 2000.0, damping: 20.0 };
-    let mut part = shape::block([3, 3, 3], 1.0, material).unwrap();
-    part.place(DMat3::IDENTITY, DVec3::Y);
-    let mut scene = Scene::of("block", part);
-    let friction = Friction::Coulomb(0.5);
-    scene.planes = vec![Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.5, friction }];
+    let scene = block_above_a_floor(0.0, Friction::Coulomb(0.5));
     let mut simulation = Simulation::<f64>::new(&scene, Settings::default()).unwrap();
     // In the air, where dampers are booked as they act, and from the first contact on, where the
     // balance is: each taken back from a contact.

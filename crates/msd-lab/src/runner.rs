@@ -246,11 +246,6 @@ impl Runner {
         on!(self, simulation => simulation.energy())
     }
 
-    /// Energy taken away since the start, joules.
-    pub fn dissipated(&self) -> f64 {
-        on!(self, simulation => simulation.dissipated())
-    }
-
     /// Lets a witness look at the energy and returns it, see [`Witness::watch`].
     pub fn show_to(&self, witness: &mut Witness) -> Energy {
         on!(self, simulation => witness.watch(simulation))
