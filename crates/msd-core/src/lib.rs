@@ -32,70 +32,32 @@ extern crate std;
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!("msd-core needs a square root: enable the feature `std` (default) or `libm`");
 
-// In reading order: a file imports only from files above it (`tests/tidy.rs`).
-pub mod real;
-pub mod error;
-pub mod surface;
+// In reading order: a file imports only from files above it, but for the two lines in `number` that
+// have the loops compiled here (`tests/tidy.rs`).
+mod number;
+mod error;
 pub mod scene;
-mod check;
-pub mod part;
-mod origin;
-pub mod system;
-pub mod hash;
-pub mod lattice;
-pub mod shape;
-pub mod snapshot;
-pub mod forces;
-pub mod integrator;
-pub mod settings;
-pub mod explicit;
-pub mod tangent;
-pub mod collision;
-pub mod kernel;
-mod conjugate;
-mod resting;
-pub mod implicit;
-pub mod xpbd;
-mod tableau;
-mod pace;
-mod stages;
-mod support;
-mod holds;
-mod events;
-pub mod dormand_prince;
-mod engine;
-pub mod energy;
-pub mod ledger;
-pub mod region;
-mod dense;
-mod spectrum;
-mod few;
+mod system;
+pub mod elements;
+pub mod obstacles;
+pub mod methods;
 pub mod stability;
-pub mod interaction;
-mod guard;
-pub mod simulation;
-pub mod ensemble;
-mod readings;
-pub mod progress;
-pub mod witness;
+pub mod energy;
+mod simulation;
 
-pub use check::{MAX_PARTICLES, MAX_SPRINGS};
-pub use energy::{Energy, Momentum};
-pub use ensemble::Ensemble;
+pub use elements::grabs::Grab;
+pub use energy::{Energy, Ledger, Momentum, Witness};
 pub use error::{Divergence, Error};
 pub use glam;
-pub use hash::state_hash;
-pub use integrator::{Explicit, Family, Implicit, Integrator};
-pub use interaction::{Interaction, Select};
-pub use lattice::{Lattice, Neighbours};
-pub use ledger::Ledger;
-pub use part::{Material, Part};
-pub use progress::{Held, Progress};
-pub use real::{Real, Vector};
-pub use scene::{Body, Friction, Particle, Pin, Plane, Scene, Spring, World};
-pub use settings::Settings;
-pub use simulation::Simulation;
-pub use snapshot::Snapshot;
-pub use surface::{Corner, Surface};
-pub use system::{Column, Grab, Model, Motion, State};
-pub use witness::Witness;
+pub use methods::{Integrator, Settings};
+pub use number::{Instructions, Real, Vector};
+pub use obstacles::PlaneColumn;
+pub use scene::shape;
+pub use scene::lattice;
+pub use scene::{
+    Body, Corner, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle,
+    Pin, Plane, Scene, Spring, Surface, World,
+};
+pub use simulation::{Effects, Held, Interaction, Progress, Select, Simulation};
+pub use system::hash::state_hash;
+pub use system::{Model, Snapshot, State};

@@ -1,0 +1,93 @@
+//! Fields: gravity, a uniform force and the drag of the air.
+
+use super::{Blocks, Element, Motion, Products, Vectors};
+use crate::number::{Real, Vector, at_level};
+use crate::system::columns::{Aligned, LANES, RECORD};
+use fearless_simd::Level;
+use glam::DVec3;
+
+/// What acts on every particle.
+#[derive(Clone, Debug)]
+pub struct Fields<R: Real> {
+    /// Gravitational acceleration, metres per second squared.
+    pub(crate) gravity: R::Vec3,
+    /// A uniform force on every particle, newtons.
+    pub(crate) force: R::Vec3,
+    /// Air drag, newton seconds per metre.
+    pub(crate) drag: R,
+    /// Gravity and uniform force on each particle, newtons.
+    pub(crate) weights: Aligned<R>,
+}
+
+impl<R: Real> Fields<R> {
+    /// Overwrites the weights from masses, a number for each slot.
+    pub(crate) fn weigh(&mut self, masses: &[R]) {
+        let (gravity, force) = (self.gravity.components(), self.force.components());
+        let records = self.weights.as_chunks_mut::<RECORD>().0;
+        for (weights, masses) in records.iter_mut().zip(masses.as_chunks::<LANES>().0) {
+            for (lane, &mass) in masses.iter().enumerate() {
+                let is_there = mass != R::ZERO;
+                for axis in 0..3 {
+                    // Plus zero: a sum that starts at minus zero would differ from one that starts
+                    // at zero where nothing pulls.
+                    let weight = gravity[axis] * mass + force[axis] + R::ZERO;
+                    weights[axis * LANES + lane] = if is_there { weight } else { R::ZERO };
+                }
+            }
+        }
+    }
+
+    /// Overwrites forces with those of the fields, newtons, and returns the power of the drag, watts.
+    pub(crate) fn set_forces(&self, level: Level, velocities: &[R], forces: &mut [R]) -> f64 {
+        if self.drag == R::ZERO {
+            forces.copy_from_slice(&self.weights);
+            return 0.0;
+        }
+        at_level!(level, _simd => set_dragged(&self.weights, self.drag, velocities, forces))
+    }
+
+    /// The energy in the fields, −Σ (m g + f)·x, joules; zero at the origin.
+    pub(crate) fn potential(&self, mass: f64, position: DVec3) -> f64 {
+        -(self.gravity.to_f64() * mass + self.force.to_f64()).dot(position)
+    }
+}
+
+#[inline(always)]
+fn set_dragged<R: Real>(weights: &[R], drag: R, velocities: &[R], forces: &mut [R]) -> f64 {
+    let mut powers = [0.0; LANES];
+    let rows = forces.as_chunks_mut::<LANES>().0.iter_mut();
+    let others = weights.as_chunks::<LANES>().0.iter().zip(velocities.as_chunks::<LANES>().0);
+    for (forces, (weights, velocities)) in rows.zip(others) {
+        for lane in 0..LANES {
+            let (velocity, weight) = (velocities[lane], weights[lane]);
+            forces[lane] = weight - velocity * drag;
+            powers[lane] += (drag * (velocity * velocity)).to_f64();
+        }
+    }
+    powers.iter().sum()
+}
+
+impl<R: Real> Element<R> for Fields<R> {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        let mut power = 0.0;
+        for (at, (force, weight)) in forces.numbers.iter_mut().zip(&*self.weights).enumerate() {
+            let velocity = motion.velocities[at];
+            *force += *weight - velocity * self.drag;
+            power += (self.drag * (velocity * velocity)).to_f64();
+        }
+        power
+    }
+
+    fn add_products(&self, _: &Motion<'_, R>, direction: &[DVec3], products: &mut Products<'_>) {
+        let drag = self.drag.to_f64();
+        for (product, direction) in products.damping.iter_mut().zip(direction) {
+            *product += *direction * drag;
+        }
+    }
+
+    fn add_blocks(&self, _: &Motion<'_, R>, blocks: &mut Blocks<'_>) {
+        for block in blocks.damping.iter_mut() {
+            [0, 3, 5].into_iter().for_each(|number| block[number] += self.drag.to_f64());
+        }
+    }
+}

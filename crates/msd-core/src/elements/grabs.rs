@@ -1,0 +1,98 @@
+//! Grabs and pushes: what a hand does to single particles.
+
+use super::{Blocks, Element, Motion, Products, Vectors};
+use crate::number::{Real, Vector};
+use alloc::vec::Vec;
+use glam::DVec3;
+
+/// A spring that holds a particle to a point in the world: the mouse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Grab<R: Real> {
+    /// The particle held.
+    pub particle: u32,
+    /// Where it is pulled to, metres.
+    pub target: R::Vec3,
+    /// Stiffness, newtons per metre.
+    pub stiffness: R,
+    /// Damping, newton seconds per metre.
+    pub damping: R,
+    /// The largest force, newtons.
+    pub max_force: R,
+}
+
+impl<R: Real> Grab<R> {
+    /// The force before it is capped, newtons.
+    fn wish(&self, position: R::Vec3, velocity: R::Vec3) -> R::Vec3 {
+        (self.target - position) * self.stiffness - velocity * self.damping
+    }
+
+    /// The force on the particle, newtons.
+    pub fn pull(&self, position: R::Vec3, velocity: R::Vec3) -> R::Vec3 {
+        let wish = self.wish(position, velocity);
+        let strength = wish.dot(wish).sqrt();
+        let scale = if self.max_force < strength { self.max_force / strength } else { R::ONE };
+        wish * scale
+    }
+
+    /// Stiffness and damping at a motion: none at the largest force, which is taken as constant.
+    pub(crate) fn tangent(&self, position: R::Vec3, velocity: R::Vec3) -> [f64; 2] {
+        let wish = self.wish(position, velocity);
+        let is_free = wish.dot(wish) <= self.max_force * self.max_force;
+        [self.stiffness, self.damping].map(|value| if is_free { value.to_f64() } else { 0.0 })
+    }
+}
+
+/// The grabs that hold. What they do to the energy is the hand's work and counted nowhere.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Grabs<R: Real>(pub(crate) Vec<Grab<R>>);
+
+impl<R: Real> Element<R> for Grabs<R> {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        for grab in &self.0 {
+            let particle = grab.particle as usize;
+            let (position, velocity) = (motion.position(particle), motion.velocity(particle));
+            forces.add(particle, grab.pull(position, velocity));
+        }
+        0.0
+    }
+
+    fn add_products(
+        &self,
+        motion: &Motion<'_, R>,
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        for grab in &self.0 {
+            let particle = grab.particle as usize;
+            let tangent = grab.tangent(motion.position(particle), motion.velocity(particle));
+            products.add(particle, tangent.map(|value| direction[particle] * value));
+        }
+    }
+
+    fn add_blocks(&self, motion: &Motion<'_, R>, blocks: &mut Blocks<'_>) {
+        for grab in &self.0 {
+            let particle = grab.particle as usize;
+            let [stiffness, damping] =
+                grab.tangent(motion.position(particle), motion.velocity(particle));
+            for diagonal in [0, 3, 5] {
+                blocks.stiffness[particle][diagonal] += stiffness;
+                blocks.damping[particle][diagonal] += damping;
+            }
+        }
+    }
+}
+
+/// Forces of one step on single particles, newtons.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Pushes<R: Real>(pub(crate) Vec<(u32, R::Vec3)>);
+
+impl<R: Real> Element<R> for Pushes<R> {
+    fn add_forces(&self, _: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        for &(particle, force) in &self.0 {
+            forces.add(particle as usize, force);
+        }
+        0.0
+    }
+
+    fn add_products(&self, _: &Motion<'_, R>, _: &[DVec3], _: &mut Products<'_>) {}
+}

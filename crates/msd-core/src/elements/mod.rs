@@ -1,0 +1,270 @@
+//! Elements: what pulls at particles.
+//!
+//! Springs are an element, and so are the fields, grabs and pushes; a caller may add others of their
+//! own. An element adds its forces at a motion and says what power it takes away, knows its energy,
+//! and multiplies a direction by its stiffness and its damping, which is what the implicit methods
+//! and the prediction of the stable step need. A new one is one file with this trait.
+
+pub mod fields;
+pub mod grabs;
+pub mod springs;
+
+use crate::number::{Real, Vector};
+use crate::system::columns::{self, Aligned, LANES, RECORD};
+use crate::system::slots::Slots;
+use alloc::sync::Arc;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::fmt::Debug;
+use glam::DVec3;
+
+/// Something that pulls at particles.
+///
+/// ```
+/// use msd_core::elements::{Element, Motion, Vectors};
+/// use msd_core::{Real, Vector};
+///
+/// /// A spring of 3 N/m from the origin to each particle.
+/// #[derive(Debug)]
+/// struct Bowl;
+///
+/// impl<R: Real> Element<R> for Bowl {
+///     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+///         for particle in 0..motion.particle_count() {
+///             forces.add(particle, motion.position(particle) * R::of(-3.0));
+///         }
+///         0.0
+///     }
+///     fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+///         let squares = motion.positions().map(|x| x.to_f64().length_squared());
+///         squares.map(|square| 1.5 * square).sum()
+///     }
+/// }
+/// ```
+pub trait Element<R: Real>: Debug + Send + Sync {
+    /// Adds forces at a motion, newtons, and returns the power that they take away for good, watts.
+    ///
+    /// What [`Element::energy`] accounts for is not taken away. A force without an energy takes away
+    /// −f·v; less than nothing where it drives. The same motion must give the same bits.
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64;
+
+    /// The energy stored at a motion, joules. Default 0.
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        let _ = motion;
+        0.0
+    }
+
+    /// Adds the products of stiffness, −∂f/∂x, and damping, −∂f/∂v, with a direction, one vector for
+    /// each particle in the order of the scene. Default: by differences of the forces, which costs
+    /// four evaluations.
+    fn add_products(
+        &self,
+        motion: &Motion<'_, R>,
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        add_differences(self, motion, direction, products);
+    }
+
+    /// Adds the diagonal blocks of stiffness and damping. Default: none. They steer the solves of the
+    /// implicit methods and where a prediction looks first, and change no result beyond that.
+    fn add_blocks(&self, motion: &Motion<'_, R>, blocks: &mut Blocks<'_>) {
+        let _ = (motion, blocks);
+    }
+}
+
+/// Positions and velocities at which forces are wanted, and the time.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion<'a, R> {
+    pub(crate) slots: &'a Slots,
+    pub(crate) positions: &'a [R],
+    pub(crate) velocities: &'a [R],
+    pub(crate) time: f64,
+}
+
+impl<'a, R: Real> Motion<'a, R> {
+    /// The number of particles.
+    pub fn particle_count(&self) -> usize {
+        self.slots.particle_count()
+    }
+
+    /// Simulated time, seconds.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// The position of a particle, metres.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    #[inline]
+    pub fn position(&self, particle: usize) -> R::Vec3 {
+        columns::vector(self.positions, self.slots.at(particle))
+    }
+
+    /// The velocity of a particle, metres per second.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    #[inline]
+    pub fn velocity(&self, particle: usize) -> R::Vec3 {
+        columns::vector(self.velocities, self.slots.at(particle))
+    }
+
+    /// The positions of all particles in the order of the scene, metres.
+    pub fn positions(&self) -> impl Iterator<Item = R::Vec3> + 'a {
+        let positions = self.positions;
+        self.slots.places().map(move |at| columns::vector(positions, at))
+    }
+
+    /// The velocities of all particles in the order of the scene, metres per second.
+    pub fn velocities(&self) -> impl Iterator<Item = R::Vec3> + 'a {
+        let velocities = self.velocities;
+        self.slots.places().map(move |at| columns::vector(velocities, at))
+    }
+}
+
+/// A vector for each particle, to be changed.
+#[derive(Debug)]
+pub struct Vectors<'a, R> {
+    pub(crate) slots: &'a Slots,
+    pub(crate) numbers: &'a mut [R],
+}
+
+impl<R: Real> Vectors<'_, R> {
+    /// The vector of a particle.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    #[inline]
+    pub fn get(&self, particle: usize) -> R::Vec3 {
+        columns::vector(self.numbers, self.slots.at(particle))
+    }
+
+    /// Adds to the vector of a particle.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    #[inline]
+    pub fn add(&mut self, particle: usize, vector: R::Vec3) {
+        let at = self.slots.at(particle);
+        let sum = columns::vector::<R>(self.numbers, at) + vector;
+        columns::set_vector(self.numbers, at, sum);
+    }
+}
+
+/// What stiffness and damping make of a direction: a vector for each particle, in scene order.
+#[derive(Debug)]
+pub struct Products<'a> {
+    /// Products with the stiffness.
+    pub stiffness: &'a mut [DVec3],
+    /// Products with the damping.
+    pub damping: &'a mut [DVec3],
+}
+
+impl Products<'_> {
+    /// Adds products with stiffness and damping for one particle.
+    pub fn add(&mut self, particle: usize, [stiffness, damping]: [DVec3; 2]) {
+        self.stiffness[particle] += stiffness;
+        self.damping[particle] += damping;
+    }
+
+    /// Adds products that the second of two particles feels and the first feels reversed.
+    pub fn add_between(&mut self, [a, b]: [usize; 2], [stiffness, damping]: [DVec3; 2]) {
+        self.add(a, [-stiffness, -damping]);
+        self.add(b, [stiffness, damping]);
+    }
+}
+
+/// A symmetric matrix by its numbers xx, xy, xz, yy, yz and zz.
+pub type Block = [f64; 6];
+
+/// The diagonal blocks of stiffness and damping, one for each particle, in scene order.
+#[derive(Debug)]
+pub struct Blocks<'a> {
+    /// Stiffness, newtons per metre.
+    pub stiffness: &'a mut [Block],
+    /// Damping, newton seconds per metre.
+    pub damping: &'a mut [Block],
+}
+
+/// Adds products found by central differences of the forces.
+fn add_differences<R: Real, E: Element<R> + ?Sized>(
+    element: &E,
+    motion: &Motion<'_, R>,
+    direction: &[DVec3],
+    products: &mut Products<'_>,
+) {
+    let longest = direction.iter().map(|d| d.abs().max_element()).fold(0.0, f64::max);
+    if longest == 0.0 {
+        return;
+    }
+    let size = |column: &[R]| column.iter().map(|x| x.abs().to_f64()).fold(1e-3, f64::max);
+    // The error of a central difference, ε/δ + δ², is least about the cube root of ε.
+    let epsilon = if R::EPSILON.to_f64() < 1e-10 { 1e-5 } else { 4e-3 };
+    let mut changed = motion.positions.to_vec();
+    let mut difference = |column: &[R], is_position: bool, to: &mut [DVec3]| {
+        let reach = epsilon * size(column) / longest;
+        let mut sides = [1.0, -1.0].map(|side| {
+            changed.copy_from_slice(column);
+            for (at, d) in motion.slots.places().zip(direction) {
+                let x: R::Vec3 = columns::vector(column, at);
+                columns::set_vector(&mut changed, at, x + R::Vec3::of(*d * (side * reach)));
+            }
+            let motion = if is_position {
+                Motion { positions: &changed, ..*motion }
+            } else {
+                Motion { velocities: &changed, ..*motion }
+            };
+            let mut forces = vec![R::ZERO; column.len()];
+            let mut sums = Vectors { slots: motion.slots, numbers: &mut forces };
+            element.add_forces(&motion, &mut sums);
+            forces
+        });
+        let [ahead, back] = &mut sides;
+        for (at, to) in motion.slots.places().zip(to) {
+            let apart = columns::vector::<R>(ahead, at).to_f64() - columns::vector::<R>(back, at).to_f64();
+            *to -= apart / (2.0 * reach);
+        }
+    };
+    difference(motion.positions, true, products.stiffness);
+    difference(motion.velocities, false, products.damping);
+}
+
+/// An element of a caller's own, for either precision.
+#[derive(Clone, Debug)]
+pub struct Own {
+    single: Arc<dyn Element<f32>>,
+    double: Arc<dyn Element<f64>>,
+}
+
+impl Own {
+    /// Shares an element.
+    pub fn new<E: Element<f32> + Element<f64> + 'static>(element: Arc<E>) -> Self {
+        Own { single: element.clone(), double: element }
+    }
+
+    /// The element for one precision.
+    pub(crate) fn of<R: Real>(&self) -> &dyn Element<R> {
+        R::choose_element((&*self.single, &*self.double))
+    }
+}
+
+/// A column of vectors with a zero for every particle.
+pub(crate) fn column<R: Real>(slots: &Slots, place: usize) -> Aligned<R> {
+    Aligned::new(slots.record_count() * RECORD, place)
+}
+
+/// Overwrites a column of vectors with those of particles in scene order.
+pub(crate) fn spread<R: Real>(slots: &Slots, vectors: &[R::Vec3], column: &mut [R]) {
+    for (at, &vector) in slots.places().zip(vectors) {
+        columns::set_vector(column, at, vector);
+    }
+}
+
+/// The vectors of a column in scene order.
+pub(crate) fn collected<R: Real>(slots: &Slots, column: &[R]) -> Vec<R::Vec3> {
+    slots.places().map(|at| columns::vector(column, at)).collect()
+}
+
+const _: () = assert!(LANES == 16, "a mask of springs has sixteen bits");

@@ -1,0 +1,88 @@
+//! The law of a spring and a damper in parallel: its force, its energy and its derivative.
+
+use crate::number::{Real, Vector};
+use glam::DVec3;
+
+/// Rest length, metres, stiffness, newtons per metre, and damping, newton seconds per metre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Law<R> {
+    /// Length without force, metres.
+    pub rest: R,
+    /// Stiffness k, newtons per metre.
+    pub stiffness: R,
+    /// Damping b along the spring, newton seconds per metre.
+    pub damping: R,
+}
+
+/// The force on the end `there` of a spring, newtons, and the power that its damper takes away,
+/// watts; the end `here` feels the opposite.
+///
+/// With d from there to here, L = |d|, u = d/L and v the velocity of here as seen from there:
+/// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.
+/// Each argument is a position and a velocity. The fast twin is [`super::sweep`].
+#[inline(always)]
+pub fn pull<R: Real>(
+    here: [R::Vec3; 2],
+    there: [R::Vec3; 2],
+    law: Law<R>,
+) -> Option<(R::Vec3, R)> {
+    let (d, u) = (here[0] - there[0], here[1] - there[1]);
+    let square = d.dot(d);
+    // Written so that a NaN pulls nothing, as in the twin.
+    let has_direction = R::SHORTEST_SQUARED <= square;
+    if !has_direction {
+        return None;
+    }
+    let length = square.sqrt();
+    let inverse = R::ONE / length;
+    let along = d.dot(u);
+    let drag = (along * law.damping) * (inverse * inverse);
+    let scale = (length - law.rest) * law.stiffness * inverse + drag;
+    Some((d * scale, along * drag))
+}
+
+/// The elastic energy of a spring of some length, joules: k (length − rest)² / 2.
+pub fn energy(length: f64, law: Law<f64>) -> f64 {
+    let stretch = length - law.rest;
+    0.5 * law.stiffness * stretch * stretch
+}
+
+/// The derivative of the force of a spring about a motion.
+///
+/// A small displacement w of here as seen from there changes the force by
+/// k u (u·w) + (T/L) (w − u (u·w)), T = k (L − rest) being the tension of the spring: stretched, it
+/// also resists a sideways motion, as a string does. A small velocity changes it by b u (u·w). How a
+/// damper turns with its spring is left out: that part is not symmetric.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tangent {
+    /// Unit vector of the spring; zero where it has no direction.
+    pub direction: DVec3,
+    /// Stiffness along the spring, newtons per metre.
+    pub along: f64,
+    /// Stiffness across it, newtons per metre; negative where it pushes.
+    pub across: f64,
+    /// Damping along it, newton seconds per metre.
+    pub damping: f64,
+}
+
+impl Tangent {
+    /// The derivative about the vector `across` from one end to the other, metres.
+    pub fn new(apart: DVec3, law: Law<f64>) -> Self {
+        let length = Real::sqrt(apart.dot(apart));
+        if length == 0.0 {
+            return Tangent::default();
+        }
+        Tangent {
+            direction: apart / length,
+            along: law.stiffness,
+            across: law.stiffness * (1.0 - law.rest / length),
+            damping: law.damping,
+        }
+    }
+
+    /// What the stiffness and the damping make of a relative motion.
+    pub fn products(&self, relative: DVec3) -> [DVec3; 2] {
+        let along = self.direction * self.direction.dot(relative);
+        [along * self.along + (relative - along) * self.across, along * self.damping]
+    }
+}

@@ -1,0 +1,394 @@
+//! What springs add to the matrix of an implicit method, in the order of the layout.
+//!
+//! For a stage of length τ the matrix is A = M − τ ∂f/∂v − τ² ∂f/∂x. It is never written down: it is
+//! a direction and two weights for each spring of a row, in sixteens as everything else of a row.
+
+use super::gather::gather;
+use super::layout::{Band, Layout, POINT, Row};
+use super::sweep::{Pack, load, motion, store, values, zip};
+use super::{Springs, set_points};
+use crate::elements::Motion;
+use crate::number::{Real, Vector, at_level};
+use crate::system::columns::{Aligned, LANES, RECORD, set_vector, vector};
+use crate::system::slots::Slots;
+use alloc::vec::Vec;
+use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask};
+
+/// A stage of an implicit method: the motion about which its matrix is taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stage<'a, R> {
+    pub(crate) level: Level,
+    pub(crate) motion: Motion<'a, R>,
+    /// Length, seconds.
+    pub(crate) tau: R,
+}
+
+/// What springs add to the matrix, kilograms.
+///
+/// A spring at length L and tension t = k (L − rest) + b u·(v_b − v_a) adds, between its ends,
+/// (τ² k + τ b) u uᵀ + τ² max(0, t / L) (1 − u uᵀ): the exact derivative but for two things.
+///
+/// - A spring that pushes is unstable sideways, t < 0, and would make A indefinite; there it adds
+///   nothing (Choi and Ko, 2002).
+/// - The force of a damper also turns with the spring by b u (w − u (u·w))ᵀ / L, which is not
+///   symmetric and is left out.
+///
+/// Only the matrix is approximate, never the force: what is left out changes a velocity by a term
+/// of third order in τ, and Newton iterations remove it.
+#[derive(Clone, Debug)]
+pub(crate) struct SpringMatrix<R: Real> {
+    /// [`WEIGHTS`] sixteens for each row: direction x, y and z, weight along and weight across.
+    rows: Aligned<R>,
+    /// The same of each extra.
+    extras: Vec<Weights<R>>,
+    /// Sums at the ends of segments, kept until their turn in their own lane.
+    ahead: [Aligned<R>; 2],
+    points: Aligned<R>,
+}
+
+/// Sixteens for each row.
+const WEIGHTS: usize = 5;
+
+/// What one spring makes of a relative motion d: `across` d + `along` u (u·d).
+#[derive(Clone, Copy, Debug)]
+struct Weights<R: Real> {
+    direction: R::Vec3,
+    /// Weight along the spring beyond that in every direction, kilograms.
+    along: R,
+    /// Weight in every direction, kilograms.
+    across: R,
+}
+
+impl<R: Real> SpringMatrix<R> {
+    pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
+        let (layout, records) = (&springs.layout, slots.record_count());
+        let points = if layout.others.is_empty() { 0 } else { records * LANES * POINT };
+        let ahead = |place| Aligned::new((layout.halo() + 2) * RECORD, place);
+        SpringMatrix {
+            rows: Aligned::new(layout.rows.len() * WEIGHTS * LANES, 21),
+            extras: Vec::with_capacity(layout.extras.len()),
+            ahead: [ahead(22), ahead(23)],
+            points: Aligned::new(points, 24),
+        }
+    }
+
+    /// Overwrites the weights with those about a stage, and adds to the diagonal blocks of all
+    /// particles: to their numbers xx, xy and xz in one column, to yy, yz and zz in another.
+    pub(crate) fn linearise(
+        &mut self,
+        springs: &Springs<R>,
+        stage: &Stage<'_, R>,
+        blocks: [&mut [R]; 2],
+    ) {
+        let Springs { layout, values, .. } = springs;
+        let Stage { level, tau, motion: Motion { positions, velocities, .. } } = *stage;
+        if !layout.others.is_empty() {
+            at_level!(level, _simd => set_points(positions, velocities, &mut self.points));
+        }
+        let SpringMatrix { rows, extras, ahead, points } = self;
+        let [upper, lower] = blocks;
+        let mut sweep = Linearise { positions, velocities, points, table: values, tau, rows };
+        let [ahead_upper, ahead_lower] = ahead;
+        let mut sums = Sums { columns: [upper, lower], ahead: [ahead_upper, ahead_lower] };
+        at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
+        extras.clear();
+        let Sums { columns: [upper, lower], .. } = sums;
+        for extra in &layout.extras {
+            let ends = extra.at.map(|at| at as usize);
+            let motion = |at| [vector::<R>(positions, at), vector::<R>(velocities, at)];
+            let weights = Weights::new(ends.map(motion), springs.law(extra.spring as usize), tau);
+            for at in ends {
+                let [a, b] = weights.block();
+                set_vector(upper, at, vector::<R>(upper, at) + a);
+                set_vector(lower, at, vector::<R>(lower, at) + b);
+            }
+            extras.push(weights);
+        }
+    }
+
+    /// Adds the product with a direction.
+    pub(crate) fn add_products(
+        &mut self,
+        level: Level,
+        springs: &Springs<R>,
+        direction: &[R],
+        products: &mut [R],
+    ) {
+        let layout = &springs.layout;
+        if !layout.others.is_empty() {
+            at_level!(level, _simd => set_points(direction, direction, &mut self.points));
+        }
+        let SpringMatrix { rows, extras, ahead: [ahead, _], points } = self;
+        let mut sweep = Multiply { direction, points, rows };
+        let mut sums = Sums { columns: [products], ahead: [ahead] };
+        at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
+        let [products] = sums.columns;
+        for (extra, weights) in layout.extras.iter().zip(extras) {
+            let [here, there] = extra.at.map(|at| at as usize);
+            let d = vector::<R>(direction, here) - vector::<R>(direction, there);
+            let along = weights.along * weights.direction.dot(d);
+            let product = d * weights.across + weights.direction * along;
+            set_vector(products, here, vector::<R>(products, here) + product);
+            set_vector(products, there, vector::<R>(products, there) - product);
+        }
+    }
+}
+
+impl<R: Real> Weights<R> {
+    /// The weights between two ends, each a position and a velocity.
+    fn new([here, there]: [[R::Vec3; 2]; 2], law: super::law::Law<R>, tau: R) -> Self {
+        let (d, v) = (here[0] - there[0], here[1] - there[1]);
+        let square = d.dot(d);
+        let has_direction = R::SHORTEST_SQUARED <= square;
+        if !has_direction {
+            // Without direction, without force, as in the law.
+            return Weights { direction: R::Vec3::ZERO, along: R::ZERO, across: R::ZERO };
+        }
+        let length = square.sqrt();
+        let inverse = R::ONE / length;
+        let direction = d * inverse;
+        let tension = law.stiffness * (length - law.rest) + law.damping * direction.dot(v);
+        let across = tau * tau * (tension * inverse).max(R::ZERO);
+        let along = tau * (tau * law.stiffness + law.damping) - across;
+        Weights { direction, along, across }
+    }
+
+    /// What it adds to the block of either end: xx, xy and xz, and yy, yz and zz.
+    fn block(&self) -> [R::Vec3; 2] {
+        let [x, y, z] = self.direction.components();
+        let w = self.along;
+        let upper = [w * x * x + self.across, w * x * y, w * x * z];
+        let lower = [w * y * y + self.across, w * y * z, w * z * z + self.across];
+        [upper, lower].map(R::Vec3::from_components)
+    }
+}
+
+/// A sweep over rows that adds N vectors to both ends of each spring.
+trait Sweep<S: Simd, R: Real, const N: usize> {
+    /// What it reads of some particles.
+    type End: Copy;
+    /// Whether the end `there` feels the opposite of what `here` does.
+    const OPPOSITE: bool;
+    /// Reads from a record.
+    fn end(&self, simd: S, at: usize, part: usize) -> Self::End;
+    /// Reads particles that are named one by one.
+    fn named(&self, simd: S, others: &[u32; LANES], part: usize) -> Self::End;
+    /// What is added to the ends `here`; `place` is the number of the row and the lane in it.
+    fn add(
+        &mut self,
+        simd: S,
+        row: &Row,
+        place: (usize, usize),
+        ends: [Self::End; 2],
+    ) -> [[Pack<S, R>; 3]; N];
+}
+
+/// What a sweep adds to.
+struct Sums<'a, R, const N: usize> {
+    columns: [&'a mut [R]; N],
+    ahead: [&'a mut [R]; N],
+}
+
+#[inline(always)]
+fn walk<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
+    simd: S,
+    layout: &Layout,
+    sweep: &mut W,
+    sums: &mut Sums<'_, R, N>,
+) {
+    for band in layout.bands.iter().filter(|band| !band.rows.is_empty()) {
+        match band.halo {
+            Some(halo) => walk_segments(simd, (layout, band, halo), sweep, sums),
+            None => walk_gathers(simd, (layout, band), sweep, sums),
+        }
+    }
+}
+
+/// Walks along springs between records, each of which is met once.
+#[inline(always)]
+fn walk_segments<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
+    simd: S,
+    (layout, band, halo): (&Layout, &Band, usize),
+    sweep: &mut W,
+    Sums { columns, ahead }: &mut Sums<'_, R, N>,
+) {
+    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let (first, rows) = (band.numbers.start, &layout.rows[band.rows.clone()]);
+    let mut next = 0;
+    for (number, step) in layout.steps[band.steps.clone()].iter().enumerate() {
+        let (at, carry) = (first + step.at as usize, step.carry as usize);
+        let start = next;
+        next += step.rows as usize;
+        for part in (0..LANES).step_by(lanes) {
+            let here = sweep.end(simd, at, part);
+            let mut sums = [[<Pack<S, R>>::splat(simd, R::ZERO); 3]; N];
+            for (sum, ahead) in sums.iter_mut().zip(&*ahead) {
+                *sum = load(simd, &ahead[carry..], part);
+            }
+            for (row, number) in rows[start..next].iter().zip(band.rows.start + start..) {
+                let other = first + row.other as usize;
+                let there = sweep.end(simd, other, part);
+                let adds = sweep.add(simd, row, (number, part), [here, there]);
+                for ((sum, column), add) in sums.iter_mut().zip(columns.iter_mut()).zip(adds) {
+                    let far: [Pack<S, R>; 3] = load(simd, &column[other..], part);
+                    let far = zip(far, add, |f, a| if W::OPPOSITE { f - a } else { f + a });
+                    store(far, &mut column[other..], part);
+                    *sum = zip(*sum, add, |s, a| s + a);
+                }
+            }
+            if number < halo {
+                for (sum, ahead) in sums.into_iter().zip(ahead.iter_mut()) {
+                    store(sum, &mut ahead[(1 + number) * RECORD..], part);
+                }
+            } else {
+                add_to(simd, (columns, at, part), sums);
+            }
+        }
+    }
+}
+
+/// Walks along springs whose other ends are named one by one, each met from both ends.
+#[inline(always)]
+fn walk_gathers<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
+    simd: S,
+    (layout, band): (&Layout, &Band),
+    sweep: &mut W,
+    Sums { columns, .. }: &mut Sums<'_, R, N>,
+) {
+    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let rows = &layout.rows[band.rows.clone()];
+    let mut next = 0;
+    for step in &layout.steps[band.steps.clone()] {
+        let at = band.numbers.start + step.at as usize;
+        let start = next;
+        next += step.rows as usize;
+        for part in (0..LANES).step_by(lanes) {
+            let here = sweep.end(simd, at, part);
+            let mut sums = [[<Pack<S, R>>::splat(simd, R::ZERO); 3]; N];
+            for (row, number) in rows[start..next].iter().zip(band.rows.start + start..) {
+                let there = sweep.named(simd, &layout.others[row.other as usize], part);
+                let adds = sweep.add(simd, row, (number, part), [here, there]);
+                for (sum, add) in sums.iter_mut().zip(adds) {
+                    *sum = zip(*sum, add, |s, a| s + a);
+                }
+            }
+            add_to(simd, (columns, at, part), sums);
+        }
+    }
+}
+
+#[inline(always)]
+fn add_to<S: Simd, R: Real, const N: usize>(
+    simd: S,
+    (columns, at, part): (&mut [&mut [R]; N], usize, usize),
+    sums: [[Pack<S, R>; 3]; N],
+) {
+    for (sum, column) in sums.into_iter().zip(columns) {
+        let own: [Pack<S, R>; 3] = load(simd, &column[at..], part);
+        store(zip(own, sum, |o, s| o + s), &mut column[at..], part);
+    }
+}
+
+/// Makes the weights of rows, and adds them to the blocks of both ends.
+struct Linearise<'a, R> {
+    positions: &'a [R],
+    velocities: &'a [R],
+    points: &'a [R],
+    /// The numbers of rows in sixteens.
+    table: &'a [R],
+    tau: R,
+    rows: &'a mut [R],
+}
+
+impl<S: Simd, R: Real> Sweep<S, R, 2> for Linearise<'_, R> {
+    type End = [[Pack<S, R>; 3]; 2];
+    const OPPOSITE: bool = false;
+
+    #[inline(always)]
+    fn end(&self, simd: S, at: usize, part: usize) -> Self::End {
+        motion::<S, R, true>(simd, self.positions, self.velocities, at, part)
+    }
+
+    #[inline(always)]
+    fn named(&self, simd: S, others: &[u32; LANES], part: usize) -> Self::End {
+        gather::<S, R, true>(simd, self.points, others, part)
+    }
+
+    #[inline(always)]
+    fn add(
+        &mut self,
+        simd: S,
+        row: &Row,
+        (number, part): (usize, usize),
+        [[x, v], [x_there, v_there]]: [Self::End; 2],
+    ) -> [[Pack<S, R>; 3]; 2] {
+        let splat = |value| <Pack<S, R>>::splat(simd, value);
+        let (zero, tau) = (splat(R::ZERO), splat(self.tau));
+        let [rest, stiffness, damping]: [Pack<S, R>; 3] = values(simd, self.table, row, part);
+        let (d, w) = (zip(x, x_there, |a, b| a - b), zip(v, v_there, |a, b| a - b));
+        let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        let length = square.sqrt();
+        let inverse = splat(R::ONE) / length;
+        let u = d.map(|d| d * inverse);
+        let rate = u[0] * w[0] + u[1] * w[1] + u[2] * w[2];
+        let tension = (stiffness * (length - rest) + damping * rate) * inverse;
+        let across = tau * tau * tension.simd_lt(zero).select(zero, tension);
+        let along = tau * (tau * stiffness + damping) - across;
+        let mask = u64::from(row.mask >> part);
+        let on = square.simd_ge(splat(R::SHORTEST_SQUARED))
+            & <Pack<S, R> as SimdBase<S>>::Mask::from_bitmask(simd, mask);
+        let [x, y, z] = u.map(|u| on.select(u, zero));
+        let (along, across) = (on.select(along, zero), on.select(across, zero));
+        let numbers = &mut self.rows[number * WEIGHTS * LANES..][..WEIGHTS * LANES];
+        let sixteens = numbers.as_chunks_mut::<LANES>().0;
+        let lanes = part..part + <Pack<S, R> as SimdBase<S>>::LEN;
+        for (sixteen, value) in sixteens.iter_mut().zip([x, y, z, along, across]) {
+            value.store_slice(&mut sixteen[lanes.clone()]);
+        }
+        let [wx, wy, wz] = [x * along, y * along, z * along];
+        [[wx * x + across, wx * y, wx * z], [wy * y + across, wy * z, wz * z + across]]
+    }
+}
+
+/// Multiplies a direction.
+struct Multiply<'a, R> {
+    direction: &'a [R],
+    points: &'a [R],
+    rows: &'a [R],
+}
+
+impl<S: Simd, R: Real> Sweep<S, R, 1> for Multiply<'_, R> {
+    type End = [Pack<S, R>; 3];
+    const OPPOSITE: bool = true;
+
+    #[inline(always)]
+    fn end(&self, simd: S, at: usize, part: usize) -> Self::End {
+        load(simd, &self.direction[at..], part)
+    }
+
+    #[inline(always)]
+    fn named(&self, simd: S, others: &[u32; LANES], part: usize) -> Self::End {
+        let [direction, _] = gather::<S, R, false>(simd, self.points, others, part);
+        direction
+    }
+
+    /// Where there is no spring, its weights are zero.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        simd: S,
+        _: &Row,
+        (number, part): (usize, usize),
+        [here, there]: [Self::End; 2],
+    ) -> [[Pack<S, R>; 3]; 1] {
+        let numbers = &self.rows[number * WEIGHTS * LANES..][..WEIGHTS * LANES];
+        let u: [Pack<S, R>; 3] = load(simd, numbers, part);
+        let weights = &numbers[RECORD + part..];
+        let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+        let along = <Pack<S, R>>::from_slice(simd, &weights[..lanes]);
+        let across = <Pack<S, R>>::from_slice(simd, &weights[LANES..LANES + lanes]);
+        let d = zip(here, there, |a, b| a - b);
+        let along = along * (u[0] * d[0] + u[1] * d[1] + u[2] * d[2]);
+        [zip(d, u, |d, u| d * across + u * along)]
+    }
+}

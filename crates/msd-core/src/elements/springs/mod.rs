@@ -1,0 +1,445 @@
+//! Springs with dampers, nearly all of the work of a step.
+//!
+//! [`law`] is what a spring does; [`plain`] sums it over all springs in one loop, and is the oracle of
+//! [`sweep`], which takes sixteen at a time in the order that [`layout`] has found.
+
+pub(crate) mod gather;
+pub mod law;
+pub(crate) mod layout;
+pub(crate) mod matrix;
+#[doc(hidden)]
+pub mod plain;
+mod sweep;
+
+use crate::elements::{Element, Motion, Products, Vectors};
+use crate::number::{Real, Vector, at_level};
+use crate::scene::Spring;
+use crate::system::columns::{Aligned, LANES, RECORD, set_vector, vector};
+use crate::system::slots::Slots;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::Range;
+use fearless_simd::Level;
+use gather::GATHERED;
+use glam::DVec3;
+use law::{Law, Tangent};
+use layout::{Extra, Layout, NOWHERE, POINT};
+use sweep::{Input, Sums, add_springs};
+
+/// A value per spring, stored once if all springs share it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Values<R> {
+    /// One value for every spring.
+    Same(R),
+    /// A value for each spring.
+    Each(Vec<R>),
+}
+
+impl<R: Real> Values<R> {
+    #[inline]
+    pub(crate) fn get(&self, spring: usize) -> R {
+        match self {
+            Values::Same(value) => *value,
+            Values::Each(values) => values[spring],
+        }
+    }
+
+    pub(crate) fn is_zero(&self) -> bool {
+        *self == Values::Same(R::ZERO)
+    }
+
+    fn collect(values: impl ExactSizeIterator<Item = R> + Clone) -> Self {
+        let first = values.clone().next().unwrap_or(R::ZERO);
+        if values.clone().all(|value| value == first) {
+            Values::Same(first)
+        } else {
+            Values::Each(values.collect())
+        }
+    }
+
+    /// Sets the values of a range of springs out of `count`; a column has one form only.
+    fn set(&mut self, range: Range<usize>, count: usize, value: R) {
+        let mut values: Vec<R> = (0..count).map(|spring| self.get(spring)).collect();
+        values[range].fill(value);
+        *self = Values::collect(values.iter().copied());
+    }
+
+    fn convert<S: Real>(&self, count: usize) -> Values<S> {
+        match self {
+            Values::Same(value) => Values::Same(S::of(value.to_f64())),
+            Values::Each(_) => {
+                let values: Vec<S> = (0..count).map(|row| S::of(self.get(row).to_f64())).collect();
+                Values::collect(values.iter().copied())
+            }
+        }
+    }
+}
+
+/// The springs of a model.
+///
+/// A spring keeps its number for good: one that is cut stays in the columns, out of all rows.
+#[derive(Clone, Debug)]
+pub struct Springs<R: Real> {
+    ends: Vec<[u32; 2]>,
+    rest_lengths: Vec<R>,
+    stiffnesses: Values<R>,
+    dampings: Values<R>,
+    /// Which springs are cut; empty where none is.
+    cut: Vec<bool>,
+    layout: Layout,
+    /// The numbers of rows, in sixteens, those that are alike once.
+    values: Aligned<R>,
+}
+
+/// What an evaluation of forces forgets.
+#[derive(Clone, Debug)]
+pub(crate) struct SpringWork<R: Real> {
+    /// Power that elements of the caller's own took away at the last evaluation, watts.
+    pub(crate) own_power: f64,
+    power: Aligned<R>,
+    ahead: Aligned<R>,
+    burnt: Aligned<R>,
+    points: Aligned<R>,
+    gathered: Aligned<R>,
+}
+
+impl<R: Real> SpringWork<R> {
+    pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
+        let (records, halo) = (slots.record_count(), springs.layout.halo());
+        let points = if springs.layout.others.is_empty() { 0 } else { records * LANES * POINT };
+        SpringWork {
+            own_power: 0.0,
+            power: Aligned::new(records * LANES, 5),
+            ahead: Aligned::new((halo + 2) * RECORD, 6),
+            burnt: Aligned::new((halo + 2) * LANES + LANES, 7),
+            points: Aligned::new(points, 8),
+            gathered: Aligned::new(springs.layout.most_gathered() * GATHERED, 10),
+        }
+    }
+}
+
+impl<R: Real> Springs<R> {
+    /// Orders springs for particles of so many; `bodies` are the particles of each body.
+    pub(crate) fn new(
+        count: usize,
+        rows: &[Spring],
+        bodies: &[Range<usize>],
+    ) -> (Slots, Springs<R>) {
+        let ends: Vec<[u32; 2]> = rows.iter().map(|s| s.ends.map(|end| end as u32)).collect();
+        let (slots, layout) = Layout::new(count, &ends, bodies);
+        let springs = rows.iter();
+        let mut springs = Springs {
+            ends,
+            rest_lengths: springs.clone().map(|s| R::of(s.rest_length)).collect(),
+            stiffnesses: Values::collect(springs.clone().map(|s| R::of(s.stiffness))),
+            dampings: Values::collect(springs.map(|s| R::of(s.damping))),
+            cut: Vec::new(),
+            layout,
+            values: Aligned::default(),
+        };
+        springs.renew();
+        (slots, springs)
+    }
+
+    /// Adds springs and orders all of them anew, as in [`Springs::new`].
+    pub(crate) fn add(
+        &mut self,
+        count: usize,
+        rows: &[Spring],
+        bodies: &[Range<usize>],
+    ) -> Slots {
+        let mut stiffnesses: Vec<R> = self.columns(|law| law.stiffness);
+        let mut dampings: Vec<R> = self.columns(|law| law.damping);
+        for spring in rows {
+            self.ends.push(spring.ends.map(|end| end as u32));
+            self.rest_lengths.push(R::of(spring.rest_length));
+            stiffnesses.push(R::of(spring.stiffness));
+            dampings.push(R::of(spring.damping));
+        }
+        self.stiffnesses = Values::collect(stiffnesses.iter().copied());
+        self.dampings = Values::collect(dampings.iter().copied());
+        let cut = core::mem::take(&mut self.cut);
+        let slots;
+        (slots, self.layout) = Layout::new(count, &self.ends, bodies);
+        for spring in (0..cut.len()).filter(|&spring| cut[spring]) {
+            self.cut(spring);
+        }
+        self.renew();
+        slots
+    }
+
+    fn columns(&self, value: impl Fn(Law<R>) -> R) -> Vec<R> {
+        (0..self.ends.len()).map(|spring| value(self.law(spring))).collect()
+    }
+
+    /// The two particles of each spring, cut or not.
+    pub fn ends(&self) -> &[[u32; 2]] {
+        &self.ends
+    }
+
+    /// Rest lengths, metres.
+    pub fn rest_lengths(&self) -> &[R] {
+        &self.rest_lengths
+    }
+
+    /// Rest length, stiffness and damping of a spring.
+    #[inline]
+    pub fn law(&self, spring: usize) -> Law<R> {
+        Law {
+            rest: self.rest_lengths[spring],
+            stiffness: self.stiffnesses.get(spring),
+            damping: self.dampings.get(spring),
+        }
+    }
+
+    /// Whether a spring is cut.
+    #[inline]
+    pub fn is_cut(&self, spring: usize) -> bool {
+        self.cut.get(spring).is_some_and(|&cut| cut)
+    }
+
+    /// Which springs are cut; empty where none is.
+    pub(crate) fn cut_flags(&self) -> &[bool] {
+        &self.cut
+    }
+
+    /// The springs that are there, with their numbers.
+    pub fn present(&self) -> impl Iterator<Item = (usize, [usize; 2])> + '_ {
+        let rows = self.ends.iter().enumerate();
+        rows.filter(|&(spring, _)| !self.is_cut(spring))
+            .map(|(spring, ends)| (spring, ends.map(|end| end as usize)))
+    }
+
+    /// The number of springs that are there.
+    pub fn count(&self) -> usize {
+        self.ends.len() - self.cut.iter().filter(|&&cut| cut).count()
+    }
+
+    /// Whether any spring has a damper.
+    pub fn is_damped(&self) -> bool {
+        !self.dampings.is_zero()
+    }
+
+    /// The springs that fit no row, in the order in which they are added.
+    #[doc(hidden)]
+    pub fn extras(&self) -> impl Iterator<Item = u32> + '_ {
+        self.layout.extras.iter().map(|extra| extra.spring)
+    }
+
+    /// Cuts a spring.
+    pub(crate) fn cut(&mut self, spring: usize) {
+        if self.cut.is_empty() {
+            self.cut = vec![false; self.ends.len()];
+        }
+        self.cut[spring] = true;
+        self.layout.cut(spring);
+    }
+
+    pub(crate) fn set_stiffness(&mut self, springs: Range<usize>, value: R) {
+        self.stiffnesses.set(springs, self.ends.len(), value);
+    }
+
+    pub(crate) fn set_damping(&mut self, springs: Range<usize>, value: R) {
+        self.dampings.set(springs, self.ends.len(), value);
+    }
+
+    pub(crate) fn rest_lengths_mut(&mut self, springs: Range<usize>) -> &mut [R] {
+        &mut self.rest_lengths[springs]
+    }
+
+    /// The same springs in another precision, each number rounded once.
+    pub(crate) fn convert<S: Real>(&self) -> Springs<S> {
+        let count = self.ends.len();
+        let mut springs = Springs {
+            ends: self.ends.clone(),
+            rest_lengths: self.rest_lengths.iter().map(|rest| S::of(rest.to_f64())).collect(),
+            stiffnesses: self.stiffnesses.convert(count),
+            dampings: self.dampings.convert(count),
+            cut: self.cut.clone(),
+            layout: self.layout.clone(),
+            values: Aligned::default(),
+        };
+        springs.renew();
+        springs
+    }
+
+    /// Takes over numbers of springs that have changed into the rows.
+    pub(crate) fn renew(&mut self) {
+        let mut table = Table::new(&self.layout);
+        let Springs { rest_lengths, stiffnesses, dampings, layout, .. } = self;
+        table.add(layout, 0, |spring| rest_lengths[spring]);
+        table.add(layout, 1, |spring| stiffnesses.get(spring));
+        table.add(layout, 2, |spring| dampings.get(spring));
+        let mut values = Aligned::new(table.values.len(), 9);
+        values.copy_from_slice(&table.values);
+        self.values = values;
+    }
+
+    /// Adds the pull of every spring, newtons, and returns the power that dampers take away, watts.
+    pub(crate) fn add_all(
+        &self,
+        level: Level,
+        motion: &Motion<'_, R>,
+        work: &mut SpringWork<R>,
+        forces: &mut [R],
+    ) -> f64 {
+        let Springs { layout, values, .. } = self;
+        let (positions, velocities) = (motion.positions, motion.velocities);
+        if !layout.others.is_empty() {
+            at_level!(level, _simd => set_points(positions, velocities, &mut work.points));
+        }
+        let SpringWork { power, ahead, burnt, points, gathered, .. } = work;
+        let input = Input { layout, values, positions, velocities, points };
+        let damped = self.is_damped();
+        for band in layout.bands.iter().filter(|band| !band.rows.is_empty()) {
+            let sums = Sums { forces, power, ahead, burnt, gathered };
+            if damped {
+                at_level!(level, simd => add_springs::<_, R, true>(simd, band, input, sums));
+            } else {
+                at_level!(level, simd => add_springs::<_, R, false>(simd, band, input, sums));
+            }
+        }
+        let mut taken = if damped { at_level!(level, _simd => sum(power)) } else { 0.0 };
+        for extra in &layout.extras {
+            taken += self.add_extra(extra, motion, forces);
+        }
+        taken
+    }
+
+    fn add_extra(&self, extra: &Extra, motion: &Motion<'_, R>, forces: &mut [R]) -> f64 {
+        let [here, there] = extra.at.map(|at| at as usize);
+        let at = |at| [vector(motion.positions, at), vector(motion.velocities, at)];
+        let law = self.law(extra.spring as usize);
+        let Some((pull, power)) = law::pull::<R>(at(here), at(there), law) else { return 0.0 };
+        set_vector(forces, here, vector::<R>(forces, here) - pull);
+        set_vector(forces, there, vector::<R>(forces, there) + pull);
+        power.to_f64()
+    }
+
+    /// The derivative of the force of a spring.
+    pub(crate) fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent {
+        let [a, b] = self.ends[spring].map(|end| motion.position(end as usize).to_f64());
+        let Law { rest, stiffness, damping } = self.law(spring);
+        let [rest, stiffness, damping] = [rest, stiffness, damping].map(Real::to_f64);
+        Tangent::new(b - a, Law { rest, stiffness, damping })
+    }
+}
+
+impl<R: Real> Element<R> for Springs<R> {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        let mut work = SpringWork::new(self, motion.slots);
+        self.add_all(crate::number::Instructions::best().level(), motion, &mut work, forces.numbers)
+    }
+
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        let energy = |(spring, ends): (usize, [usize; 2])| {
+            let [a, b] = ends.map(|end| motion.position(end).to_f64());
+            let Law { rest, stiffness, .. } = self.law(spring);
+            let (rest, stiffness) = (rest.to_f64(), stiffness.to_f64());
+            law::energy(Real::sqrt((b - a).dot(b - a)), Law { rest, stiffness, damping: 0.0 })
+        };
+        self.present().map(energy).sum()
+    }
+
+    fn add_products(
+        &self,
+        motion: &Motion<'_, R>,
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        for (spring, [a, b]) in self.present() {
+            let tangent = self.tangent(motion, spring);
+            products.add_between([a, b], tangent.products(direction[b] - direction[a]));
+        }
+    }
+}
+
+/// The numbers of rows in sixteens, those that are alike in all lanes once.
+struct Table<R> {
+    values: Vec<R>,
+    /// Numbers that are alike in all lanes, and where.
+    uniform: Vec<(R, u32)>,
+    rows: usize,
+}
+
+/// Numbers that are looked up before another sixteen of them are made.
+const MOST_UNIFORM: usize = 16;
+
+impl<R: Real> Table<R> {
+    fn new(layout: &Layout) -> Self {
+        Table { values: Vec::new(), uniform: Vec::new(), rows: layout.rows.len() }
+    }
+
+    /// Adds one number of every spring and says in each row where it is.
+    fn add(&mut self, layout: &mut Layout, column: usize, value: impl Fn(usize) -> R) {
+        let mut first: Vec<Option<R>> = vec![None; self.rows];
+        let mut alike = vec![true; self.rows];
+        for places in [&layout.places, &layout.second_places] {
+            for (spring, &place) in places.iter().enumerate().filter(|row| *row.1 != NOWHERE) {
+                let row = place as usize / LANES;
+                let value = value(spring);
+                let first = *first[row].get_or_insert(value);
+                // By their bits: minus zero is not zero.
+                alike[row] &= same(value, first);
+            }
+        }
+        for (row, first) in first.into_iter().enumerate() {
+            let first = first.unwrap_or(R::ZERO);
+            layout.rows[row].values[column] = self.place(first, alike[row]);
+        }
+        for places in [&layout.places, &layout.second_places] {
+            for (spring, &place) in places.iter().enumerate().filter(|row| *row.1 != NOWHERE) {
+                let (row, lane) = (place as usize / LANES, place as usize % LANES);
+                if !alike[row] {
+                    let sixteen = layout.rows[row].values[column] as usize;
+                    self.values[sixteen * LANES + lane] = value(spring);
+                }
+            }
+        }
+    }
+
+    /// The place of sixteen numbers, known ones if they are alike.
+    fn place(&mut self, first: R, alike: bool) -> u32 {
+        let known = self.uniform.iter().find(|&&(value, _)| same(value, first));
+        if let (true, Some(&(_, place))) = (alike, known) {
+            return place;
+        }
+        let place = (self.values.len() / LANES) as u32;
+        self.values.extend([first; LANES]);
+        if alike && self.uniform.len() < MOST_UNIFORM {
+            self.uniform.push((first, place));
+        }
+        place
+    }
+}
+
+fn same<R: Real>(a: R, b: R) -> bool {
+    a.to_le_bytes().into_iter().eq(b.to_le_bytes())
+}
+
+/// Copies a motion to points, particle by particle.
+#[inline(always)]
+fn set_points<R: Real>(positions: &[R], velocities: &[R], points: &mut [R]) {
+    let records = positions.as_chunks::<RECORD>().0.iter().zip(velocities.as_chunks::<RECORD>().0);
+    let points = points.as_chunks_mut::<POINT>().0.as_chunks_mut::<LANES>().0;
+    for ((x, v), points) in records.zip(points) {
+        for (lane, point) in points.iter_mut().enumerate() {
+            for axis in 0..3 {
+                point[axis] = x[axis * LANES + lane];
+                point[4 + axis] = v[axis * LANES + lane];
+            }
+        }
+    }
+}
+
+/// The sum of a column of numbers: one sum for each lane, then theirs.
+#[inline(always)]
+fn sum<R: Real>(column: &[R]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for record in column.as_chunks::<LANES>().0 {
+        for (sum, number) in sums.iter_mut().zip(record) {
+            *sum += number.to_f64();
+        }
+    }
+    sums.iter().sum()
+}

@@ -1,0 +1,236 @@
+//! The pull of many springs at once: the fast twin of [`super::law::pull`], equal to the bit.
+
+use super::gather::{GATHERED, gather_rows};
+use super::layout::{Band, Layout, POINT, Row};
+use crate::number::Real;
+use crate::system::columns::{LANES, RECORD};
+use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
+
+/// The register of sixteen or fewer numbers.
+pub(super) type Pack<S, R> = <R as fearless_simd::SimdFloatElement>::Native<S>;
+
+/// What a sweep reads: a motion, and the numbers of rows in sixteens.
+#[derive(Clone, Copy)]
+pub(crate) struct Input<'a, R> {
+    pub(crate) layout: &'a Layout,
+    /// Rest lengths, stiffnesses and dampings.
+    pub(crate) values: &'a [R],
+    pub(crate) positions: &'a [R],
+    pub(crate) velocities: &'a [R],
+    /// Positions and velocities by particle, [`POINT`] numbers each, where a block has no segments.
+    pub(crate) points: &'a [R],
+}
+
+/// What a sweep writes.
+pub(crate) struct Sums<'a, R> {
+    pub(crate) forces: &'a mut [R],
+    /// The power of the dampers of each particle's springs to higher numbers, watts.
+    pub(crate) power: &'a mut [R],
+    /// Forces and power at the ends of segments, kept until their turn in their own lane.
+    pub(crate) ahead: &'a mut [R],
+    pub(crate) burnt: &'a mut [R],
+    /// Motions at the other ends of the rows of a step, where a block has no segments.
+    pub(crate) gathered: &'a mut [R],
+}
+
+#[inline(always)]
+pub(super) fn load<S: Simd, V: SimdBase<S>>(simd: S, from: &[V::Element], part: usize) -> [V; 3] {
+    let record: &[V::Element; RECORD] = from.first_chunk().expect("a record");
+    let column = |c: usize| V::from_slice(simd, &record[c + part..c + part + V::LEN]);
+    [column(0), column(LANES), column(2 * LANES)]
+}
+
+#[inline(always)]
+pub(super) fn store<S: Simd, V: SimdBase<S>>(values: [V; 3], to: &mut [V::Element], part: usize) {
+    let record: &mut [V::Element; RECORD] = to.first_chunk_mut().expect("a record");
+    for (axis, value) in values.into_iter().enumerate() {
+        let at = axis * LANES + part;
+        value.store_slice(&mut record[at..at + V::LEN]);
+    }
+}
+
+#[inline(always)]
+pub(super) fn zip<A: Copy, B: Copy, C>(a: [A; 3], b: [B; 3], f: impl Fn(A, B) -> C) -> [C; 3] {
+    [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
+}
+
+/// The numbers of a row: rest lengths, stiffnesses and dampings.
+#[inline(always)]
+pub(super) fn values<S: Simd, V: SimdBase<S>>(
+    simd: S,
+    table: &[V::Element],
+    row: &Row,
+    part: usize,
+) -> [V; 3] {
+    let at = |place: u32| {
+        let from = place as usize * LANES + part;
+        V::from_slice(simd, &table[from..from + V::LEN])
+    };
+    let [rest, stiffness, damping] = row.values;
+    [at(rest), at(stiffness), at(damping)]
+}
+
+/// Adds the pull of every spring of a band that fits a row.
+#[inline(always)]
+pub(crate) fn add_springs<S: Simd, R: Real, const DAMPED: bool>(
+    simd: S,
+    band: &Band,
+    input: Input<'_, R>,
+    sums: Sums<'_, R>,
+) {
+    match band.halo {
+        Some(halo) => add_segments::<S, R, DAMPED>(simd, (band, halo), input, sums),
+        None => add_gathers::<S, R, DAMPED>(simd, band, input, sums),
+    }
+}
+
+/// Adds the springs between records, each evaluated once.
+#[inline(always)]
+fn add_segments<S: Simd, R: Real, const DAMPED: bool>(
+    simd: S,
+    (band, halo): (&Band, usize),
+    input: Input<'_, R>,
+    Sums { forces, power, ahead, burnt, .. }: Sums<'_, R>,
+) {
+    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let Input { layout, values: table, .. } = input;
+    let (x, v) = (&input.positions[band.numbers.clone()], &input.velocities[band.numbers.clone()]);
+    let f = &mut forces[band.numbers.clone()];
+    let power = &mut power[band.numbers.start / 3..band.numbers.end / 3];
+    let rows = &layout.rows[band.rows.clone()];
+    let mut next = 0;
+    for (number, step) in layout.steps[band.steps.clone()].iter().enumerate() {
+        let (at, carry) = (step.at as usize, step.carry as usize);
+        let start = next;
+        next += step.rows as usize;
+        for part in (0..LANES).step_by(lanes) {
+            let here: [[Pack<S, R>; 3]; 2] = motion::<S, R, DAMPED>(simd, x, v, at, part);
+            let mut sum: [Pack<S, R>; 3] = load(simd, &ahead[carry..], part);
+            let from = carry / 3 + carry % 3 + part;
+            let mut heat = <Pack<S, R>>::from_slice(simd, &burnt[from..from + lanes]);
+            for row in &rows[start..next] {
+                let other = row.other as usize;
+                let there = motion::<S, R, DAMPED>(simd, x, v, other, part);
+                let law = values(simd, table, row, part);
+                let mask = u64::from(row.mask >> part);
+                let (pull, burns) = pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, mask);
+                let far: [Pack<S, R>; 3] = load(simd, &f[other..], part);
+                store(zip(pull, far, |p, f| p + f), &mut f[other..], part);
+                sum = zip(sum, pull, |s, p| s - p);
+                if DAMPED {
+                    heat += burns;
+                }
+            }
+            if number < halo {
+                store(sum, &mut ahead[(1 + number) * RECORD..], part);
+                let to = (1 + number) * LANES + part;
+                heat.store_slice(&mut burnt[to..to + lanes]);
+            } else {
+                let own: [Pack<S, R>; 3] = load(simd, &f[at..], part);
+                store(zip(own, sum, |f, s| f + s), &mut f[at..], part);
+                if DAMPED {
+                    heat.store_slice(&mut power[at / 3 + part..at / 3 + part + lanes]);
+                }
+            }
+        }
+    }
+}
+
+/// Adds the springs whose other ends are named one by one, each evaluated from both ends.
+#[inline(always)]
+fn add_gathers<S: Simd, R: Real, const DAMPED: bool>(
+    simd: S,
+    band: &Band,
+    input: Input<'_, R>,
+    Sums { forces, power, gathered, .. }: Sums<'_, R>,
+) {
+    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let Input { layout, values: table, points, .. } = input;
+    let (x, v) = (&input.positions[band.numbers.clone()], &input.velocities[band.numbers.clone()]);
+    let f = &mut forces[band.numbers.clone()];
+    let power = &mut power[band.numbers.start / 3..band.numbers.end / 3];
+    let rows = &layout.rows[band.rows.clone()];
+    let mut next = 0;
+    for step in &layout.steps[band.steps.clone()] {
+        let at = step.at as usize;
+        let start = next;
+        next += step.rows as usize;
+        if let [first, ..] = rows[start..next] {
+            let others = first.other as usize..first.other as usize + next - start;
+            gather_rows(simd.level(), points, &layout.others, others, gathered);
+        }
+        for part in (0..LANES).step_by(lanes) {
+            let zero = <Pack<S, R>>::splat(simd, R::ZERO);
+            let here: [[Pack<S, R>; 3]; 2] = motion::<S, R, DAMPED>(simd, x, v, at, part);
+            let mut lower: [Pack<S, R>; 3] = load(simd, &f[at..], part);
+            let (mut higher, mut heat) = ([zero; 3], zero);
+            for (row, there) in rows[start..next].iter().zip(gathered.as_chunks::<GATHERED>().0) {
+                let (x, v) = there.split_at(RECORD);
+                let there = motion::<S, R, DAMPED>(simd, x, v, 0, part);
+                let law = values(simd, table, row, part);
+                let mask = u64::from(row.mask >> part);
+                let (pull, burns) = pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, mask);
+                let is_higher = <Pack<S, R> as SimdBase<S>>::Mask::from_bitmask(
+                    simd,
+                    u64::from(row.higher >> part),
+                );
+                lower = zip(lower, pull, |sum, p| sum - is_higher.select(zero, p));
+                higher = zip(higher, pull, |sum, p| sum - is_higher.select(p, zero));
+                if DAMPED {
+                    heat += is_higher.select(burns, zero);
+                }
+            }
+            store(zip(lower, higher, |a, b| a + b), &mut f[at..], part);
+            if DAMPED {
+                heat.store_slice(&mut power[at / 3 + part..at / 3 + part + lanes]);
+            }
+        }
+    }
+}
+
+/// Positions and velocities of some particles of a record.
+#[inline(always)]
+pub(super) fn motion<S: Simd, R: Real, const DAMPED: bool>(
+    simd: S,
+    x: &[R],
+    v: &[R],
+    at: usize,
+    part: usize,
+) -> [[Pack<S, R>; 3]; 2] {
+    let positions = load(simd, &x[at..], part);
+    [positions, if DAMPED { load(simd, &v[at..], part) } else { positions }]
+}
+
+/// The force on the ends `there` and the power of the dampers, of the springs in a mask.
+///
+/// A difference is taken from here to there, since a processor reads what it subtracts, not what it
+/// subtracts from, on the way. One select serves springs that are absent, cut or without direction: a
+/// product with zero would let a number that is not finite through.
+#[inline(always)]
+pub(crate) fn pull<S: Simd, V: SimdFloat<S, Element = R>, R: Real, const DAMPED: bool>(
+    simd: S,
+    [x, v]: [[V; 3]; 2],
+    [x_there, v_there]: [[V; 3]; 2],
+    [rest, stiffness, damping]: [V; 3],
+    mask: u64,
+) -> ([V; 3], V) {
+    let zero = V::splat(simd, R::ZERO);
+    let d = zip(x, x_there, |a, b| a - b);
+    let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    let length = square.sqrt();
+    let inverse = V::splat(simd, R::ONE) / length;
+    let tension = (length - rest) * stiffness * inverse;
+    let on = square.simd_ge(V::splat(simd, R::SHORTEST_SQUARED))
+        & V::Mask::from_bitmask(simd, mask);
+    let (scale, power) = if DAMPED {
+        let u = zip(v, v_there, |a, b| a - b);
+        let along = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
+        let drag = (along * damping) * (inverse * inverse);
+        (on.select(tension + drag, zero), on.select(along * drag, zero))
+    } else {
+        (on.select(tension, zero), zero)
+    };
+    ([d[0] * scale, d[1] * scale, d[2] * scale], power)
+}
+
+const _: () = assert!(POINT == 8, "a point is a position and a velocity, three numbers of four");

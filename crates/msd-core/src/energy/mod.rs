@@ -1,0 +1,183 @@
+//! Energy, momentum, and what can be measured of springs. All sums are in `f64`.
+//!
+//! [`Ledger`] counts what was taken away since the start, [`Witness`] watches whether a method adds
+//! energy.
+
+mod ledger;
+mod witness;
+
+pub use ledger::Ledger;
+pub use witness::Witness;
+
+use crate::elements::springs::law::{self, Law};
+use crate::number::{Real, Vector};
+use crate::system::columns::{self, LANES, RECORD};
+use crate::system::{Columns, Model};
+use core::ops::Range;
+use glam::DVec3;
+
+/// The energy of a system, joules.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Energy {
+    /// Of motion: Σ m v² / 2.
+    pub kinetic: f64,
+    /// In the springs: Σ k (length − rest)² / 2.
+    pub elastic: f64,
+    /// In the uniform fields, gravity and the uniform force: −Σ (m g + f)·x; zero at the origin.
+    pub gravitational: f64,
+    /// Of elements of the caller's own, by [`Element::energy`](crate::elements::Element::energy).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub own: f64,
+    /// Taken away since the start by dampers, drag and contact, less what elements of the caller's
+    /// own have driven in, see [`Ledger`]. What a hand does (grabs, pushes, moving pins, changed
+    /// stiffness) is not counted anywhere.
+    pub dissipated: f64,
+}
+
+impl Energy {
+    /// Everything, joules: constant in an exact run that nobody touches.
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.elastic + self.gravitational + self.own + self.dissipated
+    }
+}
+
+/// Measures the energy of a state, nothing dissipated, and by how much rounding every coordinate
+/// and speed once can change it, joules.
+///
+/// With δ the rounding of a coordinate, ε times its size, the latter is k δ (|stretch| + δ) of a
+/// spring, m |g| δ + ε m v² of a particle, and 2 ε E of an element of the caller's own.
+pub(crate) fn energy_and_rounding<R: Real>(
+    model: &Model<R>,
+    state: &Columns<R>,
+    time: f64,
+) -> (Energy, f64) {
+    let motion = state.motion(&model.slots, time);
+    let own = model.own.iter().map(|(_, own)| own.of::<R>().energy(&motion)).sum();
+    let particles = particle_sums(model, state);
+    let Sums { kinetic, potential: gravitational, mass, count, far } = particles;
+    let mut energy = Energy { kinetic, gravitational, own, ..Energy::default() };
+    let (mut pull, mut total_stiffness) = (0.0, 0.0);
+    for (spring, ends) in model.springs.present() {
+        let law = wide(model.springs.law(spring));
+        let length = distance(model, state, ends);
+        energy.elastic += law::energy(length, law);
+        pull += law.stiffness * (length - law.rest).abs();
+        total_stiffness += law.stiffness;
+    }
+    let epsilon = R::EPSILON.to_f64();
+    let delta = epsilon * far;
+    let [gravity, force] = [model.gravity(), model.force()].map(|field| {
+        let field = field.to_f64();
+        Real::sqrt(field.dot(field))
+    });
+    let rounding = delta * (gravity * mass + force * count + pull + delta * total_stiffness);
+    (energy, rounding + 2.0 * epsilon * (kinetic + own.abs()))
+}
+
+/// Sums over the particles that were not removed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    kinetic: f64,
+    potential: f64,
+    mass: f64,
+    count: f64,
+    /// The largest coordinate, metres.
+    far: f64,
+}
+
+/// Sums over the particles, record by record, each lane on its own first.
+fn particle_sums<R: Real>(model: &Model<R>, state: &Columns<R>) -> Sums {
+    let mut lanes = [Sums::default(); LANES];
+    let positions = state.positions.as_chunks::<RECORD>().0;
+    let velocities = state.velocities.as_chunks::<RECORD>().0;
+    let masses = model.mass_column.as_chunks::<LANES>().0;
+    for ((x, v), masses) in positions.iter().zip(velocities).zip(masses) {
+        for (lane, sums) in lanes.iter_mut().enumerate() {
+            let mass = masses[lane].to_f64();
+            if mass == 0.0 {
+                continue;
+            }
+            let at = |column: &[R; RECORD]| {
+                let [x, y, z] = [0, LANES, 2 * LANES].map(|axis| column[axis + lane].to_f64());
+                DVec3::new(x, y, z)
+            };
+            let (position, velocity) = (at(x), at(v));
+            sums.kinetic += 0.5 * mass * velocity.dot(velocity);
+            sums.potential += model.fields.potential(mass, position);
+            sums.mass += mass;
+            sums.count += 1.0;
+            sums.far = f64::max(sums.far, position.abs().max_element());
+        }
+    }
+    let add = |a: Sums, b: &Sums| Sums {
+        kinetic: a.kinetic + b.kinetic,
+        potential: a.potential + b.potential,
+        mass: a.mass + b.mass,
+        count: a.count + b.count,
+        far: f64::max(a.far, b.far),
+    };
+    lanes.iter().fold(Sums::default(), add)
+}
+
+/// A law in double precision.
+fn wide<R: Real>(Law { rest, stiffness, damping }: Law<R>) -> Law<f64> {
+    Law { rest: rest.to_f64(), stiffness: stiffness.to_f64(), damping: damping.to_f64() }
+}
+
+/// The momentum of a system.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Momentum {
+    /// Linear momentum, kilogram metres per second.
+    pub linear: DVec3,
+    /// Angular momentum about the origin, kilogram square metres per second.
+    pub angular: DVec3,
+}
+
+/// Measures linear and angular momentum.
+pub(crate) fn momentum<R: Real>(model: &Model<R>, state: &Columns<R>) -> Momentum {
+    let mut momentum = Momentum::default();
+    for (at, mass) in model.slots.places().zip(&model.masses) {
+        let (position, velocity) = state.get(at);
+        let linear = velocity.to_f64() * mass.to_f64();
+        momentum.linear += linear;
+        momentum.angular += position.to_f64().cross(linear);
+    }
+    momentum
+}
+
+/// Measures the centre of mass of a range of particles, metres; NaN where all were removed.
+pub(crate) fn centre_of_mass<R: Real>(
+    model: &Model<R>,
+    state: &Columns<R>,
+    particles: Range<usize>,
+) -> DVec3 {
+    let (mut mass, mut moment) = (0.0, DVec3::ZERO);
+    for particle in particles {
+        let here = model.masses[particle].to_f64();
+        let (position, _) = state.get(model.slots.at(particle));
+        mass += here;
+        moment += position.to_f64() * here;
+    }
+    moment / mass
+}
+
+/// The strain of a spring, (length − rest) / rest; its length in metres where the rest length is 0.
+pub(crate) fn strain<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
+    let (length, rest) = (length(model, state, spring), wide(model.springs.law(spring)).rest);
+    if rest == 0.0 { length } else { (length - rest) / rest }
+}
+
+/// The present length of a spring, metres.
+pub(crate) fn length<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
+    distance(model, state, model.springs.ends()[spring].map(|end| end as usize))
+}
+
+/// The distance of two particles, metres.
+fn distance<R: Real>(model: &Model<R>, state: &Columns<R>, ends: [usize; 2]) -> f64 {
+    let [a, b] =
+        ends.map(|end| columns::vector::<R>(&state.positions, model.slots.at(end)).to_f64());
+    let across = b - a;
+    Real::sqrt(across.dot(across))
+}

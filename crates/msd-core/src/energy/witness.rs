@@ -1,0 +1,136 @@
+//! The drift detector: whether the integrator adds energy, from samples of it now and then.
+//!
+//! While no hand does work, kinetic + elastic + gravitational energy and that of elements of the
+//! caller's own can only fall: dampers, drag and contact take it away. What elements of the caller's
+//! own drive in, see [`Simulation::given`], is subtracted first: a driving force is no gain of the
+//! integrator. What rises for good then is an error of the method: a step beyond the limit of
+//! stability, explicit Euler, a contact that gives back more than it took.
+//!
+//! Symplectic methods let the energy swing about without ever gaining any: a mode of frequency w
+//! by a fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single
+//! value counts, but the *lowest* of a window of samples: the swing of a mode comes back to where
+//! it started within half its period, and the modes whose swing is large are those whose period is
+//! a few steps. A gain is reported where even the lowest is above what the energy was before by more
+//! than a tenth of the kinetic and elastic energy, both of that sample and of the time before, and
+//! by more than rounding can have added. A tenth, because energy that passes from slow modes to
+//! fast ones does raise what is measured: by h² w² / 8 on average, 6 % where a mode at a third of
+//! its stable step takes all.
+//!
+//! What was before follows the energy down, never up, so a gain after long damping shows as well.
+//! What it does not see: energy added more slowly than dampers take it away, and none
+//! before the second window.
+
+use super::Energy;
+use crate::number::Real;
+use crate::simulation::Simulation;
+
+/// Samples in a window.
+const WINDOW: u32 = 16;
+/// The part of the kinetic and elastic energy that may come and go with the modes.
+const FRACTION: f64 = 0.1;
+
+/// The part of the largest kinetic and elastic energy so far below which nothing is reported: what is
+/// left of a motion that has died out is the error of the method, and comes and goes.
+const NOISE: f64 = 1e-7;
+
+/// Watches the energy of one run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Witness {
+    /// What the energy may not stay above, joules; none before the first sample.
+    reference: Option<f64>,
+    /// Largest kinetic and elastic energy of the window in which it was least, joules.
+    scale: f64,
+    /// The largest so far, joules.
+    most: f64,
+    /// What rounding can have added since the reference was found, joules.
+    rounding: f64,
+    /// The step of the last look.
+    seen: u64,
+    window: Window,
+    gain: f64,
+}
+
+/// What was seen since the last verdict.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Window {
+    count: u32,
+    lowest: f64,
+    highest: f64,
+    /// Kinetic and elastic energy of the lowest sample, and the largest, joules.
+    moving: f64,
+    scale: f64,
+}
+
+impl Witness {
+    /// Looks at a simulation, after every step or now and then, and returns its energy.
+    ///
+    /// While a hand does work (a grab, a push, a pin that moves) everything is forgotten. What is
+    /// done between two steps, as by an interaction or [`Simulation::set_state`], is for the caller
+    /// to report: see [`Witness::restart`].
+    pub fn watch<R: Real>(&mut self, simulation: &Simulation<R>) -> Energy {
+        let (energy, rounding) = simulation.energy_and_rounding();
+        if simulation.is_handled() {
+            self.restart();
+        } else {
+            // A substep adds no more than one rounding of everything, whatever their signs.
+            let substeps = f64::from(simulation.settings().substeps);
+            let steps = simulation.steps().saturating_sub(self.seen);
+            let steps = if self.reference.is_none() { 0 } else { steps };
+            let undriven = Energy { own: energy.own - simulation.given(), ..energy };
+            self.see(undriven, rounding * substeps * steps as f64);
+            self.seen = simulation.steps();
+        }
+        energy
+    }
+
+    /// Takes a sample of the energy without what was driven in; `rounding` is what it can have added
+    /// to the energy since the last one, joules. What was dissipated is not looked at.
+    pub fn see(&mut self, energy: Energy, rounding: f64) {
+        let moving = energy.kinetic + energy.elastic;
+        let now = moving + energy.gravitational + energy.own;
+        let reference = *self.reference.get_or_insert(now);
+        let window = &mut self.window;
+        if window.count == 0 || now < window.lowest {
+            (window.lowest, window.moving) = (now, moving);
+        }
+        if window.count == 0 {
+            window.highest = now;
+        }
+        window.count += 1;
+        self.rounding += rounding;
+        window.highest = Real::max(window.highest, now);
+        window.scale = Real::max(window.scale, moving);
+        if !now.is_finite() {
+            self.gain = f64::INFINITY;
+        } else if WINDOW <= window.count && self.gain.is_finite() {
+            self.conclude(reference);
+        }
+    }
+
+    /// Ends a window.
+    fn conclude(&mut self, reference: f64) {
+        let Window { lowest, highest, moving, scale, .. } = self.window;
+        self.most = Real::max(self.most, scale);
+        // Follows down: what was large in one sample alone is forgotten in the next window.
+        self.scale = if self.scale == 0.0 { scale } else { Real::min(self.scale, scale) };
+        let swinging = Real::max(moving, self.scale);
+        let allowed = FRACTION * swinging + NOISE * self.most + self.rounding;
+        let gained = lowest - reference;
+        self.gain = if allowed < gained { gained } else { 0.0 };
+        if highest < reference {
+            (self.reference, self.rounding) = (Some(highest), 0.0);
+        }
+        self.window = Window::default();
+    }
+
+    /// Forgets everything, as after a hand has changed the energy.
+    pub fn restart(&mut self) {
+        *self = Witness::default();
+    }
+
+    /// Energy that the integrator has added for good, joules: 0 if none was seen, infinite if the
+    /// energy is no longer finite.
+    pub fn gain(&self) -> f64 {
+        self.gain
+    }
+}

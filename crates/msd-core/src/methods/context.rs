@@ -1,0 +1,181 @@
+//! What a method is given to advance a system by a step.
+
+use super::Settings;
+use super::dormand_prince;
+use super::implicit;
+use super::xpbd;
+use crate::elements::springs::SpringWork;
+use crate::elements::{Motion, column};
+use crate::number::Real;
+use crate::obstacles::contact::Bodies;
+use crate::system::columns::Aligned;
+use crate::system::{Columns, Model};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use fearless_simd::Level;
+
+/// What a step forgets.
+#[derive(Clone, Debug)]
+pub(crate) struct Scratch<R: Real> {
+    /// The forces of the last evaluation, newtons.
+    pub(crate) forces: Aligned<R>,
+    pub(crate) springs: SpringWork<R>,
+    /// Work columns of the method.
+    pub(crate) columns: Vec<Aligned<R>>,
+    /// Power taken away at the last evaluation, watts.
+    pub(crate) power: f64,
+    /// Whether velocity Verlet knows the accelerations at the present state: a step starts from
+    /// positions and velocities alone, so only where they would be found again to the bit.
+    pub(crate) warm: bool,
+    pub(crate) dormand_prince: Option<Box<dormand_prince::Scratch<R>>>,
+    pub(crate) implicit: Option<Box<implicit::Scratch<R>>>,
+    pub(crate) xpbd: Option<Box<xpbd::Scratch<R>>>,
+}
+
+impl<R: Real> Scratch<R> {
+    /// Makes the columns of an evaluation and `columns` more.
+    pub(crate) fn new(model: &Model<R>, columns: usize) -> Self {
+        Scratch {
+            forces: column(&model.slots, 4),
+            springs: SpringWork::new(&model.springs, &model.slots),
+            columns: (0..columns).map(|number| column(&model.slots, 16 + number)).collect(),
+            power: 0.0,
+            warm: false,
+            dormand_prince: None,
+            implicit: None,
+            xpbd: None,
+        }
+    }
+}
+
+/// What a step came to.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Done {
+    /// Energy taken away, joules.
+    pub(crate) counted: f64,
+    /// Whether anything touched an obstacle, and whether it did in the last substep.
+    pub(crate) touched: bool,
+    pub(crate) last_met: bool,
+    /// Energy that elements of the caller's own have driven into the system, joules.
+    pub(crate) given: f64,
+    /// The particle for which an adaptive method gave up.
+    pub(crate) stuck: Option<usize>,
+}
+
+/// A step: the system, its state, and what a method works with.
+#[derive(Debug)]
+pub struct StepContext<'a, R: Real> {
+    pub(crate) model: &'a Model<R>,
+    pub(crate) settings: &'a Settings,
+    pub(crate) level: Level,
+    /// Simulated time at the start of the step, seconds.
+    pub(crate) start: f64,
+    /// Substeps finished.
+    pub(crate) finished: u32,
+    pub(crate) state: &'a mut Columns<R>,
+    pub(crate) scratch: &'a mut Scratch<R>,
+    pub(crate) done: Done,
+}
+
+/// The columns of a step, each a flat slice in the order of slots: number i of one belongs to number
+/// i of the others. Slots without a particle hold zeros.
+#[derive(Debug)]
+pub struct Parts<'a, R> {
+    /// Positions, metres.
+    pub positions: &'a mut [R],
+    /// Velocities, metres per second.
+    pub velocities: &'a mut [R],
+    /// Forces of the last evaluation, newtons.
+    pub forces: &'a mut [R],
+    /// Reciprocal masses, per kilogram; 0 where nothing moves the particle.
+    pub inverse_masses: &'a [R],
+    /// The work columns that the method asked for.
+    pub work: &'a mut [Aligned<R>],
+}
+
+impl<'a, R: Real> StepContext<'a, R> {
+    /// The system that is stepped.
+    pub fn model(&self) -> &'a Model<R> {
+        self.model
+    }
+
+    /// The number of substeps in the step.
+    pub fn substeps(&self) -> u32 {
+        self.settings.substeps
+    }
+
+    /// Length of a substep, seconds.
+    pub fn substep(&self) -> R {
+        R::of(self.settings.substep())
+    }
+
+    /// Simulated time at the start of the present substep, seconds.
+    pub fn time(&self) -> f64 {
+        self.start + f64::from(self.finished) * self.settings.substep()
+    }
+
+    /// The columns to work on.
+    pub fn parts(&mut self) -> Parts<'_, R> {
+        Parts {
+            positions: &mut self.state.positions,
+            velocities: &mut self.state.velocities,
+            forces: &mut self.scratch.forces,
+            inverse_masses: &self.model.inverse_mass_column,
+            work: &mut self.scratch.columns,
+        }
+    }
+
+    /// Evaluates all forces at the present state and the start of the substep; returns the power
+    /// taken away, watts.
+    pub fn set_forces(&mut self) -> f64 {
+        self.set_forces_at(self.time())
+    }
+
+    /// Evaluates all forces at the present state and a time, seconds; returns the power taken away,
+    /// watts.
+    pub fn set_forces_at(&mut self, time: f64) -> f64 {
+        let Scratch { forces, springs, .. } = &mut *self.scratch;
+        let motion = self.state.motion(&self.model.slots, time);
+        self.model.set_forces(self.level, &motion, springs, forces)
+    }
+
+    /// Evaluates all forces at the present positions and the velocities in a work column, at the end
+    /// of the substep; returns the power taken away, watts.
+    pub(crate) fn set_forces_predicted(&mut self, velocities: usize) -> f64 {
+        let time = self.time() + self.settings.substep();
+        let Scratch { forces, springs, columns, .. } = &mut *self.scratch;
+        let motion = Motion {
+            slots: &self.model.slots,
+            positions: &self.state.positions,
+            velocities: &columns[velocities],
+            time,
+        };
+        self.model.set_forces(self.level, &motion, springs, forces)
+    }
+
+    /// Ends a substep: lets everything that is inside an obstacle bounce, and books the energy that
+    /// elements took away in it, joules.
+    pub fn finish_substep(&mut self, taken: f64) {
+        self.finished += 1;
+        self.done.counted += taken;
+        self.done.given -= self.scratch.springs.own_power.min(0.0) * self.settings.substep();
+        if self.model.obstacles.is_empty() {
+            return;
+        }
+        let mut bodies = Bodies {
+            masses: &self.model.mass_column,
+            inverse_masses: &self.model.inverse_mass_column,
+            forces: &self.scratch.forces,
+            positions: &mut self.state.positions,
+            velocities: &mut self.state.velocities,
+            gravity: self.model.gravity(),
+            h: R::of(self.settings.substep()),
+            time: self.start + f64::from(self.finished) * self.settings.substep(),
+        };
+        let slots = &self.model.slots;
+        let contacts = self.model.obstacles.resolve(self.level, slots, &mut bodies);
+        self.done.counted += contacts.energy;
+        self.done.last_met = 0 < contacts.count;
+        self.done.touched |= self.done.last_met;
+    }
+}

@@ -1,0 +1,427 @@
+//! The particles that rest on obstacles, and how these hold them.
+//!
+//! Contact in the limit of short substeps. A particle that hits an obstacle bounces, and one that a
+//! hop would not lift noticeably is held: the obstacle keeps it and friction sticks it or slows its
+//! slide. Within a substep the same particles are held in the same way, by laws that are smooth in
+//! position and velocity, so that the integrator keeps its order. Where a law would end (no pressure
+//! left, a pull stronger than friction, the end of a slide) is an event, see [`super::events`].
+//!
+//! What slides or sticks is the velocity as seen from the surface. On a curved obstacle the normal is
+//! that of each stage, and the acceleration along it what the curvature asks for; what a substep
+//! leaves of the gap is taken away at its end.
+
+use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touch, Touches};
+use super::tableau::STAGES;
+use crate::elements::Motion;
+use crate::number::{Real, Vector};
+use crate::system::columns::{set_vector, single, vector};
+use crate::system::{Columns, Model};
+use alloc::vec::Vec;
+
+/// Rounds of one particle between obstacles; one in a narrow wedge then loses its speed into them.
+const MOST_ROUNDS: usize = 8;
+/// The height of a hop that is none, as a fraction of the error allowed, at most.
+const HOP: f64 = 0.1;
+
+/// How a held particle moves along its obstacles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Along<V> {
+    /// Without friction.
+    Free,
+    /// Not at all, as long as the pull is not stronger than friction.
+    Sticks,
+    /// Not at all: an obstacle that takes a fraction of the speed in every contact takes all.
+    Glued,
+    /// From a direction on; friction is against the velocity.
+    Slides(V),
+    /// So slowly that it goes where the pull goes, from a direction on; friction is against the
+    /// pull. At a speed v a slide turns into the pull at a rate of about μ N / (m v), too fast to
+    /// follow.
+    Creeps(V),
+}
+
+/// A held particle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Hold<R: Real> {
+    pub(crate) particle: usize,
+    /// Its place in the columns.
+    pub(crate) at: usize,
+    obstacles: [u32; MOST_OBSTACLES],
+    count: usize,
+    pub(crate) along: Along<R::Vec3>,
+    /// At each stage what is left until it is let go, metres per second squared: the least
+    /// pressure per mass, or the friction that a pull leaves unused.
+    pub(crate) margins: [R; STAGES],
+}
+
+impl<R: Real> Hold<R> {
+    pub(crate) fn obstacles(&self) -> &[u32] {
+        &self.obstacles[..self.count]
+    }
+
+    /// Those of its obstacles that are not planes.
+    fn curved(&self, model: &Model<R>) -> impl Iterator<Item = usize> + '_ {
+        let planes = model.obstacles.planes.len();
+        self.obstacles().iter().map(|&obstacle| obstacle as usize).filter(move |&o| planes <= o)
+    }
+
+    /// Whether only planes hold it.
+    pub(crate) fn is_flat(&self, model: &Model<R>) -> bool {
+        self.curved(model).next().is_none()
+    }
+
+    fn keep(&mut self, obstacle: u32) {
+        self.obstacles[self.count] = obstacle;
+        self.count += 1;
+    }
+}
+
+/// The held particles, in the order of the scene.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Holds<R: Real> {
+    rows: Vec<Hold<R>>,
+    /// A hop up to this height is none, metres.
+    hop: R,
+    /// A slide that friction alone would end within this length has the direction of the pull,
+    /// metres.
+    blur: R,
+}
+
+/// What meeting the obstacles did.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Met {
+    /// Energy taken away, joules.
+    pub(crate) energy: f64,
+    /// Whether anything touched an obstacle.
+    pub(crate) touched: bool,
+    /// Whether the state changed by more than rounding, so that forces are stale.
+    pub(crate) changed: bool,
+}
+
+impl Met {
+    /// Takes note of a particle of a mass that was moved against a force.
+    fn note<R: Real>(&mut self, (mass, force): (R, R::Vec3), from: &Spot<R>, to: &Spot<R>) {
+        let moved = to.position - from.position;
+        let kicked = to.velocity - from.velocity;
+        let slower = from.velocity.dot(from.velocity) - to.velocity.dot(to.velocity);
+        self.energy += (slower * R::HALF * mass).to_f64() + force.dot(moved).to_f64();
+        // Twice the rounding of a position; what takes as long as a hop to move as far.
+        let unfelt = R::of(2.0) * rounding_at::<R>(from.position);
+        let pull = force * (R::ONE / mass);
+        self.changed |= unfelt * unfelt < moved.dot(moved)
+            || unfelt * pull.dot(pull).sqrt() < kicked.dot(kicked);
+    }
+}
+
+impl<R: Real> Holds<R> {
+    /// Forgets everything; `tolerance` is a fraction of `size`, metres.
+    ///
+    /// Where a particle is held instead of hopping, its speed changes. The height of a hop is like
+    /// the square of a speed, so the hops left out are those below tolerance².
+    pub(crate) fn reset(&mut self, tolerance: f64, size: f64) {
+        self.rows.clear();
+        self.hop = R::of(tolerance * Real::min(tolerance, HOP) * size);
+        self.blur = R::of(tolerance * size);
+    }
+
+    /// The held particles, in the order of the scene.
+    pub(crate) fn rows(&self) -> &[Hold<R>] {
+        &self.rows
+    }
+
+    /// The height of a hop that is none for a particle here, metres: never below rounding.
+    fn hop_at(&self, position: R::Vec3) -> R {
+        self.hop + rounding_at::<R>(position) * R::of(8.0)
+    }
+
+    /// The distance below which a particle is at an obstacle, metres.
+    pub(crate) fn slack_at(&self, position: R::Vec3) -> R {
+        self.hop / R::of(8.0) + rounding_at::<R>(position) * R::of(4.0)
+    }
+
+    /// Takes from the accelerations of a stage what the obstacles hold. Returns the power taken
+    /// away, watts.
+    ///
+    /// No acceleration is left into or out of the obstacles. Along them friction takes μ N / m
+    /// against a slide.
+    pub(crate) fn act(
+        &mut self,
+        model: &Model<R>,
+        stage: usize,
+        motion: &Motion<'_, R>,
+        slopes: &mut [R],
+    ) -> f64 {
+        let mut power = 0.0;
+        for hold in &mut self.rows {
+            let at = hold.at;
+            let (position, velocity) = (vector(motion.positions, at), vector(motion.velocities, at));
+            let spot = Spot { position, velocity, time: motion.time };
+            let touches = Touches::new(model, hold.obstacles(), &spot);
+            let pull: R::Vec3 = vector(slopes, at);
+            let Support { slope, least, grip, .. } =
+                touches.support(pull, Constraint::Bilateral);
+            let (held, margin) = match hold.along {
+                Along::Free => (slope, least),
+                Along::Glued => (touches.acceleration(), least),
+                Along::Sticks => {
+                    let (carried, left) = (touches.acceleration(), slope - touches.acceleration());
+                    (carried, grip - left.dot(left).sqrt())
+                }
+                Along::Creeps(_) => {
+                    let along = slope - touches.acceleration();
+                    (slope - along * (grip / along.dot(along).sqrt()), least)
+                }
+                Along::Slides(direction) => {
+                    let sliding = velocity - touches.velocity();
+                    (slope + friction(direction, sliding) * grip, least)
+                }
+            };
+            hold.margins[stage] = margin;
+            power += ((pull - held).dot(velocity) * model.mass_column[single(at)]).to_f64();
+            set_vector(slopes, at, held);
+        }
+        power
+    }
+
+    /// Lets every particle meet the obstacles it is at, and finds out which of them hold it.
+    ///
+    /// A particle at an obstacle is put on it and bounces if it moves into it. It is held if it is
+    /// pushed into it with an acceleration a, and d + v_n²/(2 a), the top of its hop from a
+    /// distance d, is no higher than a hop. A slide that would end within a hop has ended.
+    /// `forces` are those at the state or near it, newtons.
+    pub(crate) fn meet(
+        &mut self,
+        model: &Model<R>,
+        forces: &[R],
+        time: f64,
+        state: &mut Columns<R>,
+    ) -> Met {
+        let mut met = self.pull_back(model, forces, time, state);
+        self.rows.clear();
+        // Allocates in the first step alone.
+        self.rows.reserve(model.particle_count());
+        for (particle, at) in model.slots.places().enumerate() {
+            let (w, (position, velocity)) = (model.inverse_mass_column[at], state.get(at));
+            let hop = self.hop_at(position);
+            let mut obstacles = model.obstacles.iter();
+            if w == R::ZERO || !obstacles.any(|obstacle| obstacle.gap(position, time) <= hop) {
+                continue;
+            }
+            let along = Along::Free;
+            let (obstacles, margins) = ([0; MOST_OBSTACLES], [R::ZERO; STAGES]);
+            let force = vector::<R>(forces, at);
+            let before = Spot { position, velocity, time };
+            let mut meeting = Meeting {
+                model,
+                spot: before,
+                pull: force * w,
+                hop,
+                slack: self.slack_at(position),
+                blur: self.blur,
+                hold: Hold { particle, at, obstacles, count: 0, along, margins },
+                met: false,
+            };
+            meeting.meet_obstacles();
+            meeting.slide();
+            let Meeting { spot, hold, met: touched, .. } = meeting;
+            met.note((model.mass_column[single(at)], force), &before, &spot);
+            met.touched |= touched;
+            state.put(at, (spot.position, spot.velocity));
+            if 0 < hold.count {
+                self.rows.push(hold);
+            }
+        }
+        met
+    }
+
+    /// Puts particles back on the curved obstacles that held them: a substep leaves them off by its
+    /// error, which is more than a hop.
+    fn pull_back(
+        &self,
+        model: &Model<R>,
+        forces: &[R],
+        time: f64,
+        state: &mut Columns<R>,
+    ) -> Met {
+        let mut met = Met::default();
+        for hold in self.rows.iter().filter(|hold| !hold.is_flat(model)) {
+            let (position, velocity) = state.get(hold.at);
+            let before = Spot { position, velocity, time };
+            let mut spot = before;
+            for obstacle in hold.curved(model).map(|index| model.obstacles.get(index)) {
+                for _ in 0..MOST_ROUNDS {
+                    let gap = obstacle.gap(spot.position, time);
+                    spot.position -= obstacle.normal(spot.position, time) * gap;
+                    if gap.abs() <= rounding_at::<R>(spot.position) {
+                        break;
+                    }
+                }
+                spot.velocity -= obstacle.normal(spot.position, time) * spot.speed_off(obstacle);
+            }
+            let mass = model.mass_column[single(hold.at)];
+            met.note((mass, vector(forces, hold.at)), &before, &spot);
+            state.put(hold.at, (spot.position, spot.velocity));
+        }
+        met
+    }
+}
+
+/// A particle that meets obstacles.
+struct Meeting<'a, R: Real> {
+    model: &'a Model<R>,
+    spot: Spot<R>,
+    /// Its acceleration without obstacles, metres per second squared.
+    pull: R::Vec3,
+    hop: R,
+    slack: R,
+    blur: R,
+    hold: Hold<R>,
+    met: bool,
+}
+
+impl<R: Real> Meeting<'_, R> {
+    fn meet_obstacles(&mut self) {
+        let count = self.model.obstacles.count();
+        for _ in 0..MOST_ROUNDS {
+            let mut news = false;
+            for index in 0..count {
+                news |= self.meet_obstacle(index);
+            }
+            if !news {
+                return;
+            }
+        }
+        for index in 0..count {
+            let obstacle = self.model.obstacles.get(index);
+            let speed = self.spot.speed_off(obstacle);
+            if self.gap(index) <= self.slack && speed < R::ZERO {
+                let normal = obstacle.normal(self.spot.position, self.spot.time);
+                self.spot.velocity -= normal * speed;
+            }
+        }
+    }
+
+    fn gap(&self, index: usize) -> R {
+        self.model.obstacles.get(index).gap(self.spot.position, self.spot.time)
+    }
+
+    fn touches(&self) -> Touches<R> {
+        Touches::new(self.model, self.hold.obstacles(), &self.spot)
+    }
+
+    /// Returns whether other obstacles may see something new.
+    fn meet_obstacle(&mut self, index: usize) -> bool {
+        let depth = -self.gap(index);
+        if depth < -self.hop || self.hold.obstacles().contains(&(index as u32)) {
+            return false;
+        }
+        let mut touch = Touch::new(self.model, index, &self.spot);
+        if R::ZERO < depth {
+            self.spot.position += touch.normal * depth;
+            touch = Touch::new(self.model, index, &self.spot);
+        }
+        let Touch { normal, velocity, lift, law, .. } = touch;
+        let height = R::max(-depth, R::ZERO);
+        let speed = (self.spot.velocity - velocity).dot(normal);
+        let slope = self.touches().support(self.pull, Constraint::Unilateral).slope;
+        let push = -(slope.dot(normal) + lift);
+        let two = R::ONE + R::ONE;
+        let low = R::ZERO < push && speed * speed <= two * push * (self.hop - height);
+        if low && self.hold.count < MOST_OBSTACLES {
+            self.spot.position -= normal * height;
+            self.rest(&touch, speed);
+            self.hold.keep(index as u32);
+            self.met = true;
+            return true;
+        }
+        if speed < R::ZERO && height <= self.slack {
+            self.spot.position -= normal * height;
+            let bounced = law.bounced(normal, self.spot.velocity - velocity, R::ZERO);
+            self.spot.velocity = velocity + bounced;
+            self.met = true;
+            return true;
+        }
+        false
+    }
+
+    /// Takes away the normal speed left. The hops that are not made would have pressed the less on
+    /// the obstacle for it (the more if the particle came down), which friction feels.
+    fn rest(&mut self, touch: &Touch<R>, speed: R) {
+        let sliding = self.spot.velocity - touch.velocity - touch.normal * speed;
+        let along = sliding.dot(sliding).sqrt();
+        let kept = if R::ZERO < along {
+            R::max(R::ZERO, R::ONE + touch.law.friction * speed / along)
+        } else {
+            R::ONE
+        };
+        self.spot.velocity = touch.velocity + sliding * kept;
+    }
+
+    /// Finds out whether it slides or sticks.
+    fn slide(&mut self) {
+        if self.hold.count == 0 {
+            return;
+        }
+        let Support { slope, pressures, grip, glued, .. } =
+            self.touches().support(self.pull, Constraint::Unilateral);
+        self.keep_pressed(pressures);
+        let touches = self.touches();
+        let carried = touches.velocity();
+        let (sliding, slope) = (self.spot.velocity - carried, slope - touches.acceleration());
+        let speed = sliding.dot(sliding).sqrt();
+        let pull = slope.dot(slope).sqrt();
+        self.hold.along = if glued {
+            Along::Glued
+        } else if grip <= R::ZERO {
+            Along::Free
+        } else if speed * speed <= grip * self.blur && grip <= pull + pull {
+            // A slow slide takes the direction of the pull.
+            let direction = slope * (R::ONE / pull);
+            let speed = sliding.dot(direction).max(R::ZERO);
+            self.spot.velocity = carried + direction * speed;
+            let ends = self.ends(speed, grip - pull);
+            if ends { Along::Sticks } else { Along::Creeps(direction) }
+        } else if R::ZERO < speed && !self.ends(speed, grip - slope.dot(sliding) / speed) {
+            Along::Slides(sliding * (R::ONE / speed))
+        } else {
+            Along::Sticks
+        };
+        if matches!(self.hold.along, Along::Glued | Along::Sticks) {
+            self.spot.velocity = carried;
+        }
+    }
+
+    /// Whether a deceleration would end the slide within a hop.
+    fn ends(&self, speed: R, brake: R) -> bool {
+        R::ZERO <= brake && speed * speed <= (brake + brake) * self.hop
+    }
+
+    /// Leaves out the obstacles on which another one leaves no pressure.
+    fn keep_pressed(&mut self, pressures: [R; MOST_OBSTACLES]) {
+        let (obstacles, count) = (self.hold.obstacles, self.hold.count);
+        self.hold.count = 0;
+        for (&obstacle, pressure) in obstacles[..count].iter().zip(pressures) {
+            if R::ZERO < pressure {
+                self.hold.keep(obstacle);
+            }
+        }
+    }
+}
+
+/// The rounding of a coordinate at a position, metres.
+fn rounding_at<R: Real>(position: R::Vec3) -> R {
+    position.extent() * R::EPSILON
+}
+
+/// The direction of friction, against the velocity; zero for none.
+///
+/// Past the end of a slide, where the substep is cut, it goes on as before: against the velocity
+/// reflected to the side of the direction at the start.
+fn friction<V: Vector<Scalar = R>, R: Real>(direction: V, velocity: V) -> V {
+    let squared = velocity.dot(velocity);
+    if squared == R::ZERO {
+        return -direction;
+    }
+    let back = velocity.dot(direction).min(R::ZERO);
+    (direction * (back + back) - velocity) * (R::ONE / squared.sqrt())
+}

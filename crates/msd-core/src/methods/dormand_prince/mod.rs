@@ -1,0 +1,309 @@
+//! A step whose error is controlled.
+//!
+//! The reference method: the pair of orders 5 and 4 of Dormand and Prince (1980), with its own
+//! substeps and with contact as located events. Its numbers are in [`tableau`], a substep is in
+//! [`stages`], its length is chosen in [`pace`], and obstacles act in [`holds`], [`support`] and
+//! [`events`]; sources are named there.
+
+mod events;
+mod holds;
+mod pace;
+mod stages;
+mod support;
+mod tableau;
+
+use super::{StepContext, context};
+use crate::number::{Real, at_level};
+use crate::system::columns::LANES;
+use crate::system::slots::Slots;
+use alloc::boxed::Box;
+use core::ops::AddAssign;
+use holds::{Holds, Met};
+use pace::{Pace, fifth_root};
+use stages::{Allowance, ROUNDINGS, Stages};
+use tableau::STAGES;
+
+/// What a step forgets, and what all steps took.
+#[derive(Clone, Debug)]
+pub(crate) struct Scratch<R: Real> {
+    /// Power taken away at the last evaluation, watts.
+    power: f64,
+    /// The last substep.
+    stages: Stages<R>,
+    holds: Holds<R>,
+    /// Events that a step may still cut a substep at.
+    events_left: u32,
+    work: Work,
+}
+
+/// What a step or many took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Substeps accepted.
+    pub substeps: u64,
+    /// Substeps rejected for their error.
+    pub rejected: u64,
+    /// Evaluations of all forces.
+    pub evaluations: u64,
+    /// Substeps cut short at an impact or at the end of a slide.
+    pub events: u64,
+}
+
+impl AddAssign for Work {
+    fn add_assign(&mut self, other: Self) {
+        self.substeps += other.substeps;
+        self.rejected += other.rejected;
+        self.evaluations += other.evaluations;
+        self.events += other.events;
+    }
+}
+
+/// Advances the state by one step with contact, at a local error of at most the tolerance times the
+/// size of the model per substep.
+///
+/// The error of a substep is the root mean square over particles of √(|δx|² + h² |δv|²), δ being
+/// the difference between the results of order 5, which is kept, and 4. With obstacles h is replaced
+/// by the time in which the motion changes, where that is longer: a substep cut short would allow
+/// any error in v. Per particle the tolerance is at least 64 times the rounding of a coordinate as
+/// large as the size of the model or as its distance from the origin. Below that rounding looks
+/// like error, and the step would stall.
+///
+/// Where the tolerance cannot be reached, the state is left somewhere within the step, and the
+/// particle with the largest error is named.
+pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
+    let kept = step.scratch.dormand_prince.take();
+    let mut scratch = kept.unwrap_or_else(|| Box::new(Scratch::new(&step.model.slots)));
+    step.done.stuck = scratch.run(step).err();
+    step.done.last_met = step.done.touched;
+    step.scratch.dormand_prince = Some(scratch);
+}
+
+/// The local error per particle that a tolerance allows, metres.
+fn allowed_error<R: Real>(size: f64, tolerance: f64) -> f64 {
+    Real::max(tolerance, ROUNDINGS * R::EPSILON.to_f64()) * size
+}
+
+/// Events in one step; the substeps after them are not cut: what is inside an obstacle at their end
+/// is put on it and bounces there. Only a scene that hardly moves on between its events has more.
+const MOST_EVENTS: u32 = 20_000;
+
+impl<R: Real> Scratch<R> {
+    fn new(slots: &Slots) -> Self {
+        Scratch {
+            power: 0.0,
+            stages: Stages::new(slots),
+            holds: Holds::default(),
+            events_left: 0,
+            work: Work::default(),
+        }
+    }
+
+    /// What all steps took.
+    pub(crate) fn work(&self) -> Work {
+        self.work
+    }
+
+    /// Runs a step; the error is the particle for which it is given up.
+    fn run(&mut self, step: &mut StepContext<'_, R>) -> Result<(), usize> {
+        let (slots, level, whole) = (&step.model.slots, step.level, step.settings.step);
+        let allowed = allowed_error::<R>(step.model.size, step.settings.tolerance);
+        self.start(step, allowed);
+        let (first, horizon) = self.first_length(step, allowed);
+        let allowance = Allowance { error: allowed, horizon };
+        let mut pace = Pace::new(first, whole);
+        let (mut left, mut time) = (whole, step.start);
+        loop {
+            let length = pace.attempt(left);
+            self.stages.start(step.state, time, length);
+            self.run_stages(step);
+            let error = self.stages.error(level, slots, allowance);
+            let accepted = error <= 1.0;
+            if accepted {
+                pace.accept(length, error);
+            } else {
+                self.work.rejected += 1;
+                pace.reject(length, error);
+            }
+            if pace.is_hopeless() {
+                return Err(self.stages.worst(slots, allowance));
+            }
+            if !accepted {
+                continue;
+            }
+            self.work.substeps += 1;
+            let part = self.accept(step);
+            left = match part {
+                None if length == left => 0.0,
+                _ => left - self.stages.length * part.unwrap_or(1.0),
+            };
+            time = step.start + (whole - left);
+            if part.is_some() {
+                self.evaluate(step, time);
+            }
+            let met = self.meet(step, time);
+            if left <= 0.0 {
+                return Ok(());
+            }
+            if met.changed {
+                self.evaluate(step, time);
+            }
+            self.go_on(step, time);
+        }
+    }
+
+    /// Evaluates the slopes at the start of a step, once everything has met the obstacles it is at.
+    fn start(&mut self, step: &mut StepContext<'_, R>, allowed: f64) {
+        let size = step.model.size;
+        self.events_left = MOST_EVENTS;
+        self.holds.reset(allowed / size, size);
+        self.evaluate(step, step.start);
+        if self.meet(step, step.start).changed {
+            self.evaluate(step, step.start);
+        }
+        self.set_slopes(step, 0, step.start);
+    }
+
+    /// The length of the first substep of a step, seconds, at most the step; and the time in which
+    /// the motion changes, seconds, 0 without obstacles.
+    ///
+    /// One more evaluation, at the positions moved along the accelerations, x + τ² a, gives the
+    /// fourth derivative of the motion: s = (a(x + τ² a, v) − a) / τ². With w² = |s| / |a| the
+    /// fifth is about w |s|, and the error of a substep about h⁵ w |s| / 4000, set equal to what
+    /// is allowed. Unlike the rule of Hairer, Nørsett and Wanner (1993), section II.4, it does not
+    /// change with the units.
+    fn first_length(&mut self, step: &mut StepContext<'_, R>, allowed: f64) -> (f64, f64) {
+        let (count, level, whole) =
+            (step.model.particle_count(), step.level, step.settings.step);
+        let root_mean_square = |column: &[R]| {
+            let sum = at_level!(level, _simd => sum_of_squares(column));
+            Real::sqrt(sum / count as f64)
+        };
+        let pulled = root_mean_square(&self.stages.slopes[0]);
+        if !(0.0 < pulled && pulled.is_finite()) {
+            return (whole, 0.0);
+        }
+        let moved = Real::sqrt(R::EPSILON.to_f64()) * step.model.size;
+        let reach = R::of(moved / pulled);
+        let Stages { here, slopes, .. } = &mut self.stages;
+        here.copy_from(step.state);
+        at_level!(level, _simd => add_product(&slopes[0], reach, &mut here.positions));
+        self.evaluate_stage(step, 1, step.start);
+        let [before, after, ..] = &mut self.stages.slopes;
+        at_level!(level, _simd => add_product(before, -R::ONE, after));
+        let bent = root_mean_square(after) * pulled / moved;
+        let rate = Real::sqrt(bent / pulled);
+        let error = bent * rate * whole * whole * whole * whole * whole / 4000.0;
+        let is_free = step.model.obstacles.is_empty();
+        let horizon = if is_free { 0.0 } else { Real::min(1.0 / rate, whole) };
+        (whole / Real::max(fifth_root(error / allowed), 1.0), horizon)
+    }
+
+    /// Lets every particle meet the obstacles it is at.
+    fn meet(&mut self, step: &mut StepContext<'_, R>, time: f64) -> Met {
+        if step.model.obstacles.is_empty() {
+            return Met::default();
+        }
+        let met = self.holds.meet(step.model, &step.scratch.forces, time, step.state);
+        step.done.counted += met.energy;
+        step.done.touched |= met.touched;
+        met
+    }
+
+    /// Moves to the end of the last substep or to the first event in it, and returns the fraction
+    /// of the substep if it was cut.
+    fn accept(&mut self, step: &mut StepContext<'_, R>) -> Option<f64> {
+        let looks = !step.model.obstacles.is_empty() && 0 < self.events_left;
+        let event = || events::first_event(step.model, &self.holds, &self.stages);
+        let part = if looks { event() } else { None };
+        match part {
+            Some(part) => {
+                self.stages.interpolate(step.level, part, step.state);
+                self.work.events += 1;
+                self.events_left -= 1;
+            }
+            None => step.state.copy_from(&self.stages.here),
+        }
+        let fraction = part.unwrap_or(1.0);
+        step.done.counted += self.stages.taken(fraction);
+        let driven = -step.scratch.springs.own_power.min(0.0);
+        step.done.given += driven * fraction * self.stages.length;
+        part
+    }
+
+    /// Makes the slopes at the end of a substep those at the start of the next.
+    fn go_on(&mut self, step: &StepContext<'_, R>, time: f64) {
+        if step.model.obstacles.is_empty() {
+            self.stages.shift();
+        } else {
+            // Forces may be those of another state, and other particles held.
+            self.set_slopes(step, 0, time);
+        }
+    }
+
+    /// Evaluates the forces at the state.
+    fn evaluate(&mut self, step: &mut StepContext<'_, R>, time: f64) {
+        self.power = step.set_forces_at(time);
+        self.work.evaluations += 1;
+    }
+
+    /// Evaluates the stages after the first; the last is at the end of the substep.
+    fn run_stages(&mut self, step: &mut StepContext<'_, R>) {
+        for stage in 1..STAGES {
+            self.stages.go_to(step.level, stage);
+            self.evaluate_stage(step, stage, self.stages.time_of(stage));
+        }
+    }
+
+    /// Evaluates the slopes of a stage after the first where it is.
+    fn evaluate_stage(&mut self, step: &mut StepContext<'_, R>, stage: usize, time: f64) {
+        let (model, level) = (step.model, step.level);
+        let context::Scratch { forces, springs, .. } = &mut *step.scratch;
+        let motion = self.stages.here.motion(&model.slots, time);
+        self.power = model.set_forces(level, &motion, springs, forces);
+        self.work.evaluations += 1;
+        self.set_slopes(step, stage, time);
+    }
+
+    /// Turns the forces of the last evaluation into the slopes of a stage: of the first at the
+    /// state, of another where that stage is.
+    fn set_slopes(&mut self, step: &StepContext<'_, R>, stage: usize, time: f64) {
+        let (model, forces) = (step.model, &*step.scratch.forces);
+        let Stages { here, slopes, powers, .. } = &mut self.stages;
+        let columns = if stage == 0 { &*step.state } else { here };
+        let (motion, slopes) = (columns.motion(&model.slots, time), &mut *slopes[stage]);
+        let inverse_masses = &*model.inverse_mass_column;
+        at_level!(step.level, _simd => set_products(forces, inverse_masses, slopes));
+        powers[stage] = self.power + self.holds.act(model, stage, &motion, slopes);
+    }
+}
+
+/// c = a b.
+#[inline(always)]
+fn set_products<R: Real>(a: &[R], b: &[R], c: &mut [R]) {
+    let n = c.len();
+    let (a, b) = (&a[..n], &b[..n]);
+    for i in 0..n {
+        c[i] = a[i] * b[i];
+    }
+}
+
+/// b' = b + s a.
+#[inline(always)]
+fn add_product<R: Real>(a: &[R], s: R, b: &mut [R]) {
+    let n = b.len();
+    let a = &a[..n];
+    for i in 0..n {
+        b[i] += a[i] * s;
+    }
+}
+
+#[inline(always)]
+fn sum_of_squares<R: Real>(column: &[R]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for row in column.as_chunks::<LANES>().0 {
+        for lane in 0..LANES {
+            sums[lane] += (row[lane] * row[lane]).to_f64();
+        }
+    }
+    sums.iter().sum()
+}

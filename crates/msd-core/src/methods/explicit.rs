@@ -1,0 +1,213 @@
+//! The explicit methods, as passes over columns between evaluations of the forces.
+//!
+//! | method | evaluations per substep |
+//! |---|---|
+//! | explicit Euler | 1 |
+//! | symplectic Euler | 1 |
+//! | velocity Verlet | 1, and 1 more per step |
+//! | RK4 | 4 |
+
+use super::{Parts, StepContext};
+use crate::number::{Real, at_level};
+
+/// x' = x + h v, v' = v + h a(x, v).
+pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
+    let h = step.substep();
+    for _ in 0..step.substeps() {
+        let (power, level) = (step.set_forces(), step.level);
+        let parts = step.parts();
+        at_level!(level, _simd => drift_kick(parts, h));
+        step.finish_substep(power * h.to_f64());
+    }
+}
+
+#[inline(always)]
+fn drift_kick<R: Real>(parts: Parts<'_, R>, h: R) {
+    let Parts { positions: x, velocities: v, forces: f, inverse_masses: w, .. } = parts;
+    let n = x.len();
+    let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
+    for i in 0..n {
+        x[i] += v[i] * h;
+        v[i] += f[i] * (w[i] * h);
+    }
+}
+
+/// v' = v + h a(x, v), x' = x + h v'.
+pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
+    let h = step.substep();
+    for _ in 0..step.substeps() {
+        let (power, level) = (step.set_forces(), step.level);
+        let parts = step.parts();
+        at_level!(level, _simd => kick_drift(parts, h));
+        step.finish_substep(power * h.to_f64());
+    }
+}
+
+#[inline(always)]
+fn kick_drift<R: Real>(parts: Parts<'_, R>, h: R) {
+    let Parts { positions: x, velocities: v, forces: f, inverse_masses: w, .. } = parts;
+    let n = x.len();
+    let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
+    for i in 0..n {
+        v[i] += f[i] * (w[i] * h);
+        x[i] += v[i] * h;
+    }
+}
+
+/// Work columns of velocity Verlet: the accelerations of the last evaluation and of the one before
+/// it, and predicted velocities.
+pub(crate) const VERLET_COLUMNS: usize = 3;
+const PREDICTED: usize = 2;
+
+/// Kick, drift, kick.
+///
+/// Dampers are evaluated at v + h/2 a_n + h/4 (a_n + a_(n−1)). The mean of two accelerations makes the
+/// method second order with dampers too, at one evaluation, and vanishes for a motion that changes
+/// sign every substep, so that the stable step is about that of symplectic Euler (see
+/// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up to
+/// half of the stable step).
+pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
+    let (h, level) = (step.substep(), step.level);
+    let is_damped = step.model.is_damped_at_all();
+    if !step.scratch.warm {
+        step.scratch.power = step.set_forces();
+        let parts = step.parts();
+        at_level!(level, _simd => set_accelerations(parts));
+    }
+    for _ in 0..step.substeps() {
+        let before = step.scratch.power;
+        let parts = step.parts();
+        let power = if is_damped {
+            at_level!(level, _simd => kick_drift_predict(parts, h));
+            step.set_forces_predicted(PREDICTED)
+        } else {
+            at_level!(level, _simd => half_kick_drift(parts, h));
+            step.set_forces_at(step.time() + step.settings.substep())
+        };
+        step.scratch.power = power;
+        let parts = step.parts();
+        at_level!(level, _simd => half_kick(parts, h));
+        step.finish_substep(0.5 * (before + power) * h.to_f64());
+    }
+    // What the next step would find again to the bit.
+    let lasts = step.model.pushes.0.is_empty() && !is_damped && !step.done.last_met;
+    step.scratch.warm = lasts;
+}
+
+#[inline(always)]
+fn set_accelerations<R: Real>(parts: Parts<'_, R>) {
+    let Parts { forces: f, inverse_masses: w, work, .. } = parts;
+    let [now, before, _] = work else { return };
+    let n = f.len();
+    let (now, before, w) = (&mut now[..n], &mut before[..n], &w[..n]);
+    for i in 0..n {
+        now[i] = f[i] * w[i];
+        before[i] = now[i];
+    }
+}
+
+#[inline(always)]
+fn kick_drift_predict<R: Real>(parts: Parts<'_, R>, h: R) {
+    let Parts { positions: x, velocities: v, work, .. } = parts;
+    let [now, before, predicted] = work else { return };
+    let n = x.len();
+    let (v, now) = (&mut v[..n], &now[..n]);
+    let (before, predicted) = (&mut before[..n], &mut predicted[..n]);
+    let half = h * R::HALF;
+    let quarter = half * R::HALF;
+    for i in 0..n {
+        v[i] += now[i] * half;
+        x[i] += v[i] * h;
+        predicted[i] = v[i] + (now[i] + before[i]) * quarter;
+        before[i] = now[i];
+    }
+}
+
+#[inline(always)]
+fn half_kick_drift<R: Real>(parts: Parts<'_, R>, h: R) {
+    let Parts { positions: x, velocities: v, work, .. } = parts;
+    let n = x.len();
+    let (v, now) = (&mut v[..n], &work[0][..n]);
+    let half = h * R::HALF;
+    for i in 0..n {
+        v[i] += now[i] * half;
+        x[i] += v[i] * h;
+    }
+}
+
+#[inline(always)]
+fn half_kick<R: Real>(parts: Parts<'_, R>, h: R) {
+    let Parts { velocities: v, forces: f, inverse_masses: w, work, .. } = parts;
+    let n = v.len();
+    let (f, w, now) = (&f[..n], &w[..n], &mut work[0][..n]);
+    let half = h * R::HALF;
+    for i in 0..n {
+        now[i] = f[i] * w[i];
+        v[i] += now[i] * half;
+    }
+}
+
+/// Work columns of RK4: positions and velocities at the start of the substep, and the weighted sums
+/// of their slopes.
+pub(crate) const RK4_COLUMNS: usize = 4;
+
+/// The classical method of Runge and Kutta.
+pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
+    let h = step.substep();
+    let (half, two, sixth) = (h * R::HALF, R::ONE + R::ONE, h / R::of(6.0));
+    let level = step.level;
+    for _ in 0..step.substeps() {
+        let (time, length) = (step.time(), step.settings.substep());
+        let mut energy = 0.0;
+        let stages = [(R::ONE, half, 0.0), (two, half, 0.5), (two, h, 0.5)];
+        for (stage, (weight, reach, at)) in stages.into_iter().enumerate() {
+            energy += weight.to_f64() * step.set_forces_at(time + at * length);
+            if stage == 0 {
+                start(step.parts());
+            }
+            let parts = step.parts();
+            at_level!(level, _simd => next_stage(parts, weight, reach));
+        }
+        energy += step.set_forces_at(time + length);
+        let parts = step.parts();
+        at_level!(level, _simd => last_stage(parts, sixth));
+        step.finish_substep(energy * sixth.to_f64());
+    }
+}
+
+fn start<R: Real>(parts: Parts<'_, R>) {
+    let [x0, v0, sx, sv] = parts.work else { return };
+    x0.copy_from_slice(parts.positions);
+    v0.copy_from_slice(parts.velocities);
+    sx.fill(R::ZERO);
+    sv.fill(R::ZERO);
+}
+
+#[inline(always)]
+fn next_stage<R: Real>(parts: Parts<'_, R>, weight: R, reach: R) {
+    let Parts { positions: x, velocities: v, forces: f, inverse_masses: w, work } = parts;
+    let [x0, v0, sx, sv] = work else { return };
+    let n = x.len();
+    let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
+    let (x0, v0, sx, sv) = (&x0[..n], &v0[..n], &mut sx[..n], &mut sv[..n]);
+    for i in 0..n {
+        let (velocity, acceleration) = (v[i], f[i] * w[i]);
+        sx[i] += velocity * weight;
+        sv[i] += acceleration * weight;
+        x[i] = x0[i] + velocity * reach;
+        v[i] = v0[i] + acceleration * reach;
+    }
+}
+
+#[inline(always)]
+fn last_stage<R: Real>(parts: Parts<'_, R>, sixth: R) {
+    let Parts { positions: x, velocities: v, forces: f, inverse_masses: w, work } = parts;
+    let [x0, v0, sx, sv] = work else { return };
+    let n = x.len();
+    let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
+    let (x0, v0, sx, sv) = (&x0[..n], &v0[..n], &sx[..n], &sv[..n]);
+    for i in 0..n {
+        x[i] = x0[i] + (sx[i] + v[i]) * sixth;
+        v[i] = v0[i] + (sv[i] + f[i] * w[i]) * sixth;
+    }
+}

@@ -1,0 +1,145 @@
+//! Preconditioned conjugate gradients: the change of velocity that cancels a residual.
+
+use crate::elements::column;
+use crate::number::{Real, at_level};
+use crate::system::Model;
+use crate::system::columns::{Aligned, LANES, RECORD};
+use fearless_simd::Level;
+
+/// When a solve is good enough.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Goal {
+    /// Fraction of the first residual that may be left, in the norm of the preconditioner.
+    pub(crate) tolerance: f64,
+    /// Iterations at least.
+    pub(crate) fewest: usize,
+}
+
+/// The columns of a solve.
+#[derive(Clone, Debug)]
+pub(crate) struct Solve<R: Real> {
+    /// The momentum still missing, kilogram metres per second.
+    pub(crate) residuals: Aligned<R>,
+    /// The change of velocity found, metres per second.
+    pub(crate) changes: Aligned<R>,
+    /// The preconditioner: the inverse of the block of each particle, and what contact leaves of it,
+    /// xx, xy and xz in one column, yy, yz and zz in another.
+    pub(crate) preconditioner: [Aligned<R>; 2],
+    /// Where the solve goes next, what the matrix makes of that, and the residuals times the
+    /// preconditioner.
+    directions: Aligned<R>,
+    pub(crate) products: Aligned<R>,
+    steered: Aligned<R>,
+    /// Iterations at most.
+    most: usize,
+}
+
+/// Iterations of one solve at most: bounds the time of a substep.
+const MOST: usize = 1000;
+
+impl<R: Real> Solve<R> {
+    pub(crate) fn new(model: &Model<R>) -> Self {
+        let column = |place| column(&model.slots, place);
+        Solve {
+            residuals: column(28),
+            changes: column(29),
+            preconditioner: [column(30), column(31)],
+            directions: column(32),
+            products: column(33),
+            steered: column(34),
+            // In exact arithmetic as many as there are unknowns suffice; rounding asks for a few more.
+            most: (4 * model.particle_count() + 16).min(MOST),
+        }
+    }
+
+    /// Lowers the residuals by changing velocities. `first` is the square norm to compare with, that
+    /// at the start if there is none; it is returned. `multiply` overwrites its last argument with
+    /// the product of the matrix and a direction.
+    ///
+    /// A direction in which the preconditioner is singular is never entered: that is how pins and
+    /// contacts hold. Sums are in `f64`, one for each lane, so that they depend on nothing but the
+    /// layout. Source: Hestenes and Stiefel, 1952; the projection is that of Baraff and Witkin, 1998,
+    /// section 5.3, with the symmetry that Ascher and Boxerman, 2003, ask for.
+    pub(crate) fn run(
+        &mut self,
+        level: Level,
+        goal: Goal,
+        first: Option<f64>,
+        mut multiply: impl FnMut(&[R], &mut [R]),
+    ) -> f64 {
+        self.directions.fill(R::ZERO);
+        self.products.fill(R::ZERO);
+        let mut left = at_level!(level, _simd => descend(self, R::ZERO));
+        let first = first.unwrap_or(left);
+        let enough = goal.tolerance * goal.tolerance * first;
+        let mut keep = R::ZERO;
+        for iteration in 0..self.most {
+            if left <= enough && goal.fewest <= iteration {
+                break;
+            }
+            let Solve { directions, steered, products, .. } = &mut *self;
+            at_level!(level, _simd => turn::<R>(directions, steered, keep));
+            multiply(directions, products);
+            let curvature = at_level!(level, _simd => dot::<R>(directions, products));
+            // Not positive where rounding is all that is left, or where nothing was to do.
+            if !(0.0 < curvature && 0.0 < left) {
+                break;
+            }
+            let before = left;
+            left = at_level!(level, _simd => descend(self, R::of(left / curvature)));
+            keep = R::of(left / before);
+        }
+        first
+    }
+}
+
+/// Takes the direction of the residuals, steered, and so much of the one before.
+#[inline(always)]
+fn turn<R: Real>(directions: &mut [R], steered: &[R], keep: R) {
+    let steered = &steered[..directions.len()];
+    for (direction, &steered) in directions.iter_mut().zip(steered) {
+        *direction = steered + *direction * keep;
+    }
+}
+
+/// Goes so far in the direction, and measures what is left of the residuals in the norm of the
+/// preconditioner, squared.
+#[inline(always)]
+fn descend<R: Real>(solve: &mut Solve<R>, distance: R) -> f64 {
+    let Solve { residuals, changes, preconditioner, directions, products, steered, .. } = solve;
+    let [upper, lower] = &*preconditioner;
+    let moved = residuals.as_chunks_mut::<RECORD>().0.iter_mut();
+    let moved = moved.zip(changes.as_chunks_mut::<RECORD>().0);
+    let moved = moved.zip(steered.as_chunks_mut::<RECORD>().0);
+    let by = directions.as_chunks::<RECORD>().0.iter().zip(products.as_chunks::<RECORD>().0);
+    let blocks = upper.as_chunks::<RECORD>().0.iter().zip(lower.as_chunks::<RECORD>().0);
+    let mut sums = [0.0; LANES];
+    for ((((r, change), p), (direction, product)), (upper, lower)) in moved.zip(by).zip(blocks) {
+        for i in 0..RECORD {
+            change[i] += direction[i] * distance;
+            r[i] -= product[i] * distance;
+        }
+        for lane in 0..LANES {
+            let [x, y, z] = [lane, LANES + lane, 2 * LANES + lane];
+            let (xy, xz, yz) = (upper[y], upper[z], lower[y]);
+            p[x] = upper[x] * r[x] + xy * r[y] + xz * r[z];
+            p[y] = xy * r[x] + lower[x] * r[y] + yz * r[z];
+            p[z] = xz * r[x] + yz * r[y] + lower[z] * r[z];
+            sums[lane] += (r[x] * p[x] + r[y] * p[y] + r[z] * p[z]).to_f64();
+        }
+    }
+    sums.iter().sum()
+}
+
+/// The scalar product of two columns.
+#[inline(always)]
+fn dot<R: Real>(a: &[R], b: &[R]) -> f64 {
+    let mut sums = [0.0; LANES];
+    for (a, b) in a.as_chunks::<RECORD>().0.iter().zip(b.as_chunks::<RECORD>().0) {
+        for lane in 0..LANES {
+            let [x, y, z] = [lane, LANES + lane, 2 * LANES + lane];
+            sums[lane] += (a[x] * b[x] + a[y] * b[y] + a[z] * b[z]).to_f64();
+        }
+    }
+    sums.iter().sum()
+}

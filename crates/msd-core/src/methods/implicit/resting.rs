@@ -1,0 +1,344 @@
+//! Particles that an obstacle holds during an implicit substep, and how hard.
+//!
+//! A particle that lies on an obstacle keeps its height in the solve itself: moved back afterwards,
+//! it would have let the body sag by g h² and the springs above it push it into the obstacle. On a
+//! surface that moves it is held as seen from there.
+//!
+//! What the solve leaves undone in the held directions is the impulse of the surface. Where that
+//! would pull, the particle is let go. Friction is Coulomb's with this impulse, the weight of all
+//! that lies above included: what sticks is held along the surface too, as long as that takes no more
+//! than μ times the pressure; what slides gets that much against its velocity, as a force in the
+//! solve. Slowing a particle after the solve, as [`crate::obstacles::contact`] does, would compare
+//! the momentum of one particle with the weight of all above it, and hold a stiff block too well.
+
+use super::conjugate::Solve;
+use crate::number::{Real, Vector};
+use crate::obstacles::contact::resting_speed;
+use crate::obstacles::{ContactLaw, Obstacle};
+use crate::system::columns::{Aligned, set_vector, single, vector};
+use crate::system::{Columns, Model};
+use alloc::vec::Vec;
+
+/// A surface under a particle.
+#[derive(Clone, Copy, Debug, Default)]
+struct Face<R: Real> {
+    obstacle: usize,
+    /// Direction out of the obstacle, length one.
+    normal: R::Vec3,
+    /// Velocity of the surface, metres per second.
+    velocity: R::Vec3,
+    law: ContactLaw<R>,
+    /// The normal made orthogonal to those of the faces before, and how much of it is along that.
+    axis: R::Vec3,
+    slope: R,
+}
+
+/// A particle that lies on one face, in an edge of two or in a corner of three.
+#[derive(Clone, Copy, Debug)]
+struct Hold<R: Real> {
+    /// Its place in the columns.
+    at: usize,
+    faces: [Face<R>; 3],
+    count: usize,
+    /// Velocity of the surface, metres per second; of several faces, along the normal of each.
+    surface: R::Vec3,
+    /// Whether friction holds it along the faces too.
+    stuck: bool,
+    /// Impulse of friction where it slides, newton seconds.
+    friction: R::Vec3,
+}
+
+/// The particles that obstacles hold.
+#[derive(Clone, Debug)]
+pub(crate) struct Holds<R: Real> {
+    rows: Vec<Hold<R>>,
+}
+
+/// Nearness at which a particle lies on a surface, as a fraction of the lengths at hand: a few
+/// roundings in single precision.
+const NEAR: f64 = 1e-6;
+
+/// The substep for which holds are sought.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span<R> {
+    /// Its length, seconds.
+    pub(crate) h: R,
+    /// Its start, the time of the stage, and its end, seconds.
+    pub(crate) start: f64,
+    pub(crate) stage: f64,
+    pub(crate) end: f64,
+}
+
+impl<R: Real> Holds<R> {
+    pub(crate) fn new(model: &Model<R>) -> Self {
+        let most = if model.obstacles.is_empty() { 0 } else { model.particle_count() };
+        Holds { rows: Vec::with_capacity(most) }
+    }
+
+    /// Lists the particles that lie on an obstacle and neither leave it nor hit it.
+    ///
+    /// At rest is what moves along the normal slower than what gravity adds in two substeps, as in
+    /// [`crate::obstacles::contact`].
+    pub(crate) fn find(&mut self, model: &Model<R>, span: &Span<R>, state: &Columns<R>) {
+        self.rows.clear();
+        let obstacles = &model.obstacles;
+        if obstacles.is_empty() {
+            return;
+        }
+        for at in model.slots.places().filter(|&at| model.inverse_mass_column[at] != R::ZERO) {
+            let motion = state.get(at);
+            let mut hold = Hold::new(at);
+            for (index, plane) in obstacles.planes.iter().enumerate() {
+                hold.meet(model, (index, plane), span, motion);
+            }
+            for (index, (_, own)) in obstacles.own.iter().enumerate() {
+                hold.meet(model, (obstacles.planes.len() + index, own.of::<R>()), span, motion);
+            }
+            if 0 < hold.count {
+                let along = hold.free(motion.1 - hold.surface);
+                hold.stuck = along.dot(along) == R::ZERO && hold.is_rough();
+                self.rows.push(hold);
+            }
+        }
+    }
+
+    /// Takes away the velocities that the obstacles do not allow.
+    pub(crate) fn restrict(&self, velocities: &mut [R]) {
+        for hold in &self.rows {
+            let velocity = hold.allowed(vector::<R>(velocities, hold.at));
+            set_vector(velocities, hold.at, velocity);
+        }
+    }
+
+    /// Overwrites the preconditioner with the inverses of blocks, less the directions that are held,
+    /// which a solve then never enters.
+    pub(crate) fn precondition(&self, inverses: &[Aligned<R>; 2], solve: &mut Solve<R>) {
+        let [upper, lower] = &mut solve.preconditioner;
+        upper.copy_from_slice(&inverses[0]);
+        lower.copy_from_slice(&inverses[1]);
+        for hold in &self.rows {
+            // S P S by columns: S P, its rows as columns since both are symmetric, and S again.
+            let [a, b] = [&*upper, &*lower].map(|column| vector::<R>(column, hold.at).components());
+            let inverse = [a, [a[1], b[0], b[1]], [a[2], b[1], b[2]]].map(R::Vec3::from_components);
+            let half = transpose::<R>(inverse.map(|column| hold.project(column)));
+            let [x, y, z] = half.map(|column| hold.project(column).components());
+            set_vector(upper, hold.at, R::Vec3::from_components(x));
+            set_vector(lower, hold.at, R::Vec3::from_components([y[1], y[2], z[2]]));
+        }
+    }
+
+    /// Adds the friction on what slides to fresh residuals, estimated from the residuals themselves:
+    /// the momentum that springs and gravity would press into the obstacles.
+    pub(crate) fn add_friction(&mut self, velocities: &[R], residuals: &mut [R]) {
+        for hold in self.rows.iter_mut().filter(|hold| !hold.stuck && hold.is_rough()) {
+            let residual = vector::<R>(residuals, hold.at);
+            let (pushes, _) = hold.pushes(-residual);
+            let velocity = vector::<R>(velocities, hold.at) - hold.surface;
+            hold.friction = slowing::<R>(hold.free(velocity), hold.budget(pushes));
+            set_vector(residuals, hold.at, residual + hold.friction);
+        }
+    }
+
+    /// Lets go of what an obstacle would have to pull, and brings friction in line with the pressure.
+    /// Returns whether anything changed, so that the solve has to go on.
+    pub(crate) fn review(&mut self, velocities: &[R], solve: &mut Solve<R>) -> bool {
+        let mut changed = false;
+        for hold in &mut self.rows {
+            let velocity = vector::<R>(velocities, hold.at) + vector::<R>(&solve.changes, hold.at);
+            let residual = vector::<R>(&solve.residuals, hold.at);
+            let before = hold.friction;
+            changed |= hold.review(velocity - hold.surface, -residual);
+            set_vector(&mut solve.residuals, hold.at, residual + (hold.friction - before));
+        }
+        self.rows.retain(|hold| 0 < hold.count);
+        changed
+    }
+
+    /// Energy taken away by friction, and by surfaces that move, in a stage at these velocities,
+    /// joules.
+    pub(crate) fn energy(&self, velocities: &[R], residuals: &[R]) -> f64 {
+        let energy = |hold: &Hold<R>| {
+            let residual = vector::<R>(residuals, hold.at);
+            let impulse = hold.project(residual) - residual;
+            let work = hold.friction.dot(vector::<R>(velocities, hold.at));
+            -(work + impulse.dot(hold.surface)).to_f64()
+        };
+        self.rows.iter().map(energy).sum()
+    }
+
+    /// Sets what is held down on its obstacles, just outside, and slows it where each contact takes a
+    /// part of the velocity. Returns the energy taken away, joules.
+    pub(crate) fn settle(&self, model: &Model<R>, end: f64, state: &mut Columns<R>) -> f64 {
+        let mut energy = 0.0;
+        for hold in &self.rows {
+            let (mut position, velocity) = state.get(hold.at);
+            let velocity = hold.allowed(velocity);
+            let mut slowed = velocity;
+            for face in &hold.faces[..hold.count] {
+                slowed = face.velocity + (slowed - face.velocity) * (R::ONE - face.law.loss);
+                // Outside, so that it is not taken for a second contact.
+                let gap = model.obstacles.get(face.obstacle).gap(position, end);
+                let lift = near(model, position) * R::HALF - gap;
+                position += face.normal * lift.max(R::ZERO);
+            }
+            state.put(hold.at, (position, slowed));
+            let slower = velocity.dot(velocity) - slowed.dot(slowed);
+            energy += (slower * R::HALF * model.mass_column[single(hold.at)]).to_f64();
+        }
+        energy
+    }
+}
+
+impl<R: Real> Hold<R> {
+    fn new(at: usize) -> Self {
+        Hold {
+            at,
+            faces: [Face::default(); 3],
+            count: 0,
+            surface: R::Vec3::ZERO,
+            stuck: false,
+            friction: R::Vec3::ZERO,
+        }
+    }
+
+    /// Adds an obstacle that a particle lies on.
+    #[inline]
+    fn meet<O: Obstacle<R> + ?Sized>(
+        &mut self,
+        model: &Model<R>,
+        (index, obstacle): (usize, &O),
+        span: &Span<R>,
+        (position, velocity): (R::Vec3, R::Vec3),
+    ) {
+        let is_near = obstacle.gap(position, span.start) <= near(model, position);
+        if !is_near {
+            return;
+        }
+        let normal = obstacle.normal(position, span.start);
+        let surface = obstacle.velocity(position, span.stage);
+        let resting = resting_speed::<R>(normal, model.gravity(), span.h);
+        if (velocity - surface).dot(normal).abs() <= resting {
+            let law = obstacle.law();
+            self.add(Face { obstacle: index, normal, velocity: surface, law, ..Face::default() });
+        }
+    }
+
+    /// Adds a face unless its normal is a combination of those there.
+    fn add(&mut self, face: Face<R>) {
+        let rest = self.remove_axes(face.normal);
+        let slope = rest.dot(rest).sqrt();
+        if self.count < 3 && R::of(1e-3) < slope {
+            let axis = rest * (R::ONE / slope);
+            // Along an axis of its own, which leaves the faces before as they are.
+            let missing = face.normal.dot(face.velocity - self.surface) / slope;
+            self.surface = match self.count {
+                0 => face.velocity,
+                _ => self.surface + axis * missing,
+            };
+            self.faces[self.count] = Face { axis, slope, ..face };
+            self.count += 1;
+        }
+    }
+
+    fn remove_axes(&self, vector: R::Vec3) -> R::Vec3 {
+        let faces = self.faces[..self.count].iter();
+        faces.fold(vector, |rest, face| rest - face.axis * face.axis.dot(rest))
+    }
+
+    /// The part of a vector along the faces.
+    fn free(&self, vector: R::Vec3) -> R::Vec3 {
+        if self.count == 3 { R::Vec3::ZERO } else { self.remove_axes(vector) }
+    }
+
+    /// The part of a vector in the directions that are not held.
+    fn project(&self, vector: R::Vec3) -> R::Vec3 {
+        if self.stuck { R::Vec3::ZERO } else { self.free(vector) }
+    }
+
+    /// The velocity that is left of one, metres per second.
+    fn allowed(&self, velocity: R::Vec3) -> R::Vec3 {
+        self.surface + self.project(velocity - self.surface)
+    }
+
+    fn is_rough(&self) -> bool {
+        self.faces[..self.count].iter().any(|face| R::ZERO < face.law.friction)
+    }
+
+    /// What each face pushes along its normal to make up an impulse, newton seconds, and what is
+    /// left along the faces.
+    fn pushes(&self, impulse: R::Vec3) -> ([R; 3], R::Vec3) {
+        let (mut pushes, mut rest) = ([R::ZERO; 3], impulse);
+        // Backwards: the last axis belongs to the last normal alone.
+        for (face, push) in self.faces[..self.count].iter().zip(&mut pushes).rev() {
+            *push = rest.dot(face.axis) / face.slope;
+            rest -= face.normal * *push;
+        }
+        (pushes, rest)
+    }
+
+    /// The largest impulse of friction, newton seconds.
+    fn budget(&self, pushes: [R; 3]) -> R {
+        let faces = self.faces[..self.count].iter().zip(pushes);
+        faces.fold(R::ZERO, |sum, (face, push)| sum + face.law.friction * push.max(R::ZERO))
+    }
+
+    /// Decides for one particle, from its velocity along the faces and the impulse that these would
+    /// need to give.
+    fn review(&mut self, velocity: R::Vec3, impulse: R::Vec3) -> bool {
+        let (pushes, along) = self.pushes(impulse);
+        if pushes[..self.count].iter().any(|&push| push < R::ZERO) {
+            self.release(pushes);
+            return true;
+        }
+        if !self.is_rough() {
+            return false;
+        }
+        let (budget, free) = (self.budget(pushes), self.free(velocity));
+        if self.stuck {
+            let needed = along.dot(along).sqrt();
+            self.stuck = needed <= budget;
+            self.friction = if self.stuck { R::Vec3::ZERO } else { along * (budget / needed) };
+            return !self.stuck;
+        }
+        let turned = R::ZERO < free.dot(self.friction);
+        if turned || free.dot(free) == R::ZERO {
+            (self.stuck, self.friction) = (true, R::Vec3::ZERO);
+            return true;
+        }
+        let friction = slowing::<R>(free, budget);
+        let step = friction - self.friction;
+        self.friction = friction;
+        // One part in a hundred of friction is less than anybody knows of its factor.
+        let tolerance = R::of(1e-2) * budget;
+        tolerance * tolerance < step.dot(step)
+    }
+
+    /// Leaves the faces that pull.
+    fn release(&mut self, pushes: [R; 3]) {
+        let before = *self;
+        *self = Hold::new(before.at);
+        for (&face, push) in before.faces[..before.count].iter().zip(pushes) {
+            if R::ZERO <= push {
+                self.add(face);
+            }
+        }
+    }
+}
+
+/// An impulse of size `budget` against a velocity.
+fn slowing<R: Real>(velocity: R::Vec3, budget: R) -> R::Vec3 {
+    let speed = velocity.dot(velocity).sqrt();
+    if speed == R::ZERO { R::Vec3::ZERO } else { -(velocity * (budget / speed)) }
+}
+
+/// The gap at which a particle lies on a surface, metres. A gap is the difference of two numbers, each
+/// of which may be as large as the position.
+fn near<R: Real>(model: &Model<R>, position: R::Vec3) -> R {
+    let extent = position.extent();
+    R::of(NEAR) * (R::of(model.size) + extent + extent)
+}
+
+fn transpose<R: Real>(columns: [R::Vec3; 3]) -> [R::Vec3; 3] {
+    let [a, b, c] = columns.map(Vector::components);
+    [0, 1, 2].map(|row| R::Vec3::from_components([a[row], b[row], c[row]]))
+}

@@ -1,0 +1,263 @@
+//! The matrix of an implicit stage, A = M − τ ∂f/∂v − τ² ∂f/∂x, and the inverses of its blocks.
+
+use crate::elements::springs::matrix::{SpringMatrix, Stage};
+use crate::elements::{Block, Blocks, Products, column};
+use crate::number::{Real, Vector, at_level};
+use crate::system::Model;
+use crate::system::columns::{Aligned, LANES, RECORD, set_vector, vector};
+use alloc::vec::Vec;
+use glam::DVec3;
+
+/// The matrix about a stage, kilograms.
+///
+/// For springs see [`SpringMatrix`]. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing
+/// at its largest force, which is taken as constant. Elements of the caller's own are asked for their
+/// products.
+#[derive(Clone, Debug)]
+pub(crate) struct Tangent<R: Real> {
+    springs: SpringMatrix<R>,
+    /// Mass, drag and grabs of each particle, kilograms, three times each.
+    diagonals: Aligned<R>,
+    /// Inverses of the blocks of particles, xx, xy and xz in one column, yy, yz and zz in another;
+    /// zero where a particle is pinned.
+    inverses: [Aligned<R>; 2],
+    own: OwnWork,
+}
+
+/// What elements of the caller's own are asked with, in scene order; empty where there are none.
+#[derive(Clone, Debug, Default)]
+struct OwnWork {
+    direction: Vec<DVec3>,
+    products: [Vec<DVec3>; 2],
+    blocks: [Vec<Block>; 2],
+}
+
+impl<R: Real> Tangent<R> {
+    pub(crate) fn new(model: &Model<R>) -> Self {
+        Tangent {
+            springs: SpringMatrix::new(&model.springs, &model.slots),
+            diagonals: column(&model.slots, 25),
+            inverses: [26, 27].map(|place| column(&model.slots, place)),
+            own: OwnWork::default(),
+        }
+    }
+
+    /// Overwrites the matrix with that about a stage.
+    pub(crate) fn linearise(&mut self, model: &Model<R>, stage: &Stage<'_, R>) {
+        self.set_diagonals(model, stage);
+        let Tangent { springs, diagonals, inverses: [upper, lower], own } = self;
+        at_level!(stage.level, _simd => set_blocks(diagonals, upper, lower));
+        springs.linearise(&model.springs, stage, [upper, lower]);
+        if !model.own.is_empty() {
+            own.add_blocks(model, stage, [upper, lower]);
+        }
+        let inverse_masses = &model.inverse_mass_column;
+        at_level!(stage.level, _simd => invert_blocks::<R>(inverse_masses, upper, lower));
+    }
+
+    fn set_diagonals(&mut self, model: &Model<R>, stage: &Stage<'_, R>) {
+        let Stage { tau, motion, .. } = *stage;
+        let add = tau * model.fields.drag;
+        let records = self.diagonals.as_chunks_mut::<RECORD>().0.iter_mut();
+        for (diagonals, masses) in records.zip(model.mass_column.as_chunks::<LANES>().0) {
+            for diagonals in diagonals.as_chunks_mut::<LANES>().0 {
+                for (diagonal, &mass) in diagonals.iter_mut().zip(masses) {
+                    *diagonal = mass + add;
+                }
+            }
+        }
+        for grab in model.grabs() {
+            let at = model.slots.at(grab.particle as usize);
+            let here = [motion.positions, motion.velocities].map(|column| vector(column, at));
+            let [stiffness, damping] = grab.tangent(here[0], here[1]).map(R::of);
+            for axis in 0..3 {
+                self.diagonals[at + axis * LANES] += tau * (tau * stiffness + damping);
+            }
+        }
+    }
+
+    /// The inverses of the blocks of particles.
+    pub(crate) fn inverses(&self) -> &[Aligned<R>; 2] {
+        &self.inverses
+    }
+
+    /// Overwrites products with those of the matrix and a direction.
+    pub(crate) fn set_products(
+        &mut self,
+        model: &Model<R>,
+        stage: &Stage<'_, R>,
+        direction: &[R],
+        products: &mut [R],
+    ) {
+        let (level, diagonals) = (stage.level, &self.diagonals);
+        at_level!(level, _simd => multiply::<R>(diagonals, direction, products));
+        self.springs.add_products(level, &model.springs, direction, products);
+        if !model.own.is_empty() {
+            self.own.add_products(model, stage, direction, products);
+        }
+    }
+}
+
+impl OwnWork {
+    fn add_blocks<R: Real>(
+        &mut self,
+        model: &Model<R>,
+        stage: &Stage<'_, R>,
+        [upper, lower]: [&mut [R]; 2],
+    ) {
+        let [stiffness, damping] = &mut self.blocks;
+        for blocks in [&mut *stiffness, damping] {
+            blocks.clear();
+            blocks.resize(model.particle_count(), Block::default());
+        }
+        for (_, own) in &model.own {
+            own.of::<R>().add_blocks(&stage.motion, &mut Blocks { stiffness, damping });
+        }
+        let tau = stage.tau.to_f64();
+        for (at, (k, b)) in model.slots.places().zip(stiffness.iter().zip(&*damping)) {
+            let number = |i: usize| tau * (tau * k[i] + b[i]);
+            let adds = [[0, 1, 2], [3, 4, 5]].map(|row| DVec3::from_array(row.map(number)));
+            set_vector(upper, at, vector::<R>(upper, at) + R::Vec3::of(adds[0]));
+            set_vector(lower, at, vector::<R>(lower, at) + R::Vec3::of(adds[1]));
+        }
+    }
+
+    fn add_products<R: Real>(
+        &mut self,
+        model: &Model<R>,
+        stage: &Stage<'_, R>,
+        direction: &[R],
+        products: &mut [R],
+    ) {
+        let OwnWork { direction: asked, products: [stiffness, damping], .. } = self;
+        asked.clear();
+        asked.extend(model.slots.places().map(|at| vector::<R>(direction, at).to_f64()));
+        for column in [&mut *stiffness, damping] {
+            column.clear();
+            column.resize(asked.len(), DVec3::ZERO);
+        }
+        for (_, own) in &model.own {
+            let mut sums = Products { stiffness, damping };
+            own.of::<R>().add_products(&stage.motion, asked, &mut sums);
+        }
+        let tau = stage.tau.to_f64();
+        for (at, (&k, &b)) in model.slots.places().zip(stiffness.iter().zip(&*damping)) {
+            let product = R::Vec3::of((k * tau + b) * tau);
+            set_vector(products, at, vector::<R>(products, at) + product);
+        }
+    }
+}
+
+#[inline(always)]
+fn multiply<R: Real>(diagonals: &[R], direction: &[R], products: &mut [R]) {
+    let n = products.len();
+    let (diagonals, direction) = (&diagonals[..n], &direction[..n]);
+    for i in 0..n {
+        products[i] = diagonals[i] * direction[i];
+    }
+}
+
+/// Starts blocks with their diagonals.
+#[inline(always)]
+fn set_blocks<R: Real>(diagonals: &[R], upper: &mut [R], lower: &mut [R]) {
+    let rows = upper.as_chunks_mut::<RECORD>().0.iter_mut();
+    let rows = rows.zip(lower.as_chunks_mut::<RECORD>().0);
+    for ((upper, lower), diagonals) in rows.zip(diagonals.as_chunks::<RECORD>().0) {
+        for lane in 0..LANES {
+            upper[lane] = diagonals[lane];
+            upper[LANES + lane] = R::ZERO;
+            upper[2 * LANES + lane] = R::ZERO;
+            lower[lane] = diagonals[LANES + lane];
+            lower[LANES + lane] = R::ZERO;
+            lower[2 * LANES + lane] = diagonals[2 * LANES + lane];
+        }
+    }
+}
+
+/// The numbers of sixteen blocks.
+type Sixteen<R> = [[R; LANES]; 6];
+
+#[inline(always)]
+fn invert_blocks<R: Real>(inverse_masses: &[R], upper: &mut [R], lower: &mut [R]) {
+    let rows = upper.as_chunks_mut::<RECORD>().0.iter_mut();
+    let rows = rows.zip(lower.as_chunks_mut::<RECORD>().0);
+    for ((upper, lower), w) in rows.zip(inverse_masses.as_chunks::<RECORD>().0) {
+        let mut inverses: Sixteen<R> = [[R::ZERO; LANES]; 6];
+        let mut sound = [true; LANES];
+        for lane in 0..LANES {
+            let [xx, xy, xz] = [0, 1, 2].map(|row| upper[row * LANES + lane].to_f64());
+            let [yy, yz, zz] = [0, 1, 2].map(|row| lower[row * LANES + lane].to_f64());
+            let (found, is_sound) = inverse::<R>([xx, xy, xz, yy, yz, zz]);
+            let is_pinned = w[lane] == R::ZERO;
+            for (column, found) in inverses.iter_mut().zip(found) {
+                column[lane] = if is_pinned { R::ZERO } else { R::of(found) };
+            }
+            sound[lane] = is_sound | is_pinned;
+        }
+        if sound != [true; LANES] {
+            invert_steadily([upper, lower], sound, &mut inverses);
+        }
+        for row in 0..3 {
+            upper[row * LANES..][..LANES].copy_from_slice(&inverses[row]);
+            lower[row * LANES..][..LANES].copy_from_slice(&inverses[3 + row]);
+        }
+    }
+}
+
+/// Inverts the blocks that rounding left without an inverse.
+#[cold]
+fn invert_steadily<R: Real>(
+    blocks: [&[R; RECORD]; 2],
+    sound: [bool; LANES],
+    inverses: &mut Sixteen<R>,
+) {
+    for lane in (0..LANES).filter(|&lane| !sound[lane]) {
+        let number = |i: usize| blocks[i / 3][i % 3 * LANES + lane].to_f64();
+        let found = steady_inverse::<R>([0, 1, 2, 3, 4, 5].map(number));
+        for (column, found) in inverses.iter_mut().zip(found) {
+            column[lane] = R::of(found);
+        }
+    }
+}
+
+/// The inverse of a symmetric positive matrix by cofactors, and whether it is sound: the numbers
+/// xx, xy, xz, yy, yz and zz of both. Where it is not, there is [`steady_inverse`].
+///
+/// In double precision: a stiff spring and a light particle differ by more than 2^24.
+#[inline(always)]
+fn inverse<R: Real>(block: Block) -> (Block, bool) {
+    let scale = 1.0 / (block[0] + block[3] + block[5]);
+    let (found, determinant) = cofactors(block.map(|number| number * scale));
+    // About the smallest eigenvalue: the determinant over the sum of products of two.
+    let minors = found[0] + found[3] + found[5];
+    let rounding = rounding::<R>();
+    let sound = (rounding * minors < determinant) & (rounding < minors);
+    let factor = scale / determinant;
+    (found.map(|cofactor| cofactor * factor), sound)
+}
+
+/// The inverse of a matrix that rounding left without one, or with one that is not positive, which
+/// would end a solve before it begins: a mass was rounded away beside a stiff spring.
+///
+/// So much is added to the diagonal that rounding cannot matter: an inverse only steers the solve.
+fn steady_inverse<R: Real>(block: Block) -> Block {
+    let scale = 1.0 / (block[0] + block[3] + block[5]);
+    let mut block = block.map(|number| number * scale);
+    [0, 3, 5].into_iter().for_each(|number| block[number] += rounding::<R>());
+    let (found, determinant) = cofactors(block);
+    found.map(|cofactor| cofactor * (scale / determinant))
+}
+
+/// What rounding may leave of an eigenvalue, as a fraction of the trace.
+#[inline(always)]
+fn rounding<R: Real>() -> f64 {
+    8.0 * R::EPSILON.to_f64()
+}
+
+/// The cofactors of a symmetric matrix, and its determinant.
+#[inline(always)]
+fn cofactors([xx, xy, xz, yy, yz, zz]: Block) -> (Block, f64) {
+    let (a, b, c) = (yy * zz - yz * yz, yz * xz - xy * zz, xy * yz - yy * xz);
+    let (d, e, f) = (zz * xx - xz * xz, xz * xy - yz * xx, xx * yy - xy * xy);
+    ([a, b, c, d, e, f], xx * a + xy * b + xz * c)
+}

@@ -1,0 +1,389 @@
+//! The numbers of a simulation: `f32` or `f64` behind one sealed trait, and the instructions that
+//! compute with sixteen of them at a time.
+
+use crate::elements::Element;
+use crate::elements::springs::gather::{GATHERED, gather_double, gather_single};
+use crate::energy::Energy;
+use crate::error::Error;
+use crate::methods::{Method, Settings};
+use crate::obstacles::Obstacle;
+use crate::scene::Scene;
+use crate::simulation::Simulation;
+use crate::stability::Estimator;
+use crate::system::columns::LANES;
+use core::fmt::{Debug, Display};
+use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use fearless_simd::{Level, SimdFloatElement};
+use glam::{DVec3, Vec3, Vec3A};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// The scalar of a simulation: [`f32`] or [`f64`].
+///
+/// Every operation is a single IEEE 754 operation, correctly rounded, so that the same scene gives
+/// the same bits on every machine. There is no fused multiply-add here on purpose.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Display
+    + Default
+    + PartialEq
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + SimdFloatElement
+{
+    /// The three-dimensional vector of this scalar.
+    type Vec3: Vector<Scalar = Self>;
+    /// The bytes of this scalar.
+    type Bytes: IntoIterator<Item = u8>;
+    /// Zero.
+    const ZERO: Self;
+    /// One.
+    const ONE: Self;
+    /// One half.
+    const HALF: Self;
+    /// The name a user writes: `f32` or `f64`.
+    const NAME: &'static str;
+    /// The largest finite number.
+    const LARGEST: Self;
+    /// The distance from one to the next number above it.
+    const EPSILON: Self;
+    /// The square of the shortest length that still has a direction, m².
+    ///
+    /// Below it the reciprocal of the square overflows or the direction is rounding noise.
+    const SHORTEST_SQUARED: Self;
+
+    /// Rounds a double to this scalar.
+    fn of(value: f64) -> Self;
+    /// Widens to a double, exactly.
+    fn to_f64(self) -> f64;
+    /// The square root, correctly rounded.
+    fn sqrt(self) -> Self;
+    /// The absolute value.
+    fn abs(self) -> Self;
+    /// The bits, lowest byte first on every machine.
+    fn to_le_bytes(self) -> Self::Bytes;
+    /// [`Simulation::new`] for this scalar, compiled in this crate; so are the next three.
+    #[doc(hidden)]
+    fn start(scene: &Scene, settings: Settings) -> Result<Simulation<Self>, Error>;
+    /// [`Simulation::step`].
+    #[doc(hidden)]
+    fn step(simulation: &mut Simulation<Self>) -> Result<(), Error>;
+    /// [`Simulation::stable_substep_by`].
+    #[doc(hidden)]
+    fn predict(simulation: &Simulation<Self>, estimator: &mut Estimator) -> f64;
+    /// Energy and rounding of a simulation.
+    #[doc(hidden)]
+    fn measure(simulation: &Simulation<Self>) -> (Energy, f64);
+    /// Points as columns, see `elements::springs::gather`.
+    #[doc(hidden)]
+    fn gather(
+        level: Level,
+        points: &[Self],
+        others: &[u32; LANES],
+        columns: &mut [Self; GATHERED],
+    );
+    /// One of two elements: that for this scalar.
+    #[doc(hidden)]
+    fn choose_element<'a>(
+        both: (&'a dyn Element<f32>, &'a dyn Element<f64>),
+    ) -> &'a dyn Element<Self>;
+    /// One of two obstacles: that for this scalar.
+    #[doc(hidden)]
+    fn choose_obstacle<'a>(
+        both: (&'a dyn Obstacle<f32>, &'a dyn Obstacle<f64>),
+    ) -> &'a dyn Obstacle<Self>;
+    /// One of two methods: that for this scalar.
+    #[doc(hidden)]
+    fn choose_method<'a>(
+        both: (&'a dyn Method<f32>, &'a dyn Method<f64>),
+    ) -> &'a dyn Method<Self>;
+    /// The smaller of two numbers.
+    fn min(self, other: Self) -> Self {
+        if other < self { other } else { self }
+    }
+    /// The larger of two numbers.
+    fn max(self, other: Self) -> Self {
+        if self < other { other } else { self }
+    }
+}
+
+/// The vector of a [`Real`]: glam's `Vec3A` or `DVec3`.
+///
+/// `Vec3A` rather than `Vec3`: four aligned floats load, add and store at once, which is worth 1.3
+/// times the speed of a step. Only sums, products and roots are used of it, all of them exact IEEE
+/// operations per component; glam's own `cross` and `mul_add` may fuse.
+pub trait Vector:
+    Copy
+    + Debug
+    + Default
+    + PartialEq
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Neg<Output = Self>
+    + Mul<Self::Scalar, Output = Self>
+    + AddAssign
+    + SubAssign
+{
+    /// The scalar of the components.
+    type Scalar;
+    /// The zero vector.
+    const ZERO: Self;
+    /// The scalar product.
+    fn dot(self, other: Self) -> Self::Scalar;
+    /// The vector product.
+    fn cross(self, other: Self) -> Self;
+    /// The components.
+    fn components(self) -> [Self::Scalar; 3];
+    /// The vector of three components.
+    fn from_components(components: [Self::Scalar; 3]) -> Self;
+    /// Rounds each component of a double vector.
+    fn of(value: DVec3) -> Self;
+    /// Widens each component, exactly.
+    fn to_f64(self) -> DVec3;
+    /// Widens or rounds each component to single precision, for drawing.
+    fn to_f32(self) -> Vec3;
+    /// The largest absolute component, or NaN if a component is not finite.
+    fn extent(self) -> Self::Scalar;
+}
+
+macro_rules! impl_real {
+    ($scalar:ident, $vector:ident, $shortest:expr, $sqrt:ident, $as_f32:expr, $which:tt,
+     $gather:ident) => {
+        impl Real for $scalar {
+            type Vec3 = $vector;
+            type Bytes = [u8; size_of::<$scalar>()];
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const HALF: Self = 0.5;
+            const NAME: &'static str = stringify!($scalar);
+            const LARGEST: Self = $scalar::MAX;
+            const EPSILON: Self = $scalar::EPSILON;
+            const SHORTEST_SQUARED: Self = $shortest;
+
+            #[inline]
+            fn of(value: f64) -> Self {
+                value as $scalar
+            }
+            #[inline]
+            fn to_f64(self) -> f64 {
+                f64::from(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                #[cfg(feature = "std")]
+                return $scalar::sqrt(self);
+                #[cfg(not(feature = "std"))]
+                return libm::$sqrt(self);
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                $scalar::abs(self)
+            }
+            #[inline]
+            fn to_le_bytes(self) -> Self::Bytes {
+                $scalar::to_le_bytes(self)
+            }
+            fn start(scene: &Scene, settings: Settings) -> Result<Simulation<Self>, Error> {
+                Simulation::start(scene, settings)
+            }
+            fn step(simulation: &mut Simulation<Self>) -> Result<(), Error> {
+                simulation.advance()
+            }
+            fn predict(simulation: &Simulation<Self>, estimator: &mut Estimator) -> f64 {
+                simulation.predict(estimator)
+            }
+            fn measure(simulation: &Simulation<Self>) -> (Energy, f64) {
+                simulation.measure()
+            }
+            #[inline(always)]
+            fn gather(
+                level: Level,
+                points: &[Self],
+                others: &[u32; LANES],
+                columns: &mut [Self; GATHERED],
+            ) {
+                $gather(level, points, others, columns)
+            }
+            fn choose_element<'a>(
+                both: (&'a dyn Element<f32>, &'a dyn Element<f64>),
+            ) -> &'a dyn Element<Self> {
+                both.$which
+            }
+            fn choose_obstacle<'a>(
+                both: (&'a dyn Obstacle<f32>, &'a dyn Obstacle<f64>),
+            ) -> &'a dyn Obstacle<Self> {
+                both.$which
+            }
+            fn choose_method<'a>(
+                both: (&'a dyn Method<f32>, &'a dyn Method<f64>),
+            ) -> &'a dyn Method<Self> {
+                both.$which
+            }
+        }
+
+        impl Vector for $vector {
+            type Scalar = $scalar;
+            const ZERO: Self = $vector::ZERO;
+
+            #[inline]
+            fn dot(self, other: Self) -> $scalar {
+                // Products first, all at once, then the sum in a fixed order.
+                let product = self * other;
+                product.x + product.y + product.z
+            }
+            #[inline]
+            fn cross(self, other: Self) -> Self {
+                $vector::new(
+                    self.y * other.z - self.z * other.y,
+                    self.z * other.x - self.x * other.z,
+                    self.x * other.y - self.y * other.x,
+                )
+            }
+            #[inline]
+            fn components(self) -> [$scalar; 3] {
+                self.to_array()
+            }
+            #[inline]
+            fn from_components([x, y, z]: [$scalar; 3]) -> Self {
+                $vector::new(x, y, z)
+            }
+            #[inline]
+            fn of(value: DVec3) -> Self {
+                $vector::new(value.x as $scalar, value.y as $scalar, value.z as $scalar)
+            }
+            #[inline]
+            fn to_f64(self) -> DVec3 {
+                DVec3::new(f64::from(self.x), f64::from(self.y), f64::from(self.z))
+            }
+            #[inline]
+            fn to_f32(self) -> Vec3 {
+                $as_f32(self)
+            }
+            #[inline]
+            fn extent(self) -> $scalar {
+                // `max` of the standard library drops a NaN; a sum keeps it. Multiplied before they
+                // are added: a sum of large components would overflow and tell of a NaN.
+                let largest = self.x.abs().max(self.y.abs()).max(self.z.abs());
+                let nothing = self * 0.0;
+                largest + (nothing.x + nothing.y + nothing.z)
+            }
+        }
+    };
+}
+
+impl_real!(f32, Vec3A, 1e-24, sqrtf, |v: Vec3A| Vec3::from(v), 0, gather_single);
+impl_real!(f64, DVec3, 1e-200, sqrt, |v: DVec3| v.as_vec3(), 1, gather_double);
+
+/// Sets of instructions, from what every target has to what few have. All of them give the same
+/// bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Instructions {
+    /// What the target of the build always has: SSE2, NEON, simd128 of WebAssembly, or none.
+    Plain,
+    /// AVX2: 256 bits.
+    Avx2,
+    /// AVX-512 as of Ice Lake: 512 bits.
+    Avx512,
+}
+
+impl Instructions {
+    /// Every set, the plainest first.
+    pub const ALL: [Instructions; 3] =
+        [Instructions::Plain, Instructions::Avx2, Instructions::Avx512];
+
+    /// The best set that this machine has.
+    ///
+    /// Without the standard library no processor can be asked: what the build was made for.
+    pub fn best() -> Self {
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            let level = best_level();
+            if level.as_avx512().is_some() {
+                return Instructions::Avx512;
+            }
+            if level.as_avx2().is_some() {
+                return Instructions::Avx2;
+            }
+        }
+        Instructions::Plain
+    }
+
+    /// The name a user reads.
+    pub fn name(self) -> &'static str {
+        match self {
+            Instructions::Plain => "plain",
+            Instructions::Avx2 => "avx2",
+            Instructions::Avx512 => "avx512",
+        }
+    }
+
+    /// Proof that this machine has these instructions, or of the best it has if that is less.
+    pub(crate) fn level(self) -> Level {
+        #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+        {
+            use fearless_simd::Simd;
+            let best = best_level();
+            let less = match self {
+                Instructions::Plain => best.as_sse2().map(Simd::level),
+                Instructions::Avx2 => best.as_avx2().map(Simd::level),
+                Instructions::Avx512 => None,
+            };
+            return less.unwrap_or(best);
+        }
+        #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
+        best_level()
+    }
+}
+
+fn best_level() -> Level {
+    Level::try_detect().unwrap_or(Level::baseline())
+}
+
+/// Evaluates an expression in code compiled for the instructions of a level: SSE2, AVX2 or AVX-512
+/// of x86-64, elsewhere what the build was made for. What it calls must be `#[inline(always)]`.
+macro_rules! at_level {
+    ($level:expr, $simd:ident => $body:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        {
+            use fearless_simd::Simd;
+            if let Some($simd) = $level.as_avx512() {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $body,
+                )
+            } else if let Some($simd) = $level.as_avx2() {
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $body,
+                )
+            } else {
+                let $simd = $level.as_sse2().expect("every processor of x86-64 has SSE2");
+                $simd.vectorize(
+                    #[inline(always)]
+                    || $body,
+                )
+            }
+        }
+        #[cfg(not(target_arch = "x86_64"))]
+        fearless_simd::dispatch!($level, $simd => $body)
+    }};
+}
+pub(crate) use at_level;

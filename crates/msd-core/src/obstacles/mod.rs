@@ -1,0 +1,129 @@
+//! Obstacles: what stops particles.
+//!
+//! An obstacle knows gap and normal at a point, and the velocity of its surface. One law of contact
+//! ([`ContactLaw`]) turns these into a new position and velocity; methods decide when: after a substep
+//! (explicit, XPBD), inside the solve (implicit), at the time of the impact (Dormand-Prince).
+
+pub(crate) mod contact;
+mod plane;
+
+pub use contact::{ContactLaw, Contacts};
+pub use plane::PlaneColumn;
+
+use crate::number::{Real, Vector};
+use crate::system::slots::Slots;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+use contact::{Bodies, resolve_one_by_one, resolve_plane};
+use core::fmt::Debug;
+use fearless_simd::Level;
+
+/// A solid that particles cannot enter.
+///
+/// ```
+/// use msd_core::obstacles::Obstacle;
+/// use msd_core::{Real, Vector};
+///
+/// /// A ball of 1 m about the origin, smooth and without bounce.
+/// #[derive(Debug)]
+/// struct Ball;
+///
+/// impl<R: Real> Obstacle<R> for Ball {
+///     fn gap(&self, position: R::Vec3, _: f64) -> R {
+///         Real::sqrt(position.dot(position)) - R::ONE
+///     }
+///     fn normal(&self, position: R::Vec3, _: f64) -> R::Vec3 {
+///         position * (R::ONE / Real::sqrt(position.dot(position)))
+///     }
+/// }
+/// ```
+pub trait Obstacle<R: Real>: Debug + Send + Sync {
+    /// The distance of a point from the surface at a time, metres; negative inside.
+    fn gap(&self, position: R::Vec3, time: f64) -> R;
+
+    /// The direction out of the solid at a point near its surface, length one.
+    fn normal(&self, position: R::Vec3, time: f64) -> R::Vec3;
+
+    /// The velocity of the surface near a point, metres per second. Default: it stands still.
+    fn velocity(&self, position: R::Vec3, time: f64) -> R::Vec3 {
+        let _ = (position, time);
+        R::Vec3::ZERO
+    }
+
+    /// How the surface gives back and slows. Default: neither bounce nor friction.
+    fn law(&self) -> ContactLaw<R> {
+        ContactLaw::default()
+    }
+}
+
+/// An obstacle of a caller's own, for either precision.
+#[derive(Clone, Debug)]
+pub struct OwnObstacle {
+    single: Arc<dyn Obstacle<f32>>,
+    double: Arc<dyn Obstacle<f64>>,
+}
+
+impl OwnObstacle {
+    /// Shares an obstacle.
+    pub fn new<O: Obstacle<f32> + Obstacle<f64> + 'static>(obstacle: Arc<O>) -> Self {
+        OwnObstacle { single: obstacle.clone(), double: obstacle }
+    }
+
+    pub(crate) fn of<R: Real>(&self) -> &dyn Obstacle<R> {
+        R::choose_obstacle((&*self.single, &*self.double))
+    }
+}
+
+/// The obstacles of a model: its planes, then those of the caller's own.
+#[derive(Clone, Debug)]
+pub struct Obstacles<R: Real> {
+    pub(crate) planes: Vec<PlaneColumn<R>>,
+    /// Each with the handle it was given.
+    pub(crate) own: Vec<(usize, OwnObstacle)>,
+}
+
+impl<R: Real> Obstacles<R> {
+    /// The number of obstacles.
+    pub fn count(&self) -> usize {
+        self.planes.len() + self.own.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.count() == 0
+    }
+
+    /// An obstacle by its place among all.
+    ///
+    /// # Panics
+    /// If there is no such obstacle.
+    #[inline]
+    pub fn get(&self, index: usize) -> &dyn Obstacle<R> {
+        match self.planes.get(index) {
+            Some(plane) => plane,
+            None => self.own[index - self.planes.len()].1.of::<R>(),
+        }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &dyn Obstacle<R>> + '_ {
+        (0..self.count()).map(|index| self.get(index))
+    }
+
+    /// Moves every particle out of every obstacle, and lets it bounce.
+    pub(crate) fn resolve(
+        &self,
+        level: Level,
+        slots: &Slots,
+        bodies: &mut Bodies<'_, R>,
+    ) -> Contacts {
+        let mut contacts = Contacts::default();
+        for plane in &self.planes {
+            contacts += resolve_plane(level, plane, bodies);
+        }
+        for (_, own) in &self.own {
+            contacts += resolve_one_by_one(own.of::<R>(), slots.places(), bodies);
+        }
+        contacts
+    }
+}

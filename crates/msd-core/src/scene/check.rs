@@ -1,0 +1,196 @@
+//! Checks of outside data: every number in its domain, every index in range.
+
+use crate::error::Error;
+use crate::number::{Real, Vector};
+use crate::scene::{Body, Friction, Particle, Plane, Scene, Spring};
+use glam::DVec3;
+
+/// The most particles a system may have.
+pub const MAX_PARTICLES: usize = 1 << 24;
+/// The most springs a system may have.
+pub const MAX_SPRINGS: usize = 1 << 27;
+
+/// The most steps a run may have taken: a double, of which time is made, counts them exactly.
+const MOST_STEPS: u64 = 1 << 53;
+
+/// Checks that `value` of row `row` lies in a domain.
+pub(crate) fn check(
+    ok: bool,
+    quantity: &'static str,
+    (item, row): (&'static str, usize),
+    value: f64,
+    expected: &'static str,
+) -> Result<(), Error> {
+    if ok { Ok(()) } else { Err(Error::OutOfDomain { quantity, item, row, value, expected }) }
+}
+
+/// Checks that `index` of row `row` names one of `count` targets.
+pub(crate) fn check_index(
+    (item, row): (&'static str, usize),
+    target: &'static str,
+    index: usize,
+    count: usize,
+) -> Result<(), Error> {
+    if index < count { Ok(()) } else { Err(Error::OutOfRange { item, row, target, index, count }) }
+}
+
+/// Checks a number of steps taken.
+pub(crate) fn check_steps(
+    quantity: &'static str,
+    at: (&'static str, usize),
+    steps: u64,
+) -> Result<(), Error> {
+    check(steps <= MOST_STEPS, quantity, at, steps as f64, "at most 2^53")
+}
+
+/// Checks every row of a scene for a run in precision `R`.
+pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
+    if scene.particles.is_empty() {
+        return Err(Error::Empty);
+    }
+    check_count("the number of particles", scene.particles.len(), MAX_PARTICLES)?;
+    check_count("the number of springs", scene.springs.len(), MAX_SPRINGS)?;
+    check_world::<R>(scene)?;
+    for (row, particle) in scene.particles.iter().enumerate() {
+        check_particle::<R>(row, particle, scene.world.extent)?;
+    }
+    let count = scene.particles.len();
+    for (row, spring) in scene.springs.iter().enumerate() {
+        check_spring::<R>(row, spring, count)?;
+    }
+    for (row, plane) in scene.planes.iter().enumerate() {
+        check_plane::<R>(row, plane)?;
+    }
+    for (row, pin) in scene.pins.iter().enumerate() {
+        check_index(("pin", row), "particle", pin.particle, count)?;
+        check_vector::<R>("velocity", ("pin", row), pin.velocity)?;
+    }
+    for (row, body) in scene.bodies.iter().enumerate() {
+        check_body(row, body, scene)?;
+    }
+    Ok(())
+}
+
+/// Checks a particle of a world that reaches as far as `extent`, metres.
+pub(crate) fn check_particle<R: Real>(
+    row: usize,
+    particle: &Particle,
+    extent: f64,
+) -> Result<(), Error> {
+    let at = ("particle", row);
+    check_mass::<R>(at, particle.mass)?;
+    for value in particle.position.to_array() {
+        check(value.abs() <= extent, "position", at, value, "finite and inside the world")?;
+    }
+    check_vector::<R>("velocity", at, particle.velocity)
+}
+
+/// Checks a spring between two of `count` particles.
+pub(crate) fn check_spring<R: Real>(
+    row: usize,
+    spring: &Spring,
+    count: usize,
+) -> Result<(), Error> {
+    let at = ("spring", row);
+    for end in spring.ends {
+        check_index(at, "particle", end, count)?;
+    }
+    if spring.ends[0] == spring.ends[1] {
+        return Err(Error::Loop { row, particle: spring.ends[0] });
+    }
+    check_not_negative::<R>("rest length", at, spring.rest_length)?;
+    check_not_negative::<R>("stiffness", at, spring.stiffness)?;
+    check_not_negative::<R>("damping", at, spring.damping)
+}
+
+fn check_body(row: usize, body: &Body, scene: &Scene) -> Result<(), Error> {
+    let at = ("body", row);
+    let count = scene.particles.len();
+    for (target, range, count) in
+        [("particle", &body.particles, count), ("spring", &body.springs, scene.springs.len())]
+    {
+        check_index(at, target, range.end, count + 1)?;
+        let ordered = range.start <= range.end;
+        check(ordered, "start of a range", at, range.start as f64, "at most its end")?;
+    }
+    for corner in &body.surface.corners {
+        check_index(at, "particle", corner.particle as usize, count)?;
+    }
+    for &corner in body.surface.triangles.iter().flatten() {
+        check_index(at, "corner", corner as usize, body.surface.corners.len())?;
+    }
+    Ok(())
+}
+
+fn check_world<R: Real>(scene: &Scene) -> Result<(), Error> {
+    let at = ("world", 0);
+    let world = &scene.world;
+    check_vector::<R>("gravity", at, world.gravity)?;
+    check_vector::<R>("force", at, world.force)?;
+    check_not_negative::<R>("drag", at, world.drag)?;
+    // A bound, not `is_finite`: the square of a length overflows long before a position does.
+    let in_domain = 0.0 < world.extent && world.extent <= 1e12;
+    check(in_domain, "extent", at, world.extent, "positive and at most 1e12")
+}
+
+pub(crate) fn check_plane<R: Real>(row: usize, plane: &Plane) -> Result<(), Error> {
+    let at = ("plane", row);
+    let largest = plane.normal.extent();
+    let direction = largest.is_finite() && 0.0 < largest;
+    check(direction, "normal", at, largest, "a finite vector that is not zero")?;
+    check(is_finite::<R>(plane.offset), "offset", at, plane.offset, "finite")?;
+    check_fraction("restitution", at, plane.restitution)?;
+    check_friction(at, plane.friction)
+}
+
+pub(crate) fn check_friction(at: (&'static str, usize), friction: Friction) -> Result<(), Error> {
+    match friction {
+        Friction::Coulomb(factor) => check_not_negative::<f32>("friction", at, factor),
+        Friction::TangentialLoss(loss) => check_fraction("tangential loss", at, loss),
+    }
+}
+
+pub(crate) fn check_fraction(
+    quantity: &'static str,
+    at: (&'static str, usize),
+    value: f64,
+) -> Result<(), Error> {
+    check((0.0..=1.0).contains(&value), quantity, at, value, "from 0 to 1")
+}
+
+pub(crate) fn check_mass<R: Real>(at: (&'static str, usize), mass: f64) -> Result<(), Error> {
+    // The reciprocal must fit too: it is what a step multiplies by.
+    let rounded = R::of(mass);
+    let usable =
+        R::ZERO < rounded && is_finite::<R>(mass) && is_finite::<R>(1.0 / rounded.to_f64());
+    check(usable, "mass", at, mass, "positive and finite")
+}
+
+pub(crate) fn check_not_negative<R: Real>(
+    quantity: &'static str,
+    at: (&'static str, usize),
+    value: f64,
+) -> Result<(), Error> {
+    let in_domain = 0.0 <= value && is_finite::<R>(value);
+    check(in_domain, quantity, at, value, "finite and not negative")
+}
+
+pub(crate) fn check_vector<R: Real>(
+    quantity: &'static str,
+    at: (&'static str, usize),
+    value: DVec3,
+) -> Result<(), Error> {
+    for component in value.to_array() {
+        check(is_finite::<R>(component), quantity, at, component, "finite")?;
+    }
+    Ok(())
+}
+
+fn check_count(what: &'static str, count: usize, limit: usize) -> Result<(), Error> {
+    if count <= limit { Ok(()) } else { Err(Error::TooLarge { what, count: count as u128, limit }) }
+}
+
+/// Whether a number is finite after rounding to precision `R`.
+pub(crate) fn is_finite<R: Real>(value: f64) -> bool {
+    R::of(value).to_f64().is_finite()
+}

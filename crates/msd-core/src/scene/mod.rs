@@ -1,0 +1,133 @@
+//! What a person writes: rows of particles, springs, planes, pins and bodies, and the world.
+//!
+//! Rows are in `f64` whatever the precision of the run: precision is a setting, not a scene.
+
+pub(crate) mod check;
+pub mod lattice;
+mod origin;
+pub mod part;
+pub mod shape;
+pub mod surface;
+
+pub use check::{MAX_PARTICLES, MAX_SPRINGS};
+pub use lattice::{Lattice, Neighbours};
+pub use part::{Material, Part};
+pub use surface::{Corner, Surface};
+
+use alloc::{string::String, vec::Vec};
+use core::ops::Range;
+use glam::DVec3;
+
+/// A point with mass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Particle {
+    /// Position, metres.
+    pub position: DVec3,
+    /// Velocity, metres per second.
+    pub velocity: DVec3,
+    /// Mass, kilograms; positive and finite.
+    pub mass: f64,
+}
+
+/// A spring and a damper in parallel between two particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Spring {
+    /// The two particles it joins; they must differ.
+    pub ends: [usize; 2],
+    /// Length without force, metres; not negative.
+    pub rest_length: f64,
+    /// Stiffness k, newtons per metre; not negative.
+    pub stiffness: f64,
+    /// Damping b along the spring, newton seconds per metre; not negative.
+    pub damping: f64,
+}
+
+/// How a plane slows what slides on it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Friction {
+    /// Coulomb's law: a tangential impulse of at most this factor times the normal impulse.
+    Coulomb(f64),
+    /// The source report's law: each contact substep takes away this fraction (0 to 1) of the
+    /// tangential velocity. It depends on the substep and does not converge; kept for comparison.
+    TangentialLoss(f64),
+}
+
+/// A half space that particles cannot enter: n·x ≥ offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Plane {
+    /// Direction out of the solid; any length but zero, it is normalised.
+    pub normal: DVec3,
+    /// Signed distance of the plane from the origin along the normal, metres.
+    pub offset: f64,
+    /// Fraction of the normal speed that a bounce returns, 0 to 1.
+    pub restitution: f64,
+    /// What happens along the plane.
+    pub friction: Friction,
+}
+
+/// A particle held by hand: it keeps its velocity whatever pulls at it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Pin {
+    /// The particle.
+    pub particle: usize,
+    /// Velocity it is moved with, metres per second; zero holds it still.
+    pub velocity: DVec3,
+}
+
+/// A named run of particles and springs.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Body {
+    /// What the user calls it.
+    pub name: String,
+    /// Its particles.
+    pub particles: Range<usize>,
+    /// Its springs.
+    pub springs: Range<usize>,
+    /// What it shows; empty for a rope.
+    pub surface: Surface,
+}
+
+/// What acts on every particle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct World {
+    /// Gravitational acceleration, metres per second squared. Default (0, −9.82, 0).
+    pub gravity: DVec3,
+    /// A uniform force on every particle, newtons. Default zero.
+    pub force: DVec3,
+    /// Air drag, newton seconds per metre: a force −drag · v on every particle. Default 0.
+    pub drag: f64,
+    /// Bound of every coordinate, metres; a particle beyond it has diverged. Default 1e6.
+    pub extent: f64,
+}
+
+impl Default for World {
+    fn default() -> Self {
+        Self { gravity: DVec3::new(0.0, -9.82, 0.0), force: DVec3::ZERO, drag: 0.0, extent: 1e6 }
+    }
+}
+
+/// Everything a simulation starts from.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Scene {
+    /// What acts on every particle.
+    pub world: World,
+    /// The particles, in the order of the state file.
+    pub particles: Vec<Particle>,
+    /// The springs.
+    pub springs: Vec<Spring>,
+    /// The planes.
+    pub planes: Vec<Plane>,
+    /// The pins.
+    pub pins: Vec<Pin>,
+    /// Named parts; a particle need not belong to one.
+    pub bodies: Vec<Body>,
+}

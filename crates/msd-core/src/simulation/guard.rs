@@ -1,0 +1,70 @@
+//! The guard: whether a run has left the world, where, and at what step it would not have.
+
+use super::Simulation;
+use crate::error::{Divergence, Error};
+use crate::number::{Real, Vector, at_level};
+use crate::stability::Estimator;
+use crate::system::columns::LANES;
+use crate::system::{Columns, Model};
+use fearless_simd::Level;
+
+impl<R: Real> Simulation<R> {
+    /// Refuses a step that was given up and a state outside the world.
+    pub(super) fn guard(&self, stuck: Option<usize>) -> Result<(), Error> {
+        let (step, time) = (self.steps + 1, self.time());
+        if let Some(particle) = stuck {
+            let tolerance = self.settings.tolerance;
+            return Err(Error::Unreachable { tolerance, particle, step, time });
+        }
+        let Some(particle) = first_outside(self.level, &self.model, &self.state) else {
+            return Ok(());
+        };
+        let stable = self.largest_substep_at(&self.good, &mut Estimator::default());
+        Err(Error::Diverged(Divergence {
+            particle,
+            step,
+            time,
+            substep: self.settings.substep(),
+            stable_substep: (stable != 0.0).then_some(stable),
+        }))
+    }
+
+    /// The largest substep predicted stable about a state, seconds; any where the method chooses it.
+    pub(super) fn largest_substep_at(&self, at: &Columns<R>, estimator: &mut Estimator) -> f64 {
+        if self.own_method.is_none() && self.settings.integrator.is_adaptive() {
+            return f64::INFINITY;
+        }
+        let substeps = self.settings.substeps;
+        estimator.limit((&self.model, at), self.time(), self.region(), substeps)
+    }
+}
+
+/// The first particle that is outside the world, or the velocity of which is not finite.
+fn first_outside<R: Real>(level: Level, model: &Model<R>, state: &Columns<R>) -> Option<usize> {
+    let (extent, x, v) = (model.extent, &state.positions, &state.velocities);
+    // All at once first, which is faster than to stop at one that is hardly ever there.
+    let inside = at_level!(level, _simd => is_within(x, extent) & is_within(v, R::LARGEST));
+    if inside {
+        return None;
+    }
+    let within = |vector: R::Vec3, bound: R| {
+        let [x, y, z] = vector.components();
+        (x.abs() <= bound) & (y.abs() <= bound) & (z.abs() <= bound)
+    };
+    model.slots.places().position(|at| {
+        let (position, velocity) = state.get(at);
+        !(within(position, extent) && within(velocity, R::LARGEST))
+    })
+}
+
+/// Whether no number of a column is beyond a bound; a NaN is.
+#[inline(always)]
+fn is_within<R: Real>(column: &[R], bound: R) -> bool {
+    let mut outside = [0u32; LANES];
+    for record in column.as_chunks::<LANES>().0 {
+        for (outside, number) in outside.iter_mut().zip(record) {
+            *outside |= u32::from(!((*number <= bound) & (-bound <= *number)));
+        }
+    }
+    outside == [0; LANES]
+}

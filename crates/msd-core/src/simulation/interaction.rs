@@ -1,0 +1,444 @@
+//! Interactions: what a user may do between two steps, as values that are queued, checked, applied,
+//! and can be recorded.
+
+use crate::elements::grabs::Grab;
+use crate::energy::{self, centre_of_mass};
+use crate::error::Error;
+use crate::number::{Real, Vector};
+use crate::obstacles::ContactLaw;
+use crate::scene::Friction;
+use crate::scene::check::{self, check, check_index};
+use crate::system::{Columns, Model};
+use core::ops::Range;
+use glam::DVec3;
+
+/// Some of the particles, or some of the springs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Select {
+    /// All of them.
+    #[default]
+    All,
+    /// Those of one body.
+    Body(usize),
+    /// A single one.
+    One(usize),
+    /// Those from the first number up to but without the second: one kind of spring of a lattice,
+    /// say.
+    Range(usize, usize),
+}
+
+/// One thing a hand does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Interaction {
+    /// Holds a particle to a point by a spring; grabbing it again moves the point.
+    Grab {
+        /// The particle.
+        particle: usize,
+        /// Where to, metres.
+        target: DVec3,
+        /// Frequency of the particle alone on this spring, hertz; capped at a tenth of the
+        /// substeps per second, so that the hand cannot blow up the scene.
+        frequency: f64,
+        /// Damping ratio ζ: 1 is critical.
+        damping_ratio: f64,
+        /// The largest force, newtons; finite.
+        max_force: f64,
+    },
+    /// Lets go of a particle.
+    Release {
+        /// The particle.
+        particle: usize,
+    },
+    /// Pins a particle, held still or moved at a constant velocity.
+    Pin {
+        /// The particle.
+        particle: usize,
+        /// Velocity, metres per second.
+        velocity: DVec3,
+    },
+    /// Frees a pinned particle.
+    Unpin {
+        /// The particle.
+        particle: usize,
+    },
+    /// Pushes a particle for the length of the next step.
+    Push {
+        /// The particle.
+        particle: usize,
+        /// The force, newtons.
+        force: DVec3,
+    },
+    /// Removes a spring for good; the others keep their numbers.
+    Cut {
+        /// The spring.
+        spring: usize,
+    },
+    /// Sets stiffnesses.
+    SetStiffness {
+        /// Of which springs.
+        springs: Select,
+        /// The stiffness, newtons per metre.
+        value: f64,
+    },
+    /// Sets dampings.
+    SetDamping {
+        /// Of which springs.
+        springs: Select,
+        /// The damping, newton seconds per metre.
+        value: f64,
+    },
+    /// Sets masses.
+    SetMass {
+        /// Of which particles.
+        particles: Select,
+        /// The mass of each, kilograms.
+        value: f64,
+    },
+    /// Sets rest lengths.
+    SetRestLength {
+        /// Of which springs.
+        springs: Select,
+        /// The rest length of each, metres.
+        value: f64,
+    },
+    /// Multiplies rest lengths, up to the extent of the world: a body grows or shrinks.
+    ScaleRestLength {
+        /// Of which springs.
+        springs: Select,
+        /// The factor, positive.
+        factor: f64,
+    },
+    /// Makes the present lengths the rest lengths.
+    Freeze {
+        /// Of which springs.
+        springs: Select,
+    },
+    /// Changes momentum at once, shared in proportion to mass.
+    Impulse {
+        /// Of which particles.
+        particles: Select,
+        /// The impulse in all, newton seconds.
+        impulse: DVec3,
+    },
+    /// Adds a turn about the centre of mass.
+    Spin {
+        /// Of which particles.
+        particles: Select,
+        /// Angular velocity added, radians per second.
+        velocity: DVec3,
+    },
+    /// Sets gravity.
+    SetGravity {
+        /// The acceleration, metres per second squared.
+        value: DVec3,
+    },
+    /// Sets how planes give back and slow.
+    SetPlane {
+        /// The plane.
+        plane: usize,
+        /// Fraction of the normal speed that a bounce returns, 0 to 1.
+        restitution: f64,
+        /// What happens along the plane.
+        friction: Friction,
+    },
+}
+
+/// What an interaction changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effects {
+    /// Which springs there are, or their numbers.
+    pub springs: bool,
+    /// Masses, or which particles are pinned.
+    pub masses: bool,
+    /// Positions or velocities.
+    pub state: bool,
+    /// The energy that a given state has.
+    pub energy: bool,
+    /// What is grabbed, or where to.
+    pub grabs: bool,
+}
+
+impl Effects {
+    /// What either of two interactions changes.
+    pub fn or(self, other: Effects) -> Effects {
+        Effects {
+            springs: self.springs | other.springs,
+            masses: self.masses | other.masses,
+            state: self.state | other.state,
+            energy: self.energy | other.energy,
+            grabs: self.grabs | other.grabs,
+        }
+    }
+}
+
+impl Interaction {
+    /// What the interaction changes. A push and what obstacles give back change none of these.
+    pub fn effects(&self) -> Effects {
+        use Interaction::*;
+        let none = Effects::default();
+        match self {
+            Cut { .. } | SetStiffness { .. } | SetRestLength { .. } => {
+                Effects { springs: true, energy: true, ..none }
+            }
+            ScaleRestLength { .. } | Freeze { .. } => {
+                Effects { springs: true, energy: true, ..none }
+            }
+            SetDamping { .. } => Effects { springs: true, ..none },
+            SetMass { .. } => Effects { masses: true, energy: true, ..none },
+            Pin { .. } => Effects { masses: true, state: true, ..none },
+            Unpin { .. } => Effects { masses: true, ..none },
+            Impulse { .. } | Spin { .. } => Effects { state: true, ..none },
+            SetGravity { .. } => Effects { energy: true, ..none },
+            Grab { .. } | Release { .. } => Effects { grabs: true, ..none },
+            Push { .. } | SetPlane { .. } => none,
+        }
+    }
+}
+
+/// Checks an interaction against a model.
+pub(crate) fn check_interaction<R: Real>(
+    model: &Model<R>,
+    interaction: &Interaction,
+) -> Result<(), Error> {
+    use Interaction::*;
+    let at = ("interaction", 0);
+    let springs = model.ends().len();
+    let one = |index| check_index(at, "particle", index, model.particle_count());
+    let masses = |select| check_select(model, select, ("particle", model.particle_count()));
+    let among = |select| check_select(model, select, ("spring", springs));
+    match *interaction {
+        Grab { particle, target, frequency, damping_ratio, max_force } => {
+            one(particle)?;
+            check::check_vector::<R>("target", at, target)?;
+            check::check_not_negative::<R>("frequency", at, frequency)?;
+            check::check_not_negative::<R>("damping ratio", at, damping_ratio)?;
+            // In f64 even for a run in f32, where the largest number is no cap at all.
+            check::check_not_negative::<f64>("force cap", at, max_force)
+        }
+        Release { particle } | Unpin { particle } => one(particle),
+        Pin { particle, velocity } => {
+            one(particle)?;
+            check::check_vector::<R>("velocity", at, velocity)
+        }
+        Push { particle, force } => {
+            one(particle)?;
+            check::check_vector::<R>("force", at, force)
+        }
+        Cut { spring } => check_index(at, "spring", spring, springs),
+        Freeze { springs } => among(springs),
+        SetStiffness { springs, value } => {
+            among(springs)?;
+            check::check_not_negative::<R>("stiffness", at, value)
+        }
+        SetDamping { springs, value } => {
+            among(springs)?;
+            check::check_not_negative::<R>("damping", at, value)
+        }
+        SetRestLength { springs, value } => {
+            among(springs)?;
+            check::check_not_negative::<R>("rest length", at, value)
+        }
+        ScaleRestLength { springs, factor } => {
+            among(springs)?;
+            let usable = 0.0 < factor && check::is_finite::<R>(factor);
+            check(usable, "factor", at, factor, "positive and finite")
+        }
+        SetMass { particles, value } => {
+            masses(particles)?;
+            check::check_mass::<R>(at, value)
+        }
+        Impulse { particles, impulse: vector } | Spin { particles, velocity: vector } => {
+            masses(particles)?;
+            check::check_vector::<R>("vector", at, vector)
+        }
+        SetGravity { value } => check::check_vector::<R>("gravity", at, value),
+        SetPlane { plane, restitution, friction } => {
+            check_index(at, "plane", plane, model.planes().len())?;
+            check::check_fraction("restitution", at, restitution)?;
+            check::check_friction(at, friction)
+        }
+    }
+}
+
+fn check_select<R: Real>(
+    model: &Model<R>,
+    select: Select,
+    (target, count): (&'static str, usize),
+) -> Result<(), Error> {
+    let at = ("interaction", 0);
+    match select {
+        Select::All => Ok(()),
+        Select::Body(body) => check_index(at, "body", body, model.bodies.len()),
+        Select::One(index) => check_index(at, target, index, count),
+        Select::Range(start, end) => {
+            check_index(at, target, start, count + 1)?;
+            check_index(at, target, end, count + 1)?;
+            check(start <= end, "start of a range", at, start as f64, "at most its end")
+        }
+    }
+}
+
+/// Applies a checked interaction, with `h` the substep in seconds.
+pub(crate) fn apply<R: Real>(
+    model: &mut Model<R>,
+    state: &mut Columns<R>,
+    h: f64,
+    interaction: Interaction,
+) {
+    use Interaction::*;
+    match interaction {
+        Grab { .. } => grab(model, h, interaction),
+        Release { particle } => model.grabs.0.retain(|grab| grab.particle as usize != particle),
+        Pin { particle, velocity } => {
+            model.inverse_masses[particle] = R::ZERO;
+            set_velocity(model, state, particle, R::Vec3::of(velocity));
+        }
+        Unpin { particle } if model.is_removed(particle) => {}
+        Unpin { particle } => model.inverse_masses[particle] = R::ONE / model.masses[particle],
+        Push { particle, force } => model.pushes.0.push((particle as u32, R::Vec3::of(force))),
+        Cut { spring } => model.springs.cut(spring),
+        SetMass { particles, value } => {
+            set_mass(model, particles_of(model, particles), value);
+            cap_grabs(model, h);
+        }
+        SetStiffness { springs, value } => {
+            let range = springs_of(model, springs);
+            model.springs.set_stiffness(range, R::of(value));
+        }
+        SetDamping { springs, value } => {
+            let range = springs_of(model, springs);
+            model.springs.set_damping(range, R::of(value));
+        }
+        SetRestLength { springs, value } => {
+            let range = springs_of(model, springs);
+            model.springs.rest_lengths_mut(range).fill(R::of(value));
+        }
+        ScaleRestLength { springs, factor } => {
+            let range = springs_of(model, springs);
+            let longest = model.extent;
+            for rest in model.springs.rest_lengths_mut(range) {
+                *rest = (*rest * R::of(factor)).min(longest);
+            }
+        }
+        Freeze { springs } => {
+            for spring in springs_of(model, springs) {
+                let length = R::of(energy::length(model, state, spring));
+                model.springs.rest_lengths_mut(spring..spring + 1).fill(length);
+            }
+        }
+        Impulse { particles, impulse } => {
+            let range = particles_of(model, particles);
+            push_all(model, state, range, impulse);
+        }
+        Spin { particles, velocity } => {
+            spin(model, state, particles_of(model, particles), velocity)
+        }
+        SetGravity { value } => model.fields.gravity = R::Vec3::of(value),
+        SetPlane { plane, restitution, friction } => {
+            model.obstacles.planes[plane].law = ContactLaw::new(restitution, friction);
+        }
+    }
+}
+
+fn particles_of<R: Real>(model: &Model<R>, select: Select) -> Range<usize> {
+    match select {
+        Select::All => 0..model.particle_count(),
+        Select::Body(body) => model.bodies[body].particles.clone(),
+        Select::One(particle) => particle..particle + 1,
+        Select::Range(start, end) => start..end,
+    }
+}
+
+fn springs_of<R: Real>(model: &Model<R>, select: Select) -> Range<usize> {
+    match select {
+        Select::All => 0..model.ends().len(),
+        Select::Body(body) => model.bodies[body].springs.clone(),
+        Select::One(spring) => spring..spring + 1,
+        Select::Range(start, end) => start..end,
+    }
+}
+
+fn grab<R: Real>(model: &mut Model<R>, h: f64, interaction: Interaction) {
+    let Interaction::Grab { particle, target, frequency, damping_ratio, max_force } = interaction
+    else {
+        return;
+    };
+    let mass = model.masses[particle].to_f64();
+    let rate = core::f64::consts::TAU * frequency;
+    let damping = 2.0 * damping_ratio * mass * rate;
+    let hold = Grab {
+        particle: particle as u32,
+        target: R::Vec3::of(target),
+        stiffness: R::of(mass * rate * rate),
+        // No number only where a factor is 0 and the others overflow.
+        damping: R::of(if damping.is_nan() { 0.0 } else { damping }),
+        max_force: R::of(max_force),
+    };
+    match model.grabs.0.iter_mut().find(|grab| grab.particle as usize == particle) {
+        Some(grab) => *grab = hold,
+        None => model.grabs.0.push(hold),
+    }
+    cap_grabs(model, h);
+}
+
+/// Weakens grabs that a substep of `h` seconds could not follow: at most a tenth of the substeps
+/// per second, and no more damping than takes half of a velocity per substep.
+pub(crate) fn cap_grabs<R: Real>(model: &mut Model<R>, h: f64) {
+    let fastest = core::f64::consts::TAU * 0.1 / h;
+    for grab in &mut model.grabs.0 {
+        let mass = model.masses[grab.particle as usize].to_f64();
+        // The cap of a mass near the largest number overflows itself.
+        grab.stiffness = grab.stiffness.min(R::of(mass * fastest * fastest)).min(R::LARGEST);
+        grab.damping = grab.damping.min(R::of(mass * 0.5 / h)).min(R::LARGEST);
+    }
+}
+
+fn set_mass<R: Real>(model: &mut Model<R>, particles: Range<usize>, mass: f64) {
+    for particle in particles {
+        if model.is_removed(particle) {
+            continue;
+        }
+        model.masses[particle] = R::of(mass);
+        if !model.is_pinned(particle) {
+            model.inverse_masses[particle] = R::ONE / model.masses[particle];
+        }
+    }
+}
+
+fn push_all<R: Real>(
+    model: &Model<R>,
+    state: &mut Columns<R>,
+    particles: Range<usize>,
+    impulse: DVec3,
+) {
+    let free = particles.filter(|&particle| !model.is_pinned(particle));
+    let mass: f64 = free.clone().map(|particle| model.masses[particle].to_f64()).sum();
+    for particle in free {
+        let (_, velocity) = state.get(model.slots.at(particle));
+        set_velocity(model, state, particle, velocity + R::Vec3::of(impulse / mass));
+    }
+}
+
+fn spin<R: Real>(model: &Model<R>, state: &mut Columns<R>, particles: Range<usize>, spin: DVec3) {
+    let centre = centre_of_mass(model, state, particles.clone());
+    for particle in particles.filter(|&particle| !model.is_pinned(particle)) {
+        let (position, velocity) = state.get(model.slots.at(particle));
+        let arm = position.to_f64() - centre;
+        set_velocity(model, state, particle, velocity + R::Vec3::of(spin.cross(arm)));
+    }
+}
+
+fn set_velocity<R: Real>(
+    model: &Model<R>,
+    state: &mut Columns<R>,
+    particle: usize,
+    velocity: R::Vec3,
+) {
+    let at = model.slots.at(particle);
+    let (position, _) = state.get(at);
+    state.put(at, (position, velocity));
+}

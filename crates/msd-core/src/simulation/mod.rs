@@ -1,0 +1,445 @@
+//! A system that runs: one step on a page, what is queued for it, and what keeps it in the world.
+//!
+//! `interaction.rs` is what a hand may do between two steps, `topology.rs` what may be added and
+//! removed, `progress.rs` what must be kept so that a run goes on to the bit, `guard.rs` how a run
+//! that diverges is stopped, and `readings.rs` what can be measured.
+
+mod guard;
+pub(crate) mod interaction;
+mod progress;
+mod readings;
+mod topology;
+
+pub use interaction::{Effects, Interaction, Select};
+pub use progress::{Held, Progress};
+
+use crate::elements::Own;
+use crate::energy::Ledger;
+use crate::error::Error;
+use crate::methods::{Method, OwnMethod, Scratch, Settings, StepContext, Work};
+use crate::number::{Instructions, Real};
+use crate::obstacles::OwnObstacle;
+use crate::obstacles::contact::Bodies;
+use crate::scene::Scene;
+use crate::scene::check::check_steps;
+use crate::stability::Region;
+use crate::system::{Columns, Model, State};
+use alloc::vec::Vec;
+use fearless_simd::Level;
+
+/// A system that runs.
+#[derive(Clone, Debug)]
+pub struct Simulation<R: Real = f32> {
+    pub(crate) model: Model<R>,
+    pub(crate) state: Columns<R>,
+    settings: Settings,
+    /// A method of the caller's own, in place of that of the settings.
+    own_method: Option<OwnMethod>,
+    level: Level,
+    scratch: Scratch<R>,
+    /// The state at the start of the step, to fall back on.
+    good: Columns<R>,
+    queue: Vec<Interaction>,
+    /// Whether anything touched an obstacle in the last step.
+    touched: bool,
+    ledger: Ledger,
+    steps: u64,
+    /// Steps and time at which the length of a step changed last.
+    epoch: (u64, f64),
+    /// The handle of the next element or obstacle of the caller's own.
+    next_handle: usize,
+}
+
+impl<R: Real> Simulation<R> {
+    /// Checks a scene and makes it ready to run.
+    ///
+    /// # Errors
+    /// The first row or setting that is out of its domain.
+    pub fn new(scene: &Scene, settings: Settings) -> Result<Self, Error> {
+        R::start(scene, settings)
+    }
+
+    /// [`Simulation::new`], compiled in this crate.
+    pub(crate) fn start(scene: &Scene, settings: Settings) -> Result<Self, Error> {
+        let (model, state) = Model::new(scene)?;
+        let mut simulation = Simulation::from_parts(model, &state, settings)?;
+        // A scene may start inside an obstacle; it never runs there.
+        simulation.leave_obstacles();
+        let inside = "inside the world once the planes have pushed the particle out";
+        simulation.state().check(simulation.model.extent, inside)?;
+        Ok(simulation)
+    }
+
+    fn from_parts(model: Model<R>, state: &State<R>, settings: Settings) -> Result<Self, Error> {
+        settings.check::<R>()?;
+        let columns = Method::<R>::columns(&settings.integrator);
+        Ok(Simulation {
+            scratch: Scratch::new(&model, columns),
+            good: Columns::new(&model.slots, 2),
+            state: Columns::of(&model.slots, state, 0),
+            model,
+            settings,
+            own_method: None,
+            level: Instructions::best().level(),
+            queue: Vec::new(),
+            touched: false,
+            ledger: Ledger::default(),
+            steps: 0,
+            epoch: (0, 0.0),
+            next_handle: 0,
+        })
+    }
+
+    /// Moves what is inside an obstacle out of it, as a contact does.
+    fn leave_obstacles(&mut self) {
+        self.scratch.forces.fill(R::ZERO);
+        let time = self.time();
+        let mut bodies = Bodies {
+            masses: &self.model.mass_column,
+            inverse_masses: &self.model.inverse_mass_column,
+            forces: &self.scratch.forces,
+            positions: &mut self.state.positions,
+            velocities: &mut self.state.velocities,
+            gravity: self.model.gravity(),
+            h: R::of(self.settings.substep()),
+            time,
+        };
+        self.model.obstacles.resolve(self.level, &self.model.slots, &mut bodies);
+    }
+
+    /// Advances by one step of `settings.step` seconds.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] if a particle left the world, [`Error::Unreachable`] if an adaptive
+    /// method cannot keep its tolerance; the state is then the one before the step.
+    pub fn step(&mut self) -> Result<(), Error> {
+        R::step(self)
+    }
+
+    /// [`Simulation::step`], compiled in this crate: its loops are fast however a caller is built.
+    pub(crate) fn advance(&mut self) -> Result<(), Error> {
+        self.good.copy_from(&self.state);
+        let handled = !self.queue.is_empty();
+        self.apply_queue();
+        let method: &dyn Method<R> = match &self.own_method {
+            Some(own) => own.of::<R>(),
+            None => &self.settings.integrator,
+        };
+        let mut step = StepContext {
+            start: step_start(self.epoch, self.steps, self.settings.step),
+            model: &self.model,
+            settings: &self.settings,
+            level: self.level,
+            finished: 0,
+            state: &mut self.state,
+            scratch: &mut self.scratch,
+            done: Default::default(),
+        };
+        method.advance(&mut step);
+        let done = step.done;
+        self.touched = done.touched;
+        let contact_alone = done.touched && !handled && !self.is_handled();
+        self.model.pushes.0.clear();
+        self.guard_or_go_back(done.stuck)?;
+        let Simulation { ledger, model, good, .. } = self;
+        let start = step_start(self.epoch, self.steps, self.settings.step);
+        let before = || crate::energy::energy_and_rounding(model, good, start).0.total();
+        ledger.book(done.counted, contact_alone, before);
+        ledger.give(done.given);
+        self.steps += 1;
+        Ok(())
+    }
+
+    /// Goes back to the state remembered where the present one cannot be. A velocity that a pin has
+    /// been given since then was remembered too: that of now may be no number.
+    fn guard_or_go_back(&mut self, stuck: Option<usize>) -> Result<(), Error> {
+        self.guard(stuck).inspect_err(|_| {
+            self.state.copy_from(&self.good);
+            self.scratch.warm = false;
+        })
+    }
+
+    fn apply_queue(&mut self) {
+        if !self.model.pushes.0.is_empty() || !self.queue.is_empty() {
+            self.scratch.warm = false;
+        }
+        if self.queue.is_empty() {
+            return;
+        }
+        self.close_ledger();
+        let h = self.settings.substep();
+        let mut changed = Effects::default();
+        let mut queue = core::mem::take(&mut self.queue);
+        for interaction in queue.drain(..) {
+            interaction::apply(&mut self.model, &mut self.state, h, interaction);
+            // A cut has taken its spring out of the rows already.
+            if !matches!(interaction, Interaction::Cut { .. }) {
+                changed = changed.or(interaction.effects());
+            }
+            if let Interaction::Pin { particle, .. } = interaction {
+                let at = self.model.slots.at(particle);
+                let (_, velocity) = self.state.get(at);
+                let (position, _) = self.good.get(at);
+                self.good.put(at, (position, velocity));
+            }
+        }
+        self.renew(changed);
+        // The queue keeps its memory.
+        self.queue = queue;
+    }
+
+    /// Takes what has changed over into the columns that a step reads.
+    fn renew(&mut self, changed: Effects) {
+        if changed.springs {
+            self.model.springs.renew();
+        }
+        if changed.masses || changed.energy {
+            self.model.renew_masses();
+        }
+        self.scratch.warm = false;
+    }
+
+    /// Whether a hand does work: by a grab, a push or a pin that moves.
+    pub fn is_handled(&self) -> bool {
+        let pinned = |(&w, at): (&R, usize)| {
+            let moves = || self.state.get(at).1 != Default::default();
+            w == R::ZERO && moves()
+        };
+        let mut rows = self.model.inverse_masses.iter().zip(self.model.slots.places());
+        !self.model.grabs.0.is_empty() || !self.model.pushes.0.is_empty() || rows.any(pinned)
+    }
+
+    /// Counts what a contact took before something else than a step changes the energy.
+    fn close_ledger(&mut self) {
+        let time = self.time();
+        let Simulation { ledger, model, state, .. } = self;
+        ledger.close(|| crate::energy::energy_and_rounding(model, state, time).0.total());
+    }
+
+    /// Queues an interaction for the start of the next step.
+    ///
+    /// # Errors
+    /// An index that names nothing or a number out of its domain; nothing is queued then.
+    pub fn queue(&mut self, interaction: Interaction) -> Result<(), Error> {
+        interaction::check_interaction(&self.model, &interaction)?;
+        self.queue.push(interaction);
+        Ok(())
+    }
+
+    /// What is queued for the start of the next step.
+    pub fn queued(&self) -> &[Interaction] {
+        &self.queue
+    }
+
+    /// Applies what is queued without stepping: for a paused window.
+    ///
+    /// # Errors
+    /// [`Error::Diverged`] for a velocity that overflows; the state is then the one before.
+    pub fn apply_queued(&mut self) -> Result<(), Error> {
+        let changes_state = self.queue.iter().any(|interaction| interaction.effects().state);
+        if !changes_state {
+            self.apply_queue();
+            return Ok(());
+        }
+        self.good.copy_from(&self.state);
+        self.apply_queue();
+        self.guard_or_go_back(None)
+    }
+
+    /// Replaces the state, as when a state file is loaded or a step taken back.
+    ///
+    /// # Errors
+    /// [`Error::WrongLength`] for another number of particles; [`Error::OutOfDomain`] for a
+    /// position outside the world, a velocity that is not finite or more than 2^53 steps.
+    pub fn set_state(&mut self, state: &State<R>, steps: u64) -> Result<(), Error> {
+        let expected = self.model.particle_count();
+        for (what, count) in
+            [("positions", state.positions.len()), ("velocities", state.velocities.len())]
+        {
+            if count != expected {
+                return Err(Error::WrongLength { what, count, expected });
+            }
+        }
+        state.check(self.model.extent, "finite and inside the world")?;
+        check_steps("number", ("step", 0), steps)?;
+        self.close_ledger();
+        self.put_state(state);
+        self.steps = steps;
+        if steps < self.epoch.0 {
+            self.epoch = (0, 0.0);
+        }
+        Ok(())
+    }
+
+    /// Replaces the state. What is pinned now keeps its velocity, which belongs to the pin: an
+    /// older state may be from before it was pinned.
+    fn put_state(&mut self, state: &State<R>) {
+        let rows = state.positions.iter().zip(&state.velocities);
+        for (particle, (at, (&position, &velocity))) in self.model.slots.places().zip(rows).enumerate()
+        {
+            let (_, now) = self.state.get(at);
+            let pinned = self.model.is_pinned(particle);
+            self.state.put(at, (position, if pinned { now } else { velocity }));
+        }
+        self.scratch.warm = false;
+    }
+
+    /// What was booked of the energy taken away, to be put back with the state.
+    pub fn ledger(&self) -> Ledger {
+        self.ledger
+    }
+
+    /// Puts back what was booked at a state that was returned to. If something that the energy
+    /// depends on was changed since, the ledger must have been closed before that.
+    pub fn set_ledger(&mut self, ledger: Ledger) {
+        self.ledger = ledger;
+    }
+
+    /// Changes how the system is stepped from the next step on.
+    ///
+    /// # Errors
+    /// A step or a number of substeps out of its domain; nothing changes then.
+    pub fn set_settings(&mut self, settings: Settings) -> Result<(), Error> {
+        settings.check::<R>()?;
+        if settings.step != self.settings.step {
+            self.epoch = (self.steps, self.time());
+        }
+        let is_other = settings.integrator != self.settings.integrator;
+        interaction::cap_grabs(&mut self.model, settings.substep());
+        self.settings = settings;
+        self.scratch.warm = false;
+        if is_other && self.own_method.is_none() {
+            self.renew_scratch();
+        }
+        Ok(())
+    }
+
+    /// Steps by a method of the caller's own from the next step on, in place of the integrator of the
+    /// settings; their step, substeps and tolerance hold for it too. `None` goes back to theirs.
+    pub fn set_method(&mut self, method: Option<OwnMethod>) {
+        self.own_method = method;
+        self.renew_scratch();
+    }
+
+    /// Makes the work columns of the method at hand.
+    fn renew_scratch(&mut self) {
+        let columns = match &self.own_method {
+            Some(own) => own.of::<R>().columns(),
+            None => Method::<R>::columns(&self.settings.integrator),
+        };
+        self.scratch = Scratch::new(&self.model, columns);
+    }
+
+    /// Which oscillators the method at hand keeps bounded.
+    fn region(&self) -> Region {
+        match &self.own_method {
+            Some(own) => own.of::<R>().region(),
+            None => Method::<R>::region(&self.settings.integrator),
+        }
+    }
+
+    /// Chooses the instructions of the steps to come, for measurements: all of them give the same
+    /// bits, and the best that this machine has are chosen at the start.
+    pub fn set_instructions(&mut self, instructions: Instructions) {
+        self.level = instructions.level();
+    }
+
+    /// Adds an element of the caller's own; returns its handle.
+    pub fn add_element(&mut self, element: Own) -> usize {
+        self.close_ledger();
+        self.scratch.warm = false;
+        let handle = self.new_handle();
+        self.model.own.push((handle, element));
+        handle
+    }
+
+    /// Removes an element of the caller's own; whether there was one of that handle.
+    pub fn remove_element(&mut self, handle: usize) -> bool {
+        self.close_ledger();
+        self.scratch.warm = false;
+        let before = self.model.own.len();
+        self.model.own.retain(|&(other, _)| other != handle);
+        self.model.own.len() < before
+    }
+
+    /// Adds an obstacle of the caller's own and moves out what is inside it; returns its handle.
+    pub fn add_obstacle(&mut self, obstacle: OwnObstacle) -> usize {
+        self.close_ledger();
+        let handle = self.new_handle();
+        self.model.obstacles.own.push((handle, obstacle));
+        self.leave_obstacles();
+        self.scratch.warm = false;
+        handle
+    }
+
+    /// Removes an obstacle of the caller's own; whether there was one of that handle.
+    pub fn remove_obstacle(&mut self, handle: usize) -> bool {
+        let before = self.model.obstacles.own.len();
+        self.model.obstacles.own.retain(|&(other, _)| other != handle);
+        self.model.obstacles.own.len() < before
+    }
+
+    fn new_handle(&mut self) -> usize {
+        self.next_handle += 1;
+        self.next_handle - 1
+    }
+
+    /// The same simulation in another precision, each number rounded once.
+    ///
+    /// # Errors
+    /// The first number that the other precision cannot hold.
+    pub fn convert<S: Real>(&self) -> Result<Simulation<S>, Error> {
+        let (model, state) = (self.model.convert::<S>()?, self.state().convert());
+        state.check(model.extent, "finite and inside the world")?;
+        let mut other = Simulation::from_parts(model, &state, self.settings)?;
+        self.queue.iter().try_for_each(|&interaction| other.queue(interaction))?;
+        other.set_method(self.own_method.clone());
+        other.next_handle = self.next_handle;
+        other.ledger = Ledger::of(self.dissipated());
+        (other.steps, other.epoch) = (self.steps, self.epoch);
+        Ok(other)
+    }
+
+    /// What a step reads.
+    pub fn model(&self) -> &Model<R> {
+        &self.model
+    }
+
+    /// A copy of what a step advances, in the order of the scene.
+    pub fn state(&self) -> State<R> {
+        self.state.state(&self.model.slots)
+    }
+
+    /// How the system is stepped.
+    pub fn settings(&self) -> Settings {
+        self.settings
+    }
+
+    /// Whether anything touched an obstacle in the last step.
+    pub fn touched(&self) -> bool {
+        self.touched
+    }
+
+    /// Steps taken.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// Simulated time, seconds: steps times the step, never a running sum.
+    pub fn time(&self) -> f64 {
+        step_start(self.epoch, self.steps, self.settings.step)
+    }
+
+    /// What the steps of an adaptive method have taken since it was chosen; `None` of another.
+    pub fn work(&self) -> Option<Work> {
+        if !self.settings.integrator.is_adaptive() {
+            return None;
+        }
+        Some(self.scratch.dormand_prince.as_ref().map_or(Work::default(), |scratch| scratch.work()))
+    }
+}
+
+/// Time at the start of a step, seconds.
+fn step_start((steps, time): (u64, f64), taken: u64, step: f64) -> f64 {
+    time + (taken - steps) as f64 * step
+}

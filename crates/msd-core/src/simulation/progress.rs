@@ -1,0 +1,216 @@
+//! What must be kept of a run, besides the rows of its scene, so that it goes on to the last bit.
+//!
+//! A step starts from the columns of the model, the state, the settings and what is queued; no
+//! method remembers anything from one step to the next that changes the bits. So a run is a scene
+//! as it is now, its particles moved, and a [`Progress`]. Both are in `f64`: widening a number of a run
+//! in `f32` and rounding it back is exact. Springs that are cut stay in the rows, since the order of
+//! sums follows from all of them. Elements, obstacles and methods of the caller's own are not kept.
+
+use super::{Interaction, Simulation};
+use crate::elements::grabs::Grab;
+use crate::energy::Ledger;
+use crate::error::Error;
+use crate::methods::Settings;
+use crate::number::{Real, Vector};
+use crate::obstacles::PlaneColumn;
+use crate::scene::check::{check, check_index, check_not_negative, check_steps, check_vector};
+use crate::scene::{Particle, Pin, Scene, Spring, World};
+use crate::system::Model;
+use alloc::vec::Vec;
+use glam::DVec3;
+
+/// How far a run is, and what acts on it that no scene tells. Any values; checked by
+/// [`Simulation::resume`].
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Progress {
+    /// How the run is stepped.
+    pub settings: Settings,
+    /// Steps taken.
+    pub steps: u64,
+    /// Steps and time, seconds, at which the length of a step changed last.
+    pub epoch: (u64, f64),
+    /// Size of the largest body at the start of the scene, metres.
+    pub size: f64,
+    /// The grabs that hold.
+    pub grabs: Vec<Held>,
+    /// Forces of the next step on single particles, newtons.
+    pub pushes: Vec<(usize, DVec3)>,
+    /// What is queued for the start of the next step.
+    pub queue: Vec<Interaction>,
+    /// The energy taken away so far.
+    pub ledger: Ledger,
+    /// Whether anything touched an obstacle in the last step.
+    pub touched: bool,
+    /// The springs that are cut.
+    pub cut: Vec<usize>,
+    /// The particles that were removed.
+    pub removed: Vec<usize>,
+}
+
+/// A grab as it holds, weakened to what the substep can follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Held {
+    /// The particle held.
+    pub particle: usize,
+    /// Where it is pulled to, metres.
+    pub target: DVec3,
+    /// Stiffness, newtons per metre.
+    pub stiffness: f64,
+    /// Damping, newton seconds per metre.
+    pub damping: f64,
+    /// The largest force, newtons; infinite for a cap that single precision cannot hold.
+    pub max_force: f64,
+}
+
+impl<R: Real> Simulation<R> {
+    /// Takes down the run: the rows of its scene as they are now, and how far it is.
+    pub fn progress(&self) -> (Scene, Progress) {
+        let grabs = self.model.grabs().iter().map(held::<R>);
+        let pushes = self.model.pushes.0.iter();
+        let progress = Progress {
+            settings: self.settings,
+            steps: self.steps,
+            epoch: self.epoch,
+            size: self.model.size,
+            grabs: grabs.collect(),
+            pushes: pushes.map(|&(particle, force)| (particle as usize, force.to_f64())).collect(),
+            queue: self.queue.clone(),
+            ledger: self.ledger,
+            touched: self.touched,
+            cut: (0..self.model.ends().len()).filter(|&row| self.model.is_cut(row)).collect(),
+            removed: (0..self.model.particle_count())
+                .filter(|&row| self.model.is_removed(row))
+                .collect(),
+        };
+        (rows(self), progress)
+    }
+
+    /// Makes a run go on that was taken down: its steps have the bits of a run that never stopped.
+    ///
+    /// In another precision each number is rounded once, as by [`Simulation::convert`].
+    ///
+    /// # Errors
+    /// The first row or setting that is out of its domain: a scene and a progress may come from
+    /// outside.
+    pub fn resume(scene: &Scene, progress: &Progress) -> Result<Self, Error> {
+        let (mut model, state) = Model::<R>::new(scene)?;
+        check_progress::<R>(progress, [model.particle_count(), model.ends().len()])?;
+        for (row, (column, plane)) in model.obstacles.planes.iter_mut().zip(&scene.planes).enumerate() {
+            // A normal of length one up to rounding in single precision is kept as it is:
+            // brought to that length once more it would change in the last bit.
+            let squared = Vector::dot(plane.normal, plane.normal);
+            let unit = Real::abs(squared - 1.0) <= 1e-6;
+            check(unit, "square of the normal", ("plane", row), squared, "1")?;
+            column.normal = R::Vec3::of(plane.normal);
+        }
+        model.size = progress.size;
+        model.grabs.0 = progress.grabs.iter().map(grab::<R>).collect();
+        let pushes = progress.pushes.iter();
+        model.pushes.0 = pushes.map(|&(row, force)| (row as u32, R::Vec3::of(force))).collect();
+        progress.cut.iter().for_each(|&spring| model.springs.cut(spring));
+        progress.removed.iter().for_each(|&particle| model.remove_particle(particle));
+        model.renew_masses();
+        let mut simulation = Simulation::from_parts(model, &state, progress.settings)?;
+        for &interaction in &progress.queue {
+            simulation.queue(interaction)?;
+        }
+        simulation.ledger = progress.ledger;
+        simulation.touched = progress.touched;
+        (simulation.steps, simulation.epoch) = (progress.steps, progress.epoch);
+        Ok(simulation)
+    }
+}
+
+fn check_progress<R: Real>(
+    progress: &Progress,
+    [particles, springs]: [usize; 2],
+) -> Result<(), Error> {
+    let Progress { steps, epoch: (before, time), size, .. } = *progress;
+    let at = ("run", 0);
+    check_steps("number of steps", at, steps)?;
+    let in_past = before <= steps;
+    check(in_past, "start of the epoch", at, before as f64, "at most the number of steps")?;
+    check_not_negative::<f64>("time of the epoch", at, time)?;
+    check(0.0 < size && size.is_finite(), "size", at, size, "positive and finite")?;
+    let dissipated = progress.ledger.dissipated(|| 0.0);
+    check(dissipated.is_finite(), "energy taken away", at, dissipated, "finite")?;
+    for (row, held) in progress.grabs.iter().enumerate() {
+        let at = ("grab", row);
+        check_index(at, "particle", held.particle, particles)?;
+        check_vector::<R>("target", at, held.target)?;
+        let Held { stiffness, damping, max_force, .. } = *held;
+        check_not_negative::<R>("stiffness", at, stiffness)?;
+        check_not_negative::<R>("damping", at, damping)?;
+        check(0.0 <= max_force, "largest force", at, max_force, "not negative")?;
+    }
+    for (row, &(particle, force)) in progress.pushes.iter().enumerate() {
+        check_index(("push", row), "particle", particle, particles)?;
+        check_vector::<R>("force", ("push", row), force)?;
+    }
+    for (row, &spring) in progress.cut.iter().enumerate() {
+        check_index(("cut", row), "spring", spring, springs)?;
+    }
+    for (row, &particle) in progress.removed.iter().enumerate() {
+        check_index(("removed", row), "particle", particle, particles)?;
+    }
+    Ok(())
+}
+
+/// The rows of a scene from the columns of a run.
+fn rows<R: Real>(simulation: &Simulation<R>) -> Scene {
+    let model = &simulation.model;
+    let state = simulation.state();
+    // A particle that was removed has no mass; the rows must have one.
+    let mass = |mass: &R| if *mass == R::ZERO { 1.0 } else { mass.to_f64() };
+    let particles = model.masses.iter().enumerate().map(|(row, own)| Particle {
+        position: state.positions[row].to_f64(),
+        velocity: state.velocities[row].to_f64(),
+        mass: mass(own),
+    });
+    let springs = model.ends().iter().enumerate().map(|(row, ends)| {
+        let law = model.springs.law(row);
+        Spring {
+            ends: ends.map(|end| end as usize),
+            rest_length: law.rest.to_f64(),
+            stiffness: law.stiffness.to_f64(),
+            damping: law.damping.to_f64(),
+        }
+    });
+    let pinned = |&particle: &usize| model.is_pinned(particle) && !model.is_removed(particle);
+    let pin = |particle| Pin { particle, velocity: state.velocities[particle].to_f64() };
+    Scene {
+        world: World {
+            gravity: model.gravity().to_f64(),
+            force: model.force().to_f64(),
+            drag: model.drag().to_f64(),
+            extent: model.extent.to_f64(),
+        },
+        particles: particles.collect(),
+        springs: springs.collect(),
+        planes: model.planes().iter().map(PlaneColumn::row).collect(),
+        pins: (0..model.particle_count()).filter(pinned).map(pin).collect(),
+        bodies: model.bodies.clone(),
+    }
+}
+
+fn held<R: Real>(grab: &Grab<R>) -> Held {
+    Held {
+        particle: grab.particle as usize,
+        target: grab.target.to_f64(),
+        stiffness: grab.stiffness.to_f64(),
+        damping: grab.damping.to_f64(),
+        max_force: grab.max_force.to_f64(),
+    }
+}
+
+fn grab<R: Real>(held: &Held) -> Grab<R> {
+    Grab {
+        particle: held.particle as u32,
+        target: R::Vec3::of(held.target),
+        stiffness: R::of(held.stiffness),
+        damping: R::of(held.damping),
+        max_force: R::of(held.max_force),
+    }
+}

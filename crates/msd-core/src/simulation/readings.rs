@@ -1,0 +1,172 @@
+//! What can be measured of a simulation.
+
+use super::Simulation;
+use crate::elements::springs::SpringWork;
+use crate::elements::{collected, column};
+use crate::energy::{self, Energy, Momentum};
+use crate::methods::{Integrator, Method};
+use crate::number::{Real, Vector};
+use crate::stability::{self, Estimator, Mode};
+use crate::system::{Columns, Snapshot, State, columns};
+use alloc::vec::Vec;
+use core::ops::Range;
+use glam::DVec3;
+
+impl<R: Real> Simulation<R> {
+    /// Predicts the largest stable substep at the present state, seconds: 0 if no step is stable,
+    /// infinite if every step is.
+    pub fn stable_substep(&self) -> f64 {
+        self.stable_substep_by(&mut Estimator::default())
+    }
+
+    /// Predicts like [`Simulation::stable_substep`], in columns that are kept for the next time.
+    pub fn stable_substep_by(&self, estimator: &mut Estimator) -> f64 {
+        R::predict(self, estimator)
+    }
+
+    /// [`Simulation::stable_substep_by`], compiled in this crate.
+    pub(crate) fn predict(&self, estimator: &mut Estimator) -> f64 {
+        self.largest_substep_at(&self.state, estimator)
+    }
+
+    /// Predicts the largest substep that another method would take stably at the present state, in
+    /// steps of so many substeps, seconds.
+    pub fn stable_substep_of(&self, integrator: Integrator, substeps: u32) -> f64 {
+        let region = Method::<R>::region(&integrator);
+        Estimator::default().limit((&self.model, &self.state), self.time(), region, substeps)
+    }
+
+    /// A substep that is stable at every state in which no spring is compressed to nothing, seconds:
+    /// from sums over springs alone, two to four times shorter than the prediction; 0 for explicit
+    /// Euler, of which sums tell nothing.
+    pub fn guaranteed_substep(&self, integrator: Integrator) -> f64 {
+        stability::guaranteed_limit(
+            (&self.model, &self.state),
+            self.time(),
+            Method::<R>::region(&integrator),
+        )
+    }
+
+    /// The fastest motion at the present state, taken for a single oscillator: that is exact where
+    /// damping goes with stiffness.
+    pub fn fastest_mode(&self) -> Mode {
+        stability::fastest_mode(&self.model, &self.state, self.time())
+    }
+
+    /// The positions of all particles in the order of the scene, metres.
+    pub fn positions(&self) -> impl Iterator<Item = R::Vec3> + '_ {
+        self.model.slots.places().map(|at| columns::vector(&self.state.positions, at))
+    }
+
+    /// The velocities of all particles in the order of the scene, metres per second.
+    pub fn velocities(&self) -> impl Iterator<Item = R::Vec3> + '_ {
+        self.model.slots.places().map(|at| columns::vector(&self.state.velocities, at))
+    }
+
+    /// The position of a particle, metres.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    pub fn position(&self, particle: usize) -> R::Vec3 {
+        self.state.get(self.model.slots.at(particle)).0
+    }
+
+    /// The velocity of a particle, metres per second.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    pub fn velocity(&self, particle: usize) -> R::Vec3 {
+        self.state.get(self.model.slots.at(particle)).1
+    }
+
+    /// Overwrites `to` with all positions in single precision, metres.
+    pub fn copy_positions(&self, to: &mut Vec<[f32; 3]>) {
+        to.clear();
+        to.extend(self.positions().map(|position| position.to_f32().to_array()));
+    }
+
+    /// The forces on all particles in the order of the scene, newtons, and the power that is taken away,
+    /// watts.
+    pub fn forces(&self) -> (Vec<R::Vec3>, f64) {
+        let slots = &self.model.slots;
+        let mut work = SpringWork::new(&self.model.springs, slots);
+        let mut forces = column(slots, 0);
+        let motion = self.state.motion(slots, self.time());
+        let power = self.model.set_forces(self.level, &motion, &mut work, &mut forces);
+        (collected(slots, &forces), power)
+    }
+
+    /// What a renderer may see.
+    pub fn snapshot(&self) -> Snapshot<'_, R> {
+        Snapshot::new(&self.model, &self.state)
+    }
+
+    /// Where the energy is.
+    pub fn energy(&self) -> Energy {
+        self.energy_and_rounding().0
+    }
+
+    /// Where the energy is, and by how much rounding every coordinate and speed once can change it,
+    /// joules.
+    pub fn energy_and_rounding(&self) -> (Energy, f64) {
+        let (energy, rounding) = R::measure(self);
+        let dissipated = self.ledger.dissipated(|| energy.total());
+        (Energy { dissipated, ..energy }, rounding)
+    }
+
+    /// Energy and rounding without what was taken away, compiled in this crate.
+    pub(crate) fn measure(&self) -> (Energy, f64) {
+        energy::energy_and_rounding(&self.model, &self.state, self.time())
+    }
+
+    /// Energy taken away since the start by dampers, drag and contact, joules.
+    pub fn dissipated(&self) -> f64 {
+        self.ledger.dissipated(|| R::measure(self).0.total())
+    }
+
+    /// Energy that elements of the caller's own have driven into the system since the start, joules.
+    pub fn given(&self) -> f64 {
+        self.ledger.given()
+    }
+
+    /// Where the energy would be in another state of the system, nothing dissipated.
+    ///
+    /// # Panics
+    /// If the state has another number of particles.
+    pub fn energy_at(&self, state: &State<R>) -> Energy {
+        let slots = &self.model.slots;
+        assert_eq!(state.positions.len(), slots.particle_count(), "a state of this system");
+        let columns = Columns::of(slots, state, 0);
+        energy::energy_and_rounding(&self.model, &columns, self.time()).0
+    }
+
+    /// The centre of mass of a range of particles, metres.
+    ///
+    /// # Panics
+    /// If there are no such particles.
+    pub fn centre_of_mass(&self, particles: Range<usize>) -> DVec3 {
+        energy::centre_of_mass(&self.model, &self.state, particles)
+    }
+
+    /// The present length of a spring, metres.
+    ///
+    /// # Panics
+    /// If there is no such spring.
+    pub fn length(&self, spring: usize) -> f64 {
+        energy::length(&self.model, &self.state, spring)
+    }
+
+    /// The strain of a spring, (length − rest) / rest; its length in metres where the rest length
+    /// is 0.
+    ///
+    /// # Panics
+    /// If there is no such spring.
+    pub fn strain(&self, spring: usize) -> f64 {
+        energy::strain(&self.model, &self.state, spring)
+    }
+
+    /// Linear and angular momentum.
+    pub fn momentum(&self) -> Momentum {
+        energy::momentum(&self.model, &self.state)
+    }
+}

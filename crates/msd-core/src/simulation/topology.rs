@@ -1,0 +1,148 @@
+//! What may be added to a running system and removed from it.
+//!
+//! Particles, springs and bodies keep their numbers for good. What is added comes after what is there,
+//! and the springs are put in order anew; what is removed leaves a gap.
+
+use super::Simulation;
+use crate::error::Error;
+use crate::number::{Real, Vector};
+use crate::obstacles::PlaneColumn;
+use crate::scene::check::{check_index, check_particle, check_plane, check_spring};
+use crate::scene::{Body, Part, Particle, Plane, Scene, Spring};
+use crate::system::{Columns, State};
+
+impl<R: Real> Simulation<R> {
+    /// Adds a particle; returns its number.
+    ///
+    /// # Errors
+    /// A number out of its domain; nothing is added then.
+    pub fn add_particle(&mut self, particle: Particle) -> Result<usize, Error> {
+        let number = self.model.particle_count();
+        self.add_rows(&[particle], &[])?;
+        Ok(number)
+    }
+
+    /// Adds a spring; returns its number.
+    ///
+    /// # Errors
+    /// An end that names nothing or a number out of its domain; nothing is added then.
+    pub fn add_spring(&mut self, spring: Spring) -> Result<usize, Error> {
+        let number = self.model.ends().len();
+        self.add_rows(&[], &[spring])?;
+        Ok(number)
+    }
+
+    /// Adds a part as a named body; returns the number of the body.
+    ///
+    /// # Errors
+    /// A row that is out of its domain; nothing is added then.
+    pub fn add_body(&mut self, name: &str, part: Part) -> Result<usize, Error> {
+        let (particles, springs) = (self.model.particle_count(), self.model.ends().len());
+        // Counted on from what is there, by the same function that builds scenes.
+        let mut scene = Scene::default();
+        let blank = Particle { position: Default::default(), velocity: Default::default(), mass: 1.0 };
+        scene.particles.resize(particles, blank);
+        scene.add(name, part);
+        self.add_rows(&scene.particles[particles..], &scene.springs)?;
+        let body = scene.bodies.pop().map(|body| Body {
+            springs: springs..springs + scene.springs.len(),
+            ..body
+        });
+        self.model.bodies.extend(body);
+        Ok(self.model.bodies.len() - 1)
+    }
+
+    /// Removes a particle and cuts its springs.
+    ///
+    /// # Errors
+    /// A number that names nothing.
+    pub fn remove_particle(&mut self, particle: usize) -> Result<(), Error> {
+        check_index(("removal", 0), "particle", particle, self.model.particle_count())?;
+        self.close_ledger();
+        self.take_out(particle..particle + 1);
+        Ok(())
+    }
+
+    /// Cuts a spring for good.
+    ///
+    /// # Errors
+    /// A number that names nothing.
+    pub fn remove_spring(&mut self, spring: usize) -> Result<(), Error> {
+        check_index(("removal", 0), "spring", spring, self.model.ends().len())?;
+        self.close_ledger();
+        self.model.springs.cut(spring);
+        self.scratch.warm = false;
+        Ok(())
+    }
+
+    /// Removes a body: its particles, and the springs at them. Its number and its name stay.
+    ///
+    /// # Errors
+    /// A number that names nothing.
+    pub fn remove_body(&mut self, body: usize) -> Result<(), Error> {
+        check_index(("removal", 0), "body", body, self.model.bodies.len())?;
+        self.close_ledger();
+        self.take_out(self.model.bodies[body].particles.clone());
+        self.model.bodies[body].surface = Default::default();
+        Ok(())
+    }
+
+    /// Adds a plane and moves out what is inside it; returns its place among the planes.
+    ///
+    /// # Errors
+    /// A number out of its domain; nothing is added then.
+    pub fn add_plane(&mut self, plane: &Plane) -> Result<usize, Error> {
+        let number = self.model.planes().len();
+        check_plane::<R>(number, plane)?;
+        self.close_ledger();
+        self.model.obstacles.planes.push(PlaneColumn::new(plane));
+        self.leave_obstacles();
+        self.scratch.warm = false;
+        Ok(number)
+    }
+
+    fn take_out(&mut self, particles: core::ops::Range<usize>) {
+        for particle in particles {
+            self.model.remove_particle(particle);
+            let at = self.model.slots.at(particle);
+            let (position, _) = self.state.get(at);
+            self.state.put(at, (position, R::Vec3::ZERO));
+        }
+        self.model.renew_masses();
+        self.scratch.warm = false;
+    }
+
+    /// Adds rows, and puts all springs in order anew.
+    fn add_rows(&mut self, particles: &[Particle], springs: &[Spring]) -> Result<(), Error> {
+        let count = self.model.particle_count() + particles.len();
+        for (row, particle) in particles.iter().enumerate() {
+            let row = self.model.particle_count() + row;
+            check_particle::<R>(row, particle, self.model.extent.to_f64())?;
+        }
+        for (row, spring) in springs.iter().enumerate() {
+            check_spring::<R>(self.model.ends().len() + row, spring, count)?;
+        }
+        self.close_ledger();
+        let mut state = self.state();
+        for particle in particles {
+            let mass = R::of(particle.mass);
+            self.model.masses.push(mass);
+            self.model.inverse_masses.push(R::ONE / mass);
+            state.positions.push(R::Vec3::of(particle.position));
+            state.velocities.push(R::Vec3::of(particle.velocity));
+        }
+        self.order_anew(springs, &state);
+        Ok(())
+    }
+
+    fn order_anew(&mut self, springs: &[Spring], state: &State<R>) {
+        let model = &mut self.model;
+        let bodies: alloc::vec::Vec<_> =
+            model.bodies.iter().map(|body| body.particles.clone()).collect();
+        model.slots = model.springs.add(model.masses.len(), springs, &bodies);
+        model.make_columns();
+        self.state = Columns::of(&self.model.slots, state, 0);
+        self.good = Columns::new(&self.model.slots, 2);
+        self.renew_scratch();
+    }
+}

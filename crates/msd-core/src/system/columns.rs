@@ -1,0 +1,93 @@
+//! Columns of numbers in the order of slots, aligned to cache lines.
+//!
+//! Sixteen particles are a record: sixteen x, then sixteen y, then sixteen z. A column of vectors is
+//! records one after the other, a flat slice that a pass walks from end to end; a column of numbers
+//! has sixteen of them for each record.
+
+use crate::number::Real;
+use alloc::vec;
+use alloc::vec::Vec;
+use core::ops::{Deref, DerefMut};
+
+/// Particles in a record.
+pub const LANES: usize = 16;
+/// Numbers in a record of vectors.
+pub const RECORD: usize = 3 * LANES;
+
+/// Bytes of a cache line, and of a page.
+const LINE: usize = 64;
+const PAGE: usize = 4096;
+
+/// Numbers that start on a cache line. Derefs to a slice.
+///
+/// Columns of at least a page start at different places in a page: a load waits for an earlier store
+/// to an address that differs by a multiple of 4096 bytes.
+#[derive(Debug, Default)]
+pub struct Aligned<R> {
+    numbers: Vec<R>,
+    first: usize,
+    len: usize,
+    place: usize,
+}
+
+impl<R: Real> Aligned<R> {
+    /// Makes `len` zeros; columns that are used together have different `place`s.
+    pub fn new(len: usize, place: usize) -> Self {
+        let (line, page) = (LINE / size_of::<R>(), PAGE / size_of::<R>());
+        if len < page {
+            let numbers = vec![R::ZERO; len + line];
+            // Without an answer, as in Miri, it is correct all the same.
+            let first = numbers.as_ptr().align_offset(LINE).min(line);
+            return Aligned { numbers, first, len, place };
+        }
+        let numbers = vec![R::ZERO; len + 2 * page];
+        // Five is odd, so that 32 places in turn are all there are, two lines apart.
+        let stagger = place * 5 % 32 * 2 * line;
+        let first = numbers.as_ptr().align_offset(PAGE).min(page) + stagger;
+        Aligned { numbers, first, len, place }
+    }
+}
+
+impl<R: Real> Clone for Aligned<R> {
+    fn clone(&self) -> Self {
+        let mut clone = Aligned::new(self.len, self.place);
+        clone.copy_from_slice(self);
+        clone
+    }
+}
+
+impl<R> Deref for Aligned<R> {
+    type Target = [R];
+
+    #[inline(always)]
+    fn deref(&self) -> &[R] {
+        &self.numbers[self.first..][..self.len]
+    }
+}
+
+impl<R> DerefMut for Aligned<R> {
+    #[inline(always)]
+    fn deref_mut(&mut self) -> &mut [R] {
+        &mut self.numbers[self.first..][..self.len]
+    }
+}
+
+/// The vector at a place of a column.
+#[inline(always)]
+pub fn vector<R: Real>(column: &[R], at: usize) -> R::Vec3 {
+    use crate::number::Vector;
+    R::Vec3::from_components([column[at], column[at + LANES], column[at + 2 * LANES]])
+}
+
+/// Overwrites the vector at a place of a column.
+#[inline(always)]
+pub fn set_vector<R: Real>(column: &mut [R], at: usize, value: R::Vec3) {
+    use crate::number::Vector;
+    [column[at], column[at + LANES], column[at + 2 * LANES]] = value.components();
+}
+
+/// The place in a column of numbers that belongs to a place in a column of vectors.
+#[inline(always)]
+pub fn single(at: usize) -> usize {
+    at / RECORD * LANES + at % LANES
+}

@@ -1,0 +1,397 @@
+//! What a step reads.
+
+use super::columns::{Aligned, LANES, single};
+use super::slots::Slots;
+use super::state::State;
+use crate::elements::fields::Fields;
+use crate::elements::grabs::{Grab, Grabs, Pushes};
+use crate::elements::springs::{SpringWork, Springs};
+use crate::elements::{Element, Motion, Own, Vectors, column};
+use crate::error::Error;
+use crate::number::{Real, Vector};
+use crate::obstacles::{Obstacles, PlaneColumn};
+use crate::scene::check::{
+    check, check_mass, check_not_negative, check_scene, check_vector, is_finite,
+};
+use crate::scene::{Body, Particle, Scene};
+use alloc::vec::Vec;
+use fearless_simd::Level;
+use glam::DVec3;
+
+/// What a step reads. Columns of particles are in the order of the scene unless they say otherwise.
+///
+/// Built by [`Model::new`], changed only between two steps. A particle that was removed keeps its
+/// number and has no mass.
+#[derive(Clone, Debug)]
+pub struct Model<R: Real> {
+    pub(crate) slots: Slots,
+    pub(crate) masses: Vec<R>,
+    /// 1 / mass, and 0 for a pinned particle: nothing moves it.
+    pub(crate) inverse_masses: Vec<R>,
+    /// The same in the order of slots: a mass for each, and its reciprocal three times.
+    pub(crate) mass_column: Aligned<R>,
+    pub(crate) inverse_mass_column: Aligned<R>,
+    pub(crate) fields: Fields<R>,
+    pub(crate) springs: Springs<R>,
+    pub(crate) grabs: Grabs<R>,
+    pub(crate) pushes: Pushes<R>,
+    /// Elements of the caller's own, each with its handle.
+    pub(crate) own: Vec<(usize, Own)>,
+    pub(crate) obstacles: Obstacles<R>,
+    pub(crate) extent: R,
+    pub(crate) size: f64,
+    pub(crate) bodies: Vec<Body>,
+}
+
+impl<R: Real> Model<R> {
+    /// Checks a scene and turns its rows into columns.
+    ///
+    /// # Errors
+    /// The first row that is out of its domain in precision `R`: a mass that is not positive, a
+    /// number that is not finite, an index that names nothing, a spring from a particle to itself.
+    pub(crate) fn new(scene: &Scene) -> Result<(Self, State<R>), Error> {
+        check_scene::<R>(scene)?;
+        let masses: Vec<R> = scene.particles.iter().map(|p| R::of(p.mass)).collect();
+        let mut inverse_masses: Vec<R> = masses.iter().map(|&mass| R::ONE / mass).collect();
+        let mut state = State {
+            positions: scene.particles.iter().map(|p| R::Vec3::of(p.position)).collect(),
+            velocities: scene.particles.iter().map(|p| R::Vec3::of(p.velocity)).collect(),
+        };
+        for pin in &scene.pins {
+            inverse_masses[pin.particle] = R::ZERO;
+            state.velocities[pin.particle] = R::Vec3::of(pin.velocity);
+        }
+        let bodies: Vec<_> = scene.bodies.iter().map(|body| body.particles.clone()).collect();
+        let (slots, springs) = Springs::new(masses.len(), &scene.springs, &bodies);
+        let mut model = Model {
+            masses,
+            inverse_masses,
+            mass_column: Aligned::default(),
+            inverse_mass_column: Aligned::default(),
+            fields: Fields {
+                gravity: R::Vec3::of(scene.world.gravity),
+                force: R::Vec3::of(scene.world.force),
+                drag: R::of(scene.world.drag),
+                weights: Aligned::default(),
+            },
+            springs,
+            grabs: Grabs::default(),
+            pushes: Pushes::default(),
+            own: Vec::new(),
+            obstacles: Obstacles {
+                planes: scene.planes.iter().map(PlaneColumn::new).collect(),
+                own: Vec::new(),
+            },
+            extent: R::of(scene.world.extent),
+            size: size(scene),
+            bodies: scene.bodies.clone(),
+            slots,
+        };
+        model.make_columns();
+        Ok((model, state))
+    }
+
+    /// Makes the columns in the order of slots.
+    pub(crate) fn make_columns(&mut self) {
+        self.mass_column = Aligned::new(self.slots.record_count() * LANES, 12);
+        self.inverse_mass_column = column(&self.slots, 13);
+        self.fields.weights = column(&self.slots, 14);
+        self.renew_masses();
+    }
+
+    /// Takes over masses, pins and fields that have changed into the columns.
+    pub(crate) fn renew_masses(&mut self) {
+        let rows = self.slots.places().zip(self.masses.iter().zip(&self.inverse_masses));
+        for (at, (&mass, &inverse_mass)) in rows {
+            self.mass_column[single(at)] = mass;
+            for axis in 0..3 {
+                self.inverse_mass_column[at + axis * LANES] = inverse_mass;
+            }
+        }
+        self.fields.weigh(&self.mass_column);
+    }
+
+    /// Overwrites `forces` with all forces at a motion, newtons, and returns the power taken away,
+    /// watts.
+    pub(crate) fn set_forces(
+        &self,
+        level: Level,
+        motion: &Motion<'_, R>,
+        work: &mut SpringWork<R>,
+        forces: &mut [R],
+    ) -> f64 {
+        let power = self.fields.set_forces(level, motion.velocities, forces);
+        let power = power + self.springs.add_all(level, motion, work, forces);
+        power + self.add_single_forces(motion, work, forces)
+    }
+
+    /// Overwrites `forces` with all forces but those of springs.
+    pub(crate) fn set_other_forces(
+        &self,
+        level: Level,
+        motion: &Motion<'_, R>,
+        work: &mut SpringWork<R>,
+        forces: &mut [R],
+    ) -> f64 {
+        let power = self.fields.set_forces(level, motion.velocities, forces);
+        power + self.add_single_forces(motion, work, forces)
+    }
+
+    /// Adds grabs, pushes and elements of the caller's own.
+    fn add_single_forces(
+        &self,
+        motion: &Motion<'_, R>,
+        work: &mut SpringWork<R>,
+        numbers: &mut [R],
+    ) -> f64 {
+        let mut forces = Vectors { slots: &self.slots, numbers };
+        self.grabs.add_forces(motion, &mut forces);
+        self.pushes.add_forces(motion, &mut forces);
+        let own = self.own.iter().map(|(_, own)| own.of::<R>().add_forces(motion, &mut forces));
+        work.own_power = own.sum();
+        work.own_power
+    }
+
+    /// Takes a particle out: nothing pulls at it, nothing moves it, and it has no mass.
+    pub(crate) fn remove_particle(&mut self, particle: usize) {
+        (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
+        self.grabs.0.retain(|grab| grab.particle as usize != particle);
+        self.pushes.0.retain(|push| push.0 as usize != particle);
+        for spring in 0..self.ends().len() {
+            if self.ends()[spring].contains(&(particle as u32)) && !self.is_cut(spring) {
+                self.springs.cut(spring);
+            }
+        }
+    }
+
+    /// All elements: the fields, the springs, grabs, pushes and those of the caller's own.
+    pub(crate) fn elements(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
+        let built_in: [&dyn Element<R>; 4] =
+            [&self.fields, &self.springs, &self.grabs, &self.pushes];
+        built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
+    }
+
+    /// All elements but the springs.
+    pub(crate) fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
+        self.elements().enumerate().filter(|&(index, _)| index != 1).map(|(_, element)| element)
+    }
+
+    /// Whether a force depends on velocity, as far as is known.
+    pub(crate) fn is_damped_at_all(&self) -> bool {
+        let by_hand = !self.grabs.0.is_empty() || !self.own.is_empty();
+        by_hand || self.springs.is_damped() || self.fields.drag != R::ZERO
+    }
+
+    /// The number of particles, removed ones included.
+    pub fn particle_count(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// The number of springs that are there.
+    pub fn spring_count(&self) -> usize {
+        self.springs.count()
+    }
+
+    /// Masses, kilograms; 0 for a particle that was removed.
+    pub fn masses(&self) -> &[R] {
+        &self.masses
+    }
+
+    /// Reciprocal masses, per kilogram; 0 for a pinned particle.
+    pub fn inverse_masses(&self) -> &[R] {
+        &self.inverse_masses
+    }
+
+    /// Whether a particle is pinned.
+    pub fn is_pinned(&self, particle: usize) -> bool {
+        self.inverse_masses[particle] == R::ZERO
+    }
+
+    /// Whether a particle was removed.
+    pub fn is_removed(&self, particle: usize) -> bool {
+        self.masses[particle] == R::ZERO
+    }
+
+    /// The springs.
+    pub fn springs(&self) -> &Springs<R> {
+        &self.springs
+    }
+
+    /// The two particles of each spring, cut or not.
+    pub fn ends(&self) -> &[[u32; 2]] {
+        self.springs.ends()
+    }
+
+    /// Whether a spring is cut.
+    pub fn is_cut(&self, spring: usize) -> bool {
+        self.springs.is_cut(spring)
+    }
+
+    /// Rest lengths, metres.
+    pub fn rest_lengths(&self) -> &[R] {
+        self.springs.rest_lengths()
+    }
+
+    /// Stiffness of a spring, newtons per metre.
+    pub fn stiffness(&self, spring: usize) -> R {
+        self.springs.law(spring).stiffness
+    }
+
+    /// Damping of a spring, newton seconds per metre.
+    pub fn damping(&self, spring: usize) -> R {
+        self.springs.law(spring).damping
+    }
+
+    /// Whether any spring has a damper.
+    pub fn is_damped(&self) -> bool {
+        self.springs.is_damped()
+    }
+
+    /// The planes.
+    pub fn planes(&self) -> &[PlaneColumn<R>] {
+        &self.obstacles.planes
+    }
+
+    /// All obstacles, the planes first.
+    pub fn obstacles(&self) -> &Obstacles<R> {
+        &self.obstacles
+    }
+
+    /// The grabs that hold now.
+    pub fn grabs(&self) -> &[Grab<R>] {
+        &self.grabs.0
+    }
+
+    /// Gravitational acceleration, metres per second squared.
+    pub fn gravity(&self) -> R::Vec3 {
+        self.fields.gravity
+    }
+
+    /// The uniform force on every particle, newtons.
+    pub fn force(&self) -> R::Vec3 {
+        self.fields.force
+    }
+
+    /// Air drag, newton seconds per metre.
+    pub fn drag(&self) -> R {
+        self.fields.drag
+    }
+
+    /// Bound of every coordinate, metres.
+    pub fn extent(&self) -> R {
+        self.extent
+    }
+
+    /// Size of the largest body at the start of the scene, metres: the diagonal of the box around
+    /// it; where that is 0 the longest rest length, and 1 where that is 0 too. Errors and
+    /// tolerances are told as fractions of it.
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// The named parts.
+    pub fn bodies(&self) -> &[Body] {
+        &self.bodies
+    }
+
+    /// Refuses the first number that another precision cannot hold.
+    fn check_fits<S: Real>(&self) -> Result<(), Error> {
+        for (row, mass) in self.masses.iter().enumerate().filter(|row| *row.1 != R::ZERO) {
+            check_mass::<S>(("particle", row), mass.to_f64())?;
+        }
+        let world = ("world", 0);
+        check_vector::<S>("gravity", world, self.gravity().to_f64())?;
+        check_vector::<S>("force", world, self.force().to_f64())?;
+        check_not_negative::<S>("drag", world, self.drag().to_f64())?;
+        for (row, plane) in self.planes().iter().enumerate() {
+            let offset = plane.offset.to_f64();
+            check(is_finite::<S>(offset), "offset", ("plane", row), offset, "finite")?;
+        }
+        for (row, grab) in self.grabs().iter().enumerate() {
+            let at = ("grab", row);
+            check_vector::<S>("target", at, grab.target.to_f64())?;
+            check_not_negative::<S>("stiffness", at, grab.stiffness.to_f64())?;
+            check_not_negative::<S>("damping", at, grab.damping.to_f64())?;
+        }
+        for (row, (_, force)) in self.pushes.0.iter().enumerate() {
+            check_vector::<S>("force", ("push", row), force.to_f64())?;
+        }
+        for row in 0..self.ends().len() {
+            let (at, law) = (("spring", row), self.springs.law(row));
+            check_not_negative::<S>("rest length", at, law.rest.to_f64())?;
+            check_not_negative::<S>("stiffness", at, law.stiffness.to_f64())?;
+            check_not_negative::<S>("damping", at, law.damping.to_f64())?;
+        }
+        Ok(())
+    }
+
+    /// The same model in another precision, each number rounded once.
+    ///
+    /// # Errors
+    /// The first number that the other precision cannot hold.
+    pub(crate) fn convert<S: Real>(&self) -> Result<Model<S>, Error> {
+        self.check_fits::<S>()?;
+        let scalar = |value: R| S::of(value.to_f64());
+        let vector = |value: R::Vec3| S::Vec3::of(value.to_f64());
+        let grab = |grab: &Grab<R>| Grab {
+            particle: grab.particle,
+            target: vector(grab.target),
+            stiffness: scalar(grab.stiffness),
+            damping: scalar(grab.damping),
+            max_force: scalar(grab.max_force),
+        };
+        let plane = |plane: &PlaneColumn<R>| PlaneColumn {
+            normal: vector(plane.normal),
+            ..PlaneColumn::new(&plane.row())
+        };
+        let pushes = self.pushes.0.iter();
+        // From the mass, as everywhere: a reciprocal rounded before would not fit it.
+        let reciprocal = |(&w, &mass): (&R, &R)| {
+            if w == R::ZERO { S::ZERO } else { S::ONE / scalar(mass) }
+        };
+        let mut model = Model {
+            slots: self.slots.clone(),
+            masses: self.masses.iter().map(|&mass| scalar(mass)).collect(),
+            inverse_masses: self.inverse_masses.iter().zip(&self.masses).map(reciprocal).collect(),
+            mass_column: Aligned::default(),
+            inverse_mass_column: Aligned::default(),
+            fields: Fields {
+                gravity: vector(self.gravity()),
+                force: vector(self.force()),
+                drag: scalar(self.drag()),
+                weights: Aligned::default(),
+            },
+            springs: self.springs.convert(),
+            grabs: Grabs(self.grabs().iter().map(grab).collect()),
+            pushes: Pushes(pushes.map(|&(particle, force)| (particle, vector(force))).collect()),
+            own: self.own.clone(),
+            obstacles: Obstacles {
+                planes: self.planes().iter().map(plane).collect(),
+                own: self.obstacles.own.clone(),
+            },
+            extent: scalar(self.extent),
+            size: self.size,
+            bodies: self.bodies.clone(),
+        };
+        model.make_columns();
+        Ok(model)
+    }
+}
+
+fn size(scene: &Scene) -> f64 {
+    let diagonal = |particles: &[Particle]| {
+        let mut positions = particles.iter().map(|particle| particle.position);
+        let first = positions.next().unwrap_or_default();
+        let grow = |(low, high): (DVec3, DVec3), x: DVec3| (low.min(x), high.max(x));
+        let (low, high) = positions.fold((first, first), grow);
+        let across = high - low;
+        Real::sqrt(across.dot(across))
+    };
+    let bodies = scene.bodies.iter().map(|body| &scene.particles[body.particles.clone()]);
+    let largest = bodies.map(diagonal).fold(0.0, f64::max);
+    let whole = || diagonal(&scene.particles);
+    let longest = || scene.springs.iter().map(|spring| spring.rest_length).fold(0.0, f64::max);
+    let positive = |size: &f64| 0.0 < *size;
+    let found = Some(largest).filter(positive).or_else(|| Some(whole()).filter(positive));
+    found.or_else(|| Some(longest()).filter(positive)).unwrap_or(1.0)
+}

@@ -1,0 +1,81 @@
+//! What a renderer may see: a borrowed, read-only picture of one instant.
+
+use super::model::Model;
+use super::state::Columns;
+use super::{columns, slots::Slots};
+use crate::elements::grabs::Grab;
+use crate::number::{Real, Vector};
+use crate::obstacles::PlaneColumn;
+use crate::scene::Body;
+
+/// One instant of a system, borrowed; in the order of the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Snapshot<'a, R: Real> {
+    slots: &'a Slots,
+    columns: &'a [R],
+    cut: &'a [bool],
+    /// Reciprocal masses, per kilogram; 0 for a pinned particle.
+    pub inverse_masses: &'a [R],
+    /// Masses, kilograms; 0 for a particle that was removed.
+    pub masses: &'a [R],
+    /// The two particles of each spring, cut or not.
+    pub ends: &'a [[u32; 2]],
+    /// Rest lengths, metres.
+    pub rest_lengths: &'a [R],
+    /// The planes.
+    pub planes: &'a [PlaneColumn<R>],
+    /// The grabs that hold now.
+    pub grabs: &'a [Grab<R>],
+    /// Named parts with their surfaces.
+    pub bodies: &'a [Body],
+}
+
+impl<'a, R: Real> Snapshot<'a, R> {
+    /// Borrows what a renderer needs.
+    pub(crate) fn new(model: &'a Model<R>, state: &'a Columns<R>) -> Self {
+        Snapshot {
+            slots: &model.slots,
+            columns: &state.positions,
+            cut: model.springs.cut_flags(),
+            inverse_masses: model.inverse_masses(),
+            masses: model.masses(),
+            ends: model.ends(),
+            rest_lengths: model.rest_lengths(),
+            planes: model.planes(),
+            grabs: model.grabs(),
+            bodies: model.bodies(),
+        }
+    }
+
+    /// The number of particles, removed ones included.
+    pub fn particle_count(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// The position of a particle, metres.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    #[inline]
+    pub fn position(&self, particle: usize) -> R::Vec3 {
+        columns::vector(self.columns, self.slots.at(particle))
+    }
+
+    /// The positions of all particles, metres.
+    pub fn positions(&self) -> impl Iterator<Item = R::Vec3> + 'a {
+        let columns = self.columns;
+        self.slots.places().map(move |at| columns::vector(columns, at))
+    }
+
+    /// Overwrites `to` with all positions in single precision, metres.
+    pub fn copy_positions(&self, to: &mut alloc::vec::Vec<[f32; 3]>) {
+        to.clear();
+        to.extend(self.positions().map(|position| position.to_f32().to_array()));
+    }
+
+    /// Whether a spring is cut.
+    #[inline]
+    pub fn is_cut(&self, spring: usize) -> bool {
+        self.cut.get(spring).is_some_and(|&cut| cut)
+    }
+}
