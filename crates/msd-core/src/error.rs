@@ -75,27 +75,6 @@ pub enum Error {
         /// The rows needed.
         expected: usize,
     },
-    /// An ensemble of no copies.
-    #[error("an ensemble needs at least one copy")]
-    NoCopies,
-    /// A copy that is not like the others of its ensemble.
-    #[error(
-        "{what} of copy {copy} differs from that of copy 0; the copies of an ensemble share it"
-    )]
-    Unlike {
-        /// What should be the same in every copy.
-        what: &'static str,
-        /// Which copy, from 0.
-        copy: usize,
-    },
-    /// A copy that no ensemble can run.
-    #[error("copy {copy} cannot run in an ensemble: {reason}")]
-    Unsuited {
-        /// Which copy, from 0.
-        copy: usize,
-        /// Why, in words.
-        reason: &'static str,
-    },
     /// An adaptive method cannot keep its tolerance; the state is the last good one.
     #[error(
         "tolerance {} is out of reach in step {step} (t = {time:.6} s), first for particle \

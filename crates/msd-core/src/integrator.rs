@@ -19,6 +19,7 @@ use alloc::vec::Vec;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Integrator {
     /// x' = x + h v, v' = v + h a(x, v): the textbook baseline; it adds energy.
     ExplicitEuler,
@@ -142,6 +143,11 @@ impl Integrator {
     /// Whether it chooses its own substep by a tolerance.
     pub fn is_adaptive(self) -> bool {
         self.family() == Family::Adaptive
+    }
+
+    /// Whether it solves a linear system per substep.
+    pub fn is_implicit(self) -> bool {
+        matches!(self.family(), Family::Implicit(_))
     }
 }
 

@@ -229,15 +229,6 @@ fn check_select<R: Real>(
     }
 }
 
-/// Whether springs are other ones after an interaction.
-pub(crate) fn changes_springs(interaction: &Interaction) -> bool {
-    use Interaction::*;
-    match interaction {
-        Cut { .. } | SetStiffness { .. } | SetDamping { .. } | SetRestLength { .. } => true,
-        interaction => matches!(interaction, ScaleRestLength { .. } | Freeze { .. }),
-    }
-}
-
 /// Whether only hands are others after an interaction: not the state, the masses or the springs.
 pub(crate) fn changes_hands_alone(interaction: &Interaction) -> bool {
     matches!(interaction, Interaction::Grab { .. } | Interaction::Release { .. })

@@ -149,7 +149,7 @@ impl<R: Real> Simulation<R> {
         self.cuts = 0;
         for interaction in self.queue.drain(..) {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
-            if interaction::changes_springs(&interaction) {
+            if interaction.effects().springs {
                 self.engine.forget_springs();
             }
             if let Interaction::Pin { particle, .. } = interaction {
@@ -316,9 +316,10 @@ impl<R: Real> Simulation<R> {
         &self.model
     }
 
-    /// What a step advances.
-    pub fn state(&self) -> &State<R> {
-        &self.state
+    /// A copy of what a step advances, in the order of the scene. To read some of it see
+    /// [`Simulation::positions`] and [`Simulation::position`].
+    pub fn state(&self) -> State<R> {
+        self.state.clone()
     }
 
     /// How the system is stepped.

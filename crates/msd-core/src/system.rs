@@ -179,9 +179,15 @@ impl<R: Real> Model<R> {
         self.masses.len()
     }
 
-    /// The number of springs.
+    /// The number of springs that are there: of the rows of [`Model::ends`], those not cut.
     pub fn spring_count(&self) -> usize {
         self.ends.len()
+    }
+
+    /// Whether a spring has been cut.
+    pub fn is_cut(&self, spring: usize) -> bool {
+        let _ = spring;
+        false
     }
 
     /// Masses, kilograms.
@@ -209,14 +215,19 @@ impl<R: Real> Model<R> {
         &self.rest_lengths
     }
 
-    /// Stiffnesses, newtons per metre.
-    pub fn stiffnesses(&self) -> &Column<R> {
-        &self.stiffnesses
+    /// The stiffness of a spring, newtons per metre.
+    pub fn stiffness(&self, spring: usize) -> R {
+        self.stiffnesses.get(spring)
     }
 
-    /// Dampings, newton seconds per metre.
-    pub fn dampings(&self) -> &Column<R> {
-        &self.dampings
+    /// The damping of a spring, newton seconds per metre.
+    pub fn damping(&self, spring: usize) -> R {
+        self.dampings.get(spring)
+    }
+
+    /// Whether any spring has damping.
+    pub fn is_damped(&self) -> bool {
+        !self.dampings.is_zero()
     }
 
     /// The planes.

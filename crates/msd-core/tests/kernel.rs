@@ -8,11 +8,11 @@ use msd_core::explicit::{self, Scratch, Substep};
 use msd_core::forces::{add_spring_forces, set_external_forces};
 use msd_core::glam::DVec3;
 use msd_core::integrator::{Explicit, Family};
-use msd_core::kernel::{Instructions, Kernel};
+use msd_core::kernel::Kernel;
 use msd_core::tangent::Tangent;
 use msd_core::{
-    Friction, Integrator, Interaction, Material, Model, Particle, Pin, Plane, Real, Scene, Select,
-    Settings, Simulation, Spring, State, Vector, collision, shape,
+    Friction, Instructions, Integrator, Interaction, Material, Model, Particle, Pin, Plane, Real,
+    Scene, Select, Settings, Simulation, Spring, State, Vector, collision, shape,
 };
 use proptest::prelude::*;
 
@@ -27,7 +27,7 @@ struct Oracle<R: Real> {
 
 impl<R: Real> Oracle<R> {
     fn of(simulation: &Simulation<R>, method: Explicit) -> Self {
-        let (model, state) = (simulation.model().clone(), simulation.state().clone());
+        let (model, state) = (simulation.model().clone(), simulation.state());
         let scratch = Scratch::new(method, model.particle_count());
         Oracle { model, state, scratch, counted: 0.0 }
     }
@@ -35,7 +35,7 @@ impl<R: Real> Oracle<R> {
     fn step(&mut self, method: Explicit, settings: Settings) {
         let (model, h) = (&self.model, settings.substep());
         let grabbed = !model.grabs().is_empty();
-        let damped = !model.dampings().is_zero() || grabbed || model.drag() != R::ZERO;
+        let damped = model.is_damped() || grabbed || model.drag() != R::ZERO;
         for substep in 0..settings.substeps {
             let inverse_masses = model.inverse_masses();
             let substep = Substep { h: R::of(h), inverse_masses, warm: 0 < substep, damped };
@@ -132,7 +132,7 @@ fn check_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
                 simulation.step().expect("short and soft");
                 oracle.step(method, settings);
                 let what = (integrator.name(), instructions.name());
-                let (swept, plain) = (simulation.state(), &oracle.state);
+                let (swept, plain) = (&simulation.state(), &oracle.state);
                 assert_eq!(state_bits(swept), state_bits(plain), "{what:?}");
             }
             check_taken(&simulation, oracle.counted);
@@ -182,7 +182,7 @@ fn check_implicit_steps<R: Real>(scene: &Scene, queue: &[Interaction]) {
                 simulation.queue(interaction).expect("a valid interaction");
             }
             let steps: Vec<bool> = (0..3).map(|_| simulation.step().is_ok()).collect();
-            (steps, state_bits(simulation.state()))
+            (steps, state_bits(&simulation.state()))
         });
         assert_eq!(runs[1], runs[0], "{integrator}");
         assert_eq!(runs[2], runs[0], "{integrator}");
@@ -312,7 +312,7 @@ fn nothing_stale_is_remembered() {
         Interaction::SetGravity { value: DVec3::X },
         Interaction::Freeze { springs: Select::All },
     ];
-    let earlier = kept.state().clone();
+    let earlier = kept.state();
     for step in 0..48 {
         for simulation in [&mut kept, &mut fresh] {
             if step % 3 == 0 {
@@ -370,7 +370,7 @@ fn grabs_pushes_and_cuts_have_the_bits_of_plain_loops() {
     let mut simulation = Simulation::<f64>::new(&scene, Settings::default()).expect("valid");
     queue.iter().for_each(|&interaction| simulation.queue(interaction).expect("valid"));
     simulation.apply_queued().expect("finite");
-    check_products(simulation.model(), simulation.state());
+    check_products(simulation.model(), &simulation.state());
 }
 
 /// A mass that is rounded away beside its springs leaves a block without an inverse.

@@ -129,11 +129,6 @@ impl<R: Real> Columns<R> {
         size_of_val(&self.slices[..])
     }
 
-    /// Where rows start that lie one after the other in a single column, from one of them on.
-    pub(super) fn rows(&mut self, first: usize) -> Start<R> {
-        Start { first: self.start().at(0, first * LANES), stride: LANES }
-    }
-
     /// The first slot of the first column and the distance to that of the next column.
     pub(super) fn start(&mut self) -> Start<R> {
         let first = self.slices.as_mut_ptr().cast::<R>().wrapping_add(self.before);

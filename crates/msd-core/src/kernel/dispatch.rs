@@ -1,7 +1,6 @@
 //! Which instructions does this machine have? The same sweep, compiled once for each of them.
 
 use super::baseline::{Double, Single};
-use super::ensemble_sweep::{Task as GroupTask, Turn, perform};
 use super::pack::Pack;
 use super::solve::{self, Matrix, Task};
 use super::sweep::{Job, Tally, sweep};
@@ -268,9 +267,4 @@ dispatched!(
     /// Does some slices of a task of a solve.
     run_task_part,
     specialised_task(Matrix, Task, slices: Range<usize>) -> f64
-);
-dispatched!(
-    /// Does a task of a group of copies.
-    pub(super) run_group,
-    perform(Turn, GroupTask) -> u16
 );

@@ -24,10 +24,6 @@
 //! `Stretched`, then `update` and `contact`; at the end the state is fetched. Other methods
 //! ask for [`Kernel::set_forces`], the implicit ones for a matrix besides.
 //!
-//! Sixteen copies of a scene need none of that cunning: with a lane for each copy, the plain loop
-//! over springs works on all of them at once, whatever their topology (`ensemble_plan`,
-//! `ensemble_sweep`, `ensemble`; the update and the contact are the same).
-//!
 //! Nothing outside this module knows about slots, lanes or packs, and all its results have the bits
 //! of the plain loops in `crate::forces`, [`crate::explicit`] and [`crate::collision`], which are
 //! its oracle, until a number is none: no operation is fused or approximate, and each particle sums
@@ -52,14 +48,10 @@ mod contact;
 mod update;
 mod links;
 mod solve;
-mod ensemble_sweep;
 mod dispatch;
 mod matrix;
-mod ensemble_plan;
-mod ensemble;
 
 pub use dispatch::Instructions;
-pub(crate) use ensemble::Groups;
 
 use crate::forces;
 use crate::integrator::Explicit;
