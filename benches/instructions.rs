@@ -13,8 +13,7 @@ mod compiler;
 #[path = "baselines/works.rs"]
 mod works;
 
-use msd::core::Simulation;
-use msd::core::kernel::Instructions;
+use msd::core::{Instructions, Simulation};
 use msd::lab::peers;
 use std::fmt::Write;
 use std::path::PathBuf;

@@ -1,9 +1,13 @@
 //! What does it cost to predict the largest stable substep? Beside one evaluation of the forces, so
 //! that the ratio says how often a run can afford it.
 
+#[path = "baselines/forces.rs"]
+mod forces;
+
 use criterion::{Criterion, criterion_group, criterion_main};
+use forces::{Forces, Motion};
 use msd::core::stability::Estimator;
-use msd::core::{Integrator, Material, Model, Scene, State, forces, shape};
+use msd::core::{Integrator, Material, Scene, Settings, Simulation, shape};
 
 /// A lattice with dampers that go with the stiffness, and with some that do not.
 fn scenes() -> [(&'static str, Scene); 4] {
@@ -30,18 +34,23 @@ fn predictions(criterion: &mut Criterion) {
     for (name, scene) in scenes() {
         let mut group = criterion.benchmark_group(format!("stability/{name}"));
         group.sample_size(20);
-        let (model, state): (Model<f32>, State<f32>) = Model::new(&scene).expect("a valid scene");
+        let settings = |integrator| Settings { integrator, substeps: 8, ..Settings::default() };
+        let simulation = Simulation::<f32>::new(&scene, settings(Integrator::VelocityVerlet));
+        let mut simulation = simulation.expect("a valid scene");
+        let (forces, state) = (Forces::<f32>::new(&scene), simulation.state());
+        let motion = Motion { positions: &state.positions, velocities: &state.velocities };
         let mut column = state.positions.clone();
         group.bench_function("forces", |bencher| {
             bencher.iter(|| {
-                forces::set_external_forces(&model, state.motion(), &mut column);
-                forces::add_spring_forces(&model, state.motion(), &mut column)
+                forces.set_external(motion, &mut column);
+                forces.add_springs(motion, &mut column)
             });
         });
         let mut estimator = Estimator::default();
         for integrator in [Integrator::VelocityVerlet, Integrator::Rk4] {
+            simulation.set_settings(settings(integrator)).expect("valid settings");
             group.bench_function(format!("limit/{integrator}"), |bencher| {
-                bencher.iter(|| estimator.limit((&model, &state), integrator, 8));
+                bencher.iter(|| simulation.stable_substep_by(&mut estimator));
             });
         }
     }

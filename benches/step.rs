@@ -11,14 +11,13 @@
 
 mod baselines;
 
+use baselines::forces::{Forces, Incidence, Motion};
 use baselines::simple::Simple;
 use baselines::textbook::Textbook;
 use baselines::{terms, works};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group};
-use msd::core::forces::{Incidence, add_spring_forces, add_spring_forces_by_particle};
-use msd::core::kernel::{Instructions, Kernel};
-use msd::core::{Integrator, Model, Real, Scene, Settings, Simulation, Vector};
+use msd::core::{Instructions, Integrator, Real, Scene, Settings, Simulation, Vector};
 use msd::lab::{Precision, peers};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::hint::black_box;
@@ -82,6 +81,7 @@ fn bench_steps<R: Real>(
 ) {
     let name = |kernel: &str| format!("{kernel}/{precision}/{}", settings.integrator);
     let mut simple = Simple::<R>::new(scene, settings);
+    check_bits(simple.clone(), scene, settings);
     group.bench_function(name("simple"), |bencher| bencher.iter(|| simple.step()));
     for instructions in Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best()) {
         let mut simulation = Simulation::<R>::new(scene, settings).expect("a valid scene");
@@ -90,6 +90,17 @@ fn bench_steps<R: Real>(
             bencher.iter(|| simulation.step().expect("stable"));
         });
     }
+}
+
+/// What is raced ends in the same bits.
+fn check_bits<R: Real>(mut simple: Simple<R>, scene: &Scene, settings: Settings) {
+    let mut simulation = Simulation::<R>::new(scene, settings).expect("a valid scene");
+    for _ in 0..2 {
+        simple.step();
+        simulation.step().expect("stable");
+    }
+    assert!(simulation.positions().eq(simple.positions.iter().copied()), "other positions");
+    assert!(simulation.velocities().eq(simple.velocities.iter().copied()), "other velocities");
 }
 
 fn bench_threads(group: &mut BenchmarkGroup<'_, WallTime>, scene: &Scene, settings: Settings) {
@@ -108,24 +119,20 @@ fn time(count: u64, mut run: impl FnMut()) -> Duration {
     start.elapsed()
 }
 
-/// Forces alone: the two algorithms of the source report and the compiled kernel.
+/// Forces alone, by the two algorithms of the source report.
 fn bench_forces(group: &mut BenchmarkGroup<'_, WallTime>, scene: &Scene) {
-    let (model, state) = Model::<f32>::new(scene).expect("a valid scene");
-    let incidence = Incidence::new(&model);
-    let mut kernel = Kernel::new(&model, Instructions::best());
-    let mut forces = vec![Vector::ZERO; model.particle_count()];
-    let forces = black_box(&mut forces);
-    group.throughput(Throughput::Elements(model.spring_count() as u64));
+    let start = Simple::<f32>::new(scene, settings(Integrator::SymplecticEuler));
+    let motion = Motion { positions: &start.positions, velocities: &start.velocities };
+    let forces = Forces::<f32>::new(scene);
+    let incidence = Incidence::new(&forces);
+    let mut pulls = vec![Vector::ZERO; scene.particles.len()];
+    let pulls = black_box(&mut pulls);
+    group.throughput(Throughput::Elements(scene.springs.len() as u64));
     group.bench_function("forces/by-spring", |bencher| {
-        bencher.iter(|| add_spring_forces(&model, state.motion(), forces));
+        bencher.iter(|| forces.add_springs(motion, pulls));
     });
     group.bench_function("forces/by-particle", |bencher| {
-        bencher.iter(|| {
-            add_spring_forces_by_particle(&model, &incidence, state.motion(), forces);
-        });
-    });
-    group.bench_function("forces/kernel", |bencher| {
-        bencher.iter(|| kernel.set_forces(&model, state.motion(), forces));
+        bencher.iter(|| forces.add_springs_by_particle(&incidence, motion, pulls));
     });
 }
 

@@ -38,6 +38,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn along(runner: &Runner) -> Vec<f64> {
     use msd::core::Vector;
     msd::lab::on!(runner, simulation => {
-        simulation.state().positions.iter().map(|position| position.to_f64().x).collect()
+        simulation.positions().map(|position| position.to_f64().x).collect()
     })
 }

@@ -1,6 +1,6 @@
 //! You will see falling_square.svg: five moments of the 4x4 square, springs green to red by strain.
 
-use msd::core::{Vector, energy};
+use msd::core::Vector;
 use msd::lab::{on, open};
 use msd::render::strain_colour;
 use plotters::prelude::*;
@@ -36,13 +36,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn springs<R: msd::core::Real>(
     simulation: &msd::core::Simulation<R>,
 ) -> Vec<([(f64, f64); 2], f64)> {
-    let (model, state) = (simulation.model(), simulation.state());
     let place = |end: u32| {
-        let position = state.positions[end as usize].to_f64();
+        let position = simulation.position(end as usize).to_f64();
         (position.x, position.y)
     };
-    let row = |(spring, ends): (usize, &[u32; 2])| {
-        (ends.map(place), energy::strain(model, state, spring))
-    };
-    model.ends().iter().enumerate().map(row).collect()
+    let ends = simulation.model().ends().iter().enumerate();
+    ends.map(|(spring, ends)| (ends.map(place), simulation.strain(spring))).collect()
 }

@@ -16,8 +16,7 @@ fn main() -> Result<(), Error> {
     println!("  time     length   energy");
     for step in 0..=600 {
         if step % 20 == 0 {
-            let positions = &simulation.state().positions;
-            let length = (positions[1] - positions[0]).length();
+            let length = simulation.length(0);
             let energy = simulation.energy();
             let kept = energy.kinetic + energy.elastic;
             let bar = "=".repeat((length * 30.0) as usize);

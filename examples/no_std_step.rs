@@ -14,6 +14,6 @@ fn main() -> Result<(), Error> {
     for _ in 0..300 {
         simulation.step()?;
     }
-    std::println!("{:016x} after {} s", state_hash(simulation.state()), simulation.time());
+    std::println!("{:016x} after {} s", state_hash(&simulation.state()), simulation.time());
     Ok(())
 }

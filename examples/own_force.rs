@@ -24,11 +24,11 @@ fn main() -> Result<(), Error> {
             }
         })?;
         if simulation.steps() % 60 == 0 {
-            let position = simulation.state().positions[0];
+            let position = simulation.position(0);
             println!("{:5.2} s  ({:+.3}, {:+.3}) m", simulation.time(), position.x, position.y);
         }
     }
-    let missed = (simulation.state().positions[0] - DVec3::X).length();
+    let missed = (simulation.position(0) - DVec3::X).length();
     println!("back after {period:.2} s, {missed:.3} m from the start: less than a step's flight");
     Ok(())
 }

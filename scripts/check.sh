@@ -39,7 +39,6 @@ examples() {
 # Each benchmark once: that it runs, not how fast. And the instructions of a step, counted.
 bench() {
     cargo bench --bench step -- --test
-    cargo bench --bench ensemble -- --test
     cargo bench --bench performance -- --test
     cargo bench --bench stability -- --test
     MSD_CACHE= cargo bench --bench promise -- --test
@@ -80,8 +79,7 @@ elsewhere() {
     fi
     for target in "$neon" "$plain"; do
         CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_RUNNER=qemu-aarch64 \
-            cargo test -p msd-core --test kernel --test ensemble \
-            --target "$target" --target-dir target/elsewhere \
+            cargo test -p msd-core --test kernel --target "$target" --target-dir target/elsewhere \
             --config "target.$target.linker='rust-lld'" \
             --config "target.$target.rustflags=['-Clink-self-contained=yes']"
     done

@@ -35,7 +35,7 @@ fn run(scene: &Scene, integrator: Integrator, threads: usize) -> (u64, u64) {
         for _ in 0..10 {
             simulation.step().expect("soft");
         }
-        let hash = msd::core::state_hash(simulation.state());
+        let hash = msd::core::state_hash(&simulation.state());
         (hash, simulation.energy().dissipated.to_bits())
     })
 }

@@ -59,5 +59,5 @@ fn run<R: Real>(scene: &Scene, settings: Settings) -> Result<u64, Error> {
     for _ in 0..600 {
         simulation.step()?;
     }
-    Ok(state_hash(simulation.state()))
+    Ok(state_hash(&simulation.state()))
 }

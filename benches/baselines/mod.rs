@@ -1,5 +1,6 @@
 //! What is a step compared with, and on which work?
 
+pub mod forces;
 pub mod simple;
 pub mod terms;
 pub mod textbook;

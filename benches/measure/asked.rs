@@ -2,7 +2,7 @@
 
 use super::memory::Memory;
 use super::results::Results;
-use msd::core::kernel::Instructions;
+use msd::core::Instructions;
 use std::fmt::Write;
 
 /// A speed asked for, in giga-updates per second, and how many times that of the simple kernel for

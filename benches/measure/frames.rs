@@ -181,7 +181,7 @@ fn plain(_: &Simulation) -> Frames {
 fn held(simulation: &Simulation) -> Frames {
     let particle = simulation.model().particle_count() / 2;
     Box::new(move |simulation, frames| {
-        let target = simulation.state().positions[particle].to_f64();
+        let target = simulation.position(particle).to_f64();
         act(simulation, grab(particle, target));
         take(simulation, frames, |_| ());
         act(simulation, Interaction::Release { particle });
@@ -192,7 +192,7 @@ fn held(simulation: &Simulation) -> Frames {
 fn moved(simulation: &Simulation) -> Frames {
     let particle = simulation.model().particle_count() / 2;
     Box::new(move |simulation, frames| {
-        let target = simulation.state().positions[particle].to_f64();
+        let target = simulation.position(particle).to_f64();
         take(simulation, frames, |simulation| {
             let aside = 0.1 * f64::sin(simulation.time());
             act(simulation, grab(particle, target + DVec3::splat(aside)));
@@ -244,7 +244,7 @@ fn drawn(_: &Simulation) -> Frames {
     Box::new(move |simulation, frames| {
         take(simulation, frames, |simulation| {
             positions.clear();
-            positions.extend(simulation.snapshot().positions.iter().map(|at| at.to_f32()));
+            positions.extend(simulation.snapshot().positions().map(|at| at.to_f32()));
             black_box(&positions);
         });
     })
@@ -264,6 +264,6 @@ fn kept(simulation: &Simulation) -> Frames {
 }
 
 fn moment(simulation: &Simulation) -> Moment {
-    let state = AnyState::F32(simulation.state().clone());
+    let state = AnyState::F32(simulation.state());
     Moment { state, steps: simulation.steps(), ledger: simulation.ledger() }
 }

@@ -3,8 +3,7 @@
 use super::race::Rival;
 use crate::baselines::simple::Simple;
 use crate::baselines::textbook::Textbook;
-use msd::core::kernel::Instructions;
-use msd::core::{Integrator, Real, Scene, Settings, Simulation};
+use msd::core::{Instructions, Integrator, Real, Scene, Settings, Simulation};
 use msd::lab::peers;
 use rayon::ThreadPool;
 

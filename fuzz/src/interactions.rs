@@ -35,7 +35,7 @@ fn drive<R: Real>(u: &mut Unstructured, scene: &Scene, settings: Settings) -> Re
         }
     };
     check_simulation(&simulation);
-    let start = simulation.state().clone();
+    let start = simulation.state();
     for _ in 0..DEEDS {
         match u.arbitrary::<u8>()? % 32 {
             0..=15 => queue(u, &mut simulation)?,
@@ -100,7 +100,7 @@ fn look<R: Real>(simulation: &Simulation<R>) {
 }
 
 fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Interaction> {
-    let (count, springs) = (of.model().particle_count(), of.model().spring_count());
+    let (count, springs) = (of.model().particle_count(), of.model().ends().len());
     let kind = u.arbitrary::<u8>()? % 18;
     if kind < 7 {
         return for_one(u, kind, count);

@@ -2,7 +2,7 @@
 //! second how the mesh becomes a body.
 
 use super::promise::check_message;
-use msd_core::{Model, Part, Scene};
+use msd_core::{Part, Scene, Settings, Simulation};
 use msd_lab::mesh::{self, Filling, Format, Mesh, MeshOptions};
 
 /// The largest mesh that is made a body, faces.
@@ -76,7 +76,9 @@ fn check_part(part: Part) {
     assert!(part.springs.iter().all(|spring| spring.rest_length.is_finite()));
     let mut scene = Scene::of("mesh", part);
     scene.world.extent = 1e12;
-    for made in [Model::<f64>::new(&scene).map(drop), Model::<f32>::new(&scene).map(drop)] {
+    let settings = Settings::default();
+    let double = Simulation::<f64>::new(&scene, settings).map(drop);
+    for made in [double, Simulation::<f32>::new(&scene, settings).map(drop)] {
         if let Err(error) = made {
             panic!("{error}");
         }

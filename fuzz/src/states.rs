@@ -50,5 +50,5 @@ fn go_on(state: &AnyState, count: usize) {
 }
 
 fn check_inside<R: Real>(simulation: &Simulation<R>) {
-    check_state(simulation.state(), simulation.model().extent());
+    check_state(&simulation.state(), simulation.model().extent());
 }

@@ -79,14 +79,15 @@ pub(crate) fn read<R: Real>(model: &Model<R>, select: Select) -> Shown {
             let body = &model.bodies()[body];
             (body.particles.clone(), body.springs.clone())
         }
-        _ => (0..model.particle_count(), 0..model.spring_count()),
+        _ => (0..model.particle_count(), 0..model.ends().len()),
     };
+    let springs = springs.filter(|&spring| !model.is_cut(spring));
     let planes = model.planes();
     Shown {
         select,
         mass: Value::of(particles.map(|particle| model.masses()[particle].to_f64())),
-        stiffness: Value::of(springs.clone().map(|row| model.stiffnesses().get(row).to_f64())),
-        damping: Value::of(springs.map(|row| model.dampings().get(row).to_f64())),
+        stiffness: Value::of(springs.clone().map(|row| model.stiffness(row).to_f64())),
+        damping: Value::of(springs.map(|row| model.damping(row).to_f64())),
         rest_scale: 1.0,
         gravity: model.gravity().to_f64().length(),
         restitution: Value::of(planes.iter().map(|plane| plane.restitution.to_f64())),

@@ -70,7 +70,7 @@ impl Session {
 
     /// Where a particle is, metres.
     pub fn position(&self, particle: usize) -> DVec3 {
-        on!(&self.runner, simulation => simulation.state().positions[particle].to_f64())
+        on!(&self.runner, simulation => simulation.position(particle).to_f64())
     }
 
     /// No force moves a pin, so the hand gives it a velocity.

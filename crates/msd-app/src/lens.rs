@@ -50,7 +50,7 @@ impl Lens {
     }
 
     fn pick_in<R: Real>(&self, snapshot: &Snapshot<'_, R>, at: Pos2) -> Option<usize> {
-        let position = |particle: usize| snapshot.positions[particle].to_f32();
+        let position = |particle: usize| snapshot.position(particle).to_f32();
         let ray = self.ray(at);
         let hit = nearest_triangle(snapshot, &ray);
         let pointer = at - self.rect.min;
@@ -77,7 +77,7 @@ fn nearest_triangle<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<([
         surface.triangles.iter().map(move |triangle| triangle.map(particle))
     });
     let hits = triangles.filter_map(|particles| {
-        let corners = particles.map(|particle| snapshot.positions[particle].to_f32());
+        let corners = particles.map(|particle| snapshot.position(particle).to_f32());
         Some((particles, crossing(ray, corners)?))
     });
     hits.min_by(|a, b| a.1.total_cmp(&b.1))
@@ -134,8 +134,7 @@ mod tests {
         let at = lens.place(front).expect("in front");
         let runner = block();
         let picked = lens.pick(&runner, at).expect("the face is under the pointer");
-        let position =
-            on!(&runner, simulation => simulation.state().positions[picked].to_f64().as_vec3());
+        let position = on!(&runner, simulation => simulation.position(picked).to_f64().as_vec3());
         assert_eq!(position.z, 2.0);
         assert!(position.x.abs() <= 2.0 && (position - front).length() < 2.0);
     }

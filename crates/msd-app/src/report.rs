@@ -98,7 +98,7 @@ fn area(rect: Rect, scale: f32) -> [f32; 4] {
 fn aim(viewer: &Viewer) -> Option<(usize, Pos2)> {
     let depth = |point: Vec3| viewer.camera.depth(point);
     let (particle, point) = on!(viewer.session.runner(), simulation => {
-        let points = simulation.state().positions.iter().map(|position| position.to_f32());
+        let points = simulation.positions().map(|position| position.to_f32());
         points.enumerate().min_by(|a, b| depth(a.1).total_cmp(&depth(b.1)))
     })?;
     Some((particle, viewer.lens().place(point)?))

@@ -8,7 +8,7 @@ use crate::margin::Margin;
 use crate::ration::Ration;
 use crate::trace::Trace;
 use msd_core::stability::Estimator;
-use msd_core::{Error, Family, Interaction, Settings, Witness};
+use msd_core::{Error, Integrator, Interaction, Settings, Witness};
 use msd_lab::history::History;
 use msd_lab::recording::Event;
 use msd_lab::{Loaded, Recorder, Runner};
@@ -138,10 +138,10 @@ impl Session {
     /// The largest stable substep of the present state, seconds. Only explicit methods have one:
     /// for the others the spectrum is not needed.
     fn stable_substep(&mut self) -> f64 {
-        match self.runner.integrator().family() {
-            Family::Explicit(_) => self.runner.stable_substep_by(&mut self.estimator),
-            _ => f64::INFINITY,
+        if !Integrator::EXPLICIT.contains(&self.runner.integrator()) {
+            return f64::INFINITY;
         }
+        self.runner.stable_substep_by(&mut self.estimator)
     }
 
     /// Takes one step and returns whether the run can go on.

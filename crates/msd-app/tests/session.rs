@@ -29,7 +29,7 @@ fn run(session: &mut Session, frames: usize) {
 }
 
 fn stiffness(session: &Session, spring: usize) -> f64 {
-    on!(session.runner(), simulation => simulation.model().stiffnesses().get(spring).to_f64())
+    on!(session.runner(), simulation => simulation.model().stiffness(spring).to_f64())
 }
 
 #[test]
@@ -203,7 +203,7 @@ fn divergence_pauses_at_the_last_good_state_and_names_substeps_that_work() {
     let failure = session.failure().cloned().expect("one substep is far too long");
     assert!(session.is_paused() && failure.text.contains("diverged"));
     let finite = on!(session.runner(), simulation => {
-        simulation.state().positions.iter().all(|position| position.to_f64().is_finite())
+        simulation.positions().all(|position| position.to_f64().is_finite())
     });
     assert!(finite);
     assert!(failure.substeps.is_some_and(|count| 1 < count));
@@ -246,9 +246,9 @@ fn a_hand_lifts_a_whole_body_and_throws_it() {
         let particle = session.runner().particle_count() / 2;
         let start = session.position(particle);
         let size = on!(session.runner(), simulation => {
-            let columns = simulation.state().positions.iter().map(|position| position.to_f64());
-            let high = columns.clone().fold(DVec3::NEG_INFINITY, DVec3::max);
-            (high - columns.fold(DVec3::INFINITY, DVec3::min)).length()
+            let columns = || simulation.positions().map(|position| position.to_f64());
+            let high = columns().fold(DVec3::NEG_INFINITY, DVec3::max);
+            (high - columns().fold(DVec3::INFINITY, DVec3::min)).length()
         });
         session.grab(particle, start);
         // One and a half sizes sideways and up, within a second.

@@ -5,14 +5,15 @@ mod common;
 use common::{simulation, two_masses};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Body, Error, Friction, Integrator, Material, Model, Pin, Plane, Real, Scene, Settings,
-    Simulation, State, shape,
+    Body, Error, Friction, Integrator, Material, Pin, Plane, Real, Scene, Settings, Simulation,
+    State, shape,
 };
 
 fn refusal(change: impl FnOnce(&mut Scene)) -> String {
     let mut scene = two_masses([1.0, 1.0], 10.0, 0.0, 0.0);
     change(&mut scene);
-    Model::<f32>::new(&scene).expect_err("a scene that must be refused").to_string()
+    let made = Simulation::<f32>::new(&scene, Settings::default());
+    made.expect_err("a scene that must be refused").to_string()
 }
 
 #[test]
@@ -120,14 +121,14 @@ fn diverges<R: Real>(integrator: Integrator) {
     let mut scene = Scene::of("rope", shape::rope(5, 1.0, material).unwrap());
     scene.particles[4].position.x += 0.5;
     let mut simulation = simulation::<R>(&scene, integrator, 1.0 / 60.0);
-    let mut before = simulation.state().clone();
+    let mut before = simulation.state();
     for step in 1..1000 {
         match simulation.step() {
-            Ok(()) => before = simulation.state().clone(),
+            Ok(()) => before = simulation.state(),
             Err(Error::Diverged(report)) => {
                 assert_eq!(report.step, step);
                 assert!(report.particle < 5);
-                assert_eq!(*simulation.state(), before, "the last good state is kept");
+                assert_eq!(simulation.state(), before, "the last good state is kept");
                 assert!(report.stable_substep.is_none_or(|stable| stable < report.substep));
                 let message = report.to_string();
                 assert!(message.contains("more substeps") || message.contains("another"));
@@ -154,7 +155,7 @@ fn a_run_that_diverges_stops_at_the_last_good_state_and_says_where() {
 fn a_state_that_does_not_fit_is_refused_and_nothing_changes() {
     let scene = two_masses([1.0, 1.0], 10.0, 0.0, 0.0);
     let mut simulation = simulation::<f64>(&scene, Integrator::Rk4, 1e-3);
-    let good = simulation.state().clone();
+    let good = simulation.state();
     let short = State { positions: vec![DVec3::ZERO], velocities: vec![DVec3::ZERO] };
     let mut far = good.clone();
     far.positions[1].x = 2e6;
@@ -162,7 +163,7 @@ fn a_state_that_does_not_fit_is_refused_and_nothing_changes() {
     broken.velocities[0].y = f64::NAN;
     for state in [short, far, broken] {
         assert!(simulation.set_state(&state, 0).is_err());
-        assert_eq!(*simulation.state(), good);
+        assert_eq!(simulation.state(), good);
     }
 }
 
@@ -184,10 +185,10 @@ fn a_normal_is_a_direction_however_long_it_is() {
     let mut scene = two_masses([1.0, 1.0], 10.0, 0.0, 0.0);
     let friction = Friction::Coulomb(0.0);
     scene.planes = vec![Plane { normal, offset: -5.0, restitution: 0.0, friction }];
-    let (model, _) = Model::<f64>::new(&scene).expect("a direction");
+    let made = Simulation::<f64>::new(&scene, Settings::default()).expect("a direction");
     // A root and a division, each rounded once.
     let direction = DVec3::splat(1.0 / 3f64.sqrt());
-    assert!((model.planes()[0].normal - direction).length() <= 2.0 * f64::EPSILON);
+    assert!((made.model().planes()[0].normal - direction).length() <= 2.0 * f64::EPSILON);
 }
 
 #[test]
@@ -197,13 +198,15 @@ fn a_part_whose_indices_overflow_when_it_is_added_is_refused() {
     let mut broken = part();
     broken.springs[0].ends[1] = usize::MAX;
     scene.add("broken", broken);
-    let message = Model::<f32>::new(&scene).unwrap_err().to_string();
+    let made = Simulation::<f32>::new(&scene, Settings::default());
+    let message = made.unwrap_err().to_string();
     assert!(message.starts_with("spring 2 names particle 18446744073709551615, but"), "{message}");
     let mut scene = Scene::of("rope", part());
     let mut broken = shape::cloth([2, 2], 1.0, Material::default()).expect("a cloth");
     broken.surface.corners[0].particle = u32::MAX;
     scene.add("broken", broken);
-    let message = Model::<f32>::new(&scene).unwrap_err().to_string();
+    let made = Simulation::<f32>::new(&scene, Settings::default());
+    let message = made.unwrap_err().to_string();
     assert!(message.starts_with("body 1 names particle 4294967295, but"), "{message}");
 }
 
@@ -211,7 +214,7 @@ fn a_part_whose_indices_overflow_when_it_is_added_is_refused() {
 fn a_count_of_steps_that_is_not_exact_as_a_number_is_refused() {
     let scene = two_masses([1.0, 1.0], 10.0, 0.0, 0.0);
     let mut simulation = simulation::<f64>(&scene, Integrator::Rk4, 1e-3);
-    let state = simulation.state().clone();
+    let state = simulation.state();
     assert!(simulation.set_state(&state, u64::MAX).is_err());
     assert_eq!(simulation.steps(), 0);
     simulation.set_state(&state, 1 << 53).expect("the last one that is exact");

@@ -36,9 +36,9 @@ fn free_fall_errs_by_the_first_order_term_of_each_method() {
         let scene = falling(DVec3::new(0.0, 100.0, 0.0), DVec3::ZERO);
         let mut simulation = simulation::<f64>(&scene, integrator, h);
         (0..steps).for_each(|_| simulation.step().unwrap());
-        let y = simulation.state().positions[0].y;
+        let y = simulation.position(0).y;
         assert!((y - expected).abs() < 1e-10, "{integrator}: {y} instead of {expected}");
-        assert!((simulation.state().velocities[0].y + G * t).abs() < 1e-11);
+        assert!((simulation.velocity(0).y + G * t).abs() < 1e-11);
     }
 }
 
@@ -54,7 +54,7 @@ fn a_bounce_returns_the_height_times_restitution_squared() {
         while simulation.time() < impact * (1.0 + 2.0 * restitution) {
             simulation.step().unwrap();
             if impact + 2.0 * h < simulation.time() {
-                highest = highest.max(simulation.state().positions[0].y);
+                highest = highest.max(simulation.position(0).y);
             }
         }
         // The impact is found at the end of a substep: at most g h too fast, and lifted by the
@@ -73,8 +73,8 @@ fn a_resting_contact_does_not_buzz() {
     (0..4000).for_each(|_| simulation.step().unwrap());
     for _ in 0..100 {
         simulation.step().unwrap();
-        assert_eq!(simulation.state().positions[0].y, 0.0);
-        assert_eq!(simulation.state().velocities[0].y, 0.0);
+        assert_eq!(simulation.position(0).y, 0.0);
+        assert_eq!(simulation.velocity(0).y, 0.0);
     }
 }
 
@@ -89,10 +89,10 @@ fn coulomb_friction_stops_a_slider_after_v_squared_over_two_mu_g_whatever_the_st
         while simulation.time() < 2.0 {
             simulation.step().unwrap();
         }
-        let slid = simulation.state().positions[0].x;
+        let slid = simulation.position(0).x;
         // First order: each substep slides on at the speed it had at its start or end.
         assert!((slid - exact).abs() <= speed * h, "h = {h}: {slid} instead of {exact}");
-        assert_eq!(simulation.state().velocities[0].x, 0.0);
+        assert_eq!(simulation.velocity(0).x, 0.0);
     }
 }
 
@@ -103,7 +103,7 @@ fn the_tangential_factor_of_the_report_depends_on_the_step() {
         scene.planes = vec![floor(0.0, Friction::TangentialLoss(0.3))];
         let mut simulation = simulation::<f64>(&scene, Integrator::SymplecticEuler, h);
         (0..200).for_each(|_| simulation.step().unwrap());
-        simulation.state().positions[0].x
+        simulation.position(0).x
     };
     // x = v h (1 + 0.7 + 0.49 + ...) = v h / 0.3: proportional to h, so it does not converge.
     for h in [1e-2, 1e-3] {
@@ -121,12 +121,12 @@ fn planes_of_any_orientation_keep_particles_out() {
     let mut simulation = simulation::<f64>(&scene, Integrator::VelocityVerlet, 1e-3);
     for _ in 0..3000 {
         simulation.step().unwrap();
-        let above = normal.dot(simulation.state().positions[0]) / 3.0 + 1.0;
+        let above = normal.dot(simulation.position(0)) / 3.0 + 1.0;
         // Projection rounds once at coordinates of up to 50 m.
         assert!(-1e-13 < above, "{above}");
     }
     // Sliding down an incline of cos a = 2/3: acceleration g (sin a − mu cos a), so it is far away.
-    assert!(10.0 < simulation.state().positions[0].length());
+    assert!(10.0 < simulation.position(0).length());
 }
 
 /// Stretch of two masses on a spring and a damper after time t, from rest at `stretch`.
@@ -166,7 +166,7 @@ fn two_masses_and_a_damper_follow_the_solution_in_all_three_regimes() {
             let tolerance = stretch * radians * unit.powi(integrator.order() as i32) + 1e-11;
             while simulation.time() < 1.0 {
                 simulation.step().unwrap();
-                let [a, b] = [0, 1].map(|row| simulation.state().positions[row].x);
+                let [a, b] = [0, 1].map(|row| simulation.position(row).x);
                 let exact = oscillator(w, zeta, stretch, simulation.time());
                 let error = (b - a - 1.0 - exact).abs();
                 assert!(error < tolerance, "{integrator}, ζ = {zeta}: {error} at {b}");
@@ -201,7 +201,7 @@ fn the_chain_of_five_is_the_sum_of_its_damped_normal_modes() {
             x += weight * shape(row) * oscillator(w, zeta, 1.0, t);
         }
         // RK4: (h w)^4 t w / 120 with w at most 8.5 is 2e-10 m.
-        let found = simulation.state().positions[row].x;
+        let found = simulation.position(row).x;
         assert!((found - x).abs() < 1e-9, "particle {row}: {found} instead of {x}");
     }
 }
@@ -214,7 +214,7 @@ fn drag_slows_a_particle_exponentially() {
     (0..100).for_each(|_| simulation.step().unwrap());
     let exact = 4.0 * (-3.0f64 / 2.0).exp();
     // RK4: (h c / m)^4 / 120 relative per unit of c t / m.
-    assert!((simulation.state().velocities[0].x - exact).abs() < 1e-9);
+    assert!((simulation.velocity(0).x - exact).abs() < 1e-9);
     // Energy decays twice as fast: (2 h c / m)^4 / 120 of 16 J.
     let energy = simulation.energy();
     assert!((energy.total() - 16.0).abs() < 1.1e-7, "{energy:?}");
@@ -234,9 +234,9 @@ fn pins_do_not_move_and_moving_pins_keep_their_velocity() {
             Settings { integrator, step: 1.0 / 64.0, substeps: 16, ..Settings::default() };
         let mut simulation = Simulation::<f64>::new(&scene, settings).unwrap();
         (0..64).for_each(|_| simulation.step().unwrap());
-        assert_eq!(simulation.state().positions[0], scene.particles[0].position);
+        assert_eq!(simulation.position(0), scene.particles[0].position);
         // 1024 additions of a power of two times (1/4, 1/2, 0): exact.
-        assert_eq!(simulation.state().positions[5], scene.particles[5].position + velocity);
+        assert_eq!(simulation.position(5), scene.particles[5].position + velocity);
     }
 }
 
@@ -247,7 +247,7 @@ fn a_hanging_weight_stretches_its_spring_by_m_g_over_k() {
     scene.pins = vec![msd_core::Pin { particle: 0, velocity: DVec3::ZERO }];
     let mut simulation = simulation::<f64>(&scene, Integrator::VelocityVerlet, 1e-3);
     (0..20_000).for_each(|_| simulation.step().unwrap());
-    let length = simulation.state().positions[1].x;
+    let length = simulation.position(1).x;
     // After 20 s the swing has decayed by exp(−20 · 20 / 6).
     assert!((length - 1.0 - 3.0 * G / 200.0).abs() < 1e-12);
 }

@@ -2,13 +2,11 @@
 
 mod common;
 
-use common::{Random, weightless};
+use common::{Random, forces_at, weightless};
 use msd_core::glam::DVec3;
-use msd_core::region::{Mode, is_stable};
-use msd_core::stability::{Estimator, fastest_mode, guaranteed_limit};
+use msd_core::stability::{Estimator, Mode, is_stable};
 use msd_core::{
-    Integrator, Interaction, Material, Model, Motion, Part, Pin, Scene, Settings, Simulation,
-    Vector, forces, shape,
+    Integrator, Interaction, Material, Part, Pin, Scene, Settings, Simulation, Vector, shape,
 };
 
 const SPRING: Material = Material { mass: 2.0, stiffness: 300.0, damping: 0.0 };
@@ -54,11 +52,9 @@ fn stretched(mut scene: Scene, factor: f64) -> Scene {
 /// Whether a tiny disturbance of a scene held in balance grows.
 fn blows_up(scene: &Scene, settings: Settings, steps: u32) -> bool {
     let mut simulation = Simulation::<f64>::new(scene, settings).unwrap();
-    let mut balance = vec![DVec3::ZERO; scene.particles.len()];
     let model = simulation.model();
-    forces::set_external_forces(model, simulation.state().motion(), &mut balance);
-    forces::add_spring_forces(model, simulation.state().motion(), &mut balance);
-    let mut disturbed = simulation.state().clone();
+    let mut disturbed = simulation.state();
+    let balance = forces_at(model, &disturbed);
     // A push that has a part of every motion, small enough for any length.
     let (mut random, speed) = (Random(7), 1e-10 / settings.substep());
     for (velocity, &w) in disturbed.velocities.iter_mut().zip(model.inverse_masses()) {
@@ -66,12 +62,11 @@ fn blows_up(scene: &Scene, settings: Settings, steps: u32) -> bool {
     }
     simulation.set_state(&disturbed, 0).unwrap();
     for _ in 0..steps / settings.substeps {
-        let hold = |_: Motion<'_, f64>, forces: &mut [DVec3]| {
+        let hold = simulation.step_with(|_, forces| {
             forces.iter_mut().zip(&balance).for_each(|(force, &balance)| *force -= balance);
-        };
-        simulation.step_with(hold).unwrap();
-        let velocities = &simulation.state().velocities;
-        if velocities.iter().any(|velocity| 1e4 * speed < velocity.extent()) {
+        });
+        hold.unwrap();
+        if simulation.velocities().any(|velocity| 1e4 * speed < velocity.extent()) {
             return true;
         }
     }
@@ -80,12 +75,11 @@ fn blows_up(scene: &Scene, settings: Settings, steps: u32) -> bool {
 
 /// That runs 0.5 % below the predicted limit stay, and runs 0.5 % above it blow up.
 fn is_observed(name: &str, scene: &Scene, integrators: &[Integrator], steps: u32) {
-    let (model, state) = Model::<f64>::new(scene).unwrap();
-    let mut estimator = Estimator::default();
+    let start = Simulation::<f64>::new(scene, Settings::default()).unwrap();
     for &integrator in integrators {
         let many = if integrator == Integrator::VelocityVerlet { 4 } else { 1 };
         for substeps in (1..=many).step_by(3) {
-            let predicted = estimator.limit((&model, &state), integrator, substeps);
+            let predicted = start.stable_substep_of(integrator, substeps);
             let blows_up = |share: f64| {
                 let step = share * predicted * f64::from(substeps);
                 let settings = Settings { integrator, step, substeps, ..Settings::default() };
@@ -94,7 +88,7 @@ fn is_observed(name: &str, scene: &Scene, integrators: &[Integrator], steps: u32
             let name = format!("{name}, {integrator}, {substeps} substeps of {predicted} s");
             assert!(!blows_up(0.995), "{name}: too long");
             assert!(blows_up(1.005), "{name}: too short");
-            let safe = guaranteed_limit(&model, integrator);
+            let safe = start.guaranteed_substep(integrator);
             assert!(safe <= 1.005 * predicted, "{name}: guaranteed up to {safe} s");
         }
     }
@@ -169,8 +163,7 @@ fn drag_and_a_hand_count() {
 #[test]
 fn two_masses_have_the_spectrum_of_their_reduced_mass() {
     let scene = common::two_masses([1.0, 3.0], 30.0, 2.0, 0.0);
-    let (model, state) = Model::<f64>::new(&scene).unwrap();
-    let mode = fastest_mode(&model, &state);
+    let mode = Simulation::<f64>::new(&scene, Settings::default()).unwrap().fastest_mode();
     let per_mass = 1.0 + 1.0 / 3.0;
     assert!((mode.stiffness - 30.0 * per_mass).abs() < 1e-9);
     assert!((mode.damping - 2.0 * per_mass).abs() < 1e-9);
@@ -223,11 +216,10 @@ fn free_particles_have_no_limit_and_pins_raise_it() {
 #[test]
 fn what_is_stiffer_than_any_number_bears_no_step() {
     let scene = common::two_masses([1e-200, 1e-200], 1e200, 0.0, 0.0);
-    let (model, state) = Model::<f64>::new(&scene).unwrap();
-    let mut estimator = Estimator::default();
-    assert_eq!(estimator.limit((&model, &state), Integrator::Rk4, 1), 0.0);
+    let (rk4, mut estimator) = (Integrator::Rk4, Estimator::default());
+    let stiff = common::simulation::<f64>(&scene, rk4, 1e-3);
+    assert_eq!(stiff.stable_substep_by(&mut estimator), 0.0);
     // The columns that this leaves are fit for another, larger system.
-    let (model, state) = Model::<f64>::new(&block(SPRING)).unwrap();
-    let fresh = Estimator::default().limit((&model, &state), Integrator::Rk4, 1);
-    assert_eq!(estimator.limit((&model, &state), Integrator::Rk4, 1), fresh);
+    let block = common::simulation::<f64>(&block(SPRING), rk4, 1e-3);
+    assert_eq!(block.stable_substep_by(&mut estimator), block.stable_substep());
 }

@@ -46,7 +46,7 @@ fn a_witness_that_comes_late_or_starts_anew_tells_as_soon() {
     start.set_settings(Settings { integrator: Integrator::ExplicitEuler, ..settings }).unwrap();
     let first_told = |steps: u64| {
         let mut simulation = start.clone();
-        simulation.set_state(start.state(), steps).unwrap();
+        simulation.set_state(&start.state(), steps).unwrap();
         let mut witness = Witness::default();
         witness.watch(&simulation);
         witness.restart();

@@ -40,10 +40,10 @@ fn one_spring_alone_does_the_step_of_backward_euler() {
                 simulation.step().unwrap();
                 v = (v - h * w2 * s) / (1.0 + h * c + h * h * w2);
                 s += h * v;
-                let [a, b] = [0, 1].map(|end| simulation.state().positions[end].x);
+                let [a, b] = [0, 1].map(|end| simulation.position(end).x);
                 // 100 roundings of positions of 1 m, and of velocities by 1 / h more.
                 assert!((b - a - 1.0 - s).abs() < 1e-11, "k {stiffness}, b {damping}");
-                let [a, b] = [0, 1].map(|end| simulation.state().velocities[end].x);
+                let [a, b] = [0, 1].map(|end| simulation.velocity(end).x);
                 assert!((b - a - v).abs() < 1e-14 * 100.0 / h);
             }
         }
@@ -112,7 +112,7 @@ fn it_does_not_explode_and_is_too_soft_by_what_one_pass_leaves() {
         let mut longest = 0.0f64;
         for _ in 0..(2.0 / h) as usize {
             simulation.step().unwrap();
-            longest = longest.max(simulation.state().positions[39].x - start);
+            longest = longest.max(simulation.position(39).x - start);
         }
         longest
     };
@@ -130,10 +130,10 @@ fn pins_hold_and_moving_pins_keep_their_velocity_to_the_bit() {
     scene.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }, Pin { particle: 5, velocity }];
     let mut simulation = simulation::<f64>(&scene, XPBD, 1.0 / 64.0);
     (0..64).for_each(|_| simulation.step().unwrap());
-    assert_eq!(simulation.state().positions[0], scene.particles[0].position);
+    assert_eq!(simulation.position(0), scene.particles[0].position);
     // 64 additions of a power of two times (1/4, 1/2, 0): exact.
-    assert_eq!(simulation.state().positions[5], scene.particles[5].position + velocity);
-    assert_eq!(simulation.state().velocities[5], velocity);
+    assert_eq!(simulation.position(5), scene.particles[5].position + velocity);
+    assert_eq!(simulation.velocity(5), velocity);
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn springs_without_length_stiffness_or_number_do_no_harm() {
         (0..64).for_each(|_| simulation.step().unwrap());
         // All of them fall, and nothing else. A velocity is a difference of positions of 5 m, here
         // rounded to 2^-22, times 64.
-        let fell = simulation.state().velocities.iter().map(|v| f64::from(v.y));
+        let fell = simulation.velocities().map(|v| f64::from(v.y));
         fell.for_each(|v| assert!((v + 9.82).abs() < 1e-3, "{v}"));
     }
 }
@@ -163,7 +163,7 @@ fn a_run_resumed_or_repeated_gives_the_same_bits() {
     let settings = Settings { integrator: XPBD, substeps: 4, ..Settings::default() };
     let mut whole = Simulation::<f32>::new(&scene, settings).unwrap();
     (0..45).for_each(|_| whole.step().unwrap());
-    let state = whole.state().clone();
+    let state = whole.state();
     (0..45).for_each(|_| whole.step().unwrap());
     let mut resumed = Simulation::<f32>::new(&scene, settings).unwrap();
     resumed.set_state(&state, 45).unwrap();

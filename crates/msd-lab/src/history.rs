@@ -9,17 +9,6 @@ const MOST_STATES: usize = 600;
 /// The most memory for them, bytes.
 const MOST_BYTES: usize = 256 << 20;
 
-/// Whether states have another energy after an interaction.
-fn changes_energy(interaction: &Interaction) -> bool {
-    use Interaction::*;
-    match interaction {
-        Cut { .. } | SetStiffness { .. } | SetMass { .. } | SetRestLength { .. } => true,
-        ScaleRestLength { .. } | Freeze { .. } | SetGravity { .. } => true,
-        Grab { .. } | Release { .. } | Pin { .. } | Unpin { .. } | Push { .. } => false,
-        SetDamping { .. } | Impulse { .. } | Spin { .. } | SetPlane { .. } => false,
-    }
-}
-
 fn bytes_of(moment: &Moment) -> usize {
     match &moment.state {
         AnyState::F32(state) => bytes(state),
@@ -55,7 +44,7 @@ impl History {
     /// interaction changes what that is made of, all of these are measured first: a pass over the
     /// springs for each, once, at most a quarter of a second.
     pub fn expect(&mut self, interaction: &Interaction, runner: &Runner) {
-        if changes_energy(interaction) {
+        if interaction.effects().energy {
             let open = self.moments.iter_mut().filter(|moment| moment.ledger.is_open());
             open.for_each(|moment| runner.settle(moment));
         }

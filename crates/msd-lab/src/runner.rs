@@ -1,6 +1,5 @@
 //! How does a program run a scene whose precision is only known at run time?
 
-use msd_core::energy::energy;
 use msd_core::stability::Estimator;
 use msd_core::{
     Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Real, Scene, Settings,
@@ -169,8 +168,8 @@ impl Runner {
     /// A copy of the state.
     pub fn state(&self) -> AnyState {
         match self {
-            Runner::F32(simulation) => AnyState::F32(simulation.state().clone()),
-            Runner::F64(simulation) => AnyState::F64(simulation.state().clone()),
+            Runner::F32(simulation) => AnyState::F32(simulation.state()),
+            Runner::F64(simulation) => AnyState::F64(simulation.state()),
         }
     }
 
@@ -211,7 +210,7 @@ impl Runner {
     /// that the energy depends on.
     pub fn settle(&self, moment: &mut Moment) {
         fn total<R: Real, S: Real>(simulation: &Simulation<R>, state: &State<S>) -> f64 {
-            energy(simulation.model(), &state.convert(), 0.0).total()
+            simulation.energy_at(&state.convert()).total()
         }
         moment.ledger.close(|| {
             on!(self, simulation => match &moment.state {

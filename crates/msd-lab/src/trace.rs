@@ -66,7 +66,7 @@ impl Trace {
 }
 
 fn push_position<R: Real>(text: &mut String, simulation: &Simulation<R>, particle: usize) {
-    let position = simulation.state().positions[particle];
+    let position = simulation.position(particle);
     for component in position.components() {
         text.push_str(&format!(",{component:?}"));
     }

@@ -116,6 +116,6 @@ fn apart(a: &Replay<'_>, b: &Replay<'_>) -> Apart {
 
 fn positions(replay: &Replay<'_>) -> Vec<DVec3> {
     on!(replay.runner(), simulation => {
-        simulation.state().positions.iter().map(|position| position.to_f64()).collect()
+        simulation.positions().map(|position| position.to_f64()).collect()
     })
 }

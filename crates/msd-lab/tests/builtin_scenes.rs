@@ -1,6 +1,5 @@
 //! Do the built-in scenes show what they promise?
 
-use msd_lab::msd_core::energy::centre_of_mass;
 use msd_lab::msd_core::glam::DVec3;
 use msd_lab::msd_core::{Simulation, Vector};
 use msd_lab::{BUILTINS, Runner, on, open};
@@ -24,7 +23,7 @@ fn single(runner: &Runner) -> &Simulation<f32> {
 }
 
 fn positions(runner: &Runner) -> Vec<DVec3> {
-    single(runner).state().positions.iter().map(|position| position.to_f64()).collect()
+    single(runner).positions().map(|position| position.to_f64()).collect()
 }
 
 /// Lets a scene run for 10 s and looks at its largest stable substep twice a second.
@@ -99,10 +98,7 @@ fn the_lattices_of_the_source_report_have_their_sizes() {
 #[test]
 fn the_chain_settles_around_its_unmoved_centre_of_mass() {
     let mut runner = runner("chain");
-    let centre = |runner: &Runner| {
-        let simulation = single(runner);
-        centre_of_mass(simulation.model(), simulation.state(), 0..5)
-    };
+    let centre = |runner: &Runner| single(runner).centre_of_mass(0..5);
     let start = centre(&runner);
     assert!((start.x - 11.4 / 5.0).abs() < 1e-6);
     run(&mut runner, 25.0);

@@ -76,7 +76,7 @@ fn drop_on_ground(part: &Part, times: &[f64]) -> Vec<Vec<DVec3>> {
         while simulation.time() < *time {
             simulation.step().unwrap();
         }
-        reached.push(simulation.state().positions.iter().map(|x| x.as_dvec3()).collect());
+        reached.push(simulation.positions().map(|x| x.as_dvec3()).collect());
     }
     reached
 }
@@ -249,7 +249,7 @@ fn a_coarse_box_has_a_lattice_that_reaches_its_corners() {
     assert!(sets(&part).iter().all(|&set| set == 0));
     let mut scene = Scene::default();
     scene.add("box", part);
-    assert!(msd_core::Model::<f32>::new(&scene).is_ok());
+    assert!(Simulation::<f32>::new(&scene, Settings::default()).is_ok());
 }
 
 #[test]

@@ -23,6 +23,7 @@ fn character(integrator: Integrator) -> (f64, f64) {
         Integrator::BackwardEuler => (20e-3, 0.16),
         Integrator::ImplicitMidpoint => (22e-3, 0.04),
         Integrator::Xpbd => (1.6e-3, 0.2),
+        _ => panic!("no character of {integrator} is known"),
     }
 }
 

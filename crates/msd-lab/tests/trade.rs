@@ -1,7 +1,10 @@
 //! Is the reference right, are errors what they say, and does tuning deliver?
 
 use msd_core::glam::DVec3;
-use msd_core::{Friction, Integrator, Material, Particle, Plane, Scene, Spring, World, shape};
+use msd_core::{
+    Friction, Integrator, Material, Particle, Plane, Scene, Settings, Simulation, Spring, World,
+    shape,
+};
 use msd_lab::trade::choice::{Choice, FRAME, Fineness};
 use msd_lab::trade::conduct::{Plan, study};
 use msd_lab::trade::estimate::{Estimator, calibrate};
@@ -221,6 +224,7 @@ fn contact_leaves_the_reference_certain_and_penetration_is_measured() {
 fn generated_scenes_are_scenes() {
     for seed in 0..200 {
         let scene = random_scene(seed).unwrap();
-        assert!(msd_core::Model::<f32>::new(&scene).is_ok(), "seed {seed}");
+        let made = Simulation::<f32>::new(&scene, Settings::default());
+        assert!(made.is_ok(), "seed {seed}");
     }
 }

@@ -1,13 +1,15 @@
 //! You will see `picture.png`: a square sheet over a floor, with its springs coloured by strain.
 
 use msd_core::glam::DVec3;
-use msd_core::{Corner, Friction, Model, Part, Particle, Plane, Scene, Snapshot, Spring, Surface};
+use msd_core::{
+    Corner, Friction, Part, Particle, Plane, Scene, Settings, Simulation, Spring, Surface,
+};
 use msd_render::{Gpu, Style, View, bounds, render_image};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = scene();
-    let (model, state) = Model::<f32>::new(&scene)?;
-    let snapshot = Snapshot::new(&model, &state);
+    let simulation = Simulation::<f32>::new(&scene, Settings::default())?;
+    let snapshot = simulation.snapshot();
     let style = Style { springs: true, line_width: 4.0, ..Style::default() };
     let mut view = View { style, ..View::default() };
     if let Some(bounds) = bounds(&snapshot) {

@@ -17,7 +17,7 @@ pub(crate) fn set_geometry<R: Real>(
     limit: u64,
 ) {
     geometry.clear();
-    geometry.positions.extend(snapshot.positions.iter().map(|position| position.to_f32()));
+    geometry.positions.extend(snapshot.positions().map(|position| position.to_f32()));
     geometry.bounds = bounds(snapshot).unwrap_or((Vec3::ZERO, Vec3::ZERO));
     geometry.particle_radius = particle_radius(snapshot, view, geometry.bounds);
     if view.style.surfaces {
@@ -44,8 +44,9 @@ fn particle_radius<R: Real>(snapshot: &Snapshot<'_, R>, view: &View, bounds: (Ve
     }
     // A sample is enough: the radius only has to suit the spacing.
     let stride = (snapshot.rest_lengths.len() / 1000).max(1);
-    let sample = snapshot.rest_lengths.iter().step_by(stride);
-    let mut lengths: Vec<f32> = sample.map(|length| length.to_f64() as f32).collect();
+    let sample = snapshot.rest_lengths.iter().enumerate().step_by(stride);
+    let there = sample.filter(|&(spring, _)| !snapshot.is_cut(spring));
+    let mut lengths: Vec<f32> = there.map(|(_, length)| length.to_f64() as f32).collect();
     lengths.retain(|length| length.is_finite() && 0.0 < *length);
     lengths.sort_by(f32::total_cmp);
     match lengths.get(lengths.len() / 2) {

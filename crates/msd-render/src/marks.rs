@@ -49,7 +49,7 @@ pub(crate) fn add_springs<R: Real>(
         }
         for (spring, &[a, b]) in snapshot.ends.iter().enumerate() {
             let owner = owners[spring];
-            if is_covered(owner, snapshot.bodies, view) != covered {
+            if snapshot.is_cut(spring) || is_covered(owner, snapshot.bodies, view) != covered {
                 continue;
             }
             let (Some(a), Some(b)) = (geometry.drawable(a), geometry.drawable(b)) else { continue };

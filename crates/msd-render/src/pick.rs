@@ -9,7 +9,7 @@ use msd_core::{Real, Snapshot, Vector};
 ///
 /// Positions that are not finite are left out; without any particle there is no box.
 pub fn bounds<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
-    let points = snapshot.positions.iter().map(|position| position.to_f32());
+    let points = snapshot.positions().map(|position| position.to_f32());
     let mut drawable = points.filter(|&point| is_drawable(point));
     let first = drawable.next()?;
     Some(drawable.fold((first, first), |(low, high), point| (low.min(point), high.max(point))))
@@ -40,7 +40,7 @@ pub fn pick<R: Real>(
         let pixels = dx.hypot(dy);
         (pixels <= radius).then(|| (index, pixels, camera.depth(point)))
     };
-    let points = snapshot.positions.iter().map(|position| position.to_f32());
+    let points = snapshot.positions().map(|position| position.to_f32());
     let candidates: Vec<_> = points.enumerate().filter_map(on_screen).collect();
     let nearest = candidates.iter().map(|&(_, _, depth)| depth).reduce(f32::min)?;
     let metres_per_pixel = 2.0 * nearest * camera.tangents(aspect)[1] / size[1];

@@ -3,9 +3,9 @@
 mod scenes;
 
 use glam::{DVec3, Vec3};
-use msd_core::{Model, Scene, Snapshot};
+use msd_core::Scene;
 use msd_render::{Camera, bounds, drag_point, pick};
-use scenes::{block, particle, scene_of};
+use scenes::{Still, block, particle, scene_of};
 
 const ASPECT: f32 = 16.0 / 9.0;
 
@@ -141,13 +141,13 @@ fn zoom_multiplies_the_distance_and_stays_in_its_domain() {
 #[test]
 fn bounds_leave_out_what_is_not_finite() {
     let scene = scene_of(block(2), &[]);
-    let (model, mut state) = Model::<f64>::new(&scene).unwrap();
-    state.positions[0] = DVec3::NAN;
-    state.positions[1] = DVec3::splat(f64::INFINITY);
-    let (low, high) = bounds(&Snapshot::new(&model, &state)).unwrap();
+    let mut still = Still::<f64>::new(&scene);
+    still.positions[0] = DVec3::NAN;
+    still.positions[1] = DVec3::splat(f64::INFINITY);
+    let (low, high) = bounds(&still.snapshot()).unwrap();
     assert_eq!((low, high), (Vec3::splat(-0.5), Vec3::splat(0.5)));
-    state.positions.fill(DVec3::NAN);
-    assert_eq!(bounds(&Snapshot::new(&model, &state)), None);
+    still.positions.fill(DVec3::NAN);
+    assert_eq!(bounds(&still.snapshot()), None);
 }
 
 #[test]
@@ -157,8 +157,8 @@ fn picking_takes_the_front_of_two_particles_in_line() {
         scene.particles.push(particle(0.0, 0.0, z));
     }
     scene.particles.push(particle(4.0, 0.0, 3.0));
-    let (model, state) = Model::<f32>::new(&scene).unwrap();
-    let snapshot = Snapshot::new(&model, &state);
+    let still = Still::<f32>::new(&scene);
+    let snapshot = still.snapshot();
     let camera = Camera { yaw: 0.0, pitch: 0.0, ..Camera::default() };
     let size = [800.0, 600.0];
     assert_eq!(pick(&snapshot, &camera, [403.0, 299.0], size, 12.0), Some(2));

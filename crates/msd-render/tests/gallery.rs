@@ -5,20 +5,20 @@
 mod scenes;
 
 use glam::{DMat3, DVec3};
-use msd_core::{Grab, Model, Part, Scene, Snapshot, Vector};
+use msd_core::{Grab, Part, Scene, Vector};
 use msd_render::{Camera, Gpu, Offscreen, Renderer, Style, View, bounds, wgpu};
-use scenes::{block, floor, particle, pin, plane, rope, scene_of, sheet, spring, surface};
+use scenes::{Still, block, floor, particle, pin, plane, rope, scene_of, sheet, spring, surface};
 
 const SIZE: [u32; 2] = [1280, 720];
 
 fn write(gpu: &Gpu, name: &str, scene: &Scene, change: impl Fn(&mut View)) {
     let directory = std::env::var("MSD_GALLERY").unwrap_or_else(|_| "pictures".to_owned());
     std::fs::create_dir_all(&directory).unwrap();
-    let (model, state) = Model::<f32>::new(scene).unwrap();
-    let mut snapshot = Snapshot::new(&model, &state);
+    let still = Still::<f32>::new(scene);
+    let mut snapshot = still.snapshot();
     let grab = Grab {
         particle: 0,
-        target: Vector::of(state.positions[0].to_f64() + DVec3::new(-1.5, 1.0, 0.5)),
+        target: Vector::of(snapshot.position(0).to_f64() + DVec3::new(-1.5, 1.0, 0.5)),
         stiffness: 1.0,
         damping: 1.0,
         max_force: 1.0,
@@ -143,8 +143,8 @@ fn costs() {
     let gpu = pollster::block_on(Gpu::headless()).unwrap();
     let low = bunny().particles.iter().map(|p| p.position.y).fold(f64::MAX, f64::min);
     let hare = scene_of(bunny(), &[floor(low)]);
-    let (model, state) = Model::<f32>::new(&hare).unwrap();
-    let snapshot = Snapshot::new(&model, &state);
+    let still = Still::<f32>::new(&hare);
+    let snapshot = still.snapshot();
     let format = wgpu::TextureFormat::Rgba8Unorm;
     let mut renderer = Renderer::new(&gpu.device, format);
     for _ in 0..5 {
@@ -178,8 +178,8 @@ fn a_million_springs() {
         particle.position.y = (index as f64 * 0.013).sin();
     }
     println!("{} springs", scene.springs.len());
-    let (model, state) = Model::<f32>::new(&scene).unwrap();
-    let snapshot = Snapshot::new(&model, &state);
+    let still = Still::<f32>::new(&scene);
+    let snapshot = still.snapshot();
     let mut view = View::default();
     view.camera.frame(bounds(&snapshot).unwrap(), 4.0 / 3.0);
     view.style = Style { springs: true, surfaces: false, shadows: false, ..view.style };

@@ -5,11 +5,11 @@
 mod scenes;
 
 use glam::{DVec3, Vec3};
-use msd_core::{Grab, Model, Plane, Scene, Snapshot, Vector};
+use msd_core::{Grab, Plane, Scene, Vector};
 use msd_render::{
     Camera, Gpu, Image, Offscreen, RenderError, Renderer, Style, View, bounds, render_image, wgpu,
 };
-use scenes::{block, floor, particle, pin, plane, scene_of, sheet, spring};
+use scenes::{Still, block, floor, particle, pin, plane, scene_of, sheet, spring};
 
 const WIDTH: u32 = 320;
 const HEIGHT: u32 = 240;
@@ -28,15 +28,15 @@ fn gpu() -> Option<Gpu> {
 }
 
 fn draw(gpu: &Gpu, scene: &Scene, view: &View) -> Image {
-    let (model, state) = Model::<f32>::new(scene).unwrap();
-    render_image(gpu, &Snapshot::new(&model, &state), view, WIDTH, HEIGHT).unwrap()
+    let still = Still::<f32>::new(scene);
+    render_image(gpu, &still.snapshot(), view, WIDTH, HEIGHT).unwrap()
 }
 
 /// A view of the whole scene.
 fn framed(scene: &Scene) -> View {
-    let (model, state) = Model::<f32>::new(scene).unwrap();
+    let still = Still::<f32>::new(scene);
     let mut view = View::default();
-    view.camera.frame(bounds(&Snapshot::new(&model, &state)).unwrap(), ASPECT);
+    view.camera.frame(bounds(&still.snapshot()).unwrap(), ASPECT);
     view
 }
 
@@ -79,9 +79,9 @@ fn the_same_snapshot_twice_is_the_same_picture() {
 fn single_and_double_precision_look_the_same() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(block(3), &[floor(-3.0)]);
-    let (model, state) = Model::<f64>::new(&scene).unwrap();
+    let still = Still::<f64>::new(&scene);
     let view = framed(&scene);
-    let double = render_image(&gpu, &Snapshot::new(&model, &state), &view, WIDTH, HEIGHT).unwrap();
+    let double = render_image(&gpu, &still.snapshot(), &view, WIDTH, HEIGHT).unwrap();
     // These positions are exact in both precisions.
     assert_eq!(double, draw(&gpu, &scene, &view));
 }
@@ -198,11 +198,13 @@ fn wireframe_particles_pins_and_grabs_each_change_the_picture() {
         // Two marks of pins cover at least 4 x 4 pixels each, everything else much more.
         assert!(32 <= changed, "{what} changed {changed} pixels");
     }
-    let (model, state) = Model::<f32>::new(&scene).unwrap();
+    let still = Still::<f32>::new(&scene);
     let target = Vec3::new(0.0, 1.0, 0.0);
     let place = Vector::of(target.as_dvec3());
     let grab = Grab { particle: 14, target: place, stiffness: 1.0, damping: 1.0, max_force: 1.0 };
-    let snapshot = Snapshot { grabs: &[grab], ..Snapshot::new(&model, &state) };
+    let mut snapshot = still.snapshot();
+    let grabs = [grab];
+    snapshot.grabs = &grabs;
     let held =
         render_image(&gpu, &snapshot, &View { style: Style::default(), ..view }, WIDTH, HEIGHT);
     let [red, green, blue] = seen_at(&held.unwrap(), &view.camera, target);
@@ -230,27 +232,21 @@ fn a_plane_hides_what_is_under_its_front_and_shows_what_is_under_its_back() {
 fn broken_and_empty_snapshots_are_drawn_without_harm() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(sheet(4, 3.0), &[floor(-1.0)]);
-    let (model, mut state) = Model::<f64>::new(&scene).unwrap();
+    let mut still = Still::<f64>::new(&scene);
     let style = Style { springs: true, particles: true, wireframe: true, ..Style::default() };
     let view = View { style, ..View::default() };
     for value in [f64::NAN, f64::INFINITY, 1e300, 1e12, 0.0] {
-        state.positions[5] = DVec3::splat(value);
-        render_image(&gpu, &Snapshot::new(&model, &state), &view, 64, 48).unwrap();
-        state.positions.fill(DVec3::splat(value));
-        render_image(&gpu, &Snapshot::new(&model, &state), &view, 64, 48).unwrap();
+        still.positions[5] = DVec3::splat(value);
+        render_image(&gpu, &still.snapshot(), &view, 64, 48).unwrap();
+        still.positions.fill(DVec3::splat(value));
+        render_image(&gpu, &still.snapshot(), &view, 64, 48).unwrap();
     }
-    let empty = Snapshot::<f32> {
-        positions: &[],
-        inverse_masses: &[],
-        ends: &[],
-        rest_lengths: &[],
-        planes: &[],
-        grabs: &[],
-        bodies: &[],
-    };
+    let mut empty = still.snapshot().with_positions(&[]);
+    (empty.inverse_masses, empty.ends, empty.rest_lengths) = (&[], &[], &[]);
+    (empty.planes, empty.grabs, empty.bodies) = (&[], &[], &[]);
     render_image(&gpu, &empty, &view, 64, 48).unwrap();
     // Columns that do not match: springs, surfaces and bodies of particles that are not there.
-    let torn = Snapshot { positions: &state.positions[..2], ..Snapshot::new(&model, &state) };
+    let torn = still.snapshot().with_positions(&still.positions[..2]);
     render_image(&gpu, &torn, &view, 64, 48).unwrap();
     let broken = Style {
         strain_full_scale: f32::NAN,
@@ -261,7 +257,7 @@ fn broken_and_empty_snapshots_are_drawn_without_harm() {
         ..style
     };
     let view = View { style: broken, ..view };
-    render_image(&gpu, &Snapshot::new(&model, &state), &view, 64, 48).unwrap();
+    render_image(&gpu, &still.snapshot(), &view, 64, 48).unwrap();
 }
 
 #[test]
@@ -274,8 +270,8 @@ fn sizes_out_of_their_domain_are_refused_with_the_value() {
         assert!(error.to_string().contains(&format!("{width}x{height}")), "{error}");
     }
     let scene = scene_of(block(2), &[]);
-    let (model, state) = Model::<f32>::new(&scene).unwrap();
-    let snapshot = Snapshot::new(&model, &state);
+    let still = Still::<f32>::new(&scene);
+    let snapshot = still.snapshot();
     // One pixel, and a width whose rows are padded.
     for (width, height) in [(1, 1), (65, 3)] {
         let image = render_image(&gpu, &snapshot, &View::default(), width, height).unwrap();
@@ -287,7 +283,7 @@ fn sizes_out_of_their_domain_are_refused_with_the_value() {
 fn any_viewport_and_format_is_drawn_without_a_validation_error() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(block(3), &[floor(-2.0)]);
-    let (model, state) = Model::<f32>::new(&scene).unwrap();
+    let still = Still::<f32>::new(&scene);
     for format in [wgpu::TextureFormat::Bgra8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb] {
         let mut renderer = Renderer::new(&gpu.device, format);
         for size in [[64, 48], [1, 1], [80, 20]] {
@@ -299,7 +295,7 @@ fn any_viewport_and_format_is_drawn_without_a_validation_error() {
                 // wgpu panics on a validation error that nobody asked for.
                 renderer.draw(&mut encoder, &target, size, viewport);
                 gpu.queue.submit([encoder.finish()]);
-                let snapshot = Snapshot::new(&model, &state);
+                let snapshot = still.snapshot();
                 renderer.prepare(&gpu.device, &gpu.queue, &snapshot, &View::default());
             }
         }

@@ -3,7 +3,7 @@
 use super::arguments::SolverArguments;
 use super::failure::{Failure, tell};
 use super::values::Step;
-use msd_core::{Family, Integrator, Settings};
+use msd_core::{Integrator, Settings};
 use msd_lab::{Loaded, Runner, load_state, plain};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
@@ -127,11 +127,10 @@ fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
 
 /// Refuses what the method would not read: it would have no effect silently.
 fn check_read(integrator: Integrator, solver: &SolverArguments) -> Result<(), Failure> {
-    let implicit = |method: Integrator| matches!(method.family(), Family::Implicit(_));
     type Reads = fn(Integrator) -> bool;
     let options: [(&str, bool, Reads); 2] = [
         ("--tolerance", solver.tolerance.is_some(), Integrator::is_adaptive),
-        ("--newton", solver.newton.is_some(), implicit),
+        ("--newton", solver.newton.is_some(), Integrator::is_implicit),
     ];
     for (option, given, reads) in options {
         if given && !reads(integrator) {

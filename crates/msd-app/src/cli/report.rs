@@ -1,7 +1,7 @@
 //! What is told after a run?
 
 use super::prepare::Prepared;
-use msd_core::{Energy, Family, Integrator, Momentum};
+use msd_core::{Energy, Integrator, Momentum};
 use msd_lab::{Precision, state_hash};
 use serde::Serialize;
 
@@ -210,7 +210,6 @@ impl Report {
         let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
         let settings = runner.settings();
         let adaptive = settings.integrator.is_adaptive();
-        let implicit = matches!(settings.integrator.family(), Family::Implicit(_));
         let substeps = if adaptive { 1 } else { settings.substeps };
         let steps = done.steps * u64::from(substeps);
         let springs = runner.spring_count() as u64;
@@ -224,7 +223,7 @@ impl Report {
             step: settings.step / f64::from(substeps),
             substeps,
             tolerance: adaptive.then_some(settings.tolerance),
-            newton: implicit.then_some(settings.newton),
+            newton: settings.integrator.is_implicit().then_some(settings.newton),
             precision: runner.precision(),
             duration: done.simulated,
             time: runner.time(),

@@ -4,7 +4,7 @@
 use super::prepare::warn_of_step;
 use super::report::{Gain, evaluations};
 use msd_core::stability::Estimator;
-use msd_core::{Column, Family, Settings, Witness};
+use msd_core::{Integrator, Model, Real, Settings, Witness};
 use msd_lab::Runner;
 
 /// The largest share of the work of a run that predictions may take.
@@ -32,9 +32,7 @@ impl Watch {
     /// Begins with the prediction for the start, seconds.
     pub fn new(runner: &Runner, stable: f64) -> Self {
         let settings = runner.settings();
-        let uneven = msd_lab::on!(runner, simulation => {
-            matches!(simulation.model().dampings(), Column::Each(_))
-        });
+        let uneven = msd_lab::on!(runner, simulation => is_damped_unevenly(simulation.model()));
         let coupled = if uneven { COUPLED_COST } else { 0.0 };
         let cost = COST + coupled / runner.spring_count().max(1) as f64;
         // Only explicit methods are predicted for, and the number of their evaluations is known.
@@ -71,7 +69,7 @@ impl Watch {
     /// Predicts if it is time to; what is known to be over the limit is not asked again.
     fn predict(&mut self, runner: &Runner) {
         let (least, _) = self.least;
-        let explicit = matches!(runner.integrator().family(), Family::Explicit(_));
+        let explicit = Integrator::EXPLICIT.contains(&runner.integrator());
         let over = least < runner.settings().substep();
         if !explicit || over || !runner.steps().is_multiple_of(self.every) {
             return;
@@ -81,4 +79,12 @@ impl Watch {
             self.least = (stable, runner.time());
         }
     }
+}
+
+/// Whether springs differ in damping.
+fn is_damped_unevenly<R: Real>(model: &Model<R>) -> bool {
+    let springs = (0..model.ends().len()).filter(|&spring| !model.is_cut(spring));
+    let mut dampings = springs.map(|spring| model.damping(spring));
+    let first = dampings.next();
+    dampings.any(|damping| Some(damping) != first)
 }

@@ -34,8 +34,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
 fn marks(painter: &Painter, viewer: &Viewer) {
     let place = |particle: usize| -> Option<Pos2> {
         let position = on!(viewer.session.runner(), simulation => {
-            simulation.state().positions.get(particle)?.to_f32()
-        });
+            let there = particle < simulation.model().particle_count();
+            there.then(|| simulation.position(particle).to_f32())
+        })?;
         viewer.lens().place(position)
     };
     let ring = |particle: Option<usize>, radius: f32, colour: Color32| {

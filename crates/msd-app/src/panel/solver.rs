@@ -5,7 +5,7 @@ use crate::session::{MOST_SUBSTEPS, Session};
 use crate::theme;
 use crate::viewer::Viewer;
 use egui::{Color32, ComboBox, RichText, Slider, SliderClamping, Ui};
-use msd_core::{Family, Integrator};
+use msd_core::Integrator;
 use msd_lab::Precision;
 use std::ops::RangeInclusive;
 
@@ -19,13 +19,14 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Solver");
     let session = &mut viewer.session;
     integrator(ui, session);
-    match session.runner().integrator().family() {
-        Family::Adaptive => tolerance(ui, session),
-        Family::Implicit(_) => {
-            substeps(ui, session);
-            newton(ui, session);
-        }
-        Family::Explicit(_) | Family::Projected => substeps(ui, session),
+    let method = session.runner().integrator();
+    if method.is_adaptive() {
+        tolerance(ui, session);
+    } else {
+        substeps(ui, session);
+    }
+    if method.is_implicit() {
+        newton(ui, session);
     }
     precision(ui, session);
     margin(ui, session);
@@ -60,6 +61,7 @@ fn purpose(integrator: Integrator) -> &'static str {
         Integrator::BackwardEuler => "for a few very stiff springs: it calms motion",
         Integrator::ImplicitMidpoint => "for stiff springs that go on swinging",
         Integrator::Xpbd => "cheap and never blows up: wrong by 5 % or more",
+        _ => "",
     }
 }
 
@@ -130,9 +132,10 @@ fn margin(ui: &mut Ui, session: &Session) {
     }
     let h = settings.substep() * 1e3;
     let (text, colour) = describe(session.margin());
-    let hover = match settings.integrator.family() {
-        Family::Explicit(_) => "The longest stable substep is predicted from the fastest motion",
-        _ => "Nothing blows up however long the step; how exact that is, the estimate tells",
+    let hover = if Integrator::EXPLICIT.contains(&settings.integrator) {
+        "The longest stable substep is predicted from the fastest motion"
+    } else {
+        "Nothing blows up however long the step; how exact that is, the estimate tells"
     };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;

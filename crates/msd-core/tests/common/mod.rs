@@ -3,8 +3,8 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{
-    Integrator, Material, Particle, Real, Scene, Settings, Simulation, Spring, State, Vector,
-    World, shape,
+    Integrator, Material, Model, Particle, Real, Scene, Settings, Simulation, Spring, State,
+    Vector, World, shape,
 };
 
 /// A world without gravity.
@@ -24,7 +24,7 @@ pub fn run(scene: &Scene, integrator: Integrator, h: f64, steps: usize) -> State
     for _ in 0..steps {
         simulation.step().expect("a stable run");
     }
-    simulation.state().clone()
+    simulation.state()
 }
 
 /// The largest distance between particles of two states, metres.
@@ -58,6 +58,40 @@ pub fn two_masses(masses: [f64; 2], stiffness: f64, damping: f64, stretch: f64) 
         springs: vec![Spring { ends: [0, 1], rest_length: 1.0, stiffness, damping }],
         ..Scene::default()
     }
+}
+
+/// All forces at a state, newtons, by the plain loops: gravity, the uniform force, grabs, drag, and
+/// springs in their order.
+pub fn forces_at<R: Real>(model: &Model<R>, state: &State<R>) -> Vec<R::Vec3> {
+    let weight = |&mass: &R| model.gravity() * mass + model.force();
+    let mut forces: Vec<R::Vec3> = model.masses().iter().map(weight).collect();
+    for grab in model.grabs() {
+        let held = grab.particle as usize;
+        let pull = (grab.target - state.positions[held]) * grab.stiffness;
+        let pull = pull - state.velocities[held] * grab.damping;
+        let strength = pull.dot(pull).sqrt();
+        let capped = grab.max_force < strength;
+        forces[held] += pull * if capped { grab.max_force / strength } else { R::ONE };
+    }
+    for (force, &velocity) in forces.iter_mut().zip(&state.velocities) {
+        *force -= velocity * model.drag();
+    }
+    for (spring, ends) in model.ends().iter().enumerate() {
+        let [a, b] = ends.map(|end| end as usize);
+        let across = state.positions[b] - state.positions[a];
+        let squared = across.dot(across);
+        if squared < R::SHORTEST_SQUARED {
+            continue;
+        }
+        let length = squared.sqrt();
+        let per_length = R::ONE / length;
+        let rate = across.dot(state.velocities[b] - state.velocities[a]) * per_length;
+        let tension = model.stiffness(spring) * (length - model.rest_lengths()[spring]);
+        let pull = across * ((tension + model.damping(spring) * rate) * per_length);
+        forces[a] += pull;
+        forces[b] -= pull;
+    }
+    forces
 }
 
 /// A linear congruential generator (Knuth, 1997, section 3.3.4): a scene from one number, so that a
@@ -112,7 +146,7 @@ pub fn random_scene(seed: u64) -> Scene {
 
 /// The positions of a simulation in double precision.
 pub fn positions<R: Real>(simulation: &Simulation<R>) -> Vec<DVec3> {
-    simulation.state().positions.iter().map(|position| position.to_f64()).collect()
+    simulation.positions().map(|position| position.to_f64()).collect()
 }
 
 /// The bytes of vectors, for which 0 and −0 differ and a number that is none is like itself.

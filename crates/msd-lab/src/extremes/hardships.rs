@@ -6,7 +6,7 @@ use super::outcome::Verdict;
 use super::watch::{Measure, Task, judge};
 use crate::runner::Precision;
 use msd_core::glam::DVec3;
-use msd_core::{Family, Integrator, Material, Scene, Settings};
+use msd_core::{Integrator, Material, Scene, Settings};
 
 /// A scene that asks much.
 #[derive(Clone, Debug)]
@@ -143,8 +143,8 @@ impl Hardship {
     /// Puts a method through it, for a part of its time.
     pub fn run(&self, integrator: Integrator, precision: Precision, part: f64) -> Verdict {
         let (step, time) = self.times;
-        let implicit = matches!(integrator.family(), Family::Implicit(_));
-        let substeps = if implicit { self.substeps.div_ceil(4) } else { self.substeps };
+        let substeps =
+            if integrator.is_implicit() { self.substeps.div_ceil(4) } else { self.substeps };
         let task = Task {
             scene: &self.scene,
             settings: Settings { integrator, step, substeps, ..Settings::default() },

@@ -82,15 +82,13 @@ fn ended(error: &Error) -> Verdict {
 }
 
 fn error_of<R: Real>(simulation: &Simulation<R>, error: &Ruler<'_>) -> f64 {
-    let positions = &simulation.state().positions;
-    error(simulation.time(), &|particle| positions[particle].to_f64())
+    error(simulation.time(), &|particle| simulation.position(particle).to_f64())
 }
 
 /// Whether everything that a step left is a number.
 fn is_sound<R: Real>(simulation: &Simulation<R>) -> bool {
-    let state = simulation.state();
-    let finite = |vector: &R::Vec3| vector.extent().to_f64().is_finite();
-    let mut rows = state.positions.iter().chain(&state.velocities);
+    let finite = |vector: R::Vec3| vector.extent().to_f64().is_finite();
+    let mut rows = simulation.positions().chain(simulation.velocities());
     rows.all(finite) && !simulation.energy().total().is_nan()
 }
 

@@ -8,7 +8,7 @@ use crate::trade::clock::CpuClock;
 use crate::trade::errors::{Errors, compare};
 use crate::trade::reference::{Reference, Wish, frames_of, reference};
 use crate::trade::trial::state;
-use msd_core::{Divergence, Energy, Error, Model, Settings};
+use msd_core::{Divergence, Energy, Error, Settings, Simulation};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
@@ -119,7 +119,10 @@ pub(super) fn measure(
     let mut run = Run::start(loaded)?;
     let steps = count_steps(loaded.settings, duration);
     let compared = match right {
-        Some(right) => run.compare_with(right, (&Model::new(&loaded.scene)?.0, steps)),
+        Some(right) => {
+            let system = Simulation::new(&loaded.scene, Settings::default())?;
+            run.compare_with(right, (&system, steps))
+        }
         None => Ok(None),
     };
     let ended = compared.and_then(|comparison| run.step_to(steps).map(|()| comparison));
@@ -184,7 +187,7 @@ impl Run {
     fn compare_with(
         &mut self,
         right: &Reference,
-        (model, steps): (&Model<f64>, u64),
+        (system, steps): (&Simulation<f64>, u64),
     ) -> Result<Option<Comparison>, Error> {
         let reliable = right.reliable(RELIABLE * right.size).max(1);
         let (mut errors, mut samples, mut until) = (Errors::default(), 0, 0.0);
@@ -192,7 +195,7 @@ impl Run {
             let met = steps_to(frame, self.runner.settings().step).filter(|&met| met <= steps);
             let Some(met) = met else { continue };
             self.step_to(met)?;
-            let here = compare(model, &state(&self.runner), &sample.state());
+            let here = compare(system, &state(&self.runner), &sample.state());
             let Errors { centre, energy, penetration, .. } = here;
             let coarse = Errors { centre, energy, penetration, ..Errors::default() };
             errors = errors.worse(if row < reliable { &here } else { &coarse });

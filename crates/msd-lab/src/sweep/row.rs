@@ -19,9 +19,9 @@ const MEASURES: [Measure; 40] = [
         true => Datum::Number(m.settings.tolerance),
         false => Datum::Nothing,
     }),
-    ("newton", Kind::Whole, |m| match m.settings.integrator.family() {
-        msd_core::Family::Implicit(_) => Datum::Whole(m.settings.newton.into()),
-        _ => Datum::Nothing,
+    ("newton", Kind::Whole, |m| match m.settings.integrator.is_implicit() {
+        true => Datum::Whole(m.settings.newton.into()),
+        false => Datum::Nothing,
     }),
     ("particles", Kind::Whole, |m| Datum::Whole(m.particles as i64)),
     ("springs", Kind::Whole, |m| Datum::Whole(m.springs as i64)),

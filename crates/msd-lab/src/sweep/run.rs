@@ -6,7 +6,7 @@ use super::row::row;
 use super::store::Store;
 use crate::error::LabError;
 use crate::scenes::Loaded;
-use msd_core::{Family, Integrator};
+use msd_core::Integrator;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
@@ -130,15 +130,16 @@ pub fn run(
 /// Work of a cell in spring updates, roughly: good enough to tell minutes from hours.
 fn expected_work(sweep: &Sweep, loaded: &Loaded) -> f64 {
     let settings = loaded.settings;
-    let (substeps, evaluations) = match settings.integrator.family() {
+    let substeps = f64::from(settings.substeps);
+    let (substeps, evaluations) = match settings.integrator {
         // How many substeps it will take is not known.
-        Family::Adaptive => (10.0, 7.0),
-        Family::Implicit(_) => (f64::from(settings.substeps), 30.0 * f64::from(settings.newton)),
-        Family::Projected => (f64::from(settings.substeps), 2.0),
-        Family::Explicit(_) if settings.integrator == Integrator::Rk4 => {
-            (f64::from(settings.substeps), 4.0)
+        Integrator::DormandPrince => (10.0, 7.0),
+        Integrator::BackwardEuler | Integrator::ImplicitMidpoint => {
+            (substeps, 30.0 * f64::from(settings.newton))
         }
-        Family::Explicit(_) => (f64::from(settings.substeps), 1.0),
+        Integrator::Xpbd => (substeps, 2.0),
+        Integrator::Rk4 => (substeps, 4.0),
+        _ => (substeps, 1.0),
     };
     let steps = sweep.duration() / settings.step;
     let rows = loaded.scene.springs.len() + loaded.scene.particles.len();

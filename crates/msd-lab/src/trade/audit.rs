@@ -9,7 +9,7 @@
 use super::choice::{Choice, FRAME};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Error, Family, Model, Part, Particle, Pin, Scene, Settings, Simulation, Spring, World,
+    Error, Integrator, Part, Particle, Pin, Scene, Settings, Simulation, Spring, World,
 };
 use serde::{Deserialize, Serialize};
 
@@ -68,7 +68,8 @@ impl Probe {
     /// # Errors
     /// A scene that a simulation refuses.
     pub fn of(scene: &Scene) -> Result<Option<Probe>, Error> {
-        let model = Model::<f64>::new(scene)?.0;
+        let simulation = Simulation::<f64>::new(scene, Settings::default())?;
+        let model = simulation.model();
         let stiff = || scene.springs.iter().filter(|spring| 0.0 < spring.stiffness);
         let length = median(stiff().map(|spring| spring.rest_length).filter(|&l| 0.0 < l));
         let free = (0..model.particle_count()).filter(|&particle| !model.is_pinned(particle));
@@ -135,7 +136,7 @@ impl Probe {
         let drag = self.mass * (2.0 * w).min(0.5 / settings.substep());
         let world = World { gravity: DVec3::NEG_Y * gravity, drag, ..World::default() };
         let mut run = Simulation::<f64>::new(&self.scene(world, down), settings).ok()?;
-        let projected = choice.integrator.family() == Family::Projected;
+        let projected = choice.integrator == Integrator::Xpbd;
         // A sweep carries a load over a link or over all of them; diffusion takes the square.
         let least = if projected { count * count } else { 1.0 };
         let substeps = f64::from(settings.substeps);
@@ -145,7 +146,7 @@ impl Probe {
             for _ in 0..look.ceil() as usize {
                 run.step().ok()?;
             }
-            let now = -run.state().positions[self.links].y - count * self.length;
+            let now = -run.position(self.links).y - count * self.length;
             calm = if (now - before).abs() <= 1e-7 * exact { calm + 1 } else { 0 };
             before = now;
             if calm == 2 {
@@ -165,7 +166,7 @@ impl Probe {
         let (settings, steps) = sampling(choice, self.frequency());
         let mut run = Simulation::<f64>::new(&scene, settings).ok()?;
         let mode = |run: &Simulation<f64>| -> f64 {
-            let rows = run.state().positions.iter().enumerate();
+            let rows = run.positions().enumerate();
             rows.map(|(row, at)| (-at.y - row as f64 * self.length) * shape(row)).sum()
         };
         let mut samples = vec![mode(&run)];

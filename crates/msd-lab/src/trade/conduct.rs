@@ -12,8 +12,7 @@ use super::study::{ReferenceNote, Study};
 use super::trial::{Trial, time_choice, try_choice};
 use super::words::words;
 use crate::scenes::Loaded;
-use msd_core::energy::energy;
-use msd_core::{Error, Friction, Model, Plane};
+use msd_core::{Error, Friction, Plane, Settings, Simulation};
 
 /// What a study is to cover.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +67,8 @@ const ROUNDS: usize = 5;
 /// What the core refuses of the scene.
 pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Result<Study, Error> {
     let scene = &loaded.scene;
-    let model = Model::<f64>::new(scene)?.0;
+    let simulation = Simulation::<f64>::new(scene, Settings::default())?;
+    let model = simulation.model();
     let wanted = plan.wanted.unwrap_or(1e-3 * model.size());
     let now = |now: &str| Progress { now: now.into(), done: 0, left: None };
     tell(now("making the reference"));
@@ -95,7 +95,7 @@ pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Res
         wanted,
         reference: note(&right, reliable, wanted),
         times: right.frames.iter().map(|&frame| frame as f64 * FRAME).collect(),
-        energies: right.states.iter().map(|s| energy(&model, &s.state(), 0.0).total()).collect(),
+        energies: right.states.iter().map(|s| simulation.energy_at(&s.state()).total()).collect(),
         trials: std::mem::take(&mut run.trials),
         left_out,
         limits,

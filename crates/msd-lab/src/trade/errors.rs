@@ -1,7 +1,7 @@
 //! How wrong is a state? Compared with the right one at the same time.
 
-use msd_core::energy::{centre_of_mass, energy, momentum};
-use msd_core::{Model, State};
+use msd_core::glam::DVec3;
+use msd_core::{Simulation, State};
 use serde::{Deserialize, Serialize};
 
 /// How far a run is from its reference: each number is the largest of all samples compared.
@@ -38,8 +38,9 @@ impl Errors {
     }
 }
 
-/// Compares a state with the right one.
-pub fn compare(model: &Model<f64>, state: &State<f64>, right: &State<f64>) -> Errors {
+/// Compares a state of a simulated system with the right one.
+pub fn compare(simulation: &Simulation<f64>, state: &State<f64>, right: &State<f64>) -> Errors {
+    let model = simulation.model();
     let count = model.particle_count();
     let (mut squares, mut max, mut speeds, mut penetration) = (0.0, 0.0f64, 0.0, 0.0f64);
     for particle in 0..count {
@@ -54,15 +55,19 @@ pub fn compare(model: &Model<f64>, state: &State<f64>, right: &State<f64>) -> Er
             }
         }
     }
-    let mechanical = |state| energy(model, state, 0.0).total();
-    let centre = |state| centre_of_mass(model, state, 0..count);
+    let mechanical = |state| simulation.energy_at(state).total();
+    let mass: f64 = model.masses().iter().sum();
+    let moment = |vectors: &[DVec3]| -> DVec3 {
+        vectors.iter().zip(model.masses()).map(|(&vector, &mass)| vector * mass).sum()
+    };
+    let centre = |state: &State<f64>| moment(&state.positions) / mass;
     Errors {
         rms: (squares / count as f64).sqrt(),
         max: max.sqrt(),
         velocity: (speeds / count as f64).sqrt(),
         centre: (centre(state) - centre(right)).length(),
         energy: (mechanical(state) - mechanical(right)).abs(),
-        momentum: (momentum(model, state).linear - momentum(model, right).linear).length(),
+        momentum: (moment(&state.velocities) - moment(&right.velocities)).length(),
         penetration,
     }
 }

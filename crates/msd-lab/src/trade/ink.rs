@@ -1,4 +1,5 @@
-//! How does a method look? Its colour and its mark, the same in every figure.
+//! How does a method look? Its colour and its mark, the same in every figure; grey where it has
+//! none of its own.
 
 use msd_core::Integrator;
 use plotters::style::RGBColor;
@@ -46,6 +47,7 @@ pub fn line(integrator: Integrator) -> Ink {
         Integrator::BackwardEuler => ink((86, 180, 233), (110, 195, 242)),
         Integrator::ImplicitMidpoint => ink((0, 158, 115), (30, 180, 138)),
         Integrator::Xpbd => ink((142, 132, 24), (184, 172, 60)),
+        _ => MUTED,
     }
 }
 
@@ -60,6 +62,7 @@ pub fn name(integrator: Integrator) -> Ink {
         Integrator::BackwardEuler => ink((20, 112, 165), (140, 208, 246)),
         Integrator::ImplicitMidpoint => ink((0, 116, 84), (80, 200, 162)),
         Integrator::Xpbd => ink((112, 103, 12), (205, 195, 100)),
+        _ => MUTED,
     }
 }
 
@@ -74,6 +77,7 @@ pub fn mark(integrator: Integrator) -> Vec<(f64, f64)> {
         Integrator::BackwardEuler => star(3, 0.0, 1.2, 0.6),
         Integrator::ImplicitMidpoint => star(5, 0.0, 1.2, 0.97),
         Integrator::Xpbd => star(5, 0.0, 1.3, 0.62),
+        _ => star(6, 0.0, 1.2, 0.6),
     }
 }
 

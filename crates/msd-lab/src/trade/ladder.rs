@@ -2,8 +2,7 @@
 
 use super::choice::{Choice, FRAME, Fineness};
 use crate::runner::Precision;
-use msd_core::stability::Estimator;
-use msd_core::{Error, Integrator, Model, Scene};
+use msd_core::{Error, Integrator, Scene, Settings, Simulation};
 
 /// A ladder reaches to this times the fewest substeps, and at least to [`LEAST_REACH`].
 const REACH: u32 = 64;
@@ -60,17 +59,15 @@ const MARGIN: f64 = 0.95;
 /// Every method in both precisions with the fewest substeps predicted stable for a scene.
 ///
 /// # Errors
-/// What [`Model::new`] refuses.
+/// What [`Simulation::new`] refuses.
 pub fn ladders(scene: &Scene) -> Result<Vec<Ladder>, Error> {
-    let (model, state) = Model::<f64>::new(scene)?;
-    let mut estimator = Estimator::default();
-    let mut limit = |integrator| estimator.limit((&model, &state), integrator, 64);
-    let mut fewest = |integrator: Integrator| {
+    let simulation = Simulation::<f64>::new(scene, Settings::default())?;
+    let fewest = |integrator: Integrator| {
         if integrator.is_adaptive() {
             return Some(1);
         }
         // Of many substeps per step: one alone of Verlet is stable up to a longer one.
-        let stable = limit(integrator);
+        let stable = simulation.stable_substep_of(integrator, 64);
         if stable == f64::INFINITY {
             return Some(1);
         }

@@ -11,9 +11,9 @@
 //! make it grow, if slowly, at any step. The prediction, which looks at the fastest motions, need
 //! not know them.
 
+use super::forces::set_forces;
 use msd_core::glam::DVec3;
-use msd_core::{Error, Integrator, Model, Motion, Scene, Settings, Simulation, State};
-use msd_core::{forces, stability};
+use msd_core::{Error, Integrator, Motion, Scene, Settings, Simulation, State};
 use serde::{Deserialize, Serialize};
 
 /// The largest stable substep of a method.
@@ -53,7 +53,7 @@ pub fn limits(scene: &Scene, substeps: u32) -> Result<Vec<Limit>, Error> {
     let held = Held::new(scene)?;
     let mut limits = Vec::new();
     for integrator in Integrator::EXPLICIT {
-        let predicted = stability::limit(&held.model, &held.rest, integrator, substeps);
+        let predicted = held.simulation.stable_substep_of(integrator, substeps);
         if predicted == f64::INFINITY {
             continue;
         }
@@ -110,9 +110,9 @@ pub(super) fn edge(
 #[derive(Clone, Debug)]
 pub(super) struct Held {
     scene: Scene,
-    pub(super) model: Model<f64>,
-    /// The start state at rest.
-    pub(super) rest: State<f64>,
+    /// The start state at rest, and a copy of it.
+    pub(super) simulation: Simulation<f64>,
+    rest: State<f64>,
     /// The forces of that state, newtons.
     balance: Vec<DVec3>,
     /// Velocities with a part of every mode and more of the fastest, of length 1.
@@ -131,24 +131,25 @@ impl Held {
                 spring.rest_length = spring.rest_length.min(a.position.distance(b.position));
             }
         }
-        let (model, rest) = Model::<f64>::new(&scene)?;
+        let simulation = Simulation::<f64>::new(&scene, Settings::default())?;
+        let rest = simulation.state();
         let mut balance = vec![DVec3::ZERO; rest.positions.len()];
-        set_forces(&model, rest.motion(), &mut balance);
+        set_forces(simulation.model(), &rest, &mut balance);
         let disturbance = Vec::new();
-        let mut held = Held { scene, model, rest, balance, disturbance };
+        let mut held = Held { scene, simulation, rest, balance, disturbance };
         held.disturbance = held.disturb();
         Ok(held)
     }
 
     /// Overwrites `forces` with what is not balanced, newtons.
-    pub(super) fn set_forces(&self, motion: Motion<'_, f64>, forces: &mut [DVec3]) {
-        set_forces(&self.model, motion, forces);
+    pub(super) fn set_forces(&self, state: &State<f64>, forces: &mut [DVec3]) {
+        set_forces(self.simulation.model(), state, forces);
         forces.iter_mut().zip(&self.balance).for_each(|(force, &balance)| *force -= balance);
     }
 
     /// The state disturbed, for substeps of `h` seconds.
     fn disturbed(&self, h: f64) -> State<f64> {
-        let speed = DISTURBANCE * self.model.size() / h;
+        let speed = DISTURBANCE * self.simulation.model().size() / h;
         let velocities = self.disturbance.iter().map(|&velocity| velocity * speed).collect();
         State { velocities, ..self.rest.clone() }
     }
@@ -159,20 +160,21 @@ impl Held {
         use rand_pcg::rand_core::Rng;
         let mut random = rand_pcg::Pcg32::new(1, 1);
         let mut next = || f64::from(random.next_u32()) / f64::from(u32::MAX) - 0.5;
-        let inverse_masses = self.model.inverse_masses();
+        let model = self.simulation.model();
+        let inverse_masses = model.inverse_masses();
         let free = |w: f64| f64::from(u8::from(0.0 < w));
         let mut start: Vec<DVec3> =
             inverse_masses.iter().map(|&w| DVec3::new(next(), next(), next()) * free(w)).collect();
         normalise(&mut start);
         let (mut fast, mut forces) = (start.clone(), start.clone());
-        let (size, mut state) = (1e-6 * self.model.size(), self.rest.clone());
+        let (size, mut state) = (1e-6 * model.size(), self.rest.clone());
         for _ in 0..30 {
             for ((x, &rest), &fast) in
                 state.positions.iter_mut().zip(&self.rest.positions).zip(&fast)
             {
                 *x = rest + fast * size;
             }
-            self.set_forces(state.motion(), &mut forces);
+            self.set_forces(&state, &mut forces);
             let rows = fast.iter_mut().zip(&forces).zip(inverse_masses);
             rows.for_each(|((fast, &force), &w)| *fast = force * -w);
             normalise(&mut fast);
@@ -218,20 +220,14 @@ impl Held {
     fn shows(&self, integrator: Integrator, h: f64) -> bool {
         // Explicit Euler grows by h² w² / 2 per substep, by `GROWTH` in half a run at `least`; the
         // others grow by the root of what they are beyond their limit.
-        let fastest = stability::fastest_mode(&self.model, &self.rest).stiffness.sqrt();
+        let fastest = self.simulation.fastest_mode().stiffness.sqrt();
         let least = (4.0 * GROWTH.ln() / self.substeps() as f64).sqrt() / fastest;
         integrator != Integrator::ExplicitEuler || 3.0 * least < h
     }
 
     fn substeps(&self) -> usize {
-        (WORK / self.model.spring_count().max(1)).clamp(SUBSTEPS.0, SUBSTEPS.1)
+        (WORK / self.simulation.model().spring_count().max(1)).clamp(SUBSTEPS.0, SUBSTEPS.1)
     }
-}
-
-/// Overwrites `forces` with all forces of a state, newtons.
-fn set_forces(model: &Model<f64>, motion: Motion<'_, f64>, forces: &mut [DVec3]) {
-    forces::set_external_forces(model, motion, forces);
-    forces::add_spring_forces(model, motion, forces);
 }
 
 /// Whether a run of `count` speeds does not grow; a speed of none is that of a run that diverged.

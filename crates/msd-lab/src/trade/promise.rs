@@ -3,11 +3,11 @@
 
 use super::choice::{Choice, Fineness};
 use super::ladder::ladders;
-use super::reference::{Reference, Wish, frames_of, make_reference};
+use super::reference::{Reference, Wish, frames_of, make_reference, size_of};
 use super::trial::{time_choice, try_choice};
 use super::tune::{Goal, tune};
 use msd_core::glam::{DQuat, DVec3};
-use msd_core::{Error, Friction, Material, Model, Pin, Plane, Scene, shape};
+use msd_core::{Error, Friction, Material, Pin, Plane, Scene, shape};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 
@@ -54,7 +54,7 @@ impl Case {
 /// # Errors
 /// What the core refuses of the scene.
 pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> {
-    let size = Model::<f64>::new(scene)?.0.size();
+    let size = size_of(scene)?;
     let asked = fraction * size;
     let tuned = tune(scene, duration, Goal::MaxError(asked), &mut |_| {})?;
     let right = independent(scene, duration, tuned.reference_tolerance)?;

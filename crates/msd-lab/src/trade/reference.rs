@@ -6,7 +6,7 @@ use super::clock::CpuClock;
 use super::errors::rms_distance;
 use crate::runner::Precision;
 use msd_core::glam::DVec3;
-use msd_core::{Error, Integrator, Model, Scene, Simulation, State, Surface};
+use msd_core::{Error, Integrator, Scene, Settings, Simulation, State, Surface};
 use serde::{Deserialize, Serialize};
 
 /// How a reference is to be made.
@@ -43,7 +43,7 @@ pub struct Reference {
     pub grown: Vec<f64>,
     /// Tolerance of the run; 0 where a closed form gave the states.
     pub tolerance: f64,
-    /// Size of the scene, metres: [`Model::size`].
+    /// Size of the scene, metres: see [`size_of`].
     pub size: f64,
     /// Time of the processor that it took, seconds.
     pub seconds: f64,
@@ -60,8 +60,8 @@ pub struct Sample {
 
 impl Sample {
     /// The state of a run.
-    pub fn of(state: &State<f64>) -> Self {
-        Sample { positions: state.positions.clone(), velocities: state.velocities.clone() }
+    pub fn of(State { positions, velocities }: State<f64>) -> Self {
+        Sample { positions, velocities }
     }
 
     /// The sample as a state.
@@ -141,6 +141,14 @@ pub fn reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
     Ok(reference)
 }
 
+/// The size of a scene, metres: see [`msd_core::Model::size`].
+///
+/// # Errors
+/// What [`Simulation::new`] refuses.
+pub fn size_of(scene: &Scene) -> Result<f64, Error> {
+    Ok(Simulation::<f64>::new(scene, Settings::default())?.model().size())
+}
+
 /// The number of frames of a duration, at least 1.
 pub fn frames_of(duration: f64) -> u64 {
     (duration / FRAME).round().max(1.0) as u64
@@ -153,7 +161,7 @@ pub fn frames_of(duration: f64) -> u64 {
 /// What [`Simulation::new`] and [`Simulation::step`] refuse.
 pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
     let clock = CpuClock::start();
-    let model = Model::<f64>::new(scene)?.0;
+    let size = size_of(scene)?;
     let total = frames_of(wish.duration);
     let stride = total.div_ceil(MAX_SAMPLES);
     let mut frames: Vec<u64> = (1..=total / stride).map(|row| row * stride).collect();
@@ -161,12 +169,12 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
         frames.push(total);
     }
     if let Some(states) = in_closed_form(scene, &frames) {
-        let (moved, size) = (vec![0.0; frames.len()], model.size());
+        let moved = vec![0.0; frames.len()];
         let grown = vec![0.0; frames.len()];
         let seconds = clock.seconds();
         return Ok(Reference { frames, states, moved, grown, tolerance: 0.0, size, seconds });
     }
-    let wanted = wish.uncertainty * model.size();
+    let wanted = wish.uncertainty * size;
     let (mut tolerance, mut states) = first_states(scene, &frames)?;
     let mut moved = vec![f64::INFINITY; frames.len()];
     loop {
@@ -181,17 +189,17 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
         let Ok(tighter) = states_at(scene, &frames, 0.1 * tolerance) else {
             if worst.is_infinite() {
                 let looser = states_at(scene, &frames, 10.0 * tolerance)?;
-                moved = at_least(distances(&looser, &states), 10.0 * tolerance * model.size());
+                moved = at_least(distances(&looser, &states), 10.0 * tolerance * size);
             }
             break;
         };
         tolerance *= 0.1;
-        moved = at_least(distances(&states, &tighter), tolerance * model.size());
+        moved = at_least(distances(&states, &tighter), tolerance * size);
         states = tighter;
     }
-    let perturbed = states_at(&perturb(scene, PERTURBATION * model.size()), &frames, tolerance)?;
+    let perturbed = states_at(&perturb(scene, PERTURBATION * size), &frames, tolerance)?;
     let grown = distances(&states, &perturbed);
-    let (size, seconds) = (model.size(), clock.seconds());
+    let seconds = clock.seconds();
     Ok(Reference { frames, states, moved, grown, tolerance, size, seconds })
 }
 
@@ -252,7 +260,7 @@ fn in_closed_form(scene: &Scene, frames: &[u64]) -> Option<Vec<Sample>> {
     if !scene.springs.is_empty() || !scene.planes.is_empty() || scene.world.drag != 0.0 {
         return None;
     }
-    let (_, start) = Model::<f64>::new(scene).ok()?;
+    let start = Simulation::<f64>::new(scene, Settings::default()).ok()?.state();
     let mut accelerations: Vec<DVec3> = scene
         .particles
         .iter()
@@ -261,7 +269,7 @@ fn in_closed_form(scene: &Scene, frames: &[u64]) -> Option<Vec<Sample>> {
     scene.pins.iter().for_each(|pin| accelerations[pin.particle] = DVec3::ZERO);
     let at = |&frame: &u64| {
         let time = frame as f64 * FRAME;
-        let mut sample = Sample::of(&start);
+        let mut sample = Sample::of(start.clone());
         let rows = sample.positions.iter_mut().zip(&mut sample.velocities).zip(&accelerations);
         for ((position, velocity), &acceleration) in rows {
             *position += *velocity * time + acceleration * (0.5 * time * time);

@@ -12,8 +12,7 @@ use super::choice::FRAME;
 use super::clock::CpuClock;
 use super::limits::{Held, edge};
 use msd_core::glam::{DVec2, DVec3};
-use msd_core::region::is_stable;
-use msd_core::stability;
+use msd_core::stability::is_stable;
 use msd_core::{Error, Integrator, Scene, Settings, Simulation, State};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -181,7 +180,7 @@ fn marginal(scene: &Scene, method: Scheme, steps: u32) -> Result<[f64; 2], Error
 /// does.
 fn predict(scene: &Scene, method: Scheme, steps: u32) -> Result<f64, Error> {
     let (held, h) = (Held::new(scene)?, FRAME / f64::from(steps));
-    let mode = stability::fastest_mode(&held.model, &held.rest);
+    let mode = held.simulation.fastest_mode();
     let (w, z) = (h * h * mode.stiffness, h * mode.damping);
     let stable = |factor: f64| match method {
         Scheme::Ours(integrator) => is_stable(integrator, steps, factor * w, z),
@@ -207,8 +206,8 @@ fn advance_1331(held: &Held, h: f64, state: &mut State<f64>) {
     sums.velocities.fill(DVec3::ZERO);
     let mut forces = sums.velocities.clone();
     for (weight, reach) in [(1.0, 0.5 * h), (3.0, 0.5 * h), (3.0, h), (1.0, 0.0)] {
-        held.set_forces(state.motion(), &mut forces);
-        for (row, &inverse_mass) in held.model.inverse_masses().iter().enumerate() {
+        held.set_forces(state, &mut forces);
+        for (row, &inverse_mass) in held.simulation.model().inverse_masses().iter().enumerate() {
             let (velocity, acceleration) = (state.velocities[row], forces[row] * inverse_mass);
             sums.positions[row] += velocity * weight;
             sums.velocities[row] += acceleration * weight;

@@ -3,10 +3,11 @@
 
 use super::clock::CpuClock;
 use super::errors::rms_distance;
+use super::reference::size_of;
 use super::trial::state;
 use crate::runner::{Precision, Runner};
 use crate::scenes::Loaded;
-use msd_core::{Body, Error, Model, Scene, Settings, Spring, State};
+use msd_core::{Body, Error, Scene, Settings, Spring, State};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 
@@ -58,7 +59,7 @@ struct Variant {
 pub fn terms(loaded: &Loaded, duration: f64) -> Result<Vec<TermRow>, Error> {
     let settings = loaded.settings;
     let steps = (duration / settings.step).round().max(1.0) as u64;
-    let size = Model::<f64>::new(&loaded.scene)?.0.size();
+    let size = size_of(&loaded.scene)?;
     let (act, precision) = (String::new(), loaded.precision);
     let whole = Variant { term: "", act, scene: loaded.scene.clone(), precision };
     let mut right = Vec::new();

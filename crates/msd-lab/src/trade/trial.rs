@@ -6,7 +6,7 @@ use super::errors::{Errors, compare};
 use super::reference::Reference;
 use crate::on;
 use crate::runner::{AnyState, Runner};
-use msd_core::{Error, Model, Scene, State};
+use msd_core::{Error, Scene, Settings, Simulation, State};
 use serde::{Deserialize, Serialize};
 
 /// What came of a choice.
@@ -42,7 +42,7 @@ pub fn try_choice(
     reference: &Reference,
     reliable: usize,
 ) -> Result<Trial, Error> {
-    let model = Model::<f64>::new(scene)?.0;
+    let system = Simulation::<f64>::new(scene, Settings::default())?;
     let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
     let (mut seconds, mut worst, mut energies) = (0.0, Errors::default(), Vec::new());
     for (row, (&frame, right)) in reference.frames.iter().zip(&reference.states).enumerate() {
@@ -55,7 +55,7 @@ pub fn try_choice(
             let (diverged, cost) = (Some(error.to_string()), seconds / reached);
             return Ok(Trial { choice, cost, errors: None, energies, diverged });
         }
-        let errors = compare(&model, &state(&runner), &right.state());
+        let errors = compare(&system, &state(&runner), &right.state());
         let Errors { centre, energy, penetration, .. } = errors;
         let coarse = Errors { centre, energy, penetration, ..Errors::default() };
         worst = worst.worse(if row < reliable { &errors } else { &coarse });

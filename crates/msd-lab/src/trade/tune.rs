@@ -3,11 +3,11 @@
 
 use super::choice::{Choice, FRAME, Fineness};
 use super::ladder::{Ladder, ladders};
-use super::reference::{Reference, Wish, frames_of, reference};
+use super::reference::{Reference, Wish, frames_of, reference, size_of};
 use super::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use super::trial::{Trial, time_choice, try_choice};
 use crate::runner::Precision;
-use msd_core::{Error, Integrator, Model, Scene};
+use msd_core::{Error, Integrator, Scene};
 use serde::Serialize;
 
 /// What is asked for.
@@ -92,7 +92,7 @@ fn tune_by(
     goal: Goal,
     tell: &mut dyn FnMut(Choice),
 ) -> Result<Tuned, Error> {
-    let size = Model::<f64>::new(scene)?.0.size();
+    let size = size_of(scene)?;
     let wanted = match goal {
         Goal::MaxError(error) => error,
         // What a budget buys is not known yet: a reference good enough for most of it.
@@ -131,6 +131,8 @@ fn in_order_of_merit(mut ladders: Vec<Ladder>) -> Vec<Ladder> {
         Integrator::DormandPrince => 0,
         Integrator::Xpbd => 6,
         Integrator::ExplicitEuler => 7,
+        // A method that nobody has tuned by yet.
+        _ => 8,
     };
     ladders.sort_by_key(|ladder| (merit(ladder.integrator), ladder.precision == Precision::F64));
     ladders

@@ -3,7 +3,7 @@
 use super::study::Study;
 use super::trial::Trial;
 use crate::runner::Precision;
-use msd_core::{Family, Integrator};
+use msd_core::Integrator;
 
 /// Says what to use, what more accuracy costs and what never pays.
 pub fn words(study: &Study) -> String {
@@ -75,8 +75,7 @@ fn default_method(study: &Study, chosen: &Trial) -> Option<String> {
 }
 
 fn implicit(study: &Study, chosen: &Trial) -> Option<String> {
-    let is_implicit =
-        |trial: &&Trial| matches!(trial.choice.integrator.family(), Family::Implicit(_));
+    let is_implicit = |trial: &&Trial| trial.choice.integrator.is_implicit();
     if is_implicit(&chosen) {
         return None;
     }
@@ -85,10 +84,8 @@ fn implicit(study: &Study, chosen: &Trial) -> Option<String> {
         return Some("Implicit methods pay at some other accuracy: see the front.".into());
     }
     let cut_short = |line: &String| {
-        let implicit = Integrator::ALL
-            .into_iter()
-            .filter(|method| matches!(method.family(), Family::Implicit(_)));
-        implicit.into_iter().any(|method| line.contains(method.name()))
+        let mut implicit = Integrator::ALL.into_iter().filter(|method| method.is_implicit());
+        implicit.any(|method| line.contains(method.name()))
     };
     Some(match cheapest_of(study.trials.iter().filter(is_implicit), study.wanted) {
         None if study.left_out.iter().any(cut_short) => {

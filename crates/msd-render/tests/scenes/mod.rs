@@ -3,7 +3,28 @@
 #![allow(dead_code, reason = "each test file uses some of the scenes")]
 
 use glam::DVec3;
-use msd_core::{Corner, Friction, Part, Particle, Pin, Plane, Scene, Spring, Surface};
+use msd_core::{
+    Corner, Friction, Part, Particle, Pin, Plane, Real, Scene, Settings, Simulation, Snapshot,
+    Spring, Surface, Vector,
+};
+
+/// A scene as it is written: planes do not move it.
+pub struct Still<R: Real> {
+    simulation: Simulation<R>,
+    pub positions: Vec<R::Vec3>,
+}
+
+impl<R: Real> Still<R> {
+    pub fn new(scene: &Scene) -> Self {
+        let simulation = Simulation::new(scene, Settings::default()).unwrap();
+        let position = |particle: &Particle| R::Vec3::of(particle.position);
+        Still { simulation, positions: scene.particles.iter().map(position).collect() }
+    }
+
+    pub fn snapshot(&self) -> Snapshot<'_, R> {
+        self.simulation.snapshot().with_positions(&self.positions)
+    }
+}
 
 /// A particle at rest of 1 kg.
 pub fn particle(x: f64, y: f64, z: f64) -> Particle {
