@@ -90,7 +90,7 @@ pub(crate) fn read<R: Real>(model: &Model<R>, select: Select) -> Shown {
         damping: Value::of(springs.map(|row| model.damping(row).to_f64())),
         rest_scale: 1.0,
         gravity: model.gravity().to_f64().length(),
-        restitution: Value::of(planes.iter().map(|plane| plane.restitution.to_f64())),
-        friction: planes.first().map(|plane| plane.friction),
+        restitution: Value::of(planes.iter().map(|plane| plane.restitution())),
+        friction: planes.first().map(|plane| plane.friction()),
     }
 }

@@ -76,7 +76,7 @@ impl Session {
     fn edit_planes(&mut self, change: impl Fn(f64, Friction) -> (f64, Friction)) {
         let planes: Vec<(f64, Friction)> = on!(&self.runner, simulation => {
             let planes = simulation.model().planes().iter();
-            planes.map(|plane| (plane.restitution.to_f64(), plane.friction)).collect()
+            planes.map(|plane| (plane.restitution(), plane.friction())).collect()
         });
         for (plane, (restitution, friction)) in planes.into_iter().enumerate() {
             let (restitution, friction) = change(restitution, friction);

@@ -44,6 +44,7 @@ pub mod methods;
 pub mod stability;
 pub mod energy;
 mod simulation;
+pub mod testing;
 
 pub use elements::grabs::Grab;
 pub use energy::{Energy, Ledger, Momentum, Witness};

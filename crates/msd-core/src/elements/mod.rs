@@ -233,14 +233,14 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
 
 /// An element of a caller's own, for either precision.
 #[derive(Clone, Debug)]
-pub struct Own {
+pub(crate) struct Own {
     single: Arc<dyn Element<f32>>,
     double: Arc<dyn Element<f64>>,
 }
 
 impl Own {
-    /// Shares an element.
-    pub fn new<E: Element<f32> + Element<f64> + 'static>(element: Arc<E>) -> Self {
+    pub(crate) fn new<E: Element<f32> + Element<f64> + 'static>(element: E) -> Self {
+        let element = Arc::new(element);
         Own { single: element.clone(), double: element }
     }
 

@@ -175,9 +175,10 @@ pub(crate) fn length<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usiz
 }
 
 /// The distance of two particles, metres.
-fn distance<R: Real>(model: &Model<R>, state: &Columns<R>, ends: [usize; 2]) -> f64 {
-    let [a, b] =
-        ends.map(|end| columns::vector::<R>(&state.positions, model.slots.at(end)).to_f64());
-    let across = b - a;
+#[inline(always)]
+fn distance<R: Real>(model: &Model<R>, state: &Columns<R>, [a, b]: [usize; 2]) -> f64 {
+    // Not by `map` of the ends, which the compiler does not inline: three times the time.
+    let at = |end| columns::vector::<R>(&state.positions, model.slots.at(end)).to_f64();
+    let across = at(b) - at(a);
     Real::sqrt(across.dot(across))
 }

@@ -114,14 +114,14 @@ impl<R: Real> Method<R> for Integrator {
 
 /// A method of a caller's own, for either precision.
 #[derive(Clone, Debug)]
-pub struct OwnMethod {
+pub(crate) struct OwnMethod {
     single: Arc<dyn Method<f32>>,
     double: Arc<dyn Method<f64>>,
 }
 
 impl OwnMethod {
-    /// Shares a method.
-    pub fn new<M: Method<f32> + Method<f64> + 'static>(method: Arc<M>) -> Self {
+    pub(crate) fn new<M: Method<f32> + Method<f64> + 'static>(method: M) -> Self {
+        let method = Arc::new(method);
         OwnMethod { single: method.clone(), double: method }
     }
 

@@ -58,14 +58,14 @@ pub trait Obstacle<R: Real>: Debug + Send + Sync {
 
 /// An obstacle of a caller's own, for either precision.
 #[derive(Clone, Debug)]
-pub struct OwnObstacle {
+pub(crate) struct OwnObstacle {
     single: Arc<dyn Obstacle<f32>>,
     double: Arc<dyn Obstacle<f64>>,
 }
 
 impl OwnObstacle {
-    /// Shares an obstacle.
-    pub fn new<O: Obstacle<f32> + Obstacle<f64> + 'static>(obstacle: Arc<O>) -> Self {
+    pub(crate) fn new<O: Obstacle<f32> + Obstacle<f64> + 'static>(obstacle: O) -> Self {
+        let obstacle = Arc::new(obstacle);
         OwnObstacle { single: obstacle.clone(), double: obstacle }
     }
 

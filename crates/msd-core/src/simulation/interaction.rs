@@ -188,7 +188,8 @@ impl Interaction {
                 Effects { springs: true, energy: true, ..none }
             }
             SetDamping { .. } => Effects { springs: true, ..none },
-            SetMass { .. } => Effects { masses: true, energy: true, ..none },
+            // A grab is weakened to what a lighter particle can follow.
+            SetMass { .. } => Effects { masses: true, energy: true, grabs: true, ..none },
             Pin { .. } => Effects { masses: true, state: true, ..none },
             Unpin { .. } => Effects { masses: true, ..none },
             Impulse { .. } | Spin { .. } => Effects { state: true, ..none },

@@ -13,13 +13,13 @@ mod topology;
 pub use interaction::{Effects, Interaction, Select};
 pub use progress::{Held, Progress};
 
-use crate::elements::Own;
+use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
 use crate::methods::{Method, OwnMethod, Scratch, Settings, StepContext, Work};
 use crate::number::{Instructions, Real};
-use crate::obstacles::OwnObstacle;
 use crate::obstacles::contact::Bodies;
+use crate::obstacles::{Obstacle, OwnObstacle};
 use crate::scene::Scene;
 use crate::scene::check::check_steps;
 use crate::stability::Region;
@@ -315,9 +315,15 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Steps by a method of the caller's own from the next step on, in place of the integrator of the
-    /// settings; their step, substeps and tolerance hold for it too. `None` goes back to theirs.
-    pub fn set_method(&mut self, method: Option<OwnMethod>) {
-        self.own_method = method;
+    /// settings; their step, substeps and tolerance hold for it too.
+    pub fn set_method(&mut self, method: impl Method<f32> + Method<f64> + 'static) {
+        self.own_method = Some(OwnMethod::new(method));
+        self.renew_scratch();
+    }
+
+    /// Goes back to the integrator of the settings.
+    pub fn clear_method(&mut self) {
+        self.own_method = None;
         self.renew_scratch();
     }
 
@@ -345,11 +351,11 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Adds an element of the caller's own; returns its handle.
-    pub fn add_element(&mut self, element: Own) -> usize {
+    pub fn add_element(&mut self, element: impl Element<f32> + Element<f64> + 'static) -> usize {
         self.close_ledger();
         self.scratch.warm = false;
         let handle = self.new_handle();
-        self.model.own.push((handle, element));
+        self.model.own.push((handle, Own::new(element)));
         handle
     }
 
@@ -363,10 +369,13 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Adds an obstacle of the caller's own and moves out what is inside it; returns its handle.
-    pub fn add_obstacle(&mut self, obstacle: OwnObstacle) -> usize {
+    pub fn add_obstacle(
+        &mut self,
+        obstacle: impl Obstacle<f32> + Obstacle<f64> + 'static,
+    ) -> usize {
         self.close_ledger();
         let handle = self.new_handle();
-        self.model.obstacles.own.push((handle, obstacle));
+        self.model.obstacles.own.push((handle, OwnObstacle::new(obstacle)));
         self.leave_obstacles();
         self.scratch.warm = false;
         handle
@@ -393,7 +402,8 @@ impl<R: Real> Simulation<R> {
         state.check(model.extent, "finite and inside the world")?;
         let mut other = Simulation::from_parts(model, &state, self.settings)?;
         self.queue.iter().try_for_each(|&interaction| other.queue(interaction))?;
-        other.set_method(self.own_method.clone());
+        other.own_method = self.own_method.clone();
+        other.renew_scratch();
         other.next_handle = self.next_handle;
         other.ledger = Ledger::of(self.dissipated());
         (other.steps, other.epoch) = (self.steps, self.epoch);

@@ -88,12 +88,31 @@ impl<R: Real> Simulation<R> {
     /// The forces on all particles in the order of the scene, newtons, and the power that is taken away,
     /// watts.
     pub fn forces(&self) -> (Vec<R::Vec3>, f64) {
+        self.forces_in(&self.state)
+    }
+
+    /// The forces that would act in another state of the system at the present time.
+    ///
+    /// # Panics
+    /// If the state has another number of particles.
+    pub fn forces_at(&self, state: &State<R>) -> (Vec<R::Vec3>, f64) {
+        self.forces_in(&self.columns_of(state))
+    }
+
+    fn forces_in(&self, columns: &Columns<R>) -> (Vec<R::Vec3>, f64) {
         let slots = &self.model.slots;
         let mut work = SpringWork::new(&self.model.springs, slots);
         let mut forces = column(slots, 0);
-        let motion = self.state.motion(slots, self.time());
+        let motion = columns.motion(slots, self.time());
         let power = self.model.set_forces(self.level, &motion, &mut work, &mut forces);
         (collected(slots, &forces), power)
+    }
+
+    fn columns_of(&self, state: &State<R>) -> Columns<R> {
+        let slots = &self.model.slots;
+        let counts = [state.positions.len(), state.velocities.len()];
+        assert_eq!(counts, [slots.particle_count(); 2], "a state of this system");
+        Columns::of(slots, state, 0)
     }
 
     /// What a renderer may see.
@@ -134,10 +153,7 @@ impl<R: Real> Simulation<R> {
     /// # Panics
     /// If the state has another number of particles.
     pub fn energy_at(&self, state: &State<R>) -> Energy {
-        let slots = &self.model.slots;
-        assert_eq!(state.positions.len(), slots.particle_count(), "a state of this system");
-        let columns = Columns::of(slots, state, 0);
-        energy::energy_and_rounding(&self.model, &columns, self.time()).0
+        energy::energy_and_rounding(&self.model, &self.columns_of(state), self.time()).0
     }
 
     /// The centre of mass of a range of particles, metres.

@@ -11,10 +11,12 @@
 //! make it grow, if slowly, at any step. The prediction, which looks at the fastest motions, need
 //! not know them.
 
-use super::forces::set_forces;
 use msd_core::glam::DVec3;
-use msd_core::{Error, Integrator, Motion, Scene, Settings, Simulation, State};
+use msd_core::elements::{Element, Motion, Vectors};
+use msd_core::methods::Method;
+use msd_core::{Error, Integrator, Real, Scene, Settings, Simulation, State, Vector};
 use serde::{Deserialize, Serialize};
+use std::sync::{Arc, Mutex};
 
 /// The largest stable substep of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -133,18 +135,18 @@ impl Held {
         }
         let simulation = Simulation::<f64>::new(&scene, Settings::default())?;
         let rest = simulation.state();
-        let mut balance = vec![DVec3::ZERO; rest.positions.len()];
-        set_forces(simulation.model(), &rest, &mut balance);
+        let (balance, _) = simulation.forces();
         let disturbance = Vec::new();
         let mut held = Held { scene, simulation, rest, balance, disturbance };
         held.disturbance = held.disturb();
         Ok(held)
     }
 
-    /// Overwrites `forces` with what is not balanced, newtons.
-    pub(super) fn set_forces(&self, state: &State<f64>, forces: &mut [DVec3]) {
-        set_forces(self.simulation.model(), state, forces);
+    /// What is not balanced in a state, newtons.
+    fn forces(&self, state: &State<f64>) -> Vec<DVec3> {
+        let (mut forces, _) = self.simulation.forces_at(state);
         forces.iter_mut().zip(&self.balance).for_each(|(force, &balance)| *force -= balance);
+        forces
     }
 
     /// The state disturbed, for substeps of `h` seconds.
@@ -166,7 +168,7 @@ impl Held {
         let mut start: Vec<DVec3> =
             inverse_masses.iter().map(|&w| DVec3::new(next(), next(), next()) * free(w)).collect();
         normalise(&mut start);
-        let (mut fast, mut forces) = (start.clone(), start.clone());
+        let mut fast = start.clone();
         let (size, mut state) = (1e-6 * model.size(), self.rest.clone());
         for _ in 0..30 {
             for ((x, &rest), &fast) in
@@ -174,7 +176,7 @@ impl Held {
             {
                 *x = rest + fast * size;
             }
-            self.set_forces(&state, &mut forces);
+            let forces = self.forces(&state);
             let rows = fast.iter_mut().zip(&forces).zip(inverse_masses);
             rows.for_each(|((fast, &force), &w)| *fast = force * -w);
             normalise(&mut fast);
@@ -186,34 +188,33 @@ impl Held {
 
     /// Whether a disturbance stays bounded.
     pub(super) fn stays(&self, settings: Settings) -> Result<bool, Error> {
-        let mut run = Simulation::<f64>::new(&self.scene, settings)?;
-        run.set_state(&self.disturbed(settings.substep()), 0)?;
-        let steps = self.substeps().div_ceil(settings.substeps as usize);
-        let step = |_| {
-            // Seen at every evaluation: the beat of a stable run, seen once in a step, can seem to
-            // last for ever.
-            let mut fastest = 0.0f64;
-            let balance = |motion: Motion<'_, f64>, forces: &mut [DVec3]| {
-                fastest = fastest.max(norm(motion.velocities));
-                let rows = forces.iter_mut().zip(&self.balance);
-                rows.for_each(|(force, &balance)| *force -= balance);
-            };
-            run.step_with(balance).ok()?;
-            Some(fastest)
-        };
-        Ok(is_bounded((0..steps.max(2)).map(step), steps.max(2)))
+        self.remains(Simulation::<f64>::new(&self.scene, settings)?)
     }
 
-    /// Whether a disturbance stays bounded under a method given as a closure that advances a state
-    /// by one substep of `h` seconds.
-    pub(super) fn stays_under(&self, h: f64, mut advance: impl FnMut(&mut State<f64>)) -> bool {
-        let mut state = self.disturbed(h);
-        let steps = self.substeps();
+    /// Whether a disturbance stays bounded under a method of one's own.
+    pub(super) fn stays_under(
+        &self,
+        settings: Settings,
+        method: impl Method<f32> + Method<f64> + 'static,
+    ) -> Result<bool, Error> {
+        let mut run = Simulation::<f64>::new(&self.scene, settings)?;
+        run.set_method(method);
+        self.remains(run)
+    }
+
+    fn remains(&self, mut run: Simulation<f64>) -> Result<bool, Error> {
+        let settings = run.settings();
+        run.set_state(&self.disturbed(settings.substep()), 0)?;
+        let fastest = Arc::new(Mutex::new(0.0));
+        run.add_element(Balance { forces: self.balance.clone(), fastest: Arc::clone(&fastest) });
+        let steps = self.substeps().div_ceil(settings.substeps as usize);
         let step = |_| {
-            advance(&mut state);
-            Some(norm(&state.velocities))
+            run.step().ok()?;
+            // Seen at every evaluation: the beat of a stable run, seen once in a step, can seem to
+            // last for ever.
+            fastest.lock().ok().map(|mut fastest| std::mem::take(&mut *fastest))
         };
-        is_bounded((0..steps).map(step), steps)
+        Ok(is_bounded((0..steps.max(2)).map(step), steps.max(2)))
     }
 
     /// Whether a run is long enough to see the growth of a method about a limit of `h` seconds.
@@ -227,6 +228,28 @@ impl Held {
 
     fn substeps(&self) -> usize {
         (WORK / self.simulation.model().spring_count().max(1)).clamp(SUBSTEPS.0, SUBSTEPS.1)
+    }
+}
+
+/// Forces that balance those of a start state, and the fastest motion that they have met.
+#[derive(Debug)]
+struct Balance {
+    /// What is balanced, newtons.
+    forces: Vec<DVec3>,
+    /// Root of the sum of squares of all speeds, metres per second.
+    fastest: Arc<Mutex<f64>>,
+}
+
+impl<R: Real> Element<R> for Balance {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        for (particle, &force) in self.forces.iter().enumerate() {
+            forces.add(particle, R::Vec3::of(-force));
+        }
+        if let Ok(mut fastest) = self.fastest.lock() {
+            let squares = motion.velocities().map(|velocity| velocity.to_f64().length_squared());
+            *fastest = f64::max(*fastest, squares.sum::<f64>().sqrt());
+        }
+        0.0
     }
 }
 

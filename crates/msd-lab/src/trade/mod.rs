@@ -8,7 +8,6 @@ pub mod errors;
 pub mod reference;
 pub mod trial;
 pub mod audit;
-mod forces;
 pub mod limits;
 pub mod ladder;
 pub mod study;

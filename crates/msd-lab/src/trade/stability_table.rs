@@ -11,9 +11,9 @@ use super::audit::median;
 use super::choice::FRAME;
 use super::clock::CpuClock;
 use super::limits::{Held, edge};
-use msd_core::glam::{DVec2, DVec3};
-use msd_core::stability::is_stable;
-use msd_core::{Error, Integrator, Scene, Settings, Simulation, State};
+use msd_core::methods::{Method, Parts, StepContext};
+use msd_core::stability::{Region, is_stable};
+use msd_core::{Error, Integrator, Real, Scene, Settings, Simulation};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
@@ -170,7 +170,10 @@ fn marginal(scene: &Scene, method: Scheme, steps: u32) -> Result<[f64; 2], Error
             Scheme::Ours(integrator) => {
                 held.stays(Settings { integrator, substeps: steps, ..Settings::default() })
             }
-            Scheme::Rk1331 => Ok(held.stays_under(h, |state| advance_1331(&held, h, state))),
+            Scheme::Rk1331 => {
+                let settings = Settings { step: h, substeps: 1, ..Settings::default() };
+                held.stays_under(settings, Rk1331)
+            }
         }
     })?;
     Ok([predicted, observed])
@@ -182,10 +185,11 @@ fn predict(scene: &Scene, method: Scheme, steps: u32) -> Result<f64, Error> {
     let (held, h) = (Held::new(scene)?, FRAME / f64::from(steps));
     let mode = held.simulation.fastest_mode();
     let (w, z) = (h * h * mode.stiffness, h * mode.damping);
-    let stable = |factor: f64| match method {
-        Scheme::Ours(integrator) => is_stable(integrator, steps, factor * w, z),
-        Scheme::Rk1331 => is_stable_1331(factor * w, z),
+    let region = match method {
+        Scheme::Ours(integrator) => Region::from(integrator),
+        Scheme::Rk1331 => Method::<f64>::region(&Rk1331),
     };
+    let stable = |factor: f64| is_stable(region, steps, factor * w, z);
     // No method here is stable beyond h w = 4.
     let (reach, samples) = (16.0 / w, 1000);
     let at = |sample: u32| reach * f64::from(sample) / f64::from(samples);
@@ -199,45 +203,54 @@ fn predict(scene: &Scene, method: Scheme, steps: u32) -> Result<f64, Error> {
     Ok(if low < 1e-9 * reach || !reach.is_finite() { 0.0 } else { low })
 }
 
-/// Advances by the stages of RK4, weighed by 1, 3, 3, 1.
-fn advance_1331(held: &Held, h: f64, state: &mut State<f64>) {
-    let start = state.clone();
-    let mut sums = State { positions: vec![DVec3::ZERO; start.positions.len()], ..start.clone() };
-    sums.velocities.fill(DVec3::ZERO);
-    let mut forces = sums.velocities.clone();
-    for (weight, reach) in [(1.0, 0.5 * h), (3.0, 0.5 * h), (3.0, h), (1.0, 0.0)] {
-        held.set_forces(state, &mut forces);
-        for (row, &inverse_mass) in held.simulation.model().inverse_masses().iter().enumerate() {
-            let (velocity, acceleration) = (state.velocities[row], forces[row] * inverse_mass);
-            sums.positions[row] += velocity * weight;
-            sums.velocities[row] += acceleration * weight;
-            state.positions[row] = start.positions[row] + velocity * reach;
-            state.velocities[row] = start.velocities[row] + acceleration * reach;
+/// The stages of RK4, weighed by 1, 3, 3, 1.
+#[derive(Debug)]
+struct Rk1331;
+
+impl<R: Real> Method<R> for Rk1331 {
+    fn region(&self) -> Region {
+        Region::Polynomial(&[1.0, 1.0, 1.0 / 2.0, 5.0 / 32.0, 1.0 / 32.0])
+    }
+
+    fn columns(&self) -> usize {
+        4
+    }
+
+    fn advance(&self, step: &mut StepContext<'_, R>) {
+        let h = step.substep();
+        let half = h * R::HALF;
+        for _ in 0..step.substeps() {
+            let mut taken = 0.0;
+            let stages = [(1.0, half), (3.0, half), (3.0, h), (1.0, R::ZERO)];
+            for (stage, (weight, reach)) in stages.into_iter().enumerate() {
+                taken += step.set_forces() * weight * h.to_f64() / 8.0;
+                let Parts { positions: x, velocities: v, forces, inverse_masses, work } =
+                    step.parts();
+                let [x0, v0, sx, sv] = work else { return };
+                if stage == 0 {
+                    x0.copy_from_slice(x);
+                    v0.copy_from_slice(v);
+                    sx.fill(R::ZERO);
+                    sv.fill(R::ZERO);
+                }
+                let weight = R::of(weight);
+                for i in 0..x.len() {
+                    let (velocity, acceleration) = (v[i], forces[i] * inverse_masses[i]);
+                    sx[i] += velocity * weight;
+                    sv[i] += acceleration * weight;
+                    x[i] = x0[i] + velocity * reach;
+                    v[i] = v0[i] + acceleration * reach;
+                }
+            }
+            let Parts { positions: x, velocities: v, work, .. } = step.parts();
+            let [x0, v0, sx, sv] = work else { return };
+            for i in 0..x.len() {
+                x[i] = x0[i] + sx[i] * (h / R::of(8.0));
+                v[i] = v0[i] + sv[i] * (h / R::of(8.0));
+            }
+            step.finish_substep(taken);
         }
     }
-    for row in 0..forces.len() {
-        state.positions[row] = start.positions[row] + sums.positions[row] * (h / 8.0);
-        state.velocities[row] = start.velocities[row] + sums.velocities[row] * (h / 8.0);
-    }
-}
-
-/// Whether that method keeps the oscillator with W = h² w², Z = h c bounded: its polynomial
-/// 1 + z + z²/2 + 5 z³/32 + z⁴/32 at both roots of z² + Z z + W = 0.
-fn is_stable_1331(w: f64, z: f64) -> bool {
-    let discriminant = 0.25 * z * z - w;
-    let root = discriminant.abs().sqrt();
-    let roots = if discriminant < 0.0 {
-        [DVec2::new(-0.5 * z, root), DVec2::new(-0.5 * z, -root)]
-    } else {
-        [DVec2::new(-0.5 * z - root, 0.0), DVec2::new(-0.5 * z + root, 0.0)]
-    };
-    let times = |a: DVec2, b: DVec2| DVec2::new(a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x);
-    let coefficients = [5.0 / 32.0, 0.5, 1.0, 1.0];
-    let factor = |z: DVec2| {
-        let first = DVec2::X / 32.0;
-        coefficients.iter().fold(first, |sum, &next| times(sum, z) + DVec2::X * next)
-    };
-    roots.iter().all(|&root| factor(root).length_squared() <= 1.0 + 1e-9)
 }
 
 /// Measures how many steps of symplectic Euler take as long as 7 of RK4: the best of several runs

@@ -5,7 +5,7 @@
 use super::layout::POINT;
 use crate::number::Real;
 use crate::system::columns::{LANES, RECORD};
-use fearless_simd::{Level, Simd, SimdBase};
+use fearless_simd::Level;
 
 /// A record of positions and one of velocities.
 pub(crate) const GATHERED: usize = 2 * RECORD;
@@ -32,22 +32,6 @@ pub(crate) fn gather_rows<R: Real>(
         }
         R::gather(level, points, &others[row], columns);
     }
-}
-
-/// Positions and velocities at the other ends of some lanes of a row.
-#[inline(always)]
-pub(crate) fn gather<S: Simd, R: Real, const DAMPED: bool>(
-    simd: S,
-    points: &[R],
-    others: &[u32; LANES],
-    part: usize,
-) -> [[R::Native<S>; 3]; 2] {
-    let mut columns = [R::ZERO; GATHERED];
-    R::gather(simd.level(), points, others, &mut columns);
-    let lanes = <R::Native<S> as SimdBase<S>>::LEN;
-    let column = |c: usize| R::Native::<S>::from_slice(simd, &columns[c * LANES + part..][..lanes]);
-    let positions = [column(0), column(1), column(2)];
-    [positions, if DAMPED { [column(3), column(4), column(5)] } else { positions }]
 }
 
 /// Asks for what will be read soon.

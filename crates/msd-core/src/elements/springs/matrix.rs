@@ -3,7 +3,7 @@
 //! For a stage of length τ the matrix is A = M − τ ∂f/∂v − τ² ∂f/∂x. It is never written down: it is
 //! a direction and two weights for each spring of a row, in sixteens as everything else of a row.
 
-use super::gather::gather;
+use super::gather::{GATHERED, gather_rows};
 use super::layout::{Band, Layout, POINT, Row};
 use super::sweep::{Pack, load, motion, store, values, zip};
 use super::{Springs, set_points};
@@ -43,7 +43,9 @@ pub(crate) struct SpringMatrix<R: Real> {
     extras: Vec<Weights<R>>,
     /// Sums at the ends of segments, kept until their turn in their own lane.
     ahead: [Aligned<R>; 2],
+    /// Numbers by particle, and those of the other ends of a step, where a block has no segments.
     points: Aligned<R>,
+    gathered: Aligned<R>,
 }
 
 /// Sixteens for each row.
@@ -69,6 +71,7 @@ impl<R: Real> SpringMatrix<R> {
             extras: Vec::with_capacity(layout.extras.len()),
             ahead: [ahead(22), ahead(23)],
             points: Aligned::new(points, 24),
+            gathered: Aligned::new(layout.most_gathered() * GATHERED, 35),
         }
     }
 
@@ -85,14 +88,12 @@ impl<R: Real> SpringMatrix<R> {
         if !layout.others.is_empty() {
             at_level!(level, _simd => set_points(positions, velocities, &mut self.points));
         }
-        let SpringMatrix { rows, extras, ahead, points } = self;
-        let [upper, lower] = blocks;
+        let SpringMatrix { rows, extras, ahead, points, gathered } = self;
         let mut sweep = Linearise { positions, velocities, points, table: values, tau, rows };
-        let [ahead_upper, ahead_lower] = ahead;
-        let mut sums = Sums { columns: [upper, lower], ahead: [ahead_upper, ahead_lower] };
+        let mut sums = Sums { columns: blocks, ahead: ahead.each_mut().map(|a| &mut **a), gathered };
         at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
         extras.clear();
-        let Sums { columns: [upper, lower], .. } = sums;
+        let [upper, lower] = sums.columns;
         for extra in &layout.extras {
             let ends = extra.at.map(|at| at as usize);
             let motion = |at| [vector::<R>(positions, at), vector::<R>(velocities, at)];
@@ -118,9 +119,9 @@ impl<R: Real> SpringMatrix<R> {
         if !layout.others.is_empty() {
             at_level!(level, _simd => set_points(direction, direction, &mut self.points));
         }
-        let SpringMatrix { rows, extras, ahead: [ahead, _], points } = self;
+        let SpringMatrix { rows, extras, ahead: [ahead, _], points, gathered } = self;
         let mut sweep = Multiply { direction, points, rows };
-        let mut sums = Sums { columns: [products], ahead: [ahead] };
+        let mut sums = Sums { columns: [products], ahead: [ahead], gathered };
         at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
         let [products] = sums.columns;
         for (extra, weights) in layout.extras.iter().zip(extras) {
@@ -171,8 +172,10 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
     const OPPOSITE: bool;
     /// Reads from a record.
     fn end(&self, simd: S, at: usize, part: usize) -> Self::End;
-    /// Reads particles that are named one by one.
-    fn named(&self, simd: S, others: &[u32; LANES], part: usize) -> Self::End;
+    /// Numbers by particle.
+    fn points(&self) -> &[R];
+    /// Reads from particles that were gathered: from a record of positions and one of velocities.
+    fn gathered(&self, simd: S, records: &[R], part: usize) -> Self::End;
     /// What is added to the ends `here`; `place` is the number of the row and the lane in it.
     fn add(
         &mut self,
@@ -187,6 +190,7 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
 struct Sums<'a, R, const N: usize> {
     columns: [&'a mut [R]; N],
     ahead: [&'a mut [R]; N],
+    gathered: &'a mut [R],
 }
 
 #[inline(always)]
@@ -210,7 +214,7 @@ fn walk_segments<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
     simd: S,
     (layout, band, halo): (&Layout, &Band, usize),
     sweep: &mut W,
-    Sums { columns, ahead }: &mut Sums<'_, R, N>,
+    Sums { columns, ahead, .. }: &mut Sums<'_, R, N>,
 ) {
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
     let (first, rows) = (band.numbers.start, &layout.rows[band.rows.clone()]);
@@ -253,7 +257,7 @@ fn walk_gathers<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
     simd: S,
     (layout, band): (&Layout, &Band),
     sweep: &mut W,
-    Sums { columns, .. }: &mut Sums<'_, R, N>,
+    Sums { columns, gathered, .. }: &mut Sums<'_, R, N>,
 ) {
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
     let rows = &layout.rows[band.rows.clone()];
@@ -262,11 +266,17 @@ fn walk_gathers<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
         let at = band.numbers.start + step.at as usize;
         let start = next;
         next += step.rows as usize;
+        if let [first, ..] = rows[start..next] {
+            let others = first.other as usize..first.other as usize + next - start;
+            gather_rows(simd.level(), sweep.points(), &layout.others, others, gathered);
+        }
         for part in (0..LANES).step_by(lanes) {
             let here = sweep.end(simd, at, part);
             let mut sums = [[<Pack<S, R>>::splat(simd, R::ZERO); 3]; N];
-            for (row, number) in rows[start..next].iter().zip(band.rows.start + start..) {
-                let there = sweep.named(simd, &layout.others[row.other as usize], part);
+            let others = gathered.as_chunks::<GATHERED>().0.iter();
+            let numbers = (band.rows.start + start..).zip(others);
+            for (row, (number, there)) in rows[start..next].iter().zip(numbers) {
+                let there = sweep.gathered(simd, there, part);
                 let adds = sweep.add(simd, row, (number, part), [here, there]);
                 for (sum, add) in sums.iter_mut().zip(adds) {
                     *sum = zip(*sum, add, |s, a| s + a);
@@ -310,8 +320,13 @@ impl<S: Simd, R: Real> Sweep<S, R, 2> for Linearise<'_, R> {
     }
 
     #[inline(always)]
-    fn named(&self, simd: S, others: &[u32; LANES], part: usize) -> Self::End {
-        gather::<S, R, true>(simd, self.points, others, part)
+    fn points(&self) -> &[R] {
+        self.points
+    }
+
+    #[inline(always)]
+    fn gathered(&self, simd: S, records: &[R], part: usize) -> Self::End {
+        motion::<S, R, true>(simd, records, &records[RECORD..], 0, part)
     }
 
     #[inline(always)]
@@ -367,9 +382,13 @@ impl<S: Simd, R: Real> Sweep<S, R, 1> for Multiply<'_, R> {
     }
 
     #[inline(always)]
-    fn named(&self, simd: S, others: &[u32; LANES], part: usize) -> Self::End {
-        let [direction, _] = gather::<S, R, false>(simd, self.points, others, part);
-        direction
+    fn points(&self) -> &[R] {
+        self.points
+    }
+
+    #[inline(always)]
+    fn gathered(&self, simd: S, records: &[R], part: usize) -> Self::End {
+        load(simd, records, part)
     }
 
     /// Where there is no spring, its weights are zero.

@@ -16,6 +16,9 @@ use glam::DVec3;
 /// missed if the particle is out again at the end of the substep and turned more than once within
 /// it, which the tolerance makes too shallow to matter. The end of a slide is where the velocity
 /// has no part left along its direction at the start.
+///
+/// [`Holds::gap`] must be the least distance from a plane at the end of the substep or after going
+/// straight on from its start: without a negative one there is no impact on a plane.
 pub(crate) fn first_event<R: Real>(
     model: &Model<R>,
     holds: &Holds<R>,
@@ -23,22 +26,25 @@ pub(crate) fn first_event<R: Real>(
 ) -> Option<f64> {
     let mut first = None;
     let mut held = holds.rows().iter().peekable();
+    let (planes, count) = (model.obstacles.planes.len(), model.obstacles.count());
     for (particle, at) in model.slots.places().enumerate() {
         let hold = held.next_if(|hold| hold.particle == particle);
-        if model.inverse_mass_column[at] == R::ZERO {
+        let from = if holds.gap(at) < R::ZERO { 0 } else { planes };
+        let is_idle = from == count && hold.is_none();
+        if is_idle || model.inverse_mass_column[at] == R::ZERO {
             continue;
         }
         let path = Path::new(stages, at);
         let slack = holds.slack_at(path.start.position);
-        let is_free = |index: usize| {
-            hold.is_none_or(|hold| !hold.obstacles().contains(&(index as u32)))
-        };
-        for index in (0..model.obstacles.count()).filter(|&index| is_free(index)) {
+        let is_free =
+            |index: usize| hold.is_none_or(|hold| !hold.obstacles().contains(&(index as u32)));
+        for index in (from..count).filter(|&index| is_free(index)) {
             first = path.impact(model, index, slack, first).or(first);
         }
         if let Some(hold) = hold {
             first = path.end_of_slide(model, hold, first).or(first);
             first = release(hold, first).or(first);
+            first = path.edge(model, hold, first).or(first);
         }
     }
     first
@@ -83,13 +89,7 @@ impl<'a, R: Real> Path<'a, R> {
     ///
     /// The distance from a plane is that of the interpolant in one direction; from any other
     /// obstacle it is asked at each place that is tried.
-    fn impact(
-        &self,
-        model: &Model<R>,
-        index: usize,
-        slack: R,
-        first: Option<f64>,
-    ) -> Option<f64> {
+    fn impact(&self, model: &Model<R>, index: usize, slack: R, first: Option<f64>) -> Option<f64> {
         if let Some(plane) = model.obstacles.planes.get(index) {
             let approach = self.approach(plane, slack)?;
             let line = Line::new(self, plane.normal);
@@ -124,6 +124,23 @@ impl<'a, R: Real> Path<'a, R> {
             close: 0.25 * slack.to_f64(),
             enters,
         })
+    }
+
+    /// Where a held particle goes over an edge of an obstacle, if it is before `first`.
+    fn edge(&self, model: &Model<R>, hold: &Hold<R>, first: Option<f64>) -> Option<f64> {
+        let (mut low, mut high) = (0.0, first.unwrap_or(1.0));
+        if hold.is_flat(model) || !hold.leaves(model, &self.spot(high)) {
+            return None;
+        }
+        for _ in 0..EDGE_ROUNDS {
+            let middle = 0.5 * (low + high);
+            if hold.leaves(model, &self.spot(middle)) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        Some(high)
     }
 
     /// The end of the slide of a particle, if it is before `first`.
@@ -306,5 +323,7 @@ fn root(value: impl Fn(f64) -> f64, (mut low, mut high): (f64, f64), close: f64)
     low
 }
 
+/// Halvings of a substep in the search for an edge.
+const EDGE_ROUNDS: usize = 40;
 /// Rounds of a search for a root: the second half alone exhausts the precision.
 const MOST_ROUNDS: usize = 120;

@@ -10,16 +10,21 @@
 //! that of each stage, and the acceleration along it what the curvature asks for; what a substep
 //! leaves of the gap is taken away at its end.
 
-use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touch, Touches};
+use super::meeting::Meeting;
+use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touches};
 use super::tableau::STAGES;
 use crate::elements::Motion;
-use crate::number::{Real, Vector};
-use crate::system::columns::{set_vector, single, vector};
+use crate::number::{Real, Vector, at_level};
+use crate::obstacles::PlaneColumn;
+use crate::system::columns::{Aligned, LANES, RECORD, set_vector, single, vector};
+use crate::system::slots::Slots;
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
+use fearless_simd::Level;
 
-/// Rounds of one particle between obstacles; one in a narrow wedge then loses its speed into them.
-const MOST_ROUNDS: usize = 8;
+/// Steps along the normal that put a particle back on an obstacle; one is enough where its gap is
+/// the distance to the nearest point.
+const MOST_STEPS: usize = 8;
 /// The height of a hop that is none, as a fraction of the error allowed, at most.
 const HOP: f64 = 0.1;
 
@@ -46,9 +51,11 @@ pub(crate) struct Hold<R: Real> {
     pub(crate) particle: usize,
     /// Its place in the columns.
     pub(crate) at: usize,
-    obstacles: [u32; MOST_OBSTACLES],
-    count: usize,
+    pub(super) obstacles: [u32; MOST_OBSTACLES],
+    pub(super) count: usize,
     pub(crate) along: Along<R::Vec3>,
+    /// A speed that its acceleration gives it within the error allowed, metres per second.
+    slow: R,
     /// At each stage what is left until it is let go, metres per second squared: the least
     /// pressure per mass, or the friction that a pull leaves unused.
     pub(crate) margins: [R; STAGES],
@@ -70,16 +77,24 @@ impl<R: Real> Hold<R> {
         self.curved(model).next().is_none()
     }
 
-    fn keep(&mut self, obstacle: u32) {
+    /// Whether it goes over an edge of an obstacle.
+    pub(crate) fn leaves(&self, model: &Model<R>, spot: &Spot<R>) -> bool {
+        let mut curved = self.curved(model);
+        curved.any(|index| !spot.is_along(model.obstacles.get(index), self.slow))
+    }
+
+    pub(super) fn keep(&mut self, obstacle: u32) {
         self.obstacles[self.count] = obstacle;
         self.count += 1;
     }
 }
 
 /// The held particles, in the order of the scene.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Holds<R: Real> {
     rows: Vec<Hold<R>>,
+    /// The least distance of each slot from a plane, metres, so that most particles are passed over.
+    gaps: Aligned<R>,
     /// A hop up to this height is none, metres.
     hop: R,
     /// A slide that friction alone would end within this length has the direction of the pull,
@@ -114,6 +129,11 @@ impl Met {
 }
 
 impl<R: Real> Holds<R> {
+    pub(crate) fn new(slots: &Slots) -> Self {
+        let gaps = Aligned::new(slots.record_count() * LANES, 27);
+        Holds { rows: Vec::new(), gaps, hop: R::ZERO, blur: R::ZERO }
+    }
+
     /// Forgets everything; `tolerance` is a fraction of `size`, metres.
     ///
     /// Where a particle is held instead of hopping, its speed changes. The height of a hop is like
@@ -127,6 +147,27 @@ impl<R: Real> Holds<R> {
     /// The held particles, in the order of the scene.
     pub(crate) fn rows(&self) -> &[Hold<R>] {
         &self.rows
+    }
+
+    /// Finds the least distance of each particle from a plane in some motions, each after a straight
+    /// way of so many seconds.
+    pub(crate) fn set_gaps(
+        &mut self,
+        level: Level,
+        model: &Model<R>,
+        motions: &[(Motion<'_, R>, R)],
+    ) {
+        self.gaps.fill(R::LARGEST);
+        for plane in &model.obstacles.planes {
+            for &(motion, way) in motions {
+                at_level!(level, _simd => lower_gaps(plane, motion, way, &mut self.gaps));
+            }
+        }
+    }
+
+    /// The distance found by [`Holds::set_gaps`], metres.
+    pub(crate) fn gap(&self, at: usize) -> R {
+        self.gaps[single(at)]
     }
 
     /// The height of a hop that is none for a particle here, metres: never below rounding.
@@ -154,12 +195,12 @@ impl<R: Real> Holds<R> {
         let mut power = 0.0;
         for hold in &mut self.rows {
             let at = hold.at;
-            let (position, velocity) = (vector(motion.positions, at), vector(motion.velocities, at));
+            let (position, velocity) =
+                (vector(motion.positions, at), vector(motion.velocities, at));
             let spot = Spot { position, velocity, time: motion.time };
             let touches = Touches::new(model, hold.obstacles(), &spot);
             let pull: R::Vec3 = vector(slopes, at);
-            let Support { slope, least, grip, .. } =
-                touches.support(pull, Constraint::Bilateral);
+            let Support { slope, least, grip, .. } = touches.support(pull, Constraint::Bilateral);
             let (held, margin) = match hold.along {
                 Along::Free => (slope, least),
                 Along::Glued => (touches.acceleration(), least),
@@ -191,34 +232,45 @@ impl<R: Real> Holds<R> {
     /// `forces` are those at the state or near it, newtons.
     pub(crate) fn meet(
         &mut self,
-        model: &Model<R>,
+        (level, model): (Level, &Model<R>),
         forces: &[R],
         time: f64,
         state: &mut Columns<R>,
     ) -> Met {
         let mut met = self.pull_back(model, forces, time, state);
+        let own = model.obstacles.planes.len()..model.obstacles.count();
+        self.set_gaps(level, model, &[(state.motion(&model.slots, time), R::ZERO)]);
         self.rows.clear();
         // Allocates in the first step alone.
         self.rows.reserve(model.particle_count());
         for (particle, at) in model.slots.places().enumerate() {
             let (w, (position, velocity)) = (model.inverse_mass_column[at], state.get(at));
             let hop = self.hop_at(position);
-            let mut obstacles = model.obstacles.iter();
-            if w == R::ZERO || !obstacles.any(|obstacle| obstacle.gap(position, time) <= hop) {
+            let own =
+                || own.clone().any(|index| model.obstacles.get(index).gap(position, time) <= hop);
+            if w == R::ZERO || !(self.gap(at) <= hop || own()) {
                 continue;
             }
-            let along = Along::Free;
-            let (obstacles, margins) = ([0; MOST_OBSTACLES], [R::ZERO; STAGES]);
             let force = vector::<R>(forces, at);
+            let pull = force * w;
+            let hold = Hold {
+                particle,
+                at,
+                obstacles: [0; MOST_OBSTACLES],
+                count: 0,
+                along: Along::Free,
+                slow: (self.blur * pull.dot(pull).sqrt()).sqrt(),
+                margins: [R::ZERO; STAGES],
+            };
             let before = Spot { position, velocity, time };
             let mut meeting = Meeting {
                 model,
                 spot: before,
-                pull: force * w,
+                pull,
                 hop,
                 slack: self.slack_at(position),
                 blur: self.blur,
-                hold: Hold { particle, at, obstacles, count: 0, along, margins },
+                hold,
                 met: false,
             };
             meeting.meet_obstacles();
@@ -234,22 +286,19 @@ impl<R: Real> Holds<R> {
         met
     }
 
-    /// Puts particles back on the curved obstacles that held them: a substep leaves them off by its
-    /// error, which is more than a hop.
-    fn pull_back(
-        &self,
-        model: &Model<R>,
-        forces: &[R],
-        time: f64,
-        state: &mut Columns<R>,
-    ) -> Met {
+    /// Puts particles back on the curved obstacles that held them, but for those behind an edge: a
+    /// substep leaves them off by its error, which is more than a hop.
+    fn pull_back(&self, model: &Model<R>, forces: &[R], time: f64, state: &mut Columns<R>) -> Met {
         let mut met = Met::default();
         for hold in self.rows.iter().filter(|hold| !hold.is_flat(model)) {
             let (position, velocity) = state.get(hold.at);
             let before = Spot { position, velocity, time };
+            if hold.leaves(model, &before) {
+                continue;
+            }
             let mut spot = before;
             for obstacle in hold.curved(model).map(|index| model.obstacles.get(index)) {
-                for _ in 0..MOST_ROUNDS {
+                for _ in 0..MOST_STEPS {
                     let gap = obstacle.gap(spot.position, time);
                     spot.position -= obstacle.normal(spot.position, time) * gap;
                     if gap.abs() <= rounding_at::<R>(spot.position) {
@@ -266,144 +315,16 @@ impl<R: Real> Holds<R> {
     }
 }
 
-/// A particle that meets obstacles.
-struct Meeting<'a, R: Real> {
-    model: &'a Model<R>,
-    spot: Spot<R>,
-    /// Its acceleration without obstacles, metres per second squared.
-    pull: R::Vec3,
-    hop: R,
-    slack: R,
-    blur: R,
-    hold: Hold<R>,
-    met: bool,
-}
-
-impl<R: Real> Meeting<'_, R> {
-    fn meet_obstacles(&mut self) {
-        let count = self.model.obstacles.count();
-        for _ in 0..MOST_ROUNDS {
-            let mut news = false;
-            for index in 0..count {
-                news |= self.meet_obstacle(index);
-            }
-            if !news {
-                return;
-            }
-        }
-        for index in 0..count {
-            let obstacle = self.model.obstacles.get(index);
-            let speed = self.spot.speed_off(obstacle);
-            if self.gap(index) <= self.slack && speed < R::ZERO {
-                let normal = obstacle.normal(self.spot.position, self.spot.time);
-                self.spot.velocity -= normal * speed;
-            }
-        }
-    }
-
-    fn gap(&self, index: usize) -> R {
-        self.model.obstacles.get(index).gap(self.spot.position, self.spot.time)
-    }
-
-    fn touches(&self) -> Touches<R> {
-        Touches::new(self.model, self.hold.obstacles(), &self.spot)
-    }
-
-    /// Returns whether other obstacles may see something new.
-    fn meet_obstacle(&mut self, index: usize) -> bool {
-        let depth = -self.gap(index);
-        if depth < -self.hop || self.hold.obstacles().contains(&(index as u32)) {
-            return false;
-        }
-        let mut touch = Touch::new(self.model, index, &self.spot);
-        if R::ZERO < depth {
-            self.spot.position += touch.normal * depth;
-            touch = Touch::new(self.model, index, &self.spot);
-        }
-        let Touch { normal, velocity, lift, law, .. } = touch;
-        let height = R::max(-depth, R::ZERO);
-        let speed = (self.spot.velocity - velocity).dot(normal);
-        let slope = self.touches().support(self.pull, Constraint::Unilateral).slope;
-        let push = -(slope.dot(normal) + lift);
-        let two = R::ONE + R::ONE;
-        let low = R::ZERO < push && speed * speed <= two * push * (self.hop - height);
-        if low && self.hold.count < MOST_OBSTACLES {
-            self.spot.position -= normal * height;
-            self.rest(&touch, speed);
-            self.hold.keep(index as u32);
-            self.met = true;
-            return true;
-        }
-        if speed < R::ZERO && height <= self.slack {
-            self.spot.position -= normal * height;
-            let bounced = law.bounced(normal, self.spot.velocity - velocity, R::ZERO);
-            self.spot.velocity = velocity + bounced;
-            self.met = true;
-            return true;
-        }
-        false
-    }
-
-    /// Takes away the normal speed left. The hops that are not made would have pressed the less on
-    /// the obstacle for it (the more if the particle came down), which friction feels.
-    fn rest(&mut self, touch: &Touch<R>, speed: R) {
-        let sliding = self.spot.velocity - touch.velocity - touch.normal * speed;
-        let along = sliding.dot(sliding).sqrt();
-        let kept = if R::ZERO < along {
-            R::max(R::ZERO, R::ONE + touch.law.friction * speed / along)
-        } else {
-            R::ONE
-        };
-        self.spot.velocity = touch.velocity + sliding * kept;
-    }
-
-    /// Finds out whether it slides or sticks.
-    fn slide(&mut self) {
-        if self.hold.count == 0 {
-            return;
-        }
-        let Support { slope, pressures, grip, glued, .. } =
-            self.touches().support(self.pull, Constraint::Unilateral);
-        self.keep_pressed(pressures);
-        let touches = self.touches();
-        let carried = touches.velocity();
-        let (sliding, slope) = (self.spot.velocity - carried, slope - touches.acceleration());
-        let speed = sliding.dot(sliding).sqrt();
-        let pull = slope.dot(slope).sqrt();
-        self.hold.along = if glued {
-            Along::Glued
-        } else if grip <= R::ZERO {
-            Along::Free
-        } else if speed * speed <= grip * self.blur && grip <= pull + pull {
-            // A slow slide takes the direction of the pull.
-            let direction = slope * (R::ONE / pull);
-            let speed = sliding.dot(direction).max(R::ZERO);
-            self.spot.velocity = carried + direction * speed;
-            let ends = self.ends(speed, grip - pull);
-            if ends { Along::Sticks } else { Along::Creeps(direction) }
-        } else if R::ZERO < speed && !self.ends(speed, grip - slope.dot(sliding) / speed) {
-            Along::Slides(sliding * (R::ONE / speed))
-        } else {
-            Along::Sticks
-        };
-        if matches!(self.hold.along, Along::Glued | Along::Sticks) {
-            self.spot.velocity = carried;
-        }
-    }
-
-    /// Whether a deceleration would end the slide within a hop.
-    fn ends(&self, speed: R, brake: R) -> bool {
-        R::ZERO <= brake && speed * speed <= (brake + brake) * self.hop
-    }
-
-    /// Leaves out the obstacles on which another one leaves no pressure.
-    fn keep_pressed(&mut self, pressures: [R; MOST_OBSTACLES]) {
-        let (obstacles, count) = (self.hold.obstacles, self.hold.count);
-        self.hold.count = 0;
-        for (&obstacle, pressure) in obstacles[..count].iter().zip(pressures) {
-            if R::ZERO < pressure {
-                self.hold.keep(obstacle);
-            }
+#[inline(always)]
+fn lower_gaps<R: Real>(plane: &PlaneColumn<R>, motion: Motion<'_, R>, way: R, gaps: &mut [R]) {
+    let (n, x) = (plane.normal.components(), motion.positions.as_chunks::<RECORD>().0);
+    let rows = x.iter().zip(motion.velocities.as_chunks::<RECORD>().0);
+    for (gaps, (x, v)) in gaps.as_chunks_mut::<LANES>().0.iter_mut().zip(rows) {
+        for lane in 0..LANES {
+            let along =
+                |axis: usize| n[axis] * (x[axis * LANES + lane] + v[axis * LANES + lane] * way);
+            let gap = along(0) + along(1) + along(2) - plane.offset;
+            gaps[lane] = if gap < gaps[lane] { gap } else { gaps[lane] };
         }
     }
 }

@@ -2,11 +2,12 @@
 //!
 //! The reference method: the pair of orders 5 and 4 of Dormand and Prince (1980), with its own
 //! substeps and with contact as located events. Its numbers are in [`tableau`], a substep is in
-//! [`stages`], its length is chosen in [`pace`], and obstacles act in [`holds`], [`support`] and
-//! [`events`]; sources are named there.
+//! [`stages`], its length is chosen in [`pace`], and obstacles act in [`holds`], [`meeting`],
+//! [`support`] and [`events`]; sources are named there.
 
 mod events;
 mod holds;
+mod meeting;
 mod pace;
 mod stages;
 mod support;
@@ -92,7 +93,7 @@ impl<R: Real> Scratch<R> {
         Scratch {
             power: 0.0,
             stages: Stages::new(slots),
-            holds: Holds::default(),
+            holds: Holds::new(slots),
             events_left: 0,
             work: Work::default(),
         }
@@ -172,8 +173,7 @@ impl<R: Real> Scratch<R> {
     /// is allowed. Unlike the rule of Hairer, Nørsett and Wanner (1993), section II.4, it does not
     /// change with the units.
     fn first_length(&mut self, step: &mut StepContext<'_, R>, allowed: f64) -> (f64, f64) {
-        let (count, level, whole) =
-            (step.model.particle_count(), step.level, step.settings.step);
+        let (count, level, whole) = (step.model.particle_count(), step.level, step.settings.step);
         let root_mean_square = |column: &[R]| {
             let sum = at_level!(level, _simd => sum_of_squares(column));
             Real::sqrt(sum / count as f64)
@@ -203,7 +203,8 @@ impl<R: Real> Scratch<R> {
         if step.model.obstacles.is_empty() {
             return Met::default();
         }
-        let met = self.holds.meet(step.model, &step.scratch.forces, time, step.state);
+        let system = (step.level, step.model);
+        let met = self.holds.meet(system, &step.scratch.forces, time, step.state);
         step.done.counted += met.energy;
         step.done.touched |= met.touched;
         met
@@ -213,8 +214,7 @@ impl<R: Real> Scratch<R> {
     /// of the substep if it was cut.
     fn accept(&mut self, step: &mut StepContext<'_, R>) -> Option<f64> {
         let looks = !step.model.obstacles.is_empty() && 0 < self.events_left;
-        let event = || events::first_event(step.model, &self.holds, &self.stages);
-        let part = if looks { event() } else { None };
+        let part = if looks { self.first_event(step) } else { None };
         match part {
             Some(part) => {
                 self.stages.interpolate(step.level, part, step.state);
@@ -228,6 +228,16 @@ impl<R: Real> Scratch<R> {
         let driven = -step.scratch.springs.own_power.min(0.0);
         step.done.given += driven * fraction * self.stages.length;
         part
+    }
+
+    /// The first event in the last substep, as a fraction of it.
+    fn first_event(&mut self, step: &StepContext<'_, R>) -> Option<f64> {
+        let (stages, slots) = (&self.stages, &step.model.slots);
+        let end = stages.here.motion(slots, stages.time_at(1.0));
+        let start = stages.start.motion(slots, stages.time);
+        let motions = [(end, R::ZERO), (start, R::of(stages.length))];
+        self.holds.set_gaps(step.level, step.model, &motions);
+        events::first_event(step.model, &self.holds, stages)
     }
 
     /// Makes the slopes at the end of a substep those at the start of the next.
@@ -306,4 +316,79 @@ fn sum_of_squares<R: Real>(column: &[R]) -> f64 {
         }
     }
     sums.iter().sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Scratch, StepContext};
+    use crate::methods::{self, Settings};
+    use crate::number::Instructions;
+    use crate::scene::{Material, Scene, World, shape};
+    use crate::system::{Columns, Model, State};
+    use glam::DVec3;
+
+    /// A sheared block that turns in free flight.
+    fn tumbling_block(damping: f64) -> Scene {
+        let material = Material { mass: 1.0, stiffness: 100.0, damping };
+        let mut part = shape::block([3, 3, 3], 1.0, material).unwrap();
+        part.set_motion(DVec3::new(1.0, 2.0, -0.5), DVec3::new(0.3, 1.0, -0.4));
+        for particle in &mut part.particles {
+            let DVec3 { x, y, z } = particle.position;
+            particle.position += DVec3::new(0.10 * y, 0.05 * z, -0.08 * x * x);
+        }
+        let world = World { gravity: DVec3::ZERO, ..World::default() };
+        Scene { world, ..Scene::of("block", part) }
+    }
+
+    /// The state at a fraction of the last of some steps, each of which is a single substep.
+    fn run(scene: &Scene, (length, steps): (f64, usize), fraction: f64) -> State<f64> {
+        let (model, state) = Model::<f64>::new(scene).unwrap();
+        let mut columns = Columns::of(&model.slots, &state, 0);
+        let (mut scratch, mut own) = (methods::Scratch::new(&model, 0), Scratch::new(&model.slots));
+        let settings = Settings { step: length, tolerance: 1.0, ..Settings::default() };
+        for number in 0..steps {
+            let mut step = StepContext {
+                model: &model,
+                settings: &settings,
+                level: Instructions::best().level(),
+                start: number as f64 * length,
+                finished: 0,
+                state: &mut columns,
+                scratch: &mut scratch,
+                done: Default::default(),
+            };
+            own.run(&mut step).unwrap();
+        }
+        assert_eq!(own.work().substeps, steps as u64);
+        own.stages.interpolate(Instructions::Plain.level(), fraction, &mut columns);
+        columns.state(&model.slots)
+    }
+
+    fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
+        let pairs = a.positions.iter().zip(&b.positions);
+        pairs.map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn the_order_is_five_and_that_of_the_interpolant_four() {
+        for damping in [0.0, 2.0] {
+            let scene = tumbling_block(damping);
+            let exact = run(&scene, (1.0 / 2048.0, 1024), 1.0);
+            let error =
+                |steps: usize| distance(&run(&scene, (0.5 / steps as f64, steps), 1.0), &exact);
+            // 2⁵, and the next order is not small yet.
+            let ratio = error(16) / error(32);
+            assert!((20.0..48.0).contains(&ratio), "{damping}: {ratio}");
+            for fraction in [0.25, 0.5, 0.75] {
+                let error = |steps: usize| {
+                    let step = 0.5 / steps as f64;
+                    let exact = run(&scene, (fraction * step / 16.0, 16), 1.0);
+                    distance(&run(&scene, (step, 1), fraction), &exact)
+                };
+                // A local error of order 5 or, for positions without damping, 6.
+                let ratio = error(16) / error(32);
+                assert!((20.0..96.0).contains(&ratio), "{damping}, {fraction}: {ratio}");
+            }
+        }
+    }
 }

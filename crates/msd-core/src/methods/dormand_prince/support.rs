@@ -27,6 +27,15 @@ impl<R: Real> Spot<R> {
         Spot { position, velocity: self.velocity, time: self.time + way }
     }
 
+    /// Whether it moves along the surface of an obstacle rather than into or off it; any speed up to
+    /// `slow` counts as along, metres per second. Not so behind an edge.
+    pub(crate) fn is_along(&self, obstacle: &dyn Obstacle<R>, slow: R) -> bool {
+        let &Spot { position, velocity, time } = self;
+        let sliding = velocity - obstacle.velocity(position, time);
+        let quarter = R::of(0.25) * sliding.dot(sliding).sqrt();
+        self.speed_off(obstacle).abs() <= quarter + slow
+    }
+
     /// The speed away from the surface of an obstacle, metres per second.
     pub(crate) fn speed_off<O: Obstacle<R> + ?Sized>(&self, obstacle: &O) -> R {
         let &Spot { position, velocity, time } = self;
@@ -46,6 +55,10 @@ pub(crate) struct Touch<R: Real> {
     /// squared: v²/r on a ball at rest.
     pub(crate) lift: R,
     pub(crate) law: ContactLaw<R>,
+    /// Acceleration for each unit of pressure: the normal and, where the surface passes by a
+    /// particle that another one carries, the friction against that.
+    reaction: R::Vec3,
+    passes: bool,
 }
 
 impl<R: Real> Touch<R> {
@@ -56,7 +69,8 @@ impl<R: Real> Touch<R> {
     /// of ε.
     pub(crate) fn new(model: &Model<R>, index: usize, spot: &Spot<R>) -> Self {
         if let Some(plane) = model.obstacles.planes.get(index) {
-            return Touch { normal: plane.normal, law: plane.law, ..Touch::default() };
+            let (normal, law) = (plane.normal, plane.law);
+            return Touch { normal, law, reaction: normal, ..Touch::default() };
         }
         let obstacle = model.obstacles.get(index);
         let &Spot { position, velocity, time } = spot;
@@ -66,12 +80,15 @@ impl<R: Real> Touch<R> {
         let [before, after] = [-reach, reach].map(|way| spot.ahead(way));
         let surface = |spot: &Spot<R>| obstacle.velocity(spot.position, spot.time);
         let rate = R::of(0.5 / reach);
+        let normal = obstacle.normal(position, time);
         Touch {
-            normal: obstacle.normal(position, time),
+            normal,
             velocity: surface(spot),
             acceleration: (surface(&after) - surface(&before)) * rate,
             lift: (after.speed_off(obstacle) - before.speed_off(obstacle)) * rate,
             law: obstacle.law(),
+            reaction: normal,
+            passes: false,
         }
     }
 }
@@ -108,18 +125,40 @@ impl<R: Real> Touches<R> {
         for (row, &obstacle) in rows.iter_mut().zip(obstacles) {
             *row = Touch::new(model, obstacle as usize, spot);
         }
-        Touches { rows, count: obstacles.len() }
+        let mut touches = Touches { rows, count: obstacles.len() };
+        touches.set_reactions(spot.velocity);
+        touches
+    }
+
+    /// Finds the surfaces that pass by: a piston that pushes a particle along a floor carries it.
+    fn set_reactions(&mut self, velocity: R::Vec3) {
+        let (carried, first) = (self.velocity(), self.rows[0].velocity);
+        let rows = &mut self.rows[..self.count];
+        if rows.iter().all(|touch| touch.velocity == first) {
+            return;
+        }
+        for touch in rows {
+            let (passing, sliding) = (carried - touch.velocity, velocity - touch.velocity);
+            let rounding = R::of(8.0) * R::EPSILON * (carried.extent() + touch.velocity.extent());
+            let speed = sliding.dot(sliding).sqrt();
+            touch.passes = rounding < passing.extent() && R::ZERO < speed;
+            if touch.passes {
+                touch.reaction -= sliding * (touch.law.friction / speed);
+            }
+        }
     }
 
     /// Projects an acceleration out of the obstacles (Gauss's principle of least constraint): its
     /// part along each normal becomes what keeps the particle on a curved or moving surface.
     pub(crate) fn support(&self, pull: R::Vec3, constraint: Constraint) -> Support<R> {
-        let (slope, pressures) = self.fit(pull, constraint, |touch| -touch.lift);
+        let (slope, pressures) = self.fit(pull, constraint, |touch| (-touch.lift, touch.reaction));
         let (mut grip, mut glued, mut least) = (R::ZERO, false, pressures[0]);
-        for (&pressure, Touch { law, .. }) in pressures.iter().zip(&self.rows[..self.count]) {
+        for (&pressure, touch) in pressures.iter().zip(&self.rows[..self.count]) {
             least = least.min(pressure);
-            grip += law.friction * pressure;
-            glued |= R::ZERO < law.loss && R::ZERO < pressure;
+            if !touch.passes {
+                grip += touch.law.friction * pressure;
+                glued |= R::ZERO < touch.law.loss && R::ZERO < pressure;
+            }
         }
         Support { slope, pressures, least, grip, glued }
     }
@@ -127,36 +166,37 @@ impl<R: Real> Touches<R> {
     /// The velocity of a particle that does not slide, metres per second: that of the first surface,
     /// as far as the others let it.
     pub(crate) fn velocity(&self) -> R::Vec3 {
-        let wanted = |touch: &Touch<R>| touch.velocity.dot(touch.normal);
+        let wanted = |touch: &Touch<R>| (touch.velocity.dot(touch.normal), touch.normal);
         self.fit(self.rows[0].velocity, Constraint::Bilateral, wanted).0
     }
 
     /// The acceleration of a particle that does not slide, metres per second squared.
     pub(crate) fn acceleration(&self) -> R::Vec3 {
-        let wanted = |touch: &Touch<R>| -touch.lift;
+        let wanted = |touch: &Touch<R>| (-touch.lift, touch.normal);
         self.fit(self.rows[0].acceleration, Constraint::Bilateral, wanted).0
     }
 
-    /// Changes a vector along the normals until its part along each is what is wanted, by the method
-    /// of Gauss and Seidel; returns the changes as well.
+    /// Changes a vector until its part along each normal is what is wanted, in a direction for each,
+    /// by the method of Gauss and Seidel; returns the changes as well.
     fn fit(
         &self,
         mut vector: R::Vec3,
         constraint: Constraint,
-        wanted: impl Fn(&Touch<R>) -> R,
+        wanted: impl Fn(&Touch<R>) -> (R, R::Vec3),
     ) -> (R::Vec3, [R; MOST_OBSTACLES]) {
         let mut pressures = [R::ZERO; MOST_OBSTACLES];
         let close = vector.extent() * R::EPSILON;
         for _ in 0..MOST_SWEEPS {
             let mut largest = R::ZERO;
             for (pressure, touch) in pressures.iter_mut().zip(&self.rows[..self.count]) {
-                let lacks = wanted(touch) - vector.dot(touch.normal);
+                let (part, direction) = wanted(touch);
+                let lacks = part - vector.dot(touch.normal);
                 let change = match constraint {
                     Constraint::Unilateral => lacks.max(-*pressure),
                     Constraint::Bilateral => lacks,
                 };
                 *pressure += change;
-                vector += touch.normal * change;
+                vector += direction * change;
                 largest = largest.max(change.abs());
             }
             if self.count < 2 || largest <= close {

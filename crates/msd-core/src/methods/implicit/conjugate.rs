@@ -67,17 +67,17 @@ impl<R: Real> Solve<R> {
         first: Option<f64>,
         mut multiply: impl FnMut(&[R], &mut [R]),
     ) -> f64 {
-        self.directions.fill(R::ZERO);
-        self.products.fill(R::ZERO);
-        let mut left = at_level!(level, _simd => descend(self, R::ZERO));
+        let Solve { residuals, changes, preconditioner, directions, products, steered, most } = self;
+        let [upper, lower] = &*preconditioner;
+        directions.fill(R::ZERO);
+        let mut left = at_level!(level, _simd => steer::<R>(residuals, upper, lower, steered));
         let first = first.unwrap_or(left);
         let enough = goal.tolerance * goal.tolerance * first;
         let mut keep = R::ZERO;
-        for iteration in 0..self.most {
+        for iteration in 0..*most {
             if left <= enough && goal.fewest <= iteration {
                 break;
             }
-            let Solve { directions, steered, products, .. } = &mut *self;
             at_level!(level, _simd => turn::<R>(directions, steered, keep));
             multiply(directions, products);
             let curvature = at_level!(level, _simd => dot::<R>(directions, products));
@@ -86,7 +86,9 @@ impl<R: Real> Solve<R> {
                 break;
             }
             let before = left;
-            left = at_level!(level, _simd => descend(self, R::of(left / curvature)));
+            let distance = R::of(left / curvature);
+            at_level!(level, _simd => go::<R>(changes, residuals, directions, products, distance));
+            left = at_level!(level, _simd => steer::<R>(residuals, upper, lower, steered));
             keep = R::of(left / before);
         }
         first
@@ -102,23 +104,31 @@ fn turn<R: Real>(directions: &mut [R], steered: &[R], keep: R) {
     }
 }
 
-/// Goes so far in the direction, and measures what is left of the residuals in the norm of the
-/// preconditioner, squared.
+/// Goes so far in a direction.
 #[inline(always)]
-fn descend<R: Real>(solve: &mut Solve<R>, distance: R) -> f64 {
-    let Solve { residuals, changes, preconditioner, directions, products, steered, .. } = solve;
-    let [upper, lower] = &*preconditioner;
-    let moved = residuals.as_chunks_mut::<RECORD>().0.iter_mut();
-    let moved = moved.zip(changes.as_chunks_mut::<RECORD>().0);
-    let moved = moved.zip(steered.as_chunks_mut::<RECORD>().0);
-    let by = directions.as_chunks::<RECORD>().0.iter().zip(products.as_chunks::<RECORD>().0);
+fn go<R: Real>(
+    changes: &mut [R],
+    residuals: &mut [R],
+    directions: &[R],
+    products: &[R],
+    distance: R,
+) {
+    let n = changes.len();
+    let (residuals, directions, products) = (&mut residuals[..n], &directions[..n], &products[..n]);
+    for i in 0..n {
+        changes[i] += directions[i] * distance;
+        residuals[i] -= products[i] * distance;
+    }
+}
+
+/// Overwrites `steered` with the residuals times the preconditioner, and returns the scalar product
+/// of both.
+#[inline(always)]
+fn steer<R: Real>(residuals: &[R], upper: &[R], lower: &[R], steered: &mut [R]) -> f64 {
     let blocks = upper.as_chunks::<RECORD>().0.iter().zip(lower.as_chunks::<RECORD>().0);
+    let rows = residuals.as_chunks::<RECORD>().0.iter().zip(steered.as_chunks_mut::<RECORD>().0);
     let mut sums = [0.0; LANES];
-    for ((((r, change), p), (direction, product)), (upper, lower)) in moved.zip(by).zip(blocks) {
-        for i in 0..RECORD {
-            change[i] += direction[i] * distance;
-            r[i] -= product[i] * distance;
-        }
+    for ((r, p), (upper, lower)) in rows.zip(blocks) {
         for lane in 0..LANES {
             let [x, y, z] = [lane, LANES + lane, 2 * LANES + lane];
             let (xy, xz, yz) = (upper[y], upper[z], lower[y]);

@@ -240,8 +240,11 @@ impl<R: Real> Missing<'_, R> {
         let before = self.before.as_chunks::<RECORD>().0.iter();
         let velocities = before.zip(self.now.as_chunks::<RECORD>().0);
         for (((residual, mass), force), (before, now)) in rows.zip(velocities) {
-            for i in 0..RECORD {
-                residual[i] = force[i] * tau - (now[i] - before[i]) * mass[i % LANES];
+            for axis in 0..3 {
+                for (lane, &mass) in mass.iter().enumerate() {
+                    let i = axis * LANES + lane;
+                    residual[i] = force[i] * tau - (now[i] - before[i]) * mass;
+                }
             }
         }
     }

@@ -163,14 +163,11 @@ fn set_blocks<R: Real>(diagonals: &[R], upper: &mut [R], lower: &mut [R]) {
     let rows = upper.as_chunks_mut::<RECORD>().0.iter_mut();
     let rows = rows.zip(lower.as_chunks_mut::<RECORD>().0);
     for ((upper, lower), diagonals) in rows.zip(diagonals.as_chunks::<RECORD>().0) {
-        for lane in 0..LANES {
-            upper[lane] = diagonals[lane];
-            upper[LANES + lane] = R::ZERO;
-            upper[2 * LANES + lane] = R::ZERO;
-            lower[lane] = diagonals[LANES + lane];
-            lower[LANES + lane] = R::ZERO;
-            lower[2 * LANES + lane] = diagonals[2 * LANES + lane];
-        }
+        upper[..LANES].copy_from_slice(&diagonals[..LANES]);
+        upper[LANES..].fill(R::ZERO);
+        lower[LANES..2 * LANES].fill(R::ZERO);
+        lower[..LANES].copy_from_slice(&diagonals[LANES..2 * LANES]);
+        lower[2 * LANES..].copy_from_slice(&diagonals[2 * LANES..]);
     }
 }
 

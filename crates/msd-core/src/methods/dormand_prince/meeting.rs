@@ -1,0 +1,165 @@
+//! One particle that meets obstacles: where it goes, how fast, and which of them hold it.
+
+use super::holds::{Along, Hold};
+use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touch, Touches};
+use crate::number::{Real, Vector};
+use crate::system::Model;
+
+/// Rounds of one particle between obstacles; one in a narrow wedge then loses its speed into them.
+const MOST_ROUNDS: usize = 8;
+
+/// A particle that meets obstacles.
+pub(super) struct Meeting<'a, R: Real> {
+    pub(super) model: &'a Model<R>,
+    pub(super) spot: Spot<R>,
+    /// Its acceleration without obstacles, metres per second squared.
+    pub(super) pull: R::Vec3,
+    pub(super) hop: R,
+    pub(super) slack: R,
+    pub(super) blur: R,
+    pub(super) hold: Hold<R>,
+    pub(super) met: bool,
+}
+
+impl<R: Real> Meeting<'_, R> {
+    /// Lets it meet every obstacle until nothing is new.
+    pub(super) fn meet_obstacles(&mut self) {
+        let count = self.model.obstacles.count();
+        for _ in 0..MOST_ROUNDS {
+            let mut news = false;
+            for index in 0..count {
+                news |= self.meet_obstacle(index);
+            }
+            if !news {
+                return;
+            }
+        }
+        for index in 0..count {
+            let obstacle = self.model.obstacles.get(index);
+            let speed = self.spot.speed_off(obstacle);
+            if self.gap(index) <= self.slack && speed < R::ZERO {
+                let normal = obstacle.normal(self.spot.position, self.spot.time);
+                self.spot.velocity -= normal * speed;
+            }
+        }
+    }
+
+    fn gap(&self, index: usize) -> R {
+        self.model.obstacles.get(index).gap(self.spot.position, self.spot.time)
+    }
+
+    fn touches(&self) -> Touches<R> {
+        Touches::new(self.model, self.hold.obstacles(), &self.spot)
+    }
+
+    /// Returns whether other obstacles may see something new.
+    fn meet_obstacle(&mut self, index: usize) -> bool {
+        let depth = -self.gap(index);
+        if depth < -self.hop || self.hold.obstacles().contains(&(index as u32)) {
+            return false;
+        }
+        let mut touch = Touch::new(self.model, index, &self.spot);
+        if R::ZERO < depth {
+            self.spot.position += touch.normal * depth;
+            touch = Touch::new(self.model, index, &self.spot);
+        }
+        let Touch { normal, velocity, lift, law, .. } = touch;
+        let height = R::max(-depth, R::ZERO);
+        let speed = (self.spot.velocity - velocity).dot(normal);
+        let push = -(self.slope_beside(velocity).dot(normal) + lift);
+        let two = R::ONE + R::ONE;
+        let low = R::ZERO < push && speed * speed <= two * push * (self.hop - height);
+        if low && self.hold.count < MOST_OBSTACLES {
+            self.spot.position -= normal * height;
+            self.rest(&touch, speed);
+            self.hold.keep(index as u32);
+            self.met = true;
+            return true;
+        }
+        if speed < R::ZERO && height <= self.slack {
+            self.spot.position -= normal * height;
+            let bounced = law.bounced(normal, self.spot.velocity - velocity, R::ZERO);
+            self.spot.velocity = velocity + bounced;
+            self.met = true;
+            return true;
+        }
+        false
+    }
+
+    /// The acceleration that is left by the obstacles which hold it already, as another one with a
+    /// velocity of its own feels it: one that moves against them is pressed on by their friction.
+    fn slope_beside(&self, velocity: R::Vec3) -> R::Vec3 {
+        let touches = self.touches();
+        let Support { slope, grip, .. } = touches.support(self.pull, Constraint::Unilateral);
+        let carried = touches.velocity();
+        let sliding = self.spot.velocity - carried;
+        let speed = sliding.dot(sliding).sqrt();
+        if velocity == carried || speed == R::ZERO {
+            return slope;
+        }
+        slope - sliding * (grip / speed)
+    }
+
+    /// Takes away the normal speed left. The hops that are not made would have pressed the less on
+    /// the obstacle for it (the more if the particle came down), which friction feels.
+    fn rest(&mut self, touch: &Touch<R>, speed: R) {
+        let sliding = self.spot.velocity - touch.velocity - touch.normal * speed;
+        let along = sliding.dot(sliding).sqrt();
+        let kept = if R::ZERO < along {
+            R::max(R::ZERO, R::ONE + touch.law.friction * speed / along)
+        } else {
+            R::ONE
+        };
+        self.spot.velocity = touch.velocity + sliding * kept;
+    }
+
+    /// Finds out whether it slides or sticks.
+    pub(super) fn slide(&mut self) {
+        if self.hold.count == 0 {
+            return;
+        }
+        let Support { slope, pressures, grip, glued, .. } =
+            self.touches().support(self.pull, Constraint::Unilateral);
+        self.keep_pressed(pressures);
+        let touches = self.touches();
+        let carried = touches.velocity();
+        let (sliding, slope) = (self.spot.velocity - carried, slope - touches.acceleration());
+        let speed = sliding.dot(sliding).sqrt();
+        let pull = slope.dot(slope).sqrt();
+        self.hold.along = if glued {
+            Along::Glued
+        } else if grip <= R::ZERO {
+            Along::Free
+        } else if speed * speed <= grip * self.blur && grip <= pull + pull {
+            // A slow slide takes the direction of the pull.
+            let direction = slope * (R::ONE / pull);
+            let speed = sliding.dot(direction).max(R::ZERO);
+            self.spot.velocity = carried + direction * speed;
+            let ends = self.ends(speed, grip - pull);
+            if ends { Along::Sticks } else { Along::Creeps(direction) }
+        } else if R::ZERO < speed && !self.ends(speed, grip - slope.dot(sliding) / speed) {
+            Along::Slides(sliding * (R::ONE / speed))
+        } else {
+            Along::Sticks
+        };
+        if matches!(self.hold.along, Along::Glued | Along::Sticks) {
+            self.spot.velocity = carried;
+        }
+    }
+
+    /// Whether a deceleration would end the slide within a hop.
+    fn ends(&self, speed: R, brake: R) -> bool {
+        R::ZERO <= brake && speed * speed <= (brake + brake) * self.hop
+    }
+
+    /// Leaves out the obstacles on which another one leaves no pressure.
+    fn keep_pressed(&mut self, pressures: [R; MOST_OBSTACLES]) {
+        let (obstacles, count) = (self.hold.obstacles, self.hold.count);
+        self.hold.count = 0;
+        for (&obstacle, pressure) in obstacles[..count].iter().zip(pressures) {
+            if R::ZERO < pressure {
+                self.hold.keep(obstacle);
+            }
+        }
+    }
+}
