@@ -44,7 +44,7 @@ fn step_with_a_hand<R: Real>(simulation: &mut Simulation<R>, hand: bool) {
     simulation.step().expect("a run that stays in the world");
     let energy = simulation.energy().total() + simulation.dissipated();
     assert!(energy.is_finite() && simulation.momentum().linear.is_finite());
-    assert_eq!(simulation.snapshot().positions().len(), 64);
+    assert_eq!(simulation.snapshot().positions().count(), 64);
 }
 
 /// Asserts that nothing is allocated after the first step, and that there was something to do.

@@ -3,10 +3,11 @@
 mod common;
 
 use common::{Random, forces_at, weightless};
+use msd_core::elements::{Element, Motion, Vectors};
 use msd_core::glam::DVec3;
 use msd_core::stability::{Estimator, Mode, is_stable};
 use msd_core::{
-    Integrator, Interaction, Material, Part, Pin, Scene, Settings, Simulation, Vector, shape,
+    Integrator, Interaction, Material, Part, Pin, Real, Scene, Settings, Simulation, Vector, shape,
 };
 
 const SPRING: Material = Material { mass: 2.0, stiffness: 300.0, damping: 0.0 };
@@ -49,23 +50,33 @@ fn stretched(mut scene: Scene, factor: f64) -> Scene {
     scene
 }
 
+/// Forces that balance those of a start state.
+#[derive(Debug)]
+struct Balance(Vec<DVec3>);
+
+impl<R: Real> Element<R> for Balance {
+    fn add_forces(&self, _: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        let rows = self.0.iter().enumerate();
+        rows.for_each(|(particle, &force)| forces.add(particle, R::Vec3::of(-force)));
+        0.0
+    }
+}
+
 /// Whether a tiny disturbance of a scene held in balance grows.
 fn blows_up(scene: &Scene, settings: Settings, steps: u32) -> bool {
     let mut simulation = Simulation::<f64>::new(scene, settings).unwrap();
     let model = simulation.model();
     let mut disturbed = simulation.state();
-    let balance = forces_at(model, &disturbed);
+    let balance = Balance(forces_at(model, &disturbed));
     // A push that has a part of every motion, small enough for any length.
     let (mut random, speed) = (Random(7), 1e-10 / settings.substep());
     for (velocity, &w) in disturbed.velocities.iter_mut().zip(model.inverse_masses()) {
         *velocity = if w == 0.0 { DVec3::ZERO } else { (random.vector() - 0.5) * speed };
     }
     simulation.set_state(&disturbed, 0).unwrap();
+    simulation.add_element(balance);
     for _ in 0..steps / settings.substeps {
-        let hold = simulation.step_with(|_, forces| {
-            forces.iter_mut().zip(&balance).for_each(|(force, &balance)| *force -= balance);
-        });
-        hold.unwrap();
+        simulation.step().unwrap();
         if simulation.velocities().any(|velocity| 1e4 * speed < velocity.extent()) {
             return true;
         }

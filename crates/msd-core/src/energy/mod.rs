@@ -177,8 +177,11 @@ pub(crate) fn length<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usiz
 /// The distance of two particles, metres.
 #[inline(always)]
 fn distance<R: Real>(model: &Model<R>, state: &Columns<R>, [a, b]: [usize; 2]) -> f64 {
-    // Not by `map` of the ends, which the compiler does not inline: three times the time.
-    let at = |end| columns::vector::<R>(&state.positions, model.slots.at(end)).to_f64();
-    let across = at(b) - at(a);
+    let across = position(model, state, b) - position(model, state, a);
     Real::sqrt(across.dot(across))
+}
+
+#[inline(always)]
+fn position<R: Real>(model: &Model<R>, state: &Columns<R>, particle: usize) -> DVec3 {
+    columns::vector::<R>(&state.positions, model.slots.at(particle)).to_f64()
 }

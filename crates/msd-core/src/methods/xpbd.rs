@@ -4,7 +4,7 @@ use super::StepContext;
 use crate::elements::column;
 use crate::number::{Real, Vector};
 use crate::system::Model;
-use crate::system::columns::{Aligned, vector};
+use crate::system::columns::{Aligned, set_vector, vector};
 use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -65,7 +65,8 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     let Scratch { start, predicted, pulls } = scratch;
     let inverse_masses = model.inverse_masses();
     for (particle, at) in model.slots.places().enumerate() {
-        let (position, velocity) = step.state.get(at);
+        let position = vector::<R>(&step.state.positions, at);
+        let velocity = vector::<R>(&step.state.velocities, at);
         let force = vector::<R>(&step.scratch.forces, at);
         let velocity = velocity + force * (h * inverse_masses[particle]);
         start[particle] = position;
@@ -74,12 +75,12 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     project(model, h, start, predicted);
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {
-        let (_, mut velocity) = step.state.get(at);
+        set_vector(&mut step.state.positions, at, predicted[particle]);
         // A pin keeps its velocity to the bit.
         if inverse_masses[particle] != R::ZERO {
-            velocity = (predicted[particle] - start[particle]) * per_h;
+            let velocity = (predicted[particle] - start[particle]) * per_h;
+            set_vector(&mut step.state.velocities, at, velocity);
         }
-        step.state.put(at, (predicted[particle], velocity));
     }
     if model.is_damped() {
         let motion = step.state.motion(&model.slots, time + step.settings.substep());

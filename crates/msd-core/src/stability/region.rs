@@ -60,7 +60,8 @@ impl Mode {
     /// The largest stable substep, seconds: 0 where none is stable, infinite where every one is.
     ///
     /// That of Dormand-Prince is where stability rather than its tolerance would set its step.
-    pub fn largest_substep(self, region: Region, substeps: u32) -> f64 {
+    pub fn largest_substep(self, region: impl Into<Region>, substeps: u32) -> f64 {
+        let region = region.into();
         if self.scale() == f64::INFINITY || region == Region::Everything {
             return f64::INFINITY;
         }
@@ -137,8 +138,8 @@ impl From<Integrator> for Region {
 }
 
 /// Whether one step of `substeps` substeps keeps the oscillator with W = h² w², Z = h c bounded.
-pub fn is_stable(region: Region, substeps: u32, w: f64, z: f64) -> bool {
-    let ([[a, b], [c, d]], rounds) = match region {
+pub fn is_stable(region: impl Into<Region>, substeps: u32, w: f64, z: f64) -> bool {
+    let ([[a, b], [c, d]], rounds) = match region.into() {
         Region::Everything => return true,
         Region::SymplecticEuler => return 0.25 * w + 0.5 * z <= 1.0,
         // Jury's conditions, for no rounding may pass for damping.

@@ -117,7 +117,7 @@ impl<R: Real> SpringMatrix<R> {
     ) {
         let layout = &springs.layout;
         if !layout.others.is_empty() {
-            at_level!(level, _simd => set_points(direction, direction, &mut self.points));
+            at_level!(level, _simd => set_directions(direction, &mut self.points));
         }
         let SpringMatrix { rows, extras, ahead: [ahead, _], points, gathered } = self;
         let mut sweep = Multiply { direction, points, rows };
@@ -161,6 +161,19 @@ impl<R: Real> Weights<R> {
         let upper = [w * x * x + self.across, w * x * y, w * x * z];
         let lower = [w * y * y + self.across, w * y * z, w * z * z + self.across];
         [upper, lower].map(R::Vec3::from_components)
+    }
+}
+
+/// Copies directions to points, where positions are else.
+#[inline(always)]
+fn set_directions<R: Real>(directions: &[R], points: &mut [R]) {
+    let points = points.as_chunks_mut::<POINT>().0.as_chunks_mut::<LANES>().0;
+    for (direction, points) in directions.as_chunks::<RECORD>().0.iter().zip(points) {
+        for (lane, point) in points.iter_mut().enumerate() {
+            for axis in 0..3 {
+                point[axis] = direction[axis * LANES + lane];
+            }
+        }
     }
 }
 

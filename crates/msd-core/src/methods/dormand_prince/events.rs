@@ -110,7 +110,7 @@ impl<'a, R: Real> Path<'a, R> {
     fn approach<O: Obstacle<R> + ?Sized>(&self, obstacle: &O, slack: R) -> Option<Approach> {
         let before = obstacle.gap(self.start.position, self.start.time);
         let after = obstacle.gap(self.end.position, self.end.time);
-        // A particle may touch the obstacle, or be in one while another holds it: only deeper counts.
+        // A particle may touch the obstacle, or be in it while another holds it: deeper counts.
         let level = R::min(before, R::ZERO) - slack;
         let enters = after < level;
         let may = || {

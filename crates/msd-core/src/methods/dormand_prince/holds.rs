@@ -3,11 +3,12 @@
 //! Contact in the limit of short substeps. A particle that hits an obstacle bounces, and one that a
 //! hop would not lift noticeably is held: the obstacle keeps it and friction sticks it or slows its
 //! slide. Within a substep the same particles are held in the same way, by laws that are smooth in
-//! position and velocity, so that the integrator keeps its order. Where a law would end (no pressure
-//! left, a pull stronger than friction, the end of a slide) is an event, see [`super::events`].
+//! position and velocity, so that the integrator keeps its order. Where a law would end (no
+//! pressure left, a pull stronger than friction, the end of a slide) is an event, see
+//! [`super::events`].
 //!
-//! What slides or sticks is the velocity as seen from the surface. On a curved obstacle the normal is
-//! that of each stage, and the acceleration along it what the curvature asks for; what a substep
+//! What slides or sticks is the velocity as seen from the surface. On a curved obstacle the normal
+//! is that of each stage, and the acceleration along it what the curvature asks for; what a substep
 //! leaves of the gap is taken away at its end.
 
 use super::meeting::Meeting;
@@ -93,7 +94,7 @@ impl<R: Real> Hold<R> {
 #[derive(Clone, Debug)]
 pub(crate) struct Holds<R: Real> {
     rows: Vec<Hold<R>>,
-    /// The least distance of each slot from a plane, metres, so that most particles are passed over.
+    /// The least distance of each slot from a plane, metres: most particles are far from all.
     gaps: Aligned<R>,
     /// A hop up to this height is none, metres.
     hop: R,
@@ -149,8 +150,8 @@ impl<R: Real> Holds<R> {
         &self.rows
     }
 
-    /// Finds the least distance of each particle from a plane in some motions, each after a straight
-    /// way of so many seconds.
+    /// Finds the least distance of each particle from a plane in some motions, each after a
+    /// straight way of so many seconds.
     pub(crate) fn set_gaps(
         &mut self,
         level: Level,
@@ -170,9 +171,10 @@ impl<R: Real> Holds<R> {
         self.gaps[single(at)]
     }
 
-    /// The height of a hop that is none for a particle here, metres: never below rounding.
-    fn hop_at(&self, position: R::Vec3) -> R {
-        self.hop + rounding_at::<R>(position) * R::of(8.0)
+    /// The height of a hop that is none for coordinates up to an extent, metres: never below
+    /// rounding.
+    fn hop_within(&self, extent: R) -> R {
+        self.hop + extent * R::EPSILON * R::of(8.0)
     }
 
     /// The distance below which a particle is at an obstacle, metres.
@@ -243,16 +245,22 @@ impl<R: Real> Holds<R> {
         self.rows.clear();
         // Allocates in the first step alone.
         self.rows.reserve(model.particle_count());
+        // Most particles are further away than a hop is high anywhere in the world.
+        let far = self.hop_within(model.extent);
         for (particle, at) in model.slots.places().enumerate() {
-            let (w, (position, velocity)) = (model.inverse_mass_column[at], state.get(at));
-            let hop = self.hop_at(position);
-            let own =
-                || own.clone().any(|index| model.obstacles.get(index).gap(position, time) <= hop);
-            if w == R::ZERO || !(self.gap(at) <= hop || own()) {
+            let is_far = own.is_empty() && far < self.gap(at);
+            if is_far || model.inverse_mass_column[at] == R::ZERO {
+                continue;
+            }
+            let (position, velocity) = state.get(at);
+            let hop = self.hop_within(position.extent());
+            let is_at = |index| model.obstacles.get(index).gap(position, time) <= hop;
+            let is_near = self.gap(at) <= hop || own.clone().any(is_at);
+            if !is_near {
                 continue;
             }
             let force = vector::<R>(forces, at);
-            let pull = force * w;
+            let pull = force * model.inverse_mass_column[at];
             let hold = Hold {
                 particle,
                 at,

@@ -63,11 +63,11 @@ impl AddAssign for Work {
 /// size of the model per substep.
 ///
 /// The error of a substep is the root mean square over particles of √(|δx|² + h² |δv|²), δ being
-/// the difference between the results of order 5, which is kept, and 4. With obstacles h is replaced
-/// by the time in which the motion changes, where that is longer: a substep cut short would allow
-/// any error in v. Per particle the tolerance is at least 64 times the rounding of a coordinate as
-/// large as the size of the model or as its distance from the origin. Below that rounding looks
-/// like error, and the step would stall.
+/// the difference between the results of order 5, which is kept, and 4. With obstacles h is
+/// replaced by the time in which the motion changes, where that is longer: a substep cut short
+/// would allow any error in v. Per particle the tolerance is at least 64 times the rounding
+/// of a coordinate as large as the size of the model or as its distance from the origin. Below that
+/// rounding looks like error, and the step would stall.
 ///
 /// Where the tolerance cannot be reached, the state is left somewhere within the step, and the
 /// particle with the largest error is named.

@@ -199,9 +199,9 @@ fn squares<R: Real>(
     for axis in 0..3 {
         let from = record * RECORD + axis * LANES;
         let (mut moved, mut kicked) = ([R::ZERO; LANES], [R::ZERO; LANES]);
-        for stage in 0..STAGES {
-            let here: &[R; LANES] = slopes[stage][from..].first_chunk().expect("a record");
-            let (bend, slope) = (weights.bends[stage], weights.slopes[stage]);
+        let both = weights.bends.iter().zip(&weights.slopes);
+        for (column, (&bend, &slope)) in slopes.iter().zip(both) {
+            let here: &[R; LANES] = column[from..].first_chunk().expect("a record");
             for lane in 0..LANES {
                 moved[lane] += here[lane] * bend;
                 kicked[lane] += here[lane] * slope;
@@ -215,7 +215,7 @@ fn squares<R: Real>(
         }
     }
     for lane in 0..LANES {
-        squared[lane] = squared[lane] / far[lane];
+        squared[lane] /= far[lane];
     }
     squared
 }
@@ -257,9 +257,10 @@ impl<R: Real, const N: usize> Weights<R, N> {
         let slopes = slopes.map(|column| &column[..n]);
         for i in 0..n {
             let (mut moved, mut kicked) = (v[i] * self.time, R::ZERO);
-            for stage in 0..N {
-                moved += slopes[stage][i] * self.bends[stage];
-                kicked += slopes[stage][i] * self.slopes[stage];
+            let weights = self.bends.iter().zip(&self.slopes);
+            for (column, (&bend, &slope)) in slopes.iter().zip(weights) {
+                moved += column[i] * bend;
+                kicked += column[i] * slope;
             }
             to_x[i] = x[i] + moved;
             to_v[i] = v[i] + kicked;

@@ -27,8 +27,8 @@ impl<R: Real> Spot<R> {
         Spot { position, velocity: self.velocity, time: self.time + way }
     }
 
-    /// Whether it moves along the surface of an obstacle rather than into or off it; any speed up to
-    /// `slow` counts as along, metres per second. Not so behind an edge.
+    /// Whether it moves along the surface of an obstacle rather than into or off it, as it does
+    /// behind an edge; any speed up to `slow` counts as along, metres per second.
     pub(crate) fn is_along(&self, obstacle: &dyn Obstacle<R>, slow: R) -> bool {
         let &Spot { position, velocity, time } = self;
         let sliding = velocity - obstacle.velocity(position, time);
@@ -64,9 +64,9 @@ pub(crate) struct Touch<R: Real> {
 impl<R: Real> Touch<R> {
     /// An obstacle at a spot; only a plane is flat and at rest.
     ///
-    /// The speed away from the surface is n·(v − u), u being the surface's. Its derivative along the
-    /// straight path is a central difference, whose error, ε/δ + δ², is least about the cube root
-    /// of ε.
+    /// The speed away from the surface is n·(v − u), u being the surface's. Its derivative along
+    /// the straight path is a central difference, whose error, ε/δ + δ², is least about the cube
+    /// root of ε.
     pub(crate) fn new(model: &Model<R>, index: usize, spot: &Spot<R>) -> Self {
         if let Some(plane) = model.obstacles.planes.get(index) {
             let (normal, law) = (plane.normal, plane.law);
@@ -163,8 +163,8 @@ impl<R: Real> Touches<R> {
         Support { slope, pressures, least, grip, glued }
     }
 
-    /// The velocity of a particle that does not slide, metres per second: that of the first surface,
-    /// as far as the others let it.
+    /// The velocity of a particle that does not slide, metres per second: that of the first
+    /// surface, as far as the others let it.
     pub(crate) fn velocity(&self) -> R::Vec3 {
         let wanted = |touch: &Touch<R>| (touch.velocity.dot(touch.normal), touch.normal);
         self.fit(self.rows[0].velocity, Constraint::Bilateral, wanted).0
@@ -176,8 +176,8 @@ impl<R: Real> Touches<R> {
         self.fit(self.rows[0].acceleration, Constraint::Bilateral, wanted).0
     }
 
-    /// Changes a vector until its part along each normal is what is wanted, in a direction for each,
-    /// by the method of Gauss and Seidel; returns the changes as well.
+    /// Changes a vector until its part along each normal is what is wanted, in a direction for
+    /// each, by the method of Gauss and Seidel; returns the changes as well.
     fn fit(
         &self,
         mut vector: R::Vec3,
