@@ -406,6 +406,7 @@ impl<R: Real> Simulation<R> {
         other.renew_scratch();
         other.next_handle = self.next_handle;
         other.ledger = Ledger::of(self.dissipated());
+        other.ledger.give(self.given());
         (other.steps, other.epoch) = (self.steps, self.epoch);
         Ok(other)
     }

@@ -136,6 +136,7 @@ fn check_progress<R: Real>(
     check(0.0 < size && size.is_finite(), "size", at, size, "positive and finite")?;
     let dissipated = progress.ledger.dissipated(|| 0.0);
     check(dissipated.is_finite(), "energy taken away", at, dissipated, "finite")?;
+    check_not_negative::<f64>("energy given", at, progress.ledger.given())?;
     for (row, held) in progress.grabs.iter().enumerate() {
         let at = ("grab", row);
         check_index(at, "particle", held.particle, particles)?;
