@@ -37,17 +37,18 @@ compile_error!("msd-core needs a square root: enable the feature `std` (default)
 mod number;
 mod error;
 pub mod scene;
-mod system;
+mod columns;
 pub mod elements;
 pub mod obstacles;
-pub mod methods;
+mod system;
 pub mod stability;
+pub mod methods;
 pub mod energy;
 mod simulation;
 pub mod testing;
 
 pub use elements::grabs::Grab;
-pub use energy::{Energy, Ledger, Momentum, Witness};
+pub use energy::{Energy, Ledger, Momentum};
 pub use error::{Divergence, Error};
 pub use glam;
 pub use methods::{Integrator, Settings};
@@ -59,6 +60,6 @@ pub use scene::{
     Body, Corner, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle,
     Pin, Plane, Scene, Spring, Surface, World,
 };
-pub use simulation::{Effects, Held, Interaction, Progress, Select, Simulation};
+pub use simulation::{Effects, Held, Interaction, Progress, Select, Simulation, Witness};
 pub use system::hash::state_hash;
 pub use system::{Model, Snapshot, State};

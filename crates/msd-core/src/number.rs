@@ -10,7 +10,7 @@ use crate::obstacles::Obstacle;
 use crate::scene::Scene;
 use crate::simulation::Simulation;
 use crate::stability::Estimator;
-use crate::system::columns::LANES;
+use crate::columns::LANES;
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use fearless_simd::{Level, SimdFloatElement};

@@ -31,8 +31,8 @@
 use crate::elements::{Element, Motion, Products, Vectors, collected, column};
 use crate::number::Real;
 use crate::obstacles::Obstacle;
-use crate::system::columns::LANES;
-use crate::system::slots::{Block, Slots};
+use crate::columns::LANES;
+use crate::columns::slots::{Block, Slots};
 use crate::system::{Columns, State};
 use alloc::format;
 use alloc::string::String;

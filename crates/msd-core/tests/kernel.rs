@@ -32,7 +32,11 @@ impl<R: Real> Oracle<'_, R> {
         let Oracle { model, state, forces, .. } = self;
         let motion = State { positions: state.positions.clone(), velocities };
         let mut power = set_fields(model, &motion, forces);
-        power += plain::add_forces(model.springs(), &motion, forces);
+        power += plain::add_forces(
+            model.springs(),
+            [&motion.positions, &motion.velocities],
+            forces,
+        );
         for grab in model.grabs() {
             let particle = grab.particle as usize;
             forces[particle] +=

@@ -1,5 +1,7 @@
 //! How does a program run a scene whose precision is only known at run time?
 
+use msd_core::elements::Element;
+use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
     Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Real, Scene, Settings,
@@ -129,6 +131,19 @@ impl Runner {
     /// See [`Simulation::step`].
     pub fn step(&mut self) -> Result<(), Error> {
         on!(self, simulation => simulation.step())
+    }
+
+    /// Adds an element of the caller's own; returns its handle.
+    pub fn add_element(&mut self, element: impl Element<f32> + Element<f64> + 'static) -> usize {
+        on!(self, simulation => simulation.add_element(element))
+    }
+
+    /// Adds an obstacle of the caller's own; returns its handle.
+    pub fn add_obstacle(
+        &mut self,
+        obstacle: impl Obstacle<f32> + Obstacle<f64> + 'static,
+    ) -> usize {
+        on!(self, simulation => simulation.add_obstacle(obstacle))
     }
 
     /// Queues an interaction for the start of the next step.

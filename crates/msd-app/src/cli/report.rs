@@ -149,7 +149,7 @@ pub struct EnergyReport {
 
 impl From<Energy> for EnergyReport {
     fn from(energy: Energy) -> Self {
-        let Energy { kinetic, elastic, gravitational, dissipated } = energy;
+        let Energy { kinetic, elastic, gravitational, dissipated, .. } = energy;
         EnergyReport { kinetic, elastic, gravitational, dissipated, total: energy.total() }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Blocks, Element, Motion, Products, Vectors};
 use crate::number::{Real, Vector, at_level};
-use crate::system::columns::{Aligned, LANES, RECORD};
+use crate::columns::{Aligned, LANES, RECORD};
 use fearless_simd::Level;
 use glam::DVec3;
 

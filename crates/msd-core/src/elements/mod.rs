@@ -10,8 +10,8 @@ pub mod grabs;
 pub mod springs;
 
 use crate::number::{Real, Vector};
-use crate::system::columns::{self, Aligned, LANES, RECORD};
-use crate::system::slots::Slots;
+use crate::columns::{self, Aligned, LANES, RECORD};
+use crate::columns::slots::Slots;
 use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;

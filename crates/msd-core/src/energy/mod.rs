@@ -1,17 +1,14 @@
 //! Energy, momentum, and what can be measured of springs. All sums are in `f64`.
 //!
-//! [`Ledger`] counts what was taken away since the start, [`Witness`] watches whether a method adds
-//! energy.
+//! [`Ledger`] counts what was taken away since the start.
 
 mod ledger;
-mod witness;
 
 pub use ledger::Ledger;
-pub use witness::Witness;
 
 use crate::elements::springs::law::{self, Law};
 use crate::number::{Real, Vector};
-use crate::system::columns::{self, LANES, RECORD};
+use crate::columns::{self, LANES, RECORD};
 use crate::system::{Columns, Model};
 use core::ops::Range;
 use glam::DVec3;

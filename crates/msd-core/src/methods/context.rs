@@ -8,7 +8,7 @@ use crate::elements::springs::SpringWork;
 use crate::elements::{Motion, column};
 use crate::number::Real;
 use crate::obstacles::contact::Bodies;
-use crate::system::columns::Aligned;
+use crate::columns::Aligned;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec::Vec;

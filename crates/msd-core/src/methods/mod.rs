@@ -112,6 +112,12 @@ impl<R: Real> Method<R> for Integrator {
     }
 }
 
+impl From<Integrator> for Region {
+    fn from(integrator: Integrator) -> Self {
+        Method::<f64>::region(&integrator)
+    }
+}
+
 /// A method of a caller's own, for either precision.
 #[derive(Clone, Debug)]
 pub(crate) struct OwnMethod {

@@ -4,7 +4,7 @@ use super::StepContext;
 use crate::elements::column;
 use crate::number::{Real, Vector};
 use crate::system::Model;
-use crate::system::columns::{Aligned, set_vector, vector};
+use crate::columns::{Aligned, set_vector, vector};
 use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;

@@ -3,7 +3,7 @@
 use super::{Obstacle, PlaneColumn};
 use crate::number::{Real, Vector, at_level};
 use crate::scene::Friction;
-use crate::system::columns::{self, LANES, RECORD};
+use crate::columns::{self, LANES, RECORD};
 use fearless_simd::Level;
 
 /// How a surface gives back and slows what touches it.

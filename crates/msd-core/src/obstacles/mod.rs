@@ -11,7 +11,7 @@ pub use contact::{ContactLaw, Contacts};
 pub use plane::PlaneColumn;
 
 use crate::number::{Real, Vector};
-use crate::system::slots::Slots;
+use crate::columns::slots::Slots;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use contact::{Bodies, resolve_one_by_one, resolve_plane};

@@ -4,7 +4,7 @@ use super::Simulation;
 use crate::error::{Divergence, Error};
 use crate::number::{Real, Vector, at_level};
 use crate::stability::Estimator;
-use crate::system::columns::LANES;
+use crate::columns::LANES;
 use crate::system::{Columns, Model};
 use fearless_simd::Level;
 

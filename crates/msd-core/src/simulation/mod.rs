@@ -2,16 +2,18 @@
 //!
 //! `interaction.rs` is what a hand may do between two steps, `topology.rs` what may be added and
 //! removed, `progress.rs` what must be kept so that a run goes on to the bit, `guard.rs` how a run
-//! that diverges is stopped, and `readings.rs` what can be measured.
+//! that diverges is stopped, `readings.rs` what can be measured, and `witness.rs` the detector of drift.
 
 mod guard;
 pub(crate) mod interaction;
 mod progress;
 mod readings;
 mod topology;
+mod witness;
 
 pub use interaction::{Effects, Interaction, Select};
 pub use progress::{Held, Progress};
+pub use witness::Witness;
 
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;

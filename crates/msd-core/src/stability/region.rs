@@ -17,7 +17,6 @@
 //!
 //! Implicit methods and XPBD keep every oscillator bounded at any step.
 
-use crate::methods::{Integrator, Method};
 use crate::number::Real;
 
 /// More substeps of a step than this change a limit by less than a thousandth.
@@ -98,7 +97,7 @@ pub enum Region {
     /// It serves leapfrog and its relatives too, damped ones where the damper sees the velocity
     /// from before its kick.
     SymplecticEuler,
-    /// Of [`Integrator::VelocityVerlet`], with its prediction of the velocity that dampers see.
+    /// Of velocity Verlet, with its prediction of the velocity that dampers see.
     VelocityVerlet,
     /// Of methods under which no motion grows at any substep.
     Everything,
@@ -130,12 +129,6 @@ impl Region {
 
 /// Points of an arc at which stability is asked.
 const ARC: u32 = 64;
-
-impl From<Integrator> for Region {
-    fn from(integrator: Integrator) -> Self {
-        <Integrator as Method<f64>>::region(&integrator)
-    }
-}
 
 /// Whether one step of `substeps` substeps keeps the oscillator with W = h² w², Z = h c bounded.
 pub fn is_stable(region: impl Into<Region>, substeps: u32, w: f64, z: f64) -> bool {

@@ -1,7 +1,7 @@
 //! What a step reads.
 
-use super::columns::{Aligned, LANES, single};
-use super::slots::Slots;
+use crate::columns::slots::Slots;
+use crate::columns::{Aligned, LANES, single};
 use super::state::State;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};

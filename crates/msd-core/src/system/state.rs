@@ -1,7 +1,7 @@
 //! What a step advances: positions and velocities, as a caller holds them and as columns.
 
-use super::columns::{self, Aligned};
-use super::slots::Slots;
+use crate::columns::slots::Slots;
+use crate::columns::{self, Aligned};
 use crate::elements::{Motion, collected, column, spread};
 use crate::error::Error;
 use crate::number::{Real, Vector};

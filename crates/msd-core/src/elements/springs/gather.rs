@@ -4,7 +4,7 @@
 
 use super::layout::POINT;
 use crate::number::Real;
-use crate::system::columns::{LANES, RECORD};
+use crate::columns::{LANES, RECORD};
 use fearless_simd::Level;
 
 /// A record of positions and one of velocities.

@@ -1,7 +1,7 @@
 //! The order in which springs are evaluated: rows of sixteen, compiled once from who is joined to
 //! whom.
 //!
-//! In a block of segments (see [`crate::system::slots`]) a spring between particles i < j, d apart,
+//! In a block of segments (see [`crate::columns::slots`]) a spring between particles i < j, d apart,
 //! joins two records of the same lane, or, past the end of a segment, of neighbouring lanes. A *row*
 //! is up to sixteen springs of one d that start at one record, each evaluated once. A *step* is all
 //! rows that start at one record, the farthest first. The first steps of a block are its *halo*: the
@@ -15,8 +15,8 @@
 //! first, on what the fields have left there; then, on their own, those to higher numbers, the
 //! highest first; then what fits no row, the *extras*, in the order of their ends.
 
-use crate::system::columns::{LANES, RECORD};
-use crate::system::slots::{Block, Slots};
+use crate::columns::{LANES, RECORD};
+use crate::columns::slots::{Block, Slots};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::cmp::Reverse;

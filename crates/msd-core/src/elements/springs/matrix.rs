@@ -9,8 +9,8 @@ use super::sweep::{Pack, load, motion, store, values, zip};
 use super::{Springs, set_points};
 use crate::elements::Motion;
 use crate::number::{Real, Vector, at_level};
-use crate::system::columns::{Aligned, LANES, RECORD, set_vector, vector};
-use crate::system::slots::Slots;
+use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
+use crate::columns::slots::Slots;
 use alloc::vec::Vec;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask};
 

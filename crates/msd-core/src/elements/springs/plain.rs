@@ -3,19 +3,22 @@
 use super::Springs;
 use super::law::pull;
 use crate::number::{Real, Vector};
-use crate::system::state::State;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Adds the pull of every spring to `forces`, newtons, in scene order, and returns the power that
-/// their dampers take away, watts.
+/// Adds the pull of every spring to `forces`, newtons, and returns the power that their dampers take
+/// away, watts. All columns are in the order of the scene.
 ///
 /// A particle sums the springs to lower numbers, the lowest first, on what is in `forces`; then, on
 /// their own, those to higher numbers, the highest first; then the extras of the layout.
-pub fn add_forces<R: Real>(springs: &Springs<R>, state: &State<R>, forces: &mut [R::Vec3]) -> f64 {
+pub fn add_forces<R: Real>(
+    springs: &Springs<R>,
+    [positions, velocities]: [&[R::Vec3]; 2],
+    forces: &mut [R::Vec3],
+) -> f64 {
     let motion = |end: u32| {
         let end = end as usize;
-        [state.positions[end], state.velocities[end]]
+        [positions[end], velocities[end]]
     };
     let sorted = |spring: u32| {
         let [a, b] = springs.ends()[spring as usize];

@@ -3,7 +3,7 @@
 use super::gather::{GATHERED, gather_rows};
 use super::layout::{Band, Layout, POINT, Row};
 use crate::number::Real;
-use crate::system::columns::{LANES, RECORD};
+use crate::columns::{LANES, RECORD};
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 /// The register of sixteen or fewer numbers.

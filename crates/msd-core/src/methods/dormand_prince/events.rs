@@ -7,7 +7,7 @@ use super::tableau::{self, Row, STAGES, TIMES};
 use crate::number::{Real, Vector};
 use crate::obstacles::Obstacle;
 use crate::system::Model;
-use crate::system::columns::vector;
+use crate::columns::vector;
 use glam::DVec3;
 
 /// Finds the first event, as a fraction of the substep, up to a fraction of a hop in front of it.

@@ -15,8 +15,8 @@ mod tableau;
 
 use super::{StepContext, context};
 use crate::number::{Real, at_level};
-use crate::system::columns::LANES;
-use crate::system::slots::Slots;
+use crate::columns::LANES;
+use crate::columns::slots::Slots;
 use alloc::boxed::Box;
 use core::ops::AddAssign;
 use holds::{Holds, Met};

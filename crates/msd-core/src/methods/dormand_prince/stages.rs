@@ -4,8 +4,8 @@ use super::tableau::{self, BENDS, ERROR_BEND, ERROR_SLOPE, Row, SLOPES, STAGES, 
 use crate::elements::column;
 use crate::number::{Real, at_level};
 use crate::system::Columns;
-use crate::system::columns::{Aligned, LANES, RECORD};
-use crate::system::slots::Slots;
+use crate::columns::{Aligned, LANES, RECORD};
+use crate::columns::slots::Slots;
 use fearless_simd::Level;
 
 /// Roundings of a coordinate that are not told from an error.

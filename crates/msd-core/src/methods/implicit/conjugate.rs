@@ -3,7 +3,7 @@
 use crate::elements::column;
 use crate::number::{Real, at_level};
 use crate::system::Model;
-use crate::system::columns::{Aligned, LANES, RECORD};
+use crate::columns::{Aligned, LANES, RECORD};
 use fearless_simd::Level;
 
 /// When a solve is good enough.

@@ -38,7 +38,7 @@ use super::StepContext;
 use crate::elements::Motion;
 use crate::elements::springs::matrix::Stage;
 use crate::number::{Real, at_level};
-use crate::system::columns::{LANES, RECORD};
+use crate::columns::{LANES, RECORD};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use conjugate::{Goal, Solve};

@@ -15,7 +15,7 @@ use super::conjugate::Solve;
 use crate::number::{Real, Vector};
 use crate::obstacles::contact::resting_speed;
 use crate::obstacles::{ContactLaw, Obstacle};
-use crate::system::columns::{Aligned, set_vector, single, vector};
+use crate::columns::{Aligned, set_vector, single, vector};
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
 

@@ -4,7 +4,7 @@ use crate::elements::springs::matrix::{SpringMatrix, Stage};
 use crate::elements::{Block, Blocks, Products, column};
 use crate::number::{Real, Vector, at_level};
 use crate::system::Model;
-use crate::system::columns::{Aligned, LANES, RECORD, set_vector, vector};
+use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use alloc::vec::Vec;
 use glam::DVec3;
 

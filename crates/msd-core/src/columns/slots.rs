@@ -6,7 +6,7 @@
 //! to the record d further on, in the same lane. Those of another block follow each other in an
 //! order of its own, sixteen to a record.
 
-use super::columns::{LANES, RECORD};
+use super::{LANES, RECORD};
 use alloc::vec::Vec;
 use core::ops::Range;
 

@@ -4,6 +4,8 @@
 //! records one after the other, a flat slice that a pass walks from end to end; a column of numbers
 //! has sixteen of them for each record.
 
+pub mod slots;
+
 use crate::number::Real;
 use alloc::vec;
 use alloc::vec::Vec;
