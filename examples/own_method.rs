@@ -24,7 +24,7 @@ impl<R: Real> Method<R> for Ruth {
         for _ in 0..step.substeps() {
             let mut taken = 0.0;
             for [c, d] in STAGES {
-                taken += step.set_forces() * c * h.to_f64();
+                taken += step.set_forces(step.time()) * c * h.to_f64();
                 let Parts { positions, velocities, forces, inverse_masses, .. } = step.parts();
                 for i in 0..positions.len() {
                     velocities[i] += forces[i] * inverse_masses[i] * (h * R::of(c));

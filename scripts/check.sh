@@ -23,7 +23,7 @@ examples() {
     local out
     out=$(mktemp -d)
     cargo build --release --examples
-    for example in hello_spring own_force no_std_step; do
+    for example in hello_spring own_element own_obstacle own_method grow half_stiffer no_std_step; do
         "target/release/examples/$example" >"$out/$example.txt"
         [ -s "$out/$example.txt" ]
     done

@@ -159,7 +159,7 @@ fn the_world_is_set_as_a_whole() {
     let (gravity, planes) = on!(session.runner(), simulation => {
         let model = simulation.model();
         let law = |plane: usize| {
-            (model.planes()[plane].restitution.to_f64(), model.planes()[plane].friction)
+            (model.planes()[plane].restitution(), model.planes()[plane].friction())
         };
         (model.gravity().to_f64(), [law(0), law(1)])
     });

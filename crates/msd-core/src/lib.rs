@@ -19,9 +19,23 @@
 //! # }
 //! ```
 //!
+//! # Elements, obstacles, methods
+//! Three traits carry the crate, and each may be implemented outside it: an
+//! [`Element`](elements::Element) pulls (springs, gravity and grabs are elements), an
+//! [`Obstacle`](obstacles::Obstacle) stops (planes are obstacles), and a
+//! [`Method`](methods::Method) advances (the [`Integrator`]s are methods). Give yours to a
+//! simulation by [`Simulation::add_element`], [`Simulation::add_obstacle`] and
+//! [`Simulation::set_method`]: energy, the [`Witness`] of drift and the predicted stable step see
+//! them. [`testing`] checks their mathematics.
+//!
+//! Particles, springs and bodies keep their numbers for good, whatever is cut, removed or added
+//! while a simulation runs. The same scene has the same bits in every build and with all
+//! [`Instructions`].
+//!
 //! # Features
-//! `std` (default) or `libm` for the square root, `serde` for rows, interactions and progress. The
-//! crate knows no clock, window, file, thread or random source. SI units everywhere, y up, radians.
+//! `std` (default) or `libm` for the square root; `serde` for rows, interactions and progress;
+//! `parallel` for large bodies, cut into parts that are evaluated in parallel, with the same bits.
+//! The crate knows no clock, window, file or random source. SI units everywhere, y up, radians.
 #![no_std]
 #![deny(unsafe_code)]
 
@@ -32,7 +46,7 @@ extern crate std;
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!("msd-core needs a square root: enable the feature `std` (default) or `libm`");
 
-// In reading order: a file imports only from files above it, but for the two lines in `number` that
+// In reading order: a file imports only from files above it, but for the hooks in `number` that
 // have the loops compiled here (`tests/tidy.rs`).
 mod number;
 mod error;
@@ -54,11 +68,11 @@ pub use glam;
 pub use methods::{Integrator, Settings};
 pub use number::{Instructions, Real, Vector};
 pub use obstacles::PlaneColumn;
-pub use scene::shape;
 pub use scene::lattice;
+pub use scene::shape;
 pub use scene::{
-    Body, Corner, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle,
-    Pin, Plane, Scene, Spring, Surface, World,
+    Body, Corner, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part,
+    Particle, Pin, Plane, Scene, Spring, Surface, World,
 };
 pub use simulation::{Effects, Held, Interaction, Progress, Select, Simulation, Witness};
 pub use system::hash::state_hash;

@@ -1,6 +1,7 @@
 //! The numbers of a simulation: `f32` or `f64` behind one sealed trait, and the instructions that
 //! compute with sixteen of them at a time.
 
+use crate::columns::LANES;
 use crate::elements::Element;
 use crate::elements::springs::gather::{GATHERED, gather_double, gather_single};
 use crate::energy::Energy;
@@ -10,7 +11,6 @@ use crate::obstacles::Obstacle;
 use crate::scene::Scene;
 use crate::simulation::Simulation;
 use crate::stability::Estimator;
-use crate::columns::LANES;
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 use fearless_simd::{Level, SimdFloatElement};
@@ -91,12 +91,7 @@ pub trait Real:
     fn measure(simulation: &Simulation<Self>) -> (Energy, f64);
     /// Points as columns, see `elements::springs::gather`.
     #[doc(hidden)]
-    fn gather(
-        level: Level,
-        points: &[Self],
-        others: &[u32; LANES],
-        columns: &mut [Self; GATHERED],
-    );
+    fn gather(level: Level, points: &[Self], others: &[u32; LANES], columns: &mut [Self; GATHERED]);
     /// One of two elements: that for this scalar.
     #[doc(hidden)]
     fn choose_element<'a>(
@@ -109,9 +104,7 @@ pub trait Real:
     ) -> &'a dyn Obstacle<Self>;
     /// One of two methods: that for this scalar.
     #[doc(hidden)]
-    fn choose_method<'a>(
-        both: (&'a dyn Method<f32>, &'a dyn Method<f64>),
-    ) -> &'a dyn Method<Self>;
+    fn choose_method<'a>(both: (&'a dyn Method<f32>, &'a dyn Method<f64>)) -> &'a dyn Method<Self>;
     /// The smaller of two numbers.
     fn min(self, other: Self) -> Self {
         if other < self { other } else { self }

@@ -28,11 +28,11 @@
 //! testing::check_products(&Bowl, &state).unwrap();
 //! ```
 
+use crate::columns::LANES;
+use crate::columns::slots::{Block, Slots};
 use crate::elements::{Element, Motion, Products, Vectors, collected, column};
 use crate::number::Real;
 use crate::obstacles::Obstacle;
-use crate::columns::LANES;
-use crate::columns::slots::{Block, Slots};
 use crate::system::{Columns, State};
 use alloc::format;
 use alloc::string::String;

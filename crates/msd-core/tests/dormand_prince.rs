@@ -3,11 +3,11 @@
 mod common;
 
 use common::{distance, tumbling_block, two_masses};
-use msd_core::glam::{DMat3, DVec3};
 use msd_core::elements::{Element, Motion, Vectors};
+use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
-    Error, Friction, Integrator, Material, Particle, Pin, Plane, Real, Scene,
-    Settings, Simulation, State, Vector, shape,
+    Error, Friction, Integrator, Material, Particle, Pin, Plane, Real, Scene, Settings, Simulation,
+    State, Vector, shape,
 };
 
 const G: f64 = 9.82;

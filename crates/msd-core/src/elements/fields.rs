@@ -1,8 +1,8 @@
 //! Fields: gravity, a uniform force and the drag of the air.
 
 use super::{Blocks, Element, Motion, Products, Vectors};
-use crate::number::{Real, Vector, at_level};
 use crate::columns::{Aligned, LANES, RECORD};
+use crate::number::{Real, Vector, at_level};
 use fearless_simd::Level;
 use glam::DVec3;
 

@@ -9,9 +9,9 @@ pub mod fields;
 pub mod grabs;
 pub mod springs;
 
-use crate::number::{Real, Vector};
-use crate::columns::{self, Aligned, LANES, RECORD};
 use crate::columns::slots::Slots;
+use crate::columns::{self, Aligned, LANES, RECORD};
+use crate::number::{Real, Vector};
 use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -199,12 +199,14 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
     if longest == 0.0 {
         return;
     }
-    let size = |column: &[R]| column.iter().map(|x| x.abs().to_f64()).fold(1e-3, f64::max);
+    let size =
+        |column: &[R], least: f64| column.iter().map(|x| x.abs().to_f64()).fold(least, f64::max);
     // The error of a central difference, ε/δ + δ², is least about the cube root of ε.
     let epsilon = if R::EPSILON.to_f64() < 1e-10 { 1e-5 } else { 4e-3 };
     let mut changed = motion.positions.to_vec();
     let mut difference = |column: &[R], is_position: bool, to: &mut [DVec3]| {
-        let reach = epsilon * size(column) / longest;
+        // What is at rest has no speed to compare with: a metre per second.
+        let reach = epsilon * size(column, if is_position { 1e-3 } else { 1.0 }) / longest;
         let mut sides = [1.0, -1.0].map(|side| {
             changed.copy_from_slice(column);
             for (at, d) in motion.slots.places().zip(direction) {
@@ -223,7 +225,8 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
         });
         let [ahead, back] = &mut sides;
         for (at, to) in motion.slots.places().zip(to) {
-            let apart = columns::vector::<R>(ahead, at).to_f64() - columns::vector::<R>(back, at).to_f64();
+            let apart =
+                columns::vector::<R>(ahead, at).to_f64() - columns::vector::<R>(back, at).to_f64();
             *to -= apart / (2.0 * reach);
         }
     };

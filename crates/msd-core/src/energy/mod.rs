@@ -6,9 +6,9 @@ mod ledger;
 
 pub use ledger::Ledger;
 
+use crate::columns::{self, LANES, RECORD};
 use crate::elements::springs::law::{self, Law};
 use crate::number::{Real, Vector};
-use crate::columns::{self, LANES, RECORD};
 use crate::system::{Columns, Model};
 use core::ops::Range;
 use glam::DVec3;

@@ -4,11 +4,11 @@ use super::Settings;
 use super::dormand_prince;
 use super::implicit;
 use super::xpbd;
+use crate::columns::Aligned;
 use crate::elements::springs::SpringWork;
 use crate::elements::{Motion, column};
 use crate::number::Real;
 use crate::obstacles::contact::Bodies;
-use crate::columns::Aligned;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -125,15 +125,9 @@ impl<'a, R: Real> StepContext<'a, R> {
         }
     }
 
-    /// Evaluates all forces at the present state and the start of the substep; returns the power
-    /// taken away, watts.
-    pub fn set_forces(&mut self) -> f64 {
-        self.set_forces_at(self.time())
-    }
-
     /// Evaluates all forces at the present state and a time, seconds; returns the power taken away,
     /// watts.
-    pub fn set_forces_at(&mut self, time: f64) -> f64 {
+    pub fn set_forces(&mut self, time: f64) -> f64 {
         let Scratch { forces, springs, .. } = &mut *self.scratch;
         let motion = self.state.motion(&self.model.slots, time);
         self.model.set_forces(self.level, &motion, springs, forces)

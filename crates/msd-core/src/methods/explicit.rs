@@ -14,7 +14,7 @@ use crate::number::{Real, at_level};
 pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
-        let (power, level) = (step.set_forces(), step.level);
+        let (power, level) = (step.set_forces(step.time()), step.level);
         let parts = step.parts();
         at_level!(level, _simd => drift_kick(parts, h));
         step.finish_substep(power * h.to_f64());
@@ -36,7 +36,7 @@ fn drift_kick<R: Real>(parts: Parts<'_, R>, h: R) {
 pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
-        let (power, level) = (step.set_forces(), step.level);
+        let (power, level) = (step.set_forces(step.time()), step.level);
         let parts = step.parts();
         at_level!(level, _simd => kick_drift(parts, h));
         step.finish_substep(power * h.to_f64());
@@ -70,7 +70,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
     let is_damped = step.model.is_damped_at_all();
     if !step.scratch.warm {
-        step.scratch.power = step.set_forces();
+        step.scratch.power = step.set_forces(step.time());
         let parts = step.parts();
         at_level!(level, _simd => set_accelerations(parts));
     }
@@ -82,7 +82,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
             step.set_forces_predicted(PREDICTED)
         } else {
             at_level!(level, _simd => half_kick_drift(parts, h));
-            step.set_forces_at(step.time() + step.settings.substep())
+            step.set_forces(step.time() + step.settings.substep())
         };
         step.scratch.power = power;
         let parts = step.parts();
@@ -161,14 +161,14 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         let mut energy = 0.0;
         let stages = [(R::ONE, half, 0.0), (two, half, 0.5), (two, h, 0.5)];
         for (stage, (weight, reach, at)) in stages.into_iter().enumerate() {
-            energy += weight.to_f64() * step.set_forces_at(time + at * length);
+            energy += weight.to_f64() * step.set_forces(time + at * length);
             if stage == 0 {
                 start(step.parts());
             }
             let parts = step.parts();
             at_level!(level, _simd => next_stage(parts, weight, reach));
         }
-        energy += step.set_forces_at(time + length);
+        energy += step.set_forces(time + length);
         let parts = step.parts();
         at_level!(level, _simd => last_stage(parts, sixth));
         step.finish_substep(energy * sixth.to_f64());

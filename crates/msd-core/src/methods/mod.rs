@@ -52,7 +52,7 @@ use core::fmt::Debug;
 ///     fn advance(&self, step: &mut StepContext<'_, R>) {
 ///         let h = step.substep();
 ///         for _ in 0..step.substeps() {
-///             let power = step.set_forces();
+///             let power = step.set_forces(step.time());
 ///             let Parts { positions, velocities, forces, inverse_masses, .. } = step.parts();
 ///             for i in 0..positions.len() {
 ///                 velocities[i] += forces[i] * inverse_masses[i] * h;

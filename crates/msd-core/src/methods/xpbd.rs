@@ -1,10 +1,10 @@
 //! XPBD: springs as compliant constraints, projected one by one.
 
 use super::StepContext;
+use crate::columns::{Aligned, set_vector, vector};
 use crate::elements::column;
 use crate::number::{Real, Vector};
 use crate::system::Model;
-use crate::columns::{Aligned, set_vector, vector};
 use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;

@@ -1,9 +1,9 @@
 //! The law of contact: where a particle inside an obstacle goes, and with which velocity.
 
 use super::{Obstacle, PlaneColumn};
+use crate::columns::{self, LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use crate::scene::Friction;
-use crate::columns::{self, LANES, RECORD};
 use fearless_simd::Level;
 
 /// How a surface gives back and slows what touches it.
@@ -24,11 +24,7 @@ impl<R: Real> ContactLaw<R> {
             Friction::Coulomb(factor) => (factor, 0.0),
             Friction::TangentialLoss(loss) => (0.0, loss),
         };
-        ContactLaw {
-            restitution: R::of(restitution),
-            friction: R::of(friction),
-            loss: R::of(loss),
-        }
+        ContactLaw { restitution: R::of(restitution), friction: R::of(friction), loss: R::of(loss) }
     }
 
     /// The friction as a person writes it.

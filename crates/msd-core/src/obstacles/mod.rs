@@ -10,8 +10,8 @@ mod plane;
 pub use contact::{ContactLaw, Contacts};
 pub use plane::PlaneColumn;
 
-use crate::number::{Real, Vector};
 use crate::columns::slots::Slots;
+use crate::number::{Real, Vector};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use contact::{Bodies, resolve_one_by_one, resolve_plane};

@@ -2,8 +2,8 @@
 //!
 //! Everything here is a closed form: nothing is searched and nothing is stored per spring.
 
-use crate::scene::check::{MAX_PARTICLES, MAX_SPRINGS, check};
 use crate::error::Error;
+use crate::scene::check::{MAX_PARTICLES, MAX_SPRINGS, check};
 use crate::scene::surface::Corner;
 
 /// Steps from a particle to its neighbour as (row, column, stack), ordered by length: 3 axes,

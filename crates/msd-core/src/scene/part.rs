@@ -1,7 +1,7 @@
 //! Parts: bodies before they join a scene, as rows that count from zero.
 
-use crate::scene::{Body, Particle, Scene, Spring};
 use crate::scene::surface::Surface;
+use crate::scene::{Body, Particle, Scene, Spring};
 use alloc::string::String;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};

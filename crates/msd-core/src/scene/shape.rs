@@ -1,11 +1,11 @@
 //! Ropes, cloths and blocks, all of them lattices.
 
-use crate::scene::check::{check, is_finite};
 use crate::error::Error;
+use crate::scene::check::{check, is_finite};
 use crate::scene::lattice::{Lattice, Neighbours};
 use crate::scene::part::{Material, Part};
-use crate::scene::{Particle, Scene, Spring};
 use crate::scene::surface::Surface;
+use crate::scene::{Particle, Scene, Spring};
 use glam::DVec3;
 
 /// Makes a straight rope of `count` particles along x, centred at the origin.

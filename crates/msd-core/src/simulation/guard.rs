@@ -1,10 +1,10 @@
 //! The guard: whether a run has left the world, where, and at what step it would not have.
 
 use super::Simulation;
+use crate::columns::LANES;
 use crate::error::{Divergence, Error};
 use crate::number::{Real, Vector, at_level};
 use crate::stability::Estimator;
-use crate::columns::LANES;
 use crate::system::{Columns, Model};
 use fearless_simd::Level;
 

@@ -277,7 +277,8 @@ impl<R: Real> Simulation<R> {
     /// older state may be from before it was pinned.
     fn put_state(&mut self, state: &State<R>) {
         let rows = state.positions.iter().zip(&state.velocities);
-        for (particle, (at, (&position, &velocity))) in self.model.slots.places().zip(rows).enumerate()
+        for (particle, (at, (&position, &velocity))) in
+            self.model.slots.places().zip(rows).enumerate()
         {
             let (_, now) = self.state.get(at);
             let pinned = self.model.is_pinned(particle);

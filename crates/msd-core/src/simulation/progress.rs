@@ -97,7 +97,9 @@ impl<R: Real> Simulation<R> {
     pub fn resume(scene: &Scene, progress: &Progress) -> Result<Self, Error> {
         let (mut model, state) = Model::<R>::new(scene)?;
         check_progress::<R>(progress, [model.particle_count(), model.ends().len()])?;
-        for (row, (column, plane)) in model.obstacles.planes.iter_mut().zip(&scene.planes).enumerate() {
+        for (row, (column, plane)) in
+            model.obstacles.planes.iter_mut().zip(&scene.planes).enumerate()
+        {
             // A normal of length one up to rounding in single precision is kept as it is:
             // brought to that length once more it would change in the last bit.
             let squared = Vector::dot(plane.normal, plane.normal);

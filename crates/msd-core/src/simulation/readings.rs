@@ -1,13 +1,13 @@
 //! What can be measured of a simulation.
 
 use super::Simulation;
+use crate::columns;
 use crate::elements::springs::SpringWork;
 use crate::elements::{collected, column};
 use crate::energy::{self, Energy, Momentum};
 use crate::methods::{Integrator, Method};
 use crate::number::{Real, Vector};
 use crate::stability::{self, Estimator, Mode};
-use crate::columns;
 use crate::system::{Columns, Snapshot, State};
 use alloc::vec::Vec;
 use core::ops::Range;

@@ -18,7 +18,7 @@ impl<R: Real> Simulation<R> {
     /// A number out of its domain; nothing is added then.
     pub fn add_particle(&mut self, particle: Particle) -> Result<usize, Error> {
         let number = self.model.particle_count();
-        self.add_rows(&[particle], &[])?;
+        self.add_rows(&[particle], &[], None)?;
         Ok(number)
     }
 
@@ -28,7 +28,7 @@ impl<R: Real> Simulation<R> {
     /// An end that names nothing or a number out of its domain; nothing is added then.
     pub fn add_spring(&mut self, spring: Spring) -> Result<usize, Error> {
         let number = self.model.ends().len();
-        self.add_rows(&[], &[spring])?;
+        self.add_rows(&[], &[spring], None)?;
         Ok(number)
     }
 
@@ -40,15 +40,15 @@ impl<R: Real> Simulation<R> {
         let (particles, springs) = (self.model.particle_count(), self.model.ends().len());
         // Counted on from what is there, by the same function that builds scenes.
         let mut scene = Scene::default();
-        let blank = Particle { position: Default::default(), velocity: Default::default(), mass: 1.0 };
+        let blank =
+            Particle { position: Default::default(), velocity: Default::default(), mass: 1.0 };
         scene.particles.resize(particles, blank);
         scene.add(name, part);
-        self.add_rows(&scene.particles[particles..], &scene.springs)?;
-        let body = scene.bodies.pop().map(|body| Body {
-            springs: springs..springs + scene.springs.len(),
-            ..body
-        });
-        self.model.bodies.extend(body);
+        let body = scene
+            .bodies
+            .pop()
+            .map(|body| Body { springs: springs..springs + scene.springs.len(), ..body });
+        self.add_rows(&scene.particles[particles..], &scene.springs, body)?;
         Ok(self.model.bodies.len() - 1)
     }
 
@@ -113,7 +113,12 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Adds rows, and puts all springs in order anew.
-    fn add_rows(&mut self, particles: &[Particle], springs: &[Spring]) -> Result<(), Error> {
+    fn add_rows(
+        &mut self,
+        particles: &[Particle],
+        springs: &[Spring],
+        body: Option<Body>,
+    ) -> Result<(), Error> {
         let count = self.model.particle_count() + particles.len();
         for (row, particle) in particles.iter().enumerate() {
             let row = self.model.particle_count() + row;
@@ -131,6 +136,8 @@ impl<R: Real> Simulation<R> {
             state.positions.push(R::Vec3::of(particle.position));
             state.velocities.push(R::Vec3::of(particle.velocity));
         }
+        // Before the springs are put in order: a body has a block of its own.
+        self.model.bodies.extend(body);
         self.order_anew(springs, &state);
         Ok(())
     }

@@ -20,9 +20,9 @@
 //! What it does not see: energy added more slowly than dampers take it away, and none
 //! before the second window.
 
+use super::Simulation;
 use crate::energy::Energy;
 use crate::number::Real;
-use super::Simulation;
 
 /// Samples in a window.
 const WINDOW: u32 = 16;

@@ -1,8 +1,8 @@
 //! What a step reads.
 
+use super::state::State;
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single};
-use super::state::State;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::{SpringWork, Springs};

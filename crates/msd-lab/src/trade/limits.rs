@@ -11,8 +11,8 @@
 //! make it grow, if slowly, at any step. The prediction, which looks at the fastest motions, need
 //! not know them.
 
-use msd_core::glam::DVec3;
 use msd_core::elements::{Element, Motion, Vectors};
+use msd_core::glam::DVec3;
 use msd_core::methods::Method;
 use msd_core::{Error, Integrator, Real, Scene, Settings, Simulation, State, Vector};
 use serde::{Deserialize, Serialize};

@@ -223,7 +223,7 @@ impl<R: Real> Method<R> for Rk1331 {
             let mut taken = 0.0;
             let stages = [(1.0, half), (3.0, half), (3.0, h), (1.0, R::ZERO)];
             for (stage, (weight, reach)) in stages.into_iter().enumerate() {
-                taken += step.set_forces() * weight * h.to_f64() / 8.0;
+                taken += step.set_forces(step.time()) * weight * h.to_f64() / 8.0;
                 let Parts { positions: x, velocities: v, forces, inverse_masses, work } =
                     step.parts();
                 let [x0, v0, sx, sv] = work else { return };

@@ -3,8 +3,8 @@
 #![allow(unsafe_code)]
 
 use super::layout::POINT;
-use crate::number::Real;
 use crate::columns::{LANES, RECORD};
+use crate::number::Real;
 use fearless_simd::Level;
 
 /// A record of positions and one of velocities.

@@ -21,11 +21,7 @@ pub struct Law<R> {
 /// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.
 /// Each argument is a position and a velocity. The fast twin is [`super::sweep`].
 #[inline(always)]
-pub fn pull<R: Real>(
-    here: [R::Vec3; 2],
-    there: [R::Vec3; 2],
-    law: Law<R>,
-) -> Option<(R::Vec3, R)> {
+pub fn pull<R: Real>(here: [R::Vec3; 2], there: [R::Vec3; 2], law: Law<R>) -> Option<(R::Vec3, R)> {
     let (d, u) = (here[0] - there[0], here[1] - there[1]);
     let square = d.dot(d);
     // Written so that a NaN pulls nothing, as in the twin.

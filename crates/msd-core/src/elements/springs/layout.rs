@@ -15,8 +15,8 @@
 //! first, on what the fields have left there; then, on their own, those to higher numbers, the
 //! highest first; then what fits no row, the *extras*, in the order of their ends.
 
-use crate::columns::{LANES, RECORD};
 use crate::columns::slots::{Block, Slots};
+use crate::columns::{LANES, RECORD};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
@@ -255,7 +255,12 @@ impl Layout {
                     let [second, first] = places.map(|places| &mut places[spring as usize]);
                     *(if particle < other { first } else { second }) = (row * LANES + lane) as u32;
                 }
-                self.rows.push(Row { other: self.others.len() as u32, mask, higher, values: [0; 3] });
+                self.rows.push(Row {
+                    other: self.others.len() as u32,
+                    mask,
+                    higher,
+                    values: [0; 3],
+                });
                 self.others.push(others);
             }
             let at = ((1 + record) * RECORD) as u32;

@@ -7,10 +7,10 @@ use super::gather::{GATHERED, gather_rows};
 use super::layout::{Band, Layout, POINT, Row};
 use super::sweep::{Pack, load, motion, store, values, zip};
 use super::{Springs, set_points};
+use crate::columns::slots::Slots;
+use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use crate::elements::Motion;
 use crate::number::{Real, Vector, at_level};
-use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
-use crate::columns::slots::Slots;
 use alloc::vec::Vec;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask};
 
@@ -90,7 +90,8 @@ impl<R: Real> SpringMatrix<R> {
         }
         let SpringMatrix { rows, extras, ahead, points, gathered } = self;
         let mut sweep = Linearise { positions, velocities, points, table: values, tau, rows };
-        let mut sums = Sums { columns: blocks, ahead: ahead.each_mut().map(|a| &mut **a), gathered };
+        let mut sums =
+            Sums { columns: blocks, ahead: ahead.each_mut().map(|a| &mut **a), gathered };
         at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
         extras.clear();
         let [upper, lower] = sums.columns;

@@ -11,11 +11,11 @@ pub(crate) mod matrix;
 pub mod plain;
 mod sweep;
 
+use crate::columns::slots::Slots;
+use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use crate::elements::{Element, Motion, Products, Vectors};
 use crate::number::{Real, Vector, at_level};
 use crate::scene::Spring;
-use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
-use crate::columns::slots::Slots;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -142,12 +142,7 @@ impl<R: Real> Springs<R> {
     }
 
     /// Adds springs and orders all of them anew, as in [`Springs::new`].
-    pub(crate) fn add(
-        &mut self,
-        count: usize,
-        rows: &[Spring],
-        bodies: &[Range<usize>],
-    ) -> Slots {
+    pub(crate) fn add(&mut self, count: usize, rows: &[Spring], bodies: &[Range<usize>]) -> Slots {
         let mut stiffnesses: Vec<R> = self.columns(|law| law.stiffness);
         let mut dampings: Vec<R> = self.columns(|law| law.damping);
         for spring in rows {

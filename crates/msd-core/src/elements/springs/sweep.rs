@@ -2,8 +2,8 @@
 
 use super::gather::{GATHERED, gather_rows};
 use super::layout::{Band, Layout, POINT, Row};
-use crate::number::Real;
 use crate::columns::{LANES, RECORD};
+use crate::number::Real;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 /// The register of sixteen or fewer numbers.
@@ -220,8 +220,8 @@ pub(crate) fn pull<S: Simd, V: SimdFloat<S, Element = R>, R: Real, const DAMPED:
     let length = square.sqrt();
     let inverse = V::splat(simd, R::ONE) / length;
     let tension = (length - rest) * stiffness * inverse;
-    let on = square.simd_ge(V::splat(simd, R::SHORTEST_SQUARED))
-        & V::Mask::from_bitmask(simd, mask);
+    let on =
+        square.simd_ge(V::splat(simd, R::SHORTEST_SQUARED)) & V::Mask::from_bitmask(simd, mask);
     let (scale, power) = if DAMPED {
         let u = zip(v, v_there, |a, b| a - b);
         let along = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];

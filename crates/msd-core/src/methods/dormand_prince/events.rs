@@ -4,10 +4,10 @@ use super::holds::{Along, Hold, Holds};
 use super::stages::Stages;
 use super::support::{Spot, Touches};
 use super::tableau::{self, Row, STAGES, TIMES};
+use crate::columns::vector;
 use crate::number::{Real, Vector};
 use crate::obstacles::Obstacle;
 use crate::system::Model;
-use crate::columns::vector;
 use glam::DVec3;
 
 /// Finds the first event, as a fraction of the substep, up to a fraction of a hop in front of it.

@@ -14,11 +14,11 @@
 use super::meeting::Meeting;
 use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touches};
 use super::tableau::STAGES;
+use crate::columns::slots::Slots;
+use crate::columns::{Aligned, LANES, RECORD, set_vector, single, vector};
 use crate::elements::Motion;
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::PlaneColumn;
-use crate::columns::{Aligned, LANES, RECORD, set_vector, single, vector};
-use crate::columns::slots::Slots;
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
 use fearless_simd::Level;

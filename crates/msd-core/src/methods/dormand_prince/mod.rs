@@ -14,9 +14,9 @@ mod support;
 mod tableau;
 
 use super::{StepContext, context};
-use crate::number::{Real, at_level};
 use crate::columns::LANES;
 use crate::columns::slots::Slots;
+use crate::number::{Real, at_level};
 use alloc::boxed::Box;
 use core::ops::AddAssign;
 use holds::{Holds, Met};
@@ -252,7 +252,7 @@ impl<R: Real> Scratch<R> {
 
     /// Evaluates the forces at the state.
     fn evaluate(&mut self, step: &mut StepContext<'_, R>, time: f64) {
-        self.power = step.set_forces_at(time);
+        self.power = step.set_forces(time);
         self.work.evaluations += 1;
     }
 

@@ -1,11 +1,11 @@
 //! One substep: the states at its stages, its error and its interpolant.
 
 use super::tableau::{self, BENDS, ERROR_BEND, ERROR_SLOPE, Row, SLOPES, STAGES, TIMES};
+use crate::columns::slots::Slots;
+use crate::columns::{Aligned, LANES, RECORD};
 use crate::elements::column;
 use crate::number::{Real, at_level};
 use crate::system::Columns;
-use crate::columns::{Aligned, LANES, RECORD};
-use crate::columns::slots::Slots;
 use fearless_simd::Level;
 
 /// Roundings of a coordinate that are not told from an error.

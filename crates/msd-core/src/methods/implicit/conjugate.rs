@@ -1,9 +1,9 @@
 //! Preconditioned conjugate gradients: the change of velocity that cancels a residual.
 
+use crate::columns::{Aligned, LANES, RECORD};
 use crate::elements::column;
 use crate::number::{Real, at_level};
 use crate::system::Model;
-use crate::columns::{Aligned, LANES, RECORD};
 use fearless_simd::Level;
 
 /// When a solve is good enough.
@@ -67,7 +67,8 @@ impl<R: Real> Solve<R> {
         first: Option<f64>,
         mut multiply: impl FnMut(&[R], &mut [R]),
     ) -> f64 {
-        let Solve { residuals, changes, preconditioner, directions, products, steered, most } = self;
+        let Solve { residuals, changes, preconditioner, directions, products, steered, most } =
+            self;
         let [upper, lower] = &*preconditioner;
         directions.fill(R::ZERO);
         let mut left = at_level!(level, _simd => steer::<R>(residuals, upper, lower, steered));

@@ -35,10 +35,10 @@ mod resting;
 mod tangent;
 
 use super::StepContext;
+use crate::columns::{LANES, RECORD};
 use crate::elements::Motion;
 use crate::elements::springs::matrix::Stage;
 use crate::number::{Real, at_level};
-use crate::columns::{LANES, RECORD};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use conjugate::{Goal, Solve};

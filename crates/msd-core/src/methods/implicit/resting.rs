@@ -12,10 +12,10 @@
 //! the momentum of one particle with the weight of all above it, and hold a stiff block too well.
 
 use super::conjugate::Solve;
+use crate::columns::{Aligned, set_vector, single, vector};
 use crate::number::{Real, Vector};
 use crate::obstacles::contact::resting_speed;
 use crate::obstacles::{ContactLaw, Obstacle};
-use crate::columns::{Aligned, set_vector, single, vector};
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
 

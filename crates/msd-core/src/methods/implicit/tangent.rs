@@ -1,10 +1,10 @@
 //! The matrix of an implicit stage, A = M − τ ∂f/∂v − τ² ∂f/∂x, and the inverses of its blocks.
 
+use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use crate::elements::springs::matrix::{SpringMatrix, Stage};
 use crate::elements::{Block, Blocks, Products, column};
 use crate::number::{Real, Vector, at_level};
 use crate::system::Model;
-use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use alloc::vec::Vec;
 use glam::DVec3;
 

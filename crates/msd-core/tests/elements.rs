@@ -1,0 +1,292 @@
+//! Elements and obstacles, the built-in ones and others, pass the checks that a caller can make of
+//! their own.
+
+mod common;
+
+use common::{Random, random_scene, two_masses};
+use msd_core::elements::springs::Springs;
+use msd_core::elements::{Element, Motion, Vectors};
+use msd_core::glam::DVec3;
+use msd_core::obstacles::Obstacle;
+use msd_core::{
+    Integrator, Interaction, Real, Scene, Settings, Simulation, State, Vector, testing,
+};
+use proptest::prelude::*;
+
+/// Springs to the origin of 3 N/m, with a damper of 0.2 N s/m.
+#[derive(Debug)]
+struct Bowl;
+
+impl<R: Real> Element<R> for Bowl {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        let mut power = 0.0;
+        for particle in 0..motion.particle_count() {
+            let (x, v) = (motion.position(particle), motion.velocity(particle));
+            forces.add(particle, x * R::of(-3.0) - v * R::of(0.2));
+            power += 0.2 * v.to_f64().length_squared();
+        }
+        power
+    }
+
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        motion.positions().map(|x| 1.5 * x.to_f64().length_squared()).sum()
+    }
+}
+
+/// The springs alone of a scene, and its state.
+fn springs(scene: &Scene) -> (Springs<f64>, State<f64>) {
+    // One body and few particles, as the checks have it: the springs fit the slots of the checks.
+    let simulation = Simulation::<f64>::new(scene, Settings::default()).expect("a valid scene");
+    (simulation.model().springs().clone(), simulation.state())
+}
+
+/// A scene whose springs are those of a lattice, stretched at random.
+fn shaken(seed: u64) -> Scene {
+    let material = msd_core::Material { mass: 1.0, stiffness: 20.0, damping: 0.7 };
+    let part = msd_core::shape::block([3, 4, 2], 1.0, material).expect("small");
+    let mut scene = Scene::of("block", part);
+    let mut random = Random(seed | 1);
+    for particle in &mut scene.particles {
+        particle.position += (random.vector() - 0.5) * 0.3;
+        particle.velocity = random.vector() - 0.5;
+    }
+    scene
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(32))]
+
+    #[test]
+    fn springs_pass_every_check(seed in any::<u64>()) {
+        let (springs, state) = springs(&shaken(seed));
+        let checks = [
+            testing::check_gradient(&springs, &state),
+            testing::check_products(&springs, &state),
+            testing::check_reaction(&springs, &state),
+            testing::check_rotation(&springs, &state),
+        ];
+        for check in checks {
+            prop_assert_eq!(check, Ok(()));
+        }
+    }
+}
+
+#[test]
+fn an_element_of_a_callers_own_passes_the_checks_it_should_and_no_other() {
+    let state = State {
+        positions: vec![DVec3::new(0.3, -0.2, 0.9), DVec3::new(1.0, 2.0, -0.4)],
+        velocities: vec![DVec3::X, DVec3::new(0.1, 0.2, 0.3)],
+    };
+    assert_eq!(testing::check_gradient(&Bowl, &state), Ok(()));
+    assert_eq!(testing::check_products(&Bowl, &state), Ok(()));
+    assert_eq!(testing::check_rotation(&Bowl, &state), Ok(()));
+    assert!(testing::check_reaction(&Bowl, &state).is_err());
+}
+
+/// A wrong element: its energy is half of what its forces say.
+#[derive(Debug)]
+struct Wrong;
+
+impl<R: Real> Element<R> for Wrong {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        Bowl.add_forces(motion, forces)
+    }
+
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        0.5 * Element::<R>::energy(&Bowl, motion)
+    }
+}
+
+#[test]
+fn a_wrong_element_is_found() {
+    let state = State { positions: vec![DVec3::ONE], velocities: vec![DVec3::ZERO] };
+    let error = testing::check_gradient(&Wrong, &state).unwrap_err();
+    assert!(error.contains("work of the forces"), "{error}");
+}
+
+/// The frequency of one particle in the bowl, by every method that takes elements.
+#[test]
+fn every_method_an_energy_and_the_stable_step_see_an_element_of_a_callers_own() {
+    let mut scene = two_masses([1.0, 1.0], 0.0, 0.0, 0.0);
+    scene.particles.truncate(1);
+    scene.springs.clear();
+    scene.particles[0].position = DVec3::X;
+    for integrator in Integrator::ALL {
+        let settings = Settings { integrator, substeps: 200, ..Settings::default() };
+        let mut simulation = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+        simulation.add_element(Bowl);
+        let start = simulation.energy();
+        assert!((start.own - 1.5).abs() < 1e-12, "{integrator}: {start:?}");
+        for _ in 0..60 {
+            simulation.step().expect("a calm run");
+        }
+        // x'' = −3 x − 0.2 x': w² = 3 − 0.01.
+        let (w, t) = (2.99f64.sqrt(), 1.0);
+        let exact = (-0.1f64 * t).exp() * ((w * t).cos() + 0.1 / w * (w * t).sin());
+        let error = (simulation.position(0).x - exact).abs();
+        // First-order methods at h = 1/12000 s.
+        assert!(error < 3e-4, "{integrator}: {error}");
+        let balance = simulation.energy().total() - start.total();
+        let tolerance = match integrator {
+            // What it loses by itself is booked nowhere.
+            Integrator::BackwardEuler | Integrator::Xpbd => 1e-3,
+            // Euler adds E w² h t = 3.8e-4 J.
+            _ => 4e-4,
+        };
+        assert!(balance.abs() < tolerance, "{integrator}: {balance}");
+    }
+    let mut simulation =
+        Simulation::<f64>::new(&scene, Settings::default()).expect("a valid scene");
+    assert_eq!(simulation.stable_substep(), f64::INFINITY);
+    let handle = simulation.add_element(Bowl);
+    // Verlet bears about 2 / w, a little less with a damper.
+    let limit = simulation.stable_substep();
+    assert!((limit / (2.0 / 3f64.sqrt()) - 1.0).abs() < 0.1, "{limit}");
+    assert!(simulation.remove_element(handle) && !simulation.remove_element(handle));
+    assert_eq!(simulation.stable_substep(), f64::INFINITY);
+}
+
+/// A constant force that says what it gives.
+#[derive(Debug)]
+struct Thrust;
+
+impl<R: Real> Element<R> for Thrust {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        forces.add(0, R::Vec3::of(DVec3::X));
+        -motion.velocity(0).to_f64().x
+    }
+}
+
+#[test]
+fn what_an_element_gives_is_no_gain_of_the_integrator() {
+    let scene = Scene { world: common::weightless(), ..two_masses([1.0, 1.0], 50.0, 0.1, 0.0) };
+    for integrator in Integrator::ALL {
+        let settings = Settings { integrator, ..Settings::default() };
+        let mut pair = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+        pair.add_element(Thrust);
+        let mut witness = msd_core::Witness::default();
+        for _ in 0..600 {
+            pair.step().expect("a calm run");
+            witness.watch(&pair);
+        }
+        // Two kilograms under 1 N for 10 s.
+        let given = pair.given();
+        assert!((given - 25.0).abs() < 0.5, "{integrator}: {given} J");
+        assert_eq!(witness.gain(), 0.0, "{integrator}");
+    }
+}
+
+/// A ball of 1 m about a point that moves along x at 0.5 m/s.
+#[derive(Debug)]
+struct Ball;
+
+impl<R: Real> Obstacle<R> for Ball {
+    fn gap(&self, position: R::Vec3, time: f64) -> R {
+        R::of((position.to_f64() - DVec3::X * (0.5 * time)).length() - 1.0)
+    }
+
+    fn normal(&self, position: R::Vec3, time: f64) -> R::Vec3 {
+        R::Vec3::of((position.to_f64() - DVec3::X * (0.5 * time)).normalize())
+    }
+
+    fn velocity(&self, _: R::Vec3, _: f64) -> R::Vec3 {
+        R::Vec3::of(DVec3::X * 0.5)
+    }
+}
+
+#[test]
+fn obstacles_pass_their_check() {
+    let mut random = Random(11);
+    let points: Vec<DVec3> = (0..50).map(|_| (random.vector() - 0.5) * 4.0).collect();
+    assert_eq!(testing::check_obstacle(&Ball, &points, 0.7), Ok(()));
+    let plane = msd_core::Plane {
+        normal: DVec3::new(1.0, 2.0, -2.0),
+        offset: 0.3,
+        restitution: 0.5,
+        friction: msd_core::Friction::Coulomb(0.2),
+    };
+    let scene = Scene { planes: vec![plane], ..shaken(1) };
+    let simulation = Simulation::<f64>::new(&scene, Settings::default()).expect("a valid scene");
+    assert_eq!(testing::check_obstacle(&simulation.model().planes()[0], &points, 0.0), Ok(()));
+}
+
+/// A particle slides off a smooth sphere where cos = 2/3, under every method that is accurate enough
+/// to tell; no method lets it in.
+#[test]
+fn a_particle_leaves_a_sphere_at_two_thirds_of_its_height() {
+    #[derive(Debug)]
+    struct Still;
+    impl<R: Real> Obstacle<R> for Still {
+        fn gap(&self, position: R::Vec3, _: f64) -> R {
+            R::of(position.to_f64().length() - 1.0)
+        }
+        fn normal(&self, position: R::Vec3, _: f64) -> R::Vec3 {
+            R::Vec3::of(position.to_f64().normalize())
+        }
+    }
+    let mut scene = two_masses([1.0, 1.0], 0.0, 0.0, 0.0);
+    scene.particles.truncate(1);
+    scene.springs.clear();
+    scene.world = Default::default();
+    // From an angle of 0.1 rad: m g (cos 0.1 − cos θ) = m v²/2, and it leaves where v² = g cos θ.
+    scene.particles[0].position = DVec3::new(0.1f64.sin(), 0.1f64.cos(), 0.0);
+    let leaves = 2.0 / 3.0 * 0.1f64.cos();
+    for integrator in Integrator::ALL {
+        let (step, substeps) = (1e-3, if integrator.is_adaptive() { 1 } else { 10 });
+        let settings = Settings { integrator, step, substeps, ..Settings::default() };
+        let mut simulation = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+        simulation.add_obstacle(Still);
+        let mut last = 1.0;
+        for _ in 0..2000 {
+            simulation.step().expect("a calm run");
+            let position = simulation.position(0);
+            assert!(-1e-3 < position.length() - 1.0, "{integrator}: {position}");
+            if position.length() < 1.0 + 1e-4 {
+                last = position.y;
+            }
+        }
+        // 0.1 mm above the surface is some hundredths of a radian after it was left.
+        assert!((last - leaves).abs() < 0.05, "{integrator}: {last}, exactly {leaves}");
+    }
+}
+
+#[test]
+fn what_is_added_while_running_is_what_a_scene_with_it_has() {
+    let scene = random_scene(5);
+    let mut grown = Simulation::<f64>::new(
+        &Scene { particles: scene.particles[..1].to_vec(), springs: vec![], ..scene.clone() },
+        Settings::default(),
+    )
+    .expect("a valid scene");
+    for &particle in &scene.particles[1..] {
+        grown.add_particle(particle).expect("a valid particle");
+    }
+    for (row, &spring) in scene.springs.iter().enumerate() {
+        assert_eq!(grown.add_spring(spring), Ok(row));
+    }
+    let mut whole = Simulation::<f64>::new(&scene, Settings::default()).expect("a valid scene");
+    for _ in 0..10 {
+        grown.step().expect("soft");
+        whole.step().expect("soft");
+    }
+    assert_eq!(common::state_bits(&grown.state()), common::state_bits(&whole.state()));
+}
+
+#[test]
+fn what_is_removed_pulls_no_more_and_weighs_nothing() {
+    let scene = Scene { world: Default::default(), ..two_masses([1.0, 3.0], 50.0, 0.0, 0.5) };
+    let mut pair = Simulation::<f64>::new(&scene, Settings::default()).expect("a valid scene");
+    pair.queue(Interaction::Push { particle: 1, force: DVec3::X }).expect("a valid push");
+    pair.remove_particle(1).expect("there is one");
+    pair.step().expect("a calm run");
+    assert_eq!(pair.model().spring_count(), 0);
+    assert!((pair.velocity(0) - DVec3::Y * (-9.82 / 60.0)).length() < 1e-12);
+    assert_eq!((pair.velocity(1), pair.energy().elastic), (DVec3::ZERO, 0.0));
+    assert!(pair.remove_particle(2).is_err() && pair.remove_spring(1).is_err());
+    // It goes on to the bit where it is taken down and resumed.
+    let (rows, progress) = pair.progress();
+    let mut resumed = Simulation::<f64>::resume(&rows, &progress).expect("a run of ours");
+    pair.step().expect("a calm run");
+    resumed.step().expect("a calm run");
+    assert_eq!(pair.state(), resumed.state());
+}
