@@ -1,5 +1,5 @@
-//! Prints how a cloth flies in a gusty wind of our own: the balance of energy closes, and the stable
-//! step sees the drag.
+//! Prints how a cloth flies in a gusty wind of our own: the balance of energy closes, and the
+//! stable step sees the drag.
 
 use msd::core::elements::{Element, Motion, Vectors};
 use msd::core::glam::DVec3;

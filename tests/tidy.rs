@@ -66,7 +66,8 @@ fn a_file_imports_only_from_files_above_it() {
             let files = if alone.exists() { vec![alone] } else { sources(&source.join(module)) };
             for file in files {
                 let text = fs::read_to_string(&file).expect("a source file");
-                // Its hooks have the loops compiled in the core, for f32 and f64, whoever calls them.
+                // Its hooks have the loops compiled in the core, for f32 and f64, whoever calls
+                // them.
                 if krate == "msd-core" && module == "number" {
                     continue;
                 }

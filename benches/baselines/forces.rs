@@ -69,8 +69,8 @@ impl<R: Real> Forces<R> {
         !matches!(self.dampings, Column::Same(damping) if damping == R::ZERO)
     }
 
-    /// Overwrites `forces` with gravity, the uniform force and drag, newtons; returns the power that
-    /// drag takes away, watts.
+    /// Overwrites `forces` with gravity, the uniform force and drag, newtons; returns the power
+    /// that drag takes away, watts.
     pub fn set_external(&self, motion: Motion<'_, R>, forces: &mut [R::Vec3]) -> f64 {
         for (force, &mass) in forces.iter_mut().zip(&self.masses) {
             *force = self.gravity * mass + self.force;

@@ -47,7 +47,7 @@ pub(crate) fn check_simulation<R: Real>(simulation: &Simulation<R>) {
     for (row, plane) in model.planes().iter().enumerate() {
         finite("plane offset", row, plane.offset);
         finite("plane normal", row, plane.normal.extent());
-        finite("plane restitution", row, plane.restitution);
+        finite("plane restitution", row, R::of(plane.restitution()));
     }
     finite("gravity", 0, model.gravity().extent());
     finite("force", 0, model.force().extent());

@@ -3,7 +3,7 @@
 use crate::edits::{self, Edits, Shown};
 use crate::session::Session;
 use glam::DVec3;
-use msd_core::{Friction, Interaction, Real, Select, Vector};
+use msd_core::{Friction, Interaction, Select, Vector};
 use msd_lab::on;
 
 impl Session {

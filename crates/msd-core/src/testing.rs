@@ -130,8 +130,8 @@ pub fn check_gradient(element: &dyn Element<f64>, state: &State<f64>) -> Result<
     compare("work of the forces", work, fall, largest(&forces) + rounding)
 }
 
-/// Checks that the products of an element are the derivatives of its forces, up to what a damper adds
-/// by turning, which they leave out: the motion of the state is ignored.
+/// Checks that the products of an element are the derivatives of its forces, up to what a damper
+/// adds by turning, which they leave out: the motion of the state is ignored.
 ///
 /// # Errors
 /// The product and the derivative of the first particle where they differ.

@@ -210,8 +210,8 @@ fn obstacles_pass_their_check() {
     assert_eq!(testing::check_obstacle(&simulation.model().planes()[0], &points, 0.0), Ok(()));
 }
 
-/// A particle slides off a smooth sphere where cos = 2/3, under every method that is accurate enough
-/// to tell; no method lets it in.
+/// A particle slides off a smooth sphere where cos = 2/3, under every method that is accurate
+/// enough to tell; no method lets it in.
 #[test]
 fn a_particle_leaves_a_sphere_at_two_thirds_of_its_height() {
     #[derive(Debug)]

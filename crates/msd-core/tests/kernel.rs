@@ -172,8 +172,8 @@ fn set_fields<R: Real>(model: &Model<R>, motion: &State<R>, forces: &mut [R::Vec
 }
 
 /// Rows that a person might write, and some that nobody would: ends that coincide, springs twice,
-/// particles alone, numbers of their own or all alike, lattices with and without diagonals that cross
-/// their ends, several bodies.
+/// particles alone, numbers of their own or all alike, lattices with and without diagonals that
+/// cross their ends, several bodies.
 fn scenes() -> impl Strategy<Value = Scene> {
     // Columns are placed from 256 particles on, and bodies of as many have blocks of their own.
     let counts = prop_oneof![4 => 1..201usize, 2 => 256..701usize];

@@ -1,8 +1,8 @@
 //! Columns of numbers in the order of slots, aligned to cache lines.
 //!
-//! Sixteen particles are a record: sixteen x, then sixteen y, then sixteen z. A column of vectors is
-//! records one after the other, a flat slice that a pass walks from end to end; a column of numbers
-//! has sixteen of them for each record.
+//! Sixteen particles are a record: sixteen x, then sixteen y, then sixteen z. A column of vectors
+//! is records one after the other, a flat slice that a pass walks from end to end; a column of
+//! numbers has sixteen of them for each record.
 
 pub mod slots;
 
@@ -22,8 +22,8 @@ const PAGE: usize = 4096;
 
 /// Numbers that start on a cache line. Derefs to a slice.
 ///
-/// Columns of at least a page start at different places in a page: a load waits for an earlier store
-/// to an address that differs by a multiple of 4096 bytes.
+/// Columns of at least a page start at different places in a page: a load waits for an earlier
+/// store to an address that differs by a multiple of 4096 bytes.
 #[derive(Debug, Default)]
 pub struct Aligned<R> {
     numbers: Vec<R>,

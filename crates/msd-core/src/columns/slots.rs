@@ -1,10 +1,10 @@
 //! The slot of each particle: where its numbers are in the columns.
 //!
 //! Particles are kept in blocks, one after the other, as springs are evaluated block by block. The
-//! particles of a block whose numbering has an order, as in a lattice, are cut into sixteen segments
-//! of equal length, one for each lane: a spring to the particle d further on then goes from a record
-//! to the record d further on, in the same lane. Those of another block follow each other in an
-//! order of its own, sixteen to a record.
+//! particles of a block whose numbering has an order, as in a lattice, are cut into sixteen
+//! segments of equal length, one for each lane: a spring to the particle d further on then goes
+//! from a record to the record d further on, in the same lane. Those of another block follow each
+//! other in an order of its own, sixteen to a record.
 
 use super::{LANES, RECORD};
 use alloc::vec::Vec;
@@ -75,7 +75,8 @@ impl Slots {
         self.blocks.last().map_or(0, |block| block.blank + 1 + block.len)
     }
 
-    /// Where the x of a particle is in a column of vectors; y is [`LANES`] further on, z twice that.
+    /// Where the x of a particle is in a column of vectors; y is [`LANES`] further on, z twice
+    /// that.
     ///
     /// # Panics
     /// If there is no such particle.

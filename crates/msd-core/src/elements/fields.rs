@@ -37,7 +37,8 @@ impl<R: Real> Fields<R> {
         }
     }
 
-    /// Overwrites forces with those of the fields, newtons, and returns the power of the drag, watts.
+    /// Overwrites forces with those of the fields, newtons, and returns the power of the drag,
+    /// watts.
     pub(crate) fn set_forces(&self, level: Level, velocities: &[R], forces: &mut [R]) -> f64 {
         if self.drag == R::ZERO {
             forces.copy_from_slice(&self.weights);

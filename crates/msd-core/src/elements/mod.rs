@@ -1,9 +1,9 @@
 //! Elements: what pulls at particles.
 //!
-//! Springs are an element, and so are the fields, grabs and pushes; a caller may add others of their
-//! own. An element adds its forces at a motion and says what power it takes away, knows its energy,
-//! and multiplies a direction by its stiffness and its damping, which is what the implicit methods
-//! and the prediction of the stable step need. A new one is one file with this trait.
+//! Springs are an element, and so are the fields, grabs and pushes; a caller may add others of
+//! their own. An element adds its forces at a motion and says what power it takes away, knows its
+//! energy, and multiplies a direction by its stiffness and its damping, which is what the implicit
+//! methods and the prediction of the stable step need. A new one is one file with this trait.
 
 pub mod fields;
 pub mod grabs;
@@ -44,8 +44,8 @@ use glam::DVec3;
 pub trait Element<R: Real>: Debug + Send + Sync {
     /// Adds forces at a motion, newtons, and returns the power that they take away for good, watts.
     ///
-    /// What [`Element::energy`] accounts for is not taken away. A force without an energy takes away
-    /// −f·v; less than nothing where it drives. The same motion must give the same bits.
+    /// What [`Element::energy`] accounts for is not taken away. A force without an energy takes
+    /// away −f·v; less than nothing where it drives. The same motion must give the same bits.
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64;
 
     /// The energy stored at a motion, joules. Default 0.
@@ -54,9 +54,9 @@ pub trait Element<R: Real>: Debug + Send + Sync {
         0.0
     }
 
-    /// Adds the products of stiffness, −∂f/∂x, and damping, −∂f/∂v, with a direction, one vector for
-    /// each particle in the order of the scene. Default: by differences of the forces, which costs
-    /// four evaluations.
+    /// Adds the products of stiffness, −∂f/∂x, and damping, −∂f/∂v, with a direction, one vector
+    /// for each particle in the order of the scene. Default: by differences of the forces, which
+    /// costs four evaluations.
     fn add_products(
         &self,
         motion: &Motion<'_, R>,
@@ -66,8 +66,8 @@ pub trait Element<R: Real>: Debug + Send + Sync {
         add_differences(self, motion, direction, products);
     }
 
-    /// Adds the diagonal blocks of stiffness and damping. Default: none. They steer the solves of the
-    /// implicit methods and where a prediction looks first, and change no result beyond that.
+    /// Adds the diagonal blocks of stiffness and damping. Default: none. They steer the solves of
+    /// the implicit methods and where a prediction looks first, and change no result beyond that.
     fn add_blocks(&self, motion: &Motion<'_, R>, blocks: &mut Blocks<'_>) {
         let _ = (motion, blocks);
     }

@@ -6,8 +6,8 @@
 //! leaves.
 //! A contact that *adds* energy then shows as dissipation that goes down.
 //!
-//! What an element of the caller's own drives in is taken away less than nothing; it is also counted
-//! apart, so that it is not mistaken for an error of the method.
+//! What an element of the caller's own drives in is taken away less than nothing; it is also
+//! counted apart, so that it is not mistaken for an error of the method.
 
 /// What was taken away and what was driven in, joules.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -77,8 +77,8 @@ pub struct StepContext<'a, R: Real> {
     pub(crate) done: Done,
 }
 
-/// The columns of a step, each a flat slice in the order of slots: number i of one belongs to number
-/// i of the others. Slots without a particle hold zeros.
+/// The columns of a step, each a flat slice in the order of slots: number i of one belongs to
+/// number i of the others. Slots without a particle hold zeros.
 #[derive(Debug)]
 pub struct Parts<'a, R> {
     /// Positions, metres.
@@ -133,8 +133,8 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.model.set_forces(self.level, &motion, springs, forces)
     }
 
-    /// Evaluates all forces at the present positions and the velocities in a work column, at the end
-    /// of the substep; returns the power taken away, watts.
+    /// Evaluates all forces at the present positions and the velocities in a work column, at the
+    /// end of the substep; returns the power taken away, watts.
     pub(crate) fn set_forces_predicted(&mut self, velocities: usize) -> f64 {
         let time = self.time() + self.settings.substep();
         let Scratch { forces, springs, columns, .. } = &mut *self.scratch;

@@ -11,9 +11,9 @@
 //! | implicit midpoint | 2 | always, for linear springs | `implicit/` |
 //! | XPBD | 1 | always | `xpbd.rs` |
 //!
-//! A method is a function of a [`StepContext`]; the built-in ones are the variants of [`Integrator`],
-//! and a caller may bring another. A step starts from positions and velocities alone, whatever the
-//! method: that is what makes state files, stepping back and replay exact.
+//! A method is a function of a [`StepContext`]; the built-in ones are the variants of
+//! [`Integrator`], and a caller may bring another. A step starts from positions and velocities
+//! alone, whatever the method: that is what makes state files, stepping back and replay exact.
 
 mod context;
 pub(crate) mod dormand_prince;

@@ -27,15 +27,6 @@ impl<R: Real> ContactLaw<R> {
         ContactLaw { restitution: R::of(restitution), friction: R::of(friction), loss: R::of(loss) }
     }
 
-    /// The friction as a person writes it.
-    pub fn friction(&self) -> Friction {
-        if self.loss == R::ZERO {
-            Friction::Coulomb(self.friction.to_f64())
-        } else {
-            Friction::TangentialLoss(self.loss.to_f64())
-        }
-    }
-
     /// The velocity after a bounce, as seen from the surface, metres per second.
     ///
     /// A normal velocity v_n < 0 becomes −e v_n, or 0 where it is slower than `resting`, so that a

@@ -1,8 +1,9 @@
 //! Obstacles: what stops particles.
 //!
 //! An obstacle knows gap and normal at a point, and the velocity of its surface. One law of contact
-//! ([`ContactLaw`]) turns these into a new position and velocity; methods decide when: after a substep
-//! (explicit, XPBD), inside the solve (implicit), at the time of the impact (Dormand-Prince).
+//! ([`ContactLaw`]) turns these into a new position and velocity; methods decide when: after a
+//! substep (explicit, XPBD), inside the solve (implicit), at the time of the impact
+//! (Dormand-Prince).
 
 pub(crate) mod contact;
 mod plane;

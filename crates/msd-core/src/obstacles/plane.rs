@@ -14,18 +14,22 @@ pub struct PlaneColumn<R: Real> {
     pub offset: R,
     /// How it gives back and slows.
     pub(crate) law: ContactLaw<R>,
+    /// The friction as it was written, not rounded.
+    pub(crate) friction: Friction,
 }
 
 impl<R: Real> PlaneColumn<R> {
     /// Takes over a row.
     pub(crate) fn new(plane: &Plane) -> Self {
-        // Divided by its largest component first: the square of a tiny or huge normal would not fit.
+        // Divided by its largest component first: the square of a tiny or huge normal would not
+        // fit.
         let scaled = plane.normal / plane.normal.abs().max_element();
         let length = Real::sqrt(scaled.dot(scaled));
         PlaneColumn {
             normal: R::Vec3::of(scaled / length),
             offset: R::of(plane.offset),
             law: ContactLaw::new(plane.restitution, plane.friction),
+            friction: plane.friction,
         }
     }
 
@@ -46,7 +50,7 @@ impl<R: Real> PlaneColumn<R> {
 
     /// What happens along the plane.
     pub fn friction(&self) -> Friction {
-        self.law.friction()
+        self.friction
     }
 }
 

@@ -29,7 +29,8 @@ impl<R: Real> Simulation<R> {
         }))
     }
 
-    /// The largest substep predicted stable about a state, seconds; any where the method chooses it.
+    /// The largest substep predicted stable about a state, seconds; any where the method chooses
+    /// it.
     pub(super) fn largest_substep_at(&self, at: &Columns<R>, estimator: &mut Estimator) -> f64 {
         if self.own_method.is_none() && self.settings.integrator.is_adaptive() {
             return f64::INFINITY;

@@ -340,7 +340,8 @@ pub(crate) fn apply<R: Real>(
         }
         SetGravity { value } => model.fields.gravity = R::Vec3::of(value),
         SetPlane { plane, restitution, friction } => {
-            model.obstacles.planes[plane].law = ContactLaw::new(restitution, friction);
+            let plane = &mut model.obstacles.planes[plane];
+            (plane.law, plane.friction) = (ContactLaw::new(restitution, friction), friction);
         }
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! `interaction.rs` is what a hand may do between two steps, `topology.rs` what may be added and
 //! removed, `progress.rs` what must be kept so that a run goes on to the bit, `guard.rs` how a run
-//! that diverges is stopped, `readings.rs` what can be measured, and `witness.rs` the detector of drift.
+//! that diverges is stopped, `readings.rs` what can be measured, and `witness.rs` the detector of
+//! drift.
 
 mod guard;
 pub(crate) mod interaction;
@@ -317,8 +318,8 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Steps by a method of the caller's own from the next step on, in place of the integrator of the
-    /// settings; their step, substeps and tolerance hold for it too.
+    /// Steps by a method of the caller's own from the next step on, in place of the integrator of
+    /// the settings; their step, substeps and tolerance hold for it too.
     pub fn set_method(&mut self, method: impl Method<f32> + Method<f64> + 'static) {
         self.own_method = Some(OwnMethod::new(method));
         self.renew_scratch();

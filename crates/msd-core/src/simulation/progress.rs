@@ -2,9 +2,10 @@
 //!
 //! A step starts from the columns of the model, the state, the settings and what is queued; no
 //! method remembers anything from one step to the next that changes the bits. So a run is a scene
-//! as it is now, its particles moved, and a [`Progress`]. Both are in `f64`: widening a number of a run
-//! in `f32` and rounding it back is exact. Springs that are cut stay in the rows, since the order of
-//! sums follows from all of them. Elements, obstacles and methods of the caller's own are not kept.
+//! as it is now, its particles moved, and a [`Progress`]. Both are in `f64`: widening a number of a
+//! run in `f32` and rounding it back is exact. Springs that are cut stay in the rows, since the
+//! order of sums follows from all of them. Elements, obstacles and methods of the caller's own are
+//! not kept.
 
 use super::{Interaction, Simulation};
 use crate::elements::grabs::Grab;

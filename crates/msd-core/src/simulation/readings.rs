@@ -37,9 +37,9 @@ impl<R: Real> Simulation<R> {
         Estimator::default().limit((&self.model, &self.state), self.time(), region, substeps)
     }
 
-    /// A substep that is stable at every state in which no spring is compressed to nothing, seconds:
-    /// from sums over springs alone, two to four times shorter than the prediction; 0 for explicit
-    /// Euler, of which sums tell nothing.
+    /// A substep that is stable at every state in which no spring is compressed to nothing,
+    /// seconds: from sums over springs alone, two to four times shorter than the prediction; 0 for
+    /// explicit Euler, of which sums tell nothing.
     pub fn guaranteed_substep(&self, integrator: Integrator) -> f64 {
         stability::guaranteed_limit(
             (&self.model, &self.state),
@@ -86,8 +86,8 @@ impl<R: Real> Simulation<R> {
         to.extend(self.positions().map(|position| position.to_f32().to_array()));
     }
 
-    /// The forces on all particles in the order of the scene, newtons, and the power that is taken away,
-    /// watts.
+    /// The forces on all particles in the order of the scene, newtons, and the power that is taken
+    /// away, watts.
     pub fn forces(&self) -> (Vec<R::Vec3>, f64) {
         self.forces_in(&self.state)
     }
@@ -144,7 +144,8 @@ impl<R: Real> Simulation<R> {
         self.ledger.dissipated(|| R::measure(self).0.total())
     }
 
-    /// Energy that elements of the caller's own have driven into the system since the start, joules.
+    /// Energy that elements of the caller's own have driven into the system since the start,
+    /// joules.
     pub fn given(&self) -> f64 {
         self.ledger.given()
     }

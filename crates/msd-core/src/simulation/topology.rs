@@ -1,7 +1,7 @@
 //! What may be added to a running system and removed from it.
 //!
-//! Particles, springs and bodies keep their numbers for good. What is added comes after what is there,
-//! and the springs are put in order anew; what is removed leaves a gap.
+//! Particles, springs and bodies keep their numbers for good. What is added comes after what is
+//! there, and the springs are put in order anew; what is removed leaves a gap.
 
 use super::Simulation;
 use crate::error::Error;

@@ -1,16 +1,16 @@
 //! The drift detector: whether the integrator adds energy, from samples of it now and then.
 //!
 //! While no hand does work, kinetic + elastic + gravitational energy and that of elements of the
-//! caller's own can only fall: dampers, drag and contact take it away. What elements of the caller's
-//! own drive in, see [`Simulation::given`], is subtracted first: a driving force is no gain of the
-//! integrator. What rises for good then is an error of the method: a step beyond the limit of
-//! stability, explicit Euler, a contact that gives back more than it took.
+//! caller's own can only fall: dampers, drag and contact take it away. What elements of the
+//! caller's own drive in, see [`Simulation::given`], is subtracted first: a driving force is no
+//! gain of the integrator. What rises for good then is an error of the method: a step beyond the
+//! limit of stability, explicit Euler, a contact that gives back more than it took.
 //!
-//! Symplectic methods let the energy swing about without ever gaining any: a mode of frequency w
-//! by a fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single
-//! value counts, but the *lowest* of a window of samples: the swing of a mode comes back to where
-//! it started within half its period, and the modes whose swing is large are those whose period is
-//! a few steps. A gain is reported where even the lowest is above what the energy was before by more
+//! Symplectic methods let the energy swing about without ever gaining any: a mode of frequency w by
+//! a fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single value
+//! counts, but the *lowest* of a window of samples: the swing of a mode comes back to where it
+//! started within half its period, and the modes whose swing is large are those whose period is a
+//! few steps. A gain is reported where even the lowest is above what the energy was before by more
 //! than a tenth of the kinetic and elastic energy, both of that sample and of the time before, and
 //! by more than rounding can have added. A tenth, because energy that passes from slow modes to
 //! fast ones does raise what is measured: by h² w² / 8 on average, 6 % where a mode at a third of
@@ -29,8 +29,8 @@ const WINDOW: u32 = 16;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
 
-/// The part of the largest kinetic and elastic energy so far below which nothing is reported: what is
-/// left of a motion that has died out is the error of the method, and comes and goes.
+/// The part of the largest kinetic and elastic energy so far below which nothing is reported: what
+/// is left of a motion that has died out is the error of the method, and comes and goes.
 const NOISE: f64 = 1e-7;
 
 /// Watches the energy of one run.
@@ -83,8 +83,8 @@ impl Witness {
         energy
     }
 
-    /// Takes a sample of the energy without what was driven in; `rounding` is what it can have added
-    /// to the energy since the last one, joules. What was dissipated is not looked at.
+    /// Takes a sample of the energy without what was driven in; `rounding` is what it can have
+    /// added to the energy since the last one, joules. What was dissipated is not looked at.
     pub fn see(&mut self, energy: Energy, rounding: f64) {
         let moving = energy.kinetic + energy.elastic;
         let now = moving + energy.gravitational + energy.own;

@@ -40,8 +40,8 @@ const ROUNDS: usize = 5;
 /// there are elements of the caller's own.
 ///
 /// A prediction takes some 40 products with stiffness and damping, each about two evaluations of
-/// the forces; an element without products of its own is evaluated four times for each. Contact adds
-/// no stiffness here: obstacles move particles out, they do not push.
+/// the forces; an element without products of its own is evaluated four times for each. Contact
+/// adds no stiffness here: obstacles move particles out, they do not push.
 #[derive(Clone, Debug, Default)]
 pub struct Estimator {
     basis: Basis,
@@ -69,8 +69,9 @@ pub(crate) fn fastest_mode<R: Real>(model: &Model<R>, state: &Columns<R>, time: 
 /// [`Estimator::limit`]; 0 for explicit Euler, of which sums say nothing.
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add
-/// at most the sum of their k over its mass. Elements of the caller's own are known about this state
-/// alone, and to the bound only where they act on each particle by itself and give their blocks.
+/// at most the sum of their k over its mass. Elements of the caller's own are known about this
+/// state alone, and to the bound only where they act on each particle by itself and give their
+/// blocks.
 pub(crate) fn guaranteed_limit<R: Real>(
     (model, state): (&Model<R>, &Columns<R>),
     time: f64,
@@ -254,7 +255,8 @@ impl Estimator {
         self.fastest(guess)
     }
 
-    /// Gives most weight to the particles at which the stiffest springs pull: fast motions live there.
+    /// Gives most weight to the particles at which the stiffest springs pull: fast motions live
+    /// there.
     fn weigh(&mut self, h: f64) {
         let speed = |sum: &Mode| 0.25 * h * h * sum.stiffness + 0.5 * h * sum.damping;
         let largest = self.sums.iter().map(speed).fold(f64::MIN_POSITIVE, f64::max);

@@ -1,5 +1,5 @@
-//! What runs: a [`Model`] that a step reads and the columns that it advances, in the order of slots;
-//! and what may be seen of them, a [`Snapshot`].
+//! What runs: a [`Model`] that a step reads and the columns that it advances, in the order of
+//! slots; and what may be seen of them, a [`Snapshot`].
 
 pub mod hash;
 pub mod model;

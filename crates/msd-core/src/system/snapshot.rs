@@ -13,6 +13,8 @@ use crate::scene::Body;
 pub struct Snapshot<'a, R: Real> {
     slots: &'a Slots,
     columns: &'a [R],
+    /// Positions in the place of those of the system.
+    other: Option<&'a [R::Vec3]>,
     cut: &'a [bool],
     /// Reciprocal masses, per kilogram; 0 for a pinned particle.
     pub inverse_masses: &'a [R],
@@ -36,6 +38,7 @@ impl<'a, R: Real> Snapshot<'a, R> {
         Snapshot {
             slots: &model.slots,
             columns: &state.positions,
+            other: None,
             cut: model.springs.cut_flags(),
             inverse_masses: model.inverse_masses(),
             masses: model.masses(),
@@ -47,9 +50,14 @@ impl<'a, R: Real> Snapshot<'a, R> {
         }
     }
 
+    /// The same instant with other positions, metres: of a state that was kept, say.
+    pub fn with_positions(self, positions: &'a [R::Vec3]) -> Self {
+        Snapshot { other: Some(positions), ..self }
+    }
+
     /// The number of particles, removed ones included.
     pub fn particle_count(&self) -> usize {
-        self.masses.len()
+        self.other.map_or(self.masses.len(), <[R::Vec3]>::len)
     }
 
     /// The position of a particle, metres.
@@ -58,13 +66,18 @@ impl<'a, R: Real> Snapshot<'a, R> {
     /// If there is no such particle.
     #[inline]
     pub fn position(&self, particle: usize) -> R::Vec3 {
-        columns::vector(self.columns, self.slots.at(particle))
+        match self.other {
+            Some(positions) => positions[particle],
+            None => columns::vector(self.columns, self.slots.at(particle)),
+        }
     }
 
     /// The positions of all particles, metres.
     pub fn positions(&self) -> impl Iterator<Item = R::Vec3> + 'a {
         let columns = self.columns;
-        self.slots.places().map(move |at| columns::vector(columns, at))
+        let own = self.other.is_none().then(|| self.slots.places());
+        let own = own.into_iter().flatten().map(move |at| columns::vector(columns, at));
+        own.chain(self.other.into_iter().flatten().copied())
     }
 
     /// Overwrites `to` with all positions in single precision, metres.

@@ -45,10 +45,10 @@ pub fn energy(length: f64, law: Law<f64>) -> f64 {
 
 /// The derivative of the force of a spring about a motion.
 ///
-/// A small displacement w of here as seen from there changes the force by
-/// k u (u·w) + (T/L) (w − u (u·w)), T = k (L − rest) being the tension of the spring: stretched, it
-/// also resists a sideways motion, as a string does. A small velocity changes it by b u (u·w). How a
-/// damper turns with its spring is left out: that part is not symmetric.
+/// A small displacement w of here as seen from there changes the force by k u (u·w) + (T/L) (w − u
+/// (u·w)), T = k (L − rest) being the tension of the spring: stretched, it also resists a sideways
+/// motion, as a string does. A small velocity changes it by b u (u·w). How a damper turns with its
+/// spring is left out: that part is not symmetric.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tangent {
     /// Unit vector of the spring; zero where it has no direction.

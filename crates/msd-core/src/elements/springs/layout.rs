@@ -1,12 +1,12 @@
 //! The order in which springs are evaluated: rows of sixteen, compiled once from who is joined to
 //! whom.
 //!
-//! In a block of segments (see [`crate::columns::slots`]) a spring between particles i < j, d apart,
-//! joins two records of the same lane, or, past the end of a segment, of neighbouring lanes. A *row*
-//! is up to sixteen springs of one d that start at one record, each evaluated once. A *step* is all
-//! rows that start at one record, the farthest first. The first steps of a block are its *halo*: the
-//! ends of all segments, seen from the next lane; the sums of their particles are carried on by the
-//! step that comes upon the same particles in their own lane.
+//! In a block of segments (see [`crate::columns::slots`]) a spring between particles i < j, d
+//! apart, joins two records of the same lane, or, past the end of a segment, of neighbouring lanes.
+//! A *row* is up to sixteen springs of one d that start at one record, each evaluated once. A
+//! *step* is all rows that start at one record, the farthest first. The first steps of a block are
+//! its *halo*: the ends of all segments, seen from the next lane; the sums of their particles are
+//! carried on by the step that comes upon the same particles in their own lane.
 //!
 //! In other blocks a row is up to one spring for each particle of a record, whose other ends are
 //! named one by one; each such spring is evaluated from both ends.
@@ -90,7 +90,8 @@ pub(crate) const NOWHERE: u32 = u32::MAX;
 /// fewer would be emptier than rows that name each end are slow.
 const FAMILY: usize = 8;
 
-/// Extras of a block of segments: one of so many springs, at most, as they are evaluated one by one.
+/// Extras of a block of segments: one of so many springs, at most, as they are evaluated one by
+/// one.
 const MOST_EXTRAS: usize = 20;
 
 /// Bodies of fewer particles share a block with their neighbours.
@@ -272,8 +273,8 @@ impl Layout {
 
 /// Where a step of segments starts, and where the sums are that it carries on.
 ///
-/// Steps of the halo see the record that is `lanes` segments earlier: as far back, in the flat column,
-/// as that. Their sums lie in records of their own; the first of these stays zero.
+/// Steps of the halo see the record that is `lanes` segments earlier: as far back, in the flat
+/// column, as that. Their sums lie in records of their own; the first of these stays zero.
 fn segment_step(step: usize, halo: usize, len: usize) -> Step {
     let lanes = if step < halo { (halo - step).div_ceil(len) } else { 0 };
     let at = (1 + step + lanes * len - halo) * RECORD - lanes;

@@ -1,7 +1,8 @@
 //! What springs add to the matrix of an implicit method, in the order of the layout.
 //!
-//! For a stage of length τ the matrix is A = M − τ ∂f/∂v − τ² ∂f/∂x. It is never written down: it is
-//! a direction and two weights for each spring of a row, in sixteens as everything else of a row.
+//! For a stage of length τ the matrix is A = M − τ ∂f/∂v − τ² ∂f/∂x. It is never written down: it
+//! is a direction and two weights for each spring of a row, in sixteens as everything else of a
+//! row.
 
 use super::gather::{GATHERED, gather_rows};
 use super::layout::{Band, Layout, POINT, Row};

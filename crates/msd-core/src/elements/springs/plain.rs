@@ -6,8 +6,8 @@ use crate::number::{Real, Vector};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Adds the pull of every spring to `forces`, newtons, and returns the power that their dampers take
-/// away, watts. All columns are in the order of the scene.
+/// Adds the pull of every spring to `forces`, newtons, and returns the power that their dampers
+/// take away, watts. All columns are in the order of the scene.
 ///
 /// A particle sums the springs to lower numbers, the lowest first, on what is in `forces`; then, on
 /// their own, those to higher numbers, the highest first; then the extras of the layout.

@@ -22,8 +22,8 @@ pub(crate) struct Solve<R: Real> {
     pub(crate) residuals: Aligned<R>,
     /// The change of velocity found, metres per second.
     pub(crate) changes: Aligned<R>,
-    /// The preconditioner: the inverse of the block of each particle, and what contact leaves of it,
-    /// xx, xy and xz in one column, yy, yz and zz in another.
+    /// The preconditioner: the inverse of the block of each particle, and what contact leaves of
+    /// it, xx, xy and xz in one column, yy, yz and zz in another.
     pub(crate) preconditioner: [Aligned<R>; 2],
     /// Where the solve goes next, what the matrix makes of that, and the residuals times the
     /// preconditioner.
@@ -47,19 +47,20 @@ impl<R: Real> Solve<R> {
             directions: column(32),
             products: column(33),
             steered: column(34),
-            // In exact arithmetic as many as there are unknowns suffice; rounding asks for a few more.
+            // In exact arithmetic as many as there are unknowns suffice; rounding asks for a few
+            // more.
             most: (4 * model.particle_count() + 16).min(MOST),
         }
     }
 
-    /// Lowers the residuals by changing velocities. `first` is the square norm to compare with, that
-    /// at the start if there is none; it is returned. `multiply` overwrites its last argument with
-    /// the product of the matrix and a direction.
+    /// Lowers the residuals by changing velocities. `first` is the square norm to compare with,
+    /// that at the start if there is none; it is returned. `multiply` overwrites its last argument
+    /// with the product of the matrix and a direction.
     ///
     /// A direction in which the preconditioner is singular is never entered: that is how pins and
     /// contacts hold. Sums are in `f64`, one for each lane, so that they depend on nothing but the
-    /// layout. Source: Hestenes and Stiefel, 1952; the projection is that of Baraff and Witkin, 1998,
-    /// section 5.3, with the symmetry that Ascher and Boxerman, 2003, ask for.
+    /// layout. Source: Hestenes and Stiefel, 1952; the projection is that of Baraff and Witkin,
+    /// 1998, section 5.3, with the symmetry that Ascher and Boxerman, 2003, ask for.
     pub(crate) fn run(
         &mut self,
         level: Level,

@@ -7,11 +7,11 @@
 //! | backward Euler | h | x + h u | u | 1 per Newton iteration |
 //! | implicit midpoint | h / 2 | x + h u | 2 u − v | 1 per Newton iteration |
 //!
-//! and one more for the energy where anything is damped. So the midpoint rule is backward Euler to the
-//! middle and its mirror image from there.
+//! and one more for the energy where anything is damped. So the midpoint rule is backward Euler to
+//! the middle and its mirror image from there.
 //!
-//! An iteration evaluates all forces at the stage as known so far, at first x + τ v, and solves
-//! (M − τ ∂f/∂v − τ² ∂f/∂x) δu = M (v − u) + τ f (see [`tangent`]). Baraff and Witkin (1998) linearise
+//! An iteration evaluates all forces at the stage as known so far, at first x + τ v, and solves (M
+//! − τ ∂f/∂v − τ² ∂f/∂x) δu = M (v − u) + τ f (see [`tangent`]). Baraff and Witkin (1998) linearise
 //! at x; from x + τ v the force is exact, only the matrix is not, and both methods keep their order
 //! with one iteration and an approximate matrix. On a damped cloth at 1/240 s the midpoint rule is
 //! then 10 times more accurate than from x with the same matrix (5e-6 of its size instead of 5e-5).
@@ -27,8 +27,9 @@
 //! backward Euler and 1e-6 for the midpoint rule.
 //!
 //! # Contact
-//! What lies on an obstacle is held in the solve, with Coulomb friction: a block at rest is in balance
-//! at any step, where [`crate::obstacles::contact`] alone would let it sag by some g h² per substep.
+//! What lies on an obstacle is held in the solve, with Coulomb friction: a block at rest is in
+//! balance at any step, where [`crate::obstacles::contact`] alone would let it sag by some g h² per
+//! substep.
 
 mod conjugate;
 mod resting;

@@ -6,10 +6,11 @@
 //!
 //! What the solve leaves undone in the held directions is the impulse of the surface. Where that
 //! would pull, the particle is let go. Friction is Coulomb's with this impulse, the weight of all
-//! that lies above included: what sticks is held along the surface too, as long as that takes no more
-//! than μ times the pressure; what slides gets that much against its velocity, as a force in the
-//! solve. Slowing a particle after the solve, as [`crate::obstacles::contact`] does, would compare
-//! the momentum of one particle with the weight of all above it, and hold a stiff block too well.
+//! that lies above included: what sticks is held along the surface too, as long as that takes no
+//! more than μ times the pressure; what slides gets that much against its velocity, as a force in
+//! the solve. Slowing a particle after the solve, as [`crate::obstacles::contact`] does, would
+//! compare the momentum of one particle with the weight of all above it, and hold a stiff block too
+//! well.
 
 use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
@@ -110,8 +111,8 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Overwrites the preconditioner with the inverses of blocks, less the directions that are held,
-    /// which a solve then never enters.
+    /// Overwrites the preconditioner with the inverses of blocks, less the directions that are
+    /// held, which a solve then never enters.
     pub(crate) fn precondition(&self, inverses: &[Aligned<R>; 2], solve: &mut Solve<R>) {
         let [upper, lower] = &mut solve.preconditioner;
         upper.copy_from_slice(&inverses[0]);
@@ -127,8 +128,8 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Adds the friction on what slides to fresh residuals, estimated from the residuals themselves:
-    /// the momentum that springs and gravity would press into the obstacles.
+    /// Adds the friction on what slides to fresh residuals, estimated from the residuals
+    /// themselves: the momentum that springs and gravity would press into the obstacles.
     pub(crate) fn add_friction(&mut self, velocities: &[R], residuals: &mut [R]) {
         for hold in self.rows.iter_mut().filter(|hold| !hold.stuck && hold.is_rough()) {
             let residual = vector::<R>(residuals, hold.at);
@@ -139,8 +140,8 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Lets go of what an obstacle would have to pull, and brings friction in line with the pressure.
-    /// Returns whether anything changed, so that the solve has to go on.
+    /// Lets go of what an obstacle would have to pull, and brings friction in line with the
+    /// pressure. Returns whether anything changed, so that the solve has to go on.
     pub(crate) fn review(&mut self, velocities: &[R], solve: &mut Solve<R>) -> bool {
         let mut changed = false;
         for hold in &mut self.rows {
@@ -166,8 +167,8 @@ impl<R: Real> Holds<R> {
         self.rows.iter().map(energy).sum()
     }
 
-    /// Sets what is held down on its obstacles, just outside, and slows it where each contact takes a
-    /// part of the velocity. Returns the energy taken away, joules.
+    /// Sets what is held down on its obstacles, just outside, and slows it where each contact takes
+    /// a part of the velocity. Returns the energy taken away, joules.
     pub(crate) fn settle(&self, model: &Model<R>, end: f64, state: &mut Columns<R>) -> f64 {
         let mut energy = 0.0;
         for hold in &self.rows {
@@ -331,8 +332,8 @@ fn slowing<R: Real>(velocity: R::Vec3, budget: R) -> R::Vec3 {
     if speed == R::ZERO { R::Vec3::ZERO } else { -(velocity * (budget / speed)) }
 }
 
-/// The gap at which a particle lies on a surface, metres. A gap is the difference of two numbers, each
-/// of which may be as large as the position.
+/// The gap at which a particle lies on a surface, metres. A gap is the difference of two numbers,
+/// each of which may be as large as the position.
 fn near<R: Real>(model: &Model<R>, position: R::Vec3) -> R {
     let extent = position.extent();
     R::of(NEAR) * (R::of(model.size) + extent + extent)

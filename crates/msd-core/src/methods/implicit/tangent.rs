@@ -10,9 +10,9 @@ use glam::DVec3;
 
 /// The matrix about a stage, kilograms.
 ///
-/// For springs see [`SpringMatrix`]. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing
-/// at its largest force, which is taken as constant. Elements of the caller's own are asked for their
-/// products.
+/// For springs see [`SpringMatrix`]. Drag adds its factor times τ. A grab adds τ² k + τ b, but
+/// nothing at its largest force, which is taken as constant. Elements of the caller's own are asked
+/// for their products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
     springs: SpringMatrix<R>,
