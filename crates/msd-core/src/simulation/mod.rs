@@ -23,7 +23,7 @@ use crate::obstacles::{Obstacle, OwnObstacle};
 use crate::scene::Scene;
 use crate::scene::check::check_steps;
 use crate::stability::Region;
-use crate::system::{Columns, Model, State};
+use crate::system::{Columns, Model, State, threads};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 
@@ -113,7 +113,7 @@ impl<R: Real> Simulation<R> {
     /// [`Error::Diverged`] if a particle left the world, [`Error::Unreachable`] if an adaptive
     /// method cannot keep its tolerance; the state is then the one before the step.
     pub fn step(&mut self) -> Result<(), Error> {
-        R::step(self)
+        threads::enter(self.state.positions.len(), || R::step(self))
     }
 
     /// [`Simulation::step`], compiled in this crate: its loops are fast however a caller is built.

@@ -7,6 +7,7 @@ pub mod model;
 pub mod slots;
 pub mod snapshot;
 pub mod state;
+pub(crate) mod threads;
 
 pub use model::Model;
 pub use snapshot::Snapshot;

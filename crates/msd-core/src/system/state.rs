@@ -2,6 +2,7 @@
 
 use super::columns::{self, Aligned};
 use super::slots::Slots;
+use super::threads::for_each_share;
 use crate::elements::{Motion, collected, column, spread};
 use crate::error::Error;
 use crate::number::{Real, Vector};
@@ -68,8 +69,9 @@ impl<R: Real> Columns<R> {
 
     /// Overwrites these columns with others.
     pub(crate) fn copy_from(&mut self, other: &Columns<R>) {
-        self.positions.copy_from_slice(&other.positions);
-        self.velocities.copy_from_slice(&other.velocities);
+        let copy = |(to, from): (&mut [R], &[R])| to.copy_from_slice(from);
+        for_each_share((&mut *self.positions, &*other.positions), copy);
+        for_each_share((&mut *self.velocities, &*other.velocities), copy);
     }
 
     /// The state in the order of the scene.
