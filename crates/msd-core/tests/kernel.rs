@@ -353,3 +353,22 @@ fn lattices_of_all_shapes_have_the_bits_of_the_plain_loop() {
         check_forces::<f32>(&scene, &[stiffer]);
     }
 }
+
+#[test]
+fn large_lattices_have_the_bits_of_the_plain_loop() {
+    for size in [[170, 171, 1], [300, 290, 1], [61, 17, 15]] {
+        let material = Material { mass: 0.3, stiffness: 70.0, damping: 0.4 };
+        let mut part = shape::block(size, 0.5, material).expect("a lattice");
+        assert!(100_000 < part.springs.len());
+        let mut random = Random(9);
+        for particle in &mut part.particles {
+            particle.position += random.vector() * 0.2;
+            particle.velocity += random.vector();
+        }
+        let scene = Scene::of("lattice", part);
+        let mut queue = cuts(&scene);
+        check_forces::<f32>(&scene, &queue);
+        queue.push(Interaction::SetStiffness { springs: Select::Range(0, 5000), value: 91.0 });
+        check_forces::<f64>(&scene, &queue);
+    }
+}
