@@ -417,8 +417,7 @@ impl<R: Real> Sweep<'_, R> {
         for (piece, work) in parts() {
             let end = layout.bands[piece.band].numbers.end;
             let later = &work.later[..work.later.len().min(end - piece.numbers.end)];
-            let forces = &mut forces[piece.numbers.end..];
-            at_level!(self.level, _simd => add_column(later, forces));
+            self.add_column(later, &mut forces[piece.numbers.end..][..later.len()]);
         }
         for (piece, work) in parts() {
             let Band { numbers, halo, .. } = &layout.bands[piece.band];
@@ -427,13 +426,19 @@ impl<R: Real> Sweep<'_, R> {
             // The ends of segments, seen from the next lane.
             let (to, from) = (numbers.end - (halo - steps.start) * RECORD, 1 + steps.start);
             let (ahead, burnt) = (&work.ahead[from * RECORD + 1..], &work.burnt[from * LANES + 1..]);
-            let (count, power) = (steps.len(), &mut power[to / 3..]);
-            let forces = &mut forces[to..];
-            at_level!(self.level, _simd => add_column(&ahead[..count * RECORD], forces));
+            let (count, singles) = (steps.len() * RECORD, steps.len() * LANES);
+            self.add_column(&ahead[..count], &mut forces[to..][..count]);
             if self.damped {
-                at_level!(self.level, _simd => add_column(&burnt[..count * LANES], power));
+                self.add_column(&burnt[..singles], &mut power[to / 3..][..singles]);
             }
         }
+    }
+
+    /// Adds one column to another of its length.
+    fn add_column(&self, column: &[R], to: &mut [R]) {
+        for_each_share((to, column), |(to, column)| {
+            at_level!(self.level, _simd => add_column(column, to));
+        });
     }
 
     /// Adds the pull of the springs that fit no row.
