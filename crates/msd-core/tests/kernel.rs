@@ -367,6 +367,15 @@ fn large_lattices_have_the_bits_of_the_plain_loop() {
         }
         let scene = Scene::of("lattice", part);
         let mut queue = cuts(&scene);
+        let simulation = simulation::<f32>(&scene, Settings::default(), &[]);
+        let late = simulation.model().springs().late_sums();
+        let (carried, later) = (0..scene.springs.len() as u32).map(late).fold(
+            (0, 0),
+            |(carried, later), (lower, higher)| {
+                (carried + usize::from(lower), later + usize::from(higher.is_some()))
+            },
+        );
+        assert!(0 < carried && 0 < later, "{size:?} is in one part: {carried} {later}");
         check_forces::<f32>(&scene, &queue);
         queue.push(Interaction::SetStiffness { springs: Select::Range(0, 5000), value: 91.0 });
         check_forces::<f64>(&scene, &queue);

@@ -13,7 +13,10 @@
 //!
 //! Every particle sums in one order, whatever the layout: the springs to lower numbers, the lowest
 //! first, on what the fields have left there; then, on their own, those to higher numbers, the
-//! highest first; then what fits no row, the *extras*, in the order of their ends.
+//! highest first; then what fits no row, the *extras*, in the order of their ends. The one exception
+//! is a large block of segments: threads evaluate *parts* of it, steps in turn, at the same time, and
+//! what a part does to later ones, and to the ends of segments, is summed on its own and added before
+//! the extras. The parts depend on the springs alone, and so do the bits.
 
 use crate::system::columns::{LANES, RECORD};
 use crate::system::slots::{Block, Slots};
