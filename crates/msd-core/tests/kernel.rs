@@ -377,3 +377,31 @@ fn bodies_of_different_widths_keep_their_sums_apart() {
     check_forces::<f64>(&scene, &cuts(&scene));
     check_steps::<f32>(&scene, &[]);
 }
+
+#[test]
+fn large_lattices_have_the_bits_of_the_plain_loop() {
+    for size in [[170, 171, 1], [300, 290, 1], [61, 17, 15]] {
+        let material = Material { mass: 0.3, stiffness: 70.0, damping: 0.4 };
+        let mut part = shape::block(size, 0.5, material).expect("a lattice");
+        assert!(100_000 < part.springs.len());
+        let mut random = Random(9);
+        for particle in &mut part.particles {
+            particle.position += random.vector() * 0.2;
+            particle.velocity += random.vector();
+        }
+        let scene = Scene::of("lattice", part);
+        let mut queue = cuts(&scene);
+        let simulation = simulation::<f32>(&scene, Settings::default(), &[]);
+        let late = simulation.model().springs().late_sums();
+        let (carried, later) = (0..scene.springs.len() as u32).map(late).fold(
+            (0, 0),
+            |(carried, later), (lower, higher)| {
+                (carried + usize::from(lower), later + usize::from(higher.is_some()))
+            },
+        );
+        assert!(0 < carried && 0 < later, "{size:?} is in one part: {carried} {later}");
+        check_forces::<f32>(&scene, &queue);
+        queue.push(Interaction::SetStiffness { springs: Select::Range(0, 5000), value: 91.0 });
+        check_forces::<f64>(&scene, &queue);
+    }
+}

@@ -5,6 +5,7 @@
 //! numbers has sixteen of them for each record.
 
 pub mod slots;
+pub(crate) mod threads;
 
 use crate::number::Real;
 use alloc::vec;

@@ -1,6 +1,7 @@
 //! Fields: gravity, a uniform force and the drag of the air.
 
 use super::{Blocks, Element, Motion, Products, Vectors};
+use crate::columns::threads::{for_each_share, merge_shares};
 use crate::columns::{Aligned, LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use fearless_simd::Level;
@@ -41,10 +42,13 @@ impl<R: Real> Fields<R> {
     /// watts.
     pub(crate) fn set_forces(&self, level: Level, velocities: &[R], forces: &mut [R]) -> f64 {
         if self.drag == R::ZERO {
-            forces.copy_from_slice(&self.weights);
+            for_each_share((forces, &*self.weights), |(forces, weights)| {
+                forces.copy_from_slice(weights);
+            });
             return 0.0;
         }
-        at_level!(level, _simd => set_dragged(&self.weights, self.drag, velocities, forces))
+        let set = |(forces, (weights, velocities)): (&mut [R], (&[R], &[R]))| at_level!(level, _simd => set_dragged(weights, self.drag, velocities, forces));
+        merge_shares((forces, (&*self.weights, velocities)), &set, &|low, high| low + high)
     }
 
     /// The energy in the fields, −Σ (m g + f)·x, joules; zero at the origin.

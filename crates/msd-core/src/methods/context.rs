@@ -5,6 +5,7 @@ use super::dormand_prince;
 use super::implicit;
 use super::xpbd;
 use crate::columns::Aligned;
+use crate::columns::threads::Split;
 use crate::elements::springs::SpringWork;
 use crate::elements::{Motion, column};
 use crate::number::Real;
@@ -93,6 +94,37 @@ pub struct Parts<'a, R> {
     pub work: &'a mut [Aligned<R>],
 }
 
+/// The columns of a step and N work columns, or the same part of each: what a pass works on.
+pub(crate) struct Pass<'a, R, const N: usize> {
+    pub(crate) positions: &'a mut [R],
+    pub(crate) velocities: &'a mut [R],
+    pub(crate) forces: &'a [R],
+    pub(crate) inverse_masses: &'a [R],
+    pub(crate) work: [&'a mut [R]; N],
+}
+
+impl<R: Real, const N: usize> Split for Pass<'_, R, N> {
+    fn numbers(&self) -> usize {
+        self.positions.len()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        let (low_positions, positions) = self.positions.split_at_mut(numbers);
+        let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
+        let (low_forces, forces) = self.forces.split_at(numbers);
+        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
+        let mut work = self.work.map(|column| column.split_at_mut(numbers));
+        let low = Pass {
+            positions: low_positions,
+            velocities: low_velocities,
+            forces: low_forces,
+            inverse_masses: low_inverse_masses,
+            work: work.each_mut().map(|halves| core::mem::take(&mut halves.0)),
+        };
+        let work = work.map(|halves| halves.1);
+        (low, Pass { positions, velocities, forces, inverse_masses, work })
+    }
+}
+
 impl<'a, R: Real> StepContext<'a, R> {
     /// The system that is stepped.
     pub fn model(&self) -> &'a Model<R> {
@@ -122,6 +154,19 @@ impl<'a, R: Real> StepContext<'a, R> {
             forces: &mut self.scratch.forces,
             inverse_masses: &self.model.inverse_mass_column,
             work: &mut self.scratch.columns,
+        }
+    }
+
+    /// The columns of a pass with the first N work columns.
+    pub(crate) fn pass<const N: usize>(&mut self) -> Pass<'_, R, N> {
+        let work =
+            self.scratch.columns.first_chunk_mut().expect("columns that the method asked for");
+        Pass {
+            positions: &mut self.state.positions,
+            velocities: &mut self.state.velocities,
+            forces: &self.scratch.forces,
+            inverse_masses: &self.model.inverse_mass_column,
+            work: work.each_mut().map(|column| &mut **column),
         }
     }
 

@@ -7,7 +7,9 @@
 //! | velocity Verlet | 1, and 1 more per step |
 //! | RK4 | 4 |
 
-use super::{Parts, StepContext};
+use super::StepContext;
+use super::context::Pass;
+use crate::columns::threads::for_each_share;
 use crate::number::{Real, at_level};
 
 /// x' = x + h v, v' = v + h a(x, v).
@@ -15,15 +17,14 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
-        let parts = step.parts();
-        at_level!(level, _simd => drift_kick(parts, h));
+        for_each_share(step.pass(), |pass| at_level!(level, _simd => drift_kick(pass, h)));
         step.finish_substep(power * h.to_f64());
     }
 }
 
 #[inline(always)]
-fn drift_kick<R: Real>(parts: Parts<'_, R>, h: R) {
-    let Parts { positions: x, velocities: v, forces: f, inverse_masses: w, .. } = parts;
+fn drift_kick<R: Real>(pass: Pass<'_, R, 0>, h: R) {
+    let Pass { positions: x, velocities: v, forces: f, inverse_masses: w, .. } = pass;
     let n = x.len();
     let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
     for i in 0..n {
@@ -37,15 +38,14 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
-        let parts = step.parts();
-        at_level!(level, _simd => kick_drift(parts, h));
+        for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
         step.finish_substep(power * h.to_f64());
     }
 }
 
 #[inline(always)]
-fn kick_drift<R: Real>(parts: Parts<'_, R>, h: R) {
-    let Parts { positions: x, velocities: v, forces: f, inverse_masses: w, .. } = parts;
+fn kick_drift<R: Real>(pass: Pass<'_, R, 0>, h: R) {
+    let Pass { positions: x, velocities: v, forces: f, inverse_masses: w, .. } = pass;
     let n = x.len();
     let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
     for i in 0..n {
@@ -71,22 +71,22 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let is_damped = step.model.is_damped_at_all();
     if !step.scratch.warm {
         step.scratch.power = step.set_forces(step.time());
-        let parts = step.parts();
-        at_level!(level, _simd => set_accelerations(parts));
+        for_each_share(step.pass(), |pass| at_level!(level, _simd => set_accelerations(pass)));
     }
     for _ in 0..step.substeps() {
         let before = step.scratch.power;
-        let parts = step.parts();
         let power = if is_damped {
-            at_level!(level, _simd => kick_drift_predict(parts, h));
+            let advance = |pass: Pass<'_, R, VERLET_COLUMNS>| {
+                at_level!(level, _simd => kick_drift_predict(pass, h));
+            };
+            for_each_share(step.pass(), advance);
             step.set_forces_predicted(PREDICTED)
         } else {
-            at_level!(level, _simd => half_kick_drift(parts, h));
+            for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick_drift(pass, h)));
             step.set_forces(step.time() + step.settings.substep())
         };
         step.scratch.power = power;
-        let parts = step.parts();
-        at_level!(level, _simd => half_kick(parts, h));
+        for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick(pass, h)));
         step.finish_substep(0.5 * (before + power) * h.to_f64());
     }
     // What the next step would find again to the bit.
@@ -95,9 +95,9 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
 }
 
 #[inline(always)]
-fn set_accelerations<R: Real>(parts: Parts<'_, R>) {
-    let Parts { forces: f, inverse_masses: w, work, .. } = parts;
-    let [now, before, _] = work else { return };
+fn set_accelerations<R: Real>(pass: Pass<'_, R, 2>) {
+    let Pass { forces: f, inverse_masses: w, work, .. } = pass;
+    let [now, before] = work;
     let n = f.len();
     let (now, before, w) = (&mut now[..n], &mut before[..n], &w[..n]);
     for i in 0..n {
@@ -107,9 +107,9 @@ fn set_accelerations<R: Real>(parts: Parts<'_, R>) {
 }
 
 #[inline(always)]
-fn kick_drift_predict<R: Real>(parts: Parts<'_, R>, h: R) {
-    let Parts { positions: x, velocities: v, work, .. } = parts;
-    let [now, before, predicted] = work else { return };
+fn kick_drift_predict<R: Real>(pass: Pass<'_, R, VERLET_COLUMNS>, h: R) {
+    let Pass { positions: x, velocities: v, work, .. } = pass;
+    let [now, before, predicted] = work;
     let n = x.len();
     let (v, now) = (&mut v[..n], &now[..n]);
     let (before, predicted) = (&mut before[..n], &mut predicted[..n]);
@@ -124,8 +124,8 @@ fn kick_drift_predict<R: Real>(parts: Parts<'_, R>, h: R) {
 }
 
 #[inline(always)]
-fn half_kick_drift<R: Real>(parts: Parts<'_, R>, h: R) {
-    let Parts { positions: x, velocities: v, work, .. } = parts;
+fn half_kick_drift<R: Real>(pass: Pass<'_, R, 1>, h: R) {
+    let Pass { positions: x, velocities: v, work, .. } = pass;
     let n = x.len();
     let (v, now) = (&mut v[..n], &work[0][..n]);
     let half = h * R::HALF;
@@ -136,8 +136,8 @@ fn half_kick_drift<R: Real>(parts: Parts<'_, R>, h: R) {
 }
 
 #[inline(always)]
-fn half_kick<R: Real>(parts: Parts<'_, R>, h: R) {
-    let Parts { velocities: v, forces: f, inverse_masses: w, work, .. } = parts;
+fn half_kick<R: Real>(pass: Pass<'_, R, 1>, h: R) {
+    let Pass { velocities: v, forces: f, inverse_masses: w, work, .. } = pass;
     let n = v.len();
     let (f, w, now) = (&f[..n], &w[..n], &mut work[0][..n]);
     let half = h * R::HALF;
@@ -163,30 +163,31 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         for (stage, (weight, reach, at)) in stages.into_iter().enumerate() {
             energy += weight.to_f64() * step.set_forces(time + at * length);
             if stage == 0 {
-                start(step.parts());
+                for_each_share(step.pass(), start);
             }
-            let parts = step.parts();
-            at_level!(level, _simd => next_stage(parts, weight, reach));
+            for_each_share(
+                step.pass(),
+                |pass| at_level!(level, _simd => next_stage(pass, weight, reach)),
+            );
         }
         energy += step.set_forces(time + length);
-        let parts = step.parts();
-        at_level!(level, _simd => last_stage(parts, sixth));
+        for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
         step.finish_substep(energy * sixth.to_f64());
     }
 }
 
-fn start<R: Real>(parts: Parts<'_, R>) {
-    let [x0, v0, sx, sv] = parts.work else { return };
-    x0.copy_from_slice(parts.positions);
-    v0.copy_from_slice(parts.velocities);
+fn start<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>) {
+    let [x0, v0, sx, sv] = pass.work;
+    x0.copy_from_slice(pass.positions);
+    v0.copy_from_slice(pass.velocities);
     sx.fill(R::ZERO);
     sv.fill(R::ZERO);
 }
 
 #[inline(always)]
-fn next_stage<R: Real>(parts: Parts<'_, R>, weight: R, reach: R) {
-    let Parts { positions: x, velocities: v, forces: f, inverse_masses: w, work } = parts;
-    let [x0, v0, sx, sv] = work else { return };
+fn next_stage<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>, weight: R, reach: R) {
+    let Pass { positions: x, velocities: v, forces: f, inverse_masses: w, work } = pass;
+    let [x0, v0, sx, sv] = work;
     let n = x.len();
     let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
     let (x0, v0, sx, sv) = (&x0[..n], &v0[..n], &mut sx[..n], &mut sv[..n]);
@@ -200,9 +201,9 @@ fn next_stage<R: Real>(parts: Parts<'_, R>, weight: R, reach: R) {
 }
 
 #[inline(always)]
-fn last_stage<R: Real>(parts: Parts<'_, R>, sixth: R) {
-    let Parts { positions: x, velocities: v, forces: f, inverse_masses: w, work } = parts;
-    let [x0, v0, sx, sv] = work else { return };
+fn last_stage<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>, sixth: R) {
+    let Pass { positions: x, velocities: v, forces: f, inverse_masses: w, work } = pass;
+    let [x0, v0, sx, sv] = work;
     let n = x.len();
     let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
     let (x0, v0, sx, sv) = (&x0[..n], &v0[..n], &sx[..n], &sv[..n]);

@@ -1,6 +1,7 @@
 //! The law of contact: where a particle inside an obstacle goes, and with which velocity.
 
 use super::{Obstacle, PlaneColumn};
+use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{self, LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use crate::scene::Friction;
@@ -93,13 +94,48 @@ pub(crate) struct Bodies<'a, R: Real> {
     pub(crate) time: f64,
 }
 
+impl<R: Real> Bodies<'_, R> {
+    /// The same, lent for a shorter time.
+    fn reborrow(&mut self) -> Bodies<'_, R> {
+        Bodies { positions: &mut *self.positions, velocities: &mut *self.velocities, ..*self }
+    }
+}
+
+impl<R: Real> Split for Bodies<'_, R> {
+    fn numbers(&self) -> usize {
+        self.positions.len()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        let (low_masses, masses) = self.masses.split_at(numbers / 3);
+        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
+        let (low_forces, forces) = self.forces.split_at(numbers);
+        let (low_positions, positions) = self.positions.split_at_mut(numbers);
+        let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
+        let low = Bodies {
+            masses: low_masses,
+            inverse_masses: low_inverse_masses,
+            forces: low_forces,
+            positions: low_positions,
+            velocities: low_velocities,
+            ..self
+        };
+        (low, Bodies { masses, inverse_masses, forces, positions, velocities, ..self })
+    }
+}
+
 /// Moves every particle out of a plane, and lets it bounce.
 pub(crate) fn resolve_plane<R: Real>(
     level: Level,
     plane: &PlaneColumn<R>,
     bodies: &mut Bodies<'_, R>,
 ) -> Contacts {
-    at_level!(level, _simd => resolve_lanes(plane, bodies))
+    let resolve =
+        |mut bodies: Bodies<'_, R>| at_level!(level, _simd => resolve_lanes(plane, &mut bodies));
+    let add = |mut low: Contacts, high| {
+        low += high;
+        low
+    };
+    merge_shares(bodies.reborrow(), &resolve, &add)
 }
 
 #[inline(always)]

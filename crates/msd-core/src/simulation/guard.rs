@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::columns::LANES;
+use crate::columns::threads::merge_shares;
 use crate::error::{Divergence, Error};
 use crate::number::{Real, Vector, at_level};
 use crate::stability::Estimator;
@@ -42,10 +43,10 @@ impl<R: Real> Simulation<R> {
 
 /// The first particle that is outside the world, or the velocity of which is not finite.
 fn first_outside<R: Real>(level: Level, model: &Model<R>, state: &Columns<R>) -> Option<usize> {
-    let (extent, x, v) = (model.extent, &state.positions, &state.velocities);
+    let (extent, columns) = (model.extent, (&*state.positions, &*state.velocities));
     // All at once first, which is faster than to stop at one that is hardly ever there.
-    let inside = at_level!(level, _simd => is_within(x, extent) & is_within(v, R::LARGEST));
-    if inside {
+    let is_inside = |(x, v): (&[R], &[R])| at_level!(level, _simd => is_within(x, extent) & is_within(v, R::LARGEST));
+    if merge_shares(columns, &is_inside, &|low, high| low & high) {
         return None;
     }
     let within = |vector: R::Vec3, bound: R| {

@@ -16,6 +16,7 @@ pub use interaction::{Effects, Interaction, Select};
 pub use progress::{Held, Progress};
 pub use witness::Witness;
 
+use crate::columns::threads;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
@@ -116,7 +117,7 @@ impl<R: Real> Simulation<R> {
     /// [`Error::Diverged`] if a particle left the world, [`Error::Unreachable`] if an adaptive
     /// method cannot keep its tolerance; the state is then the one before the step.
     pub fn step(&mut self) -> Result<(), Error> {
-        R::step(self)
+        threads::enter(self.state.positions.len(), || R::step(self))
     }
 
     /// [`Simulation::step`], compiled in this crate: its loops are fast however a caller is built.

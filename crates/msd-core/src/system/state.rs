@@ -1,6 +1,7 @@
 //! What a step advances: positions and velocities, as a caller holds them and as columns.
 
 use crate::columns::slots::Slots;
+use crate::columns::threads::for_each_share;
 use crate::columns::{self, Aligned};
 use crate::elements::{Motion, collected, column, spread};
 use crate::error::Error;
@@ -68,8 +69,9 @@ impl<R: Real> Columns<R> {
 
     /// Overwrites these columns with others.
     pub(crate) fn copy_from(&mut self, other: &Columns<R>) {
-        self.positions.copy_from_slice(&other.positions);
-        self.velocities.copy_from_slice(&other.velocities);
+        let copy = |(to, from): (&mut [R], &[R])| to.copy_from_slice(from);
+        for_each_share((&mut *self.positions, &*other.positions), copy);
+        for_each_share((&mut *self.velocities, &*other.velocities), copy);
     }
 
     /// The state in the order of the scene.

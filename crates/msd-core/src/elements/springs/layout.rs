@@ -13,7 +13,10 @@
 //!
 //! Every particle sums in one order, whatever the layout: the springs to lower numbers, the lowest
 //! first, on what the fields have left there; then, on their own, those to higher numbers, the
-//! highest first; then what fits no row, the *extras*, in the order of their ends.
+//! highest first; then what fits no row, the *extras*, in the order of their ends. The one
+//! exception is a large block of segments: threads evaluate *parts* of it, steps in turn, at the
+//! same time, and what a part does to later ones, and to the ends of segments, is summed on its own
+//! and added before the extras. The parts depend on the springs alone, and so do the bits.
 
 use crate::columns::slots::{Block, Slots};
 use crate::columns::{LANES, RECORD};
@@ -49,15 +52,33 @@ pub(crate) struct Step {
     pub(crate) rows: u32,
 }
 
-/// The steps and rows of a block.
+/// The steps and rows of a block, or of some records of a block without segments.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Band {
-    /// The numbers of the block in the columns of vectors.
+    /// Its numbers in the columns of vectors, those in front of the first included.
     pub(crate) numbers: Range<usize>,
     pub(crate) steps: Range<usize>,
     pub(crate) rows: Range<usize>,
     /// How many of the steps are the halo; `None` without segments.
     pub(crate) halo: Option<usize>,
+}
+
+/// What one thread evaluates of a band: all, or of a large block with segments some steps in turn.
+///
+/// A part adds what its springs do to later parts to a column of its own, and what the ends of
+/// segments feel stays where it was summed. Both are added to the forces when all parts are done,
+/// so that these can be evaluated at once.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Piece {
+    pub(crate) band: usize,
+    /// The numbers of its particles in the columns of vectors.
+    pub(crate) numbers: Range<usize>,
+    /// Its first step, counted in the band.
+    pub(crate) first: usize,
+    pub(crate) steps: Range<usize>,
+    pub(crate) rows: Range<usize>,
+    /// Whether it is not all of the band.
+    pub(crate) is_part: bool,
 }
 
 /// A spring that fits no row.
@@ -72,6 +93,9 @@ pub(crate) struct Extra {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Layout {
     pub(crate) bands: Vec<Band>,
+    pub(crate) pieces: Vec<Piece>,
+    /// Pieces in turn that one thread evaluates.
+    pub(crate) groups: Vec<Range<usize>>,
     pub(crate) steps: Vec<Step>,
     pub(crate) rows: Vec<Row>,
     /// The other ends of rows without segments, as places in the table of points.
@@ -96,6 +120,17 @@ const MOST_EXTRAS: usize = 20;
 
 /// Bodies of fewer particles share a block with their neighbours.
 const FEW: usize = 256;
+
+/// Rows of a piece of a large block and of a group of pieces, at least: 50 000 springs, worth a
+/// thread of their own.
+const GROUP: usize = 50_000 / LANES;
+
+/// Parts of a block, at most.
+const MOST_PARTS: usize = 16;
+
+/// Rows for each step of the halo and each part but the first, at least: what a part does to later
+/// ones is added record by record, which takes a few percent of the time of as many rows.
+const ROWS_PER_STEP: usize = 16;
 
 impl Layout {
     /// Orders springs by their ends alone: the same springs give the same layout, cut or not.
@@ -129,12 +164,24 @@ impl Layout {
             Extra { spring, at }
         };
         layout.extras = extras.iter().map(extra).collect();
+        layout.group();
         (slots, layout)
     }
 
     /// The most steps of a halo.
     pub(crate) fn halo(&self) -> usize {
         self.bands.iter().filter_map(|band| band.halo).max().unwrap_or(0)
+    }
+
+    /// The records that a group keeps for later parts.
+    pub(crate) fn kept_for_later(&self, group: &Range<usize>) -> usize {
+        let piece = &self.pieces[group.start];
+        let band = &self.bands[piece.band];
+        if piece.is_part && piece.numbers.end < band.numbers.end {
+            band.halo.unwrap_or(0)
+        } else {
+            0
+        }
     }
 
     /// The most rows of a step that name each other end.
@@ -155,6 +202,77 @@ impl Layout {
         self.extras.retain(|extra| extra.spring as usize != spring);
     }
 
+    /// Cuts the bands into pieces, and groups these. Both depend on the rows alone, so that the
+    /// bits do not depend on threads.
+    fn group(&mut self) {
+        for band in 0..self.bands.len() {
+            self.add_pieces(band);
+        }
+        let (mut start, mut rows) = (0, 0);
+        let mut left: usize = self.pieces.iter().map(|piece| piece.rows.len()).sum();
+        for (number, piece) in self.pieces.iter().enumerate() {
+            (rows, left) = (rows + piece.rows.len(), left - piece.rows.len());
+            let next = self.pieces.get(number + 1);
+            // A part needs work columns of its own.
+            let is_cut = piece.is_part || next.is_none_or(|next| next.is_part);
+            if is_cut || (GROUP <= rows && GROUP <= left) {
+                self.groups.push(start..number + 1);
+                (start, rows) = (number + 1, 0);
+            }
+        }
+    }
+
+    /// Adds the pieces of a band, with about as many rows each.
+    fn add_pieces(&mut self, band: usize) {
+        let Band { numbers, steps, rows, halo } = self.bands[band].clone();
+        let (halo, len) = (halo.unwrap_or(0), numbers.len() / RECORD - 1);
+        let most = (1 + rows.len() / (halo.max(1) * ROWS_PER_STEP)).min(rows.len() / GROUP);
+        // A power of two, as threads mostly are. Sums are carried on once at most.
+        let is_large = 0 < halo && halo < len && 1 < most;
+        let parts = if is_large { 1 << most.min(MOST_PARTS).ilog2() } else { 1 };
+        let mut piece = Piece {
+            band,
+            numbers: numbers.start..numbers.end,
+            first: 0,
+            steps: steps.start..steps.start,
+            rows: rows.start..rows.start,
+            is_part: 1 < parts,
+        };
+        for part in 1..=parts {
+            let last_row = rows.start + rows.len() * part / parts;
+            while piece.steps.end < steps.end && (part == parts || piece.rows.end < last_row) {
+                piece.rows.end += self.steps[piece.steps.end].rows as usize;
+                piece.steps.end += 1;
+            }
+            let next = piece.steps.end - steps.start;
+            let start = numbers.start + (1 + next.saturating_sub(halo)) * RECORD;
+            piece.numbers.end = if part == parts { numbers.end } else { start };
+            self.pieces.push(piece.clone());
+            piece.numbers.start = piece.numbers.end;
+            piece.first = next;
+            piece.steps.start = piece.steps.end;
+            piece.rows.start = piece.rows.end;
+        }
+    }
+
+    /// The later of the sums of its ends that each row of a part is added to: whether that of the
+    /// end with the lower number is carried on, and, for the other, the piece that keeps it.
+    pub(crate) fn late_sums(&self) -> Vec<(bool, Option<usize>)> {
+        let mut late = vec![(false, None); self.rows.len()];
+        for (number, piece) in self.pieces.iter().enumerate().filter(|piece| piece.1.is_part) {
+            let band = &self.bands[piece.band];
+            let end = piece.numbers.end - band.numbers.start;
+            let mut rows = piece.rows.clone();
+            for (step, first) in self.steps[piece.steps.clone()].iter().zip(piece.first..) {
+                for row in rows.by_ref().take(step.rows as usize) {
+                    let is_later = end <= self.rows[row].other as usize;
+                    late[row] = (Some(first) < band.halo, is_later.then_some(number));
+                }
+            }
+        }
+        late
+    }
+
     /// Adds the rows of a block, and returns the slots of its particles if it has no segments.
     fn add_block(
         &mut self,
@@ -165,18 +283,40 @@ impl Layout {
         let len = springs.count.div_ceil(LANES);
         let numbers = blank * RECORD..(blank + 1 + len) * RECORD;
         let (first_step, first_row) = (self.steps.len(), self.rows.len());
-        let families = springs.families();
-        let (near, far): (Vec<u32>, Vec<u32>) =
-            springs.members.iter().partition(|&&spring| families[springs.apart(spring)]);
-        let (halo, order) = if far.len() * MOST_EXTRAS <= springs.members.len() {
-            extras.extend(far);
-            (Some(self.add_segments(springs, near, len)), None)
-        } else {
-            (None, Some(self.add_gathers(springs, blank)))
-        };
+        let (near, far) = springs.near_and_far();
+        if !springs.has_segments(&far) {
+            let order = self.add_gathers(springs, blank);
+            self.add_bands(blank, first_step, first_row);
+            return Some(order);
+        }
+        extras.extend(far);
+        let halo = Some(self.add_segments(springs, near, len));
         let (steps, rows) = (first_step..self.steps.len(), first_row..self.rows.len());
         self.bands.push(Band { numbers, steps, rows, halo });
-        order
+        None
+    }
+
+    /// Adds the bands of a block without segments, the steps and rows of which are there: each step
+    /// writes one record, so that its records can be evaluated in any order.
+    fn add_bands(&mut self, blank: usize, step: usize, row: usize) {
+        let (records, parts) = (self.steps.len() - step, (self.rows.len() - row) / GROUP);
+        let len = records.div_ceil(parts.clamp(1, MOST_PARTS)).max(1);
+        let mut start = (blank * RECORD, step, row);
+        for last in (step + len..).step_by(len) {
+            let (first_number, first_step, first_row) = start;
+            let steps = first_step..last.min(self.steps.len());
+            let mut end = ((blank + 1 + steps.end - step) * RECORD, steps.end, first_row);
+            for step in &mut self.steps[steps.clone()] {
+                step.at -= (first_number - blank * RECORD) as u32;
+                end.2 += step.rows as usize;
+            }
+            let (numbers, rows) = (first_number..end.0, first_row..end.2);
+            self.bands.push(Band { numbers, steps, rows, halo: None });
+            if end.1 == self.steps.len() {
+                return;
+            }
+            start = end;
+        }
     }
 
     /// Adds steps and rows of segments of `len` particles; returns the length of the halo.
@@ -307,6 +447,17 @@ impl Springs<'_> {
         let mut counts = vec![0usize; self.count];
         self.members.iter().for_each(|&spring| counts[self.apart(spring)] += 1);
         counts.iter().map(|&count| 0 < count && self.count <= count * FAMILY).collect()
+    }
+
+    /// The springs of families, and the others.
+    fn near_and_far(&self) -> (Vec<u32>, Vec<u32>) {
+        let families = self.families();
+        self.members.iter().partition(|&&spring| families[self.apart(spring)])
+    }
+
+    /// Whether the block is cut into segments, if these springs are of no family.
+    fn has_segments(&self, far: &[u32]) -> bool {
+        far.len() * MOST_EXTRAS <= self.members.len()
     }
 
     /// The springs of each particle, in the order in which it sums them.

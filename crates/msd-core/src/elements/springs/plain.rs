@@ -3,6 +3,7 @@
 use super::Springs;
 use super::law::pull;
 use crate::number::{Real, Vector};
+use alloc::collections::BTreeMap;
 use alloc::vec;
 use alloc::vec::Vec;
 
@@ -10,7 +11,9 @@ use alloc::vec::Vec;
 /// take away, watts. All columns are in the order of the scene.
 ///
 /// A particle sums the springs to lower numbers, the lowest first, on what is in `forces`; then, on
-/// their own, those to higher numbers, the highest first; then the extras of the layout.
+/// their own, those to higher numbers, the highest first; then the extras of the layout. In a large
+/// block, whose parts threads may evaluate at once, the springs from an earlier part have sums of
+/// their own, and so have those from the end of a segment: these are added when all parts are done.
 pub fn add_forces<R: Real>(
     springs: &Springs<R>,
     [positions, velocities]: [&[R::Vec3]; 2],
@@ -37,18 +40,31 @@ pub fn add_forces<R: Real>(
             higher[i as usize].push((j, spring));
         }
     }
+    let late_sums = springs.late_sums();
+    let mut later: BTreeMap<(usize, u32), R::Vec3> = BTreeMap::new();
+    let mut carried = vec![R::Vec3::ZERO; forces.len()];
     let mut power = 0.0;
     for (i, mut higher) in higher.into_iter().enumerate() {
         higher.sort_by_key(|&(j, spring)| (u32::MAX - j, spring));
         let (mut ahead, mut burnt) = (R::Vec3::ZERO, R::ZERO);
         for (j, spring) in higher {
             let Some((there, burns)) = pull(spring, [i as u32, j]) else { continue };
-            ahead -= there;
-            forces[j as usize] += there;
+            let (is_carried, keeper) = late_sums(spring);
+            *(if is_carried { &mut carried[i] } else { &mut ahead }) -= there;
+            match keeper {
+                Some(piece) => *later.entry((piece, j)).or_default() += there,
+                None => forces[j as usize] += there,
+            }
             burnt += burns;
         }
         forces[i] += ahead;
         power += burnt.to_f64();
+    }
+    for ((_, j), sum) in later {
+        forces[j as usize] += sum;
+    }
+    for (force, carried) in forces.iter_mut().zip(carried) {
+        *force += carried;
     }
     for spring in extras {
         let [i, j] = sorted(spring);

@@ -1,8 +1,9 @@
 //! The pull of many springs at once: the fast twin of [`super::law::pull`], equal to the bit.
 
 use super::gather::{GATHERED, gather_rows};
-use super::layout::{Band, Layout, POINT, Row};
-use crate::columns::{LANES, RECORD};
+use super::law::Law;
+use super::layout::{Band, Extra, Layout, POINT, Piece, Row};
+use crate::columns::{LANES, RECORD, single};
 use crate::number::Real;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
@@ -21,14 +22,17 @@ pub(crate) struct Input<'a, R> {
     pub(crate) points: &'a [R],
 }
 
-/// What a sweep writes.
+/// What a sweep of a piece writes.
 pub(crate) struct Sums<'a, R> {
+    /// The forces of the piece, newtons.
     pub(crate) forces: &'a mut [R],
-    /// The power of the dampers of each particle's springs to higher numbers, watts.
+    /// The power of the dampers of each of its particles' springs to higher numbers, watts.
     pub(crate) power: &'a mut [R],
     /// Forces and power at the ends of segments, kept until their turn in their own lane.
     pub(crate) ahead: &'a mut [R],
     pub(crate) burnt: &'a mut [R],
+    /// Forces on the particles of later parts.
+    pub(crate) later: &'a mut [R],
     /// Motions at the other ends of the rows of a step, where a block has no segments.
     pub(crate) gathered: &'a mut [R],
 }
@@ -70,37 +74,47 @@ pub(super) fn values<S: Simd, V: SimdBase<S>>(
     [at(rest), at(stiffness), at(damping)]
 }
 
-/// Adds the pull of every spring of a band that fits a row.
+/// Adds the pull of every spring of a piece that fits a row.
 #[inline(always)]
 pub(crate) fn add_springs<S: Simd, R: Real, const DAMPED: bool>(
     simd: S,
-    band: &Band,
+    piece: &Piece,
     input: Input<'_, R>,
     sums: Sums<'_, R>,
 ) {
+    let band = &input.layout.bands[piece.band];
     match band.halo {
-        Some(halo) => add_segments::<S, R, DAMPED>(simd, (band, halo), input, sums),
+        Some(halo) if piece.is_part => {
+            add_segments::<S, R, DAMPED, true>(simd, (band, halo, piece), input, sums);
+        }
+        Some(halo) => add_segments::<S, R, DAMPED, false>(simd, (band, halo, piece), input, sums),
         None => add_gathers::<S, R, DAMPED>(simd, band, input, sums),
     }
 }
 
 /// Adds the springs between records, each evaluated once.
 #[inline(always)]
-fn add_segments<S: Simd, R: Real, const DAMPED: bool>(
+fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     simd: S,
-    (band, halo): (&Band, usize),
+    (band, halo, piece): (&Band, usize, &Piece),
     input: Input<'_, R>,
-    Sums { forces, power, ahead, burnt, .. }: Sums<'_, R>,
+    Sums { forces, power, ahead, burnt, later, .. }: Sums<'_, R>,
 ) {
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
     let Input { layout, values: table, .. } = input;
     let (x, v) = (&input.positions[band.numbers.clone()], &input.velocities[band.numbers.clone()]);
-    let f = &mut forces[band.numbers.clone()];
-    let power = &mut power[band.numbers.start / 3..band.numbers.end / 3];
-    let rows = &layout.rows[band.rows.clone()];
+    let f = forces;
+    // The numbers of the piece, counted in the band.
+    let first = if PART { piece.numbers.start - band.numbers.start } else { 0 };
+    let end = first + f.len();
+    if PART {
+        later.fill(R::ZERO);
+    }
+    let rows = &layout.rows[piece.rows.clone()];
     let mut next = 0;
-    for (number, step) in layout.steps[band.steps.clone()].iter().enumerate() {
-        let (at, carry) = (step.at as usize, step.carry as usize);
+    for (number, step) in layout.steps[piece.steps.clone()].iter().enumerate() {
+        let number = if PART { piece.first + number } else { number };
+        let (at, carry) = (step.at as usize, if PART { 0 } else { step.carry as usize });
         let start = next;
         next += step.rows as usize;
         for part in (0..LANES).step_by(lanes) {
@@ -114,8 +128,13 @@ fn add_segments<S: Simd, R: Real, const DAMPED: bool>(
                 let law = values(simd, table, row, part);
                 let mask = u64::from(row.mask >> part);
                 let (pull, burns) = pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, mask);
-                let far: [Pack<S, R>; 3] = load(simd, &f[other..], part);
-                store(zip(pull, far, |p, f| p + f), &mut f[other..], part);
+                let to = if PART && end <= other {
+                    &mut later[other - end..]
+                } else {
+                    &mut f[other - first..]
+                };
+                let far: [Pack<S, R>; 3] = load(simd, to, part);
+                store(zip(pull, far, |p, f| p + f), to, part);
                 sum = zip(sum, pull, |s, p| s - p);
                 if DAMPED {
                     heat += burns;
@@ -126,6 +145,7 @@ fn add_segments<S: Simd, R: Real, const DAMPED: bool>(
                 let to = (1 + number) * LANES + part;
                 heat.store_slice(&mut burnt[to..to + lanes]);
             } else {
+                let at = at - first;
                 let own: [Pack<S, R>; 3] = load(simd, &f[at..], part);
                 store(zip(own, sum, |f, s| f + s), &mut f[at..], part);
                 if DAMPED {
@@ -133,6 +153,14 @@ fn add_segments<S: Simd, R: Real, const DAMPED: bool>(
                 }
             }
         }
+    }
+}
+
+/// Adds one column to another.
+#[inline(always)]
+pub(crate) fn add_column<R: Real>(column: &[R], to: &mut [R]) {
+    for (to, &number) in to.iter_mut().zip(column) {
+        *to += number;
     }
 }
 
@@ -147,8 +175,7 @@ fn add_gathers<S: Simd, R: Real, const DAMPED: bool>(
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
     let Input { layout, values: table, points, .. } = input;
     let (x, v) = (&input.positions[band.numbers.clone()], &input.velocities[band.numbers.clone()]);
-    let f = &mut forces[band.numbers.clone()];
-    let power = &mut power[band.numbers.start / 3..band.numbers.end / 3];
+    let f = forces;
     let rows = &layout.rows[band.rows.clone()];
     let mut next = 0;
     for step in &layout.steps[band.steps.clone()] {
@@ -183,6 +210,58 @@ fn add_gathers<S: Simd, R: Real, const DAMPED: bool>(
             store(zip(lower, higher, |a, b| a + b), &mut f[at..], part);
             if DAMPED {
                 heat.store_slice(&mut power[at / 3 + part..at / 3 + part + lanes]);
+            }
+        }
+    }
+}
+
+/// Adds the pull of springs that fit no row, sixteen at a time.
+#[inline(always)]
+pub(crate) fn add_extras<S: Simd, R: Real, const DAMPED: bool>(
+    simd: S,
+    (extras, law_of): (&[Extra], impl Fn(usize) -> Law<R>),
+    input: Input<'_, R>,
+    (forces, power): (&mut [R], &mut [R]),
+) {
+    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    for extras in extras.chunks(LANES) {
+        // Positions and velocities here and there, and what law the springs have.
+        let mut ends = [[R::ZERO; RECORD]; 4];
+        let mut laws = [[R::ZERO; LANES]; 3];
+        for (lane, extra) in extras.iter().enumerate() {
+            let [here, there] = extra.at.map(|at| at as usize);
+            for axis in 0..3 {
+                let (to, of) = (axis * LANES + lane, axis * LANES);
+                ends[0][to] = input.positions[here + of];
+                ends[2][to] = input.positions[there + of];
+                if DAMPED {
+                    ends[1][to] = input.velocities[here + of];
+                    ends[3][to] = input.velocities[there + of];
+                }
+            }
+            let law = law_of(extra.spring as usize);
+            (laws[0][lane], laws[1][lane], laws[2][lane]) = (law.rest, law.stiffness, law.damping);
+        }
+        let (mut pulls, mut burns) = ([R::ZERO; RECORD], [R::ZERO; LANES]);
+        for part in (0..LANES).step_by(lanes) {
+            let here = motion::<S, R, DAMPED>(simd, &ends[0], &ends[1], 0, part);
+            let there = motion::<S, R, DAMPED>(simd, &ends[2], &ends[3], 0, part);
+            let law =
+                laws.each_ref().map(|law| Pack::<S, R>::from_slice(simd, &law[part..part + lanes]));
+            let (pull, burn) = pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, u64::MAX);
+            store(pull, &mut pulls, part);
+            burn.store_slice(&mut burns[part..part + lanes]);
+        }
+        for (lane, extra) in extras.iter().enumerate() {
+            let [here, there] = extra.at.map(|at| at as usize);
+            for axis in (0..RECORD).step_by(LANES) {
+                forces[here + axis] -= pulls[axis + lane];
+            }
+            for axis in (0..RECORD).step_by(LANES) {
+                forces[there + axis] += pulls[axis + lane];
+            }
+            if DAMPED {
+                power[single(here)] += burns[lane];
             }
         }
     }

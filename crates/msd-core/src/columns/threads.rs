@@ -1,0 +1,94 @@
+//! Work on long columns, shared among the threads of the current pool of rayon.
+//!
+//! A column is halved until its parts are short, at places that depend on its length alone; what
+//! the parts come to is merged in the order of the halves. So a sum has the same bits on any number
+//! of threads, and without the feature `parallel`.
+
+use super::RECORD;
+
+/// Numbers of a column of vectors that one thread takes at a time, at most: those of 8192
+/// particles. To share fewer would cost as long as it saves.
+const SHARE: usize = 512 * RECORD;
+
+/// What can be cut between two records.
+pub(crate) trait Split: Send + Sized {
+    /// Its length, as that of a column of vectors.
+    fn numbers(&self) -> usize;
+    /// Cuts after so many numbers.
+    fn split(self, numbers: usize) -> (Self, Self);
+}
+
+impl<R: Sync> Split for &[R] {
+    fn numbers(&self) -> usize {
+        self.len()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        self.split_at(numbers)
+    }
+}
+
+impl<R: Send> Split for &mut [R] {
+    fn numbers(&self) -> usize {
+        self.len()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        self.split_at_mut(numbers)
+    }
+}
+
+/// Two columns of one length.
+impl<A: Split, B: Split> Split for (A, B) {
+    fn numbers(&self) -> usize {
+        self.0.numbers()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        let ((a, c), (b, d)) = (self.0.split(numbers), self.1.split(numbers));
+        ((a, b), (c, d))
+    }
+}
+
+/// Works on every part of a column.
+pub(crate) fn for_each_share<W: Split>(work: W, run: impl Fn(W) + Sync) {
+    merge_shares(work, &run, &|(), ()| ());
+}
+
+/// Works on every part of a column and merges what the parts come to.
+pub(crate) fn merge_shares<W: Split, O: Send>(
+    work: W,
+    run: &(impl Fn(W) -> O + Sync),
+    merge: &(impl Fn(O, O) -> O + Sync),
+) -> O {
+    let numbers = work.numbers();
+    if numbers <= SHARE {
+        return run(work);
+    }
+    let (low, high) = work.split(numbers / RECORD / 2 * RECORD);
+    let (low, high) = join(|| merge_shares(low, run, merge), || merge_shares(high, run, merge));
+    merge(low, high)
+}
+
+/// Does two things, at the same time where there are threads for both.
+pub(crate) fn join<A: Send, B: Send>(
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    #[cfg(feature = "parallel")]
+    if are_several() {
+        return rayon::join(a, b);
+    }
+    (a(), b())
+}
+
+/// Does something with columns of so many numbers on a thread of the pool, if they are shared: from
+/// there, sharing costs little.
+pub(crate) fn enter<A: Send>(numbers: usize, run: impl FnOnce() -> A + Send) -> A {
+    if numbers <= SHARE { run() } else { join(run, || ()).0 }
+}
+
+/// Whether there are threads to share work with.
+pub(crate) fn are_several() -> bool {
+    #[cfg(feature = "parallel")]
+    return 1 < rayon::current_num_threads();
+    #[cfg(not(feature = "parallel"))]
+    false
+}

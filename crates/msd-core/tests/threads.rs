@@ -1,0 +1,68 @@
+//! A large system has the same bits on any number of threads.
+#![cfg(feature = "parallel")]
+
+use msd_core::glam::DVec3;
+use msd_core::{
+    Friction, Integrator, Material, Pin, Plane, Scene, Settings, Simulation, Spring, shape,
+    state_hash,
+};
+use rayon::ThreadPoolBuilder;
+
+/// State and energy taken away after some steps.
+fn run(scene: &Scene, integrator: Integrator, threads: usize) -> (u64, u64) {
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+    pool.install(|| {
+        let settings = Settings { integrator, substeps: 4, ..Settings::default() };
+        let mut simulation = Simulation::<f32>::new(scene, settings).expect("a valid scene");
+        for _ in 0..3 {
+            simulation.step().expect("soft");
+        }
+        (state_hash(&simulation.state()), simulation.energy().dissipated.to_bits())
+    })
+}
+
+/// Bodies of more than 100 000 springs: a cloth, a block, and one without order.
+fn scenes() -> [Scene; 3] {
+    let material = Material { mass: 1.0, stiffness: 100.0, damping: 0.5 };
+    let cloth = shape::cloth([250, 211], 1.0, material).expect("a cloth");
+    let block = shape::block([61, 17, 19], 1.0, material).expect("a block");
+    let mut mixed = shape::cloth([150, 131], 1.0, material).expect("a cloth");
+    let count = mixed.particles.len();
+    let spring = |row: usize| Spring {
+        ends: [row % count, (row + 1 + row * row % 997) % count],
+        rest_length: 10.0,
+        stiffness: 0.1,
+        damping: 0.01,
+    };
+    mixed.springs = (0..9 * count).map(spring).collect();
+    [cloth, block, mixed].map(|part| {
+        let mut scene = Scene::of("body", part);
+        assert!(100_000 < scene.springs.len());
+        scene.world.drag = 0.01;
+        scene.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
+        let friction = Friction::Coulomb(0.3);
+        scene.planes = vec![Plane { normal: DVec3::Y, offset: -0.01, restitution: 0.5, friction }];
+        // Ends at the two sides of the body: extras.
+        let last = scene.particles.len() - 1;
+        let extra = |row: usize| Spring {
+            ends: [row, last - row],
+            rest_length: 10.0,
+            stiffness: 0.1,
+            damping: 0.01,
+        };
+        scene.springs.extend((0..100).map(extra));
+        scene
+    })
+}
+
+#[test]
+fn a_large_system_has_the_same_bits_on_any_number_of_threads() {
+    for scene in scenes() {
+        for integrator in Integrator::EXPLICIT {
+            let alone = run(&scene, integrator, 1);
+            for threads in [2, 3] {
+                assert_eq!(run(&scene, integrator, threads), alone, "{integrator}, {threads}");
+            }
+        }
+    }
+}
