@@ -1,14 +1,14 @@
 //! Work on long columns, shared among the threads of the current pool of rayon.
 //!
-//! A column is halved until its parts are short, at places that depend on its length alone; what
-//! the parts come to is merged in the order of the halves. So a sum has the same bits on any number
-//! of threads, and without the feature `parallel`.
+//! A column is halved until its parts are short, at places that depend on its length alone; what the
+//! parts come to is merged in the order of the halves. So a sum has the same bits on any number of
+//! threads, and without the feature `parallel`.
 
 use super::RECORD;
 
-/// Numbers of a column of vectors that one thread takes at a time, at most: those of 8192
-/// particles. To share fewer would cost as long as it saves.
-const SHARE: usize = 512 * RECORD;
+/// Numbers of a column of vectors that one thread takes at a time, at most: those of 16384 particles.
+/// To share fewer takes longer than it saves, as the other thread has to be woken.
+const SHARE: usize = 1024 * RECORD;
 
 /// What can be cut between two records.
 pub(crate) trait Split: Send + Sized {
@@ -79,10 +79,9 @@ pub(crate) fn join<A: Send, B: Send>(
     (a(), b())
 }
 
-/// Does something with columns of so many numbers on a thread of the pool, if they are shared: from
-/// there, sharing costs little.
-pub(crate) fn enter<A: Send>(numbers: usize, run: impl FnOnce() -> A + Send) -> A {
-    if numbers <= SHARE { run() } else { join(run, || ()).0 }
+/// Does something on a thread of the pool, if there are several: from there, sharing costs little.
+pub(crate) fn enter<A: Send>(run: impl FnOnce() -> A + Send) -> A {
+    join(run, || ()).0
 }
 
 /// Whether there are threads to share work with.

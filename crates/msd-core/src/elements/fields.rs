@@ -47,7 +47,7 @@ impl<R: Real> Fields<R> {
             });
             return 0.0;
         }
-        let set = |(forces, (weights, velocities)): (&mut [R], (&[R], &[R]))| at_level!(level, _simd => set_dragged(weights, self.drag, velocities, forces));
+        let set = |share| set_share(level, self.drag, share);
         merge_shares((forces, (&*self.weights, velocities)), &set, &|low, high| low + high)
     }
 
@@ -55,6 +55,14 @@ impl<R: Real> Fields<R> {
     pub(crate) fn potential(&self, mass: f64, position: DVec3) -> f64 {
         -(self.gravity.to_f64() * mass + self.force.to_f64()).dot(position)
     }
+}
+
+fn set_share<R: Real>(
+    level: Level,
+    drag: R,
+    (forces, (weights, velocities)): (&mut [R], (&[R], &[R])),
+) -> f64 {
+    at_level!(level, _simd => set_dragged(weights, drag, velocities, forces))
 }
 
 #[inline(always)]

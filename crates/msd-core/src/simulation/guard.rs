@@ -45,7 +45,7 @@ impl<R: Real> Simulation<R> {
 fn first_outside<R: Real>(level: Level, model: &Model<R>, state: &Columns<R>) -> Option<usize> {
     let (extent, columns) = (model.extent, (&*state.positions, &*state.velocities));
     // All at once first, which is faster than to stop at one that is hardly ever there.
-    let is_inside = |(x, v): (&[R], &[R])| at_level!(level, _simd => is_within(x, extent) & is_within(v, R::LARGEST));
+    let is_inside = |share| is_share_within(level, extent, share);
     if merge_shares(columns, &is_inside, &|low, high| low & high) {
         return None;
     }
@@ -57,6 +57,10 @@ fn first_outside<R: Real>(level: Level, model: &Model<R>, state: &Columns<R>) ->
         let (position, velocity) = state.get(at);
         !(within(position, extent) && within(velocity, R::LARGEST))
     })
+}
+
+fn is_share_within<R: Real>(level: Level, extent: R, (x, v): (&[R], &[R])) -> bool {
+    at_level!(level, _simd => is_within(x, extent) & is_within(v, R::LARGEST))
 }
 
 /// Whether no number of a column is beyond a bound; a NaN is.

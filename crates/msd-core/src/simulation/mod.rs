@@ -117,7 +117,10 @@ impl<R: Real> Simulation<R> {
     /// [`Error::Diverged`] if a particle left the world, [`Error::Unreachable`] if an adaptive
     /// method cannot keep its tolerance; the state is then the one before the step.
     pub fn step(&mut self) -> Result<(), Error> {
-        threads::enter(self.state.positions.len(), || R::step(self))
+        if !self.model.springs.is_shared() {
+            return R::step(self);
+        }
+        threads::enter(|| R::step(self))
     }
 
     /// [`Simulation::step`], compiled in this crate: its loops are fast however a caller is built.

@@ -224,6 +224,11 @@ impl<R: Real> Springs<R> {
         self.ends.len() - self.cut.iter().filter(|&&cut| cut).count()
     }
 
+    /// Whether there are enough springs for several threads.
+    pub(crate) fn is_shared(&self) -> bool {
+        1 < self.layout.groups.len()
+    }
+
     /// Whether any spring has a damper.
     pub fn is_damped(&self) -> bool {
         !self.dampings.is_zero()
