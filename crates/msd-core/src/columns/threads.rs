@@ -1,13 +1,13 @@
 //! Work on long columns, shared among the threads of the current pool of rayon.
 //!
-//! A column is halved until its parts are short, at places that depend on its length alone; what the
-//! parts come to is merged in the order of the halves. So a sum has the same bits on any number of
-//! threads, and without the feature `parallel`.
+//! A column is halved until its parts are short, at places that depend on its length alone; what
+//! the parts come to is merged in the order of the halves. So a sum has the same bits on any number
+//! of threads, and without the feature `parallel`.
 
 use super::RECORD;
 
-/// Numbers of a column of vectors that one thread takes at a time, at most: those of 16384 particles.
-/// To share fewer takes longer than it saves, as the other thread has to be woken.
+/// Numbers of a column of vectors that one thread takes at a time, at most: those of 16384
+/// particles. To share fewer takes longer than it saves, as the other thread has to be woken.
 const SHARE: usize = 1024 * RECORD;
 
 /// What can be cut between two records.
