@@ -15,7 +15,7 @@ struct Torus {
 
 impl Torus {
     /// The vector from the nearest point of the middle of the tube.
-    fn from_middle<R: Real>(&self, position: R::Vec3) -> DVec3 {
+    fn offset<R: Real>(&self, position: R::Vec3) -> DVec3 {
         let x = position.to_f64();
         let flat = DVec3::new(x.x, 0.0, x.z);
         x - flat * (self.radius / flat.length().max(1e-9))
@@ -24,11 +24,11 @@ impl Torus {
 
 impl<R: Real> Obstacle<R> for Torus {
     fn gap(&self, position: R::Vec3, _: f64) -> R {
-        R::of(self.from_middle::<R>(position).length() - self.tube)
+        R::of(self.offset::<R>(position).length() - self.tube)
     }
 
     fn normal(&self, position: R::Vec3, _: f64) -> R::Vec3 {
-        R::Vec3::of(self.from_middle::<R>(position).normalize_or(DVec3::Y))
+        R::Vec3::of(self.offset::<R>(position).normalize_or(DVec3::Y))
     }
 
     fn law(&self) -> ContactLaw<R> {

@@ -339,7 +339,7 @@ impl Instructions {
                 Instructions::Avx2 => best.as_avx2().map(Simd::level),
                 Instructions::Avx512 => None,
             };
-            return less.unwrap_or(best);
+            less.unwrap_or(best)
         }
         #[cfg(not(any(target_arch = "x86", target_arch = "x86_64")))]
         best_level()

@@ -80,8 +80,8 @@ impl<R: Real> Oracle<'_, R> {
 
     fn verlet(&mut self, h: R, [now, before]: &mut [Vec<R::Vec3>; 2], power_before: f64) -> f64 {
         let (half, count) = (h * R::HALF, now.len());
-        for p in 0..count {
-            self.state.velocities[p] += now[p] * half;
+        for (p, &acceleration) in now.iter().enumerate() {
+            self.state.velocities[p] += acceleration * half;
             self.state.positions[p] += self.state.velocities[p] * h;
         }
         let damped = self.model.is_damped()
@@ -94,9 +94,9 @@ impl<R: Real> Oracle<'_, R> {
         };
         let power = self.evaluate((0..count).map(predicted).collect());
         *before = now.clone();
-        for p in 0..count {
-            now[p] = self.acceleration(p);
-            self.state.velocities[p] += now[p] * half;
+        for (p, now) in now.iter_mut().enumerate() {
+            *now = self.acceleration(p);
+            self.state.velocities[p] += *now * half;
         }
         self.counted += 0.5 * (power_before + power) * h.to_f64();
         power

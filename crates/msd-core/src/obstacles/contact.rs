@@ -198,7 +198,8 @@ pub(crate) fn resolve_one_by_one<R: Real>(
     for at in places {
         let position = columns::vector::<R>(bodies.positions, at);
         let depth = -obstacle.gap(position, time);
-        if !(R::ZERO < depth) || bodies.inverse_masses[at] == R::ZERO {
+        let is_inside = R::ZERO < depth;
+        if !is_inside || bodies.inverse_masses[at] == R::ZERO {
             continue;
         }
         let normal = obstacle.normal(position, time);

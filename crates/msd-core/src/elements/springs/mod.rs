@@ -10,6 +10,7 @@ pub(crate) mod matrix;
 #[doc(hidden)]
 pub mod plain;
 mod sweep;
+mod table;
 
 use crate::columns::slots::Slots;
 use crate::columns::threads::{Split, are_several, for_each_share, join, merge_shares};
@@ -26,6 +27,7 @@ use glam::DVec3;
 use law::{Law, Tangent};
 use layout::{Band, Layout, NOWHERE, POINT};
 use sweep::{Input, Sums, add_column, add_extras, add_springs};
+use table::Table;
 
 /// A value per spring, stored once if all springs share it.
 #[derive(Clone, Debug, PartialEq)]
@@ -487,69 +489,6 @@ impl<R: Real> Element<R> for Springs<R> {
             products.add_between([a, b], tangent.products(direction[b] - direction[a]));
         }
     }
-}
-
-/// The numbers of rows in sixteens, those that are alike in all lanes once.
-struct Table<R> {
-    values: Vec<R>,
-    /// Numbers that are alike in all lanes, and where.
-    uniform: Vec<(R, u32)>,
-    rows: usize,
-}
-
-/// Numbers that are looked up before another sixteen of them are made.
-const MOST_UNIFORM: usize = 16;
-
-impl<R: Real> Table<R> {
-    fn new(layout: &Layout) -> Self {
-        Table { values: Vec::new(), uniform: Vec::new(), rows: layout.rows.len() }
-    }
-
-    /// Adds one number of every spring and says in each row where it is.
-    fn add(&mut self, layout: &mut Layout, column: usize, value: impl Fn(usize) -> R) {
-        let mut first: Vec<Option<R>> = vec![None; self.rows];
-        let mut alike = vec![true; self.rows];
-        for places in [&layout.places, &layout.second_places] {
-            for (spring, &place) in places.iter().enumerate().filter(|row| *row.1 != NOWHERE) {
-                let row = place as usize / LANES;
-                let value = value(spring);
-                let first = *first[row].get_or_insert(value);
-                // By their bits: minus zero is not zero.
-                alike[row] &= same(value, first);
-            }
-        }
-        for (row, first) in first.into_iter().enumerate() {
-            let first = first.unwrap_or(R::ZERO);
-            layout.rows[row].values[column] = self.place(first, alike[row]);
-        }
-        for places in [&layout.places, &layout.second_places] {
-            for (spring, &place) in places.iter().enumerate().filter(|row| *row.1 != NOWHERE) {
-                let (row, lane) = (place as usize / LANES, place as usize % LANES);
-                if !alike[row] {
-                    let sixteen = layout.rows[row].values[column] as usize;
-                    self.values[sixteen * LANES + lane] = value(spring);
-                }
-            }
-        }
-    }
-
-    /// The place of sixteen numbers, known ones if they are alike.
-    fn place(&mut self, first: R, alike: bool) -> u32 {
-        let known = self.uniform.iter().find(|&&(value, _)| same(value, first));
-        if let (true, Some(&(_, place))) = (alike, known) {
-            return place;
-        }
-        let place = (self.values.len() / LANES) as u32;
-        self.values.extend([first; LANES]);
-        if alike && self.uniform.len() < MOST_UNIFORM {
-            self.uniform.push((first, place));
-        }
-        place
-    }
-}
-
-fn same<R: Real>(a: R, b: R) -> bool {
-    a.to_le_bytes().into_iter().eq(b.to_le_bytes())
 }
 
 /// A motion, and the points that it is copied to.

@@ -131,13 +131,13 @@ fn steer<R: Real>(residuals: &[R], upper: &[R], lower: &[R], steered: &mut [R]) 
     let rows = residuals.as_chunks::<RECORD>().0.iter().zip(steered.as_chunks_mut::<RECORD>().0);
     let mut sums = [0.0; LANES];
     for ((r, p), (upper, lower)) in rows.zip(blocks) {
-        for lane in 0..LANES {
+        for (lane, sum) in sums.iter_mut().enumerate() {
             let [x, y, z] = [lane, LANES + lane, 2 * LANES + lane];
             let (xy, xz, yz) = (upper[y], upper[z], lower[y]);
             p[x] = upper[x] * r[x] + xy * r[y] + xz * r[z];
             p[y] = xy * r[x] + lower[x] * r[y] + yz * r[z];
             p[z] = xz * r[x] + yz * r[y] + lower[z] * r[z];
-            sums[lane] += (r[x] * p[x] + r[y] * p[y] + r[z] * p[z]).to_f64();
+            *sum += (r[x] * p[x] + r[y] * p[y] + r[z] * p[z]).to_f64();
         }
     }
     sums.iter().sum()
@@ -148,9 +148,9 @@ fn steer<R: Real>(residuals: &[R], upper: &[R], lower: &[R], steered: &mut [R]) 
 fn dot<R: Real>(a: &[R], b: &[R]) -> f64 {
     let mut sums = [0.0; LANES];
     for (a, b) in a.as_chunks::<RECORD>().0.iter().zip(b.as_chunks::<RECORD>().0) {
-        for lane in 0..LANES {
+        for (lane, sum) in sums.iter_mut().enumerate() {
             let [x, y, z] = [lane, LANES + lane, 2 * LANES + lane];
-            sums[lane] += (a[x] * b[x] + a[y] * b[y] + a[z] * b[z]).to_f64();
+            *sum += (a[x] * b[x] + a[y] * b[y] + a[z] * b[z]).to_f64();
         }
     }
     sums.iter().sum()
