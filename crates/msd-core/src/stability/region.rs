@@ -71,9 +71,9 @@ impl Mode {
 
 /// The oscillators that a method keeps bounded, by how it takes a linear system through a step.
 ///
-/// A [`Method`] of the caller's own names its region for the prediction of the stable step: the
-/// polynomial of a one-step method, or that of the built-in method whose substep is the same on a
-/// linear system.
+/// A [`Method`](crate::methods::Method) of the caller's own names its region for the prediction of
+/// the stable step: the polynomial of a one-step method, or that of the built-in method whose
+/// substep is the same on a linear system.
 ///
 /// ```
 /// use msd_core::stability::{Mode, Region};

@@ -20,7 +20,7 @@ use glam::DVec3;
 
 /// What a step reads. Columns of particles are in the order of the scene unless they say otherwise.
 ///
-/// Built by [`Model::new`], changed only between two steps. A particle that was removed keeps its
+/// Built with a simulation, changed only between two steps. A particle that was removed keeps its
 /// number and has no mass.
 #[derive(Clone, Debug)]
 pub struct Model<R: Real> {

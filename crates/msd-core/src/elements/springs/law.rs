@@ -19,7 +19,7 @@ pub struct Law<R> {
 ///
 /// With d from there to here, L = |d|, u = d/L and v the velocity of here as seen from there:
 /// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.
-/// Each argument is a position and a velocity. The fast twin is [`super::sweep`].
+/// Each argument is a position and a velocity. The fast twin is in `sweep.rs`.
 #[inline(always)]
 pub fn pull<R: Real>(here: [R::Vec3; 2], there: [R::Vec3; 2], law: Law<R>) -> Option<(R::Vec3, R)> {
     let (d, u) = (here[0] - there[0], here[1] - there[1]);

@@ -1,7 +1,7 @@
 //! Springs with dampers, nearly all of the work of a step.
 //!
 //! [`law`] is what a spring does; [`plain`] sums it over all springs in one loop, and is the oracle
-//! of [`sweep`], which takes sixteen at a time in the order that [`layout`] has found.
+//! of `sweep`, which takes sixteen at a time in the order that `layout` has found.
 
 pub(crate) mod gather;
 pub mod law;
