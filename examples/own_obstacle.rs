@@ -44,7 +44,7 @@ fn main() -> Result<(), Error> {
         &Scene::of("cloth", part),
         Settings { substeps: 16, ..Settings::default() },
     )?;
-    cloth.add_obstacle(Torus { radius: 0.4, tube: 0.15 });
+    cloth.add_obstacle(Torus { radius: 0.4, tube: 0.15 })?;
     for second in 1..=3 {
         for _ in 0..60 {
             cloth.step()?;

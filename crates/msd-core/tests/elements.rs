@@ -235,7 +235,7 @@ fn a_particle_leaves_a_sphere_at_two_thirds_of_its_height() {
         let (step, substeps) = (1e-3, if integrator.is_adaptive() { 1 } else { 10 });
         let settings = Settings { integrator, step, substeps, ..Settings::default() };
         let mut simulation = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
-        simulation.add_obstacle(Still);
+        simulation.add_obstacle(Still).expect("inside the world");
         let mut last = 1.0;
         for _ in 0..2000 {
             simulation.step().expect("a calm run");
@@ -289,4 +289,68 @@ fn what_is_removed_pulls_no_more_and_weighs_nothing() {
     pair.step().expect("a calm run");
     resumed.step().expect("a calm run");
     assert_eq!(pair.state(), resumed.state());
+}
+
+/// A force away from the origin, stiffer than a substep bears.
+#[derive(Debug)]
+struct Repulsion;
+
+impl<R: Real> Element<R> for Repulsion {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        forces.add(0, motion.position(0) * R::of(1e5));
+        0.0
+    }
+}
+
+#[test]
+fn what_repels_one_particle_does_not_take_gravity_from_the_others() {
+    let mut scene = two_masses([1.0, 1.0], 0.0, 0.0, 0.0);
+    scene.world = Default::default();
+    let settings = Settings { integrator: Integrator::BackwardEuler, ..Settings::default() };
+    let mut pair = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+    pair.add_element(Repulsion);
+    pair.step().expect("one step stays in the world");
+    // Free fall for a step, to the tolerance of the solve.
+    let fallen = pair.velocity(1).y;
+    assert!((fallen + 9.82 / 60.0).abs() < 2e-3, "{fallen}");
+}
+
+#[test]
+fn a_run_that_diverged_goes_on_with_a_shorter_step() {
+    let material = msd_core::Material { mass: 1e-3, stiffness: 1e6, damping: 0.0 };
+    let mut scene = Scene::of("cloth", msd_core::shape::cloth([4, 4], 1.0, material).unwrap());
+    scene.particles[0].position.x += 0.3;
+    let settings = Settings { substeps: 400, ..Settings::default() };
+    let mut cloth = Simulation::<f32>::new(&scene, settings).expect("a valid scene");
+    assert!(cloth.step().is_err());
+    let before = cloth.state();
+    let fine = Settings { step: 1e-4, substeps: 100, ..settings };
+    cloth.set_settings(fine).expect("a valid step");
+    cloth.step().expect("a stable step");
+    // As if it had never diverged.
+    let mut other = Simulation::<f32>::new(&scene, fine).expect("a valid scene");
+    other.set_state(&before, 0).expect("a state of this scene");
+    other.step().expect("a stable step");
+    assert_eq!(common::state_bits(&cloth.state()), common::state_bits(&other.state()));
+}
+
+#[test]
+fn a_plane_that_would_push_a_particle_out_of_the_world_is_refused_and_nothing_is_removed_twice() {
+    let scene = two_masses([1.0, 1.0], 50.0, 0.0, 0.0);
+    let mut pair = Simulation::<f64>::new(&scene, Settings::default()).expect("a valid scene");
+    let before = pair.state();
+    let plane = msd_core::Plane {
+        normal: DVec3::Y,
+        offset: 1e9,
+        restitution: 0.0,
+        friction: msd_core::Friction::Coulomb(0.0),
+    };
+    assert!(pair.add_plane(&plane).is_err());
+    assert_eq!((pair.state(), pair.model().planes().len()), (before, 0));
+    pair.queue(Interaction::Pin { particle: 0, velocity: DVec3::X }).expect("a valid pin");
+    pair.remove_particle(0).expect("there is one");
+    pair.remove_particle(0).expect("it keeps its number");
+    pair.step().expect("a calm run");
+    assert_eq!(pair.velocity(0), DVec3::ZERO);
+    assert!(!pair.is_handled());
 }

@@ -139,10 +139,13 @@ impl Runner {
     }
 
     /// Adds an obstacle of the caller's own; returns its handle.
+    ///
+    /// # Errors
+    /// See [`Simulation::add_obstacle`].
     pub fn add_obstacle(
         &mut self,
         obstacle: impl Obstacle<f32> + Obstacle<f64> + 'static,
-    ) -> usize {
+    ) -> Result<usize, Error> {
         on!(self, simulation => simulation.add_obstacle(obstacle))
     }
 

@@ -106,11 +106,6 @@ impl<R: Real> Obstacles<R> {
         }
     }
 
-    /// All of them.
-    pub fn iter(&self) -> impl Iterator<Item = &dyn Obstacle<R>> + '_ {
-        (0..self.count()).map(|index| self.get(index))
-    }
-
     /// Moves every particle out of every obstacle, and lets it bounce.
     pub(crate) fn resolve(
         &self,

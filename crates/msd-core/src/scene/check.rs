@@ -103,7 +103,7 @@ pub(crate) fn check_spring<R: Real>(
     check_not_negative::<R>("damping", at, spring.damping)
 }
 
-fn check_body(row: usize, body: &Body, scene: &Scene) -> Result<(), Error> {
+pub(crate) fn check_body(row: usize, body: &Body, scene: &Scene) -> Result<(), Error> {
     let at = ("body", row);
     let count = scene.particles.len();
     for (target, range, count) in
@@ -186,7 +186,7 @@ pub(crate) fn check_vector<R: Real>(
     Ok(())
 }
 
-fn check_count(what: &'static str, count: usize, limit: usize) -> Result<(), Error> {
+pub(crate) fn check_count(what: &'static str, count: usize, limit: usize) -> Result<(), Error> {
     if count <= limit { Ok(()) } else { Err(Error::TooLarge { what, count: count as u128, limit }) }
 }
 

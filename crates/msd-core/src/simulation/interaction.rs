@@ -292,6 +292,9 @@ pub(crate) fn apply<R: Real>(
 ) {
     use Interaction::*;
     match interaction {
+        // It may have been removed since this was queued.
+        Grab { particle, .. } | Pin { particle, .. } | Push { particle, .. }
+            if model.is_removed(particle) => {}
         Grab { .. } => grab(model, h, interaction),
         Release { particle } => model.grabs.0.retain(|grab| grab.particle as usize != particle),
         Pin { particle, velocity } => {

@@ -162,7 +162,10 @@ impl<R: Real> Simulation<R> {
     fn guard_or_go_back(&mut self, stuck: Option<usize>) -> Result<(), Error> {
         self.guard(stuck).inspect_err(|_| {
             self.state.copy_from(&self.good);
-            self.scratch.warm = false;
+            // What an evaluation left behind may not be numbers.
+            let adaptive = self.scratch.dormand_prince.take();
+            self.renew_scratch();
+            self.scratch.dormand_prince = adaptive;
         })
     }
 
@@ -377,16 +380,32 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Adds an obstacle of the caller's own and moves out what is inside it; returns its handle.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for a particle that it pushes out of the world; nothing is added
+    /// then.
     pub fn add_obstacle(
         &mut self,
         obstacle: impl Obstacle<f32> + Obstacle<f64> + 'static,
-    ) -> usize {
+    ) -> Result<usize, Error> {
         self.close_ledger();
+        let before = self.state.clone();
         let handle = self.new_handle();
         self.model.obstacles.own.push((handle, OwnObstacle::new(obstacle)));
         self.leave_obstacles();
         self.scratch.warm = false;
-        handle
+        if let Err(error) = self.check_pushed() {
+            self.model.obstacles.own.pop();
+            self.state = before;
+            return Err(error);
+        }
+        Ok(handle)
+    }
+
+    /// Refuses a state that an obstacle has pushed out of the world.
+    fn check_pushed(&self) -> Result<(), Error> {
+        let inside = "inside the world once the obstacle has pushed the particle out";
+        self.state().check(self.model.extent, inside)
     }
 
     /// Removes an obstacle of the caller's own; whether there was one of that handle.
@@ -416,6 +435,7 @@ impl<R: Real> Simulation<R> {
         other.ledger = Ledger::of(self.dissipated());
         other.ledger.give(self.given());
         (other.steps, other.epoch) = (self.steps, self.epoch);
+        (other.touched, other.level) = (self.touched, self.level);
         Ok(other)
     }
 

@@ -113,7 +113,7 @@ impl<R: Real> Simulation<R> {
         let pushes = progress.pushes.iter();
         model.pushes.0 = pushes.map(|&(row, force)| (row as u32, R::Vec3::of(force))).collect();
         progress.cut.iter().for_each(|&spring| model.springs.cut(spring));
-        progress.removed.iter().for_each(|&particle| model.remove_particle(particle));
+        model.remove_particles(progress.removed.iter().copied());
         model.renew_masses();
         let mut simulation = Simulation::from_parts(model, &state, progress.settings)?;
         for &interaction in &progress.queue {

@@ -7,8 +7,11 @@ use super::Simulation;
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
-use crate::scene::check::{check_index, check_particle, check_plane, check_spring};
+use crate::scene::check::{
+    check_body, check_count, check_index, check_particle, check_plane, check_spring,
+};
 use crate::scene::{Body, Part, Particle, Plane, Scene, Spring};
+use crate::scene::{MAX_PARTICLES, MAX_SPRINGS};
 use crate::system::{Columns, State};
 
 impl<R: Real> Simulation<R> {
@@ -44,6 +47,7 @@ impl<R: Real> Simulation<R> {
             Particle { position: Default::default(), velocity: Default::default(), mass: 1.0 };
         scene.particles.resize(particles, blank);
         scene.add(name, part);
+        check_body(0, &scene.bodies[0], &scene)?;
         let body = scene
             .bodies
             .pop()
@@ -90,20 +94,27 @@ impl<R: Real> Simulation<R> {
     /// Adds a plane and moves out what is inside it; returns its place among the planes.
     ///
     /// # Errors
-    /// A number out of its domain; nothing is added then.
+    /// A number out of its domain, or a particle that it pushes out of the world; nothing is added
+    /// then.
     pub fn add_plane(&mut self, plane: &Plane) -> Result<usize, Error> {
         let number = self.model.planes().len();
         check_plane::<R>(number, plane)?;
         self.close_ledger();
+        let before = self.state.clone();
         self.model.obstacles.planes.push(PlaneColumn::new(plane));
         self.leave_obstacles();
         self.scratch.warm = false;
+        if let Err(error) = self.check_pushed() {
+            self.model.obstacles.planes.pop();
+            self.state = before;
+            return Err(error);
+        }
         Ok(number)
     }
 
     fn take_out(&mut self, particles: core::ops::Range<usize>) {
+        self.model.remove_particles(particles.clone());
         for particle in particles {
-            self.model.remove_particle(particle);
             let at = self.model.slots.at(particle);
             let (position, _) = self.state.get(at);
             self.state.put(at, (position, R::Vec3::ZERO));
@@ -120,6 +131,9 @@ impl<R: Real> Simulation<R> {
         body: Option<Body>,
     ) -> Result<(), Error> {
         let count = self.model.particle_count() + particles.len();
+        check_count("the number of particles", count, MAX_PARTICLES)?;
+        let spring_count = self.model.ends().len() + springs.len();
+        check_count("the number of springs", spring_count, MAX_SPRINGS)?;
         for (row, particle) in particles.iter().enumerate() {
             let row = self.model.particle_count() + row;
             check_particle::<R>(row, particle, self.model.extent.to_f64())?;
@@ -151,5 +165,6 @@ impl<R: Real> Simulation<R> {
         self.state = Columns::of(&self.model.slots, state, 0);
         self.good = Columns::new(&self.model.slots, 2);
         self.renew_scratch();
+        self.leave_obstacles();
     }
 }

@@ -152,28 +152,26 @@ impl<R: Real> Model<R> {
         work.own_power
     }
 
-    /// Takes a particle out: nothing pulls at it, nothing moves it, and it has no mass.
-    pub(crate) fn remove_particle(&mut self, particle: usize) {
-        (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
-        self.grabs.0.retain(|grab| grab.particle as usize != particle);
-        self.pushes.0.retain(|push| push.0 as usize != particle);
-        for spring in 0..self.ends().len() {
-            if self.ends()[spring].contains(&(particle as u32)) && !self.is_cut(spring) {
-                self.springs.cut(spring);
+    /// Takes particles out: nothing pulls at them, nothing moves them, and they have no mass.
+    pub(crate) fn remove_particles(&mut self, particles: impl Iterator<Item = usize>) {
+        for particle in particles {
+            (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
+        }
+        let Model { masses, springs, grabs, pushes, .. } = self;
+        let is_removed = |particle: u32| masses[particle as usize] == R::ZERO;
+        grabs.0.retain(|grab| !is_removed(grab.particle));
+        pushes.0.retain(|push| !is_removed(push.0));
+        for spring in 0..springs.ends().len() {
+            if springs.ends()[spring].into_iter().any(is_removed) {
+                springs.cut(spring);
             }
         }
     }
 
-    /// All elements: the fields, the springs, grabs, pushes and those of the caller's own.
-    pub(crate) fn elements(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
-        let built_in: [&dyn Element<R>; 4] =
-            [&self.fields, &self.springs, &self.grabs, &self.pushes];
-        built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
-    }
-
-    /// All elements but the springs.
+    /// All elements but the springs: the fields, grabs, pushes and those of the caller's own.
     pub(crate) fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
-        self.elements().enumerate().filter(|&(index, _)| index != 1).map(|(_, element)| element)
+        let built_in: [&dyn Element<R>; 3] = [&self.fields, &self.grabs, &self.pushes];
+        built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
     }
 
     /// Whether a force depends on velocity, as far as is known.

@@ -24,7 +24,7 @@ pub struct Law<R> {
 pub fn pull<R: Real>(here: [R::Vec3; 2], there: [R::Vec3; 2], law: Law<R>) -> Option<(R::Vec3, R)> {
     let (d, u) = (here[0] - there[0], here[1] - there[1]);
     let square = d.dot(d);
-    // Written so that a NaN pulls nothing, as in the twin.
+    // Written so that a NaN has no direction.
     let has_direction = R::SHORTEST_SQUARED <= square;
     if !has_direction {
         return None;

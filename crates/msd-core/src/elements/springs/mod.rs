@@ -255,6 +255,9 @@ impl<R: Real> Springs<R> {
 
     /// Cuts a spring.
     pub(crate) fn cut(&mut self, spring: usize) {
+        if self.is_cut(spring) {
+            return;
+        }
         if self.cut.is_empty() {
             self.cut = vec![false; self.ends.len()];
         }

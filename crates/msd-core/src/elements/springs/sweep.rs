@@ -283,8 +283,8 @@ pub(super) fn motion<S: Simd, R: Real, const DAMPED: bool>(
 /// The force on the ends `there` and the power of the dampers, of the springs in a mask.
 ///
 /// A difference is taken from here to there, since a processor reads what it subtracts, not what it
-/// subtracts from, on the way. One select serves springs that are absent, cut or without direction:
-/// a product with zero would let a number that is not finite through.
+/// subtracts from, on the way. One select serves springs that are absent, cut or without direction.
+/// A position that is not finite gets past it; such a step is undone as a whole.
 #[inline(always)]
 pub(crate) fn pull<S: Simd, V: SimdFloat<S, Element = R>, R: Real, const DAMPED: bool>(
     simd: S,

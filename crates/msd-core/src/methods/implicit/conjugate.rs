@@ -83,12 +83,15 @@ impl<R: Real> Solve<R> {
             at_level!(level, _simd => turn::<R>(directions, steered, keep));
             multiply(directions, products);
             let curvature = at_level!(level, _simd => dot::<R>(directions, products));
-            // Not positive where rounding is all that is left, or where nothing was to do.
-            if !(0.0 < curvature && 0.0 < left) {
+            // Not positive where rounding is all that is left, or where nothing was to do; or where
+            // an element of the caller's own repels. Then the preconditioner alone answers: without
+            // it, gravity would be lost with the rest.
+            let repels = iteration == 0 && curvature < 0.0;
+            if !((0.0 < curvature || repels) && 0.0 < left) {
                 break;
             }
             let before = left;
-            let distance = R::of(left / curvature);
+            let distance = if repels { R::ONE } else { R::of(left / curvature) };
             at_level!(level, _simd => go::<R>(changes, residuals, directions, products, distance));
             left = at_level!(level, _simd => steer::<R>(residuals, upper, lower, steered));
             keep = R::of(left / before);
