@@ -1,6 +1,6 @@
 //! Fields: gravity, a uniform force and the drag of the air.
 
-use super::{Blocks, Element, Motion, Products, Vectors};
+use super::{Element, Motion, Products, Vectors};
 use crate::columns::threads::{for_each_share, merge_shares};
 use crate::columns::{Aligned, LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
@@ -95,12 +95,6 @@ impl<R: Real> Element<R> for Fields<R> {
         let drag = self.drag.to_f64();
         for (product, direction) in products.damping.iter_mut().zip(direction) {
             *product += *direction * drag;
-        }
-    }
-
-    fn add_blocks(&self, _: &Motion<'_, R>, blocks: &mut Blocks<'_>) {
-        for block in blocks.damping.iter_mut() {
-            [0, 3, 5].into_iter().for_each(|number| block[number] += self.drag.to_f64());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Grabs and pushes: what a hand does to single particles.
 
-use super::{Blocks, Element, Motion, Products, Vectors};
+use super::{Element, Motion, Products, Vectors};
 use crate::number::{Real, Vector};
 use alloc::vec::Vec;
 use glam::DVec3;
@@ -66,18 +66,6 @@ impl<R: Real> Element<R> for Grabs<R> {
             let particle = grab.particle as usize;
             let tangent = grab.tangent(motion.position(particle), motion.velocity(particle));
             products.add(particle, tangent.map(|value| direction[particle] * value));
-        }
-    }
-
-    fn add_blocks(&self, motion: &Motion<'_, R>, blocks: &mut Blocks<'_>) {
-        for grab in &self.0 {
-            let particle = grab.particle as usize;
-            let [stiffness, damping] =
-                grab.tangent(motion.position(particle), motion.velocity(particle));
-            for diagonal in [0, 3, 5] {
-                blocks.stiffness[particle][diagonal] += stiffness;
-                blocks.damping[particle][diagonal] += damping;
-            }
         }
     }
 }

@@ -7,7 +7,7 @@ mod ledger;
 pub use ledger::Ledger;
 
 use crate::columns::{self, LANES, RECORD};
-use crate::elements::springs::law::{self, Law};
+use crate::elements::springs::law;
 use crate::number::{Real, Vector};
 use crate::system::{Columns, Model};
 use core::ops::Range;
@@ -56,7 +56,7 @@ pub(crate) fn energy_and_rounding<R: Real>(
     let mut energy = Energy { kinetic, gravitational, own, ..Energy::default() };
     let (mut pull, mut total_stiffness) = (0.0, 0.0);
     for (spring, ends) in model.springs.present() {
-        let law = wide(model.springs.law(spring));
+        let law = model.springs.law(spring).to_f64();
         let length = distance(model, state, ends);
         energy.elastic += law::energy(length, law);
         pull += law.stiffness * (length - law.rest).abs();
@@ -117,11 +117,6 @@ fn particle_sums<R: Real>(model: &Model<R>, state: &Columns<R>) -> Sums {
     lanes.iter().fold(Sums::default(), add)
 }
 
-/// A law in double precision.
-fn wide<R: Real>(Law { rest, stiffness, damping }: Law<R>) -> Law<f64> {
-    Law { rest: rest.to_f64(), stiffness: stiffness.to_f64(), damping: damping.to_f64() }
-}
-
 /// The momentum of a system.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -162,7 +157,7 @@ pub(crate) fn centre_of_mass<R: Real>(
 
 /// The strain of a spring, (length − rest) / rest; its length in metres where the rest length is 0.
 pub(crate) fn strain<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
-    let (length, rest) = (length(model, state, spring), wide(model.springs.law(spring)).rest);
+    let (length, rest) = (length(model, state, spring), model.rest_lengths()[spring].to_f64());
     if rest == 0.0 { length } else { (length - rest) / rest }
 }
 

@@ -9,7 +9,6 @@ use crate::columns::threads::Split;
 use crate::elements::springs::SpringWork;
 use crate::elements::{Motion, column};
 use crate::number::Real;
-use crate::obstacles::contact::Bodies;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -201,18 +200,9 @@ impl<'a, R: Real> StepContext<'a, R> {
         if self.model.obstacles.is_empty() {
             return;
         }
-        let mut bodies = Bodies {
-            masses: &self.model.mass_column,
-            inverse_masses: &self.model.inverse_mass_column,
-            forces: &self.scratch.forces,
-            positions: &mut self.state.positions,
-            velocities: &mut self.state.velocities,
-            gravity: self.model.gravity(),
-            h: R::of(self.settings.substep()),
-            time: self.start + f64::from(self.finished) * self.settings.substep(),
-        };
-        let slots = &self.model.slots;
-        let contacts = self.model.obstacles.resolve(self.level, slots, &mut bodies);
+        let h = self.settings.substep();
+        let when = (h, self.start + f64::from(self.finished) * h);
+        let contacts = self.model.resolve(self.level, self.state, &self.scratch.forces, when);
         self.done.counted += contacts.energy;
         self.done.last_met = 0 < contacts.count;
         self.done.touched |= self.done.last_met;

@@ -22,8 +22,7 @@ use crate::energy::Ledger;
 use crate::error::Error;
 use crate::methods::{Method, OwnMethod, Scratch, Settings, StepContext, Work};
 use crate::number::{Instructions, Real};
-use crate::obstacles::contact::Bodies;
-use crate::obstacles::{Obstacle, OwnObstacle};
+use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::Scene;
 use crate::scene::check::check_steps;
 use crate::stability::Region;
@@ -97,18 +96,8 @@ impl<R: Real> Simulation<R> {
     /// Moves what is inside an obstacle out of it, as a contact does.
     fn leave_obstacles(&mut self) {
         self.scratch.forces.fill(R::ZERO);
-        let time = self.time();
-        let mut bodies = Bodies {
-            masses: &self.model.mass_column,
-            inverse_masses: &self.model.inverse_mass_column,
-            forces: &self.scratch.forces,
-            positions: &mut self.state.positions,
-            velocities: &mut self.state.velocities,
-            gravity: self.model.gravity(),
-            h: R::of(self.settings.substep()),
-            time,
-        };
-        self.model.obstacles.resolve(self.level, &self.model.slots, &mut bodies);
+        let when = (self.settings.substep(), self.time());
+        self.model.resolve(self.level, &mut self.state, &self.scratch.forces, when);
     }
 
     /// Advances by one step of `settings.step` seconds.
@@ -388,24 +377,26 @@ impl<R: Real> Simulation<R> {
         &mut self,
         obstacle: impl Obstacle<f32> + Obstacle<f64> + 'static,
     ) -> Result<usize, Error> {
-        self.close_ledger();
-        let before = self.state.clone();
         let handle = self.new_handle();
-        self.model.obstacles.own.push((handle, OwnObstacle::new(obstacle)));
-        self.leave_obstacles();
-        self.scratch.warm = false;
-        if let Err(error) = self.check_pushed() {
-            self.model.obstacles.own.pop();
-            self.state = before;
-            return Err(error);
-        }
+        let own = (handle, OwnObstacle::new(obstacle));
+        self.add_to_obstacles(|obstacles| obstacles.own.push(own))?;
         Ok(handle)
     }
 
-    /// Refuses a state that an obstacle has pushed out of the world.
-    fn check_pushed(&self) -> Result<(), Error> {
+    /// Adds an obstacle and moves out what is inside it; adds nothing where that pushes a particle
+    /// out of the world.
+    fn add_to_obstacles(&mut self, add: impl FnOnce(&mut Obstacles<R>)) -> Result<(), Error> {
+        self.close_ledger();
+        let before = (self.model.obstacles.clone(), self.state.clone());
+        add(&mut self.model.obstacles);
+        self.leave_obstacles();
+        self.scratch.warm = false;
         let inside = "inside the world once the obstacle has pushed the particle out";
-        self.state().check(self.model.extent, inside)
+        let checked = self.state().check(self.model.extent, inside);
+        if checked.is_err() {
+            (self.model.obstacles, self.state) = before;
+        }
+        checked
     }
 
     /// Removes an obstacle of the caller's own; whether there was one of that handle.

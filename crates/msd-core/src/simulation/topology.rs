@@ -99,16 +99,7 @@ impl<R: Real> Simulation<R> {
     pub fn add_plane(&mut self, plane: &Plane) -> Result<usize, Error> {
         let number = self.model.planes().len();
         check_plane::<R>(number, plane)?;
-        self.close_ledger();
-        let before = self.state.clone();
-        self.model.obstacles.planes.push(PlaneColumn::new(plane));
-        self.leave_obstacles();
-        self.scratch.warm = false;
-        if let Err(error) = self.check_pushed() {
-            self.model.obstacles.planes.pop();
-            self.state = before;
-            return Err(error);
-        }
+        self.add_to_obstacles(|obstacles| obstacles.planes.push(PlaneColumn::new(plane)))?;
         Ok(number)
     }
 

@@ -1,6 +1,6 @@
 //! What a step reads.
 
-use super::state::State;
+use super::state::{Columns, State};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single};
 use crate::elements::fields::Fields;
@@ -9,7 +9,8 @@ use crate::elements::springs::{SpringWork, Springs};
 use crate::elements::{Element, Motion, Own, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::obstacles::{Obstacles, PlaneColumn};
+use crate::obstacles::contact::Bodies;
+use crate::obstacles::{Contacts, Obstacles, PlaneColumn};
 use crate::scene::check::{
     check, check_mass, check_not_negative, check_scene, check_vector, is_finite,
 };
@@ -150,6 +151,28 @@ impl<R: Real> Model<R> {
         let own = self.own.iter().map(|(_, own)| own.of::<R>().add_forces(motion, &mut forces));
         work.own_power = own.sum();
         work.own_power
+    }
+
+    /// Moves every particle out of every obstacle and lets it bounce, at the end of a substep of so
+    /// many seconds at a time.
+    pub(crate) fn resolve(
+        &self,
+        level: Level,
+        state: &mut Columns<R>,
+        forces: &[R],
+        (substep, time): (f64, f64),
+    ) -> Contacts {
+        let mut bodies = Bodies {
+            masses: &self.mass_column,
+            inverse_masses: &self.inverse_mass_column,
+            forces,
+            positions: &mut state.positions,
+            velocities: &mut state.velocities,
+            gravity: self.gravity(),
+            h: R::of(substep),
+            time,
+        };
+        self.obstacles.resolve(level, &self.slots, &mut bodies)
     }
 
     /// Takes particles out: nothing pulls at them, nothing moves them, and they have no mass.

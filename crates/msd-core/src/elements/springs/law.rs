@@ -14,6 +14,15 @@ pub struct Law<R> {
     pub damping: R,
 }
 
+impl<R: Real> Law<R> {
+    /// The same in double precision.
+    #[inline(always)]
+    pub fn to_f64(self) -> Law<f64> {
+        let [rest, stiffness, damping] = [self.rest, self.stiffness, self.damping].map(R::to_f64);
+        Law { rest, stiffness, damping }
+    }
+}
+
 /// The force on the end `there` of a spring, newtons, and the power that its damper takes away,
 /// watts; the end `here` feels the opposite.
 ///

@@ -341,9 +341,7 @@ impl<R: Real> Springs<R> {
     /// The derivative of the force of a spring.
     pub(crate) fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent {
         let [a, b] = self.ends[spring].map(|end| motion.position(end as usize).to_f64());
-        let Law { rest, stiffness, damping } = self.law(spring);
-        let [rest, stiffness, damping] = [rest, stiffness, damping].map(Real::to_f64);
-        Tangent::new(b - a, Law { rest, stiffness, damping })
+        Tangent::new(b - a, self.law(spring).to_f64())
     }
 }
 
@@ -474,9 +472,7 @@ impl<R: Real> Element<R> for Springs<R> {
     fn energy(&self, motion: &Motion<'_, R>) -> f64 {
         let energy = |(spring, ends): (usize, [usize; 2])| {
             let [a, b] = ends.map(|end| motion.position(end).to_f64());
-            let Law { rest, stiffness, .. } = self.law(spring);
-            let (rest, stiffness) = (rest.to_f64(), stiffness.to_f64());
-            law::energy(Real::sqrt((b - a).dot(b - a)), Law { rest, stiffness, damping: 0.0 })
+            law::energy(Real::sqrt((b - a).dot(b - a)), self.law(spring).to_f64())
         };
         self.present().map(energy).sum()
     }
