@@ -4,7 +4,7 @@
 //! order of the scene. Each number has the fewest digits that read back as the same number of its
 //! precision.
 
-use crate::error::{LabError, Place, one_line};
+use crate::error::{LabError, Place, one_line, shown_path};
 use crate::input::open_regular;
 use crate::output::Output;
 use crate::runner::{AnyState, Precision};
@@ -51,7 +51,7 @@ fn write_rows<R: Real>(state: &State<R>, output: &mut Output) -> std::io::Result
 /// value that is not a finite number: each names the row, counted from 1 after the header, and the
 /// column.
 pub fn load_state(path: &Path, precision: Precision, count: usize) -> Result<AnyState, LabError> {
-    let name = path.display().to_string();
+    let name = shown_path(path);
     let file = open_regular(path, ROW_BYTES.saturating_mul(count as u64 + 2))?;
     read_state(std::io::BufReader::new(file), precision, (&name, count))
 }

@@ -3,6 +3,7 @@
 mod failure;
 mod values;
 mod arguments;
+mod places;
 mod prepare;
 mod report;
 mod watch;
@@ -20,12 +21,15 @@ mod bench;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::{Failure, say};
+use msd_lab::shown_path;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// The scene of the window that nobody chose.
 const DEFAULT_SCENE: &str = "jelly";
 
-/// Runs the program and returns its exit code: 0 done, 2 bad input or usage, 3 diverged.
+/// Runs the program and returns its exit code: 0 done, 2 bad input or usage or a file that could not
+/// be written, 3 diverged.
 pub fn run_program() -> ExitCode {
     // Silent unless asked: one clear line is the whole message of an error.
     let environment = env_logger::Env::default().default_filter_or("off");
@@ -72,10 +76,10 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
     }
 }
 
-fn view(scene: Option<String>) -> Result<(), Failure> {
+fn view(scene: Option<PathBuf>) -> Result<(), Failure> {
     let scene = scene.unwrap_or_else(|| DEFAULT_SCENE.into());
     let loaded = prepare::open(&scene)?;
-    msd_app::view_as(loaded, &scene).map_err(Failure::input)
+    msd_app::view_as(loaded, &shown_path(&scene)).map_err(Failure::input)
 }
 
 fn list_scenes() -> Result<(), Failure> {

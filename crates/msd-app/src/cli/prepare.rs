@@ -4,7 +4,8 @@ use super::arguments::SolverArguments;
 use super::failure::{Failure, tell};
 use super::values::Step;
 use msd_core::{Integrator, Settings};
-use msd_lab::{Loaded, Runner, load_state, plain};
+use msd_lab::{Loaded, Runner, load_state, plain, shown_path};
+use std::path::{Path, PathBuf};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
 const FRAME: f64 = 1.0 / 60.0;
@@ -24,6 +25,10 @@ pub struct Prepared {
     pub title: String,
     /// What was done to its input.
     pub notes: Vec<String>,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
+    /// Whether it is a saved run that goes on.
+    pub is_resumed: bool,
     /// The run.
     pub runner: Runner,
     /// The largest stable substep predicted at its start, seconds.
@@ -35,13 +40,13 @@ pub struct Prepared {
 }
 
 /// Opens a scene.
-pub fn open(scene: &str) -> Result<Loaded, Failure> {
+pub fn open(scene: &Path) -> Result<Loaded, Failure> {
     msd_lab::open(scene).map_err(Failure::input)
 }
 
 /// Opens a scene and makes it ready to run for some seconds; tells warnings.
 pub fn prepare(
-    scene: &str,
+    scene: &Path,
     solver: &SolverArguments,
     (flag, duration): (&str, f64),
 ) -> Result<Prepared, Failure> {
@@ -53,7 +58,7 @@ pub fn prepare(
     if let Some(path) = &solver.from {
         let count = runner.particle_count();
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
-        let refused = |error| Failure::input(format!("{}: {error}", path.display()));
+        let refused = |error| Failure::input(format!("{}: {error}", shown_path(path)));
         runner.set_state(&state, 0).map_err(refused)?;
     }
     if solver.step == Some(Step::Auto) {
@@ -78,8 +83,9 @@ pub fn prepare(
         format!("{flag} {duration} s is no multiple of the step; the run takes {time:.6} s")
     }));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
-    let Loaded { name, title, notes, .. } = loaded;
-    Ok(Prepared { name, title, notes, runner, stable, steps, warnings })
+    let Loaded { name, title, notes, files, progress, .. } = loaded;
+    let is_resumed = progress.is_some();
+    Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
 }
 
 /// Whether so many integration steps would not be done in weeks.

@@ -1,7 +1,7 @@
 //! What is a table of results, and how is it written and read again?
 
 use super::{csv_file, parquet_file};
-use crate::error::LabError;
+use crate::error::{LabError, shown_path};
 use crate::output::Output;
 use serde::Deserialize;
 use std::path::Path;
@@ -132,8 +132,7 @@ impl Table {
     /// # Errors
     /// [`LabError::Unreadable`].
     pub fn read(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self, LabError> {
-        let refused =
-            |reason: String| LabError::Unreadable { file: path.display().to_string(), reason };
+        let refused = |reason: String| LabError::Unreadable { file: shown_path(path), reason };
         match format {
             TableFormat::Parquet => parquet_file::read(path).map_err(refused),
             TableFormat::Csv => csv_file::read(path, columns).map_err(refused),
