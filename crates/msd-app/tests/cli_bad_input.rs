@@ -179,7 +179,7 @@ fn arguments_outside_their_domain_are_refused() {
         (&["--duration", "1e300"], "would take more than 1e10 steps"),
         (&["--watch", "0"], "--trace"),
         (&["--watch", "3", "--trace", "u.csv"], "--watch names particle 3; it must be from 0 to 2"),
-        (&["--trace", "./s.csv"], "--out and --trace name the same file"),
+        (&["--trace", "./s.csv"], "--out and --trace name the same file, ./s.csv"),
         (&["--from", "missing.csv"], "missing.csv: cannot be read"),
         (&["--from", "folder.toml"], "folder.toml: cannot be read: it is a folder"),
         (&["--from", "cut.csv"], "cut.csv: row 2: the number of values is 3; it must be 7"),
@@ -210,7 +210,6 @@ fn an_output_without_a_place_is_refused_before_the_run() {
         (["--out", "nowhere/s.csv"], "nowhere/s.csv: cannot be written: there is no folder"),
         (["--trace", "nowhere/t.csv"], "nowhere/t.csv: cannot be written: there is no folder"),
         (["--out", "folder.toml"], "folder.toml: cannot be written: it is a folder"),
-        (["--out", "/dev/null"], "/dev/null: cannot be written"),
         (["--out", "/proc/s.csv"], "/proc/s.csv: cannot be written"),
     ] {
         refuse(folder.path(), &[&run[..], &arguments].concat(), &[told]);
