@@ -16,7 +16,7 @@ pub mod runner;
 pub mod schema;
 mod node;
 mod decode;
-mod domain;
+pub mod domain;
 mod turn;
 mod budget;
 mod bodies;

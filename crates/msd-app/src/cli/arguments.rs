@@ -2,8 +2,8 @@
 
 use super::failure::{Failure, say};
 use super::values::{
-    Step, cores, duration, finite, integrator, not_negative, positive, precision, side, size, step,
-    substeps, tasks, threads, tolerance,
+    Step, cores, duration, finite, integrator, newton, not_negative, positive, precision, side,
+    size, step, substeps, tasks, threads, tolerance,
 };
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
@@ -70,7 +70,7 @@ pub struct SolverArguments {
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,
     /// Newton iterations of backward-euler and implicit-midpoint per step
-    #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = newton, allow_hyphen_values = true)]
     pub newton: Option<u32>,
     /// Precision: f32 or f64
     #[arg(long, value_name = "NAME", value_parser = precision)]

@@ -2,6 +2,7 @@
 
 use super::arguments::SolverArguments;
 use super::failure::{Failure, tell};
+use super::progress::patiently;
 use super::values::Step;
 use msd_core::{Integrator, Settings};
 use msd_lab::{Loaded, Runner, load_state, plain, shown_path};
@@ -50,11 +51,16 @@ pub fn prepare(
     solver: &SolverArguments,
     (flag, duration): (&str, f64),
 ) -> Result<Prepared, Failure> {
-    let mut loaded = open(scene)?;
+    let mut loaded = patiently(&format!("reading {}", shown_path(scene)), || open(scene))?;
     choose(&mut loaded, solver);
     check_read(loaded.settings.integrator, solver)?;
-    let mut runner =
-        loaded.runner().map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    let count = loaded.scene.particles.len();
+    let made = patiently(&format!("making {count} particles ready"), || loaded.runner());
+    let mut runner = made.map_err(|error| {
+        // The file is right in its own precision.
+        let asked = solver.precision.map(|precision| format!(" in {precision}"));
+        Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
+    })?;
     if let Some(path) = &solver.from {
         let count = runner.particle_count();
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
@@ -74,7 +80,7 @@ pub fn prepare(
             settings.substep()
         )));
     }
-    let stable = runner.stable_substep();
+    let stable = predict(&runner);
     let mut warnings = Vec::new();
     warnings.extend(warn_of_step(settings, stable));
     warnings.extend(short.then(|| {
@@ -86,6 +92,13 @@ pub fn prepare(
     let Loaded { name, title, notes, files, progress, .. } = loaded;
     let is_resumed = progress.is_some();
     Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
+}
+
+/// The largest stable substep, seconds; of a million particles that takes a while.
+fn predict(runner: &Runner) -> f64 {
+    let count = runner.particle_count();
+    let what = format!("predicting the longest stable step of {count} particles");
+    patiently(&what, || runner.stable_substep())
 }
 
 /// Whether so many integration steps would not be done in weeks.
@@ -113,7 +126,7 @@ fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
 /// Sets the longest step that is at most [`AUTO`] of the longest stable one and ends a run of
 /// `duration` seconds on time.
 fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
-    let (integrator, stable) = (runner.integrator(), runner.stable_substep());
+    let (integrator, stable) = (runner.integrator(), predict(runner));
     if stable == 0.0 {
         let message = format!("--step auto: {integrator} is predicted unstable here at any step");
         return Err(Failure::input(message));
