@@ -189,6 +189,11 @@ fn a_cell_of_a_sweep_is_not_collected_over_and_nor_is_the_standard_output() {
     let cell = format!("s/{}", names(&path.join("s"))[0]);
     let message = refused(msd(path, &["sweep", "s.toml", "--collect", &cell]), 2);
     assert!(message.contains("a cell and --collect name the same file"), "{message}");
+    let mut command = msd(path, &["view", "s.toml"]);
+    command.env("MSD_STATUS", "./s.toml");
+    fs::write(path.join("s.toml"), ROPE).expect("a file");
+    let message = refused(command, 2);
+    assert!(message.contains("SCENE and MSD_STATUS name the same file"), "{message}");
     let mut command = msd(path, &["run", "chain", "--duration", "0.1", "--out", "said.csv"]);
     command.stdout(fs::File::create(path.join("said.csv")).expect("a file"));
     let message = refused(command, 2);

@@ -24,8 +24,16 @@ const ROW_BYTES: u64 = 1024;
 /// Writes a state.
 ///
 /// # Errors
-/// [`LabError::Unwritable`].
+/// [`LabError::Unwritable`], also for a state with columns of different lengths.
 pub fn write_state(state: &AnyState, output: &mut Output) -> Result<(), LabError> {
+    let [positions, velocities] = match state {
+        AnyState::F32(state) => [state.positions.len(), state.velocities.len()],
+        AnyState::F64(state) => [state.positions.len(), state.velocities.len()],
+    };
+    if positions != velocities {
+        let reason = format!("the state has {positions} positions and {velocities} velocities");
+        return Err(LabError::Unwritable { file: output.name().into(), reason });
+    }
     let written = match state {
         AnyState::F32(state) => write_rows(state, output),
         AnyState::F64(state) => write_rows(state, output),

@@ -127,6 +127,15 @@ fn a_state_file_that_does_not_fit_is_refused_by_row_and_column() {
 }
 
 #[test]
+fn a_state_with_columns_of_different_lengths_is_not_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut output = Output::create(&folder.path().join("s.csv")).expect("a file");
+    let uneven = State { positions: vec![DVec3::X; 2], velocities: vec![DVec3::X] };
+    let refused = write_state(&AnyState::F64(uneven), &mut output).expect_err("a refusal");
+    assert!(refused.to_string().ends_with("the state has 2 positions and 1 velocities"));
+}
+
+#[test]
 fn an_output_that_is_dropped_leaves_nothing_and_an_old_file_as_it_was() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("state.csv");

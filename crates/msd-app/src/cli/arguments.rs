@@ -17,8 +17,10 @@ use std::path::PathBuf;
 /// (.obj, .stl, .ply, .gltf or .glb) or a saved run (.msd), which goes on where it was saved.
 #[derive(Debug, Parser)]
 #[command(name = "msd", version, args_conflicts_with_subcommands = true)]
-#[command(after_help = "Exit codes: 0 done, 2 bad input or usage, or a file \
-                        that could not be written, 3 diverged.")]
+#[command(
+    after_help = "Exit codes: 0 done, 1 the display of the window went away, 2 bad input or \
+                        usage, or a file that could not be written, 3 diverged."
+)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Option<Command>,

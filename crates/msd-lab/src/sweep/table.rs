@@ -117,8 +117,14 @@ impl Table {
     /// Writes a file, whole or not at all.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
+    /// [`LabError::Unwritable`], also for a row that is not as long as there are columns.
     pub fn write(&self, path: &Path, format: TableFormat) -> Result<(), LabError> {
+        let uneven = |row: &Vec<Datum>| row.len() != self.columns.len();
+        if let Some(row) = self.rows.iter().position(uneven) {
+            let [values, columns] = [self.rows[row].len(), self.columns.len()];
+            let reason = format!("row {row} has {values} values for {columns} columns");
+            return Err(LabError::Unwritable { file: shown_path(path), reason });
+        }
         let output = Output::create(path)?;
         match format {
             TableFormat::Parquet => parquet_file::write(self, output),
