@@ -13,6 +13,7 @@ mod shown;
 pub mod mesh;
 pub mod error;
 pub mod runner;
+pub mod rounding;
 pub mod schema;
 mod node;
 mod decode;
@@ -54,6 +55,7 @@ pub use recording::{
     Recorder, Recording, load_recording, load_salvaged, read_recording, salvage_recording,
 };
 pub use replay::{Changes, Replay};
+pub use rounding::Rounding;
 pub use runner::{AnyState, Moment, Precision, Runner};
 pub use saved::{load_saved, read_saved, write_saved};
 pub use scenes::{BUILTINS, Builtin, Loaded, load, open, parse, read, write};
