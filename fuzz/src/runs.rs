@@ -3,7 +3,7 @@
 
 use super::promise::{check_message, check_simulation};
 use msd_core::{Integrator, Settings};
-use msd_lab::{Changes, Replay, Runner, read_recording, read_saved};
+use msd_lab::{Changes, Replay, Runner, read_recording, read_saved, salvage_recording};
 
 /// Bytes of the length of a frame and of the hash behind it.
 const LENGTH: usize = 8;
@@ -23,7 +23,10 @@ pub fn check(bytes: &[u8]) {
         },
         Err(error) => check_message(&error),
     }
-    match read_recording(&bytes, "recording") {
+    if let Err(error) = read_recording(&bytes, "recording") {
+        check_message(&error);
+    }
+    match salvage_recording(&bytes, "recording") {
         Ok(recording) => match Replay::new(&recording, Changes::default()) {
             Ok(replay) => follow(replay),
             Err(error) => check_message(&error),

@@ -121,9 +121,9 @@ fn check_memory(text: &str, format: SceneFormat, name: &str) -> Result<(), LabEr
     Err(LabError::Unreadable { file: name.into(), reason })
 }
 
-/// Memory to read a TOML text, bytes, by what was measured for texts of one kind of row: a value and
-/// its tokens take about 160, a list 300, a line 50, and a table, whose keys stand in a tree with
-/// room for eleven, 1500; a dot in a key is a table.
+/// Memory to read a TOML text, bytes, by what was measured for texts of one kind of row: a value
+/// and its tokens take about 160, a list 300, a line 50, and a table, whose keys stand in a tree
+/// with room for eleven, 1500; a dot in a key is a table.
 fn toml_memory(text: &str) -> u64 {
     let (mut bytes, mut dots) = (0, 0);
     for byte in text.bytes() {
@@ -144,8 +144,8 @@ fn toml_memory(text: &str) -> u64 {
     bytes
 }
 
-/// Memory to read a JSON text, bytes, likewise: a value takes about 100, a list 260, a table 500 and
-/// a key of it 200.
+/// Memory to read a JSON text, bytes, likewise: a value takes about 100, a list 260, a table 500
+/// and a key of it 200.
 fn json_memory(text: &str) -> u64 {
     let cost = |byte| match byte {
         b',' => 100,

@@ -3,8 +3,8 @@
 use crate::runner::Precision;
 use msd_core::{Real, Scene};
 
-/// The part of the energy at stake from which on rounding is reported: every substep rounds anew, and
-/// dampers burn what that adds, many times as much in a second.
+/// The part of the energy at stake from which on rounding is reported: every substep rounds anew,
+/// and dampers burn what that adds, many times as much in a second.
 const SMALL: f64 = 1e-3;
 
 /// What rounding does to the coordinates of a scene.

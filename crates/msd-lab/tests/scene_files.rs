@@ -197,7 +197,8 @@ fn what_lies_in_its_domain_runs_and_what_does_not_is_refused_by_its_words() {
         let line =
             |of: &str| if of == table { format!("{key} = {value:e}\n") } else { String::new() };
         toml(&format!(
-            "version = 1\n[solver]\nsubsteps = 1\nprecision = '{precision}'\n{}[[bodies]]\n{ROPE}{}",
+            "version = 1\n[solver]\nsubsteps = 1\nprecision = '{precision}'\n{}[[bodies]]\n\
+             {ROPE}{}",
             line("solver"),
             line("bodies")
         ))

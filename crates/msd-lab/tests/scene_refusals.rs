@@ -258,7 +258,7 @@ fn what_a_mesh_file_gets_wrong_is_told_by_scene_file_key_and_path() {
     std::fs::write(&text, "hello world\n").expect("a file");
     assert_eq!(told("text.obj"), format!("{}no faces found", start(&text)));
     assert_eq!(
-        open(&text.display().to_string()).expect_err("no mesh").to_string(),
+        open(&text).expect_err("no mesh").to_string(),
         format!("{}: no faces found", text.display())
     );
 }

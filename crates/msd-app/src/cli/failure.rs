@@ -28,8 +28,8 @@ impl Failure {
         Failure { message: message.to_string(), code: DIVERGED }
     }
 
-    /// All of several failures, or none. A file that is missing goes before a divergence, whose exit
-    /// code says that all files are there.
+    /// All of several failures, or none. A file that is missing goes before a divergence, whose
+    /// exit code says that all files are there.
     pub fn all(failures: impl IntoIterator<Item = Failure>) -> Result<(), Failure> {
         let failures: Vec<Failure> = failures.into_iter().collect();
         let Some(code) = failures.iter().map(|failure| failure.code).min() else { return Ok(()) };

@@ -29,9 +29,9 @@ use std::process::ExitCode;
 /// The scene of the window that nobody chose.
 const DEFAULT_SCENE: &str = "jelly";
 
-/// Runs the program and returns its exit code: 0 done, 2 bad input or usage or a file that could not
-/// be written, 3 diverged. The window ends with 1 where its display goes away: the library of X11
-/// says so and ends the program.
+/// Runs the program and returns its exit code: 0 done, 2 bad input or usage or a file that could
+/// not be written, 3 diverged. The window ends with 1 where its display goes away: the library of
+/// X11 says so and ends the program.
 pub fn run_program() -> ExitCode {
     // Silent unless asked: one clear line is the whole message of an error.
     let environment = env_logger::Env::default().default_filter_or("off");

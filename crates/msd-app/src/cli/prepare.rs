@@ -194,9 +194,9 @@ fn warn_of_rounding(rounding: &Rounding) -> Option<String> {
     let Rounding { distance, spacing, energy, stake } = *rounding;
     rounding.shows().then(|| {
         format!(
-            "{distance:.3e} m from the origin single precision rounds positions to {spacing:.1e} m; \
-             that alone puts about {energy:.1e} J into the springs, {:.1} % of the energy at stake; \
-             take --precision f64 or move the scene to the origin",
+            "{distance:.3e} m from the origin single precision rounds positions to {spacing:.1e} \
+             m; that alone puts about {energy:.1e} J into the springs, {:.1} % of the energy at \
+             stake; take --precision f64 or move the scene to the origin",
             100.0 * energy / stake
         )
     })
