@@ -8,7 +8,7 @@
 //! | RK4 | 4 |
 
 use super::StepContext;
-use super::context::Pass;
+use super::context::{Pass, Way};
 use crate::columns::threads::for_each_share;
 use crate::number::{Real, at_level};
 
@@ -18,7 +18,7 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => drift_kick(pass, h)));
-        step.finish_substep(power * h.to_f64());
+        step.finish(power * h.to_f64(), Way::Kicked(1.0));
     }
 }
 
@@ -87,7 +87,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         };
         step.scratch.power = power;
         for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick(pass, h)));
-        step.finish_substep(0.5 * (before + power) * h.to_f64());
+        step.finish(0.5 * (before + power) * h.to_f64(), Way::Kicked(0.5));
     }
     // What the next step would find again to the bit.
     let lasts = step.model.pushes.0.is_empty() && !is_damped && !step.done.last_met;
@@ -147,7 +147,7 @@ fn half_kick<R: Real>(pass: Pass<'_, R, 1>, h: R) {
     }
 }
 
-/// Work columns of RK4: positions and velocities at the start of the substep, and the weighted sums
+/// Work columns of RK4: positions, for contact too, and velocities at the start of the substep, and the weighted sums
 /// of their slopes.
 pub(crate) const RK4_COLUMNS: usize = 4;
 
@@ -172,7 +172,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         }
         energy += step.set_forces(time + length);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
-        step.finish_substep(energy * sixth.to_f64());
+        step.finish(energy * sixth.to_f64(), Way::Kept);
     }
 }
 

@@ -63,6 +63,11 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     let (work, forces) = (&mut step.scratch.springs, &mut step.scratch.forces);
     let mut power = model.set_other_forces(level, &motion, work, forces);
     let Scratch { start, predicted, pulls } = scratch;
+    if model.is_damped() {
+        // At the start of the substep: at its end what lies on an obstacle has fallen a little.
+        pulls.fill(R::ZERO);
+        power += model.springs.add_all(level, &motion, work, pulls);
+    }
     let inverse_masses = model.inverse_masses();
     for (particle, at) in model.slots.places().enumerate() {
         let position = vector::<R>(&step.state.positions, at);
@@ -78,14 +83,13 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
         set_vector(&mut step.state.positions, at, predicted[particle]);
         // A pin keeps its velocity to the bit.
         if inverse_masses[particle] != R::ZERO {
+            let before = vector::<R>(&step.state.velocities, at);
             let velocity = (predicted[particle] - start[particle]) * per_h;
             set_vector(&mut step.state.velocities, at, velocity);
+            // What springs pulled is known by what came of it; contact asks.
+            let force = (velocity - before) * (per_h * model.masses()[particle]);
+            set_vector(&mut step.scratch.forces, at, force);
         }
-    }
-    if model.is_damped() {
-        let motion = step.state.motion(&model.slots, time + step.settings.substep());
-        pulls.fill(R::ZERO);
-        power += model.springs.add_all(level, &motion, &mut step.scratch.springs, pulls);
     }
     power * h.to_f64()
 }

@@ -78,7 +78,7 @@ impl<R: Real> Meeting<'_, R> {
         }
         if speed < R::ZERO && height <= self.slack {
             self.spot.position -= normal * height;
-            let bounced = law.bounced(normal, self.spot.velocity - velocity, R::ZERO);
+            let bounced = law.bounced(normal, self.spot.velocity - velocity);
             self.spot.velocity = velocity + bounced;
             self.met = true;
             return true;
