@@ -87,7 +87,7 @@ impl<R: Real> ContactLaw<R> {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
         let push = if speed < R::ZERO { -speed } else { R::ZERO };
         let (before, after) = (speed - pull * span.h, speed + push);
-        let moved = touch.along_normal(touch.moved) + touch.depth;
+        let moved = touch.along_normal(touch.way()) + touch.depth;
         let taken = (before * before - after * after) * R::HALF + pull * moved;
         self.finish(touch, span, Push { push, lift: touch.depth, reach: touch.depth, taken })
     }
@@ -117,22 +117,25 @@ impl<R: Real> ContactLaw<R> {
     /// slides goes back by what it would not have gone at the velocity it has now.
     #[inline(always)]
     fn finish(&self, touch: &Touch<R>, span: &Span<R>, push: Push<R>) -> Outcome<R> {
-        let Touch { normal: n, velocity: v, moved, pull, depth, .. } = *touch;
+        let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
         let [speed, way, pressing] = [v, moved, pull].map(|vector| touch.along_normal(vector));
         let along = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
         let squared = dot(along, along);
         let (slip, grip) = (squared.sqrt(), self.friction * push.push);
         let (kept, per_slip) = self.rub(slip, push.push);
         let sticks = (slip <= grip) & (R::ZERO < grip);
-        // At the surface from the start, but for rounding.
-        let lay = -way * R::of(0.875) <= depth;
-        let since = if lay { R::ONE } else { depth / -way };
+        // A gap that rounding leaves is none: small steps out of it would add up to a way.
+        let (gap, noise) = (-(way + depth), touch.rounding());
+        let since = if gap <= noise { R::ONE } else { depth / -way };
+        let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
         let slid = self.friction * push.reach * per_slip;
         let mut outcome = Outcome { position: touch.position, velocity: v, taken: R::ZERO };
         for axis in 0..3 {
-            let held = (moved[axis] - n[axis] * way) * since;
-            let back = if sticks { held } else { along[axis] * slid };
-            outcome.position[axis] += n[axis] * push.lift - back;
+            // From where it was: to go back and forth would add up roundings.
+            let before = (moved[axis] - n[axis] * way) * (R::ONE - since);
+            let stuck = touch.start[axis] + (n[axis] * lift + before);
+            let slides = touch.position[axis] + (n[axis] * push.lift - along[axis] * slid);
+            outcome.position[axis] = if sticks { stuck } else { slides };
             outcome.velocity[axis] = n[axis] * (speed + push.push) + along[axis] * kept;
         }
         let drive = dot(pull, v) - pressing * speed;
@@ -164,13 +167,28 @@ struct Touch<R> {
     depth: R,
     position: [R; 3],
     velocity: [R; 3],
-    /// How it moved in the substep, metres.
-    moved: [R; 3],
+    /// Where it was at the start of the substep.
+    start: [R; 3],
     /// Its acceleration without the surface, metres per second squared.
     pull: [R; 3],
 }
 
 impl<R: Real> Touch<R> {
+    /// How it moved in the substep, metres.
+    #[inline(always)]
+    fn way(&self) -> [R; 3] {
+        let (to, from) = (self.position, self.start);
+        [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
+    }
+
+    /// The rounding of a gap, metres.
+    #[inline(always)]
+    fn rounding(&self) -> R {
+        let (n, x) = (self.normal, self.position);
+        let sum = (n[0] * x[0]).abs() + (n[1] * x[1]).abs() + (n[2] * x[2]).abs();
+        sum * (R::EPSILON * R::of(4.0))
+    }
+
     #[inline(always)]
     fn along_normal(&self, vector: [R; 3]) -> R {
         dot(self.normal, vector)
@@ -469,13 +487,12 @@ impl<R: Real> Batch<R> {
 
     #[inline(always)]
     fn touch(&self, lane: usize, normal: [R; 3], depth: R) -> Touch<R> {
-        let [position, start] = [lane_of(&self.positions, lane), lane_of(&self.starts, lane)];
         Touch {
             normal,
             depth,
-            position,
+            position: lane_of(&self.positions, lane),
             velocity: lane_of(&self.velocities, lane),
-            moved: [position[0] - start[0], position[1] - start[1], position[2] - start[2]],
+            start: lane_of(&self.starts, lane),
             pull: lane_of(&self.pulls, lane),
         }
     }
@@ -552,7 +569,7 @@ impl<R: Real> Batch<R> {
             let mut touch = self.touch(lane, normal, depth);
             for axis in 0..3 {
                 touch.velocity[axis] -= surface[axis];
-                touch.moved[axis] -= surface[axis] * span.h;
+                touch.start[axis] += surface[axis] * span.h;
             }
             let keeps = law.keeps(&touch, span);
             let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
