@@ -220,16 +220,16 @@ impl<'a, R: Real> StepContext<'a, R> {
     ///
     /// The way of a particle in the substep is taken to be h v', with v' the velocity at its end.
     pub fn finish_substep(&mut self, taken: f64) {
-        self.finish(taken, Way::Kicked(0.0));
+        self.done.counted += taken;
+        self.finish(Way::Kicked(0.0));
     }
 
-    /// Ends a substep, the way of which was made as it says.
-    pub(crate) fn finish(&mut self, taken: f64, way: Way) {
+    /// Ends a substep, the way of which was made as it says; whether anything touched an obstacle.
+    pub(crate) fn finish(&mut self, way: Way) -> bool {
         self.finished += 1;
-        self.done.counted += taken;
         self.done.given -= self.scratch.springs.own_power.min(0.0) * self.settings.substep();
         if self.model.obstacles.is_empty() {
-            return;
+            return false;
         }
         let length = self.settings.substep();
         let Scratch { forces, columns, .. } = &*self.scratch;
@@ -243,5 +243,6 @@ impl<'a, R: Real> StepContext<'a, R> {
         let contacts = self.model.resolve(self.level, self.state, forces, substep);
         self.done.last_met = 0 < contacts.count;
         self.done.meet(contacts);
+        self.done.last_met
     }
 }

@@ -50,25 +50,34 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     let scratch = step.scratch.xpbd.take();
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
     for _ in 0..step.substeps() {
-        let taken = advance_substep(step, &mut scratch);
-        step.finish_substep(taken);
+        let power = advance_substep(step, &mut scratch);
+        step.finish_substep(power * step.settings.substep());
+        // Once what lies on an obstacle is at rest again.
+        let pulled = power_of_springs(step, &mut scratch.pulls);
+        step.done.counted += pulled * step.settings.substep();
     }
     step.scratch.xpbd = Some(scratch);
 }
 
-/// Advances by one substep and returns the energy taken away by dampers and drag, joules.
+/// The power that dampers take away at the state, watts.
+fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<R>) -> f64 {
+    let model = step.model;
+    if !model.is_damped() {
+        return 0.0;
+    }
+    pulls.fill(R::ZERO);
+    let motion = step.state.motion(&model.slots, step.time());
+    model.springs.add_all(step.level, &motion, &mut step.scratch.springs, pulls)
+}
+
+/// Advances by one substep and returns the power taken away by other elements, watts.
 fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch<R>) -> f64 {
     let (model, level, h) = (step.model, step.level, step.substep());
     let time = step.time();
     let motion = step.state.motion(&model.slots, time);
     let (work, forces) = (&mut step.scratch.springs, &mut step.scratch.forces);
-    let mut power = model.set_other_forces(level, &motion, work, forces);
-    let Scratch { starts, ways, pulls } = scratch;
-    if model.is_damped() {
-        // At the start of the substep: at its end what lies on an obstacle has fallen a little.
-        pulls.fill(R::ZERO);
-        power += model.springs.add_all(level, &motion, work, pulls);
-    }
+    let power = model.set_other_forces(level, &motion, work, forces);
+    let Scratch { starts, ways, .. } = scratch;
     let inverse_masses = model.inverse_masses();
     for (particle, at) in model.slots.places().enumerate() {
         let position = vector::<R>(&step.state.positions, at);
@@ -92,7 +101,7 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
             set_vector(&mut step.scratch.forces, at, force);
         }
     }
-    power * h.to_f64()
+    power
 }
 
 fn project<R: Real>(model: &Model<R>, h: R, starts: &[R::Vec3], ways: &mut [R::Vec3]) {
