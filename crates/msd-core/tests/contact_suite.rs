@@ -6,8 +6,8 @@
 
 use glam::{DMat3, DVec3};
 use msd_core::{
-    Friction, Integrator, Material, Particle, Plane, Real, Scene, Settings, Simulation,
-    Vector, World, glam, shape,
+    Friction, Integrator, Material, Particle, Plane, Real, Scene, Settings, Simulation, Vector,
+    World, glam, shape,
 };
 use std::fmt::Write;
 
@@ -31,7 +31,11 @@ macro_rules! check {
 
 const CHECKS: [Check; 8] = [
     check!(a_particle_sticks, "a particle sticks on slopes", "8 roundings of its place in 20 s"),
-    check!(a_particle_slides, "a particle slides down slopes", "a h t, or rounding from order 2 on"),
+    check!(
+        a_particle_slides,
+        "a particle slides down slopes",
+        "a h t, or rounding from order 2 on"
+    ),
     check!(apexes_last, "apexes of 60 s of bounces, e = 1", "g h²"),
     check!(apexes_shrink, "apexes of bounces, e = 0.7", "2 g h²"),
     check!(a_corner_holds, "a particle comes to rest in a corner", "8 roundings in 20 s"),

@@ -8,8 +8,7 @@ use msd_core::elements::springs::plain;
 use msd_core::glam::DVec3;
 use msd_core::{
     Friction, Instructions, Integrator, Interaction, Material, Model, Particle, Pin, Plane,
-    PlaneColumn, Real,
-    Scene, Select, Settings, Simulation, Spring, State, Vector, shape,
+    PlaneColumn, Real, Scene, Select, Settings, Simulation, Spring, State, Vector, shape,
 };
 use proptest::prelude::*;
 

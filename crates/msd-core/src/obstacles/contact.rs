@@ -295,10 +295,8 @@ impl<R: Real> Split for Bodies<'_, R> {
         let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
         let (low_starts, starts) =
             self.substep.starts.map(|column| column.split_at(numbers)).unzip();
-        let (low_substep, substep) = (
-            Substep { starts: low_starts, ..self.substep },
-            Substep { starts, ..self.substep },
-        );
+        let (low_substep, substep) =
+            (Substep { starts: low_starts, ..self.substep }, Substep { starts, ..self.substep });
         let low = Bodies {
             masses: low_masses,
             inverse_masses: low_inverse_masses,

@@ -138,6 +138,7 @@ impl<R: Real> Meeting<'_, R> {
             let ends = self.ends(speed, grip - pull);
             if ends { Along::Sticks } else { Along::Creeps(direction) }
         } else if R::ZERO < speed && !self.ends(speed, grip - slope.dot(sliding) / speed) {
+            self.hold.turn = speed / grip;
             Along::Slides(sliding * (R::ONE / speed))
         } else {
             Along::Sticks
