@@ -10,7 +10,7 @@ use crate::elements::springs::SpringWork;
 use crate::elements::{Motion, column};
 use crate::number::Real;
 use crate::obstacles::Contacts;
-use crate::obstacles::contact::Substep;
+use crate::obstacles::resolve::Substep;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec::Vec;

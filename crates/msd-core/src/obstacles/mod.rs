@@ -7,6 +7,7 @@
 
 pub(crate) mod contact;
 mod plane;
+pub(crate) mod resolve;
 
 pub use contact::{ContactLaw, Contacts};
 pub use plane::PlaneColumn;

@@ -22,7 +22,7 @@ use crate::energy::Ledger;
 use crate::error::Error;
 use crate::methods::{Method, OwnMethod, Scratch, Settings, StepContext, Work};
 use crate::number::{Instructions, Real};
-use crate::obstacles::contact::Substep;
+use crate::obstacles::resolve::Substep;
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::Scene;
 use crate::scene::check::check_steps;

@@ -17,8 +17,8 @@
 //! its stable step takes all.
 //!
 //! What was before follows the energy down, never up, so a gain after long damping shows as well.
-//! What obstacles add by their own account, see [`Simulation::contacts`], is looked at beside it,
-//! since dampers may take it away at once. What it does not see: energy that a method adds more
+//! What obstacles have added in all by their own account, more than they took, see
+//! [`Simulation::contacts`], is looked at beside it, since dampers may take it away at once. What it does not see: energy that a method adds more
 //! slowly than dampers take it away, and none before the second window.
 
 use super::Simulation;
@@ -45,9 +45,8 @@ pub struct Witness {
     most: f64,
     /// What rounding can have added since the reference was found, joules.
     rounding: f64,
-    /// What obstacles have added since then less what they took, and the lowest of it, joules.
+    /// What obstacles have added in all, less what they took, joules.
     fed: f64,
-    least_fed: Option<f64>,
     /// The step of the last look.
     seen: u64,
     window: Window,
@@ -122,10 +121,8 @@ impl Witness {
         let swinging = Real::max(moving, self.scale);
         let allowed = FRACTION * swinging + NOISE * self.most + self.rounding;
         let gained = lowest - reference;
-        let least = self.least_fed.get_or_insert(self.fed);
-        *least = Real::min(*least, self.fed);
         // Dampers may take what contact adds: it is looked at on its own.
-        let gained = Real::max(gained, self.fed - *least);
+        let gained = Real::max(gained, self.fed);
         self.gain = if allowed < gained { gained } else { 0.0 };
         if highest < reference {
             (self.reference, self.rounding) = (Some(highest), 0.0);

@@ -9,7 +9,7 @@ use crate::elements::springs::{SpringWork, Springs};
 use crate::elements::{Element, Motion, Own, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::obstacles::contact::{Bodies, Substep, resolve};
+use crate::obstacles::resolve::{Bodies, Substep, resolve};
 use crate::obstacles::{Contacts, Obstacles, PlaneColumn};
 use crate::scene::check::{
     check, check_mass, check_not_negative, check_scene, check_vector, is_finite,
