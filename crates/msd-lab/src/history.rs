@@ -1,6 +1,6 @@
 //! Which states can be stepped back to?
 
-use crate::runner::{AnyState, Moment, Runner};
+use crate::runner::{AnyState, Moment};
 use msd_core::{Real, State};
 use std::collections::VecDeque;
 
