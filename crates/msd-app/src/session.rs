@@ -269,7 +269,6 @@ impl Session {
 
     /// Does something to the simulation at once: the window is always between two steps.
     pub(crate) fn act(&mut self, interaction: Interaction) -> bool {
-        self.history.expect(&interaction, &self.runner);
         let result = self.runner.queue(interaction).and_then(|()| self.runner.apply_queued());
         self.witness.restart();
         if result.is_ok()

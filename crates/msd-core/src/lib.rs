@@ -67,7 +67,7 @@ pub use error::{Divergence, Error};
 pub use glam;
 pub use methods::{Integrator, Settings};
 pub use number::{Instructions, Real, Vector};
-pub use obstacles::PlaneColumn;
+pub use obstacles::{Contacts, PlaneColumn};
 pub use scene::lattice;
 pub use scene::shape;
 pub use scene::{

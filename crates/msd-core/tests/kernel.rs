@@ -7,8 +7,8 @@ use common::{Random, bits, state_bits};
 use msd_core::elements::springs::plain;
 use msd_core::glam::DVec3;
 use msd_core::{
-    Friction, Instructions, Integrator, Interaction, Material, Model, Particle, Pin, Plane, Real,
-    Scene, Select, Settings, Simulation, Spring, State, Vector, shape,
+    Friction, Instructions, Integrator, Interaction, Material, Model, Particle, Pin, Plane,
+    PlaneColumn, Real, Scene, Select, Settings, Simulation, Spring, State, Vector, shape,
 };
 use proptest::prelude::*;
 
@@ -64,7 +64,7 @@ impl<R: Real> Oracle<'_, R> {
         let mut power = 0.0;
         for substep in 0..settings.substeps {
             let velocities = self.state.velocities.clone();
-            let count = velocities.len();
+            let (count, start) = (velocities.len(), self.state.positions.clone());
             match settings.integrator {
                 Integrator::ExplicitEuler | Integrator::SymplecticEuler => {
                     self.counted += self.evaluate(velocities) * h.to_f64();
@@ -87,7 +87,12 @@ impl<R: Real> Oracle<'_, R> {
                 }
                 _ => self.rk4(h),
             }
-            self.resolve(h);
+            match settings.integrator {
+                Integrator::ExplicitEuler => self.resolve(h, h, None),
+                Integrator::SymplecticEuler => self.resolve(h, R::ZERO, None),
+                Integrator::VelocityVerlet => self.resolve(h, h * R::HALF, None),
+                _ => self.resolve(h, h * R::HALF, Some(&start)),
+            }
         }
     }
 
@@ -142,32 +147,70 @@ impl<R: Real> Oracle<'_, R> {
         self.counted += energy * sixth.to_f64();
     }
 
-    /// Moves particles out of planes and lets them bounce.
-    fn resolve(&mut self, h: R) {
-        for plane in self.model.planes() {
-            let n = plane.normal;
-            let resting = (h + h) * self.model.gravity().dot(n).abs();
-            let (friction, loss) = match plane.friction() {
-                Friction::Coulomb(factor) => (R::of(factor), R::ZERO),
-                Friction::TangentialLoss(loss) => (R::ZERO, R::of(loss)),
-            };
-            for p in 0..self.forces.len() {
-                let (x, v) = (self.state.positions[p], self.state.velocities[p]);
-                let depth = plane.offset - n.dot(x);
-                if depth <= R::ZERO || self.model.is_pinned(p) {
-                    continue;
-                }
-                let speed = v.dot(n);
-                let along = v - n * speed;
-                let e = if -speed < resting { R::ZERO } else { R::of(plane.restitution()) };
-                let after = if R::ZERO <= speed { speed } else { -(e * speed) };
-                let (slip, taken) = (along.dot(along).sqrt(), friction * (after - speed));
-                let kept = if slip <= taken { R::ZERO } else { R::ONE - taken / slip };
-                self.state.velocities[p] = n * after + along * (kept * (R::ONE - loss));
-                self.state.positions[p] += n * depth;
+    /// Lets particles meet planes; the way of a substep was that from `starts` or, without them, h
+    /// (v − lag a).
+    fn resolve(&mut self, h: R, lag: R, starts: Option<&[R::Vec3]>) {
+        let shift = lag - h * R::HALF;
+        for p in (0..self.forces.len()).filter(|&p| !self.model.is_pinned(p)) {
+            let (x, v) = (self.state.positions[p], self.state.velocities[p]);
+            let pull = self.acceleration(p);
+            let start = starts.map_or_else(|| x - (v - pull * lag) * h, |starts| starts[p]);
+            let (mut x, mut v) = (x, v);
+            for plane in self.model.planes() {
+                (x, v) = met(plane, (h, shift), pull, start, (x, v));
             }
+            (self.state.positions[p], self.state.velocities[p]) = (x, v);
         }
     }
+}
+
+/// Position and velocity of a particle that may have come into a plane.
+fn met<R: Real>(
+    plane: &PlaneColumn<R>,
+    (h, shift): (R, R),
+    pull: R::Vec3,
+    start: R::Vec3,
+    (x, v): (R::Vec3, R::Vec3),
+) -> (R::Vec3, R::Vec3) {
+    let (n, depth) = (plane.normal, plane.offset - plane.normal.dot(x));
+    if depth <= R::ZERO {
+        return (x, v);
+    }
+    let (e, two) = (R::of(plane.restitution()), R::ONE + R::ONE);
+    let (factor, loss) = match plane.friction() {
+        Friction::Coulomb(factor) => (R::of(factor), R::ZERO),
+        Friction::TangentialLoss(loss) => (R::ZERO, R::of(loss)),
+    };
+    let (speed, press) = (n.dot(v), n.dot(pull));
+    let (real, limit) = (speed - shift * press, (h + h) * press);
+    let squared = real * real + (press + press) * depth;
+    let bounces = e != R::ZERO
+        && speed < R::ZERO
+        && real < R::ZERO
+        && !(press < R::ZERO && squared < limit * limit);
+    let (mut push, mut lift, mut reach) = ((-speed).max(R::ZERO), depth, depth);
+    if bounces {
+        let impact = squared.max(R::ZERO).sqrt();
+        let after = e * impact;
+        let time = (two * depth / (impact - real)).min(h);
+        push = impact + after;
+        lift = depth + ((after + press * R::HALF * time) * time).max(R::ZERO);
+        reach = push * time;
+    }
+    let (along, moved) = (v - n * speed, x - start);
+    let (slip, grip, way) = (along.dot(along).sqrt(), factor * push, n.dot(moved));
+    let kept = if slip <= grip { R::ZERO } else { R::ONE - grip * (R::ONE / slip) };
+    let velocity = n * (speed + push) + along * (kept * (R::ONE - loss));
+    if slip <= grip && R::ZERO < grip {
+        let [x, y, z] = [0, 1, 2].map(|axis| (n.components()[axis] * x.components()[axis]).abs());
+        let (gap, noise) = (-(way + depth), (x + y + z) * (R::EPSILON * R::of(4.0)));
+        let since = if gap <= noise { R::ONE } else { depth / -way };
+        let lift = if gap.abs() <= noise { R::ZERO } else { lift + way };
+        let before = (moved - n * way) * (R::ONE - since);
+        return (start + (n * lift + before), velocity);
+    }
+    let slid = if slip <= grip { R::ZERO } else { factor * reach * (R::ONE / slip) };
+    (x + (n * lift - along * slid), velocity)
 }
 
 /// Overwrites forces with those of the fields; returns the power of the drag.

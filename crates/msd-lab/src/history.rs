@@ -1,7 +1,7 @@
 //! Which states can be stepped back to?
 
-use crate::runner::{AnyState, Moment, Runner};
-use msd_core::{Interaction, Real, State};
+use crate::runner::{AnyState, Moment};
+use msd_core::{Real, State};
 use std::collections::VecDeque;
 
 /// The most states kept: ten seconds at 60 steps per second.
@@ -35,18 +35,6 @@ impl History {
         while MOST_STATES < self.moments.len() || MOST_BYTES < self.bytes {
             let Some(oldest) = self.moments.pop_front() else { return };
             self.bytes -= bytes_of(&oldest);
-        }
-    }
-
-    /// Gets ready for an interaction with a run that is about to be applied.
-    ///
-    /// What lay on a plane has a ledger that knows the sum of the energy alone. Where the
-    /// interaction changes what that is made of, all of these are measured first: a pass over the
-    /// springs for each, once, at most a quarter of a second.
-    pub fn expect(&mut self, interaction: &Interaction, runner: &Runner) {
-        if interaction.effects().energy {
-            let open = self.moments.iter_mut().filter(|moment| moment.ledger.is_open());
-            open.for_each(|moment| runner.settle(moment));
         }
     }
 

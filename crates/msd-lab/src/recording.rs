@@ -20,7 +20,7 @@ use std::path::Path;
 pub const ENDING: &str = "msdrec";
 
 /// Raised whenever what is written changes its form.
-const KIND: Kind = Kind { what: "recording", format: 2 };
+const KIND: Kind = Kind { what: "recording", format: 3 };
 
 /// Steps after which a recording is written on at the latest: a second of the default step.
 const MOST_UNWRITTEN: u32 = 60;

@@ -106,9 +106,6 @@ impl<'a> Replay<'a> {
     fn follow(&mut self, event: &Event) -> Result<(), Error> {
         match event {
             Event::Act(interaction) => {
-                if let Some(history) = &mut self.history {
-                    history.expect(interaction, &self.runner);
-                }
                 let felt = as_felt(*interaction, self.recorded.substep());
                 self.runner.queue(if self.changes.is_none() { *interaction } else { felt })?;
                 self.runner.apply_queued()?;

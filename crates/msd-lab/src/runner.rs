@@ -4,8 +4,8 @@ use msd_core::elements::Element;
 use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
-    Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Real, Scene, Settings,
-    Simulation, State, Witness,
+    Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene,
+    Settings, Simulation, State, Witness,
 };
 use serde::{Deserialize, Serialize};
 
@@ -224,21 +224,9 @@ impl Runner {
         Ok(())
     }
 
-    /// Measures what was taken away up to an earlier moment of this run, before something changes
-    /// that the energy depends on.
-    ///
-    /// # Panics
-    /// If the moment is of a run with another number of particles.
-    pub fn settle(&self, moment: &mut Moment) {
-        fn total<R: Real, S: Real>(simulation: &Simulation<R>, state: &State<S>) -> f64 {
-            simulation.energy_at(&state.convert()).total()
-        }
-        moment.ledger.close(|| {
-            on!(self, simulation => match &moment.state {
-                AnyState::F32(state) => total(simulation, state),
-                AnyState::F64(state) => total(simulation, state),
-            })
-        });
+    /// What obstacles did since the start.
+    pub fn contacts(&self) -> Contacts {
+        on!(self, simulation => simulation.contacts())
     }
 
     /// Steps taken.

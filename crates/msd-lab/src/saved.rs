@@ -12,7 +12,7 @@ use std::path::Path;
 pub const ENDING: &str = "msd";
 
 /// Raised whenever what is written changes its form.
-const KIND: Kind = Kind { what: "saved run", format: 2 };
+const KIND: Kind = Kind { what: "saved run", format: 3 };
 
 /// Writes a run, see [`Loaded::of`], into a file that appears whole, or stays the old one, whatever
 /// happens meanwhile.

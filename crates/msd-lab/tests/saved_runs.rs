@@ -174,10 +174,10 @@ fn a_file_with_a_bit_changed_is_refused() {
 
 #[test]
 fn a_file_of_another_format_is_refused_by_name() {
-    let bytes = String::from_utf8_lossy(&bytes()).replacen("format 2", "format 3", 1).into_bytes();
+    let bytes = String::from_utf8_lossy(&bytes()).replacen("format 3", "format 4", 1).into_bytes();
     let error = read_saved(&bytes, "s.msd").expect_err("a refusal");
-    assert!(matches!(error, LabError::Format { found: 3, known: 2, .. }), "{error}");
-    assert_eq!(error.to_string(), "s.msd: is a saved run of format 3; this msd reads format 2");
+    assert!(matches!(error, LabError::Format { found: 4, known: 3, .. }), "{error}");
+    assert_eq!(error.to_string(), "s.msd: is a saved run of format 4; this msd reads format 3");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What is told after a run?
 
 use super::prepare::Prepared;
-use msd_core::{Energy, Integrator, Momentum};
+use msd_core::{Contacts, Energy, Integrator, Momentum};
 use msd_lab::{Precision, state_hash};
 use serde::Serialize;
 
@@ -43,6 +43,9 @@ pub struct Report {
     pub real_time_factor: Option<f64>,
     /// Energy at the end, joules.
     pub energy: EnergyReport,
+    /// What obstacles did: contacts, the energy that they took away and that they added, and the
+    /// work of surfaces that move, joules.
+    pub contacts: Contacts,
     /// Momentum at the end.
     pub momentum: Momentum,
     /// The longest integration step predicted stable at the start, seconds: 0 if none is, null if
@@ -234,6 +237,7 @@ impl Report {
             spring_updates_per_second: updates.and_then(per_wall_second),
             real_time_factor: per_wall_second(done.simulated),
             energy: runner.energy().into(),
+            contacts: runner.contacts(),
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),

@@ -9,6 +9,8 @@ use crate::columns::threads::Split;
 use crate::elements::springs::SpringWork;
 use crate::elements::{Motion, column};
 use crate::number::Real;
+use crate::obstacles::Contacts;
+use crate::obstacles::resolve::Substep;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -51,8 +53,10 @@ impl<R: Real> Scratch<R> {
 /// What a step came to.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Done {
-    /// Energy taken away, joules.
+    /// Energy taken away, joules, contact included.
     pub(crate) counted: f64,
+    /// What obstacles did.
+    pub(crate) contacts: Contacts,
     /// Whether anything touched an obstacle, and whether it did in the last substep.
     pub(crate) touched: bool,
     pub(crate) last_met: bool,
@@ -60,6 +64,26 @@ pub(crate) struct Done {
     pub(crate) given: f64,
     /// The particle for which an adaptive method gave up.
     pub(crate) stuck: Option<usize>,
+}
+
+impl Done {
+    /// Books what obstacles did. What surfaces that move drive in is given by the caller, whose own
+    /// they are.
+    pub(crate) fn meet(&mut self, contacts: Contacts) {
+        self.counted += contacts.taken - contacts.added - contacts.driven;
+        self.given += contacts.driven.max(0.0);
+        self.touched |= 0 < contacts.count;
+        self.contacts += contacts;
+    }
+}
+
+/// How a method moves particles in a substep.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Way {
+    /// By h (v' − s h a), with v' the velocity at its end, a the last acceleration, and s given.
+    Kicked(f64),
+    /// From positions that are kept in the first work column.
+    Kept,
 }
 
 /// A step: the system, its state, and what a method works with.
@@ -191,20 +215,34 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.model.set_forces(self.level, &motion, springs, forces)
     }
 
-    /// Ends a substep: lets everything that is inside an obstacle bounce, and books the energy that
-    /// elements took away in it, joules.
+    /// Ends a substep: lets everything that has come into an obstacle rest, slide or bounce, and
+    /// books the energy that elements took away in it, joules.
+    ///
+    /// The way of a particle in the substep is taken to be h v', with v' the velocity at its end.
     pub fn finish_substep(&mut self, taken: f64) {
-        self.finished += 1;
         self.done.counted += taken;
+        self.finish(Way::Kicked(0.0));
+    }
+
+    /// Ends a substep, the way of which was made as it says; whether anything touched an obstacle.
+    pub(crate) fn finish(&mut self, way: Way) -> bool {
+        self.finished += 1;
         self.done.given -= self.scratch.springs.own_power.min(0.0) * self.settings.substep();
         if self.model.obstacles.is_empty() {
-            return;
+            return false;
         }
-        let h = self.settings.substep();
-        let when = (h, self.start + f64::from(self.finished) * h);
-        let contacts = self.model.resolve(self.level, self.state, &self.scratch.forces, when);
-        self.done.counted += contacts.energy;
+        let length = self.settings.substep();
+        let Scratch { forces, columns, .. } = &*self.scratch;
+        let (lag, starts) = match way {
+            Way::Kicked(lag) => (lag, None),
+            Way::Kept => (0.5, Some(&*columns[0])),
+        };
+        let h = R::of(length);
+        let time = self.start + f64::from(self.finished) * length;
+        let substep = Substep { h, time, lag: h * R::of(lag), starts };
+        let contacts = self.model.resolve(self.level, self.state, forces, substep);
         self.done.last_met = 0 < contacts.count;
-        self.done.touched |= self.done.last_met;
+        self.done.meet(contacts);
+        self.done.last_met
     }
 }

@@ -13,9 +13,10 @@ use alloc::vec::Vec;
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch<R: Real> {
     /// Positions at the start, metres.
-    start: Vec<R::Vec3>,
-    /// Positions as projected so far, metres.
-    predicted: Vec<R::Vec3>,
+    starts: Vec<R::Vec3>,
+    /// The ways from there as projected so far, metres: as differences of positions they would lose
+    /// the digits that velocities need.
+    ways: Vec<R::Vec3>,
     /// The pull of springs, newtons, of which only the power of the dampers is wanted.
     pulls: Aligned<R>,
 }
@@ -23,19 +24,19 @@ pub(crate) struct Scratch<R: Real> {
 impl<R: Real> Scratch<R> {
     fn new(model: &Model<R>) -> Self {
         let vectors = || vec![R::Vec3::ZERO; model.particle_count()];
-        Scratch { start: vectors(), predicted: vectors(), pulls: column(&model.slots, 21) }
+        Scratch { starts: vectors(), ways: vectors(), pulls: column(&model.slots, 21) }
     }
 }
 
 /// Advances by a step.
 ///
-/// Particles first move by the outside forces alone to p = x + h (v + h w f). Then each spring,
-/// once and in order, moves its ends along its direction u by −w λ and w λ, with C = |p_b − p_a| −
-/// rest:
+/// Particles first move by the outside forces alone to p = x + d, d = h (v + h w f). Then each
+/// spring, once and in order, moves its ends along its direction u by −w λ and w λ, with C = |p_b −
+/// p_a| − rest:
 ///
-/// λ = −(k h² C + b h u·((p_b − x_b) − (p_a − x_a))) / (1 + (k h² + b h) (w_a + w_b))
+/// λ = −(k h² C + b h u·(d_b − d_a)) / (1 + (k h² + b h) (w_a + w_b))
 ///
-/// Then v' = (p − x) / h. That is the paper's step with compliance 1/k and damping b, multiplied by
+/// Then v' = d / h. That is the paper's step with compliance 1/k and damping b, multiplied by
 /// k h², so that k = 0 leaves a damper: alone, a spring does the step of backward Euler.
 ///
 /// The error is of first order in h, and has two parts: backward Euler's, and that of a single
@@ -49,51 +50,65 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     let scratch = step.scratch.xpbd.take();
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
     for _ in 0..step.substeps() {
-        let taken = advance_substep(step, &mut scratch);
-        step.finish_substep(taken);
+        let power = advance_substep(step, &mut scratch);
+        step.finish_substep(power * step.settings.substep());
+        // Once what lies on an obstacle is at rest again.
+        let pulled = power_of_springs(step, &mut scratch.pulls);
+        step.done.counted += pulled * step.settings.substep();
     }
     step.scratch.xpbd = Some(scratch);
 }
 
-/// Advances by one substep and returns the energy taken away by dampers and drag, joules.
+/// The power that dampers take away at the state, watts.
+fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<R>) -> f64 {
+    let model = step.model;
+    if !model.is_damped() {
+        return 0.0;
+    }
+    pulls.fill(R::ZERO);
+    let motion = step.state.motion(&model.slots, step.time());
+    model.springs.add_all(step.level, &motion, &mut step.scratch.springs, pulls)
+}
+
+/// Advances by one substep and returns the power taken away by other elements, watts.
 fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch<R>) -> f64 {
     let (model, level, h) = (step.model, step.level, step.substep());
     let time = step.time();
     let motion = step.state.motion(&model.slots, time);
     let (work, forces) = (&mut step.scratch.springs, &mut step.scratch.forces);
-    let mut power = model.set_other_forces(level, &motion, work, forces);
-    let Scratch { start, predicted, pulls } = scratch;
+    let power = model.set_other_forces(level, &motion, work, forces);
+    let Scratch { starts, ways, .. } = scratch;
     let inverse_masses = model.inverse_masses();
     for (particle, at) in model.slots.places().enumerate() {
         let position = vector::<R>(&step.state.positions, at);
         let velocity = vector::<R>(&step.state.velocities, at);
         let force = vector::<R>(&step.scratch.forces, at);
         let velocity = velocity + force * (h * inverse_masses[particle]);
-        start[particle] = position;
-        predicted[particle] = position + velocity * h;
+        starts[particle] = position;
+        ways[particle] = velocity * h;
     }
-    project(model, h, start, predicted);
+    project(model, h, starts, ways);
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {
-        set_vector(&mut step.state.positions, at, predicted[particle]);
+        set_vector(&mut step.state.positions, at, starts[particle] + ways[particle]);
         // A pin keeps its velocity to the bit.
         if inverse_masses[particle] != R::ZERO {
-            let velocity = (predicted[particle] - start[particle]) * per_h;
+            let before = vector::<R>(&step.state.velocities, at);
+            let velocity = ways[particle] * per_h;
             set_vector(&mut step.state.velocities, at, velocity);
+            // What springs pulled is known by what came of it; contact asks.
+            let force = (velocity - before) * (per_h * model.masses()[particle]);
+            set_vector(&mut step.scratch.forces, at, force);
         }
     }
-    if model.is_damped() {
-        let motion = step.state.motion(&model.slots, time + step.settings.substep());
-        pulls.fill(R::ZERO);
-        power += model.springs.add_all(level, &motion, &mut step.scratch.springs, pulls);
-    }
-    power * h.to_f64()
+    power
 }
 
-fn project<R: Real>(model: &Model<R>, h: R, start: &[R::Vec3], predicted: &mut [R::Vec3]) {
+fn project<R: Real>(model: &Model<R>, h: R, starts: &[R::Vec3], ways: &mut [R::Vec3]) {
     let inverse_masses = model.inverse_masses();
     for (spring, [a, b]) in model.springs.present() {
-        let across = predicted[b] - predicted[a];
+        let parted = ways[b] - ways[a];
+        let across = (starts[b] - starts[a]) + parted;
         let squared = across.dot(across);
         if squared < R::SHORTEST_SQUARED {
             continue;
@@ -103,11 +118,11 @@ fn project<R: Real>(model: &Model<R>, h: R, start: &[R::Vec3], predicted: &mut [
         let direction = across * (R::ONE / length);
         let stiff = law.stiffness * h * h;
         let damp = law.damping * h;
-        let moved = direction.dot(across - (start[b] - start[a]));
+        let moved = direction.dot(parted);
         let stretch = length - law.rest;
         let yielding = R::ONE + (stiff + damp) * (inverse_masses[a] + inverse_masses[b]);
         let pull = direction * ((stiff * stretch + damp * moved) / yielding);
-        predicted[a] += pull * inverse_masses[a];
-        predicted[b] -= pull * inverse_masses[b];
+        ways[a] += pull * inverse_masses[a];
+        ways[b] -= pull * inverse_masses[b];
     }
 }

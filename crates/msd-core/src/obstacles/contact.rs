@@ -1,11 +1,20 @@
-//! The law of contact: where a particle inside an obstacle goes, and with which velocity.
+//! The law of contact: where a particle that has come to an obstacle goes, and how fast.
+//!
+//! A substep ends somewhere inside the obstacle. What the surface gives in it is an impulse P along
+//! its normal and, by Coulomb, at most μ P along itself. The law is about the impulse *and* the time
+//! at which it acts: a particle that met the surface τ seconds before the end of the substep has
+//! gone on for τ seconds with a velocity that it did not have. So positions and velocities change
+//! together, and neither how a particle rests nor how it slides or bounces depends on the substep:
+//!
+//! * **held:** the particle is put on the surface, its speed into it is taken away, and what friction
+//!   holds goes back to where it was when it met the surface, so that nothing creeps;
+//! * **bounce:** time and speed of the impact are those of a constant acceleration, which is exact
+//!   under gravity.
+//!
+//! Everything is as seen from the surface.
 
-use super::{Obstacle, PlaneColumn};
-use crate::columns::threads::{Split, merge_shares};
-use crate::columns::{self, LANES, RECORD};
-use crate::number::{Real, Vector, at_level};
+use crate::number::{Real, Vector};
 use crate::scene::Friction;
-use fearless_simd::Level;
 
 /// How a surface gives back and slows what touches it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,31 +37,116 @@ impl<R: Real> ContactLaw<R> {
         ContactLaw { restitution: R::of(restitution), friction: R::of(friction), loss: R::of(loss) }
     }
 
-    /// The velocity after a bounce, as seen from the surface, metres per second.
-    ///
-    /// A normal velocity v_n < 0 becomes −e v_n, or 0 where it is slower than `resting`, so that a
-    /// resting contact does not buzz. Coulomb friction takes at most μ (1 + e) |v_n| from the
-    /// tangential speed. Without a branch, so that sixteen are computed at once.
+    /// The velocity after a bounce that takes no time, metres per second.
     ///
     /// Source: algorithm 1 of the source report (2014), with Coulomb's law beside its factor.
-    #[inline(always)]
-    pub(crate) fn bounce(&self, n: [R; 3], v: [R; 3], resting: R) -> [R; 3] {
-        let speed = v[0] * n[0] + v[1] * n[1] + v[2] * n[2];
-        let t = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
-        let restitution = if -speed < resting { R::ZERO } else { self.restitution };
-        let after = if R::ZERO <= speed { speed } else { -(restitution * speed) };
-        let slip = (t[0] * t[0] + t[1] * t[1] + t[2] * t[2]).sqrt();
-        let loss = self.friction * (after - speed);
-        let left = R::ONE - loss / slip;
-        let kept = if slip <= loss { R::ZERO } else { left } * (R::ONE - self.loss);
-        [n[0] * after + t[0] * kept, n[1] * after + t[1] * kept, n[2] * after + t[2] * kept]
+    pub(crate) fn bounced(&self, normal: R::Vec3, velocity: R::Vec3) -> R::Vec3 {
+        let speed = velocity.dot(normal);
+        let along = velocity - normal * speed;
+        let push = -speed * (R::ONE + self.restitution);
+        let (kept, _) = self.rub(along.dot(along).sqrt(), push);
+        normal * (speed + push) + along * kept
     }
 
-    /// [`ContactLaw::bounce`] of vectors.
-    pub(crate) fn bounced(&self, normal: R::Vec3, velocity: R::Vec3, resting: R) -> R::Vec3 {
-        let bounced = self.bounce(normal.components(), velocity.components(), resting);
-        R::Vec3::from_components(bounced)
+    /// The fraction of a slip that is left where the surface pushes by so much, both metres per
+    /// second, and the reciprocal of the slip, 0 where friction holds it.
+    #[inline(always)]
+    fn rub(&self, slip: R, push: R) -> (R, R) {
+        let loss = self.friction * push;
+        let held = slip <= loss;
+        let per_slip = R::ONE / slip;
+        let left = if held { R::ZERO } else { R::ONE - loss * per_slip };
+        (left * (R::ONE - self.loss), if held { R::ZERO } else { per_slip })
     }
+
+    /// Whether the surface keeps the particle for the rest of the substep.
+    ///
+    /// It does where it gives nothing back, and where the particle is on its way out already. It
+    /// does as well where the pull into the surface makes up the speed of the impact within two
+    /// substeps: a bounce would be over before it could be followed, and what rests would buzz.
+    #[inline(always)]
+    pub(super) fn keeps(&self, touch: &Touch<R>, span: &Span<R>) -> bool {
+        let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
+        let real = speed - span.shift * pull;
+        let limit = (span.h + span.h) * pull;
+        let is_slow = real * real + (pull + pull) * touch.depth < limit * limit;
+        let is_free = (R::ZERO <= speed) | (R::ZERO <= real);
+        (self.restitution == R::ZERO) | is_free | ((pull < R::ZERO) & is_slow)
+    }
+
+    /// What a surface makes of a particle that it keeps.
+    ///
+    /// The energy along the normal is that at the start of the substep, which is none at rest: what
+    /// a method gains or loses within a substep while a surface holds the particle is undone.
+    #[inline(always)]
+    pub(super) fn hold(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
+        let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
+        let push = if speed < R::ZERO { -speed } else { R::ZERO };
+        let (before, after) = (speed - pull * span.h, speed + push);
+        let moved = touch.along_normal(touch.way()) + touch.depth;
+        let taken = (before * before - after * after) * R::HALF + pull * moved;
+        self.finish(touch, span, Push { push, lift: touch.depth, reach: touch.depth, taken })
+    }
+
+    /// What a surface makes of a particle that it gives back.
+    ///
+    /// With U the speed into the surface at the end of the substep and a the acceleration into it,
+    /// the particle went through the surface at u = √(U² − 2 a d), 2 d / (U + u) seconds before. It
+    /// left at e u. A constant acceleration changes nothing else.
+    pub(super) fn bounce(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
+        let pull = touch.along_normal(touch.pull);
+        let real = touch.along_normal(touch.velocity) - span.shift * pull;
+        let squared = real * real + (pull + pull) * touch.depth;
+        let impact = squared.max(R::ZERO).sqrt();
+        let after = self.restitution * impact;
+        let time = ((touch.depth + touch.depth) / (impact - real)).min(span.h);
+        let height = (after + pull * R::HALF * time) * time;
+        let push = impact + after;
+        let taken = (impact * impact - after * after) * R::HALF;
+        let lift = touch.depth + height.max(R::ZERO);
+        self.finish(touch, span, Push { push, lift, reach: push * time, taken })
+    }
+
+    /// Friction, and what all comes to.
+    ///
+    /// What sticks goes back by the part of its way that it made since it met the surface. What
+    /// slides goes back by what it would not have gone at the velocity it has now.
+    #[inline(always)]
+    fn finish(&self, touch: &Touch<R>, span: &Span<R>, push: Push<R>) -> Outcome<R> {
+        let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
+        let [speed, way, pressing] = [v, moved, pull].map(|vector| touch.along_normal(vector));
+        let along = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
+        let squared = dot(along, along);
+        let (slip, grip) = (squared.sqrt(), self.friction * push.push);
+        let (kept, per_slip) = self.rub(slip, push.push);
+        let sticks = (slip <= grip) & (R::ZERO < grip);
+        // A gap that rounding leaves is none: small steps out of it would add up to a way.
+        let (gap, noise) = (-(way + depth), touch.rounding());
+        let since = if gap <= noise { R::ONE } else { depth / -way };
+        let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
+        let slid = self.friction * push.reach * per_slip;
+        let mut outcome = Outcome { position: touch.position, velocity: v, taken: R::ZERO };
+        for axis in 0..3 {
+            // From where it was: to go back and forth would add up roundings.
+            let before = (moved[axis] - n[axis] * way) * (R::ONE - since);
+            let stuck = touch.start[axis] + (n[axis] * lift + before);
+            let slides = touch.position[axis] + (n[axis] * push.lift - along[axis] * slid);
+            outcome.position[axis] = if sticks { stuck } else { slides };
+            outcome.velocity[axis] = n[axis] * (speed + push.push) + along[axis] * kept;
+        }
+        let drive = dot(pull, v) - pressing * speed;
+        let still = (dot(pull, pull) - pressing * pressing) * span.h - (drive + drive);
+        let stuck = (squared + still * span.h) * R::HALF
+            + (dot(pull, moved) - pressing * way) * (R::ONE - since);
+        let slowed = squared * (R::ONE - kept * kept) * R::HALF - drive * slid;
+        outcome.taken = push.taken + if sticks { stuck } else { slowed };
+        outcome
+    }
+}
+
+#[inline(always)]
+pub(super) fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// The speed towards a surface below which a contact rests, metres per second: what gravity adds in
@@ -61,159 +155,99 @@ pub(crate) fn resting_speed<R: Real>(normal: R::Vec3, gravity: R::Vec3, h: R) ->
     (h + h) * gravity.dot(normal).abs()
 }
 
-/// What obstacles did in one substep.
+/// A particle inside an obstacle at the end of a substep, as seen from the surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch<R> {
+    pub(super) normal: [R; 3],
+    /// How far inside, metres; positive.
+    pub(super) depth: R,
+    pub(super) position: [R; 3],
+    pub(super) velocity: [R; 3],
+    /// Where it was at the start of the substep.
+    pub(super) start: [R; 3],
+    /// Its acceleration without the surface, metres per second squared.
+    pub(super) pull: [R; 3],
+}
+
+impl<R: Real> Touch<R> {
+    /// How it moved in the substep, metres.
+    #[inline(always)]
+    fn way(&self) -> [R; 3] {
+        let (to, from) = (self.position, self.start);
+        [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
+    }
+
+    /// The rounding of a gap, metres.
+    #[inline(always)]
+    fn rounding(&self) -> R {
+        let (n, x) = (self.normal, self.position);
+        let sum = (n[0] * x[0]).abs() + (n[1] * x[1]).abs() + (n[2] * x[2]).abs();
+        sum * (R::EPSILON * R::of(4.0))
+    }
+
+    #[inline(always)]
+    fn along_normal(&self, vector: [R; 3]) -> R {
+        dot(self.normal, vector)
+    }
+}
+
+/// A substep, in seconds.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span<R> {
+    pub(super) h: R,
+    /// By how much the velocities of the method are ahead of its positions.
+    pub(super) shift: R,
+}
+
+/// What a surface gives along its normal.
+struct Push<R> {
+    /// Impulse by mass, metres per second.
+    push: R,
+    /// How far the particle is moved, metres.
+    lift: R,
+    /// Impulse by mass times how long it has acted, metres.
+    reach: R,
+    /// Energy taken away by mass, joules per kilogram.
+    taken: R,
+}
+
+/// A particle after contact.
+pub(super) struct Outcome<R> {
+    pub(super) position: [R; 3],
+    pub(super) velocity: [R; 3],
+    /// Energy taken away by mass, joules per kilogram.
+    pub(super) taken: R,
+}
+
+/// What obstacles did.
+///
+/// The energy is that of the motion as seen from the surface: what a surface that moves drives in
+/// is apart. The force on a particle is taken as constant over a substep.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contacts {
-    /// Particles moved out of an obstacle; one in a corner counts once for each.
-    pub count: usize,
-    /// Energy taken away, joules: kinetic energy lost less the potential energy gained by moving
-    /// the particle against the force on it, which is taken as constant over the move.
-    pub energy: f64,
+    /// Particles stopped, once for each obstacle and substep.
+    pub count: u64,
+    /// Energy taken away by contacts that took some, joules.
+    pub taken: f64,
+    /// Energy added by contacts that added some, joules: an error, which a shorter substep lowers.
+    pub added: f64,
+    /// Work of surfaces that move, joules.
+    pub driven: f64,
+}
+
+impl Contacts {
+    /// One contact that took so much energy, joules.
+    pub(crate) fn one(taken: f64) -> Self {
+        Contacts { count: 1, taken: taken.max(0.0), added: (-taken).max(0.0), driven: 0.0 }
+    }
 }
 
 impl core::ops::AddAssign for Contacts {
     fn add_assign(&mut self, other: Self) {
         self.count += other.count;
-        self.energy += other.energy;
+        self.taken += other.taken;
+        self.added += other.added;
+        self.driven += other.driven;
     }
-}
-
-/// What a substep ends with, as contact needs it.
-#[derive(Debug)]
-pub(crate) struct Bodies<'a, R: Real> {
-    /// Masses, a number for each slot, and their reciprocals, three for each.
-    pub(crate) masses: &'a [R],
-    pub(crate) inverse_masses: &'a [R],
-    /// Forces of the last evaluation, newtons, for the energy alone.
-    pub(crate) forces: &'a [R],
-    pub(crate) positions: &'a mut [R],
-    pub(crate) velocities: &'a mut [R],
-    pub(crate) gravity: R::Vec3,
-    /// Length of the substep, seconds, and the time at its end.
-    pub(crate) h: R,
-    pub(crate) time: f64,
-}
-
-impl<R: Real> Bodies<'_, R> {
-    /// The same, lent for a shorter time.
-    fn reborrow(&mut self) -> Bodies<'_, R> {
-        Bodies { positions: &mut *self.positions, velocities: &mut *self.velocities, ..*self }
-    }
-}
-
-impl<R: Real> Split for Bodies<'_, R> {
-    fn numbers(&self) -> usize {
-        self.positions.len()
-    }
-    fn split(self, numbers: usize) -> (Self, Self) {
-        let (low_masses, masses) = self.masses.split_at(numbers / 3);
-        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
-        let (low_forces, forces) = self.forces.split_at(numbers);
-        let (low_positions, positions) = self.positions.split_at_mut(numbers);
-        let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
-        let low = Bodies {
-            masses: low_masses,
-            inverse_masses: low_inverse_masses,
-            forces: low_forces,
-            positions: low_positions,
-            velocities: low_velocities,
-            ..self
-        };
-        (low, Bodies { masses, inverse_masses, forces, positions, velocities, ..self })
-    }
-}
-
-/// Moves every particle out of a plane, and lets it bounce.
-pub(crate) fn resolve_plane<R: Real>(
-    level: Level,
-    plane: &PlaneColumn<R>,
-    bodies: &mut Bodies<'_, R>,
-) -> Contacts {
-    let resolve =
-        |mut bodies: Bodies<'_, R>| at_level!(level, _simd => resolve_lanes(plane, &mut bodies));
-    let add = |mut low: Contacts, high| {
-        low += high;
-        low
-    };
-    merge_shares(bodies.reborrow(), &resolve, &add)
-}
-
-#[inline(always)]
-fn resolve_lanes<R: Real>(plane: &PlaneColumn<R>, bodies: &mut Bodies<'_, R>) -> Contacts {
-    let Bodies { masses, inverse_masses, forces, positions, velocities, gravity, h, .. } = bodies;
-    let resting = resting_speed::<R>(plane.normal, *gravity, *h);
-    let (n, offset, law) = (plane.normal.components(), plane.offset, plane.law);
-    let mut contacts = Contacts::default();
-    let rows = positions.as_chunks_mut::<RECORD>().0.iter_mut();
-    let rows = rows.zip(velocities.as_chunks_mut::<RECORD>().0).enumerate();
-    for (record, (x, v)) in rows {
-        let depth = |x: &[R; RECORD], l: usize| {
-            offset - (n[0] * x[l] + n[1] * x[LANES + l] + n[2] * x[2 * LANES + l])
-        };
-        let mut below = 0u32;
-        for l in 0..LANES {
-            below |= u32::from(R::ZERO < depth(x, l));
-        }
-        if below == 0 {
-            continue;
-        }
-        let numbers = record * RECORD..(record + 1) * RECORD;
-        let w: &[R; RECORD] = inverse_masses[numbers.clone()].first_chunk().expect("a record");
-        let f: &[R; RECORD] = forces[numbers].first_chunk().expect("a record");
-        let mass: &[R; LANES] = masses[record * LANES..].first_chunk().expect("a record");
-        let (mut energies, mut hits) = ([0.0; LANES], [0u32; LANES]);
-        for l in 0..LANES {
-            let [ix, iy, iz] = [l, LANES + l, 2 * LANES + l];
-            let depth = depth(x, l);
-            let on = (R::ZERO < depth) & (w[l] != R::ZERO);
-            let before = [v[ix], v[iy], v[iz]];
-            let after = law.bounce(n, before, resting);
-            let moved = [n[0] * depth, n[1] * depth, n[2] * depth];
-            let square = |v: [R; 3]| v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-            let slower = square(before) - square(after);
-            let work = f[ix] * moved[0] + f[iy] * moved[1] + f[iz] * moved[2];
-            let energy = (slower * R::HALF * mass[l]).to_f64() + work.to_f64();
-            energies[l] = if on { energy } else { 0.0 };
-            hits[l] = u32::from(on);
-            for (axis, at) in [ix, iy, iz].into_iter().enumerate() {
-                x[at] = if on { x[at] + moved[axis] } else { x[at] };
-                v[at] = if on { after[axis] } else { v[at] };
-            }
-        }
-        contacts.count += hits.iter().sum::<u32>() as usize;
-        contacts.energy += energies.iter().sum::<f64>();
-    }
-    contacts
-}
-
-/// Moves particles out of any obstacle, one by one, and lets them bounce; `places` are those of all
-/// particles.
-pub(crate) fn resolve_one_by_one<R: Real>(
-    obstacle: &dyn Obstacle<R>,
-    places: impl Iterator<Item = usize>,
-    bodies: &mut Bodies<'_, R>,
-) -> Contacts {
-    let mut contacts = Contacts::default();
-    let (law, time) = (obstacle.law(), bodies.time);
-    for at in places {
-        let position = columns::vector::<R>(bodies.positions, at);
-        let depth = -obstacle.gap(position, time);
-        let is_inside = R::ZERO < depth;
-        if !is_inside || bodies.inverse_masses[at] == R::ZERO {
-            continue;
-        }
-        let normal = obstacle.normal(position, time);
-        let surface = obstacle.velocity(position, time);
-        let resting = resting_speed::<R>(normal, bodies.gravity, bodies.h);
-        let before = columns::vector::<R>(bodies.velocities, at);
-        let after = law.bounced(normal, before - surface, resting) + surface;
-        let moved = normal * depth;
-        let slower = before.dot(before) - after.dot(after);
-        let slowed = slower * R::HALF * bodies.masses[columns::single(at)];
-        let work = columns::vector::<R>(bodies.forces, at).dot(moved);
-        columns::set_vector(bodies.positions, at, position + moved);
-        columns::set_vector(bodies.velocities, at, after);
-        contacts += Contacts { count: 1, energy: slowed.to_f64() + work.to_f64() };
-    }
-    contacts
 }

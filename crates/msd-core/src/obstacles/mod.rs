@@ -7,17 +7,15 @@
 
 pub(crate) mod contact;
 mod plane;
+pub(crate) mod resolve;
 
 pub use contact::{ContactLaw, Contacts};
 pub use plane::PlaneColumn;
 
-use crate::columns::slots::Slots;
 use crate::number::{Real, Vector};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
-use contact::{Bodies, resolve_one_by_one, resolve_plane};
 use core::fmt::Debug;
-use fearless_simd::Level;
 
 /// A solid that particles cannot enter.
 ///
@@ -104,22 +102,5 @@ impl<R: Real> Obstacles<R> {
             Some(plane) => plane,
             None => self.own[index - self.planes.len()].1.of::<R>(),
         }
-    }
-
-    /// Moves every particle out of every obstacle, and lets it bounce.
-    pub(crate) fn resolve(
-        &self,
-        level: Level,
-        slots: &Slots,
-        bodies: &mut Bodies<'_, R>,
-    ) -> Contacts {
-        let mut contacts = Contacts::default();
-        for plane in &self.planes {
-            contacts += resolve_plane(level, plane, bodies);
-        }
-        for (_, own) in &self.own {
-            contacts += resolve_one_by_one(own.of::<R>(), slots.places(), bodies);
-        }
-        contacts
     }
 }

@@ -23,6 +23,7 @@ use crate::energy::Ledger;
 use crate::error::Error;
 use crate::methods::{Method, OwnMethod, Scratch, Settings, StepContext, Work};
 use crate::number::{Instructions, Real};
+use crate::obstacles::resolve::Substep;
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::Scene;
 use crate::scene::check::check_steps;
@@ -109,8 +110,8 @@ impl<R: Real> Simulation<R> {
     /// Moves what is inside an obstacle out of it, as a contact does.
     fn leave_obstacles(&mut self) {
         self.scratch.forces.fill(R::ZERO);
-        let when = (self.settings.substep(), self.time());
-        self.model.resolve(self.level, &mut self.state, &self.scratch.forces, when);
+        let substep = Substep { h: R::ZERO, time: self.time(), lag: R::ZERO, starts: None };
+        self.model.resolve(self.level, &mut self.state, &self.scratch.forces, substep);
     }
 
     /// Advances by one step of `settings.step` seconds.
@@ -131,7 +132,6 @@ impl<R: Real> Simulation<R> {
     pub(crate) fn advance(&mut self) -> Result<(), Error> {
         check_steps("number", ("step", 0), self.steps + 1)?;
         self.good.copy_from(&self.state);
-        let handled = !self.queue.is_empty();
         let kept = self.keep_model();
         self.apply_queue();
         let method: &dyn Method<R> = match &self.own_method {
@@ -151,18 +151,13 @@ impl<R: Real> Simulation<R> {
         method.advance(&mut step);
         let done = step.done;
         self.touched = done.touched;
-        let contact_alone = done.touched && !handled && !self.is_handled();
         if let Err(error) = self.guard_or_go_back(done.stuck) {
             self.put_model_back(kept);
             return Err(error);
         }
         self.model.pushes.0.clear();
         self.queue.clear();
-        let Simulation { ledger, model, good, .. } = self;
-        let start = step_start(self.epoch, self.steps, self.settings.step);
-        let before = || crate::energy::energy_and_rounding(model, good, start).0.total();
-        ledger.book(done.counted, contact_alone, before);
-        ledger.give(done.given);
+        self.ledger.book(done.counted, done.given, done.contacts);
         self.steps += 1;
         Ok(())
     }
@@ -222,7 +217,6 @@ impl<R: Real> Simulation<R> {
         if self.queue.is_empty() {
             return;
         }
-        self.close_ledger();
         let h = self.settings.substep();
         let mut changed = Effects::default();
         for &interaction in &self.queue {
@@ -254,13 +248,6 @@ impl<R: Real> Simulation<R> {
         };
         let mut rows = self.model.inverse_masses.iter().zip(self.model.slots.places());
         !self.model.grabs.0.is_empty() || !self.model.pushes.0.is_empty() || rows.any(pinned)
-    }
-
-    /// Counts what a contact took before something else than a step changes the energy.
-    fn close_ledger(&mut self) {
-        let time = self.time();
-        let Simulation { ledger, model, state, .. } = self;
-        ledger.close(|| crate::energy::energy_and_rounding(model, state, time).0.total());
     }
 
     /// Queues an interaction for the start of the next step.
@@ -325,7 +312,6 @@ impl<R: Real> Simulation<R> {
         }
         state.check(self.model.extent, "finite and inside the world")?;
         check_steps("number", ("step", 0), steps)?;
-        self.close_ledger();
         self.put_state(state);
         self.steps = steps;
         if steps < self.epoch.0 {
@@ -353,8 +339,7 @@ impl<R: Real> Simulation<R> {
         self.ledger
     }
 
-    /// Puts back what was booked at a state that was returned to. If something that the energy
-    /// depends on was changed since, the ledger must have been closed before that.
+    /// Puts back what was booked at a state that was returned to.
     pub fn set_ledger(&mut self, ledger: Ledger) {
         self.ledger = ledger;
     }
@@ -416,7 +401,6 @@ impl<R: Real> Simulation<R> {
 
     /// Adds an element of the caller's own; returns its handle.
     pub fn add_element(&mut self, element: impl Element<f32> + Element<f64> + 'static) -> usize {
-        self.close_ledger();
         self.scratch.warm = false;
         let handle = self.new_handle();
         self.model.own.push((handle, Own::new(element)));
@@ -425,7 +409,6 @@ impl<R: Real> Simulation<R> {
 
     /// Removes an element of the caller's own; whether there was one of that handle.
     pub fn remove_element(&mut self, handle: usize) -> bool {
-        self.close_ledger();
         self.scratch.warm = false;
         let before = self.model.own.len();
         self.model.own.retain(|&(other, _)| other != handle);
@@ -450,7 +433,6 @@ impl<R: Real> Simulation<R> {
     /// Adds an obstacle and moves out what is inside it; adds nothing where that pushes a particle
     /// out of the world.
     fn add_to_obstacles(&mut self, add: impl FnOnce(&mut Obstacles<R>)) -> Result<(), Error> {
-        self.close_ledger();
         let before = (self.model.obstacles.clone(), self.state.clone());
         add(&mut self.model.obstacles);
         self.leave_obstacles();
@@ -487,8 +469,7 @@ impl<R: Real> Simulation<R> {
         other.own_method = self.own_method.clone();
         other.renew_scratch();
         other.next_handle = self.next_handle;
-        other.ledger = Ledger::of(self.dissipated());
-        other.ledger.give(self.given());
+        other.ledger = self.ledger;
         (other.steps, other.epoch) = (self.steps, self.epoch);
         (other.touched, other.level) = (self.touched, self.level);
         Ok(other)

@@ -137,7 +137,7 @@ fn check_progress<R: Real>(
     check(in_past, "start of the epoch", at, before as f64, "at most the number of steps")?;
     check_not_negative::<f64>("time of the epoch", at, time)?;
     check(0.0 < size && size.is_finite(), "size", at, size, "positive and finite")?;
-    let dissipated = progress.ledger.dissipated(|| 0.0);
+    let dissipated = progress.ledger.dissipated();
     check(dissipated.is_finite(), "energy taken away", at, dissipated, "finite")?;
     check_not_negative::<f64>("energy given", at, progress.ledger.given())?;
     for (row, held) in progress.grabs.iter().enumerate() {

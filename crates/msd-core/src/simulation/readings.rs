@@ -7,6 +7,7 @@ use crate::elements::{collected, column};
 use crate::energy::{self, Energy, Momentum};
 use crate::methods::{Integrator, Method};
 use crate::number::{Real, Vector};
+use crate::obstacles::Contacts;
 use crate::stability::{self, Estimator, Mode};
 use crate::system::{Columns, Snapshot, State};
 use alloc::vec::Vec;
@@ -130,8 +131,7 @@ impl<R: Real> Simulation<R> {
     /// joules.
     pub fn energy_and_rounding(&self) -> (Energy, f64) {
         let (energy, rounding) = R::measure(self);
-        let dissipated = self.ledger.dissipated(|| energy.total());
-        (Energy { dissipated, ..energy }, rounding)
+        (Energy { dissipated: self.dissipated(), ..energy }, rounding)
     }
 
     /// Energy and rounding without what was taken away, compiled in this crate.
@@ -141,11 +141,17 @@ impl<R: Real> Simulation<R> {
 
     /// Energy taken away since the start by dampers, drag and contact, joules.
     pub fn dissipated(&self) -> f64 {
-        self.ledger.dissipated(|| R::measure(self).0.total())
+        self.ledger.dissipated()
     }
 
-    /// Energy that elements of the caller's own have driven into the system since the start,
-    /// joules.
+    /// What obstacles did since the start: how much energy they took, and how much they added that
+    /// they should not have.
+    pub fn contacts(&self) -> Contacts {
+        self.ledger.contacts()
+    }
+
+    /// Energy that elements and surfaces of the caller's own have driven into the system since the
+    /// start, joules.
     pub fn given(&self) -> f64 {
         self.ledger.given()
     }

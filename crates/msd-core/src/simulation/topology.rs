@@ -62,7 +62,6 @@ impl<R: Real> Simulation<R> {
     /// A number that names nothing.
     pub fn remove_particle(&mut self, particle: usize) -> Result<(), Error> {
         check_index(("removal", 0), "particle", particle, self.model.particle_count())?;
-        self.close_ledger();
         self.take_out(particle..particle + 1);
         Ok(())
     }
@@ -73,7 +72,6 @@ impl<R: Real> Simulation<R> {
     /// A number that names nothing.
     pub fn remove_spring(&mut self, spring: usize) -> Result<(), Error> {
         check_index(("removal", 0), "spring", spring, self.model.ends().len())?;
-        self.close_ledger();
         self.model.springs.cut(spring);
         self.scratch.warm = false;
         Ok(())
@@ -85,7 +83,6 @@ impl<R: Real> Simulation<R> {
     /// A number that names nothing.
     pub fn remove_body(&mut self, body: usize) -> Result<(), Error> {
         check_index(("removal", 0), "body", body, self.model.bodies.len())?;
-        self.close_ledger();
         self.take_out(self.model.bodies[body].particles.clone());
         self.model.bodies[body].surface = Default::default();
         Ok(())
@@ -132,7 +129,6 @@ impl<R: Real> Simulation<R> {
         for (row, spring) in springs.iter().enumerate() {
             check_spring::<R>(self.model.ends().len() + row, spring, count)?;
         }
-        self.close_ledger();
         let mut state = self.state();
         for particle in particles {
             let mass = R::of(particle.mass);

@@ -17,8 +17,9 @@
 //! its stable step takes all.
 //!
 //! What was before follows the energy down, never up, so a gain after long damping shows as well.
-//! What it does not see: energy added more slowly than dampers take it away, and none
-//! before the second window.
+//! What obstacles have added in all by their own account, more than they took, see
+//! [`Simulation::contacts`], is looked at beside it, since dampers may take it away at once. What it does not see: energy that a method adds more
+//! slowly than dampers take it away, and none before the second window.
 
 use super::Simulation;
 use crate::energy::Energy;
@@ -44,6 +45,8 @@ pub struct Witness {
     most: f64,
     /// What rounding can have added since the reference was found, joules.
     rounding: f64,
+    /// What obstacles have added in all, less what they took, joules.
+    fed: f64,
     /// The step of the last look.
     seen: u64,
     window: Window,
@@ -76,6 +79,8 @@ impl Witness {
             let substeps = f64::from(simulation.settings().substeps);
             let steps = simulation.steps().saturating_sub(self.seen);
             let steps = if self.reference.is_none() { 0 } else { steps };
+            let contacts = simulation.contacts();
+            self.fed = contacts.added - contacts.taken;
             let undriven = Energy { own: energy.own - simulation.given(), ..energy };
             self.see(undriven, rounding * substeps * steps as f64);
             self.seen = simulation.steps();
@@ -116,6 +121,8 @@ impl Witness {
         let swinging = Real::max(moving, self.scale);
         let allowed = FRACTION * swinging + NOISE * self.most + self.rounding;
         let gained = lowest - reference;
+        // Dampers may take what contact adds: it is looked at on its own.
+        let gained = Real::max(gained, self.fed);
         self.gain = if allowed < gained { gained } else { 0.0 };
         if highest < reference {
             (self.reference, self.rounding) = (Some(highest), 0.0);

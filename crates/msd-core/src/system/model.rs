@@ -9,7 +9,7 @@ use crate::elements::springs::{SpringWork, Springs};
 use crate::elements::{Element, Motion, Own, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::obstacles::contact::Bodies;
+use crate::obstacles::resolve::{Bodies, Substep, resolve};
 use crate::obstacles::{Contacts, Obstacles, PlaneColumn};
 use crate::scene::check::{
     check, check_mass, check_not_negative, check_scene, check_vector, is_finite,
@@ -153,26 +153,23 @@ impl<R: Real> Model<R> {
         work.own_power
     }
 
-    /// Moves every particle out of every obstacle and lets it bounce, at the end of a substep of so
-    /// many seconds at a time.
+    /// Lets every particle that has come into an obstacle meet it, at the end of a substep.
     pub(crate) fn resolve(
         &self,
         level: Level,
         state: &mut Columns<R>,
         forces: &[R],
-        (substep, time): (f64, f64),
+        substep: Substep<'_, R>,
     ) -> Contacts {
-        let mut bodies = Bodies {
+        let bodies = Bodies {
             masses: &self.mass_column,
             inverse_masses: &self.inverse_mass_column,
             forces,
             positions: &mut state.positions,
             velocities: &mut state.velocities,
-            gravity: self.gravity(),
-            h: R::of(substep),
-            time,
+            substep,
         };
-        self.obstacles.resolve(level, &self.slots, &mut bodies)
+        resolve(level, &self.obstacles, bodies)
     }
 
     /// Takes particles out: nothing pulls at them, nothing moves them, and they have no mass.

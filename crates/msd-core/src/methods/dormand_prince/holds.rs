@@ -18,7 +18,7 @@ use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, RECORD, set_vector, single, vector};
 use crate::elements::Motion;
 use crate::number::{Real, Vector, at_level};
-use crate::obstacles::PlaneColumn;
+use crate::obstacles::{Contacts, PlaneColumn};
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
 use fearless_simd::Level;
@@ -55,6 +55,8 @@ pub(crate) struct Hold<R: Real> {
     pub(super) obstacles: [u32; MOST_OBSTACLES],
     pub(super) count: usize,
     pub(crate) along: Along<R::Vec3>,
+    /// The time in which friction can turn its slide, seconds.
+    pub(super) turn: R,
     /// A speed that its acceleration gives it within the error allowed, metres per second.
     slow: R,
     /// At each stage what is left until it is let go, metres per second squared: the least
@@ -106,8 +108,8 @@ pub(crate) struct Holds<R: Real> {
 /// What meeting the obstacles did.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Met {
-    /// Energy taken away, joules.
-    pub(crate) energy: f64,
+    /// Energy taken away and added; friction is in the power of [`Holds::act`].
+    pub(crate) contacts: Contacts,
     /// Whether anything touched an obstacle.
     pub(crate) touched: bool,
     /// Whether the state changed by more than rounding, so that forces are stale.
@@ -120,7 +122,8 @@ impl Met {
         let moved = to.position - from.position;
         let kicked = to.velocity - from.velocity;
         let slower = from.velocity.dot(from.velocity) - to.velocity.dot(to.velocity);
-        self.energy += (slower * R::HALF * mass).to_f64() + force.dot(moved).to_f64();
+        let taken = (slower * R::HALF * mass).to_f64() + force.dot(moved).to_f64();
+        self.contacts += Contacts { count: 0, ..Contacts::one(taken) };
         // Twice the rounding of a position; what takes as long as a hop to move as far.
         let unfelt = R::of(2.0) * rounding_at::<R>(from.position);
         let pull = force * (R::ONE / mass);
@@ -148,6 +151,16 @@ impl<R: Real> Holds<R> {
     /// The held particles, in the order of the scene.
     pub(crate) fn rows(&self) -> &[Hold<R>] {
         &self.rows
+    }
+
+    /// The longest substep that follows every slide, seconds.
+    ///
+    /// Across a slide of speed v friction acts like a damper of rate μ N / (m v), which the method
+    /// follows up to 3.3 per substep. Beyond that the slides of a body would jitter sideways as far
+    /// as the tolerance lets them, and friction, which is against the velocity, would be too weak.
+    pub(crate) fn longest(&self) -> f64 {
+        let turns = self.rows.iter().map(|hold| hold.turn);
+        2.0 * turns.fold(R::LARGEST, R::min).to_f64()
     }
 
     /// Finds the least distance of each particle from a plane in some motions, each after a
@@ -267,6 +280,7 @@ impl<R: Real> Holds<R> {
                 obstacles: [0; MOST_OBSTACLES],
                 count: 0,
                 along: Along::Free,
+                turn: R::LARGEST,
                 slow: (self.blur * pull.dot(pull).sqrt()).sqrt(),
                 margins: [R::ZERO; STAGES],
             };
@@ -286,6 +300,7 @@ impl<R: Real> Holds<R> {
             let Meeting { spot, hold, met: touched, .. } = meeting;
             met.note((model.mass_column[single(at)], force), &before, &spot);
             met.touched |= touched;
+            met.contacts.count += u64::from(touched);
             state.put(at, (spot.position, spot.velocity));
             if 0 < hold.count {
                 self.rows.push(hold);

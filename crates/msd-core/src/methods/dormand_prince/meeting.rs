@@ -78,7 +78,7 @@ impl<R: Real> Meeting<'_, R> {
         }
         if speed < R::ZERO && height <= self.slack {
             self.spot.position -= normal * height;
-            let bounced = law.bounced(normal, self.spot.velocity - velocity, R::ZERO);
+            let bounced = law.bounced(normal, self.spot.velocity - velocity);
             self.spot.velocity = velocity + bounced;
             self.met = true;
             return true;
@@ -138,6 +138,7 @@ impl<R: Real> Meeting<'_, R> {
             let ends = self.ends(speed, grip - pull);
             if ends { Along::Sticks } else { Along::Creeps(direction) }
         } else if R::ZERO < speed && !self.ends(speed, grip - slope.dot(sliding) / speed) {
+            self.hold.turn = speed / grip;
             Along::Slides(sliding * (R::ONE / speed))
         } else {
             Along::Sticks

@@ -114,7 +114,7 @@ impl<R: Real> Scratch<R> {
         let mut pace = Pace::new(first, whole);
         let (mut left, mut time) = (whole, step.start);
         loop {
-            let length = pace.attempt(left);
+            let length = Real::min(pace.attempt(left), self.holds.longest());
             self.stages.start(step.state, time, length);
             self.run_stages(step);
             let error = self.stages.error(level, slots, allowance);
@@ -205,7 +205,7 @@ impl<R: Real> Scratch<R> {
         }
         let system = (step.level, step.model);
         let met = self.holds.meet(system, &step.scratch.forces, time, step.state);
-        step.done.counted += met.energy;
+        step.done.meet(met.contacts);
         step.done.touched |= met.touched;
         met
     }

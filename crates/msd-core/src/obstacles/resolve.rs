@@ -1,0 +1,354 @@
+//! Contact at the end of a substep: who is inside an obstacle, and the law for sixteen at a time.
+
+use super::contact::{Contacts, Outcome, Span, Touch, dot};
+use super::{Obstacle, Obstacles, PlaneColumn};
+use crate::columns::threads::{Split, merge_shares};
+use crate::columns::{LANES, RECORD, single};
+use crate::number::{Real, Vector, at_level};
+use fearless_simd::Level;
+
+/// What a substep ends with, as contact needs it.
+#[derive(Debug)]
+pub(crate) struct Bodies<'a, R: Real> {
+    /// Masses, a number for each slot, and their reciprocals, three for each.
+    pub(crate) masses: &'a [R],
+    pub(crate) inverse_masses: &'a [R],
+    /// Forces of the last evaluation, newtons.
+    pub(crate) forces: &'a [R],
+    pub(crate) positions: &'a mut [R],
+    pub(crate) velocities: &'a mut [R],
+    pub(crate) substep: Substep<'a, R>,
+}
+
+/// A substep that ends.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Substep<'a, R> {
+    /// Its length, seconds.
+    pub(crate) h: R,
+    /// Simulated time at its end, seconds.
+    pub(crate) time: f64,
+    /// By how much velocities are ahead of those that made the way, seconds: under an acceleration
+    /// a the way was h (v − lag a).
+    pub(crate) lag: R,
+    /// Positions at its start, metres, where the way was another.
+    pub(crate) starts: Option<&'a [R]>,
+}
+
+impl<R: Real> Split for Bodies<'_, R> {
+    fn numbers(&self) -> usize {
+        self.positions.len()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        let (low_masses, masses) = self.masses.split_at(numbers / 3);
+        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
+        let (low_forces, forces) = self.forces.split_at(numbers);
+        let (low_positions, positions) = self.positions.split_at_mut(numbers);
+        let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
+        let (low_starts, starts) =
+            self.substep.starts.map(|column| column.split_at(numbers)).unzip();
+        let (low_substep, substep) =
+            (Substep { starts: low_starts, ..self.substep }, Substep { starts, ..self.substep });
+        let low = Bodies {
+            masses: low_masses,
+            inverse_masses: low_inverse_masses,
+            forces: low_forces,
+            positions: low_positions,
+            velocities: low_velocities,
+            substep: low_substep,
+        };
+        (low, Bodies { masses, inverse_masses, forces, positions, velocities, substep })
+    }
+}
+
+/// Lets every particle that has come into an obstacle meet it.
+pub(crate) fn resolve<R: Real>(
+    level: Level,
+    obstacles: &Obstacles<R>,
+    bodies: Bodies<'_, R>,
+) -> Contacts {
+    let resolve =
+        |bodies: Bodies<'_, R>| at_level!(level, _simd => resolve_records(obstacles, bodies));
+    let add = |mut low: Contacts, high| {
+        low += high;
+        low
+    };
+    merge_shares(bodies, &resolve, &add)
+}
+
+#[inline(always)]
+fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>) -> Contacts {
+    let mut tally = Tally::default();
+    let mut few = Batch::default();
+    for record in 0..bodies.positions.len() / RECORD {
+        let inside = inside(obstacles, &bodies, record);
+        if inside == 0 {
+            continue;
+        }
+        if MANY <= inside.count_ones() {
+            let mut batch = Batch::of_record(&bodies, record);
+            batch.meet(obstacles, &bodies.substep, &mut tally);
+            batch.leave(&mut bodies);
+            continue;
+        }
+        let mut left = inside;
+        while left != 0 {
+            few.add(&bodies, record * RECORD + left.trailing_zeros() as usize);
+            left &= left - 1;
+            if few.count == LANES {
+                few.meet(obstacles, &bodies.substep, &mut tally);
+                few.leave(&mut bodies);
+                few = Batch::default();
+            }
+        }
+    }
+    few.meet(obstacles, &bodies.substep, &mut tally);
+    few.leave(&mut bodies);
+    tally.contacts()
+}
+
+/// Particles of a record from which on the whole record is computed as it is.
+const MANY: u32 = 8;
+
+/// Which particles of a record are inside a plane, a bit for each; all where there are other
+/// obstacles.
+#[inline(always)]
+fn inside<R: Real>(obstacles: &Obstacles<R>, bodies: &Bodies<'_, R>, record: usize) -> u32 {
+    if !obstacles.own.is_empty() {
+        return (1 << LANES) - 1;
+    }
+    let x: &[R; RECORD] = bodies.positions[record * RECORD..].first_chunk().expect("a record");
+    let mut bits = 0;
+    for plane in &obstacles.planes {
+        let mut below = [0u32; LANES];
+        for (lane, below) in below.iter_mut().enumerate() {
+            *below = u32::from(R::ZERO < depth(plane, x, lane)) << lane;
+        }
+        bits |= below.iter().fold(0, |bits, bit| bits | bit);
+    }
+    bits
+}
+
+#[inline(always)]
+fn depth<R: Real>(plane: &PlaneColumn<R>, x: &[R; RECORD], lane: usize) -> R {
+    plane.offset - dot(plane.normal.components(), lane_of(x, lane))
+}
+
+#[inline(always)]
+fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
+    [record[lane], record[LANES + lane], record[2 * LANES + lane]]
+}
+
+/// Sixteen particles at most that may be inside an obstacle.
+struct Batch<R> {
+    count: usize,
+    /// Their places in the columns.
+    places: [usize; LANES],
+    positions: [R; RECORD],
+    velocities: [R; RECORD],
+    /// Where they were at the start of the substep, if that is known already.
+    starts: [R; RECORD],
+    /// Accelerations; forces at first.
+    pulls: [R; RECORD],
+    inverse_masses: [R; LANES],
+    masses: [R; LANES],
+}
+
+impl<R: Real> Default for Batch<R> {
+    fn default() -> Self {
+        Batch {
+            count: 0,
+            places: [0; LANES],
+            positions: [R::ZERO; RECORD],
+            velocities: [R::ZERO; RECORD],
+            starts: [R::ZERO; RECORD],
+            pulls: [R::ZERO; RECORD],
+            inverse_masses: [R::ZERO; LANES],
+            masses: [R::ZERO; LANES],
+        }
+    }
+}
+
+impl<R: Real> Batch<R> {
+    #[inline(always)]
+    fn of_record(bodies: &Bodies<'_, R>, record: usize) -> Self {
+        let at = record * RECORD;
+        let of = |column: &[R]| *column[at..].first_chunk().expect("a record");
+        Batch {
+            count: LANES,
+            places: core::array::from_fn(|lane| at + lane),
+            positions: of(bodies.positions),
+            velocities: of(bodies.velocities),
+            starts: bodies.substep.starts.map_or([R::ZERO; RECORD], of),
+            pulls: of(bodies.forces),
+            inverse_masses: *bodies.inverse_masses[at..].first_chunk().expect("a record"),
+            masses: *bodies.masses[record * LANES..].first_chunk().expect("a record"),
+        }
+    }
+
+    #[inline(always)]
+    fn add(&mut self, bodies: &Bodies<'_, R>, at: usize) {
+        let lane = self.count;
+        for axis in 0..3 {
+            let (to, from) = (axis * LANES + lane, axis * LANES + at);
+            self.positions[to] = bodies.positions[from];
+            self.velocities[to] = bodies.velocities[from];
+            self.pulls[to] = bodies.forces[from];
+            self.starts[to] = bodies.substep.starts.map_or(R::ZERO, |column| column[from]);
+        }
+        self.inverse_masses[lane] = bodies.inverse_masses[at];
+        self.masses[lane] = bodies.masses[single(at)];
+        self.places[lane] = at;
+        self.count += 1;
+    }
+
+    /// Puts the particles back into the columns.
+    #[inline(always)]
+    fn leave(&self, bodies: &mut Bodies<'_, R>) {
+        for (lane, &at) in self.places[..self.count].iter().enumerate() {
+            for axis in 0..3 {
+                bodies.positions[axis * LANES + at] = self.positions[axis * LANES + lane];
+                bodies.velocities[axis * LANES + at] = self.velocities[axis * LANES + lane];
+            }
+        }
+    }
+
+    /// Lets them meet all obstacles, one after the other.
+    #[inline(always)]
+    fn meet(&mut self, obstacles: &Obstacles<R>, substep: &Substep<'_, R>, tally: &mut Tally) {
+        let &Substep { h, lag, time, .. } = substep;
+        let span = Span { h, shift: lag - h * R::HALF };
+        for i in 0..RECORD {
+            self.pulls[i] = self.pulls[i] * self.inverse_masses[i % LANES];
+        }
+        if substep.starts.is_none() {
+            for i in 0..RECORD {
+                let mean = self.velocities[i] - self.pulls[i] * lag;
+                self.starts[i] = self.positions[i] - mean * h;
+            }
+        }
+        for plane in &obstacles.planes {
+            self.meet_plane(plane, &span, tally);
+        }
+        for (_, own) in &obstacles.own {
+            self.meet_own(own.of::<R>(), (&span, time), &mut tally.contacts);
+        }
+    }
+
+    #[inline(always)]
+    fn touch(&self, lane: usize, normal: [R; 3], depth: R) -> Touch<R> {
+        Touch {
+            normal,
+            depth,
+            position: lane_of(&self.positions, lane),
+            velocity: lane_of(&self.velocities, lane),
+            start: lane_of(&self.starts, lane),
+            pull: lane_of(&self.pulls, lane),
+        }
+    }
+
+    fn set(&mut self, lane: usize, position: [R; 3], velocity: [R; 3]) {
+        for axis in 0..3 {
+            self.positions[axis * LANES + lane] = position[axis];
+            self.velocities[axis * LANES + lane] = velocity[axis];
+        }
+    }
+
+    /// Those that the plane keeps at once, the few others one by one.
+    #[inline(always)]
+    fn meet_plane(&mut self, plane: &PlaneColumn<R>, span: &Span<R>, tally: &mut Tally) {
+        let (normal, law) = (plane.normal.components(), plane.law);
+        let (mut energies, mut insides) = ([R::ZERO; LANES], [0u32; LANES]);
+        let mut bounces = [0u32; LANES];
+        let (mut x, mut v) = (self.positions, self.velocities);
+        for lane in 0..LANES {
+            let depth = depth(plane, &self.positions, lane);
+            let inside = (R::ZERO < depth) & (self.inverse_masses[lane] != R::ZERO);
+            let touch = self.touch(lane, normal, depth);
+            let keeps = law.keeps(&touch, span);
+            let held = law.hold(&touch, span);
+            let on = inside & keeps;
+            energies[lane] = if on { held.taken * self.masses[lane] } else { R::ZERO };
+            insides[lane] = u32::from(inside);
+            bounces[lane] = u32::from(inside & !keeps);
+            for axis in 0..3 {
+                let at = axis * LANES + lane;
+                x[at] = if on { held.position[axis] } else { x[at] };
+                v[at] = if on { held.velocity[axis] } else { v[at] };
+            }
+        }
+        (self.positions, self.velocities) = (x, v);
+        for lane in 0..LANES {
+            let taken = energies[lane].to_f64();
+            tally.counts[lane] += insides[lane];
+            tally.taken[lane] += if 0.0 < taken { taken } else { 0.0 };
+            tally.added[lane] += if taken < 0.0 { -taken } else { 0.0 };
+        }
+        if bounces.iter().fold(0, |any, bounce| any | bounce) == 0 {
+            return;
+        }
+        for lane in (0..LANES).filter(|&lane| bounces[lane] != 0) {
+            let touch = self.touch(lane, normal, depth(plane, &self.positions, lane));
+            let Outcome { position, velocity, taken } = law.bounce(&touch, span);
+            self.set(lane, position, velocity);
+            let taken = (taken * self.masses[lane]).to_f64();
+            tally.contacts += Contacts { count: 0, ..Contacts::one(taken) };
+        }
+    }
+
+    /// Any obstacle is met one by one.
+    fn meet_own(
+        &mut self,
+        obstacle: &dyn Obstacle<R>,
+        (span, time): (&Span<R>, f64),
+        contacts: &mut Contacts,
+    ) {
+        let law = obstacle.law();
+        for lane in 0..LANES {
+            if self.inverse_masses[lane] == R::ZERO {
+                continue;
+            }
+            let position = R::Vec3::from_components(lane_of(&self.positions, lane));
+            let depth = -obstacle.gap(position, time);
+            let is_inside = R::ZERO < depth;
+            if !is_inside {
+                continue;
+            }
+            let normal = obstacle.normal(position, time).components();
+            let surface = obstacle.velocity(position, time).components();
+            let mut touch = self.touch(lane, normal, depth);
+            for axis in 0..3 {
+                touch.velocity[axis] -= surface[axis];
+                touch.start[axis] += surface[axis] * span.h;
+            }
+            let keeps = law.keeps(&touch, span);
+            let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
+            let (before, mass) = (lane_of(&self.velocities, lane), self.masses[lane]);
+            let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
+            let kick = core::array::from_fn(|axis| after[axis] - before[axis]);
+            self.set(lane, outcome.position, after);
+            *contacts += Contacts {
+                driven: (dot(kick, surface) * mass).to_f64(),
+                ..Contacts::one((outcome.taken * mass).to_f64())
+            };
+        }
+    }
+}
+
+/// What contacts came to, lane by lane.
+#[derive(Default)]
+struct Tally {
+    counts: [u32; LANES],
+    taken: [f64; LANES],
+    added: [f64; LANES],
+    contacts: Contacts,
+}
+
+impl Tally {
+    fn contacts(self) -> Contacts {
+        let mut contacts = self.contacts;
+        contacts.count += u64::from(self.counts.iter().sum::<u32>());
+        contacts.taken += self.taken.iter().sum::<f64>();
+        contacts.added += self.added.iter().sum::<f64>();
+        contacts
+    }
+}
