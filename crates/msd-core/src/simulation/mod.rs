@@ -20,7 +20,7 @@ use crate::columns::threads;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
-use crate::methods::{Method, OwnMethod, Scratch, Settings, StepContext, Work};
+use crate::methods::{Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work};
 use crate::number::{Instructions, Real};
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::Scene;
@@ -103,8 +103,9 @@ impl<R: Real> Simulation<R> {
     /// Advances by one step of `settings.step` seconds.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if a particle left the world, [`Error::Unreachable`] if an adaptive
-    /// method cannot keep its tolerance; the state is then the one before the step.
+    /// [`Error::Diverged`] if a particle left the world or the force on it is not finite,
+    /// [`Error::Unreachable`] if an adaptive method cannot keep its tolerance, [`Error::Unsolved`]
+    /// if an implicit one cannot solve for the step; the state is then the one before the step.
     pub fn step(&mut self) -> Result<(), Error> {
         if !self.model.springs.is_shared() {
             return R::step(self);
@@ -136,7 +137,7 @@ impl<R: Real> Simulation<R> {
         self.touched = done.touched;
         let contact_alone = done.touched && !handled && !self.is_handled();
         self.model.pushes.0.clear();
-        self.guard_or_go_back(done.stuck)?;
+        self.guard_or_go_back(done.failure)?;
         let Simulation { ledger, model, good, .. } = self;
         let start = step_start(self.epoch, self.steps, self.settings.step);
         let before = || crate::energy::energy_and_rounding(model, good, start).0.total();
@@ -148,8 +149,8 @@ impl<R: Real> Simulation<R> {
 
     /// Goes back to the state remembered where the present one cannot be. A velocity that a pin has
     /// been given since then was remembered too: that of now may be no number.
-    fn guard_or_go_back(&mut self, stuck: Option<usize>) -> Result<(), Error> {
-        self.guard(stuck).inspect_err(|_| {
+    fn guard_or_go_back(&mut self, failure: Option<Failure>) -> Result<(), Error> {
+        self.guard(failure).inspect_err(|_| {
             self.state.copy_from(&self.good);
             // What an evaluation left behind may not be numbers.
             let adaptive = self.scratch.dormand_prince.take();
@@ -466,6 +467,12 @@ impl<R: Real> Simulation<R> {
             return None;
         }
         Some(self.scratch.dormand_prince.as_ref().map_or(Work::default(), |scratch| scratch.work()))
+    }
+
+    /// How far the solves of the last step of an implicit method got; `None` of another, and before
+    /// the first step.
+    pub fn solved(&self) -> Option<Solved> {
+        self.scratch.implicit.as_ref().map(|scratch| scratch.solved())
     }
 }
 
