@@ -82,19 +82,19 @@ impl<R: Real> Solve<R> {
         &mut self,
         level: Level,
         goal: Goal,
-        first: Option<f64>,
+        first: f64,
         mut hold: impl FnMut(&mut [R]),
         mut multiply: impl FnMut(&[R], &mut [R]),
     ) -> End {
         let mut left = self.square(level);
-        let first = first.map_or(left, |first| first.max(left));
+        let first = first.max(left);
         let Solve { residuals, changes, preconditioner, directions, products, steered, most } =
             self;
         let [upper, lower] = &*preconditioner;
         directions.fill(R::ZERO);
         let enough = goal.tolerance * goal.tolerance * first;
         let mut keep = R::ZERO;
-        let mut iterations = 0;
+        let (mut iterations, mut bound) = (0, f64::INFINITY);
         while iterations < *most && (enough < left || iterations < goal.fewest) {
             at_level!(level, _simd => turn::<R>(directions, steered, keep));
             multiply(directions, products);
@@ -107,6 +107,9 @@ impl<R: Real> Solve<R> {
                 left += 0.0 * curvature;
                 break;
             }
+            if repels {
+                bound = first;
+            }
             let before = left;
             let distance = if repels { R::ONE } else { R::of(left / curvature) };
             at_level!(level, _simd => go::<R>(changes, residuals, directions, products, distance));
@@ -115,7 +118,8 @@ impl<R: Real> Solve<R> {
             keep = R::of(left / before);
             iterations += 1;
         }
-        End { first, left, iterations }
+        // Beside what repels, residuals may grow.
+        End { first, left: if bound < left { bound } else { left }, iterations }
     }
 
     /// The place of the first particle, of those at some places, of which a number is not finite.

@@ -41,10 +41,10 @@ mod whole;
 
 use super::StepContext;
 use super::context::Failure;
-use crate::columns::{LANES, RECORD};
+use crate::columns::{LANES, RECORD, vector};
 use crate::elements::Motion;
 use crate::elements::springs::matrix::Stage;
-use crate::number::{Real, at_level};
+use crate::number::{Real, Vector, at_level};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use conjugate::{End, Goal, Solve};
@@ -61,6 +61,8 @@ pub(crate) struct Scratch<R: Real> {
     solve: Solve<R>,
     holds: Holds<R>,
     wholes: Wholes,
+    /// The square of the largest residual that a solve of the substep started with.
+    first: f64,
     /// How far the solves of the step got.
     solved: Solved,
 }
@@ -83,6 +85,7 @@ impl<R: Real> Scratch<R> {
             solve: Solve::new(model),
             holds: Holds::new(model),
             wholes: Wholes::default(),
+            first: 0.0,
             solved: Solved::default(),
         }
     }
@@ -150,6 +153,7 @@ fn advance_substep<R: Real>(
     scratch.holds.find(model, &span, step.state);
     scratch.stage.velocities.copy_from_slice(&step.state.velocities);
     scratch.holds.restrict(&mut scratch.stage.velocities);
+    scratch.first = 0.0;
     for _ in 0..step.settings.newton {
         at_level!(level, _simd => set_positions(step.state, tau, &mut scratch.stage));
         let motion = scratch.stage.motion(&model.slots, time);
@@ -172,31 +176,37 @@ fn improve<R: Real>(
     scratch: &mut Scratch<R>,
 ) -> Result<(), Failure> {
     let (model, level) = (step.model, step.level);
-    let Scratch { stage, tangent, solve, holds, wholes, solved } = scratch;
+    let Scratch { stage, tangent, solve, holds, wholes, first, solved } = scratch;
     let Columns { positions, velocities } = stage;
     let motion = Motion { slots: &model.slots, positions, velocities: &*velocities, time };
     let stage = Stage { level, motion, tau };
     tangent.linearise(model, &stage);
     solve.changes.fill(R::ZERO);
-    let missing = Missing {
-        masses: &model.mass_column,
-        forces: &step.scratch.forces,
-        before: &step.state.velocities,
-        now: velocities,
+    let before = &*step.state.velocities;
+    let set_residuals = |forces: &[R], residuals: &mut [R]| {
+        let missing = Missing { masses: &model.mass_column, forces, before, now: velocities };
+        at_level!(level, _simd => missing.set_residuals(tau, residuals));
     };
-    at_level!(level, _simd => missing.set_residuals(tau, &mut solve.residuals));
-    wholes.begin(&solve.residuals, tangent.diagonals());
+    if !wholes.is_empty() {
+        // Forces of springs cancel in a sum, but for their rounding.
+        let (work, others) = (&mut step.scratch.springs, &mut solve.products);
+        model.set_other_forces(level, &motion, work, others);
+        set_residuals(others, &mut solve.residuals);
+        wholes.begin(&solve.residuals, tangent.diagonals());
+    }
+    set_residuals(&step.scratch.forces, &mut solve.residuals);
     holds.begin(velocities, &mut solve.residuals);
     holds.precondition(tangent.inverses(), solve);
-    let mut first = (!wholes.is_empty()).then(|| solve.square(level));
+    let mut asked = if wholes.is_empty() { 0.0 } else { solve.square(level) };
     for _ in 0..PASSES {
         wholes.shift(holds, tangent.diagonals(), solve);
         let hold = |residuals: &mut [R]| holds.set_aside(residuals);
-        let end = solve.run(level, goal, first, hold, |direction, products| {
+        let end = solve.run(level, goal, asked, hold, |direction, products| {
             tangent.set_products(model, &stage, direction, products);
         });
-        first = Some(end.first);
-        solved.note(judge(model, solve, &end)?);
+        asked = end.first;
+        *first = first.max(asked);
+        solved.note(judge(model, tau, solve, (&end, *first))?);
         if !holds.review(velocities, solve) {
             break;
         }
@@ -208,15 +218,35 @@ fn improve<R: Real>(
     Ok(())
 }
 
-/// How far a solve got, or why it is of no use.
-fn judge<R: Real>(model: &Model<R>, solve: &Solve<R>, end: &End) -> Result<Solved, Failure> {
+/// How far a solve got, or why it is of no use: it met what is not finite, left more than there
+/// was (`first`, a square), or did nothing against the weight of a particle that is free to fall.
+fn judge<R: Real>(
+    model: &Model<R>,
+    tau: R,
+    solve: &Solve<R>,
+    (end, first): (&End, f64),
+) -> Result<Solved, Failure> {
     let iterations = end.iterations as u64;
-    let residual = if end.left == 0.0 { 0.0 } else { Real::sqrt((end.left / end.first).abs()) };
-    if residual.is_finite() {
-        return Ok(Solved { iterations, residual });
+    if !end.left.is_finite() {
+        let particle = solve.first_not_finite(model.slots.places());
+        let unsolved = Failure::Unsolved(Solved { iterations, residual: f64::INFINITY });
+        return Err(particle.map_or(unsolved, Failure::NotFinite));
     }
-    let particle = solve.first_not_finite(model.slots.places());
-    Err(particle.map_or(Failure::Unsolved(Solved { iterations, residual }), Failure::NotFinite))
+    let residual = if end.left == 0.0 { 0.0 } else { Real::sqrt((end.left / first).abs()) };
+    if 1.0 < residual {
+        return Err(Failure::Unsolved(Solved { iterations, residual }));
+    }
+    // What an iteration goes by, the products of residuals and changes, may be less than a number
+    // can hold.
+    let hangs = |at: usize| {
+        let [weight, left] = [&model.fields.weights, &solve.residuals]
+            .map(|column| vector::<R>(column, at).extent());
+        model.inverse_mass_column[at] != R::ZERO && R::HALF * (tau * weight) < left
+    };
+    if iterations == 0 && model.slots.places().any(hangs) {
+        return Err(Failure::Unsolved(Solved { iterations, residual: 1.0 }));
+    }
+    Ok(Solved { iterations, residual })
 }
 
 impl Solved {

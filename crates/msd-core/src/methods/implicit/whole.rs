@@ -28,7 +28,7 @@ struct Whole {
     members: Range<usize>,
     /// Whether nothing of it is pinned.
     is_free: bool,
-    /// Σ r of the fresh residuals, newton seconds.
+    /// Σ r, newton seconds.
     asked: DVec3,
     /// Σ D, kilograms.
     weight: f64,
@@ -112,7 +112,7 @@ impl Wholes {
         !self.rows.iter().any(|whole| whole.is_free)
     }
 
-    /// Sums fresh residuals and the diagonal of the matrix.
+    /// Sums the residuals of all forces but those of springs, and the diagonal of the matrix.
     pub(crate) fn begin<R: Real>(&mut self, residuals: &[R], diagonals: &[R]) {
         for whole in self.rows.iter_mut().filter(|whole| whole.is_free) {
             (whole.asked, whole.weight) = (DVec3::ZERO, 0.0);
