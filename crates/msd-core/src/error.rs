@@ -113,6 +113,13 @@ pub enum Error {
     Diverged(#[from] Divergence),
 }
 
+impl Error {
+    /// Whether a step failed, and not what it was asked with: the state is the last good one.
+    pub fn is_of_step(&self) -> bool {
+        matches!(self, Error::Diverged(_) | Error::Unreachable { .. } | Error::Unsolved { .. })
+    }
+}
+
 /// A number as a message shows it: not as three hundred digits.
 struct Number(f64);
 

@@ -79,8 +79,5 @@ pub fn explain_divergence(scene: &str, error: Error) -> Failure {
         _ => String::new(),
     };
     let message = format!("{scene}: {error}{advice}");
-    match error {
-        Error::Diverged(_) | Error::Unreachable { .. } => Failure::diverged(message),
-        _ => Failure::input(message),
-    }
+    if error.is_of_step() { Failure::diverged(message) } else { Failure::input(message) }
 }

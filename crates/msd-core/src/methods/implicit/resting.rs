@@ -1,8 +1,9 @@
 //! Particles that an obstacle holds during an implicit substep, and how hard.
 //!
 //! A particle that lies on an obstacle keeps its height in the solve itself: moved back afterwards,
-//! it would have let the body sag by g h² and the springs above it push it into the obstacle. On a
-//! surface that moves it is held as seen from there.
+//! it would have let the body sag by g h² and the springs above it push it into the obstacle. One
+//! that would come to lie on it within the substep gets there in the solve. On a surface that moves
+//! it is held as seen from there.
 //!
 //! The part of the residual in the held directions is set aside in every iteration (the filter of
 //! Baraff and Witkin, 1998, section 5.3): it is the impulse of the surface, which no iteration may
@@ -33,6 +34,8 @@ struct Face<R: Real> {
     law: ContactLaw<R>,
     /// The gap up to which it is touched, metres.
     near: R,
+    /// The speed at which a gap beyond that closes in the substep, metres per second.
+    closing: R,
     /// The normal made orthogonal to those of the faces before, and how much of it is along that.
     axis: R::Vec3,
     slope: R,
@@ -47,6 +50,8 @@ struct Hold<R: Real> {
     count: usize,
     /// Velocity of the surface, metres per second; of several faces, along the normal of each.
     surface: R::Vec3,
+    /// Velocity towards the faces that are not touched yet, metres per second.
+    closing: R::Vec3,
     /// Whether friction holds it along the faces too.
     stuck: bool,
     /// Impulse of friction where it slides, newton seconds.
@@ -193,7 +198,7 @@ impl<R: Real> Holds<R> {
     pub(crate) fn energy(&self, velocities: &[R]) -> f64 {
         let energy = |hold: &Hold<R>| {
             let work = hold.friction.dot(vector::<R>(velocities, hold.at));
-            (hold.held.dot(hold.surface) - work).to_f64()
+            (hold.held.dot(hold.surface + hold.closing) - work).to_f64()
         };
         self.rows.iter().map(energy).sum()
     }
@@ -204,8 +209,7 @@ impl<R: Real> Holds<R> {
         let mut energy = 0.0;
         for hold in &self.rows {
             let (mut position, velocity) = state.get(hold.at);
-            let velocity = hold.allowed(velocity);
-            let mut slowed = velocity;
+            let mut slowed = hold.surface + hold.project(velocity - hold.surface);
             for face in &hold.faces[..hold.count] {
                 slowed = face.velocity + (slowed - face.velocity) * (R::ONE - face.law.loss);
                 // Outside, so that it is not taken for a second contact, and near. What is further
@@ -232,6 +236,7 @@ impl<R: Real> Hold<R> {
             faces: [Face::default(); 3],
             count: 0,
             surface: R::Vec3::ZERO,
+            closing: R::Vec3::ZERO,
             stuck: false,
             friction: R::Vec3::ZERO,
             held: R::Vec3::ZERO,
@@ -245,7 +250,9 @@ impl<R: Real> Hold<R> {
         left
     }
 
-    /// Adds an obstacle that a particle lies on; `terms` is the sum of the lengths that the gap is
+    /// Adds an obstacle that a particle lies on at the end of the substep, if it neither leaves nor
+    /// hits it: of itself it moves as fast as gravity lets it. What that would hold back is let go
+    /// in [`Hold::review`]. `terms` is the sum of the lengths that the gap is
     /// the difference of, metres.
     #[inline]
     fn meet<O: Obstacle<R> + ?Sized>(
@@ -258,7 +265,8 @@ impl<R: Real> Hold<R> {
         let rounding = R::of(NEAR) * R::EPSILON;
         let moved = span.h * (velocity.extent() + span.h * model.gravity().extent());
         let near = rounding * (terms + moved);
-        let is_near = obstacle.gap(position, span.start) <= near;
+        let gap = obstacle.gap(position, span.start);
+        let is_near = gap <= near + moved;
         if !is_near {
             return;
         }
@@ -266,10 +274,20 @@ impl<R: Real> Hold<R> {
         let surface = obstacle.velocity(position, span.stage);
         let resting = resting_speed::<R>(normal, model.gravity(), span.h);
         let resting = resting + rounding * (velocity.extent() + surface.extent());
-        if (velocity - surface).dot(normal).abs() <= resting {
+        let speed = (velocity - surface).dot(normal);
+        let falls = speed + span.h * model.gravity().dot(normal).min(R::ZERO);
+        if speed.abs() <= resting && gap + span.h * falls <= near {
+            let closing = if near < gap { (near * R::HALF - gap) / span.h } else { R::ZERO };
             let law = obstacle.law();
-            let face =
-                Face { obstacle: index, normal, velocity: surface, law, near, ..Face::default() };
+            let face = Face {
+                obstacle: index,
+                normal,
+                velocity: surface,
+                law,
+                near,
+                closing,
+                ..Face::default()
+            };
             self.add(face);
         }
     }
@@ -286,6 +304,8 @@ impl<R: Real> Hold<R> {
                 0 => face.velocity,
                 _ => self.surface + axis * missing,
             };
+            let missing = (face.closing - face.normal.dot(self.closing)) / slope;
+            self.closing += axis * missing;
             self.faces[self.count] = Face { axis, slope, ..face };
             self.count += 1;
         }
@@ -308,7 +328,7 @@ impl<R: Real> Hold<R> {
 
     /// The velocity that is left of one, metres per second.
     fn allowed(&self, velocity: R::Vec3) -> R::Vec3 {
-        self.surface + self.project(velocity - self.surface)
+        self.surface + self.closing + self.project(velocity - self.surface)
     }
 
     fn is_rough(&self) -> bool {
