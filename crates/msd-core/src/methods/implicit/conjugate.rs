@@ -122,6 +122,11 @@ impl<R: Real> Solve<R> {
         End { first, left: if bound < left { bound } else { left }, iterations }
     }
 
+    /// Whether any residual is not zero.
+    pub(crate) fn is_left(&self, level: Level) -> bool {
+        at_level!(level, _simd => is_any(&self.residuals))
+    }
+
     /// The place of the first particle, of those at some places, of which a number is not finite.
     pub(crate) fn first_not_finite(
         &self,
@@ -179,6 +184,18 @@ fn steer<R: Real>(residuals: &[R], upper: &[R], lower: &[R], steered: &mut [R]) 
         }
     }
     sums.iter().sum()
+}
+
+/// Whether any number of a column is not zero.
+#[inline(always)]
+fn is_any<R: Real>(column: &[R]) -> bool {
+    let mut any = [0u32; LANES];
+    for record in column.as_chunks::<LANES>().0 {
+        for (any, number) in any.iter_mut().zip(record) {
+            *any |= u32::from(*number != R::ZERO);
+        }
+    }
+    any != [0; LANES]
 }
 
 /// The scalar product of two columns.

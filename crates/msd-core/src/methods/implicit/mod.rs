@@ -48,6 +48,7 @@ use crate::number::{Real, Vector, at_level};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use conjugate::{End, Goal, Solve};
+use fearless_simd::Level;
 use resting::{Holds, Span};
 use tangent::Tangent;
 use whole::Wholes;
@@ -192,27 +193,27 @@ fn improve<R: Real>(
         let (work, others) = (&mut step.scratch.springs, &mut solve.products);
         model.set_other_forces(level, &motion, work, others);
         set_residuals(others, &mut solve.residuals);
-        wholes.begin(&solve.residuals, tangent.diagonals());
+        wholes.begin(level, &solve.residuals, tangent.diagonals());
     }
     set_residuals(&step.scratch.forces, &mut solve.residuals);
     holds.begin(velocities, &mut solve.residuals);
     holds.precondition(tangent.inverses(), solve);
     let mut asked = if wholes.is_empty() { 0.0 } else { solve.square(level) };
     for _ in 0..PASSES {
-        wholes.shift(holds, tangent.diagonals(), solve);
+        wholes.shift(level, holds, tangent.diagonals(), solve);
         let hold = |residuals: &mut [R]| holds.set_aside(residuals);
         let end = solve.run(level, goal, asked, hold, |direction, products| {
             tangent.set_products(model, &stage, direction, products);
         });
         asked = end.first;
         *first = first.max(asked);
-        solved.note(judge(model, tau, solve, (&end, *first))?);
+        solved.note(judge(model, (level, tau), solve, (&end, *first))?);
         if !holds.review(velocities, solve) {
             break;
         }
         holds.precondition(tangent.inverses(), solve);
     }
-    wholes.shift(holds, tangent.diagonals(), solve);
+    wholes.shift(level, holds, tangent.diagonals(), solve);
     at_level!(level, _simd => add::<R>(&solve.changes, velocities));
     holds.restrict(velocities);
     Ok(())
@@ -222,7 +223,7 @@ fn improve<R: Real>(
 /// was (`first`, a square), or did nothing against the weight of a particle that is free to fall.
 fn judge<R: Real>(
     model: &Model<R>,
-    tau: R,
+    (level, tau): (Level, R),
     solve: &Solve<R>,
     (end, first): (&End, f64),
 ) -> Result<Solved, Failure> {
@@ -236,17 +237,21 @@ fn judge<R: Real>(
     if 1.0 < residual {
         return Err(Failure::Unsolved(Solved { iterations, residual }));
     }
-    // What an iteration goes by, the products of residuals and changes, may be less than a number
-    // can hold.
-    let hangs = |at: usize| {
-        let [weight, left] = [&model.fields.weights, &solve.residuals]
-            .map(|column| vector::<R>(column, at).extent());
-        model.inverse_mass_column[at] != R::ZERO && R::HALF * (tau * weight) < left
-    };
-    if iterations == 0 && model.slots.places().any(hangs) {
+    if iterations == 0 && solve.is_left(level) && hangs(model, tau, &solve.residuals) {
         return Err(Failure::Unsolved(Solved { iterations, residual: 1.0 }));
     }
     Ok(Solved { iterations, residual })
+}
+
+/// Whether a particle that is free to fall keeps half of its weight in its residual: what an
+/// iteration goes by, the products of residuals and changes, may be less than a number can hold.
+#[cold]
+fn hangs<R: Real>(model: &Model<R>, tau: R, residuals: &[R]) -> bool {
+    model.slots.places().any(|at| {
+        let [weight, left] =
+            [&*model.fields.weights, residuals].map(|column| vector::<R>(column, at).extent());
+        model.inverse_mass_column[at] != R::ZERO && R::HALF * (tau * weight) < left
+    })
 }
 
 impl Solved {
