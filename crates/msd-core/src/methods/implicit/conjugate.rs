@@ -37,7 +37,7 @@ pub(crate) struct Solve<R: Real> {
     pub(crate) preconditioner: [Aligned<R>; 2],
     /// Where the solve goes next, what the matrix makes of that, and the residuals times the
     /// preconditioner.
-    directions: Aligned<R>,
+    pub(crate) directions: Aligned<R>,
     pub(crate) products: Aligned<R>,
     steered: Aligned<R>,
     /// Iterations at most.
@@ -120,6 +120,13 @@ impl<R: Real> Solve<R> {
         }
         // Beside what repels, residuals may grow.
         End { first, left: if bound < left { bound } else { left }, iterations }
+    }
+
+    /// Changes velocities by the directions as they are.
+    pub(crate) fn jump(&mut self, level: Level, multiply: &mut impl FnMut(&[R], &mut [R])) {
+        let Solve { residuals, changes, directions, products, .. } = self;
+        multiply(directions, products);
+        at_level!(level, _simd => go::<R>(changes, residuals, directions, products, R::ONE));
     }
 
     /// Whether any residual is not zero.

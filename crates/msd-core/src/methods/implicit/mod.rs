@@ -196,19 +196,24 @@ fn improve<R: Real>(
         wholes.begin(level, &solve.residuals, tangent.diagonals());
     }
     set_residuals(&step.scratch.forces, &mut solve.residuals);
-    holds.begin(velocities, &mut solve.residuals);
+    holds.begin(velocities, tangent.inverses(), &mut solve.residuals);
     holds.precondition(tangent.inverses(), solve);
     let mut asked = if wholes.is_empty() { 0.0 } else { solve.square(level) };
-    for _ in 0..PASSES {
+    for pass in 1..=PASSES {
         wholes.shift(level, holds, tangent.diagonals(), solve);
-        let hold = |residuals: &mut [R]| holds.set_aside(residuals);
-        let end = solve.run(level, goal, asked, hold, |direction, products| {
+        let mut multiply = |direction: &[R], products: &mut [R]| {
             tangent.set_products(model, &stage, direction, products);
-        });
+        };
+        if holds.set_stops(velocities, &solve.changes, &mut solve.directions) {
+            solve.jump(level, &mut multiply);
+            holds.set_aside(&mut solve.residuals);
+        }
+        let hold = |residuals: &mut [R]| holds.set_aside(residuals);
+        let end = solve.run(level, goal, asked, hold, multiply);
         asked = end.first;
         *first = first.max(asked);
         solved.note(judge(model, (level, tau), solve, (&end, *first))?);
-        if !holds.review(velocities, solve) {
+        if pass == PASSES || !holds.review(velocities, solve) {
             break;
         }
         holds.precondition(tangent.inverses(), solve);
@@ -264,7 +269,7 @@ impl Solved {
 
 /// Solves per Newton iteration at most, to find out what the obstacles hold. Each starts where the
 /// one before it ended; at rest the first is the last.
-const PASSES: usize = 4;
+const PASSES: usize = 8;
 
 /// The power taken away at the stage, watts.
 fn power_taken<R: Real>(step: &mut StepContext<'_, R>, time: f64, scratch: &mut Scratch<R>) -> f64 {

@@ -54,6 +54,8 @@ struct Hold<R: Real> {
     closing: R::Vec3,
     /// Whether friction holds it along the faces too.
     stuck: bool,
+    /// About what its own block makes of a velocity along the faces, kilograms.
+    weight: R,
     /// Impulse of friction where it slides, newton seconds.
     friction: R::Vec3,
     /// The part of the residual in the held directions, newton seconds: what the surface takes up.
@@ -110,8 +112,6 @@ impl<R: Real> Holds<R> {
                 hold.meet(model, (index, own.of::<R>(), terms), span, motion);
             }
             if 0 < hold.count {
-                let along = hold.free(motion.1 - hold.surface);
-                hold.stuck = along.dot(along) == R::ZERO && hold.is_rough();
                 self.rows.push(hold);
             }
         }
@@ -152,21 +152,46 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Takes fresh residuals over: adds the friction on what slides, estimated from the residuals
-    /// themselves, the momentum that springs and gravity would press into the obstacles, and sets
-    /// aside what is held.
-    pub(crate) fn begin(&mut self, velocities: &[R], residuals: &mut [R]) {
+    /// Takes fresh residuals over: finds out what sticks and adds the friction on what slides, as if
+    /// each particle were alone (see [`Hold::decide`]), and sets aside what is held.
+    pub(crate) fn begin(
+        &mut self,
+        velocities: &[R],
+        inverses: &[Aligned<R>; 2],
+        residuals: &mut [R],
+    ) {
         for hold in &mut self.rows {
+            let [xx, _, _] = vector::<R>(&inverses[0], hold.at).components();
+            let [yy, _, zz] = vector::<R>(&inverses[1], hold.at).components();
+            hold.weight = R::of(3.0) / (xx + yy + zz);
             let residual = vector::<R>(residuals, hold.at);
-            (hold.friction, hold.held) = (R::Vec3::ZERO, R::Vec3::ZERO);
-            if !hold.stuck && hold.is_rough() {
-                let (pushes, _) = hold.pushes(-residual);
+            (hold.stuck, hold.friction, hold.held) = (false, R::Vec3::ZERO, R::Vec3::ZERO);
+            if hold.is_rough() {
                 let velocity = vector::<R>(velocities, hold.at) - hold.surface;
-                hold.friction = slowing::<R>(hold.free(velocity), hold.budget(pushes));
+                let (pushes, along) = hold.pushes(-residual);
+                hold.decide(along - hold.free(velocity) * hold.weight, hold.budget(pushes));
             }
             let left = hold.set_aside(residual + hold.friction);
             set_vector(residuals, hold.at, left);
         }
+    }
+
+    /// Overwrites `changes` with those that stop what has just come to stick, and returns whether
+    /// there are any.
+    pub(crate) fn set_stops(&self, velocities: &[R], changed: &[R], changes: &mut [R]) -> bool {
+        let mut any = false;
+        for hold in self.rows.iter().filter(|hold| hold.stuck) {
+            let velocity = vector::<R>(velocities, hold.at) + vector::<R>(changed, hold.at);
+            let slip = hold.free(velocity - hold.surface);
+            if slip != R::Vec3::ZERO {
+                if !any {
+                    changes.fill(R::ZERO);
+                }
+                any = true;
+                set_vector(changes, hold.at, -slip);
+            }
+        }
+        any
     }
 
     /// Sets aside what is held of residuals.
@@ -238,6 +263,7 @@ impl<R: Real> Hold<R> {
             surface: R::Vec3::ZERO,
             closing: R::Vec3::ZERO,
             stuck: false,
+            weight: R::ZERO,
             friction: R::Vec3::ZERO,
             held: R::Vec3::ZERO,
         }
@@ -364,42 +390,37 @@ impl<R: Real> Hold<R> {
         if !self.is_rough() {
             return false;
         }
-        let (budget, free) = (self.budget(pushes), self.free(velocity));
-        if self.stuck {
-            let needed = along.dot(along).sqrt();
-            self.stuck = needed <= budget;
-            self.friction = if self.stuck { R::Vec3::ZERO } else { along * (budget / needed) };
-            return !self.stuck;
-        }
-        let turned = R::ZERO < free.dot(self.friction);
-        if turned || free.dot(free) == R::ZERO {
-            (self.stuck, self.friction) = (true, R::Vec3::ZERO);
-            return true;
-        }
-        let friction = slowing::<R>(free, budget);
-        let step = friction - self.friction;
-        self.friction = friction;
+        let (budget, before) = (self.budget(pushes), (self.stuck, self.friction));
+        let wanted =
+            if self.stuck { along } else { self.friction - self.free(velocity) * self.weight };
+        self.decide(wanted, budget);
+        let step = self.friction - before.1;
         // One part in a hundred of friction is less than anybody knows of its factor.
         let tolerance = R::of(1e-2) * budget;
-        tolerance * tolerance < step.dot(step)
+        self.stuck != before.0 || tolerance * tolerance < step.dot(step)
+    }
+
+    /// Decides by the impulse that would stop it along the faces, newton seconds: what is more than
+    /// friction can give slides. (Coulomb's law as a projection: friction is right where it is the
+    /// projection of itself, less any weight times the velocity, on the largest; Alart and Curnier,
+    /// 1991. With the weight of its block a solution is found for each particle alone.)
+    fn decide(&mut self, wanted: R::Vec3, budget: R) {
+        let size = wanted.dot(wanted).sqrt();
+        self.stuck = size < budget;
+        let slides = !self.stuck && R::ZERO < size;
+        self.friction = if slides { wanted * (budget / size) } else { R::Vec3::ZERO };
     }
 
     /// Leaves the faces that pull.
     fn release(&mut self, pushes: [R; 3]) {
         let before = *self;
-        *self = Hold::new(before.at);
+        *self = Hold { weight: before.weight, ..Hold::new(before.at) };
         for (&face, push) in before.faces[..before.count].iter().zip(pushes) {
             if R::ZERO <= push {
                 self.add(face);
             }
         }
     }
-}
-
-/// An impulse of size `budget` against a velocity.
-fn slowing<R: Real>(velocity: R::Vec3, budget: R) -> R::Vec3 {
-    let speed = velocity.dot(velocity).sqrt();
-    if speed == R::ZERO { R::Vec3::ZERO } else { -(velocity * (budget / speed)) }
 }
 
 /// The sum of the lengths that the gap of a plane is the difference of, metres.
