@@ -4,11 +4,10 @@
 mod common;
 
 use common::{Random, positions, simulation};
-use msd_core::elements::{Element, Motion, Vectors};
-use msd_core::glam::{DMat3, DQuat, DVec3};
+use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
-    Error, Friction, Integrator, Material, Particle, Pin, Plane, Real, Scene, Settings, Simulation,
-    Vector, shape,
+    Friction, Integrator, Material, Particle, Plane, Real, Scene, Settings, Simulation, Vector,
+    shape,
 };
 
 const BOTH: [Integrator; 2] = [Integrator::BackwardEuler, Integrator::ImplicitMidpoint];
@@ -55,13 +54,13 @@ impl Slope {
         Plane { normal: self.normal, offset, restitution: 0.0, friction }
     }
 
-    /// A scene in which a block of so many particles along each edge stands on it, or one particle.
-    fn block(&self, count: usize, friction: f64) -> Scene {
-        let material = Material { mass: 1.0, stiffness: 5000.0, damping: 50.0 };
-        let mut part = shape::block([count; 3], 0.5, material).unwrap();
+    /// A scene in which a block of so many particles down, up and across stands on it.
+    fn block(&self, counts: [usize; 3], stiffness: f64, friction: f64) -> Scene {
+        let material = Material { mass: 1.0, stiffness, damping: 50.0 };
+        let mut part = shape::block(counts, 0.5, material).unwrap();
         let unit = self.normal.normalize();
         let axes = DMat3::from_cols(self.down, unit, self.down.cross(unit));
-        part.place(axes, self.foot + unit * (0.25 * (count - 1) as f64));
+        part.place(axes, self.foot + unit * (0.25 * (counts[1] - 1) as f64));
         let mut scene = Scene::of("block", part);
         scene.world.gravity = self.gravity();
         scene.planes = vec![self.plane(friction)];
@@ -98,7 +97,7 @@ fn slides_as_friction_lets_it<R: Real>(count: usize) {
         let away =
             [0.0, 1.0, 1e3, 1e6][case % 4] * if R::EPSILON.to_f64() < 1e-9 { 1.0 } else { 1e-3 };
         let slope = Slope::any(&mut random, angle, away);
-        let scene = slope.block(count, factor);
+        let scene = slope.block([count; 3], 5e3, factor);
         let exact = 0.5 * G * (angle.sin() - factor * angle.cos()) * 4.0;
         for integrator in BOTH {
             let slid = slid::<R>(&scene, integrator, 1);
@@ -164,7 +163,7 @@ fn rests_on_the_plane<R: Real>() {
             [0.0, 1.0, 1e3, 1e6][case % 4] * if R::EPSILON.to_f64() < 1e-9 { 1.0 } else { 1e-2 };
         let angle = 0.3 * random.unit();
         let slope = Slope::any(&mut random, angle, away);
-        let scene = slope.block(3, 0.6);
+        let scene = slope.block([3; 3], 5e3, 0.6);
         let plane = &scene.planes[0];
         for integrator in BOTH {
             let mut run = simulation::<R>(&scene, integrator, H);
@@ -207,6 +206,85 @@ fn what_is_above_a_level_plane_falls_on_it_however_far_away() {
                 falls::<f32>(integrator, away, height);
                 falls::<f64>(integrator, away, height);
             }
+        }
+    }
+}
+
+/// How far a particle moves at most between 10 s and `until`, in roundings of the farthest
+/// coordinate.
+fn creep<R: Real>(scene: &Scene, integrator: Integrator, until: f64) -> f64 {
+    let mut run = simulation::<R>(scene, integrator, H);
+    steps(&mut run, 600);
+    let (before, mut moved) = (positions(&run), 0.0);
+    let widest = before.iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
+    for _ in 0..((until - 10.0) / H) as usize / 10 {
+        steps(&mut run, 10);
+        let rows = before.iter().zip(positions(&run));
+        moved = rows.map(|(a, b)| (*a - b).abs().max_element()).fold(moved, f64::max);
+    }
+    moved / (R::EPSILON.to_f64() * widest)
+}
+
+fn stays<R: Real>(stiffness: f64, integrators: &[Integrator]) {
+    let mut random = Random(7);
+    for case in 0..20 {
+        let angle = 0.05 + 0.45 * random.unit();
+        let factor = angle.tan() * (1.05 + 0.5 * random.unit());
+        // Where a rounding of a coordinate times the stiffness is still little beside the weight.
+        let reach = 1e-10 / (R::EPSILON.to_f64() * stiffness);
+        let away = [0.0, 1.0, 1e3, 1e6][case % 4] * reach.min(1.0);
+        let slope = Slope::any(&mut random, angle, away);
+        let scene = slope.block([3; 3], stiffness, factor);
+        let until = if case < 2 { 600.0 } else { 30.0 };
+        for &integrator in integrators {
+            let creep = creep::<R>(&scene, integrator, until);
+            // Each coordinate may be rounded to the one or to the other side of where it is.
+            assert!(creep <= 4.0, "{integrator} {}: {creep}, {slope:?}, {factor}", R::NAME);
+        }
+    }
+}
+
+#[test]
+fn a_block_that_friction_holds_does_not_creep() {
+    stays::<f32>(5e3, &BOTH);
+    stays::<f64>(5e3, &BOTH);
+}
+
+#[test]
+fn a_stiff_block_that_friction_holds_does_not_creep_under_backward_euler() {
+    stays::<f32>(1e6, &BOTH[..1]);
+    stays::<f64>(1e6, &BOTH[..1]);
+}
+
+#[test]
+fn a_column_stands_still() {
+    let mut random = Random(11);
+    for away in [0.0, 10.0, 1e6] {
+        let slope = Slope::any(&mut random, 0.0, away);
+        let scene = slope.block([3, 9, 3], 5e3, 0.3);
+        for integrator in BOTH {
+            let creep = creep::<f64>(&scene, integrator, 60.0);
+            assert!(creep <= 4.0, "{integrator}: {creep} at {away}");
+        }
+    }
+}
+
+#[test]
+fn what_lies_in_a_wedge_comes_to_rest() {
+    let mut random = Random(13);
+    for _ in 0..10 {
+        let slope = Slope::any(&mut random, 0.3, 1.0);
+        let mut scene = slope.block([3; 3], 5e3, 0.3);
+        let unit = slope.normal.normalize();
+        // A wall across the slope that leans over to the block or away from it.
+        let normal = unit * (random.unit() - 0.5) - slope.down;
+        let lowest = scene.particles.iter().map(|x| normal.normalize().dot(x.position));
+        let offset = lowest.fold(f64::MAX, f64::min) - 0.01;
+        let friction = Friction::Coulomb(0.1);
+        scene.planes.push(Plane { normal, offset, restitution: 0.0, friction });
+        for integrator in BOTH {
+            let creep = creep::<f64>(&scene, integrator, 30.0);
+            assert!(creep <= 10.0, "{integrator}: {creep}, {normal}");
         }
     }
 }

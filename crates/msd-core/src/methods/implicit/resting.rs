@@ -391,9 +391,15 @@ impl<R: Real> Hold<R> {
             return false;
         }
         let (budget, before) = (self.budget(pushes), (self.stuck, self.friction));
-        let wanted =
-            if self.stuck { along } else { self.friction - self.free(velocity) * self.weight };
-        self.decide(wanted, budget);
+        let slip = self.free(velocity);
+        if self.stuck {
+            self.decide(along, budget);
+        } else if R::ZERO < slip.dot(self.friction) {
+            // It has come to rest on the way: friction drives nothing.
+            (self.stuck, self.friction) = (true, R::Vec3::ZERO);
+        } else {
+            self.decide(self.friction - slip * self.weight, budget);
+        }
         let step = self.friction - before.1;
         // One part in a hundred of friction is less than anybody knows of its factor.
         let tolerance = R::of(1e-2) * budget;
