@@ -95,7 +95,9 @@ impl<R: Real> Solve<R> {
         let enough = goal.tolerance * goal.tolerance * first;
         let mut keep = R::ZERO;
         let (mut iterations, mut bound) = (0, f64::INFINITY);
-        while iterations < *most && (enough < left || iterations < goal.fewest) {
+        // Before a product would spread what is not finite.
+        while left.is_finite() && iterations < *most && (enough < left || iterations < goal.fewest)
+        {
             at_level!(level, _simd => turn::<R>(directions, steered, keep));
             multiply(directions, products);
             let curvature = at_level!(level, _simd => dot::<R>(directions, products));
