@@ -12,6 +12,7 @@
 pub mod mesh;
 pub mod error;
 pub mod runner;
+pub mod rounding;
 pub mod schema;
 mod node;
 mod decode;
@@ -49,6 +50,7 @@ pub use node::SceneFormat;
 pub use output::Output;
 pub use recording::{Recorder, Recording, load_recording, read_recording};
 pub use replay::{Changes, Replay};
+pub use rounding::Rounding;
 pub use runner::{AnyState, Moment, Precision, Runner};
 pub use saved::{load_saved, read_saved, write_saved};
 pub use scenes::{BUILTINS, Builtin, Loaded, load, open, parse, read, write};

@@ -4,7 +4,7 @@ use super::arguments::SolverArguments;
 use super::failure::{Failure, tell};
 use super::values::Step;
 use msd_core::{Integrator, Settings};
-use msd_lab::{Loaded, Runner, load_state, plain};
+use msd_lab::{Loaded, Rounding, Runner, load_state, plain};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
 const FRAME: f64 = 1.0 / 60.0;
@@ -72,6 +72,7 @@ pub fn prepare(
     let stable = runner.stable_substep();
     let mut warnings = Vec::new();
     warnings.extend(warn_of_step(settings, stable));
+    warnings.extend(warn_of_rounding(&Rounding::of(&loaded.scene, runner.precision())));
     warnings.extend(short.then(|| {
         let time = steps as f64 * settings.step;
         let duration = plain(duration);
@@ -167,6 +168,19 @@ pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
         "the step of {h:.3e} s is longer than {stable:.3e} s, the largest predicted stable for \
          {integrator}; {advice}"
     ))
+}
+
+/// A warning where a scene is so far from the origin that rounding shows.
+fn warn_of_rounding(rounding: &Rounding) -> Option<String> {
+    let Rounding { distance, spacing, energy, stake } = *rounding;
+    rounding.shows().then(|| {
+        format!(
+            "{distance:.3e} m from the origin single precision rounds positions to {spacing:.1e} m; \
+             that alone puts about {energy:.1e} J into the springs, {:.1} % of the energy at stake; \
+             take --precision f64 or move the scene to the origin",
+            100.0 * energy / stake
+        )
+    })
 }
 
 /// Substeps that keep a little away from the largest stable step.
