@@ -29,6 +29,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         wall: wall.as_secs_f64(),
         diverged: diverged.is_some(),
         gain: watch.gain,
+        solved: watch.solved,
     };
     tell_report(&Report::new(prepared, done), arguments, diverged)
 }

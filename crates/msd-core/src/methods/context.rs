@@ -2,7 +2,7 @@
 
 use super::Settings;
 use super::dormand_prince;
-use super::implicit::{self, Solved};
+use super::implicit;
 use super::xpbd;
 use crate::columns::Aligned;
 use crate::columns::threads::Split;
@@ -70,7 +70,7 @@ pub(crate) enum Failure {
     /// The force on this particle, or what a solve made of it, is not finite.
     NotFinite(usize),
     /// A linear solve left so much of its residual that the step is of no use.
-    Unsolved(Solved),
+    Unsolved { residual: f64, iterations: u64 },
 }
 
 /// A step: the system, its state, and what a method works with.

@@ -4,7 +4,7 @@ use super::Simulation;
 use crate::columns::LANES;
 use crate::columns::threads::merge_shares;
 use crate::error::{Divergence, Error};
-use crate::methods::{Failure, Solved};
+use crate::methods::Failure;
 use crate::number::{Real, Vector, at_level};
 use crate::stability::Estimator;
 use crate::system::{Columns, Model};
@@ -19,7 +19,7 @@ impl<R: Real> Simulation<R> {
                 let tolerance = self.settings.tolerance;
                 return Err(Error::Unreachable { tolerance, particle, step, time });
             }
-            Some(Failure::Unsolved(Solved { residual, iterations })) => {
+            Some(Failure::Unsolved { residual, iterations }) => {
                 return Err(Error::Unsolved { residual, iterations, step, time });
             }
             Some(Failure::NotFinite(particle)) => Some(particle),

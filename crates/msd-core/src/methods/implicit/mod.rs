@@ -70,12 +70,29 @@ pub(crate) struct Scratch<R: Real> {
 
 /// How far the linear solves of a step got.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Solved {
     /// Iterations of conjugate gradients.
     pub iterations: u64,
     /// The largest residual that a solve left, as a fraction of that at its start; 0 where there
     /// was none.
     pub residual: f64,
+    /// What the method asks for.
+    pub tolerance: f64,
+}
+
+impl Solved {
+    /// Adds what followed.
+    pub fn note(&mut self, other: Solved) {
+        self.iterations += other.iterations;
+        self.residual = self.residual.max(other.residual);
+        self.tolerance = other.tolerance;
+    }
+
+    /// Whether a solve left ten times as much as the method asks for.
+    pub fn is_poor(&self) -> bool {
+        10.0 * self.tolerance < self.residual
+    }
 }
 
 impl<R: Real> Scratch<R> {
@@ -212,7 +229,9 @@ fn improve<R: Real>(
         let end = solve.run(level, goal, asked, hold, multiply);
         asked = end.first;
         *first = first.max(asked);
-        solved.note(judge(model, (level, tau), solve, (&end, *first))?);
+        let residual = judge(model, (level, tau), solve, (&end, *first))?;
+        let (iterations, tolerance) = (end.iterations as u64, goal.tolerance);
+        solved.note(Solved { iterations, residual, tolerance });
         if pass == PASSES || !holds.review(velocities, solve) {
             break;
         }
@@ -224,28 +243,28 @@ fn improve<R: Real>(
     Ok(())
 }
 
-/// How far a solve got, or why it is of no use: it met what is not finite, left more than there
-/// was (`first`, a square), or did nothing against the weight of a particle that is free to fall.
+/// What a solve left, as a fraction of `first`, a square, or why it is of no use: it met what is
+/// not finite, left more than there was, or did nothing against the weight of a particle that is
+/// free to fall.
 fn judge<R: Real>(
     model: &Model<R>,
     (level, tau): (Level, R),
     solve: &Solve<R>,
     (end, first): (&End, f64),
-) -> Result<Solved, Failure> {
-    let iterations = end.iterations as u64;
+) -> Result<f64, Failure> {
+    let unsolved = |residual| Failure::Unsolved { residual, iterations: end.iterations as u64 };
     if !end.left.is_finite() {
         let particle = solve.first_not_finite(model.slots.places());
-        let unsolved = Failure::Unsolved(Solved { iterations, residual: f64::INFINITY });
-        return Err(particle.map_or(unsolved, Failure::NotFinite));
+        return Err(particle.map_or(unsolved(f64::INFINITY), Failure::NotFinite));
     }
     let residual = if end.left == 0.0 { 0.0 } else { Real::sqrt((end.left / first).abs()) };
     if 1.0 < residual {
-        return Err(Failure::Unsolved(Solved { iterations, residual }));
+        return Err(unsolved(residual));
     }
-    if iterations == 0 && solve.is_left(level) && hangs(model, tau, &solve.residuals) {
-        return Err(Failure::Unsolved(Solved { iterations, residual: 1.0 }));
+    if end.iterations == 0 && solve.is_left(level) && hangs(model, tau, &solve.residuals) {
+        return Err(unsolved(1.0));
     }
-    Ok(Solved { iterations, residual })
+    Ok(residual)
 }
 
 /// Whether a particle that is free to fall keeps half of its weight in its residual: what an
@@ -257,14 +276,6 @@ fn hangs<R: Real>(model: &Model<R>, tau: R, residuals: &[R]) -> bool {
             [&*model.fields.weights, residuals].map(|column| vector::<R>(column, at).extent());
         model.inverse_mass_column[at] != R::ZERO && R::HALF * (tau * weight) < left
     })
-}
-
-impl Solved {
-    /// Adds another solve of the same step.
-    fn note(&mut self, other: Solved) {
-        self.iterations += other.iterations;
-        self.residual = self.residual.max(other.residual);
-    }
 }
 
 /// Solves per Newton iteration at most, to find out what the obstacles hold. Each starts where the
