@@ -1,6 +1,6 @@
 //! What is promised whatever the input? Messages of one line, and states inside the world.
 
-use msd_core::{Error, Real, Simulation, State, Vector};
+use msd_core::{Real, Simulation, State, Vector};
 use std::fmt::Display;
 
 /// Checks that a message is one line that says something.

@@ -3,8 +3,8 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{
-    Body, Corner, Error, Friction, Integrator, Interaction, Particle, Pin, Plane, Real, Scene,
-    Select, Settings, Simulation, Spring, Surface, Vector, World,
+    Body, Corner, Friction, Integrator, Interaction, Particle, Pin, Plane, Real, Scene, Select,
+    Settings, Simulation, Spring, Surface, Vector, World,
 };
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;

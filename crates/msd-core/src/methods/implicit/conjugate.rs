@@ -81,8 +81,7 @@ impl<R: Real> Solve<R> {
     pub(crate) fn run(
         &mut self,
         level: Level,
-        goal: Goal,
-        first: f64,
+        (goal, first): (Goal, f64),
         mut hold: impl FnMut(&mut [R]),
         mut multiply: impl FnMut(&[R], &mut [R]),
     ) -> End {

@@ -226,7 +226,7 @@ fn improve<R: Real>(
             holds.set_aside(&mut solve.residuals);
         }
         let hold = |residuals: &mut [R]| holds.set_aside(residuals);
-        let end = solve.run(level, goal, asked, hold, multiply);
+        let end = solve.run(level, (goal, asked), hold, multiply);
         asked = end.first;
         *first = first.max(asked);
         let residual = judge(model, (level, tau), solve, (&end, *first))?;
