@@ -63,7 +63,7 @@ fn energy_that_the_integrator_adds_is_a_warning_and_a_field() {
 fn rope(stiffness: &str) -> String {
     format!(
         "version = 1\n[[bodies]]\nkind = \"rope\"\nsize = [5]\nstiffness = {stiffness}\n\
-         damping = 0\npins = [0]\n"
+         damping = 0\n[[pins]]\nbody = 0\nparticle = 0\n"
     )
 }
 

@@ -68,6 +68,12 @@ impl Slope {
     }
 }
 
+/// A particle at rest and a plane.
+fn ball(position: DVec3, plane: Plane) -> Scene {
+    let particle = Particle { position, velocity: DVec3::ZERO, mass: 1.0 };
+    Scene { particles: vec![particle], planes: vec![plane], ..Scene::default() }
+}
+
 fn centre<R: Real>(simulation: &Simulation<R>) -> DVec3 {
     let positions = positions(simulation);
     positions.iter().sum::<DVec3>() / positions.len() as f64
@@ -131,10 +137,8 @@ fn a_slope_written_by_whole_numbers_rubs_like_any_other() {
     // What was lost: 8.15 m for 0.176.
     let (angle, factor) = (0.5f64.atan(), 0.49);
     let normal = DVec3::new(-1.0, 2.0, 0.0);
-    let mut scene = Scene::default();
-    scene.particles = vec![Particle { position: DVec3::ZERO, velocity: DVec3::ZERO, mass: 1.0 }];
     let friction = Friction::Coulomb(factor);
-    scene.planes = vec![Plane { normal, offset: 0.0, restitution: 0.0, friction }];
+    let scene = ball(DVec3::ZERO, Plane { normal, offset: 0.0, restitution: 0.0, friction });
     let exact = 0.5 * G * (angle.sin() - factor * angle.cos()) * 4.0;
     for integrator in BOTH {
         for substeps in [1, 8] {
@@ -170,7 +174,7 @@ fn rests_on_the_plane<R: Real>() {
             steps(&mut run, 300);
             let lowest = |x: &DVec3| plane.normal.normalize().dot(*x) - plane.offset;
             let positions = positions(&run);
-            let near = positions.iter().map(|x| lowest(x)).fold(f64::MAX, f64::min);
+            let near = positions.iter().map(lowest).fold(f64::MAX, f64::min);
             let widest = positions.iter().map(|x| roundings::<R>(plane, *x)).fold(0.0, f64::max);
             let bound = widest;
             assert!(near.abs() <= bound, "{integrator} {}: {near} of {bound}, {slope:?}", R::NAME);
@@ -185,11 +189,9 @@ fn what_lies_on_a_plane_lies_within_a_few_roundings_of_it_wherever_that_is() {
 }
 
 fn falls<R: Real>(integrator: Integrator, away: DVec3, height: f64) {
-    let mut scene = Scene::default();
-    let position = away + DVec3::Y * height;
-    scene.particles = vec![Particle { position, velocity: DVec3::ZERO, mass: 1.0 }];
     let friction = Friction::Coulomb(0.5);
-    scene.planes = vec![Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction }];
+    let plane = Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction };
+    let scene = ball(away + DVec3::Y * height, plane);
     let mut run = simulation::<R>(&scene, integrator, H);
     steps(&mut run, 60);
     // What a substep adds to the speed is rounded too, and so is how far that goes.
