@@ -92,9 +92,32 @@ pub enum Error {
         /// Simulated time at the start of that step, seconds.
         time: f64,
     },
+    /// An implicit method cannot solve for a step; the state is the last good one.
+    #[error(
+        "step {step} (t = {time:.6} s) is not solved: {residual:.1e} of what had to be cancelled \
+         was left after {iterations} iterations; the last good state is kept. Use f64, more \
+         substeps, or look for a mass too small or a stiffness too large"
+    )]
+    Unsolved {
+        /// What a solve left of its residual, as a fraction of that at its start.
+        residual: f64,
+        /// Iterations of that solve.
+        iterations: u64,
+        /// The step that failed, counted from 1; the state kept is the one before it.
+        step: u64,
+        /// Simulated time at the start of that step, seconds.
+        time: f64,
+    },
     /// The simulation left the world; the state is the last good one.
     #[error(transparent)]
     Diverged(#[from] Divergence),
+}
+
+impl Error {
+    /// Whether a step failed, and not what it was asked with: the state is the last good one.
+    pub fn is_of_step(&self) -> bool {
+        matches!(self, Error::Diverged(_) | Error::Unreachable { .. } | Error::Unsolved { .. })
+    }
 }
 
 /// A number as a message shows it: not as three hundred digits.

@@ -1,6 +1,7 @@
 //! How does a program run a scene whose precision is only known at run time?
 
 use msd_core::elements::Element;
+use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
@@ -257,6 +258,11 @@ impl Runner {
     /// Lets a witness look at the energy and returns it, see [`Witness::watch`].
     pub fn show_to(&self, witness: &mut Witness) -> Energy {
         on!(self, simulation => witness.watch(simulation))
+    }
+
+    /// How far the solves of the last step of an implicit method got, see [`Simulation::solved`].
+    pub fn solved(&self) -> Option<Solved> {
+        on!(self, simulation => simulation.solved())
     }
 
     /// Linear and angular momentum.

@@ -33,7 +33,7 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let diverged = step_all(&mut course, &mut done, &mut files);
     // What is no divergence is an event that does not fit: nothing is written then.
     let diverged = match diverged {
-        Some(error @ (Error::Diverged(_) | Error::Unreachable { .. })) => Some(error),
+        Some(error) if error.is_of_step() => Some(error),
         Some(error) => return Err(refused(error)),
         None => None,
     };

@@ -1,6 +1,7 @@
 //! What is told after a run?
 
 use super::prepare::Prepared;
+use msd_core::methods::Solved;
 use msd_core::{Contacts, Energy, Integrator, Momentum};
 use msd_lab::{Precision, state_hash};
 use serde::Serialize;
@@ -55,6 +56,8 @@ pub struct Report {
     pub state_hash: String,
     /// Energy that the integrator has added; null if none was seen.
     pub energy_gain: Option<Gain>,
+    /// How far the solves of an implicit method got, the worst of the run; null for others.
+    pub solved: Option<Solved>,
     /// Whether the run left the world; what is told is then the last good state.
     pub diverged: bool,
     /// What was done to the input, and what the user should know.
@@ -79,6 +82,8 @@ pub struct Done {
     pub diverged: bool,
     /// Energy that the integrator has added; none if none was seen.
     pub gain: Option<Gain>,
+    /// How far the solves of an implicit method got.
+    pub solved: Option<Solved>,
 }
 
 /// How a replay compares with what was recorded.
@@ -242,6 +247,7 @@ impl Report {
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),
             energy_gain: done.gain,
+            solved: done.solved,
             diverged: done.diverged,
             notes,
             warnings,

@@ -29,6 +29,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         wall: wall.as_secs_f64(),
         diverged: diverged.is_some(),
         gain: watch.gain,
+        solved: watch.solved,
     };
     tell_report(&Report::new(prepared, done), arguments, (diverged, unwritten))
 }
@@ -78,8 +79,5 @@ pub fn explain_divergence(scene: &str, error: Error) -> Failure {
         _ => String::new(),
     };
     let message = format!("{scene}: {error}{advice}");
-    match error {
-        Error::Diverged(_) | Error::Unreachable { .. } => Failure::diverged(message),
-        _ => Failure::input(message),
-    }
+    if error.is_of_step() { Failure::diverged(message) } else { Failure::input(message) }
 }

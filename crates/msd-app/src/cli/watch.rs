@@ -1,8 +1,9 @@
-//! What may go wrong with a run as it goes on? A limit of stability that moves, and energy that
-//! nothing gave.
+//! What may go wrong with a run as it goes on? A limit of stability that moves, energy that nothing
+//! gave, and solves that do not get there.
 
 use super::prepare::warn_of_step;
 use super::report::{Gain, evaluations};
+use msd_core::methods::Solved;
 use msd_core::stability::Estimator;
 use msd_core::{Integrator, Model, Real, Settings, Witness};
 use msd_lab::Runner;
@@ -26,6 +27,8 @@ pub struct Watch {
     witness: Witness,
     /// Energy that the integrator has added.
     pub gain: Option<Gain>,
+    /// How far the solves of an implicit method got.
+    pub solved: Option<Solved>,
 }
 
 impl Watch {
@@ -45,6 +48,7 @@ impl Watch {
             stable,
             witness: Witness::default(),
             gain: None,
+            solved: None,
         };
         runner.show_to(&mut watch.witness);
         watch
@@ -54,6 +58,9 @@ impl Watch {
     pub fn look(&mut self, runner: &Runner) {
         runner.show_to(&mut self.witness);
         self.gain = Gain::now(self.gain, self.witness.gain(), runner.time());
+        if let Some(solved) = runner.solved() {
+            self.solved.get_or_insert_default().note(solved);
+        }
         self.predict(runner);
     }
 
@@ -63,7 +70,14 @@ impl Watch {
         let moved = (least < self.stable).then(|| warn_of_step(settings, least)).flatten();
         let moved = moved.map(|warning| format!("from {time:.3} s on at the latest {warning}"));
         let gained = self.gain.map(|gain| gain.warning(settings.integrator));
-        moved.into_iter().chain(gained).collect()
+        let poor = self.solved.filter(Solved::is_poor).map(|Solved { residual, tolerance, .. }| {
+            format!(
+                "solves of {} left up to {residual:.1e} of what they had to cancel instead of \
+                 {tolerance:.0e}: slow motions among stiff ones may be lost; use f64 or more substeps",
+                settings.integrator
+            )
+        });
+        moved.into_iter().chain(gained).chain(poor).collect()
     }
 
     /// Predicts if it is time to; what is known to be over the limit is not asked again.

@@ -62,8 +62,19 @@ pub(crate) struct Done {
     pub(crate) last_met: bool,
     /// Energy that elements of the caller's own have driven into the system, joules.
     pub(crate) given: f64,
-    /// The particle for which an adaptive method gave up.
-    pub(crate) stuck: Option<usize>,
+    /// Why the method gave up, if it did.
+    pub(crate) failure: Option<Failure>,
+}
+
+/// Why a method gave a step up.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Failure {
+    /// The error of this particle stays above the tolerance of an adaptive method.
+    Tolerance(usize),
+    /// The force on this particle, or what a solve made of it, is not finite.
+    NotFinite(usize),
+    /// A linear solve left so much of its residual that the step is of no use.
+    Unsolved { residual: f64, iterations: u64 },
 }
 
 impl Done {

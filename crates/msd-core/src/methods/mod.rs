@@ -23,9 +23,10 @@ mod integrator;
 mod settings;
 pub(crate) mod xpbd;
 
-pub(crate) use context::Scratch;
+pub(crate) use context::{Failure, Scratch};
 pub use context::{Parts, StepContext};
 pub use dormand_prince::Work;
+pub use implicit::Solved;
 pub use integrator::Integrator;
 pub use settings::Settings;
 

@@ -4,6 +4,7 @@ use super::Simulation;
 use crate::columns::LANES;
 use crate::columns::threads::merge_shares;
 use crate::error::{Divergence, Error};
+use crate::methods::Failure;
 use crate::number::{Real, Vector, at_level};
 use crate::stability::Estimator;
 use crate::system::{Columns, Model};
@@ -11,13 +12,20 @@ use fearless_simd::Level;
 
 impl<R: Real> Simulation<R> {
     /// Refuses a step that was given up and a state outside the world.
-    pub(super) fn guard(&self, stuck: Option<usize>) -> Result<(), Error> {
+    pub(super) fn guard(&self, failure: Option<Failure>) -> Result<(), Error> {
         let (step, time) = (self.steps + 1, self.time());
-        if let Some(particle) = stuck {
-            let tolerance = self.settings.tolerance;
-            return Err(Error::Unreachable { tolerance, particle, step, time });
-        }
-        let Some(particle) = first_outside(self.level, &self.model, &self.state) else {
+        let outside = match failure {
+            Some(Failure::Tolerance(particle)) => {
+                let tolerance = self.settings.tolerance;
+                return Err(Error::Unreachable { tolerance, particle, step, time });
+            }
+            Some(Failure::Unsolved { residual, iterations }) => {
+                return Err(Error::Unsolved { residual, iterations, step, time });
+            }
+            Some(Failure::NotFinite(particle)) => Some(particle),
+            None => first_outside(self.level, &self.model, &self.state),
+        };
+        let Some(particle) = outside else {
             return Ok(());
         };
         let stable = self.largest_substep_at(&self.good, &mut Estimator::default());

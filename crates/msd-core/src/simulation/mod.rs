@@ -21,7 +21,7 @@ use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
-use crate::methods::{Method, OwnMethod, Scratch, Settings, StepContext, Work};
+use crate::methods::{Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work};
 use crate::number::{Instructions, Real};
 use crate::obstacles::resolve::Substep;
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
@@ -117,10 +117,11 @@ impl<R: Real> Simulation<R> {
     /// Advances by one step of `settings.step` seconds.
     ///
     /// # Errors
-    /// [`Error::Diverged`] if a particle left the world, [`Error::Unreachable`] if an adaptive
-    /// method cannot keep its tolerance; [`Error::OutOfDomain`] for one step too many to be counted
-    /// exactly. State and queue are then those before the step, and so is what the queue changes: a
-    /// shorter step may follow, or [`Simulation::clear_queue`].
+    /// [`Error::Diverged`] if a particle left the world or the force on it is not finite,
+    /// [`Error::Unreachable`] if an adaptive method cannot keep its tolerance, [`Error::Unsolved`]
+    /// if an implicit one cannot solve for the step, [`Error::OutOfDomain`] for one step too many to
+    /// be counted exactly. State and queue are then those before the step, and so is what the queue
+    /// changes: a shorter step may follow, or [`Simulation::clear_queue`].
     pub fn step(&mut self) -> Result<(), Error> {
         if !self.model.springs.is_shared() {
             return R::step(self);
@@ -151,7 +152,7 @@ impl<R: Real> Simulation<R> {
         method.advance(&mut step);
         let done = step.done;
         self.touched = done.touched;
-        if let Err(error) = self.guard_or_go_back(done.stuck) {
+        if let Err(error) = self.guard_or_go_back(done.failure) {
             self.put_model_back(kept);
             return Err(error);
         }
@@ -200,8 +201,8 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Goes back to the state remembered where the present one cannot be.
-    fn guard_or_go_back(&mut self, stuck: Option<usize>) -> Result<(), Error> {
-        self.guard(stuck).inspect_err(|_| {
+    fn guard_or_go_back(&mut self, failure: Option<Failure>) -> Result<(), Error> {
+        self.guard(failure).inspect_err(|_| {
             self.state.copy_from(&self.good);
             // What an evaluation left behind may not be numbers.
             let adaptive = self.scratch.dormand_prince.take();
@@ -511,6 +512,12 @@ impl<R: Real> Simulation<R> {
             return None;
         }
         Some(self.scratch.dormand_prince.as_ref().map_or(Work::default(), |scratch| scratch.work()))
+    }
+
+    /// How far the solves of the last step of an implicit method got; `None` of another, and before
+    /// the first step.
+    pub fn solved(&self) -> Option<Solved> {
+        self.scratch.implicit.as_ref().map(|scratch| scratch.solved())
     }
 }
 

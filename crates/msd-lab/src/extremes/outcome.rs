@@ -12,7 +12,7 @@ pub enum Outcome {
     Bounded,
     /// Finite to the end, with energy that the method added, which the witness told.
     Growing,
-    /// An adaptive method said that its tolerance is out of reach.
+    /// A method said that its tolerance is out of reach, or that it cannot solve for a step.
     Unreachable,
     /// Left the world; the run stopped and said so.
     Diverged,

@@ -75,7 +75,7 @@ fn judge_in<R: Real>(task: &Task<'_>, measure: &Measure<'_>) -> Verdict {
 fn ended(error: &Error) -> Verdict {
     let outcome = match error {
         Error::Diverged(_) => Outcome::Diverged,
-        Error::Unreachable { .. } => Outcome::Unreachable,
+        Error::Unreachable { .. } | Error::Unsolved { .. } => Outcome::Unreachable,
         _ => Outcome::Refused,
     };
     Verdict::ended(outcome, error.to_string())

@@ -134,7 +134,7 @@ pub(super) fn measure(
         Ok(comparison) => (comparison, None, note),
         Err(Error::Diverged(divergence)) => (None, Some(divergence), note),
         // A result like any other, too: this choice does not get through this scene.
-        Err(error @ Error::Unreachable { .. }) => (None, None, Some(error.to_string())),
+        Err(error) if error.is_of_step() => (None, None, Some(error.to_string())),
         Err(error) => return Err(error),
     };
     let Run { runner, cpu, wall, stable } = run;

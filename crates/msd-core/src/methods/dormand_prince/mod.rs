@@ -13,7 +13,7 @@ mod stages;
 mod support;
 mod tableau;
 
-use super::{StepContext, context};
+use super::{Failure, StepContext, context};
 use crate::columns::LANES;
 use crate::columns::slots::Slots;
 use crate::number::{Real, at_level};
@@ -74,7 +74,7 @@ impl AddAssign for Work {
 pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     let kept = step.scratch.dormand_prince.take();
     let mut scratch = kept.unwrap_or_else(|| Box::new(Scratch::new(&step.model.slots)));
-    step.done.stuck = scratch.run(step).err();
+    step.done.failure = scratch.run(step).err().map(Failure::Tolerance);
     step.done.last_met = step.done.touched;
     step.scratch.dormand_prince = Some(scratch);
 }

@@ -1,8 +1,8 @@
 //! Preconditioned conjugate gradients: the change of velocity that cancels a residual.
 
-use crate::columns::{Aligned, LANES, RECORD};
+use crate::columns::{Aligned, LANES, RECORD, vector};
 use crate::elements::column;
-use crate::number::{Real, at_level};
+use crate::number::{Real, Vector, at_level};
 use crate::system::Model;
 use fearless_simd::Level;
 
@@ -13,6 +13,16 @@ pub(crate) struct Goal {
     pub(crate) tolerance: f64,
     /// Iterations at least.
     pub(crate) fewest: usize,
+}
+
+/// How a solve ended. Squares are in the norm of the preconditioner.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End {
+    /// The square of the residuals at the start, and of those at the end; not finite where a number
+    /// was not.
+    pub(crate) first: f64,
+    pub(crate) left: f64,
+    pub(crate) iterations: usize,
 }
 
 /// The columns of a solve.
@@ -27,7 +37,7 @@ pub(crate) struct Solve<R: Real> {
     pub(crate) preconditioner: [Aligned<R>; 2],
     /// Where the solve goes next, what the matrix makes of that, and the residuals times the
     /// preconditioner.
-    directions: Aligned<R>,
+    pub(crate) directions: Aligned<R>,
     pub(crate) products: Aligned<R>,
     steered: Aligned<R>,
     /// Iterations at most.
@@ -53,9 +63,16 @@ impl<R: Real> Solve<R> {
         }
     }
 
-    /// Lowers the residuals by changing velocities. `first` is the square norm to compare with,
-    /// that at the start if there is none; it is returned. `multiply` overwrites its last argument
-    /// with the product of the matrix and a direction.
+    /// The square of the residuals in the norm of the preconditioner.
+    pub(crate) fn square(&mut self, level: Level) -> f64 {
+        let Solve { residuals, preconditioner: [upper, lower], steered, .. } = self;
+        at_level!(level, _simd => steer::<R>(residuals, upper, lower, steered))
+    }
+
+    /// Lowers the residuals by changing velocities. `first` is the square of residuals
+    /// to compare with, if it is larger than that at the start. `hold` takes out of the residuals what is
+    /// held, `multiply` overwrites its last argument with the product of the matrix and a
+    /// direction.
     ///
     /// A direction in which the preconditioner is singular is never entered: that is how pins and
     /// contacts hold. Sums are in `f64`, one for each lane, so that they depend on nothing but the
@@ -64,39 +81,70 @@ impl<R: Real> Solve<R> {
     pub(crate) fn run(
         &mut self,
         level: Level,
-        goal: Goal,
-        first: Option<f64>,
+        (goal, first): (Goal, f64),
+        mut hold: impl FnMut(&mut [R]),
         mut multiply: impl FnMut(&[R], &mut [R]),
-    ) -> f64 {
+    ) -> End {
+        let mut left = self.square(level);
+        let first = first.max(left);
         let Solve { residuals, changes, preconditioner, directions, products, steered, most } =
             self;
         let [upper, lower] = &*preconditioner;
         directions.fill(R::ZERO);
-        let mut left = at_level!(level, _simd => steer::<R>(residuals, upper, lower, steered));
-        let first = first.unwrap_or(left);
         let enough = goal.tolerance * goal.tolerance * first;
         let mut keep = R::ZERO;
-        for iteration in 0..*most {
-            if left <= enough && goal.fewest <= iteration {
-                break;
-            }
+        let (mut iterations, mut bound) = (0, f64::INFINITY);
+        // Before a product would spread what is not finite.
+        while left.is_finite() && iterations < *most && (enough < left || iterations < goal.fewest)
+        {
             at_level!(level, _simd => turn::<R>(directions, steered, keep));
             multiply(directions, products);
             let curvature = at_level!(level, _simd => dot::<R>(directions, products));
             // Not positive where rounding is all that is left, or where nothing was to do; or where
             // an element of the caller's own repels. Then the preconditioner alone answers: without
             // it, gravity would be lost with the rest.
-            let repels = iteration == 0 && curvature < 0.0;
+            let repels = iterations == 0 && curvature < 0.0;
             if !((0.0 < curvature || repels) && 0.0 < left) {
+                left += 0.0 * curvature;
                 break;
+            }
+            if repels {
+                bound = first;
             }
             let before = left;
             let distance = if repels { R::ONE } else { R::of(left / curvature) };
             at_level!(level, _simd => go::<R>(changes, residuals, directions, products, distance));
+            hold(residuals);
             left = at_level!(level, _simd => steer::<R>(residuals, upper, lower, steered));
             keep = R::of(left / before);
+            iterations += 1;
         }
-        first
+        // Beside what repels, residuals may grow.
+        End { first, left: if bound < left { bound } else { left }, iterations }
+    }
+
+    /// Changes velocities by the directions as they are.
+    pub(crate) fn jump(&mut self, level: Level, multiply: &mut impl FnMut(&[R], &mut [R])) {
+        let Solve { residuals, changes, directions, products, .. } = self;
+        multiply(directions, products);
+        at_level!(level, _simd => go::<R>(changes, residuals, directions, products, R::ONE));
+    }
+
+    /// Whether any residual is not zero.
+    pub(crate) fn is_left(&self, level: Level) -> bool {
+        at_level!(level, _simd => is_any(&self.residuals))
+    }
+
+    /// The place of the first particle, of those at some places, of which a number is not finite.
+    pub(crate) fn first_not_finite(
+        &self,
+        mut places: impl Iterator<Item = usize>,
+    ) -> Option<usize> {
+        let columns = [&self.residuals, &self.steered, &self.products];
+        places.position(|at| {
+            let mut vectors = columns.iter().map(|column| vector::<R>(column, at).extent());
+            vectors.any(|extent| !extent.to_f64().is_finite())
+        })
     }
 }
 
@@ -144,6 +192,18 @@ fn steer<R: Real>(residuals: &[R], upper: &[R], lower: &[R], steered: &mut [R]) 
         }
     }
     sums.iter().sum()
+}
+
+/// Whether any number of a column is not zero.
+#[inline(always)]
+fn is_any<R: Real>(column: &[R]) -> bool {
+    let mut any = [0u32; LANES];
+    for record in column.as_chunks::<LANES>().0 {
+        for (any, number) in any.iter_mut().zip(record) {
+            *any |= u32::from(*number != R::ZERO);
+        }
+    }
+    any != [0; LANES]
 }
 
 /// The scalar product of two columns.

@@ -1,11 +1,13 @@
 //! Particles that an obstacle holds during an implicit substep, and how hard.
 //!
 //! A particle that lies on an obstacle keeps its height in the solve itself: moved back afterwards,
-//! it would have let the body sag by g h² and the springs above it push it into the obstacle. On a
-//! surface that moves it is held as seen from there.
+//! it would have let the body sag by g h² and the springs above it push it into the obstacle. One
+//! that would come to lie on it within the substep gets there in the solve. On a surface that moves
+//! it is held as seen from there.
 //!
-//! What the solve leaves undone in the held directions is the impulse of the surface. Where that
-//! would pull, the particle is let go. Friction is Coulomb's with this impulse, the weight of all
+//! The part of the residual in the held directions is set aside in every iteration (the filter of
+//! Baraff and Witkin, 1998, section 5.3): it is the impulse of the surface, which no iteration may
+//! solve. Where that would pull, the particle is let go. Friction is Coulomb's with this impulse, the weight of all
 //! that lies above included: what sticks is held along the surface too, as long as that takes no
 //! more than μ times the pressure; what slides gets that much against its velocity, as a force in
 //! the solve. Slowing a particle after the solve, as [`crate::obstacles::contact`] does, would
@@ -16,9 +18,10 @@ use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
 use crate::number::{Real, Vector};
 use crate::obstacles::contact::resting_speed;
-use crate::obstacles::{ContactLaw, Obstacle};
+use crate::obstacles::{ContactLaw, Obstacle, PlaneColumn};
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
+use glam::DVec3;
 
 /// A surface under a particle.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,6 +32,10 @@ struct Face<R: Real> {
     /// Velocity of the surface, metres per second.
     velocity: R::Vec3,
     law: ContactLaw<R>,
+    /// The gap up to which it is touched, metres.
+    near: R,
+    /// The speed at which a gap beyond that closes in the substep, metres per second.
+    closing: R,
     /// The normal made orthogonal to those of the faces before, and how much of it is along that.
     axis: R::Vec3,
     slope: R,
@@ -43,10 +50,16 @@ struct Hold<R: Real> {
     count: usize,
     /// Velocity of the surface, metres per second; of several faces, along the normal of each.
     surface: R::Vec3,
+    /// Velocity towards the faces that are not touched yet, metres per second.
+    closing: R::Vec3,
     /// Whether friction holds it along the faces too.
     stuck: bool,
+    /// About what its own block makes of a velocity along the faces, kilograms.
+    weight: R,
     /// Impulse of friction where it slides, newton seconds.
     friction: R::Vec3,
+    /// The part of the residual in the held directions, newton seconds: what the surface takes up.
+    held: R::Vec3,
 }
 
 /// The particles that obstacles hold.
@@ -55,9 +68,10 @@ pub(crate) struct Holds<R: Real> {
     rows: Vec<Hold<R>>,
 }
 
-/// Nearness at which a particle lies on a surface, as a fraction of the lengths at hand: a few
-/// roundings in single precision.
-const NEAR: f64 = 1e-6;
+/// The gap up to which a particle lies on a surface, in roundings of the lengths that it is the
+/// difference of. A particle that is set half as far out is within two and a half of there: two for
+/// the products and sums of a plane's gap and a half for its coordinates.
+const NEAR: f64 = 8.0;
 
 /// The substep for which holds are sought.
 #[derive(Clone, Copy, Debug)]
@@ -90,14 +104,14 @@ impl<R: Real> Holds<R> {
             let motion = state.get(at);
             let mut hold = Hold::new(at);
             for (index, plane) in obstacles.planes.iter().enumerate() {
-                hold.meet(model, (index, plane), span, motion);
+                hold.meet(model, (index, plane, terms(plane, motion.0)), span, motion);
             }
-            for (index, (_, own)) in obstacles.own.iter().enumerate() {
-                hold.meet(model, (obstacles.planes.len() + index, own.of::<R>()), span, motion);
+            for (index, (_, own)) in (obstacles.planes.len()..).zip(&obstacles.own) {
+                // What an own obstacle computes with is not known: the position and its own size.
+                let terms = R::of(model.size) + motion.0.extent() * R::of(3.0);
+                hold.meet(model, (index, own.of::<R>(), terms), span, motion);
             }
             if 0 < hold.count {
-                let along = hold.free(motion.1 - hold.surface);
-                hold.stuck = along.dot(along) == R::ZERO && hold.is_rough();
                 self.rows.push(hold);
             }
         }
@@ -109,6 +123,16 @@ impl<R: Real> Holds<R> {
             let velocity = hold.allowed(vector::<R>(velocities, hold.at));
             set_vector(velocities, hold.at, velocity);
         }
+    }
+
+    /// The place of each particle, the directions in which it is held, zero if none, and friction
+    /// on it, newton seconds.
+    pub(crate) fn directions(&self) -> impl Iterator<Item = (usize, [DVec3; 3], DVec3)> + '_ {
+        self.rows.iter().map(|hold| {
+            let axes = hold.faces.map(|face| face.axis.to_f64());
+            let axes = if hold.stuck { [DVec3::X, DVec3::Y, DVec3::Z] } else { axes };
+            (hold.at, axes, hold.friction.to_f64())
+        })
     }
 
     /// Overwrites the preconditioner with the inverses of blocks, less the directions that are
@@ -128,15 +152,53 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Adds the friction on what slides to fresh residuals, estimated from the residuals
-    /// themselves: the momentum that springs and gravity would press into the obstacles.
-    pub(crate) fn add_friction(&mut self, velocities: &[R], residuals: &mut [R]) {
-        for hold in self.rows.iter_mut().filter(|hold| !hold.stuck && hold.is_rough()) {
+    /// Takes fresh residuals over: finds out what sticks and adds the friction on what slides, as if
+    /// each particle were alone (see [`Hold::decide`]), and sets aside what is held.
+    pub(crate) fn begin(
+        &mut self,
+        velocities: &[R],
+        inverses: &[Aligned<R>; 2],
+        residuals: &mut [R],
+    ) {
+        for hold in &mut self.rows {
+            let [xx, _, _] = vector::<R>(&inverses[0], hold.at).components();
+            let [yy, _, zz] = vector::<R>(&inverses[1], hold.at).components();
+            hold.weight = R::of(3.0) / (xx + yy + zz);
             let residual = vector::<R>(residuals, hold.at);
-            let (pushes, _) = hold.pushes(-residual);
-            let velocity = vector::<R>(velocities, hold.at) - hold.surface;
-            hold.friction = slowing::<R>(hold.free(velocity), hold.budget(pushes));
-            set_vector(residuals, hold.at, residual + hold.friction);
+            (hold.stuck, hold.friction, hold.held) = (false, R::Vec3::ZERO, R::Vec3::ZERO);
+            if hold.is_rough() {
+                let velocity = vector::<R>(velocities, hold.at) - hold.surface;
+                let (pushes, along) = hold.pushes(-residual);
+                hold.decide(along - hold.free(velocity) * hold.weight, hold.budget(pushes));
+            }
+            let left = hold.set_aside(residual + hold.friction);
+            set_vector(residuals, hold.at, left);
+        }
+    }
+
+    /// Overwrites `changes` with those that stop what has just come to stick, and returns whether
+    /// there are any.
+    pub(crate) fn set_stops(&self, velocities: &[R], changed: &[R], changes: &mut [R]) -> bool {
+        let mut any = false;
+        for hold in self.rows.iter().filter(|hold| hold.stuck) {
+            let velocity = vector::<R>(velocities, hold.at) + vector::<R>(changed, hold.at);
+            let slip = hold.free(velocity - hold.surface);
+            if slip != R::Vec3::ZERO {
+                if !any {
+                    changes.fill(R::ZERO);
+                }
+                any = true;
+                set_vector(changes, hold.at, -slip);
+            }
+        }
+        any
+    }
+
+    /// Sets aside what is held of residuals.
+    pub(crate) fn set_aside(&mut self, residuals: &mut [R]) {
+        for hold in &mut self.rows {
+            let left = hold.set_aside(vector::<R>(residuals, hold.at));
+            set_vector(residuals, hold.at, left);
         }
     }
 
@@ -146,10 +208,11 @@ impl<R: Real> Holds<R> {
         let mut changed = false;
         for hold in &mut self.rows {
             let velocity = vector::<R>(velocities, hold.at) + vector::<R>(&solve.changes, hold.at);
-            let residual = vector::<R>(&solve.residuals, hold.at);
-            let before = hold.friction;
-            changed |= hold.review(velocity - hold.surface, -residual);
-            set_vector(&mut solve.residuals, hold.at, residual + (hold.friction - before));
+            let rest = vector::<R>(&solve.residuals, hold.at) + hold.held - hold.friction;
+            changed |= hold.review(velocity - hold.surface);
+            hold.held = R::Vec3::ZERO;
+            let left = hold.set_aside(rest + hold.friction);
+            set_vector(&mut solve.residuals, hold.at, left);
         }
         self.rows.retain(|hold| 0 < hold.count);
         changed
@@ -157,12 +220,10 @@ impl<R: Real> Holds<R> {
 
     /// Energy taken away by friction, and by surfaces that move, in a stage at these velocities,
     /// joules.
-    pub(crate) fn energy(&self, velocities: &[R], residuals: &[R]) -> f64 {
+    pub(crate) fn energy(&self, velocities: &[R]) -> f64 {
         let energy = |hold: &Hold<R>| {
-            let residual = vector::<R>(residuals, hold.at);
-            let impulse = hold.project(residual) - residual;
             let work = hold.friction.dot(vector::<R>(velocities, hold.at));
-            -(work + impulse.dot(hold.surface)).to_f64()
+            (hold.held.dot(hold.surface + hold.closing) - work).to_f64()
         };
         self.rows.iter().map(energy).sum()
     }
@@ -173,14 +234,17 @@ impl<R: Real> Holds<R> {
         let mut energy = 0.0;
         for hold in &self.rows {
             let (mut position, velocity) = state.get(hold.at);
-            let velocity = hold.allowed(velocity);
-            let mut slowed = velocity;
+            let mut slowed = hold.surface + hold.project(velocity - hold.surface);
             for face in &hold.faces[..hold.count] {
                 slowed = face.velocity + (slowed - face.velocity) * (R::ONE - face.law.loss);
-                // Outside, so that it is not taken for a second contact.
+                // Outside, so that it is not taken for a second contact, and near. What is further
+                // out has left a surface that curves.
                 let gap = model.obstacles.get(face.obstacle).gap(position, end);
-                let lift = near(model, position) * R::HALF - gap;
-                position += face.normal * lift.max(R::ZERO);
+                let lift = face.near * R::HALF - gap;
+                let is_off = face.near * R::of(0.25) < lift.abs() && gap < face.near + face.near;
+                if is_off {
+                    position += face.normal * lift;
+                }
             }
             state.put(hold.at, (position, slowed));
             let slower = velocity.dot(velocity) - slowed.dot(slowed);
@@ -197,30 +261,60 @@ impl<R: Real> Hold<R> {
             faces: [Face::default(); 3],
             count: 0,
             surface: R::Vec3::ZERO,
+            closing: R::Vec3::ZERO,
             stuck: false,
+            weight: R::ZERO,
             friction: R::Vec3::ZERO,
+            held: R::Vec3::ZERO,
         }
     }
 
-    /// Adds an obstacle that a particle lies on.
+    /// Sets aside what is held of a residual and returns the rest, newton seconds.
+    fn set_aside(&mut self, residual: R::Vec3) -> R::Vec3 {
+        let left = self.project(residual);
+        self.held += residual - left;
+        left
+    }
+
+    /// Adds an obstacle that a particle lies on at the end of the substep, if it neither leaves nor
+    /// hits it: of itself it moves as fast as gravity lets it. What that would hold back is let go
+    /// in [`Hold::review`]. `terms` is the sum of the lengths that the gap is
+    /// the difference of, metres.
     #[inline]
     fn meet<O: Obstacle<R> + ?Sized>(
         &mut self,
         model: &Model<R>,
-        (index, obstacle): (usize, &O),
+        (index, obstacle, terms): (usize, &O, R),
         span: &Span<R>,
         (position, velocity): (R::Vec3, R::Vec3),
     ) {
-        let is_near = obstacle.gap(position, span.start) <= near(model, position);
+        let rounding = R::of(NEAR) * R::EPSILON;
+        let moved = span.h * (velocity.extent() + span.h * model.gravity().extent());
+        let near = rounding * (terms + moved);
+        let gap = obstacle.gap(position, span.start);
+        let is_near = gap <= near + moved;
         if !is_near {
             return;
         }
         let normal = obstacle.normal(position, span.start);
         let surface = obstacle.velocity(position, span.stage);
         let resting = resting_speed::<R>(normal, model.gravity(), span.h);
-        if (velocity - surface).dot(normal).abs() <= resting {
+        let resting = resting + rounding * (velocity.extent() + surface.extent());
+        let speed = (velocity - surface).dot(normal);
+        let falls = speed + span.h * model.gravity().dot(normal).min(R::ZERO);
+        if speed.abs() <= resting && gap + span.h * falls <= near {
+            let closing = if near < gap { (near * R::HALF - gap) / span.h } else { R::ZERO };
             let law = obstacle.law();
-            self.add(Face { obstacle: index, normal, velocity: surface, law, ..Face::default() });
+            let face = Face {
+                obstacle: index,
+                normal,
+                velocity: surface,
+                law,
+                near,
+                closing,
+                ..Face::default()
+            };
+            self.add(face);
         }
     }
 
@@ -236,6 +330,8 @@ impl<R: Real> Hold<R> {
                 0 => face.velocity,
                 _ => self.surface + axis * missing,
             };
+            let missing = (face.closing - face.normal.dot(self.closing)) / slope;
+            self.closing += axis * missing;
             self.faces[self.count] = Face { axis, slope, ..face };
             self.count += 1;
         }
@@ -258,7 +354,7 @@ impl<R: Real> Hold<R> {
 
     /// The velocity that is left of one, metres per second.
     fn allowed(&self, velocity: R::Vec3) -> R::Vec3 {
-        self.surface + self.project(velocity - self.surface)
+        self.surface + self.closing + self.project(velocity - self.surface)
     }
 
     fn is_rough(&self) -> bool {
@@ -285,8 +381,8 @@ impl<R: Real> Hold<R> {
 
     /// Decides for one particle, from its velocity along the faces and the impulse that these would
     /// need to give.
-    fn review(&mut self, velocity: R::Vec3, impulse: R::Vec3) -> bool {
-        let (pushes, along) = self.pushes(impulse);
+    fn review(&mut self, velocity: R::Vec3) -> bool {
+        let (pushes, along) = self.pushes(-self.held);
         if pushes[..self.count].iter().any(|&push| push < R::ZERO) {
             self.release(pushes);
             return true;
@@ -294,30 +390,37 @@ impl<R: Real> Hold<R> {
         if !self.is_rough() {
             return false;
         }
-        let (budget, free) = (self.budget(pushes), self.free(velocity));
+        let (budget, before) = (self.budget(pushes), (self.stuck, self.friction));
+        let slip = self.free(velocity);
         if self.stuck {
-            let needed = along.dot(along).sqrt();
-            self.stuck = needed <= budget;
-            self.friction = if self.stuck { R::Vec3::ZERO } else { along * (budget / needed) };
-            return !self.stuck;
-        }
-        let turned = R::ZERO < free.dot(self.friction);
-        if turned || free.dot(free) == R::ZERO {
+            self.decide(along, budget);
+        } else if R::ZERO < slip.dot(self.friction) {
+            // It has come to rest on the way: friction drives nothing.
             (self.stuck, self.friction) = (true, R::Vec3::ZERO);
-            return true;
+        } else {
+            self.decide(self.friction - slip * self.weight, budget);
         }
-        let friction = slowing::<R>(free, budget);
-        let step = friction - self.friction;
-        self.friction = friction;
+        let step = self.friction - before.1;
         // One part in a hundred of friction is less than anybody knows of its factor.
         let tolerance = R::of(1e-2) * budget;
-        tolerance * tolerance < step.dot(step)
+        self.stuck != before.0 || tolerance * tolerance < step.dot(step)
+    }
+
+    /// Decides by the impulse that would stop it along the faces, newton seconds: what is more than
+    /// friction can give slides. (Coulomb's law as a projection: friction is right where it is the
+    /// projection of itself, less any weight times the velocity, on the largest; Alart and Curnier,
+    /// 1991. With the weight of its block a solution is found for each particle alone.)
+    fn decide(&mut self, wanted: R::Vec3, budget: R) {
+        let size = wanted.dot(wanted).sqrt();
+        self.stuck = size < budget;
+        let slides = !self.stuck && R::ZERO < size;
+        self.friction = if slides { wanted * (budget / size) } else { R::Vec3::ZERO };
     }
 
     /// Leaves the faces that pull.
     fn release(&mut self, pushes: [R; 3]) {
         let before = *self;
-        *self = Hold::new(before.at);
+        *self = Hold { weight: before.weight, ..Hold::new(before.at) };
         for (&face, push) in before.faces[..before.count].iter().zip(pushes) {
             if R::ZERO <= push {
                 self.add(face);
@@ -326,17 +429,11 @@ impl<R: Real> Hold<R> {
     }
 }
 
-/// An impulse of size `budget` against a velocity.
-fn slowing<R: Real>(velocity: R::Vec3, budget: R) -> R::Vec3 {
-    let speed = velocity.dot(velocity).sqrt();
-    if speed == R::ZERO { R::Vec3::ZERO } else { -(velocity * (budget / speed)) }
-}
-
-/// The gap at which a particle lies on a surface, metres. A gap is the difference of two numbers,
-/// each of which may be as large as the position.
-fn near<R: Real>(model: &Model<R>, position: R::Vec3) -> R {
-    let extent = position.extent();
-    R::of(NEAR) * (R::of(model.size) + extent + extent)
+/// The sum of the lengths that the gap of a plane is the difference of, metres.
+fn terms<R: Real>(plane: &PlaneColumn<R>, position: R::Vec3) -> R {
+    let [x, y, z] = position.components();
+    let [a, b, c] = plane.normal.components();
+    (a * x).abs() + (b * y).abs() + (c * z).abs() + plane.offset.abs()
 }
 
 fn transpose<R: Real>(columns: [R::Vec3; 3]) -> [R::Vec3; 3] {

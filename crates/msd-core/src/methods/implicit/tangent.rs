@@ -76,6 +76,12 @@ impl<R: Real> Tangent<R> {
         }
     }
 
+    /// Mass, drag and grabs of each particle, kilograms, three times each: what the matrix makes of
+    /// a motion of a body as a whole.
+    pub(crate) fn diagonals(&self) -> &[R] {
+        &self.diagonals
+    }
+
     /// The inverses of the blocks of particles.
     pub(crate) fn inverses(&self) -> &[Aligned<R>; 2] {
         &self.inverses
