@@ -3,7 +3,7 @@
 #
 #   scripts/check.sh          all of it
 #   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare
-#                             elsewhere wasm deny
+#                             elsewhere wasm deny; and miri, which is slow and not part of "all"
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -16,7 +16,11 @@ clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
 # With thousands of mutations of each corpus of the fuzz targets; `scripts/fuzz.sh` goes on.
 test_debug() { MSD_MUTATIONS=5000 cargo test; }
-test_release() { cargo test --release; }
+# Where optimisation could matter: bits, kernels, threads, memory and stability.
+test_release() {
+    cargo test --release --test kernel --test same_bits --test threads --test memory \
+        --test stability --test limits
+}
 
 # Every example but the window, which tests/window.rs of the app drives in its stead.
 examples() {
@@ -85,6 +89,19 @@ elsewhere() {
     done
 }
 
+# The kernel, with AVX2 where its one `unsafe` line is, in an interpreter that finds undefined
+# behaviour: a nightly compiler with Miri, some five minutes.
+miri() {
+    if ! cargo +nightly miri --version >/dev/null 2>&1; then
+        echo "check: SKIPPED miri (rustup toolchain install nightly -c miri -c rust-src)"
+        [ -z "${MSD_REQUIRE_MIRI:-}" ]
+        return
+    fi
+    RUSTFLAGS=-Ctarget-cpu=x86-64-v3 MIRIFLAGS=-Zmiri-disable-isolation \
+        cargo +nightly miri test -p msd-core --test kernel --target-dir target/miri \
+        -- forces_have lattices_of_all
+}
+
 # Every library must stay fit for the browser, and the core for one with registers of 128 bits.
 wasm() {
     (
@@ -116,7 +133,7 @@ steps=("$@")
 [ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | examples | bench | bare | elsewhere | wasm | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | examples | bench | bare | elsewhere | miri | wasm | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2

@@ -12,6 +12,7 @@ mod numbers;
 mod world;
 pub mod interactions;
 pub mod meshes;
+pub mod runs;
 pub mod scenes;
 pub mod states;
 
@@ -19,9 +20,10 @@ pub mod states;
 pub type Check = fn(&[u8]);
 
 /// Every target with its name, which is that of its folder in `corpus/`.
-pub const TARGETS: [(&str, Check); 4] = [
+pub const TARGETS: [(&str, Check); 5] = [
     ("scenes", scenes::check),
     ("states", states::check),
     ("meshes", meshes::check),
+    ("runs", runs::check),
     ("interactions", interactions::check),
 ];

@@ -107,6 +107,17 @@ fn interactions_are_refused_or_leave_a_state_in_the_world() {
 }
 
 #[test]
+fn runs_with_right_checksums_are_refused_or_go_on() {
+    // A seed of another format would be refused at its first line, and try nothing.
+    let seeds = corpus("runs");
+    let is_read = |bytes: &Vec<u8>| {
+        msd_lab::read_saved(bytes, "").is_ok() || msd_lab::read_recording(bytes, "").is_ok()
+    };
+    assert!(seeds.iter().all(is_read), "make the seeds of fuzz/corpus/runs anew");
+    rehearse("runs");
+}
+
+#[test]
 fn every_target_has_a_corpus_and_a_program() {
     let manifest = fs::read_to_string(folder().join("Cargo.toml")).expect("a manifest");
     for (name, _) in TARGETS {

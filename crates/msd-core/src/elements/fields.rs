@@ -91,6 +91,11 @@ impl<R: Real> Element<R> for Fields<R> {
         power
     }
 
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        let numbers = motion.positions.iter().zip(&*self.weights);
+        numbers.map(|(position, weight)| -(position.to_f64() * weight.to_f64())).sum()
+    }
+
     fn add_products(&self, _: &Motion<'_, R>, direction: &[DVec3], products: &mut Products<'_>) {
         let drag = self.drag.to_f64();
         for (product, direction) in products.damping.iter_mut().zip(direction) {

@@ -34,6 +34,15 @@ impl<R: Real> Grab<R> {
         wish * scale
     }
 
+    /// The energy stored, joules: k d² / 2, and from the largest force on that force times d.
+    fn energy(&self, position: R::Vec3) -> f64 {
+        let apart = (self.target - position).to_f64();
+        let distance = Real::sqrt(apart.dot(apart));
+        let (stiffness, most) = (self.stiffness.to_f64(), self.max_force.to_f64());
+        let reach = distance.min(most / stiffness);
+        0.5 * stiffness * reach * reach + (distance - reach) * most
+    }
+
     /// Stiffness and damping at a motion: none at the largest force, which is taken as constant.
     pub(crate) fn tangent(&self, position: R::Vec3, velocity: R::Vec3) -> [f64; 2] {
         let wish = self.wish(position, velocity);
@@ -42,7 +51,8 @@ impl<R: Real> Grab<R> {
     }
 }
 
-/// The grabs that hold. What they do to the energy is the hand's work and counted nowhere.
+/// The grabs that hold. What they store and give is the hand's, and is in no
+/// [`Energy`](crate::Energy).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grabs<R: Real>(pub(crate) Vec<Grab<R>>);
 
@@ -54,6 +64,10 @@ impl<R: Real> Element<R> for Grabs<R> {
             forces.add(particle, grab.pull(position, velocity));
         }
         0.0
+    }
+
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        self.0.iter().map(|grab| grab.energy(motion.position(grab.particle as usize))).sum()
     }
 
     fn add_products(
@@ -80,6 +94,13 @@ impl<R: Real> Element<R> for Pushes<R> {
             forces.add(particle as usize, force);
         }
         0.0
+    }
+
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        let energy = |&(particle, force): &(u32, R::Vec3)| {
+            -force.to_f64().dot(motion.position(particle as usize).to_f64())
+        };
+        self.0.iter().map(energy).sum()
     }
 
     fn add_products(&self, _: &Motion<'_, R>, _: &[DVec3], _: &mut Products<'_>) {}

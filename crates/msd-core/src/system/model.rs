@@ -198,7 +198,7 @@ impl<R: Real> Model<R> {
     }
 
     /// All elements but the springs: the fields, grabs, pushes and those of the caller's own.
-    pub(crate) fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
+    pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
         let built_in: [&dyn Element<R>; 3] = [&self.fields, &self.grabs, &self.pushes];
         built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
     }
