@@ -64,25 +64,24 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     let mut power = model.set_other_forces(level, &motion, work, forces);
     let Scratch { start, predicted, pulls } = scratch;
     let inverse_masses = model.inverse_masses();
-    // By `for_each`: the places of a block are a loop in a loop.
-    model.slots.places().enumerate().for_each(|(particle, at)| {
+    for (particle, at) in model.slots.places().enumerate() {
         let position = vector::<R>(&step.state.positions, at);
         let velocity = vector::<R>(&step.state.velocities, at);
         let force = vector::<R>(&step.scratch.forces, at);
         let velocity = velocity + force * (h * inverse_masses[particle]);
         start[particle] = position;
         predicted[particle] = position + velocity * h;
-    });
+    }
     project(model, h, start, predicted);
     let per_h = R::ONE / h;
-    model.slots.places().enumerate().for_each(|(particle, at)| {
+    for (particle, at) in model.slots.places().enumerate() {
         set_vector(&mut step.state.positions, at, predicted[particle]);
         // A pin keeps its velocity to the bit.
         if inverse_masses[particle] != R::ZERO {
             let velocity = (predicted[particle] - start[particle]) * per_h;
             set_vector(&mut step.state.velocities, at, velocity);
         }
-    });
+    }
     if model.is_damped() {
         let motion = step.state.motion(&model.slots, time + step.settings.substep());
         pulls.fill(R::ZERO);
@@ -91,12 +90,8 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     power * h.to_f64()
 }
 
-/// A function of its own, whose few slices stay in registers; they are cut to one length, so that
-/// an end is checked once.
-#[inline(never)]
 fn project<R: Real>(model: &Model<R>, h: R, start: &[R::Vec3], predicted: &mut [R::Vec3]) {
-    let count = predicted.len();
-    let (start, inverse_masses) = (&start[..count], &model.inverse_masses()[..count]);
+    let inverse_masses = model.inverse_masses();
     for (spring, [a, b]) in model.springs.present() {
         let across = predicted[b] - predicted[a];
         let squared = across.dot(across);

@@ -7,7 +7,9 @@
 use super::Springs;
 use super::gather::{GATHERED, QUAD};
 use super::layout::{Band, Layout, POINT, Row};
-use super::sweep::{Pack, add_column, columns_of, load, motion, set_points, store, values, zip};
+use super::sweep::{
+    Pack, add_column, add_to_quads, columns_of, load, motion, set_points, store, values, zip,
+};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use crate::elements::Motion;
@@ -309,10 +311,7 @@ fn walk_named<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
             }
             for (named, added) in named.iter_mut().zip(&added) {
                 let quads = &mut named.as_chunks_mut::<QUAD>().0[seen.clone()];
-                for (&other, add) in others.iter().zip(R::to_quads(simd, added)) {
-                    let sum = &mut quads[other as usize];
-                    *sum = core::array::from_fn(|axis| sum[axis] + add[axis]);
-                }
+                add_to_quads(simd, others, added, quads);
             }
         }
         for (own, column) in own.iter().zip(columns.iter_mut()) {

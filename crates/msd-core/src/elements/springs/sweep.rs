@@ -5,6 +5,7 @@ use super::law::Law;
 use super::layout::{Band, Extra, Layout, POINT, Piece, Row};
 use crate::columns::{LANES, RECORD, single};
 use crate::number::Real;
+use core::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 /// The register of sixteen or fewer numbers.
@@ -222,11 +223,7 @@ fn add_named<S: Simd, R: Real, const DAMPED: bool>(
                 }
             }
             for (row, pulls) in rows.iter().zip(&pulls) {
-                let others = &layout.others[row.other as usize];
-                for (&other, pull) in others.iter().zip(R::to_quads(simd, pulls)) {
-                    let sum = &mut quads[other as usize];
-                    *sum = core::array::from_fn(|axis| sum[axis] + pull[axis]);
-                }
+                add_to_quads(simd, &layout.others[row.other as usize], pulls, quads);
             }
         }
         add_column(&own, &mut forces[at - first..][..RECORD]);
@@ -234,14 +231,39 @@ fn add_named<S: Simd, R: Real, const DAMPED: bool>(
             power[(at - first) / 3..][..LANES].copy_from_slice(&heat);
         }
     }
-    for (record, forces) in (reach..).zip(forces.as_chunks_mut::<RECORD>().0) {
+    let tail = reach + records..reach + records + behind.len() / RECORD;
+    settle(simd, (blank..reach, tail), forces, later);
+}
+
+/// Adds the quads of a piece to its forces; those of records in front of it and behind it make room
+/// for these records, which are shorter.
+#[inline(always)]
+fn settle<S: Simd, R: Real>(
+    simd: S,
+    (front, behind): (Range<usize>, Range<usize>),
+    forces: &mut [R],
+    later: &mut [R],
+) {
+    for (record, forces) in (front.end..).zip(forces.as_chunks_mut::<RECORD>().0) {
         add_column(&columns_of(simd, later, record), forces);
     }
-    // What other parts feel makes room for its records, which are shorter.
-    let outside = (blank..reach).chain((reach + records..).take(behind.len() / RECORD));
-    for (to, record) in outside.enumerate() {
+    for (to, record) in front.chain(behind).enumerate() {
         let columns = columns_of(simd, later, record);
         later[to * RECORD..][..RECORD].copy_from_slice(&columns);
+    }
+}
+
+/// Adds the vectors of a record to the quads of the slots that are named.
+#[inline(always)]
+pub(super) fn add_to_quads<S: Simd, R: Real>(
+    simd: S,
+    others: &[u32; LANES],
+    vectors: &[R; RECORD],
+    quads: &mut [[R; QUAD]],
+) {
+    for (&other, vector) in others.iter().zip(R::to_quads(simd, vectors)) {
+        let sum = &mut quads[other as usize];
+        *sum = core::array::from_fn(|axis| sum[axis] + vector[axis]);
     }
 }
 
