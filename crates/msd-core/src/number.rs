@@ -1,9 +1,8 @@
 //! The numbers of a simulation: `f32` or `f64` behind one sealed trait, and the instructions that
 //! compute with sixteen of them at a time.
 
-use crate::columns::LANES;
 use crate::elements::Element;
-use crate::elements::springs::gather::{GATHERED, gather_double, gather_single};
+use crate::elements::springs::gather::Transpose;
 use crate::energy::Energy;
 use crate::error::Error;
 use crate::methods::{Method, Settings};
@@ -13,7 +12,7 @@ use crate::simulation::Simulation;
 use crate::stability::Estimator;
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
-use fearless_simd::{Level, SimdFloatElement};
+use fearless_simd::Level;
 use glam::{DVec3, Vec3, Vec3A};
 
 mod sealed {
@@ -44,7 +43,7 @@ pub trait Real:
     + Neg<Output = Self>
     + AddAssign
     + SubAssign
-    + SimdFloatElement
+    + Transpose
 {
     /// The three-dimensional vector of this scalar.
     type Vec3: Vector<Scalar = Self>;
@@ -89,9 +88,6 @@ pub trait Real:
     /// Energy and rounding of a simulation.
     #[doc(hidden)]
     fn measure(simulation: &Simulation<Self>) -> (Energy, f64);
-    /// Points as columns, see `elements::springs::gather`.
-    #[doc(hidden)]
-    fn gather(level: Level, points: &[Self], others: &[u32; LANES], columns: &mut [Self; GATHERED]);
     /// One of two elements: that for this scalar.
     #[doc(hidden)]
     fn choose_element<'a>(
@@ -158,8 +154,7 @@ pub trait Vector:
 }
 
 macro_rules! impl_real {
-    ($scalar:ident, $vector:ident, $shortest:expr, $sqrt:ident, $as_f32:expr, $which:tt,
-     $gather:ident) => {
+    ($scalar:ident, $vector:ident, $shortest:expr, $sqrt:ident, $as_f32:expr, $which:tt) => {
         impl Real for $scalar {
             type Vec3 = $vector;
             type Bytes = [u8; size_of::<$scalar>()];
@@ -205,15 +200,6 @@ macro_rules! impl_real {
             }
             fn measure(simulation: &Simulation<Self>) -> (Energy, f64) {
                 simulation.measure()
-            }
-            #[inline(always)]
-            fn gather(
-                level: Level,
-                points: &[Self],
-                others: &[u32; LANES],
-                columns: &mut [Self; GATHERED],
-            ) {
-                $gather(level, points, others, columns)
             }
             fn choose_element<'a>(
                 both: (&'a dyn Element<f32>, &'a dyn Element<f64>),
@@ -282,8 +268,8 @@ macro_rules! impl_real {
     };
 }
 
-impl_real!(f32, Vec3A, 1e-24, sqrtf, |v: Vec3A| Vec3::from(v), 0, gather_single);
-impl_real!(f64, DVec3, 1e-200, sqrt, |v: DVec3| v.as_vec3(), 1, gather_double);
+impl_real!(f32, Vec3A, 1e-24, sqrtf, |v: Vec3A| Vec3::from(v), 0);
+impl_real!(f64, DVec3, 1e-200, sqrt, |v: DVec3| v.as_vec3(), 1);
 
 /// Sets of instructions, from what every target has to what few have. All of them give the same
 /// bits.

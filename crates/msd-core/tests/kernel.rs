@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Random, bits, state_bits};
-use msd_core::elements::springs::plain;
+use msd_core::elements::springs::{Sum, plain};
 use msd_core::glam::DVec3;
 use msd_core::{
     Friction, Instructions, Integrator, Interaction, Material, Model, Particle, Pin, Plane,
@@ -45,8 +45,8 @@ impl<R: Real> Oracle<'_, R> {
         let Oracle { model, state, forces, .. } = self;
         let motion = State { positions: state.positions.clone(), velocities };
         let mut power = set_fields(model, &motion, forces);
-        power +=
-            plain::add_forces(model.springs(), [&motion.positions, &motion.velocities], forces);
+        let columns = [&motion.positions[..], &motion.velocities];
+        power += plain::add_forces(model.springs(), model.slots(), columns, forces);
         for grab in model.grabs() {
             let particle = grab.particle as usize;
             forces[particle] += grab.pull(motion.positions[particle], motion.velocities[particle]);
@@ -438,6 +438,35 @@ fn bodies_of_different_widths_keep_their_sums_apart() {
     check_steps::<f32>(&scene, &[]);
 }
 
+/// A large block without segments, too, is in parts.
+#[test]
+fn a_large_unstructured_block_has_the_bits_of_the_plain_loop() {
+    let count = 12_000;
+    let mut random = Random(5);
+    let particle = |random: &mut Random| Particle {
+        position: random.vector() * 20.0,
+        velocity: random.vector() - 0.5,
+        mass: 1.0,
+    };
+    let particles: Vec<Particle> = (0..count).map(|_| particle(&mut random)).collect();
+    let spring = |row: usize| Spring {
+        ends: [row % count, (row % count + 1 + random.below(149)) % count],
+        rest_length: random.unit(),
+        stiffness: 100.0 * random.unit(),
+        damping: random.unit(),
+    };
+    let springs = (0..12 * count).map(spring).collect();
+    let scene = Scene { particles, springs, ..Scene::default() };
+    let simulation = simulation::<f32>(&scene, Settings::default(), &[]);
+    let model = simulation.model();
+    let sums: Vec<Sum> = model.springs().turns(model.slots()).map(|turn| turn.2[1]).collect();
+    let parts: Vec<Sum> = sums.iter().copied().filter(|sum| *sum != Sum::Named).collect();
+    let is_first = |sum: &Sum| *sum == parts[0];
+    assert!(!parts.is_empty() && !parts.iter().all(is_first), "one part");
+    check_forces::<f32>(&scene, &cuts(&scene));
+    check_forces::<f64>(&scene, &[]);
+}
+
 #[test]
 #[cfg_attr(miri, ignore = "it would take an hour")]
 fn large_lattices_have_the_bits_of_the_plain_loop() {
@@ -454,14 +483,11 @@ fn large_lattices_have_the_bits_of_the_plain_loop() {
         let scene = Scene::of("lattice", part);
         let mut queue = cuts(&scene);
         let simulation = simulation::<f32>(&scene, Settings::default(), &[]);
-        let late = simulation.model().springs().late_sums();
-        let (carried, later) = (0..scene.springs.len() as u32).map(late).fold(
-            (0, 0),
-            |(carried, later), (lower, higher)| {
-                (carried + usize::from(lower), later + usize::from(higher.is_some()))
-            },
-        );
-        assert!(0 < carried && 0 < later, "{size:?} is in one part: {carried} {later}");
+        let model = simulation.model();
+        let sums: Vec<[Sum; 2]> = model.springs().turns(model.slots()).map(|turn| turn.2).collect();
+        let is_later = |sums: &[Sum; 2]| matches!(sums[1], Sum::Later(_));
+        let is_carried = |sums: &[Sum; 2]| sums[0] == Sum::Carried;
+        assert!(sums.iter().any(is_later) && sums.iter().any(is_carried), "{size:?}: one part");
         check_forces::<f32>(&scene, &queue);
         queue.push(Interaction::SetStiffness { springs: Select::Range(0, 5000), value: 91.0 });
         check_forces::<f64>(&scene, &queue);

@@ -1,14 +1,13 @@
 //! The guard: whether a run has left the world, where, and at what step it would not have.
 
 use super::Simulation;
-use crate::columns::LANES;
 use crate::columns::threads::merge_shares;
 use crate::error::{Divergence, Error};
 use crate::methods::Failure;
 use crate::number::{Real, Vector, at_level};
 use crate::stability::Estimator;
 use crate::system::{Columns, Model};
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, SimdBase, SimdMask};
 
 impl<R: Real> Simulation<R> {
     /// Refuses a step that was given up and a state outside the world.
@@ -68,17 +67,16 @@ fn first_outside<R: Real>(level: Level, model: &Model<R>, state: &Columns<R>) ->
 }
 
 fn is_share_within<R: Real>(level: Level, extent: R, (x, v): (&[R], &[R])) -> bool {
-    at_level!(level, _simd => is_within(x, extent) & is_within(v, R::LARGEST))
+    at_level!(level, simd => is_within(simd, x, extent) & is_within(simd, v, R::LARGEST))
 }
 
 /// Whether no number of a column is beyond a bound; a NaN is.
 #[inline(always)]
-fn is_within<R: Real>(column: &[R], bound: R) -> bool {
-    let mut outside = [0u32; LANES];
-    for record in column.as_chunks::<LANES>().0 {
-        for (outside, number) in outside.iter_mut().zip(record) {
-            *outside |= u32::from(!((*number <= bound) & (-bound <= *number)));
-        }
+fn is_within<S: Simd, R: Real>(simd: S, column: &[R], bound: R) -> bool {
+    let bound = R::Native::<S>::splat(simd, bound);
+    let mut is_inside = bound.simd_eq(bound);
+    for record in column.chunks_exact(R::Native::<S>::LEN) {
+        is_inside &= R::Native::<S>::from_slice(simd, record).abs().simd_le(bound);
     }
-    outside == [0; LANES]
+    is_inside.all_true()
 }

@@ -92,6 +92,12 @@ impl<R: Real> Model<R> {
         Ok((model, state))
     }
 
+    /// Where the numbers of each particle are in the columns.
+    #[doc(hidden)]
+    pub fn slots(&self) -> &Slots {
+        &self.slots
+    }
+
     /// Makes the columns in the order of slots.
     pub(crate) fn make_columns(&mut self) {
         self.mass_column = Aligned::new(self.slots.record_count() * LANES, 12);

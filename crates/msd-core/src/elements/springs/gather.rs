@@ -1,307 +1,304 @@
-//! The positions and velocities of particles that are named one by one, transposed: points become
-//! columns, four by four numbers at a time.
+//! Particles that are named one by one: their numbers side by side, as points, become columns of a
+//! record, and columns become points.
 #![allow(unsafe_code)]
 
 use super::layout::POINT;
 use crate::columns::{LANES, RECORD};
-use crate::number::Real;
-use fearless_simd::Level;
+use fearless_simd::{Simd, SimdBase, SimdFloatElement, SimdInterleaved, f32x4, f64x2};
 
 /// A record of positions and one of velocities.
 pub(crate) const GATHERED: usize = 2 * RECORD;
 
+/// Numbers of a vector among points: x, y, z and nothing.
+pub(crate) const QUAD: usize = 4;
+
 /// Bytes of points that the near caches hold beside what a sweep streams through them.
-const NEAR_BYTES: usize = 1 << 19;
+pub(crate) const NEAR_BYTES: usize = 1 << 19;
 
-/// Rows between what is asked for and what is read: as long as memory takes to answer.
-const AHEAD: usize = 16;
+/// Rows between what is asked for and what is read, times bytes of a number: as long as memory
+/// takes to answer, and no more than the nearest cache holds.
+const AHEAD: usize = 64;
 
-/// Writes the positions and velocities of the particles that rows name, record by record.
+/// Transposes between points and columns.
+pub trait Transpose: SimdFloatElement {
+    /// Overwrites the first lanes of a record of positions and of one of velocities by those of
+    /// as many particles.
+    #[doc(hidden)]
+    fn gather<S: Simd>(
+        simd: S,
+        points: &[[Self; POINT]],
+        others: &[u32],
+        columns: &mut [Self; GATHERED],
+    );
+    /// The vectors of a record, one by one.
+    #[doc(hidden)]
+    fn to_quads<S: Simd>(simd: S, columns: &[Self; RECORD]) -> [[Self; QUAD]; LANES];
+    /// The record of vectors.
+    #[doc(hidden)]
+    fn to_columns<S: Simd>(simd: S, quads: &[[Self; QUAD]; LANES]) -> [Self; RECORD];
+}
+
+macro_rules! impl_transpose {
+    ($scalar:ident, $block:ident, $lanes:literal, $gather_x86:path) => {
+        impl Transpose for $scalar {
+            #[inline(always)]
+            fn gather<S: Simd>(
+                simd: S,
+                points: &[[Self; POINT]],
+                others: &[u32],
+                columns: &mut [Self; GATHERED],
+            ) {
+                #[cfg(target_arch = "x86_64")]
+                if $gather_x86(simd.level(), points, others, columns) {
+                    return;
+                }
+                for (block, others) in others.as_chunks::<$lanes>().0.iter().enumerate() {
+                    for half in 0..2 {
+                        let mut quads = [0.0; QUAD * $lanes];
+                        for (quad, &other) in quads.as_chunks_mut().0.iter_mut().zip(others) {
+                            let point: &[[Self; QUAD]] = points[other as usize].as_chunks().0;
+                            *quad = point[half];
+                        }
+                        let [x, y, z, _] = $block::<S>::load_four_interleaved(simd, &quads);
+                        for (axis, column) in [x, y, z].into_iter().enumerate() {
+                            let at = half * RECORD + axis * LANES + block * $lanes;
+                            column.store_slice(&mut columns[at..at + $lanes]);
+                        }
+                    }
+                }
+            }
+            #[inline(always)]
+            fn to_quads<S: Simd>(simd: S, columns: &[Self; RECORD]) -> [[Self; QUAD]; LANES] {
+                let mut quads = [[0.0; QUAD]; LANES];
+                for (block, quads) in quads.as_chunks_mut::<$lanes>().0.iter_mut().enumerate() {
+                    let column = |axis| {
+                        let at = axis * LANES + block * $lanes;
+                        $block::<S>::from_slice(simd, &columns[at..at + $lanes])
+                    };
+                    let vectors = [column(0), column(1), column(2), $block::splat(simd, 0.0)];
+                    $block::store_four_interleaved(vectors, quads.as_flattened_mut());
+                }
+                quads
+            }
+            #[inline(always)]
+            fn to_columns<S: Simd>(simd: S, quads: &[[Self; QUAD]; LANES]) -> [Self; RECORD] {
+                let mut columns = [0.0; RECORD];
+                for (block, quads) in quads.as_chunks::<$lanes>().0.iter().enumerate() {
+                    let [x, y, z, _] =
+                        $block::<S>::load_four_interleaved(simd, quads.as_flattened());
+                    for (axis, column) in [x, y, z].into_iter().enumerate() {
+                        let at = axis * LANES + block * $lanes;
+                        column.store_slice(&mut columns[at..at + $lanes]);
+                    }
+                }
+                columns
+            }
+        }
+    };
+}
+
+impl_transpose!(f32, f32x4, 4, x86::gather_single);
+impl_transpose!(f64, f64x2, 2, x86::gather_double);
+
+/// Asks for the particles of a later row, where the near caches do not hold all.
 #[inline(always)]
-pub(crate) fn gather_rows<R: Real>(
-    level: Level,
-    points: &[R],
+pub(crate) fn prefetch<R>(
+    is_far: bool,
+    tables: (&[[R; POINT]], &[[R; QUAD]]),
     others: &[[u32; LANES]],
-    rows: core::ops::Range<usize>,
-    gathered: &mut [R],
+    row: usize,
 ) {
-    let is_far = NEAR_BYTES < size_of_val(points);
-    for (row, columns) in rows.zip(gathered.as_chunks_mut::<GATHERED>().0) {
-        if let (true, Some(later)) = (is_far, others.get(row + AHEAD)) {
-            later.iter().for_each(|&other| prefetch(points, other as usize));
-        }
-        R::gather(level, points, &others[row], columns);
-    }
-}
-
-/// Asks for what will be read soon.
-#[inline(always)]
-fn prefetch<R>(points: &[R], at: usize) {
     #[cfg(target_arch = "x86_64")]
-    {
+    if let (true, Some(later)) = (is_far, others.get(row + AHEAD / size_of::<R>())) {
         use core::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let address = points.as_ptr().wrapping_add(at).cast();
-        // SAFETY: every processor of this kind has the instruction, and any address will do.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(address) };
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    let _ = (points, at);
-}
-
-/// Gathers one by one, for any instructions.
-#[inline(always)]
-fn gather_plain<R: Real>(points: &[R], others: &[u32; LANES], columns: &mut [R; GATHERED]) {
-    for (lane, &other) in others.iter().enumerate() {
-        let point: &[R; POINT] = points[other as usize..].first_chunk().expect("a point");
-        for axis in 0..3 {
-            columns[axis * LANES + lane] = point[axis];
-            columns[RECORD + axis * LANES + lane] = point[4 + axis];
-        }
-    }
-}
-
-/// Gathers in single precision.
-#[inline(always)]
-pub(crate) fn gather_single(
-    level: Level,
-    points: &[f32],
-    others: &[u32; LANES],
-    columns: &mut [f32; GATHERED],
-) {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(token) = level.as_avx512() {
-        x86::sixteen_single(token, points, others, columns);
-    } else if let Some(token) = level.as_avx2() {
-        for first in (0..LANES).step_by(8) {
-            x86::eight_single(token, points, others, first, columns);
-        }
-    } else if let Some(token) = level.as_sse2() {
-        for first in (0..LANES).step_by(4) {
-            x86::four_single(token, points, others, first, columns);
+        for &other in later {
+            // As seen from this row, near enough.
+            let point = tables.0.as_ptr().wrapping_add(other as usize).cast();
+            let quad = tables.1.as_ptr().wrapping_add(other as usize).cast();
+            for address in [point, quad] {
+                // SAFETY: every processor of this kind has this, and any address will do.
+                unsafe { _mm_prefetch::<_MM_HINT_T0>(address) };
+            }
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    {
-        let _ = level;
-        gather_plain(points, others, columns);
-    }
+    let _ = (is_far, tables, others, row);
 }
 
-/// Gathers in double precision.
-#[inline(always)]
-pub(crate) fn gather_double(
-    level: Level,
-    points: &[f64],
-    others: &[u32; LANES],
-    columns: &mut [f64; GATHERED],
-) {
-    #[cfg(target_arch = "x86_64")]
-    if let Some(token) = level.as_avx512() {
-        for first in (0..LANES).step_by(8) {
-            x86::eight_double(token, points, others, first, columns);
-        }
-        return;
-    } else if let Some(token) = level.as_avx2() {
-        for first in (0..LANES).step_by(4) {
-            x86::four_double(token, points, others, first, columns);
-        }
-        return;
-    }
-    let _ = level;
-    gather_plain(points, others, columns);
-}
-
-/// Transposes on x86-64. All loads are of slices that are checked, and all else is in registers.
+/// Transposes of whole registers on x86-64. All loads are of slices that are checked, and all else
+/// is in registers. The kernels are so short that the compiler puts them where they are called.
 #[cfg(target_arch = "x86_64")]
 mod x86 {
     use super::{GATHERED, LANES, POINT, RECORD};
     use core::arch::x86_64::*;
-    use fearless_simd::{SimdBase, SimdInto, f32x4, f32x8, f64x4, kernel};
+    use fearless_simd::{Avx2, Avx512, Level, SimdBase, SimdCombine, SimdInto};
+    use fearless_simd::{f32x8, f32x16, f64x4, f64x8, kernel};
 
-    kernel!(
-        #[inline(always)]
-        pub(super) fn sixteen_single(
-            token: Avx512,
-            points: &[f32],
-            others: &[u32; LANES],
-            columns: &mut [f32; GATHERED],
-        ) {
-            let point = |lane: usize| -> __m256 {
-                let at = others[lane] as usize;
-                f32x8::from_slice(token, &points[at..at + POINT]).into()
-            };
-            // Eight points: blocks of their positions, then of their velocities, by component.
-            let eight = |first: usize| -> [__m512; 3] {
-                let pair = |lane: usize| {
-                    let low = _mm512_castps256_ps512(point(first + lane));
-                    _mm512_insertf32x8::<1>(low, point(first + lane + 4))
-                };
-                let (a, b, c, d) = (pair(0), pair(1), pair(2), pair(3));
-                let (xy_ab, xy_cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
-                let (z_ab, z_cd) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
-                [
-                    _mm512_shuffle_ps::<0b01_00_01_00>(xy_ab, xy_cd),
-                    _mm512_shuffle_ps::<0b11_10_11_10>(xy_ab, xy_cd),
-                    _mm512_shuffle_ps::<0b01_00_01_00>(z_ab, z_cd),
-                ]
-            };
-            let (low, high) = (eight(0), eight(8));
+    /// Gathers in single precision, if there are registers for eight or more.
+    #[inline(always)]
+    pub(super) fn gather_single(
+        level: Level,
+        points: &[[f32; POINT]],
+        others: &[u32],
+        columns: &mut [f32; GATHERED],
+    ) -> bool {
+        if let Some(token) = level.as_avx512() {
+            let point = |lane: usize| f32x8::from_slice(token, &points[others[lane] as usize]);
+            let pair = |lane: usize| point(lane).combine(point(lane + 4)).into();
+            let low = blocks_512(token, pair(0), pair(1), pair(2), pair(3));
+            let high = blocks_512(token, pair(8), pair(9), pair(10), pair(11));
             for axis in 0..3 {
-                let positions = _mm512_shuffle_f32x4::<0b10_00_10_00>(low[axis], high[axis]);
-                let velocities = _mm512_shuffle_f32x4::<0b11_01_11_01>(low[axis], high[axis]);
-                let [positions, velocities]: [fearless_simd::f32x16<_>; 2] =
-                    [positions.simd_into(token), velocities.simd_into(token)];
+                let [positions, velocities] = halves_512(token, low[axis], high[axis]);
                 let at = axis * LANES;
-                positions.store_slice(&mut columns[at..at + LANES]);
-                velocities.store_slice(&mut columns[RECORD + at..RECORD + at + LANES]);
+                positions.store_slice(&mut columns[at..at + 16]);
+                velocities.store_slice(&mut columns[RECORD + at..RECORD + at + 16]);
             }
-        }
-    );
-
-    kernel!(
-        #[inline(always)]
-        pub(super) fn eight_single(
-            token: Avx2,
-            points: &[f32],
-            others: &[u32; LANES],
-            first: usize,
-            columns: &mut [f32; GATHERED],
-        ) {
-            let point = |lane: usize| -> __m256 {
-                let at = others[lane] as usize;
-                f32x8::from_slice(token, &points[at..at + POINT]).into()
-            };
-            let four = |lane: usize| -> [__m256; 3] {
-                let (a, b, c, d) = (point(lane), point(lane + 1), point(lane + 2), point(lane + 3));
-                let (xy_ab, xy_cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
-                let (z_ab, z_cd) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
-                [
-                    _mm256_shuffle_ps::<0b01_00_01_00>(xy_ab, xy_cd),
-                    _mm256_shuffle_ps::<0b11_10_11_10>(xy_ab, xy_cd),
-                    _mm256_shuffle_ps::<0b01_00_01_00>(z_ab, z_cd),
-                ]
-            };
-            let (low, high) = (four(first), four(first + 4));
+        } else if let Some(token) = level.as_avx2() {
+            let point =
+                |lane: usize| f32x8::from_slice(token, &points[others[lane] as usize]).into();
+            let low = blocks_256(token, point(0), point(1), point(2), point(3));
+            let high = blocks_256(token, point(4), point(5), point(6), point(7));
             for axis in 0..3 {
-                let positions = _mm256_permute2f128_ps::<0x20>(low[axis], high[axis]);
-                let velocities = _mm256_permute2f128_ps::<0x31>(low[axis], high[axis]);
-                let [positions, velocities]: [f32x8<_>; 2] =
-                    [positions.simd_into(token), velocities.simd_into(token)];
-                let at = axis * LANES + first;
+                let [positions, velocities] = halves_256(token, low[axis], high[axis]);
+                let at = axis * LANES;
                 positions.store_slice(&mut columns[at..at + 8]);
                 velocities.store_slice(&mut columns[RECORD + at..RECORD + at + 8]);
             }
+        } else {
+            return false;
         }
-    );
+        true
+    }
 
-    kernel!(
-        #[inline(always)]
-        pub(super) fn four_single(
-            token: Sse2,
-            points: &[f32],
-            others: &[u32; LANES],
-            first: usize,
-            columns: &mut [f32; GATHERED],
-        ) {
+    /// Gathers in double precision, if there are registers for four or more.
+    #[inline(always)]
+    pub(super) fn gather_double(
+        level: Level,
+        points: &[[f64; POINT]],
+        others: &[u32],
+        columns: &mut [f64; GATHERED],
+    ) -> bool {
+        if let Some(token) = level.as_avx512() {
+            let point =
+                |lane: usize| f64x8::from_slice(token, &points[others[lane] as usize]).into();
+            let low = pairs_512(token, point(0), point(1), point(2), point(3));
+            let high = pairs_512(token, point(4), point(5), point(6), point(7));
+            for axis in 0..3 {
+                let [positions, velocities] = double_halves_512(token, low[axis], high[axis]);
+                let at = axis * LANES;
+                positions.store_slice(&mut columns[at..at + 8]);
+                velocities.store_slice(&mut columns[RECORD + at..RECORD + at + 8]);
+            }
+        } else if let Some(token) = level.as_avx2() {
             for half in 0..2 {
-                let row = |lane: usize| -> __m128 {
-                    let at = others[first + lane] as usize + 4 * half;
-                    f32x4::from_slice(token, &points[at..at + 4]).into()
+                let quad = |lane: usize| {
+                    let point = &points[others[lane] as usize];
+                    f64x4::from_slice(token, &point[4 * half..4 * half + 4]).into()
                 };
-                let (a, b, c, d) = (row(0), row(1), row(2), row(3));
-                let (xy_ab, xy_cd) = (_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d));
-                let (z_ab, z_cd) = (_mm_unpackhi_ps(a, b), _mm_unpackhi_ps(c, d));
-                let rows = [
-                    _mm_movelh_ps(xy_ab, xy_cd),
-                    _mm_movehl_ps(xy_cd, xy_ab),
-                    _mm_movelh_ps(z_ab, z_cd),
-                ];
+                let rows = columns_256(token, quad(0), quad(1), quad(2), quad(3));
                 for (axis, row) in rows.into_iter().enumerate() {
-                    let row: f32x4<_> = row.simd_into(token);
-                    let at = half * RECORD + axis * LANES + first;
+                    let at = half * RECORD + axis * LANES;
                     row.store_slice(&mut columns[at..at + 4]);
                 }
             }
+        } else {
+            return false;
         }
-    );
+        true
+    }
 
     kernel!(
+        /// Blocks of x, y and z of four points in each: positions and velocities in turn.
         #[inline(always)]
-        pub(super) fn four_double(
+        fn blocks_512(token: Avx512, a: __m512, b: __m512, c: __m512, d: __m512) -> [__m512; 3] {
+            let (xy_ab, xy_cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+            let (z_ab, z_cd) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+            [
+                _mm512_shuffle_ps::<0b01_00_01_00>(xy_ab, xy_cd),
+                _mm512_shuffle_ps::<0b11_10_11_10>(xy_ab, xy_cd),
+                _mm512_shuffle_ps::<0b01_00_01_00>(z_ab, z_cd),
+            ]
+        }
+    );
+    kernel!(
+        /// The even blocks of two registers, and the odd ones.
+        #[inline(always)]
+        fn halves_512(token: Avx512, low: __m512, high: __m512) -> [f32x16<Avx512>; 2] {
+            [
+                _mm512_shuffle_f32x4::<0b10_00_10_00>(low, high).simd_into(token),
+                _mm512_shuffle_f32x4::<0b11_01_11_01>(low, high).simd_into(token),
+            ]
+        }
+    );
+    kernel!(
+        /// Blocks of x, y and z of four points: positions, then velocities.
+        #[inline(always)]
+        fn blocks_256(token: Avx2, a: __m256, b: __m256, c: __m256, d: __m256) -> [__m256; 3] {
+            let (xy_ab, xy_cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+            let (z_ab, z_cd) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+            [
+                _mm256_shuffle_ps::<0b01_00_01_00>(xy_ab, xy_cd),
+                _mm256_shuffle_ps::<0b11_10_11_10>(xy_ab, xy_cd),
+                _mm256_shuffle_ps::<0b01_00_01_00>(z_ab, z_cd),
+            ]
+        }
+    );
+    kernel!(
+        /// The low halves of two registers, and the high ones.
+        #[inline(always)]
+        fn halves_256(token: Avx2, low: __m256, high: __m256) -> [f32x8<Avx2>; 2] {
+            [
+                _mm256_permute2f128_ps::<0x20>(low, high).simd_into(token),
+                _mm256_permute2f128_ps::<0x31>(low, high).simd_into(token),
+            ]
+        }
+    );
+    kernel!(
+        /// Columns of x, y and z of four vectors.
+        #[inline(always)]
+        fn columns_256(
             token: Avx2,
-            points: &[f64],
-            others: &[u32; LANES],
-            first: usize,
-            columns: &mut [f64; GATHERED],
-        ) {
-            for half in 0..2 {
-                let row = |lane: usize| -> __m256d {
-                    let at = others[first + lane] as usize + 4 * half;
-                    f64x4::from_slice(token, &points[at..at + 4]).into()
-                };
-                let (a, b, c, d) = (row(0), row(1), row(2), row(3));
-                let (xz_ab, xz_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
-                let (y_ab, y_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
-                let rows = [
-                    _mm256_permute2f128_pd::<0x20>(xz_ab, xz_cd),
-                    _mm256_permute2f128_pd::<0x20>(y_ab, y_cd),
-                    _mm256_permute2f128_pd::<0x31>(xz_ab, xz_cd),
-                ];
-                for (axis, row) in rows.into_iter().enumerate() {
-                    let row: f64x4<_> = row.simd_into(token);
-                    let at = half * RECORD + axis * LANES + first;
-                    row.store_slice(&mut columns[at..at + 4]);
-                }
-            }
+            a: __m256d,
+            b: __m256d,
+            c: __m256d,
+            d: __m256d,
+        ) -> [f64x4<Avx2>; 3] {
+            let (x_z_ab, x_z_cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+            let (y_ab, y_cd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+            [
+                _mm256_permute2f128_pd::<0x20>(x_z_ab, x_z_cd).simd_into(token),
+                _mm256_permute2f128_pd::<0x20>(y_ab, y_cd).simd_into(token),
+                _mm256_permute2f128_pd::<0x31>(x_z_ab, x_z_cd).simd_into(token),
+            ]
         }
     );
-
     kernel!(
+        /// Pairs of x, y and z of four points: positions and velocities in turn.
         #[inline(always)]
-        pub(super) fn eight_double(
+        fn pairs_512(
             token: Avx512,
-            points: &[f64],
-            others: &[u32; LANES],
-            first: usize,
-            columns: &mut [f64; GATHERED],
-        ) {
-            let point = |lane: usize| -> __m512d {
-                let at = others[lane] as usize;
-                fearless_simd::f64x8::from_slice(token, &points[at..at + POINT]).into()
-            };
-            // The first blocks of two numbers of each of four, the second, the third, the fourth.
-            let in_turn = |a: __m512d, b: __m512d, c: __m512d, d: __m512d| {
-                let even_ab = _mm512_shuffle_f64x2::<0b10_00_10_00>(a, b);
-                let even_cd = _mm512_shuffle_f64x2::<0b10_00_10_00>(c, d);
-                let odd_ab = _mm512_shuffle_f64x2::<0b11_01_11_01>(a, b);
-                let odd_cd = _mm512_shuffle_f64x2::<0b11_01_11_01>(c, d);
-                [
-                    _mm512_shuffle_f64x2::<0b10_00_10_00>(even_ab, even_cd),
-                    _mm512_shuffle_f64x2::<0b10_00_10_00>(odd_ab, odd_cd),
-                    _mm512_shuffle_f64x2::<0b11_01_11_01>(even_ab, even_cd),
-                    _mm512_shuffle_f64x2::<0b11_01_11_01>(odd_ab, odd_cd),
-                ]
-            };
-            let (a, b, c, d) = (point(first), point(first + 1), point(first + 2), point(first + 3));
-            let (e, f) = (point(first + 4), point(first + 5));
-            let (g, h) = (point(first + 6), point(first + 7));
-            let [x, z, vx, vz] = in_turn(
-                _mm512_unpacklo_pd(a, b),
-                _mm512_unpacklo_pd(c, d),
-                _mm512_unpacklo_pd(e, f),
-                _mm512_unpacklo_pd(g, h),
-            );
-            let [y, _, vy, _] = in_turn(
-                _mm512_unpackhi_pd(a, b),
-                _mm512_unpackhi_pd(c, d),
-                _mm512_unpackhi_pd(e, f),
-                _mm512_unpackhi_pd(g, h),
-            );
-            for (column, row) in [x, y, z, vx, vy, vz].into_iter().enumerate() {
-                let row: fearless_simd::f64x8<_> = row.simd_into(token);
-                let at = column * LANES + first;
-                row.store_slice(&mut columns[at..at + 8]);
-            }
+            a: __m512d,
+            b: __m512d,
+            c: __m512d,
+            d: __m512d,
+        ) -> [__m512d; 3] {
+            let (x_z_ab, x_z_cd) = (_mm512_unpacklo_pd(a, b), _mm512_unpacklo_pd(c, d));
+            let (y_ab, y_cd) = (_mm512_unpackhi_pd(a, b), _mm512_unpackhi_pd(c, d));
+            [
+                _mm512_shuffle_f64x2::<0b10_00_10_00>(x_z_ab, x_z_cd),
+                _mm512_shuffle_f64x2::<0b10_00_10_00>(y_ab, y_cd),
+                _mm512_shuffle_f64x2::<0b11_01_11_01>(x_z_ab, x_z_cd),
+            ]
+        }
+    );
+    kernel!(
+        /// The even pairs of two registers, and the odd ones.
+        #[inline(always)]
+        fn double_halves_512(token: Avx512, low: __m512d, high: __m512d) -> [f64x8<Avx512>; 2] {
+            [
+                _mm512_shuffle_f64x2::<0b10_00_10_00>(low, high).simd_into(token),
+                _mm512_shuffle_f64x2::<0b11_01_11_01>(low, high).simd_into(token),
+            ]
         }
     );
 }

@@ -9,15 +9,14 @@
 //! carried on by the step that comes upon the same particles in their own lane.
 //!
 //! In other blocks a row is up to one spring for each particle of a record, whose other ends are
-//! named one by one; each such spring is evaluated from both ends.
+//! named one by one; a spring stands in the row of one end, such that all rows are about full.
 //!
-//! Every particle sums in one order, whatever the layout: the springs to lower numbers, the lowest
-//! first, on what the fields have left there; then, on their own, those to higher numbers, the
-//! highest first; then what fits no row, the *extras*, in the order of their ends. The one
-//! exception is a large block of segments: threads evaluate *parts* of it, steps in turn, at the
-//! same time, and what a part does to later ones, and to the ends of segments, is summed on its own
-//! and added before the extras. The parts depend on the springs alone, and so do the bits.
+//! Every particle sums in one order, whatever the instructions and threads: see [`Sum`]. Threads
+//! evaluate *parts* of a large block, steps in turn, at the same time, and what a part does to
+//! others, and to the ends of segments, is summed on its own and added before the extras. The parts
+//! depend on the springs alone, and so do the bits.
 
+use super::unstructured::{Lists, near_order, slots_of};
 use crate::columns::slots::{Block, Slots};
 use crate::columns::{LANES, RECORD};
 use alloc::vec;
@@ -35,8 +34,6 @@ pub(crate) struct Row {
     /// without segments, the row of [`Layout::others`].
     pub(crate) other: u32,
     pub(crate) mask: u16,
-    /// The lanes whose other end has the higher number; without segments alone.
-    pub(crate) higher: u16,
     /// The sixteen rest lengths, stiffnesses and dampings, as places in a table of sixteens.
     pub(crate) values: [u32; 3],
 }
@@ -52,7 +49,7 @@ pub(crate) struct Step {
     pub(crate) rows: u32,
 }
 
-/// The steps and rows of a block, or of some records of a block without segments.
+/// The steps and rows of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Band {
     /// Its numbers in the columns of vectors, those in front of the first included.
@@ -61,11 +58,13 @@ pub(crate) struct Band {
     pub(crate) rows: Range<usize>,
     /// How many of the steps are the halo; `None` without segments.
     pub(crate) halo: Option<usize>,
+    /// How many records away the other end of a spring is, at most.
+    pub(crate) reach: usize,
 }
 
-/// What one thread evaluates of a band: all, or of a large block with segments some steps in turn.
+/// What one thread evaluates of a band: all, or of a large one some steps in turn.
 ///
-/// A part adds what its springs do to later parts to a column of its own, and what the ends of
+/// A part adds what its springs do to other parts to a column of its own, and what the ends of
 /// segments feel stays where it was summed. Both are added to the forces when all parts are done,
 /// so that these can be evaluated at once.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,6 +78,31 @@ pub(crate) struct Piece {
     pub(crate) rows: Range<usize>,
     /// Whether it is not all of the band.
     pub(crate) is_part: bool,
+}
+
+/// Sums of a particle, in the order in which they are added to its forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Sum {
+    /// None: with segments, the springs to lower numbers are added at once, the lowest first.
+    Forces,
+    /// That of the springs of its rows; with segments, those to higher numbers, the highest first.
+    Own,
+    /// Without segments, that of the springs of its part that name it.
+    Named,
+    /// That of springs of another part.
+    Later(usize),
+    /// That of the springs of its rows in the halo of a block in parts.
+    Carried,
+}
+
+/// A spring of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Turn {
+    pub(crate) spring: u32,
+    /// The place of the end whose row it is; `None` for the end with the lower number.
+    pub(crate) here: Option<usize>,
+    /// What the pull on the end whose row it is, and on the other, is added to.
+    pub(crate) sums: [Sum; 2],
 }
 
 /// A spring that fits no row.
@@ -98,13 +122,12 @@ pub(crate) struct Layout {
     pub(crate) groups: Vec<Range<usize>>,
     pub(crate) steps: Vec<Step>,
     pub(crate) rows: Vec<Row>,
-    /// The other ends of rows without segments, as places in the table of points.
+    /// The other ends of rows without segments, as slots counted from as many records in front as
+    /// the springs of the band reach; the particle itself where there is none.
     pub(crate) others: Vec<[u32; LANES]>,
     pub(crate) extras: Vec<Extra>,
     /// Row and lane of each spring, row · 16 + lane; [`NOWHERE`] for an extra.
     pub(crate) places: Vec<u32>,
-    /// The same, seen from the other end; empty where every block has segments.
-    pub(crate) second_places: Vec<u32>,
 }
 
 /// The place of a spring that is in no row.
@@ -130,7 +153,7 @@ const MOST_PARTS: usize = 16;
 
 /// Rows for each step of the halo and each part but the first, at least: what a part does to later
 /// ones is added record by record, which takes a few percent of the time of as many rows.
-const ROWS_PER_STEP: usize = 16;
+const ROWS_PER_STEP: usize = 24;
 
 impl Layout {
     /// Orders springs by their ends alone: the same springs give the same layout, cut or not.
@@ -173,30 +196,44 @@ impl Layout {
         self.bands.iter().filter_map(|band| band.halo).max().unwrap_or(0)
     }
 
-    /// The records that a group keeps for later parts.
-    pub(crate) fn kept_for_later(&self, group: &Range<usize>) -> usize {
-        let piece = &self.pieces[group.start];
-        let band = &self.bands[piece.band];
-        if piece.is_part && piece.numbers.end < band.numbers.end {
-            band.halo.unwrap_or(0)
-        } else {
-            0
-        }
+    /// How many records away named ends are, at most.
+    pub(crate) fn reach(&self) -> usize {
+        let named = self.bands.iter().filter(|band| band.halo.is_none());
+        named.map(|band| band.reach).max().unwrap_or(0)
     }
 
-    /// The most rows of a step that name each other end.
-    pub(crate) fn most_gathered(&self) -> usize {
-        let gathers = self.bands.iter().filter(|band| band.halo.is_none());
-        let steps = gathers.flat_map(|band| &self.steps[band.steps.clone()]);
-        steps.map(|step| step.rows as usize).max().unwrap_or(0)
+    /// The numbers in front of a piece and behind it that its springs reach. With segments they
+    /// reach none in front.
+    pub(crate) fn outside(&self, piece: &Piece) -> [Range<usize>; 2] {
+        let Band { numbers, halo, reach, .. } = &self.bands[piece.band];
+        let Range { start, end } = piece.numbers;
+        let front = if halo.is_some() { 0 } else { reach * RECORD };
+        let behind = (reach * RECORD).min(numbers.end - end);
+        [start - front.min(start - numbers.start)..start, end..end + behind]
+    }
+
+    /// The numbers that a group keeps for records outside its pieces.
+    pub(crate) fn kept(&self, group: &Range<usize>) -> usize {
+        let pieces = self.pieces[group.clone()].iter();
+        let kept = pieces.map(|piece| self.outside(piece).iter().map(Range::len).sum());
+        kept.max().unwrap_or(0)
+    }
+
+    /// The most slots that the tables of a piece of a group have.
+    pub(crate) fn named(&self, group: &Range<usize>) -> usize {
+        let pieces = self.pieces[group.clone()].iter();
+        let slots = |piece: &Piece| match &self.bands[piece.band] {
+            Band { halo: None, reach, .. } => (piece.numbers.len() / RECORD + 2 * reach) * LANES,
+            _ => 0,
+        };
+        pieces.map(slots).max().unwrap_or(0)
     }
 
     /// Takes a spring out of its rows.
     pub(crate) fn cut(&mut self, spring: usize) {
-        for places in [&self.places, &self.second_places] {
-            if let Some(&place) = places.get(spring).filter(|&&place| place != NOWHERE) {
-                self.rows[place as usize / LANES].mask &= !(1 << (place as usize % LANES));
-            }
+        let place = self.places[spring] as usize;
+        if place != NOWHERE as usize {
+            self.rows[place / LANES].mask &= !(1 << (place % LANES));
         }
         // One by one they are few; a spring that is cut twice is not there any more.
         self.extras.retain(|extra| extra.spring as usize != spring);
@@ -224,11 +261,13 @@ impl Layout {
 
     /// Adds the pieces of a band, with about as many rows each.
     fn add_pieces(&mut self, band: usize) {
-        let Band { numbers, steps, rows, halo } = self.bands[band].clone();
+        let Band { numbers, steps, rows, halo, reach } = self.bands[band].clone();
         let (halo, len) = (halo.unwrap_or(0), numbers.len() / RECORD - 1);
-        let most = (1 + rows.len() / (halo.max(1) * ROWS_PER_STEP)).min(rows.len() / GROUP);
+        // Tables go on as far in front of a part and behind it, and a record of them takes longer.
+        let reached = if halo == 0 { 4 * reach } else { reach };
+        let most = (1 + rows.len() / (reached.max(1) * ROWS_PER_STEP)).min(rows.len() / GROUP);
         // A power of two, as threads mostly are. Sums are carried on once at most.
-        let is_large = 0 < halo && halo < len && 1 < most;
+        let is_large = 0 < reach && reach < len && 1 < most;
         let parts = if is_large { 1 << most.min(MOST_PARTS).ilog2() } else { 1 };
         let mut piece = Piece {
             band,
@@ -255,22 +294,39 @@ impl Layout {
         }
     }
 
-    /// The later of the sums of its ends that each row of a part is added to: whether that of the
-    /// end with the lower number is carried on, and, for the other, the piece that keeps it.
-    pub(crate) fn late_sums(&self) -> Vec<(bool, Option<usize>)> {
-        let mut late = vec![(false, None); self.rows.len()];
-        for (number, piece) in self.pieces.iter().enumerate().filter(|piece| piece.1.is_part) {
+    /// The springs of rows in the order in which they are evaluated.
+    pub(crate) fn turns(&self) -> Vec<Turn> {
+        let mut springs = vec![NOWHERE; self.rows.len() * LANES];
+        for (spring, &place) in self.places.iter().enumerate().filter(|row| *row.1 != NOWHERE) {
+            springs[place as usize] = spring as u32;
+        }
+        let mut turns = Vec::new();
+        for (number, piece) in self.pieces.iter().enumerate() {
             let band = &self.bands[piece.band];
-            let end = piece.numbers.end - band.numbers.start;
             let mut rows = piece.rows.clone();
             for (step, first) in self.steps[piece.steps.clone()].iter().zip(piece.first..) {
-                for row in rows.by_ref().take(step.rows as usize) {
-                    let is_later = end <= self.rows[row].other as usize;
-                    late[row] = (Some(first) < band.halo, is_later.then_some(number));
+                let is_carried = piece.is_part && Some(first) < band.halo;
+                let here = if is_carried { Sum::Carried } else { Sum::Own };
+                for place in rows.by_ref().take(step.rows as usize).flat_map(|row| {
+                    (row * LANES..(row + 1) * LANES).filter(|&place| springs[place] != NOWHERE)
+                }) {
+                    let row = self.rows[place / LANES].other as usize;
+                    let at = band.numbers.start + step.at as usize;
+                    let (own, other, there) = match band.halo {
+                        Some(_) => (None, band.numbers.start + row, Sum::Forces),
+                        None => {
+                            let record = self.others[row][place % LANES] as usize / LANES;
+                            let other = at + record * RECORD - band.reach * RECORD;
+                            (Some(at + place % LANES), other, Sum::Named)
+                        }
+                    };
+                    let is_outside = piece.is_part && !piece.numbers.contains(&other);
+                    let there = if is_outside { Sum::Later(number) } else { there };
+                    turns.push(Turn { spring: springs[place], here: own, sums: [here, there] });
                 }
             }
         }
-        late
+        turns
     }
 
     /// Adds the rows of a block, and returns the slots of its particles if it has no segments.
@@ -285,38 +341,16 @@ impl Layout {
         let (first_step, first_row) = (self.steps.len(), self.rows.len());
         let (near, far) = springs.near_and_far();
         if !springs.has_segments(&far) {
-            let order = self.add_gathers(springs, blank);
-            self.add_bands(blank, first_step, first_row);
+            let (order, reach) = self.add_named(springs);
+            let (steps, rows) = (first_step..self.steps.len(), first_row..self.rows.len());
+            self.bands.push(Band { numbers, steps, rows, halo: None, reach });
             return Some(order);
         }
         extras.extend(far);
-        let halo = Some(self.add_segments(springs, near, len));
+        let reach = self.add_segments(springs, near, len);
         let (steps, rows) = (first_step..self.steps.len(), first_row..self.rows.len());
-        self.bands.push(Band { numbers, steps, rows, halo });
+        self.bands.push(Band { numbers, steps, rows, halo: Some(reach), reach });
         None
-    }
-
-    /// Adds the bands of a block without segments, the steps and rows of which are there: each step
-    /// writes one record, so that its records can be evaluated in any order.
-    fn add_bands(&mut self, blank: usize, step: usize, row: usize) {
-        let (records, parts) = (self.steps.len() - step, (self.rows.len() - row) / GROUP);
-        let len = records.div_ceil(parts.clamp(1, MOST_PARTS)).max(1);
-        let mut start = (blank * RECORD, step, row);
-        for last in (step + len..).step_by(len) {
-            let (first_number, first_step, first_row) = start;
-            let steps = first_step..last.min(self.steps.len());
-            let mut end = ((blank + 1 + steps.end - step) * RECORD, steps.end, first_row);
-            for step in &mut self.steps[steps.clone()] {
-                step.at -= (first_number - blank * RECORD) as u32;
-                end.2 += step.rows as usize;
-            }
-            let (numbers, rows) = (first_number..end.0, first_row..end.2);
-            self.bands.push(Band { numbers, steps, rows, halo: None });
-            if end.1 == self.steps.len() {
-                return;
-            }
-            start = end;
-        }
     }
 
     /// Adds steps and rows of segments of `len` particles; returns the length of the halo.
@@ -371,43 +405,36 @@ impl Layout {
         }
     }
 
-    /// Adds rows that name each other end; returns the slot of each particle.
-    fn add_gathers(&mut self, springs: &Springs<'_>, blank: usize) -> Vec<u32> {
-        let lists = springs.lists();
-        let order = near_order(&lists);
-        let mut slots = vec![0; springs.count];
-        for (slot, &particle) in order.iter().enumerate() {
-            slots[particle as usize] = slot as u32;
-        }
-        self.second_places.resize(self.places.len(), NOWHERE);
-        let first_slot = (blank + 1) * LANES;
+    /// Adds rows that name each other end; returns the slot of each particle, and how many records
+    /// springs reach.
+    fn add_named(&mut self, springs: &Springs<'_>) -> (Vec<u32>, usize) {
+        let owned = springs.owned();
+        let order = near_order(&springs.lists(), &owned);
+        let slots = slots_of(&order);
+        let record = |particle: u32| slots[particle as usize] as usize / LANES;
+        let ends = springs.members.iter().map(|&spring| springs.ends(spring));
+        let reach = ends.map(|[i, j]| record(i as u32).abs_diff(record(j as u32))).max();
+        let reach = reach.unwrap_or(0);
         for (record, particles) in order.chunks(LANES).enumerate() {
-            let most = particles.iter().map(|&p| lists.of(p).len()).max().unwrap_or(0);
-            for number in 0..most {
-                let row = self.rows.len();
-                let mut others = [((first_slot + record * LANES) * POINT) as u32; LANES];
-                let (mut mask, mut higher) = (0, 0);
-                for (lane, &particle) in particles.iter().enumerate() {
-                    let Some(&[other, spring]) = lists.of(particle).get(number) else { continue };
-                    others[lane] = ((first_slot + slots[other as usize] as usize) * POINT) as u32;
-                    mask |= 1 << lane;
-                    higher |= u16::from(particle < other) << lane;
-                    let places = [&mut self.second_places, &mut self.places];
-                    let [second, first] = places.map(|places| &mut places[spring as usize]);
-                    *(if particle < other { first } else { second }) = (row * LANES + lane) as u32;
+            let first_row = self.rows.len();
+            for (lane, &particle) in particles.iter().enumerate() {
+                for (row, &[end, spring]) in (first_row..).zip(owned.of(particle)) {
+                    if row == self.rows.len() {
+                        let other = self.others.len() as u32;
+                        let own = (reach * LANES) as u32;
+                        self.others.push(core::array::from_fn(|lane| own + lane as u32));
+                        self.rows.push(Row { other, ..Row::default() });
+                    }
+                    let seen = slots[end as usize] as usize + reach * LANES - record * LANES;
+                    self.rows[row].mask |= 1 << lane;
+                    self.others[self.rows[row].other as usize][lane] = seen as u32;
+                    self.places[spring as usize] = (row * LANES + lane) as u32;
                 }
-                self.rows.push(Row {
-                    other: self.others.len() as u32,
-                    mask,
-                    higher,
-                    values: [0; 3],
-                });
-                self.others.push(others);
             }
             let at = ((1 + record) * RECORD) as u32;
-            self.steps.push(Step { at, carry: 0, rows: most as u32 });
+            self.steps.push(Step { at, carry: 0, rows: (self.rows.len() - first_row) as u32 });
         }
-        slots
+        (slots, reach)
     }
 }
 
@@ -460,42 +487,34 @@ impl Springs<'_> {
         far.len() * MOST_EXTRAS <= self.members.len()
     }
 
-    /// The springs of each particle, in the order in which it sums them.
+    /// The springs of each particle.
     fn lists(&self) -> Lists {
-        let mut starts = vec![0u32; self.count + 1];
-        for end in self.members.iter().flat_map(|&spring| self.ends(spring)) {
-            starts[end + 1] += 1;
-        }
-        (0..self.count).for_each(|particle| starts[particle + 1] += starts[particle]);
-        let (mut next, mut rows) = (starts.clone(), vec![[0; 2]; 2 * self.members.len()]);
-        for &spring in &self.members {
+        let rows = self.members.iter().flat_map(|&spring| {
             let [i, j] = self.ends(spring);
-            for (here, there) in [(i, j), (j, i)] {
-                rows[next[here] as usize] = [there as u32, spring];
-                next[here] += 1;
+            [(i, [j as u32, spring]), (j, [i as u32, spring])]
+        });
+        Lists::new(self.count, rows)
+    }
+
+    /// Each spring with one of its ends, so that all particles have about as many.
+    fn owned(&self) -> Lists {
+        let mut counts = vec![0u32; self.count];
+        let mut owners: Vec<bool> = vec![false; self.members.len()];
+        for pass in 0..2 {
+            for (&spring, is_higher) in self.members.iter().zip(&mut owners) {
+                let [i, j] = self.ends(spring);
+                if 0 < pass {
+                    counts[if *is_higher { j } else { i }] -= 1;
+                }
+                *is_higher = counts[j] < counts[i];
+                counts[if *is_higher { j } else { i }] += 1;
             }
         }
-        for particle in 0..self.count {
-            let list = &mut rows[starts[particle] as usize..starts[particle + 1] as usize];
-            list.sort_unstable_by_key(|&[other, spring]| {
-                let is_higher = particle < other as usize;
-                (is_higher, if is_higher { u32::MAX - other } else { other }, spring)
-            });
-        }
-        Lists { starts, rows }
-    }
-}
-
-/// Other end and spring of each row of a particle.
-struct Lists {
-    starts: Vec<u32>,
-    rows: Vec<[u32; 2]>,
-}
-
-impl Lists {
-    fn of(&self, particle: u32) -> &[[u32; 2]] {
-        let particle = particle as usize;
-        &self.rows[self.starts[particle] as usize..self.starts[particle + 1] as usize]
+        let rows = self.members.iter().zip(owners).map(|(&spring, is_higher)| {
+            let [i, j] = self.ends(spring);
+            if is_higher { (j, [i as u32, spring]) } else { (i, [j as u32, spring]) }
+        });
+        Lists::new(self.count, rows)
     }
 }
 
@@ -528,39 +547,3 @@ fn ranges(count: usize, bodies: &[Range<usize>]) -> Vec<Range<usize>> {
     }
     ranges
 }
-
-/// Particles in the order in which a walk along springs finds them, nearest first, backwards
-/// (Cuthill and McKee, 1969; George, 1971), so that what is joined is near; in windows of which
-/// those with the most springs come first, so that the rows of a record are full.
-fn near_order(lists: &Lists) -> Vec<u32> {
-    let count = lists.starts.len() - 1;
-    let springs = |&particle: &u32| lists.of(particle).len();
-    let mut starts: Vec<u32> = (0..count as u32).collect();
-    starts.sort_by_key(springs);
-    let mut order = Vec::with_capacity(count);
-    let mut found = vec![false; count];
-    for start in starts {
-        let mut next = order.len();
-        if !core::mem::replace(&mut found[start as usize], true) {
-            order.push(start);
-        }
-        while let Some(&particle) = order.get(next) {
-            next += 1;
-            let first = order.len();
-            for &[other, _] in lists.of(particle) {
-                if !core::mem::replace(&mut found[other as usize], true) {
-                    order.push(other);
-                }
-            }
-            order[first..].sort_by_key(springs);
-        }
-    }
-    order.reverse();
-    for window in order.chunks_mut(WINDOW) {
-        window.sort_by_key(|particle| Reverse(springs(particle)));
-    }
-    order
-}
-
-/// Particles that are sorted by their number of springs: few enough to stay near each other.
-const WINDOW: usize = 128;

@@ -4,10 +4,12 @@
 //! is a direction and two weights for each spring of a row, in sixteens as everything else of a
 //! row.
 
-use super::gather::{GATHERED, gather_rows};
+use super::Springs;
+use super::gather::{GATHERED, QUAD};
 use super::layout::{Band, Layout, POINT, Row};
-use super::sweep::{Pack, load, motion, store, values, zip};
-use super::{Springs, set_points};
+use super::sweep::{
+    Pack, add_column, add_to_quads, columns_of, load, motion, set_points, store, values, zip,
+};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use crate::elements::Motion;
@@ -44,9 +46,9 @@ pub(crate) struct SpringMatrix<R: Real> {
     extras: Vec<Weights<R>>,
     /// Sums at the ends of segments, kept until their turn in their own lane.
     ahead: [Aligned<R>; 2],
-    /// Numbers by particle, and those of the other ends of a step, where a block has no segments.
+    /// Numbers by particle, and sums at the ends that are named, where a block has no segments.
     points: Aligned<R>,
-    gathered: Aligned<R>,
+    named: [Aligned<R>; 2],
 }
 
 /// Sixteens for each row.
@@ -65,14 +67,16 @@ struct Weights<R: Real> {
 impl<R: Real> SpringMatrix<R> {
     pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
         let (layout, records) = (&springs.layout, slots.record_count());
-        let points = if layout.others.is_empty() { 0 } else { records * LANES * POINT };
+        let slots = (records + 2 * layout.reach()) * LANES;
+        let slots = if layout.others.is_empty() { 0 } else { slots };
         let ahead = |place| Aligned::new((layout.halo() + 2) * RECORD, place);
+        let named = |place| Aligned::new(slots * QUAD, place);
         SpringMatrix {
             rows: Aligned::new(layout.rows.len() * WEIGHTS * LANES, 21),
             extras: Vec::with_capacity(layout.extras.len()),
             ahead: [ahead(22), ahead(23)],
-            points: Aligned::new(points, 24),
-            gathered: Aligned::new(layout.most_gathered() * GATHERED, 35),
+            points: Aligned::new(slots * POINT, 24),
+            named: [named(25), named(26)],
         }
     }
 
@@ -87,12 +91,12 @@ impl<R: Real> SpringMatrix<R> {
         let Springs { layout, values, .. } = springs;
         let Stage { level, tau, motion: Motion { positions, velocities, .. } } = *stage;
         if !layout.others.is_empty() {
-            at_level!(level, _simd => set_points(positions, velocities, &mut self.points));
+            let points = &mut self.points[layout.reach() * LANES * POINT..];
+            at_level!(level, simd => set_points(simd, [positions, velocities], points));
         }
-        let SpringMatrix { rows, extras, ahead, points, gathered } = self;
+        let SpringMatrix { rows, extras, ahead, points, named } = self;
         let mut sweep = Linearise { positions, velocities, points, table: values, tau, rows };
-        let mut sums =
-            Sums { columns: blocks, ahead: ahead.each_mut().map(|a| &mut **a), gathered };
+        let mut sums = Sums { columns: blocks, ahead: ahead.each_mut().map(|a| &mut **a), named };
         at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
         extras.clear();
         let [upper, lower] = sums.columns;
@@ -119,11 +123,12 @@ impl<R: Real> SpringMatrix<R> {
     ) {
         let layout = &springs.layout;
         if !layout.others.is_empty() {
-            at_level!(level, _simd => set_directions(direction, &mut self.points));
+            let points = &mut self.points[layout.reach() * LANES * POINT..];
+            at_level!(level, simd => set_directions(simd, direction, points));
         }
-        let SpringMatrix { rows, extras, ahead: [ahead, _], points, gathered } = self;
+        let SpringMatrix { rows, extras, ahead: [ahead, _], points, named } = self;
         let mut sweep = Multiply { direction, points, rows };
-        let mut sums = Sums { columns: [products], ahead: [ahead], gathered };
+        let mut sums = Sums { columns: [products], ahead: [ahead], named };
         at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
         let [products] = sums.columns;
         for (extra, weights) in layout.extras.iter().zip(extras) {
@@ -168,13 +173,11 @@ impl<R: Real> Weights<R> {
 
 /// Copies directions to points, where positions are else.
 #[inline(always)]
-fn set_directions<R: Real>(directions: &[R], points: &mut [R]) {
+fn set_directions<S: Simd, R: Real>(simd: S, directions: &[R], points: &mut [R]) {
     let points = points.as_chunks_mut::<POINT>().0.as_chunks_mut::<LANES>().0;
     for (direction, points) in directions.as_chunks::<RECORD>().0.iter().zip(points) {
-        for (lane, point) in points.iter_mut().enumerate() {
-            for axis in 0..3 {
-                point[axis] = direction[axis * LANES + lane];
-            }
+        for (point, quad) in points.iter_mut().zip(R::to_quads(simd, direction)) {
+            point[..QUAD].copy_from_slice(&quad);
         }
     }
 }
@@ -189,8 +192,8 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
     fn end(&self, simd: S, at: usize, part: usize) -> Self::End;
     /// Numbers by particle.
     fn points(&self) -> &[R];
-    /// Reads from particles that were gathered: from a record of positions and one of velocities.
-    fn gathered(&self, simd: S, records: &[R], part: usize) -> Self::End;
+    /// Reads the first lanes of particles that were gathered.
+    fn gathered(&self, simd: S, columns: &[R; GATHERED]) -> Self::End;
     /// What is added to the ends `here`; `place` is the number of the row and the lane in it.
     fn add(
         &mut self,
@@ -205,7 +208,8 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
 struct Sums<'a, R, const N: usize> {
     columns: [&'a mut [R]; N],
     ahead: [&'a mut [R]; N],
-    gathered: &'a mut [R],
+    /// A quad for each slot.
+    named: &'a mut [Aligned<R>; 2],
 }
 
 #[inline(always)]
@@ -218,7 +222,7 @@ fn walk<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
     for band in layout.bands.iter().filter(|band| !band.rows.is_empty()) {
         match band.halo {
             Some(halo) => walk_segments(simd, (layout, band, halo), sweep, sums),
-            None => walk_gathers(simd, (layout, band), sweep, sums),
+            None => walk_named(simd, (layout, band), sweep, sums),
         }
     }
 }
@@ -266,38 +270,60 @@ fn walk_segments<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
     }
 }
 
-/// Walks along springs whose other ends are named one by one, each met from both ends.
+/// Walks along springs whose other ends are named one by one, each of which is met once.
 #[inline(always)]
-fn walk_gathers<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
+fn walk_named<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
     simd: S,
     (layout, band): (&Layout, &Band),
     sweep: &mut W,
-    Sums { columns, gathered, .. }: &mut Sums<'_, R, N>,
+    Sums { columns, named, .. }: &mut Sums<'_, R, N>,
 ) {
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
-    let rows = &layout.rows[band.rows.clone()];
-    let mut next = 0;
+    // Where the record of the first number is in the tables.
+    let (first, records) =
+        (layout.reach() + band.numbers.start / RECORD, band.numbers.len() / RECORD);
+    for named in &mut named[..N] {
+        let seen = first - band.reach..first + records + band.reach;
+        named[seen.start * LANES * QUAD..seen.end * LANES * QUAD].fill(R::ZERO);
+    }
+    let mut rows = band.rows.clone();
     for step in &layout.steps[band.steps.clone()] {
         let at = band.numbers.start + step.at as usize;
-        let start = next;
-        next += step.rows as usize;
-        if let [first, ..] = rows[start..next] {
-            let others = first.other as usize..first.other as usize + next - start;
-            gather_rows(simd.level(), sweep.points(), &layout.others, others, gathered);
-        }
-        for part in (0..LANES).step_by(lanes) {
-            let here = sweep.end(simd, at, part);
-            let mut sums = [[<Pack<S, R>>::splat(simd, R::ZERO); 3]; N];
-            let others = gathered.as_chunks::<GATHERED>().0.iter();
-            let numbers = (band.rows.start + start..).zip(others);
-            for (row, (number, there)) in rows[start..next].iter().zip(numbers) {
-                let there = sweep.gathered(simd, there, part);
+        let mut own = [[R::ZERO; RECORD]; N];
+        let seen = (first - band.reach + step.at as usize / RECORD) * LANES;
+        let seen = seen..seen + (1 + 2 * band.reach) * LANES;
+        for number in rows.by_ref().take(step.rows as usize) {
+            let row = &layout.rows[number];
+            let others = &layout.others[row.other as usize];
+            let mut added = [[R::ZERO; RECORD]; N];
+            for part in (0..LANES).step_by(lanes) {
+                let here = sweep.end(simd, at, part);
+                let mut there = [R::ZERO; GATHERED];
+                let points = &sweep.points().as_chunks::<POINT>().0[seen.clone()];
+                R::gather(simd, points, &others[part..part + lanes], &mut there);
+                let there = sweep.gathered(simd, &there);
                 let adds = sweep.add(simd, row, (number, part), [here, there]);
-                for (sum, add) in sums.iter_mut().zip(adds) {
-                    *sum = zip(*sum, add, |s, a| s + a);
+                for (add, (own, added)) in adds.into_iter().zip(own.iter_mut().zip(&mut added)) {
+                    let sum: [Pack<S, R>; 3] = load(simd, own, part);
+                    store(zip(sum, add, |s, a| s + a), own, part);
+                    store(add, added, part);
                 }
             }
-            add_to(simd, (columns, at, part), sums);
+            for (named, added) in named.iter_mut().zip(&added) {
+                let quads = &mut named.as_chunks_mut::<QUAD>().0[seen.clone()];
+                add_to_quads(simd, others, added, quads);
+            }
+        }
+        for (own, column) in own.iter().zip(columns.iter_mut()) {
+            add_column(own, &mut column[at..at + RECORD]);
+        }
+    }
+    for (named, column) in named.iter().zip(columns) {
+        let records = column[band.numbers.clone()].as_chunks_mut::<RECORD>().0;
+        for (record, number) in records.iter_mut().zip(first..) {
+            for (to, add) in record.iter_mut().zip(columns_of(simd, named, number)) {
+                *to = if W::OPPOSITE { *to - add } else { *to + add };
+            }
         }
     }
 }
@@ -340,8 +366,8 @@ impl<S: Simd, R: Real> Sweep<S, R, 2> for Linearise<'_, R> {
     }
 
     #[inline(always)]
-    fn gathered(&self, simd: S, records: &[R], part: usize) -> Self::End {
-        motion::<S, R, true>(simd, records, &records[RECORD..], 0, part)
+    fn gathered(&self, simd: S, columns: &[R; GATHERED]) -> Self::End {
+        motion::<S, R, true>(simd, columns, &columns[RECORD..], 0, 0)
     }
 
     #[inline(always)]
@@ -402,8 +428,8 @@ impl<S: Simd, R: Real> Sweep<S, R, 1> for Multiply<'_, R> {
     }
 
     #[inline(always)]
-    fn gathered(&self, simd: S, records: &[R], part: usize) -> Self::End {
-        load(simd, records, part)
+    fn gathered(&self, simd: S, columns: &[R; GATHERED]) -> Self::End {
+        load(simd, columns, 0)
     }
 
     /// Where there is no spring, its weights are zero.

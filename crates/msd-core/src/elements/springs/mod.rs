@@ -1,7 +1,8 @@
 //! Springs with dampers, nearly all of the work of a step.
 //!
 //! [`law`] is what a spring does; [`plain`] sums it over all springs in one loop, and is the oracle
-//! of `sweep`, which takes sixteen at a time in the order that `layout` has found.
+//! of `sweep`, which takes sixteen at a time in the order that `layout` has found; `share` gives
+//! these to threads.
 
 pub(crate) mod gather;
 pub mod law;
@@ -9,24 +10,27 @@ pub(crate) mod layout;
 pub(crate) mod matrix;
 #[doc(hidden)]
 pub mod plain;
+mod share;
 mod sweep;
 mod table;
+mod unstructured;
 
+use crate::columns::Aligned;
 use crate::columns::slots::Slots;
-use crate::columns::threads::{Split, are_several, for_each_share, join, merge_shares};
-use crate::columns::{Aligned, LANES, RECORD};
 use crate::elements::{Element, Motion, Products, Vectors};
-use crate::number::{Real, Vector, at_level};
+use crate::number::{Real, Vector};
 use crate::scene::Spring;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
 use fearless_simd::Level;
-use gather::GATHERED;
 use glam::DVec3;
 use law::{Law, Tangent};
-use layout::{Band, Layout, NOWHERE, POINT};
-use sweep::{Input, Sums, add_column, add_extras, add_springs};
+pub use layout::Sum;
+use layout::{Layout, Turn};
+pub(crate) use share::SpringWork;
+use share::Sweep;
+use sweep::Input;
 use table::Table;
 
 /// A value per spring, stored once if all springs share it.
@@ -92,46 +96,6 @@ pub struct Springs<R: Real> {
     layout: Layout,
     /// The numbers of rows, in sixteens, those that are alike once.
     values: Aligned<R>,
-}
-
-/// What an evaluation of forces forgets.
-#[derive(Clone, Debug)]
-pub(crate) struct SpringWork<R: Real> {
-    /// Power that elements of the caller's own took away at the last evaluation, watts.
-    pub(crate) own_power: f64,
-    power: Aligned<R>,
-    points: Aligned<R>,
-    /// For each group of pieces.
-    groups: Vec<GroupWork<R>>,
-}
-
-/// What the evaluation of a group of pieces forgets; see [`Sums`].
-#[derive(Clone, Debug)]
-struct GroupWork<R: Real> {
-    ahead: Aligned<R>,
-    burnt: Aligned<R>,
-    gathered: Aligned<R>,
-    later: Aligned<R>,
-}
-
-impl<R: Real> SpringWork<R> {
-    pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
-        let (layout, records) = (&springs.layout, slots.record_count());
-        let points = if layout.others.is_empty() { 0 } else { records * LANES * POINT };
-        let (halo, gathered) = (layout.halo(), layout.most_gathered() * GATHERED);
-        let group = |group: &Range<usize>| GroupWork {
-            ahead: Aligned::new((halo + 2) * RECORD, 6),
-            burnt: Aligned::new((halo + 2) * LANES + LANES, 7),
-            gathered: Aligned::new(gathered, 10),
-            later: Aligned::new(layout.kept_for_later(group) * RECORD, 11),
-        };
-        SpringWork {
-            own_power: 0.0,
-            power: Aligned::new(records * LANES, 5),
-            points: Aligned::new(points, 8),
-            groups: layout.groups.iter().map(group).collect(),
-        }
-    }
 }
 
 impl<R: Real> Springs<R> {
@@ -242,15 +206,20 @@ impl<R: Real> Springs<R> {
         self.layout.extras.iter().map(|extra| extra.spring)
     }
 
-    /// Which sums of its lower and its higher end a spring is added to after others; see
-    /// [`layout::Piece`].
+    /// The springs of rows in the order in which they are evaluated: each with its ends and what
+    /// the pulls on these are added to.
     #[doc(hidden)]
-    pub fn late_sums(&self) -> impl Fn(u32) -> (bool, Option<usize>) + '_ {
-        let late = self.layout.late_sums();
-        move |spring| match self.layout.places[spring as usize] {
-            NOWHERE => (false, None),
-            place => late[place as usize / LANES],
-        }
+    pub fn turns(&self, slots: &Slots) -> impl Iterator<Item = (u32, [u32; 2], [Sum; 2])> {
+        let turn = |turn: Turn| {
+            let [a, b] = self.ends[turn.spring as usize];
+            let is_turned = match turn.here {
+                Some(at) => slots.at(b as usize) == at,
+                None => b < a,
+            };
+            let ends = if is_turned { [b, a] } else { [a, b] };
+            (turn.spring, ends, turn.sums)
+        };
+        self.layout.turns().into_iter().map(turn)
     }
 
     /// Cuts a spring.
@@ -314,152 +283,15 @@ impl<R: Real> Springs<R> {
         forces: &mut [R],
     ) -> f64 {
         let Springs { layout, values, .. } = self;
-        let (positions, velocities) = (motion.positions, motion.velocities);
-        let SpringWork { power, points, groups, .. } = work;
-        if !layout.others.is_empty() {
-            for_each_share(
-                Points { positions, velocities, points },
-                |Points { positions, velocities, points }| {
-                    at_level!(level, _simd => set_points(positions, velocities, points));
-                },
-            );
-        }
-        let input = Input { layout, values, positions, velocities, points };
-        let sweep = Sweep { springs: self, level, damped: self.is_damped(), input };
-        let (groups_of, work) = (&layout.groups, &mut groups[..]);
-        let share = Share { groups: groups_of, work, first: 0, forces: &mut *forces, power };
-        sweep.add_groups(share);
-        sweep.add_late_sums(groups, (&mut *forces, &mut *power));
-        sweep.add_extras((forces, power));
-        if !sweep.damped {
-            return 0.0;
-        }
-        let sum_share = |power: &[R]| at_level!(level, _simd => sum(power));
-        merge_shares(&**power, &sum_share, &|low, high| low + high)
+        let Motion { positions, velocities, .. } = *motion;
+        let input = Input { layout, values, positions, velocities };
+        Sweep { springs: self, level, damped: self.is_damped(), input }.run(work, forces)
     }
 
     /// The derivative of the force of a spring.
     pub(crate) fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent {
         let [a, b] = self.ends[spring].map(|end| motion.position(end as usize).to_f64());
         Tangent::new(b - a, self.law(spring).to_f64())
-    }
-}
-
-/// An evaluation of all springs.
-#[derive(Clone, Copy)]
-struct Sweep<'a, R: Real> {
-    springs: &'a Springs<R>,
-    level: Level,
-    damped: bool,
-    input: Input<'a, R>,
-}
-
-/// Groups of pieces, with what they write: numbers that are theirs alone.
-struct Share<'a, R: Real> {
-    groups: &'a [Range<usize>],
-    work: &'a mut [GroupWork<R>],
-    /// The first number in the columns of vectors.
-    first: usize,
-    forces: &'a mut [R],
-    power: &'a mut [R],
-}
-
-impl<R: Real> Sweep<'_, R> {
-    /// Adds the pull of all springs of a share that fit rows, half of the groups at a time.
-    fn add_groups(&self, share: Share<'_, R>) {
-        let Share { groups, work, first, forces, power } = share;
-        let half = groups.len() / 2;
-        if half == 0 || !are_several() {
-            for (group, work) in groups.iter().zip(work) {
-                self.add_group(group.clone(), work, first, (&mut *forces, &mut *power));
-            }
-            return;
-        }
-        let (low, high) = groups.split_at(half);
-        let cut = self.input.layout.pieces[high[0].start].numbers.start;
-        let (low_work, high_work) = work.split_at_mut(half);
-        let (low_forces, high_forces) = forces.split_at_mut(cut - first);
-        let (low_power, high_power) = power.split_at_mut((cut - first) / 3);
-        let (forces, power) = (low_forces, low_power);
-        let low = Share { groups: low, work: low_work, first, forces, power };
-        let (forces, power) = (high_forces, high_power);
-        let high = Share { groups: high, work: high_work, first: cut, forces, power };
-        join(|| self.add_groups(low), || self.add_groups(high));
-    }
-
-    /// Adds the pull of the springs of a group to columns that start at a number.
-    fn add_group(
-        &self,
-        group: Range<usize>,
-        work: &mut GroupWork<R>,
-        first: usize,
-        (forces, power): (&mut [R], &mut [R]),
-    ) {
-        let Sweep { level, input, .. } = *self;
-        for piece in &input.layout.pieces[group] {
-            let numbers = piece.numbers.start - first..piece.numbers.end - first;
-            let power = &mut power[numbers.start / 3..numbers.end / 3];
-            let forces = &mut forces[numbers];
-            let GroupWork { ahead, burnt, gathered, later } = &mut *work;
-            let sums = Sums { forces, power, ahead, burnt, gathered, later };
-            if piece.rows.is_empty() {
-                sums.power.fill(R::ZERO);
-            } else if self.damped {
-                at_level!(level, simd => add_springs::<_, R, true>(simd, piece, input, sums));
-            } else {
-                at_level!(level, simd => add_springs::<_, R, false>(simd, piece, input, sums));
-            }
-        }
-    }
-
-    /// Adds what parts have kept: forces on later parts, then those on the ends of segments.
-    fn add_late_sums(&self, work: &[GroupWork<R>], (forces, power): (&mut [R], &mut [R])) {
-        let layout = self.input.layout;
-        let parts = || {
-            let groups = layout.groups.iter().zip(work);
-            let pieces = groups.map(|(group, work)| (&layout.pieces[group.start], work));
-            pieces.filter(|(piece, _)| piece.is_part)
-        };
-        for (piece, work) in parts() {
-            let end = layout.bands[piece.band].numbers.end;
-            let later = &work.later[..work.later.len().min(end - piece.numbers.end)];
-            self.add_column(later, &mut forces[piece.numbers.end..][..later.len()]);
-        }
-        for (piece, work) in parts() {
-            let Band { numbers, halo, .. } = &layout.bands[piece.band];
-            let halo = halo.unwrap_or(0);
-            let steps = piece.first.min(halo)..(piece.first + piece.steps.len()).min(halo);
-            // The ends of segments, seen from the next lane.
-            let (to, from) = (numbers.end - (halo - steps.start) * RECORD, 1 + steps.start);
-            let (ahead, burnt) =
-                (&work.ahead[from * RECORD + 1..], &work.burnt[from * LANES + 1..]);
-            let (count, singles) = (steps.len() * RECORD, steps.len() * LANES);
-            self.add_column(&ahead[..count], &mut forces[to..][..count]);
-            if self.damped {
-                self.add_column(&burnt[..singles], &mut power[to / 3..][..singles]);
-            }
-        }
-    }
-
-    /// Adds one column to another of its length.
-    fn add_column(&self, column: &[R], to: &mut [R]) {
-        for_each_share((to, column), |(to, column)| {
-            at_level!(self.level, _simd => add_column(column, to));
-        });
-    }
-
-    /// Adds the pull of the springs that fit no row.
-    fn add_extras(&self, sums: (&mut [R], &mut [R])) {
-        let Sweep { level, input, springs, .. } = *self;
-        if input.layout.extras.is_empty() {
-            return;
-        }
-        let extras = (&input.layout.extras[..], |spring| springs.law(spring));
-        if self.damped {
-            at_level!(level, simd => add_extras::<_, R, true>(simd, extras, input, sums));
-        } else {
-            at_level!(level, simd => add_extras::<_, R, false>(simd, extras, input, sums));
-        }
     }
 }
 
@@ -488,51 +320,4 @@ impl<R: Real> Element<R> for Springs<R> {
             products.add_between([a, b], tangent.products(direction[b] - direction[a]));
         }
     }
-}
-
-/// A motion, and the points that it is copied to.
-struct Points<'a, R> {
-    positions: &'a [R],
-    velocities: &'a [R],
-    points: &'a mut [R],
-}
-
-impl<R: Real> Split for Points<'_, R> {
-    fn numbers(&self) -> usize {
-        self.positions.len()
-    }
-    fn split(self, numbers: usize) -> (Self, Self) {
-        let (low_positions, positions) = self.positions.split_at(numbers);
-        let (low_velocities, velocities) = self.velocities.split_at(numbers);
-        let (low, points) = self.points.split_at_mut(numbers / RECORD * LANES * POINT);
-        let low = Points { positions: low_positions, velocities: low_velocities, points: low };
-        (low, Points { positions, velocities, points })
-    }
-}
-
-/// Copies a motion to points, particle by particle.
-#[inline(always)]
-fn set_points<R: Real>(positions: &[R], velocities: &[R], points: &mut [R]) {
-    let records = positions.as_chunks::<RECORD>().0.iter().zip(velocities.as_chunks::<RECORD>().0);
-    let points = points.as_chunks_mut::<POINT>().0.as_chunks_mut::<LANES>().0;
-    for ((x, v), points) in records.zip(points) {
-        for (lane, point) in points.iter_mut().enumerate() {
-            for axis in 0..3 {
-                point[axis] = x[axis * LANES + lane];
-                point[4 + axis] = v[axis * LANES + lane];
-            }
-        }
-    }
-}
-
-/// The sum of a column of numbers: one sum for each lane, then theirs.
-#[inline(always)]
-fn sum<R: Real>(column: &[R]) -> f64 {
-    let mut sums = [0.0; LANES];
-    for record in column.as_chunks::<LANES>().0 {
-        for (sum, number) in sums.iter_mut().zip(record) {
-            *sum += number.to_f64();
-        }
-    }
-    sums.iter().sum()
 }

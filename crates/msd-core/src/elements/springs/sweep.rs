@@ -1,10 +1,11 @@
 //! The pull of many springs at once: the fast twin of [`super::law::pull`], equal to the bit.
 
-use super::gather::{GATHERED, gather_rows};
+use super::gather::{GATHERED, NEAR_BYTES, QUAD, prefetch};
 use super::law::Law;
 use super::layout::{Band, Extra, Layout, POINT, Piece, Row};
 use crate::columns::{LANES, RECORD, single};
 use crate::number::Real;
+use core::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
 /// The register of sixteen or fewer numbers.
@@ -18,8 +19,6 @@ pub(crate) struct Input<'a, R> {
     pub(crate) values: &'a [R],
     pub(crate) positions: &'a [R],
     pub(crate) velocities: &'a [R],
-    /// Positions and velocities by particle, [`POINT`] numbers each, where a block has no segments.
-    pub(crate) points: &'a [R],
 }
 
 /// What a sweep of a piece writes.
@@ -31,10 +30,10 @@ pub(crate) struct Sums<'a, R> {
     /// Forces and power at the ends of segments, kept until their turn in their own lane.
     pub(crate) ahead: &'a mut [R],
     pub(crate) burnt: &'a mut [R],
-    /// Forces on the particles of later parts.
+    /// Forces on the particles of later parts, record by record.
     pub(crate) later: &'a mut [R],
-    /// Motions at the other ends of the rows of a step, where a block has no segments.
-    pub(crate) gathered: &'a mut [R],
+    /// Positions and velocities by particle, where a block has no segments.
+    pub(crate) points: &'a mut [R],
 }
 
 #[inline(always)]
@@ -66,10 +65,8 @@ pub(super) fn values<S: Simd, V: SimdBase<S>>(
     row: &Row,
     part: usize,
 ) -> [V; 3] {
-    let at = |place: u32| {
-        let from = place as usize * LANES + part;
-        V::from_slice(simd, &table[from..from + V::LEN])
-    };
+    let sixteens = table.as_chunks::<LANES>().0;
+    let at = |place: u32| V::from_slice(simd, &sixteens[place as usize][part..part + V::LEN]);
     let [rest, stiffness, damping] = row.values;
     [at(rest), at(stiffness), at(damping)]
 }
@@ -88,7 +85,7 @@ pub(crate) fn add_springs<S: Simd, R: Real, const DAMPED: bool>(
             add_segments::<S, R, DAMPED, true>(simd, (band, halo, piece), input, sums);
         }
         Some(halo) => add_segments::<S, R, DAMPED, false>(simd, (band, halo, piece), input, sums),
-        None => add_gathers::<S, R, DAMPED>(simd, band, input, sums),
+        None => add_named::<S, R, DAMPED>(simd, (band, piece), input, sums),
     }
 }
 
@@ -164,53 +161,132 @@ pub(crate) fn add_column<R: Real>(column: &[R], to: &mut [R]) {
     }
 }
 
-/// Adds the springs whose other ends are named one by one, each evaluated from both ends.
+/// Rows whose pulls are found before any is added to other ends, so that the processor may begin
+/// one before the root and the quotient of another are there.
+const TOGETHER: usize = 8;
+
+/// Adds the springs whose other ends are named one by one, each evaluated once: what those ends
+/// feel is summed in quads, one for each slot, and added to the forces at the end.
 #[inline(always)]
-fn add_gathers<S: Simd, R: Real, const DAMPED: bool>(
+fn add_named<S: Simd, R: Real, const DAMPED: bool>(
     simd: S,
-    band: &Band,
+    (band, piece): (&Band, &Piece),
     input: Input<'_, R>,
-    Sums { forces, power, gathered, .. }: Sums<'_, R>,
+    Sums { forces, power, later, points, .. }: Sums<'_, R>,
 ) {
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
-    let Input { layout, values: table, points, .. } = input;
-    let (x, v) = (&input.positions[band.numbers.clone()], &input.velocities[band.numbers.clone()]);
-    let f = forces;
-    let rows = &layout.rows[band.rows.clone()];
+    let Input { layout, values: table, positions, velocities } = input;
+    let first = piece.numbers.start;
+    let [front, behind] = layout.outside(piece);
+    // The tables start as many records in front of the piece as springs reach.
+    let (records, reach) = (forces.len() / RECORD, band.reach);
+    let blank = reach - front.len() / RECORD;
+    let numbers = front.start..behind.end;
+    let seen = [&positions[numbers.clone()], &velocities[numbers]];
+    set_points(simd, seen, &mut points[blank * LANES * POINT..]);
+    let points = &points.as_chunks::<POINT>().0[..(records + 2 * reach) * LANES];
+    let quads = &mut later.as_chunks_mut::<QUAD>().0[..(records + 2 * reach) * LANES];
+    quads.as_flattened_mut().fill(R::ZERO);
+    let is_far = NEAR_BYTES < size_of_val(points);
+    let rows = &layout.rows[piece.rows.clone()];
     let mut next = 0;
-    for step in &layout.steps[band.steps.clone()] {
-        let at = step.at as usize;
+    let mut pulls = [[R::ZERO; RECORD]; TOGETHER];
+    for step in &layout.steps[piece.steps.clone()] {
+        let at = band.numbers.start + step.at as usize;
         let start = next;
         next += step.rows as usize;
-        if let [first, ..] = rows[start..next] {
-            let others = first.other as usize..first.other as usize + next - start;
-            gather_rows(simd.level(), points, &layout.others, others, gathered);
-        }
-        for part in (0..LANES).step_by(lanes) {
-            let zero = <Pack<S, R>>::splat(simd, R::ZERO);
-            let here: [[Pack<S, R>; 3]; 2] = motion::<S, R, DAMPED>(simd, x, v, at, part);
-            let mut lower: [Pack<S, R>; 3] = load(simd, &f[at..], part);
-            let (mut higher, mut heat) = ([zero; 3], zero);
-            for (row, there) in rows[start..next].iter().zip(gathered.as_chunks::<GATHERED>().0) {
-                let (x, v) = there.split_at(RECORD);
-                let there = motion::<S, R, DAMPED>(simd, x, v, 0, part);
-                let law = values(simd, table, row, part);
-                let mask = u64::from(row.mask >> part);
-                let (pull, burns) = pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, mask);
-                let is_higher = <Pack<S, R> as SimdBase<S>>::Mask::from_bitmask(
-                    simd,
-                    u64::from(row.higher >> part),
-                );
-                lower = zip(lower, pull, |sum, p| sum - is_higher.select(zero, p));
-                higher = zip(higher, pull, |sum, p| sum - is_higher.select(p, zero));
-                if DAMPED {
-                    heat += is_higher.select(burns, zero);
+        let (mut own, mut heat) = ([R::ZERO; RECORD], [R::ZERO; LANES]);
+        // Other ends are counted from as many records in front as springs reach.
+        let window = (at - first) / RECORD * LANES;
+        let window = window..window + (1 + 2 * reach) * LANES;
+        let (points, quads) = (&points[window.clone()], &mut quads[window]);
+        for rows in rows[start..next].chunks(TOGETHER) {
+            for (row, pulls) in rows.iter().zip(&mut pulls) {
+                let others = &layout.others[row.other as usize];
+                prefetch(is_far, (points, quads), &layout.others, row.other as usize);
+                for part in (0..LANES).step_by(lanes) {
+                    let here = motion::<S, R, DAMPED>(simd, positions, velocities, at, part);
+                    let mut there = [R::ZERO; GATHERED];
+                    R::gather(simd, points, &others[part..part + lanes], &mut there);
+                    let there = motion::<S, R, DAMPED>(simd, &there, &there[RECORD..], 0, 0);
+                    let law = values(simd, table, row, part);
+                    let mask = u64::from(row.mask >> part);
+                    let (pull, burns) =
+                        pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, mask);
+                    store(pull, pulls, part);
+                    let sum: [Pack<S, R>; 3] = load(simd, &own, part);
+                    store(zip(sum, pull, |s, p| s - p), &mut own, part);
+                    if DAMPED {
+                        let heat = &mut heat[part..part + lanes];
+                        (Pack::<S, R>::from_slice(simd, heat) + burns).store_slice(heat);
+                    }
                 }
             }
-            store(zip(lower, higher, |a, b| a + b), &mut f[at..], part);
-            if DAMPED {
-                heat.store_slice(&mut power[at / 3 + part..at / 3 + part + lanes]);
+            for (row, pulls) in rows.iter().zip(&pulls) {
+                add_to_quads(simd, &layout.others[row.other as usize], pulls, quads);
             }
+        }
+        add_column(&own, &mut forces[at - first..][..RECORD]);
+        if DAMPED {
+            power[(at - first) / 3..][..LANES].copy_from_slice(&heat);
+        }
+    }
+    let tail = reach + records..reach + records + behind.len() / RECORD;
+    settle(simd, (blank..reach, tail), forces, later);
+}
+
+/// Adds the quads of a piece to its forces; those of records in front of it and behind it make room
+/// for these records, which are shorter.
+#[inline(always)]
+fn settle<S: Simd, R: Real>(
+    simd: S,
+    (front, behind): (Range<usize>, Range<usize>),
+    forces: &mut [R],
+    later: &mut [R],
+) {
+    for (record, forces) in (front.end..).zip(forces.as_chunks_mut::<RECORD>().0) {
+        add_column(&columns_of(simd, later, record), forces);
+    }
+    for (to, record) in front.chain(behind).enumerate() {
+        let columns = columns_of(simd, later, record);
+        later[to * RECORD..][..RECORD].copy_from_slice(&columns);
+    }
+}
+
+/// Adds the vectors of a record to the quads of the slots that are named.
+#[inline(always)]
+pub(super) fn add_to_quads<S: Simd, R: Real>(
+    simd: S,
+    others: &[u32; LANES],
+    vectors: &[R; RECORD],
+    quads: &mut [[R; QUAD]],
+) {
+    for (&other, vector) in others.iter().zip(R::to_quads(simd, vectors)) {
+        let sum = &mut quads[other as usize];
+        *sum = core::array::from_fn(|axis| sum[axis] + vector[axis]);
+    }
+}
+
+/// A record of quads as columns.
+#[inline(always)]
+pub(super) fn columns_of<S: Simd, R: Real>(simd: S, quads: &[R], record: usize) -> [R; RECORD] {
+    R::to_columns(simd, &quads.as_chunks::<QUAD>().0.as_chunks::<LANES>().0[record])
+}
+
+/// Copies a motion to points, particle by particle.
+#[inline(always)]
+pub(super) fn set_points<S: Simd, R: Real>(
+    simd: S,
+    [positions, velocities]: [&[R]; 2],
+    points: &mut [R],
+) {
+    let records = positions.as_chunks::<RECORD>().0.iter().zip(velocities.as_chunks::<RECORD>().0);
+    let points = points.as_chunks_mut::<POINT>().0.as_chunks_mut::<LANES>().0;
+    for ((x, v), points) in records.zip(points) {
+        let (x, v) = (R::to_quads(simd, x), R::to_quads(simd, v));
+        for lane in 0..LANES {
+            points[lane][..QUAD].copy_from_slice(&x[lane]);
+            points[lane][QUAD..].copy_from_slice(&v[lane]);
         }
     }
 }

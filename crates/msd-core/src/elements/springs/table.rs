@@ -26,26 +26,23 @@ impl<R: Real> Table<R> {
     pub(super) fn add(&mut self, layout: &mut Layout, column: usize, value: impl Fn(usize) -> R) {
         let mut first: Vec<Option<R>> = vec![None; self.rows];
         let mut alike = vec![true; self.rows];
-        for places in [&layout.places, &layout.second_places] {
-            for (spring, &place) in places.iter().enumerate().filter(|row| *row.1 != NOWHERE) {
-                let row = place as usize / LANES;
-                let value = value(spring);
-                let first = *first[row].get_or_insert(value);
-                // By their bits: minus zero is not zero.
-                alike[row] &= same(value, first);
-            }
+        let places = layout.places.iter().enumerate().filter(|row| *row.1 != NOWHERE);
+        for (spring, &place) in places.clone() {
+            let row = place as usize / LANES;
+            let value = value(spring);
+            let first = *first[row].get_or_insert(value);
+            // By their bits: minus zero is not zero.
+            alike[row] &= same(value, first);
         }
         for (row, first) in first.into_iter().enumerate() {
             let first = first.unwrap_or(R::ZERO);
             layout.rows[row].values[column] = self.place(first, alike[row]);
         }
-        for places in [&layout.places, &layout.second_places] {
-            for (spring, &place) in places.iter().enumerate().filter(|row| *row.1 != NOWHERE) {
-                let (row, lane) = (place as usize / LANES, place as usize % LANES);
-                if !alike[row] {
-                    let sixteen = layout.rows[row].values[column] as usize;
-                    self.values[sixteen * LANES + lane] = value(spring);
-                }
+        for (spring, &place) in places {
+            let (row, lane) = (place as usize / LANES, place as usize % LANES);
+            if !alike[row] {
+                let sixteen = layout.rows[row].values[column] as usize;
+                self.values[sixteen * LANES + lane] = value(spring);
             }
         }
     }
