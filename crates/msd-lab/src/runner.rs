@@ -4,8 +4,8 @@ use msd_core::elements::Element;
 use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
-    Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene,
-    Settings, Simulation, State, Witness,
+    Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
+    Simulation, State, Witness,
 };
 use serde::{Deserialize, Serialize};
 
