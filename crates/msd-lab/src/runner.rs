@@ -5,8 +5,8 @@ use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
-    Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene,
-    Settings, Simulation, State, Witness,
+    Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
+    Simulation, State, Witness,
 };
 use serde::{Deserialize, Serialize};
 

@@ -218,7 +218,7 @@ impl<R: Real> Batch<R> {
         let &Substep { h, lag, time, .. } = substep;
         let span = Span { h, shift: lag - h * R::HALF };
         for i in 0..RECORD {
-            self.pulls[i] = self.pulls[i] * self.inverse_masses[i % LANES];
+            self.pulls[i] *= self.inverse_masses[i % LANES];
         }
         if substep.starts.is_none() {
             for i in 0..RECORD {
@@ -316,9 +316,9 @@ impl<R: Real> Batch<R> {
             let normal = obstacle.normal(position, time).components();
             let surface = obstacle.velocity(position, time).components();
             let mut touch = self.touch(lane, normal, depth);
-            for axis in 0..3 {
-                touch.velocity[axis] -= surface[axis];
-                touch.start[axis] += surface[axis] * span.h;
+            for (axis, &carried) in surface.iter().enumerate() {
+                touch.velocity[axis] -= carried;
+                touch.start[axis] += carried * span.h;
             }
             let keeps = law.keeps(&touch, span);
             let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
