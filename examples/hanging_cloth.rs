@@ -18,6 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         settings: Settings { substeps: 12, ..Settings::default() },
         precision: Precision::F32,
         notes: Vec::new(),
+        files: Vec::new(),
         progress: None,
     })?;
     Ok(())

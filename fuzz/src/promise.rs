@@ -58,7 +58,7 @@ pub(crate) fn check_simulation<R: Real>(simulation: &Simulation<R>) {
 /// Steps; tells whether the step was made. One that was not has kept the positions, and says why.
 pub(crate) fn step<R: Real>(simulation: &mut Simulation<R>) -> bool {
     let before = simulation.state().positions;
-    let steps = simulation.steps();
+    let (steps, queue) = (simulation.steps(), simulation.queued().to_vec());
     let Err(error) = simulation.step() else {
         assert_eq!(simulation.steps(), steps + 1);
         return true;
@@ -67,5 +67,8 @@ pub(crate) fn step<R: Real>(simulation: &mut Simulation<R>) -> bool {
     assert!(error.is_of_step(), "{error}");
     assert_eq!(simulation.steps(), steps);
     assert_eq!(simulation.state().positions, before, "the last good state is kept");
+    // It would make every step to come fail.
+    assert_eq!(simulation.queued(), queue);
+    simulation.clear_queue();
     false
 }

@@ -126,13 +126,32 @@ fn event_loop() -> Result<winit::event_loop::EventLoop<Arrival>, Missing> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
     let built = std::panic::catch_unwind(|| {
-        winit::event_loop::EventLoop::<Arrival>::with_user_event().build()
+        let mut builder = winit::event_loop::EventLoop::<Arrival>::with_user_event();
+        #[cfg(target_os = "linux")]
+        if is_wayland_gone() {
+            winit::platform::x11::EventLoopBuilderExtX11::with_x11(&mut builder);
+        }
+        builder.build()
     });
     std::panic::set_hook(hook);
     match built {
         Ok(built) => built.map_err(|error| Missing::Display(plain(&error.to_string()))),
         Err(panic) => Err(Missing::Display(panic_text(&*panic))),
     }
+}
+
+/// Whether a name of a Wayland display is left over while an X display may be there: winit would
+/// take the name for the display and give up.
+#[cfg(target_os = "linux")]
+fn is_wayland_gone() -> bool {
+    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    let Some(wayland) = variable("WAYLAND_DISPLAY") else { return false };
+    if variable("DISPLAY").is_none() || variable("WAYLAND_SOCKET").is_some() {
+        return false;
+    }
+    // An absolute name takes the place of the folder.
+    let folder = PathBuf::from(variable("XDG_RUNTIME_DIR").unwrap_or_default());
+    std::os::unix::net::UnixStream::connect(folder.join(wayland)).is_err()
 }
 
 #[cfg(not(target_arch = "wasm32"))]

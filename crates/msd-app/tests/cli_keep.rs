@@ -96,19 +96,61 @@ fn a_twin_tells_the_distance_over_time() {
 }
 
 #[test]
-fn a_recording_cut_short_is_replayed_with_a_warning() {
+fn a_recording_without_its_end_is_replayed_with_a_warning_and_a_damaged_one_if_asked() {
     let folder = folder();
     let path = folder.path().join("r.msdrec");
     json(msd(folder.path(), &["run", "square", "--duration", "2", "--record", "r.msdrec"]));
     let bytes = std::fs::read(&path).expect("the recording");
-    // The end and a part of the event before it are gone: 60 of 120 steps are left.
-    std::fs::write(&path, &bytes[..bytes.len() - 60]).expect("a file");
-    let output = outcome(msd(folder.path(), &["run", "--replay", "r.msdrec", "--json"]));
+    // Events: 60 steps, 60 steps, the end. A length takes 8 bytes, a hash 32, the steps 2; of the
+    // end it is not known, as small numbers take fewer bytes.
+    let end = (0..bytes.len()).rev().find(|&at| {
+        let length = bytes[at..].first_chunk().map(|bytes| u64::from_le_bytes(*bytes));
+        length.is_some_and(|length| at as u64 + 8 + length + 32 == bytes.len() as u64)
+    });
+    let end = end.expect("a frame that ends with the file");
+    let (second, first) = (end - 42, end - 84);
+    let replay = |bytes: &[u8], more: &[&str]| {
+        std::fs::write(&path, bytes).expect("a file");
+        let arguments = ["run", "--replay", "r.msdrec", "--json"];
+        outcome(msd(folder.path(), &[&arguments, more].concat()))
+    };
+    let output = replay(&bytes[..second], &[]);
     assert_eq!(output.status.code(), Some(0));
     assert!(text(&output.stderr).starts_with("warning: the end of the recording is missing"));
     let report = parse(&text(&output.stdout));
-    assert_eq!(report["duration"], 1.0);
-    assert_eq!(report["replay"]["cut_short"], true);
+    assert_eq!((&report["duration"], &report["replay"]["cut_short"]), (&1.0.into(), &true.into()));
+    // A flipped bit in a length, in a content, a cut within an event, bytes after the end.
+    let flipped = |at: usize| {
+        let mut bytes = bytes.clone();
+        bytes[at] ^= 64;
+        bytes
+    };
+    let longer = [&bytes[..], b"x"].concat();
+    for (bytes, what, duration, lost) in [
+        (
+            &flipped(first + 2)[..],
+            "is cut short or damaged within an event, after step 0",
+            0.0,
+            first,
+        ),
+        (&flipped(second + 2), "is cut short or damaged within an event, after", 1.0, second),
+        (&flipped(second + 9), "is damaged: its checksum does not fit, after", 1.0, second),
+        (&bytes[..end - 1], "is cut short or damaged within an event, after", 1.0, second),
+        (&longer, "goes on after its end, after step 120; its last 1 bytes", 2.0, bytes.len()),
+    ] {
+        let output = replay(bytes, &[]);
+        let said = text(&output.stderr);
+        assert_eq!((output.status.code(), output.stdout.len()), (Some(2), 0), "{what}");
+        assert!(said.contains(what) && said.contains("; --salvage replays"), "{what}: {said}");
+        let output = replay(bytes, &["--salvage"]);
+        let report = parse(&text(&output.stdout));
+        let lost = bytes.len() - lost;
+        assert_eq!(output.status.code(), Some(0), "{what}");
+        assert_eq!(report["duration"], duration, "{what}");
+        assert_eq!(report["replay"]["lost_bytes"], lost, "{what}");
+        let told = format!("its last {lost} bytes are lost");
+        assert!(text(&output.stderr).contains(&told), "{}", text(&output.stderr));
+    }
 }
 
 #[test]
@@ -196,11 +238,14 @@ fn a_kill_at_any_moment_leaves_a_saved_run_that_goes_on_to_the_bit() {
     let mut runner = open("chain").expect("a scene").runner().expect("a run");
     (0..steps).for_each(|_| runner.step().expect("a step"));
     assert!(load_saved(&file).expect("a saved run") == of(&runner));
-    // What a kill may leave beside it is named as the documents say.
-    for entry in folder.path().read_dir().expect("a folder").flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        assert!(name == "s.msd" || name.starts_with(".msd-") && name.ends_with(".part"), "{name}");
-    }
+    // What a kill leaves beside it is cleared away by the next that writes the same file.
+    let part = folder.path().join(".msd-0123456789abcdef-0.part");
+    std::fs::write(&part, "of another file").expect("a file");
+    json(msd(folder.path(), &["run", "s.msd", "--duration", "0", "--save", "s.msd"]));
+    let entries = folder.path().read_dir().expect("a folder").flatten();
+    let mut names: Vec<_> = entries.map(|entry| entry.path()).collect();
+    names.sort();
+    assert_eq!(names, [part, file]);
 }
 
 /// A run of the chain as the program saves it.

@@ -75,16 +75,22 @@ fn tune_prints_the_documented_keys_and_keeps_the_wish() {
 fn write_changes_the_solver_section_and_only_for_a_choice_that_meets_the_wish() {
     let folder = folder();
     let path = folder.path().join("rope.toml");
-    std::fs::write(&path, ROPE).unwrap();
+    // An author under Windows, and a second name of the file.
+    let rope = ROPE.replace('\n', "\r\n");
+    std::fs::write(&path, &rope).unwrap();
+    std::fs::hard_link(&path, folder.path().join("second.toml")).unwrap();
     let wish = |error: &'static str| {
         ["tune", "rope.toml", "--max-error", error, "--duration", "0.2", "--write"]
     };
     let told = done(msd(folder.path(), &wish("1e-30")));
     assert!(told.contains("not written"), "{told}");
-    assert_eq!(std::fs::read_to_string(&path).unwrap(), ROPE);
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), rope);
     done(msd(folder.path(), &wish("0.01")));
     let written = std::fs::read_to_string(&path).unwrap();
     assert!(written.contains("integrator =") && written.contains("# many"), "{written}");
+    assert_eq!(written.matches('\n').count(), written.matches("\r\n").count());
+    let second = std::fs::read_to_string(folder.path().join("second.toml")).unwrap();
+    assert!(!cfg!(unix) || second == written);
     let report = done(msd(folder.path(), &["run", "rope.toml", "--duration", "0.1", "--json"]));
     let report = parse(&report);
     assert!(written.contains(report["integrator"].as_str().unwrap()));

@@ -70,7 +70,8 @@ impl Desk {
         let window = Command::new(env!("CARGO_BIN_EXE_msd"))
             .args(["view", "jelly"])
             .env("DISPLAY", &self.display)
-            .env_remove("WAYLAND_DISPLAY")
+            // Left over from another session: no such display is there any more.
+            .env("WAYLAND_DISPLAY", "wayland-gone")
             .env_remove("WAYLAND_SOCKET")
             .env("XDG_RUNTIME_DIR", self._folder.path())
             .env("MSD_STATUS", &self.status)
@@ -94,6 +95,22 @@ impl Desk {
             sleep(Duration::from_millis(50));
         }
         panic!("no frame was drawn")
+    }
+
+    /// Waits for the window to end; returns its exit code and what it said.
+    fn end(&mut self) -> (Option<i32>, String) {
+        let Some(mut window) = self.window.take() else { panic!("the window is gone") };
+        let start = Instant::now();
+        let status = loop {
+            match window.try_wait().expect("it is our child") {
+                Some(status) => break status,
+                None => assert!(start.elapsed() < PATIENCE, "it does not end"),
+            }
+            sleep(Duration::from_millis(20));
+        };
+        let mut told = String::new();
+        window.stderr.take().map(|mut pipe| pipe.read_to_string(&mut told));
+        (status.code(), told)
     }
 
     /// Moves the real pointer or presses a real key of the display.
@@ -184,6 +201,7 @@ fn mouse_and_keyboard_act_on_the_simulation() {
     keys_and_drags_change_the_view(&desk);
     a_tiny_window_is_survived(&desk);
     only_ctrl_q_quits(&mut desk);
+    a_display_that_goes_away_is_told_in_a_line(&mut desk);
 }
 
 fn space_pauses(desk: &Desk) {
@@ -270,16 +288,17 @@ fn only_ctrl_q_quits(desk: &mut Desk) {
     desk.xdotool("key space");
     desk.wait("Escape does not quit", |now| now["frame"] != frame);
     desk.xdotool("key ctrl+q");
-    let Some(mut window) = desk.window.take() else { panic!("the window is gone") };
-    let start = Instant::now();
-    let status = loop {
-        match window.try_wait().expect("it is our child") {
-            Some(status) => break status,
-            None => assert!(start.elapsed() < PATIENCE, "Ctrl+Q does not quit"),
-        }
-        sleep(Duration::from_millis(20));
-    };
-    assert!(status.success(), "{status}");
+    let (code, _) = desk.end();
+    assert_eq!(code, Some(0));
+}
+
+fn a_display_that_goes_away_is_told_in_a_line(desk: &mut Desk) {
+    std::fs::remove_file(&desk.status).expect("the report of before");
+    desk.start().expect("a second window");
+    desk.xvfb.kill().expect("it is our child");
+    let (code, told) = desk.end();
+    assert_eq!((code, told.lines().count()), (Some(1), 1), "{told}");
+    assert!(told.contains(&desk.display) && !told.contains("panicked"), "{told}");
 }
 
 #[test]

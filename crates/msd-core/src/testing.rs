@@ -74,6 +74,9 @@ impl Bench {
 }
 
 /// The forces of an element at a state, newtons.
+///
+/// # Panics
+/// If the columns of the state differ in length.
 pub fn forces(element: &dyn Element<f64>, state: &State<f64>) -> Vec<DVec3> {
     Bench::new(state).forces(element)
 }
@@ -116,6 +119,9 @@ fn compare(what: &str, found: f64, expected: f64, scale: f64) -> Result<(), Stri
 ///
 /// # Errors
 /// Both numbers, where they differ.
+///
+/// # Panics
+/// If the columns of the state differ in length.
 pub fn check_gradient(element: &dyn Element<f64>, state: &State<f64>) -> Result<(), String> {
     let still = State { velocities: vec![DVec3::ZERO; state.positions.len()], ..state.clone() };
     let direction = directions(still.positions.len());
@@ -135,6 +141,9 @@ pub fn check_gradient(element: &dyn Element<f64>, state: &State<f64>) -> Result<
 ///
 /// # Errors
 /// The product and the derivative of the first particle where they differ.
+///
+/// # Panics
+/// If the columns of the state differ in length.
 pub fn check_products(element: &dyn Element<f64>, state: &State<f64>) -> Result<(), String> {
     let count = state.positions.len();
     let state = State { velocities: vec![DVec3::ZERO; count], ..state.clone() };
@@ -167,6 +176,9 @@ pub fn check_products(element: &dyn Element<f64>, state: &State<f64>) -> Result<
 ///
 /// # Errors
 /// The sum that is left.
+///
+/// # Panics
+/// If the columns of the state differ in length.
 pub fn check_reaction(element: &dyn Element<f64>, state: &State<f64>) -> Result<(), String> {
     let forces = forces(element, state);
     let force: DVec3 = forces.iter().sum();
@@ -180,6 +192,9 @@ pub fn check_reaction(element: &dyn Element<f64>, state: &State<f64>) -> Result<
 ///
 /// # Errors
 /// The force on the first particle where they differ.
+///
+/// # Panics
+/// If the columns of the state differ in length.
 pub fn check_rotation(element: &dyn Element<f64>, state: &State<f64>) -> Result<(), String> {
     // A third of a turn about a diagonal, and a reflection of nothing: exact in any precision.
     let turn = DMat3::from_cols(DVec3::Y, DVec3::Z, DVec3::X);

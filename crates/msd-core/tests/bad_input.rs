@@ -213,12 +213,20 @@ fn a_part_whose_indices_overflow_when_it_is_added_is_refused() {
 #[test]
 fn a_count_of_steps_that_is_not_exact_as_a_number_is_refused() {
     let scene = two_masses([1.0, 1.0], 10.0, 0.0, 0.0);
-    let mut simulation = simulation::<f64>(&scene, Integrator::Rk4, 1e-3);
+    let mut simulation = simulation::<f64>(&scene, Integrator::Rk4, 1.0 / 1024.0);
     let state = simulation.state();
     assert!(simulation.set_state(&state, u64::MAX).is_err());
+    let message = simulation.set_state(&state, 1 << 53).unwrap_err().to_string();
+    assert_eq!(message, "number of step 0 is 9.007199254740992e15; it must be less than 2^53");
     assert_eq!(simulation.steps(), 0);
-    simulation.set_state(&state, 1 << 53).expect("the last one that is exact");
-    simulation.step().expect("a step");
+    // Time, exact with such a step, still moves; with one more count it would stand still.
+    simulation.set_state(&state, (1 << 53) - 2).expect("exact");
+    let time = simulation.time();
+    simulation.step().expect("the last step");
+    assert!(time < simulation.time());
+    let before = simulation.progress();
+    assert!(matches!(simulation.step(), Err(Error::OutOfDomain { .. })));
+    assert!(simulation.progress() == before);
 }
 
 #[test]

@@ -137,6 +137,7 @@ fn an_interaction_that_blows_up_the_scene_is_undone_with_the_step() {
     pair.queue(Interaction::Impulse { particles: Select::All, impulse }).unwrap();
     assert!(matches!(pair.step(), Err(Error::Diverged(_))));
     assert_eq!(pair.state(), before);
+    pair.clear_queue();
     pair.step().unwrap();
 }
 
@@ -390,11 +391,52 @@ fn a_pin_keeps_its_velocity_where_the_step_it_came_with_diverges() {
     for integrator in Integrator::ALL {
         // The force overflows, and even a pinned particle has a part of it: infinity times zero.
         let mut pair = simulation::<f64>(&two_masses([1.0; 2], 1e308, 0.0, 9.0), integrator, H);
-        pair.queue(Interaction::Pin { particle: 0, velocity }).unwrap();
+        let pin = Interaction::Pin { particle: 0, velocity };
+        pair.queue(pin).unwrap();
         if pair.step().is_err() {
+            assert_eq!(pair.queued(), [pin], "{integrator}");
+            pair.apply_queued().unwrap();
+            assert!(pair.step().is_err());
             assert_eq!(pair.state().velocities, [velocity, DVec3::ZERO], "{integrator}");
         }
         assert_eq!(pair.velocity(0), velocity, "{integrator}");
+    }
+}
+
+#[test]
+fn a_step_that_fails_leaves_the_run_and_its_queue_as_they_were() {
+    use Interaction::*;
+    let (all, value) = (Select::All, DVec3::new(0.0, -3.0, 0.0));
+    let queue = [
+        Impulse { particles: all, impulse: DVec3::X },
+        SetMass { particles: all, value: 2.0 },
+        ScaleRestLength { springs: all, factor: 1.5 },
+        Pin { particle: 0, velocity: DVec3::Y },
+        grab(1, DVec3::new(4.0, 0.0, 0.0), 5.0),
+        SetStiffness { springs: all, value: 900.0 },
+        SetGravity { value },
+        Push { particle: 1, force: DVec3::Z },
+        Spin { particles: all, velocity: DVec3::Z },
+    ];
+    // Some change the model, some the grabs alone, and some the state alone.
+    for queue in [&queue[..], &queue[4..5], &queue[6..7], &queue[7..]] {
+        let (mut run, push) = (pair(), Push { particle: 0, force: DVec3::Y });
+        run.queue(push).unwrap();
+        run.apply_queued().unwrap();
+        queue.iter().for_each(|&interaction| run.queue(interaction).unwrap());
+        let mut never_failed = run.clone();
+        let before = run.progress();
+        let short = run.settings();
+        run.set_settings(Settings { step: 1e6, substeps: 9, ..short }).unwrap();
+        let long = run.progress();
+        assert!(matches!(run.step(), Err(Error::Diverged(_))));
+        assert!(run.progress() == long, "{queue:?}");
+        run.set_settings(short).unwrap();
+        assert!(run.progress() == before, "{queue:?}");
+        run.step().unwrap();
+        never_failed.step().unwrap();
+        assert_eq!(run.state(), never_failed.state(), "{queue:?}");
+        assert!(run.queued().is_empty());
     }
 }
 

@@ -1,6 +1,7 @@
 //! How does the row of a body become particles and springs?
 
 use crate::budget::{Budget, count_lattice};
+use crate::domain::Domain;
 use crate::error::{LabError, plain, tame};
 use crate::mesh::{self, Filling, Mesh, MeshError, MeshOptions};
 use crate::node::Source;
@@ -45,6 +46,7 @@ impl Builder<'_> {
             Kind::Explicit => self.explicit(row, body)?,
         };
         self.place(row, body, &mut built.part)?;
+        self.check_masses(row, body, &built.part)?;
         self.check_apart(row, body, &built.part)?;
         Ok(built)
     }
@@ -54,7 +56,7 @@ impl Builder<'_> {
         let size = self.lattice_size(row, body)?;
         let spacing = self
             .source
-            .positive(format_args!("bodies[{row}].spacing"), body.spacing.unwrap_or(1.0))?;
+            .number(format_args!("bodies[{row}].spacing"), body.spacing.unwrap_or(1.0))?;
         let material = self.material(row, body, Material::default())?;
         let counts = count_lattice(size, neighbours);
         self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;
@@ -71,10 +73,7 @@ impl Builder<'_> {
             return Err(source.missing(format_args!("bodies[{row}]"), "size"));
         };
         for (axis, &length) in size.iter().enumerate() {
-            if length == 0 {
-                let key = format_args!("bodies[{row}].size[{axis}]");
-                return Err(source.out_of_domain(key, length, "at least 1"));
-            }
+            source.count(format_args!("bodies[{row}].size[{axis}]"), length)?;
         }
         let whole = |length: u64| usize::try_from(length).unwrap_or(usize::MAX);
         match (body.kind, size.as_slice()) {
@@ -122,9 +121,9 @@ impl Builder<'_> {
         let stiffness = stiffness.unwrap_or(default.stiffness);
         let damping = body.damping.unwrap_or(default.damping);
         Ok(Material {
-            mass: source.positive(format_args!("bodies[{row}].mass"), mass)?,
-            stiffness: source.not_negative(format_args!("bodies[{row}].stiffness"), stiffness)?,
-            damping: source.not_negative(format_args!("bodies[{row}].damping"), damping)?,
+            mass: source.number(format_args!("bodies[{row}].mass"), mass)?,
+            stiffness: source.number(format_args!("bodies[{row}].stiffness"), stiffness)?,
+            damping: source.number(format_args!("bodies[{row}].damping"), damping)?,
         })
     }
 
@@ -174,13 +173,13 @@ impl Builder<'_> {
         let length = body.length.unwrap_or(1.0);
         let bending = body.bending.unwrap_or(default.bending);
         let spacing = match body.spacing {
-            Some(spacing) => Some(source.positive(format_args!("bodies[{row}].spacing"), spacing)?),
+            Some(spacing) => Some(source.number(format_args!("bodies[{row}].spacing"), spacing)?),
             None => None,
         };
         Ok(MeshOptions {
             filling: body.filling.unwrap_or(Filling::Auto),
-            size: Some(source.positive(format_args!("bodies[{row}].length"), length)?),
-            bending: source.not_negative(format_args!("bodies[{row}].bending"), bending)?,
+            size: Some(source.number(format_args!("bodies[{row}].length"), length)?),
+            bending: source.number(format_args!("bodies[{row}].bending"), bending)?,
             spacing,
             mass,
             stiffness,
@@ -207,6 +206,7 @@ impl Builder<'_> {
 
     fn particles(&self, row: usize, body: &BodyRow, mass: f64) -> Result<Vec<Particle>, LabError> {
         let source = self.source;
+        let masses = Domain::of("bodies.particles.mass");
         let particle = |(n, particle): (usize, &crate::schema::ParticleRow)| {
             let key = format_args!("bodies[{row}].particles[{n}]");
             let (position, velocity) = (particle.position, particle.velocity.unwrap_or_default());
@@ -214,7 +214,7 @@ impl Builder<'_> {
             Ok(Particle {
                 position: source.position(format_args!("{key}.position"), position, self.extent)?,
                 velocity: source.vector(format_args!("{key}.velocity"), velocity)?,
-                mass: source.positive(format_args!("{key}.mass"), mass)?,
+                mass: source.number_in(masses, format_args!("{key}.mass"), mass)?,
             })
         };
         body.particles.iter().enumerate().map(particle).collect()
@@ -227,6 +227,8 @@ impl Builder<'_> {
         (particles, material): (&[Particle], Material),
     ) -> Result<Vec<Spring>, LabError> {
         let source = self.source;
+        let [lengths, stiffnesses, dampings] = ["rest_length", "stiffness", "damping"]
+            .map(|key| Domain::of(&format!("bodies.springs.{key}")));
         let spring = |(n, spring): (usize, &crate::schema::SpringRow)| {
             let key = format_args!("bodies[{row}].springs[{n}]");
             let mut ends = [0; 2];
@@ -244,9 +246,17 @@ impl Builder<'_> {
             let damping = spring.damping.unwrap_or(material.damping);
             Ok(Spring {
                 ends,
-                rest_length: source.not_negative(format_args!("{key}.rest_length"), rest_length)?,
-                stiffness: source.not_negative(format_args!("{key}.stiffness"), stiffness)?,
-                damping: source.not_negative(format_args!("{key}.damping"), damping)?,
+                rest_length: source.number_in(
+                    lengths,
+                    format_args!("{key}.rest_length"),
+                    rest_length,
+                )?,
+                stiffness: source.number_in(
+                    stiffnesses,
+                    format_args!("{key}.stiffness"),
+                    stiffness,
+                )?,
+                damping: source.number_in(dampings, format_args!("{key}.damping"), damping)?,
             })
         };
         body.springs.iter().enumerate().map(spring).collect()
@@ -260,7 +270,7 @@ impl Builder<'_> {
                 let key = format_args!("bodies[{row}].rotation.axis");
                 let axis = source.direction(key, turn.axis)?;
                 let key = format_args!("bodies[{row}].rotation.angle_deg");
-                rotation(axis, source.finite(key, turn.angle_deg)?.to_radians())
+                rotation(axis, source.number(key, turn.angle_deg)?.to_radians())
             }
             None => DMat3::IDENTITY,
         };
@@ -276,6 +286,19 @@ impl Builder<'_> {
             particle.velocity += own;
         }
         Ok(())
+    }
+
+    /// Refuses a mesh so light that a particle, which has a part of its mass, has none.
+    fn check_masses(&self, row: usize, body: &BodyRow, part: &Part) -> Result<(), LabError> {
+        let (Kind::Mesh, Some(mass)) = (body.kind, body.mass) else { return Ok(()) };
+        let key = format_args!("bodies[{row}].mass");
+        let lightest = part.particles.iter().map(|particle| particle.mass).fold(mass, f64::min);
+        self.source.number(key, lightest).map(drop).map_err(|_| {
+            let words = Domain::of("bodies.mass").words();
+            let count = part.particles.len();
+            let expected = format!("so large that each of {count} particles has one {words}");
+            self.source.out_of_domain(key, plain(mass), expected)
+        })
     }
 
     /// Refuses a body so small, or so far out, that rounding puts neighbours on one place: the
@@ -329,7 +352,7 @@ impl Builder<'_> {
             }
             Some(Spin::About(about)) => about,
         };
-        let speed = source.finite(format_args!("bodies[{row}].spin.speed"), about.speed)?;
+        let speed = source.number(format_args!("bodies[{row}].spin.speed"), about.speed)?;
         let axis = match (about.axis, about.random_axis_seed) {
             (Some(axis), None) => {
                 source.direction(format_args!("bodies[{row}].spin.axis"), axis)?

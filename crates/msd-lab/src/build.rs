@@ -3,10 +3,11 @@
 use crate::bodies::{Builder, MeshReader};
 use crate::budget::Budget;
 use crate::decode::decode;
+use crate::domain::Domain;
 use crate::error::{LabError, plain};
 use crate::node::Source;
 use crate::runner::Precision;
-use crate::schema::{PinRow, PlaneRow, SceneFile, SolverRow, VERSION, WorldRow};
+use crate::schema::{PinRow, PlaneRow, SceneFile, SolverRow, WorldRow};
 use msd_core::{Friction, Integrator, Lattice, Pin, Plane, Scene, Settings, World};
 use std::collections::BTreeMap;
 
@@ -28,10 +29,7 @@ pub(crate) fn understand(
     read_mesh: &MeshReader<'_>,
 ) -> Result<Understood, LabError> {
     let file: SceneFile = decode(source)?;
-    if file.version != VERSION {
-        let key = format_args!("version");
-        return Err(source.out_of_domain(key, file.version, format!("{VERSION}")));
-    }
+    source.count(format_args!("version"), file.version.into())?;
     let precision = file.solver.precision.unwrap_or_default();
     source.precision.set(precision);
     let settings = settings(source, &file.solver)?;
@@ -78,20 +76,26 @@ fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, LabErro
             let reason = "and solver.steps_per_second exclude each other";
             return Err(source.refuse(format_args!("solver.step"), reason));
         }
-        (Some(step), None) => source.positive(format_args!("solver.step"), step)?,
+        (Some(step), None) => source.number(format_args!("solver.step"), step)?,
         (None, rate) => {
             let rate = rate.unwrap_or(60.0);
-            1.0 / source.positive(format_args!("solver.steps_per_second"), rate)?
+            1.0 / source.number(format_args!("solver.steps_per_second"), rate)?
         }
     };
     let default = Settings::default();
     let substeps = count(source, "solver.substeps", solver.substeps, default.substeps)?;
     let newton = count(source, "solver.newton", solver.newton, default.newton)?;
-    let tolerance = solver.tolerance.unwrap_or(default.tolerance);
-    if !(0.0 < tolerance && tolerance <= 1.0) {
-        let key = format_args!("solver.tolerance");
-        return Err(source.out_of_domain(key, plain(tolerance), "positive and at most 1"));
+    let substep = step / f64::from(substeps);
+    if !Domain::Step.holds(substep, source.precision.get()) {
+        let (key, value) = match solver.steps_per_second {
+            Some(rate) => ("solver.steps_per_second", rate),
+            None => ("solver.step", step),
+        };
+        let expected = Domain::of(key).words();
+        return Err(source.out_of_domain(format_args!("{key}"), plain(value), expected));
     }
+    let tolerance = solver.tolerance.unwrap_or(default.tolerance);
+    source.number(format_args!("solver.tolerance"), tolerance)?;
     let integrator: Integrator = solver.integrator.unwrap_or_default();
     Ok(Settings { integrator, step, substeps, tolerance, newton })
 }
@@ -104,9 +108,8 @@ fn count(
     default: u32,
 ) -> Result<u32, LabError> {
     let value = value.unwrap_or(default.into());
-    let count = u32::try_from(value).ok().filter(|&count| 0 < count);
-    let expected = || format!("from 1 to {}", u32::MAX);
-    count.ok_or_else(|| source.out_of_domain(format_args!("{key}"), value, expected()))
+    // Its domain ends where a count does.
+    Ok(u32::try_from(source.count(format_args!("{key}"), value)?).unwrap_or(u32::MAX))
 }
 
 fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, LabError> {
@@ -114,14 +117,11 @@ fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, LabError> {
     let gravity = row.gravity.unwrap_or(default.gravity.to_array());
     let force = row.force.unwrap_or(default.force.to_array());
     let extent = row.extent.unwrap_or(default.extent);
-    if !(0.0 < extent && extent <= 1e12) {
-        let key = format_args!("world.extent");
-        return Err(source.out_of_domain(key, plain(extent), "positive and at most 1e12"));
-    }
+    source.number(format_args!("world.extent"), extent)?;
     Ok(World {
         gravity: source.vector(format_args!("world.gravity"), gravity)?,
         force: source.vector(format_args!("world.force"), force)?,
-        drag: source.not_negative(format_args!("world.drag"), row.drag.unwrap_or(default.drag))?,
+        drag: source.number(format_args!("world.drag"), row.drag.unwrap_or(default.drag))?,
         extent,
     })
 }
@@ -140,20 +140,20 @@ fn plane(source: &Source<'_>, row: usize, plane: &PlaneRow) -> Result<Plane, Lab
             return Err(source.refuse(format_args!("{key}.friction"), reason));
         }
         (None, Some(loss)) => {
-            Friction::TangentialLoss(source.fraction(format_args!("{key}.tangential_loss"), loss)?)
+            Friction::TangentialLoss(source.number(format_args!("{key}.tangential_loss"), loss)?)
         }
         (None, None) if sticky => Friction::TangentialLoss(1.0),
         (factor, None) => {
             let factor = factor.unwrap_or(0.5);
-            Friction::Coulomb(source.not_negative(format_args!("{key}.friction"), factor)?)
+            Friction::Coulomb(source.number(format_args!("{key}.friction"), factor)?)
         }
     };
     let normal = plane.normal.unwrap_or([0.0, 1.0, 0.0]);
     let (offset, restitution) = (plane.offset.unwrap_or(0.0), plane.restitution.unwrap_or(0.0));
     Ok(Plane {
         normal: source.direction(format_args!("{key}.normal"), normal)?,
-        offset: source.finite(format_args!("{key}.offset"), offset)?,
-        restitution: source.fraction(format_args!("{key}.restitution"), restitution)?,
+        offset: source.number(format_args!("{key}.offset"), offset)?,
+        restitution: source.number(format_args!("{key}.restitution"), restitution)?,
         friction,
     })
 }
@@ -190,11 +190,8 @@ fn pins(
             vec![lattice.particle(place)]
         }
         (None, None, Some(every), Some(lattice)) => {
+            let every = source.count(format_args!("{key}.every"), every)?;
             let every = usize::try_from(every).unwrap_or(usize::MAX);
-            if every == 0 {
-                let key = format_args!("{key}.every");
-                return Err(source.out_of_domain(key, every, "at least 1"));
-            }
             let top = lattice.particle([lattice.size()[0] - 1, 0, 0]);
             (top..lattice.particle_count()).step_by(every).collect()
         }

@@ -4,7 +4,7 @@
 //! content (8 bytes, the lowest first), the content, and its BLAKE3 hash (O'Connor and others,
 //! 2020; 32 bytes).
 
-use crate::error::{LabError, Place, one_line};
+use crate::error::{LabError, Place, one_line, shown_path};
 use crate::input::open_regular;
 use crate::output::Output;
 use serde::Serialize;
@@ -49,7 +49,7 @@ impl Kind {
 
     /// Reads a file into memory once its first line is that of this kind.
     pub(crate) fn load(&self, path: &Path) -> Result<Vec<u8>, LabError> {
-        let file = path.display().to_string();
+        let file = shown_path(path);
         let refused = |reason: String| LabError::Unreadable { file: file.clone(), reason };
         let mut source = open_regular(path, LARGEST + 1)?;
         let mut bytes = Vec::new();
@@ -132,6 +132,11 @@ impl<'a> Frames<'a> {
         Found::Whole(content)
     }
 
+    /// Bytes from the next frame on.
+    pub(crate) fn rest(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
     /// Takes the next frame apart, which must be there.
     pub(crate) fn expect<T: DeserializeOwned>(&mut self) -> Result<T, LabError> {
         match self.next() {
@@ -154,7 +159,12 @@ impl<'a> Frames<'a> {
 
     /// The error of a frame whose content is not what was written.
     pub(crate) fn damaged(&self) -> LabError {
-        malformed(self.name, "is damaged: its checksum does not fit".into())
+        self.malformed("is damaged: its checksum does not fit")
+    }
+
+    /// The error of a file that is not as it should be.
+    pub(crate) fn malformed(&self, reason: &str) -> LabError {
+        malformed(self.name, reason.into())
     }
 }
 

@@ -1,6 +1,7 @@
 //! What does msd-lab refuse, and what does the message say? Every message is one line.
 
 use crate::mesh::MeshError;
+pub use crate::shown::{shown_path, tame};
 use std::fmt;
 
 /// A place in an input: a file, and where in it if that is known.
@@ -178,20 +179,6 @@ pub(crate) fn one_line(message: impl fmt::Display) -> String {
     let message = message.to_string();
     let lines = message.lines().map(str::trim).filter(|line| !line.is_empty());
     tame(&lines.collect::<Vec<_>>().join("; "))
-}
-
-/// Makes what was read from a file fit to be quoted: a control character would break the line or
-/// move the cursor of a terminal.
-pub(crate) fn tame(text: &str) -> String {
-    let mut tame = String::with_capacity(text.len());
-    for character in text.chars() {
-        if character.is_control() {
-            tame.extend(character.escape_default());
-        } else {
-            tame.push(character);
-        }
-    }
-    tame
 }
 
 /// A number as a person would write it: with an exponent where it is very large or small.

@@ -1,6 +1,6 @@
 //! Can a file be read at all? Asked before it is opened: a pipe or a device never ends.
 
-use crate::error::LabError;
+use crate::error::{LabError, shown_path};
 use std::fs::File;
 use std::io::{Read, Take};
 use std::path::Path;
@@ -10,8 +10,7 @@ use std::path::Path;
 /// # Errors
 /// [`LabError::Unreadable`] for what is not there and what is not a regular file.
 pub(crate) fn open_regular(path: &Path, limit: u64) -> Result<Take<File>, LabError> {
-    let refused =
-        |reason: String| LabError::Unreadable { file: path.display().to_string(), reason };
+    let refused = |reason: String| LabError::Unreadable { file: shown_path(path), reason };
     let about = std::fs::metadata(path).map_err(|error| refused(error.to_string()))?;
     if about.is_dir() {
         return Err(refused("it is a folder".into()));

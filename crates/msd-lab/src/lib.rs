@@ -9,6 +9,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod shown;
 pub mod mesh;
 pub mod error;
 pub mod runner;
@@ -16,12 +17,13 @@ pub mod rounding;
 pub mod schema;
 mod node;
 mod decode;
-mod domain;
+pub mod domain;
 mod turn;
 mod budget;
 mod bodies;
 mod build;
 mod input;
+pub mod file_id;
 pub mod output;
 pub mod marks;
 mod envelope;
@@ -44,11 +46,14 @@ pub mod solver_section;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod sweep;
 
-pub use error::{LabError, Place, nearest, plain};
+pub use error::{LabError, Place, nearest, plain, shown_path, tame};
+pub use file_id::FileId;
 pub use msd_core;
 pub use node::SceneFormat;
 pub use output::Output;
-pub use recording::{Recorder, Recording, load_recording, read_recording};
+pub use recording::{
+    Recorder, Recording, load_recording, load_salvaged, read_recording, salvage_recording,
+};
 pub use replay::{Changes, Replay};
 pub use rounding::Rounding;
 pub use runner::{AnyState, Moment, Precision, Runner};

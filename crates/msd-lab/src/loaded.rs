@@ -3,6 +3,7 @@
 use crate::runner::{Precision, Runner};
 use msd_core::{Progress, Scene, Settings};
 use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
 
 /// A scene ready to run: rows, and how its author wants it stepped.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +21,10 @@ pub struct Loaded {
     /// What was done to the input, one line each: welded vertices and the like. Not saved.
     #[serde(skip)]
     pub notes: Vec<String>,
+    /// The files that [`crate::open`] read it from, which nothing should be written over: a scene
+    /// file and its meshes, or a saved run. Not saved.
+    #[serde(skip)]
+    pub files: Vec<PathBuf>,
     /// Of a saved run: how far it is, and what holds it. The scene alone is how it stands then.
     pub progress: Option<Box<Progress>>,
 }
@@ -35,6 +40,7 @@ impl Loaded {
             settings: runner.settings(),
             precision: runner.precision(),
             notes: Vec::new(),
+            files: Vec::new(),
             progress: Some(Box::new(progress)),
         }
     }

@@ -52,12 +52,14 @@ impl<'t> Source<'t> {
     /// Reads a text.
     ///
     /// # Errors
-    /// [`LabError::Malformed`] where the text does not follow the format.
+    /// [`LabError::Malformed`] where the text does not follow the format; [`LabError::Unreadable`]
+    /// where reading it would take too much memory.
     pub(crate) fn parse(
         text: &'t str,
         format: SceneFormat,
         name: &'t str,
     ) -> Result<Self, LabError> {
+        check_memory(text, format, name)?;
         let root = match format {
             SceneFormat::Toml => read_toml(text, name)?,
             SceneFormat::Json => read_json(text, name)?,
@@ -95,6 +97,64 @@ impl<'t> Source<'t> {
             node
         })
     }
+}
+
+/// The most memory that reading a text may take, bytes, by the estimate below.
+const MOST_MEMORY: u64 = 1_500_000_000;
+
+/// Refuses a text that has so many values that reading them would fill a small machine.
+fn check_memory(text: &str, format: SceneFormat, name: &str) -> Result<(), LabError> {
+    let bytes = match format {
+        SceneFormat::Toml => toml_memory(text),
+        SceneFormat::Json => json_memory(text),
+    };
+    if bytes <= MOST_MEMORY {
+        return Ok(());
+    }
+    let gigabytes = |bytes: u64| bytes as f64 * 1e-9;
+    let reason = format!(
+        "it has so many values that reading them would take about {:.1} GB; at most {} GB may be \
+         taken",
+        gigabytes(bytes),
+        gigabytes(MOST_MEMORY)
+    );
+    Err(LabError::Unreadable { file: name.into(), reason })
+}
+
+/// Memory to read a TOML text, bytes, by what was measured for texts of one kind of row: a value and
+/// its tokens take about 160, a list 300, a line 50, and a table, whose keys stand in a tree with
+/// room for eleven, 1500; a dot in a key is a table.
+fn toml_memory(text: &str) -> u64 {
+    let (mut bytes, mut dots) = (0, 0);
+    for byte in text.bytes() {
+        bytes += match byte {
+            b',' => 160,
+            b'[' => 300,
+            b'{' => 1500,
+            b'\n' => 50,
+            b'=' => 60 + 1400 * dots,
+            _ => 0,
+        };
+        match byte {
+            b'.' => dots += 1,
+            b',' | b'[' | b'{' | b'\n' | b'=' => dots = 0,
+            _ => {}
+        }
+    }
+    bytes
+}
+
+/// Memory to read a JSON text, bytes, likewise: a value takes about 100, a list 260, a table 500 and
+/// a key of it 200.
+fn json_memory(text: &str) -> u64 {
+    let cost = |byte| match byte {
+        b',' => 100,
+        b'[' => 260,
+        b'{' => 500,
+        b':' => 200,
+        _ => 0,
+    };
+    text.bytes().map(cost).sum()
 }
 
 fn place(file: &str, text: &str, offset: Option<usize>) -> Place {

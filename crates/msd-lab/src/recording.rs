@@ -3,8 +3,8 @@
 //! A recording is the saved run that it starts from and the events that followed. It grows while it
 //! is made: one that a crash cut short tells all up to its last whole event. See `docs/files.md`.
 
-use crate::envelope::{Found, Kind, frame};
-use crate::error::{LabError, Place};
+use crate::envelope::{Found, Frames, Kind, frame};
+use crate::error::{LabError, shown_path};
 use crate::loaded::Loaded;
 use crate::output::Output;
 use crate::runner::{Precision, Runner};
@@ -13,7 +13,7 @@ use crate::state_hash::state_hash;
 use msd_core::{Interaction, Settings};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
-use std::io::Write;
+use std::io::{Seek, Write};
 use std::path::Path;
 
 /// How the name of a recording ends.
@@ -53,6 +53,9 @@ pub struct Recording {
     pub events: Vec<Event>,
     /// Whether the end is missing: the program that recorded was stopped.
     pub is_cut_short: bool,
+    /// Bytes at the end of the file that are no whole event, and were left out by
+    /// [`salvage_recording`]; else 0.
+    pub lost_bytes: usize,
 }
 
 impl Recording {
@@ -88,42 +91,87 @@ impl Recording {
 /// # Errors
 /// A file that cannot be read; everything that [`read_recording`] refuses.
 pub fn load_recording(path: &Path) -> Result<Recording, LabError> {
-    read_recording(&KIND.load(path)?, &path.display().to_string())
+    read_recording(&KIND.load(path)?, &shown_path(path))
 }
 
 /// Reads a recording from the bytes of a file called `name`. Whether its events fit its run is
-/// checked when they are replayed.
+/// checked when they are replayed. One without its end is taken, if what is there is whole.
 ///
 /// # Errors
 /// [`LabError::Format`] for a file of another format; [`LabError::Malformed`] for bytes that are no
-/// recording, end before its first event or do not fit their checksum.
+/// recording, end before its first event or within one, do not fit their checksum, or go on after
+/// the end of the recording.
 pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, LabError> {
-    let wrong = |reason: &str| {
-        let place = Place { file: name.into(), position: None };
-        LabError::Malformed { place, reason: reason.into() }
-    };
+    match salvage(bytes, name)? {
+        (recording, None) => Ok(recording),
+        (recording, Some(error)) => Err(with_loss(error, &recording)),
+    }
+}
+
+/// Reads from a file what is whole of a recording, up to the first event that is not.
+///
+/// # Errors
+/// A file that cannot be read; everything that [`salvage_recording`] refuses.
+pub fn load_salvaged(path: &Path) -> Result<Recording, LabError> {
+    salvage_recording(&KIND.load(path)?, &shown_path(path))
+}
+
+/// Reads what is whole of a recording from the bytes of a file called `name`, up to the first event
+/// that is not: [`Recording::lost_bytes`] tells how much is left out.
+///
+/// # Errors
+/// [`LabError::Format`] for a file of another format; [`LabError::Malformed`] for bytes that are no
+/// recording, or whose start is not whole.
+pub fn salvage_recording(bytes: &[u8], name: &str) -> Result<Recording, LabError> {
+    salvage(bytes, name).map(|(recording, _)| recording)
+}
+
+/// What is whole of a recording, and what is wrong where that ends.
+fn salvage(bytes: &[u8], name: &str) -> Result<(Recording, Option<LabError>), LabError> {
     let mut frames = KIND.frames(bytes, name)?;
     let start: Loaded = frames.expect()?;
     if !is_saved(&start) {
         return Err(frames.damaged());
     }
-    let mut recording = Recording { start, events: Vec::new(), is_cut_short: false };
-    loop {
-        let event = match frames.next() {
-            Found::Whole(content) => frames.decode(content)?,
-            Found::Damaged => return Err(frames.damaged()),
-            Found::End | Found::Torn => break,
-        };
-        if recording.hash().is_some() {
-            return Err(wrong("goes on after its end"));
+    let mut recording = Recording { start, events: Vec::new(), is_cut_short: false, lost_bytes: 0 };
+    let wrong = loop {
+        let rest = frames.rest();
+        match next_event(&mut frames, &recording) {
+            Ok(Some(event)) => recording.events.push(event),
+            Ok(None) => break None,
+            Err(error) => {
+                recording.lost_bytes = rest;
+                break Some(error);
+            }
         }
-        if matches!(&event, Event::Start(start) if !is_saved(start)) {
-            return Err(frames.damaged());
-        }
-        recording.events.push(event);
-    }
+    };
     recording.is_cut_short = recording.hash().is_none();
-    Ok(recording)
+    Ok((recording, wrong))
+}
+
+/// The next event of a recording of which so much is read.
+fn next_event(frames: &mut Frames<'_>, recording: &Recording) -> Result<Option<Event>, LabError> {
+    let ended = recording.hash().is_some();
+    let event = match frames.next() {
+        Found::End => return Ok(None),
+        _ if ended => return Err(frames.malformed("goes on after its end")),
+        // The length of an event may have been changed as well as its end cut off.
+        Found::Torn => return Err(frames.malformed("is cut short or damaged within an event")),
+        Found::Damaged => return Err(frames.damaged()),
+        Found::Whole(content) => frames.decode(content)?,
+    };
+    match &event {
+        Event::Start(start) if !is_saved(start) => Err(frames.damaged()),
+        _ => Ok(Some(event)),
+    }
+}
+
+/// Says besides what is wrong how much would be lost without it.
+fn with_loss(error: LabError, recording: &Recording) -> LabError {
+    let LabError::Malformed { place, reason } = error else { return error };
+    let (steps, bytes) = (recording.steps(), recording.lost_bytes);
+    let reason = format!("{reason}, after step {steps}; its last {bytes} bytes cannot be used");
+    LabError::Malformed { place, reason }
 }
 
 /// A recording that is being made.
@@ -208,8 +256,14 @@ impl Recorder {
 
     fn write(&mut self, event: &Event) -> Result<(), LabError> {
         // A frame in one go: what a crash cuts short is the last one alone.
+        let start = self.file.stream_position();
         let written = frame(event).and_then(|frame| self.file.write_all(&frame));
-        written.map_err(|error| self.refused(&error))
+        written.map_err(|error| {
+            // On a full disk what is there stays a recording. Where nothing can be cut off it is
+            // a pipe, and nobody reads it again.
+            let _ = start.and_then(|start| self.file.set_len(start));
+            self.refused(&error)
+        })
     }
 
     fn refused(&self, error: &std::io::Error) -> LabError {

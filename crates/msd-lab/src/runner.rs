@@ -227,6 +227,9 @@ impl Runner {
 
     /// Measures what was taken away up to an earlier moment of this run, before something changes
     /// that the energy depends on.
+    ///
+    /// # Panics
+    /// If the moment is of a run with another number of particles.
     pub fn settle(&self, moment: &mut Moment) {
         fn total<R: Real, S: Real>(simulation: &Simulation<R>, state: &State<S>) -> f64 {
             simulation.energy_at(&state.convert()).total()

@@ -3,7 +3,7 @@
 //! A file ending in `.msd` holds everything that a step reads: see `docs/files.md`.
 
 use crate::envelope::{Found, Kind};
-use crate::error::LabError;
+use crate::error::{LabError, shown_path};
 use crate::loaded::{Loaded, has_plain_name};
 use crate::output::Output;
 use std::path::Path;
@@ -29,7 +29,7 @@ pub fn write_saved(loaded: &Loaded, mut output: Output) -> Result<(), LabError> 
 /// # Errors
 /// A file that cannot be read; everything that [`read_saved`] refuses.
 pub fn load_saved(path: &Path) -> Result<Loaded, LabError> {
-    read_saved(&KIND.load(path)?, &path.display().to_string())
+    read_saved(&KIND.load(path)?, &shown_path(path))
 }
 
 /// Reads a saved run from the bytes of a file called `name`. What it tells is checked by

@@ -3,7 +3,7 @@
 use crate::bodies::MeshReader;
 use crate::build::understand;
 use crate::decode::decode;
-use crate::error::{LabError, nearest};
+use crate::error::{LabError, nearest, shown_path};
 use crate::input::open_regular;
 pub use crate::loaded::Loaded;
 use crate::mesh::{self, Mesh, MeshError};
@@ -74,9 +74,11 @@ const MAX_TEXT: u64 = 32 << 20;
 ///
 /// # Errors
 /// A name that stands for nothing, with the nearest one; everything that [`load`] refuses.
-pub fn open(name: &str) -> Result<Loaded, LabError> {
-    if ending(Path::new(name)) == saved::ENDING {
-        return load_saved(Path::new(name));
+pub fn open(name: impl AsRef<Path>) -> Result<Loaded, LabError> {
+    let name = name.as_ref();
+    if ending(name) == saved::ENDING {
+        let loaded = load_saved(name)?;
+        return Ok(Loaded { files: vec![name.into()], ..loaded });
     }
     let draft = Draft::open(name, Path::new(""))?;
     draft.load(&draft.source()?)
@@ -128,6 +130,8 @@ pub(crate) struct Draft {
     text: Cow<'static, str>,
     format: SceneFormat,
     origin: Origin,
+    /// The file that was read, if one was.
+    files: Vec<PathBuf>,
     /// Meshes read so far, by the name that the scene gives.
     meshes: Mutex<BTreeMap<String, Result<Mesh, MeshError>>>,
 }
@@ -143,33 +147,36 @@ enum Origin {
 
 impl Draft {
     /// Reads what [`open`] would open, files relative to a folder.
-    pub(crate) fn open(name: &str, folder: &Path) -> Result<Self, LabError> {
+    pub(crate) fn open(name: &Path, folder: &Path) -> Result<Self, LabError> {
         let path = folder.join(name);
-        let shown = path.display().to_string();
+        let shown = shown_path(&path);
         let ending = ending(&path);
         if matches!(ending.as_str(), "toml" | "json") {
             return Draft::read(&path);
         }
         if MESH_ENDINGS.contains(&ending.as_str()) {
             // Read first: an error should name this file, not the scene around it.
-            let mesh = read_mesh(&path, name)?;
-            let draft = Draft::new(shown, MESH_SCENE, SceneFormat::Toml, Origin::Mesh);
+            let mesh = read_mesh(&path, &name.to_string_lossy())?;
+            let mut draft = Draft::new(shown, MESH_SCENE, SceneFormat::Toml, Origin::Mesh);
+            draft.files.push(path);
             draft.keep(MESH_FILE, Ok(mesh));
             return Ok(draft);
         }
-        if let Some(builtin) = BUILTINS.iter().find(|builtin| builtin.name == name) {
-            return Ok(Draft::new(name, builtin.text, SceneFormat::Toml, Origin::Builtin));
+        if let Some(builtin) = BUILTINS.iter().find(|builtin| Path::new(builtin.name) == name) {
+            return Ok(Draft::new(builtin.name, builtin.text, SceneFormat::Toml, Origin::Builtin));
         }
-        Err(unknown_scene(name, &path))
+        Err(unknown_scene(&shown_path(name), &path))
     }
 
     /// Reads a scene file, TOML or JSON by its ending.
     fn read(path: &Path) -> Result<Self, LabError> {
-        let name = path.display().to_string();
+        let name = shown_path(path);
         let format = format_of(path);
         let text = read_text(path, &name)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
-        Ok(Draft::new(name, text, format, Origin::File(folder)))
+        let mut draft = Draft::new(name, text, format, Origin::File(folder));
+        draft.files.push(path.into());
+        Ok(draft)
     }
 
     fn new(
@@ -178,7 +185,8 @@ impl Draft {
         format: SceneFormat,
         origin: Origin,
     ) -> Self {
-        Draft { name: name.into(), text: text.into(), format, origin, meshes: Mutex::default() }
+        let (name, text, files) = (name.into(), text.into(), Vec::new());
+        Draft { name, text, format, origin, files, meshes: Mutex::default() }
     }
 
     /// The tree of the scene file.
@@ -192,6 +200,7 @@ impl Draft {
         if matches!(self.origin, Origin::Mesh) {
             drop_mesh(&mut loaded, source)?;
         }
+        loaded.files = self.files();
         Ok(loaded)
     }
 
@@ -206,6 +215,16 @@ impl Draft {
             self.keep(file, mesh.clone());
             mesh
         })
+    }
+
+    /// The files that were read so far; a mesh that the crate carries is none.
+    pub(crate) fn files(&self) -> Vec<PathBuf> {
+        let mut files = self.files.clone();
+        if let Origin::File(folder) = &self.origin {
+            let meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
+            files.extend(meshes.keys().map(|file| folder.join(file)).filter(|file| file.exists()));
+        }
+        files
     }
 
     fn keep(&self, file: &str, mesh: Result<Mesh, MeshError>) {
@@ -269,6 +288,7 @@ fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, Lab
         settings: understood.settings,
         precision: understood.precision,
         notes: understood.notes,
+        files: Vec::new(),
         progress: None,
     })
 }

@@ -18,6 +18,18 @@ pub fn with_choice(
 ) -> Result<String, LabError> {
     // Refuses what is wrong with the words of a reader of scenes, not of an editor.
     scenes::read(text, format, name)?;
+    let written = rewritten(text, format, name, choice)?;
+    // The editors end lines as Unix does.
+    let unix = written.replace("\r\n", "\n");
+    Ok(if text.contains("\r\n") { unix.replace('\n', "\r\n") } else { unix })
+}
+
+fn rewritten(
+    text: &str,
+    format: SceneFormat,
+    name: &str,
+    choice: Choice,
+) -> Result<String, LabError> {
     let refused = |reason: String| LabError::Unreadable { file: name.into(), reason };
     match format {
         SceneFormat::Toml => {
@@ -128,6 +140,17 @@ mod tests {
         let text = written(SceneFormat::Toml, &text, Fineness::Tolerance(1e-5));
         let loaded = scenes::parse(&text, SceneFormat::Toml, "a").unwrap();
         assert_eq!(loaded.settings.tolerance, 1e-5);
+    }
+
+    #[test]
+    fn lines_end_as_the_author_ends_them() {
+        let json = "{\"version\": 1,\n\"bodies\": [{\"kind\": \"rope\", \"size\": [3]}]}\n";
+        for (format, text) in [(SceneFormat::Toml, TEXT), (SceneFormat::Json, json)] {
+            let unix = written(format, text, Fineness::Substeps(7));
+            assert!(!unix.contains('\r'), "{unix:?}");
+            let dos = written(format, &text.replace('\n', "\r\n"), Fineness::Substeps(7));
+            assert_eq!(dos, unix.replace('\n', "\r\n"));
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! order of the scene. Each number has the fewest digits that read back as the same number of its
 //! precision.
 
-use crate::error::{LabError, Place, one_line};
+use crate::error::{LabError, Place, one_line, shown_path};
 use crate::input::open_regular;
 use crate::output::Output;
 use crate::runner::{AnyState, Precision};
@@ -24,8 +24,16 @@ const ROW_BYTES: u64 = 1024;
 /// Writes a state.
 ///
 /// # Errors
-/// [`LabError::Unwritable`].
+/// [`LabError::Unwritable`], also for a state with columns of different lengths.
 pub fn write_state(state: &AnyState, output: &mut Output) -> Result<(), LabError> {
+    let [positions, velocities] = match state {
+        AnyState::F32(state) => [state.positions.len(), state.velocities.len()],
+        AnyState::F64(state) => [state.positions.len(), state.velocities.len()],
+    };
+    if positions != velocities {
+        let reason = format!("the state has {positions} positions and {velocities} velocities");
+        return Err(LabError::Unwritable { file: output.name().into(), reason });
+    }
     let written = match state {
         AnyState::F32(state) => write_rows(state, output),
         AnyState::F64(state) => write_rows(state, output),
@@ -51,7 +59,7 @@ fn write_rows<R: Real>(state: &State<R>, output: &mut Output) -> std::io::Result
 /// value that is not a finite number: each names the row, counted from 1 after the header, and the
 /// column.
 pub fn load_state(path: &Path, precision: Precision, count: usize) -> Result<AnyState, LabError> {
-    let name = path.display().to_string();
+    let name = shown_path(path);
     let file = open_regular(path, ROW_BYTES.saturating_mul(count as u64 + 2))?;
     read_state(std::io::BufReader::new(file), precision, (&name, count))
 }

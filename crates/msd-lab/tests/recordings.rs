@@ -5,7 +5,7 @@ use msd_lab::msd_core::{Integrator, Interaction, Real, Select};
 use msd_lab::recording::Event;
 use msd_lab::twin::NOTICEABLE;
 use msd_lab::{Changes, LabError, Loaded, Precision, Recorder, Recording, Replay, Runner, Twin};
-use msd_lab::{load_recording, on, open, read_recording, state_hash};
+use msd_lab::{load_recording, on, open, read_recording, salvage_recording, state_hash};
 use std::path::PathBuf;
 use tempfile::TempDir;
 
@@ -133,27 +133,42 @@ fn a_step_back_beyond_the_start_of_the_recording_is_a_new_start() {
 }
 
 #[test]
-fn a_recording_cut_short_anywhere_is_replayed_up_to_its_last_whole_event() {
+fn a_recording_cut_short_anywhere_is_salvaged_up_to_its_last_whole_event() {
     let (whole, _) = tape(Precision::F32).end();
     let bytes = recorded_bytes();
     let recording = read_recording(&bytes, "r").expect("a recording");
     assert!(recording == whole);
     let mut steps = Vec::new();
     for end in (0..bytes.len()).rev() {
-        let Ok(cut) = read_recording(&bytes[..end], "r") else { break };
+        let Ok(cut) = salvage_recording(&bytes[..end], "r") else { break };
         assert!(cut.is_cut_short && cut.hash().is_none());
         assert!(cut.events[..] == whole.events[..cut.events.len()]);
         steps.push(cut.steps());
+        // Between two events nothing is damaged; within one that must be said.
+        let read = read_recording(&bytes[..end], "r");
+        assert!(if cut.lost_bytes == 0 { read == Ok(cut) } else { read.is_err() });
     }
     // Down to the start alone, each event was lost once.
     assert_eq!((steps[0], steps.last()), (108, Some(&0)));
     assert!(steps.is_sorted_by(|a, b| b <= a));
-    let middle = bytes.len() - 600;
-    let mut changed = bytes.clone();
-    changed[middle] ^= 1;
-    let refused = read_recording(&changed, "r").err().map(|error| error.to_string());
-    // A length that was changed reaches beyond the end: then it looks cut short.
-    assert!(refused.is_none_or(|error| error.contains("checksum")));
+}
+
+#[test]
+fn no_flipped_bit_and_no_byte_too_many_goes_unnoticed() {
+    let bytes = recorded_bytes();
+    let first = bytes.len() - 700;
+    for bit in (8 * first..8 * bytes.len()).step_by(3) {
+        let mut changed = bytes.clone();
+        changed[bit / 8] ^= 1 << (bit % 8);
+        assert!(read_recording(&changed, "r").is_err(), "bit {bit}");
+    }
+    for more in [&b"x"[..], &[0; 40], &bytes[bytes.len() - 90..]] {
+        let refused = read_recording(&[&bytes, more].concat(), "r").expect_err("a refusal");
+        let told = format!("goes on after its end, after step 108; its last {} bytes", more.len());
+        assert!(refused.to_string().contains(&told), "{refused}");
+        let salvaged = salvage_recording(&[&bytes, more].concat(), "r").expect("a recording");
+        assert_eq!((salvaged.lost_bytes, salvaged.is_cut_short), (more.len(), false));
+    }
 }
 
 fn recorded_bytes() -> Vec<u8> {

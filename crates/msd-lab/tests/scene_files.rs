@@ -1,9 +1,11 @@
 //! Does a scene file say what it means, and is one that does not refused by name?
 
+use msd_lab::domain::{DOMAINS, Domain};
 use msd_lab::mesh::{Format, MeshOptions, parse as parse_mesh};
 use msd_lab::msd_core::{Friction, Integrator, Neighbours, Scene, Settings};
 use msd_lab::schema::SceneFile;
 use msd_lab::{BUILTINS, Loaded, Precision, SceneFormat, open, parse, read, write};
+use std::collections::BTreeMap;
 
 fn toml(text: &str) -> Result<Loaded, String> {
     parse(text, SceneFormat::Toml, "s.toml").map_err(|error| error.to_string())
@@ -145,6 +147,87 @@ fn the_documentation_has_every_key_of_the_schema() {
     for builtin in BUILTINS {
         assert!(open(builtin.name).is_ok());
     }
+}
+
+/// The tables of `docs/scenes.md`: what stands in the column of the domain, by heading and key.
+fn documented_domains() -> BTreeMap<String, String> {
+    let tables = [
+        ("The top", ""),
+        ("[solver]", "solver."),
+        ("[world]", "world."),
+        ("[[world.planes]]", "world.planes."),
+        ("[[bodies]]", "bodies."),
+        ("rotation", "bodies.rotation."),
+        ("spin as a table", "bodies.spin."),
+        ("particles of an explicit body", "bodies.particles."),
+        ("springs of an explicit body", "bodies.springs."),
+        ("[[pins]]", "pins."),
+    ];
+    let (mut found, mut table, mut column) = (BTreeMap::new(), None, None);
+    for line in include_str!("../../../docs/scenes.md").lines() {
+        let line = line.replace('`', "");
+        if let Some(heading) = line.strip_prefix('#') {
+            let heading = heading.trim_start_matches('#').trim();
+            table = tables.iter().find(|row| row.0 == heading).map(|row| row.1);
+        }
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        column = cells.iter().position(|cell| *cell == "domain").or(column);
+        if let (Some(table), Some(column), true) = (table, column, 3 < cells.len()) {
+            found.insert(format!("{table}{}", cells[1]), cells[column].to_owned());
+        }
+    }
+    found
+}
+
+#[test]
+fn the_documentation_has_the_domains_that_are_checked() {
+    let documented = documented_domains();
+    for (key, domain) in DOMAINS {
+        let words = domain.words();
+        let told = documented.get(key).unwrap_or_else(|| panic!("no row of {key}"));
+        let whole = [format!("whole, {words}"), format!("whole, {words} each")];
+        assert!(told == words || whole.contains(told), "{key}: {told}; checked is {words}");
+    }
+}
+
+#[test]
+fn what_lies_in_its_domain_runs_and_what_does_not_is_refused_by_its_words() {
+    let scene = |precision: &str, key: &str, value: f64| {
+        let (table, key) = key.split_once('.').expect("a table and a key");
+        let line =
+            |of: &str| if of == table { format!("{key} = {value:e}\n") } else { String::new() };
+        toml(&format!(
+            "version = 1\n[solver]\nsubsteps = 1\nprecision = '{precision}'\n{}[[bodies]]\n{ROPE}{}",
+            line("solver"),
+            line("bodies")
+        ))
+    };
+    for (precision, key, inside, outside) in [
+        ("f32", "bodies.mass", 3e-39, 2.9e-39),
+        ("f64", "bodies.mass", 6e-309, 5.9e-309),
+        ("f32", "bodies.mass", 3.4e38, 3.5e38),
+        ("f32", "solver.step", 4e-23, 3.9e-23),
+        ("f64", "solver.step", 3e-162, 2.9e-162),
+        ("f64", "solver.step", 1e6, 1.1e6),
+        ("f64", "solver.steps_per_second", 1e-6, 0.9e-6),
+        ("f32", "solver.steps_per_second", 2e22, 3e22),
+        ("f64", "solver.tolerance", 1.0, 1.1),
+        ("f64", "bodies.stiffness", 0.0, -1e-300),
+    ] {
+        let run = scene(precision, key, inside).expect("in its domain").runner();
+        assert!(run.is_ok(), "{key} = {inside:e}: {}", run.unwrap_err());
+        let message = scene(precision, key, outside).expect_err(key).to_string();
+        let words = Domain::of(key).words();
+        let told = message.contains(words) || message.contains("at most 3.4e38");
+        assert!(told, "{key} = {outside:e}: {message}");
+    }
+    // A mesh shares its mass among its particles.
+    let light = "version = 1\n[[bodies]]\nkind = 'mesh'\nfile = 'bunny.obj'\nmass = 1e-38\n";
+    let message = toml(light).expect_err("too light").to_string();
+    assert!(
+        message.contains("bodies[0].mass is 1e-38; it must be so large that each"),
+        "{message}"
+    );
 }
 
 #[test]

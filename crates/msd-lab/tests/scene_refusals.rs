@@ -21,11 +21,27 @@ fn body(lines: &str) -> String {
 const ROPE: &str = "kind = 'rope'\nsize = [3]\n";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 41] = [
+const LINES: [(&str, &str); 48] = [
     ("mass = -1", "s.toml:5:8: bodies[0].mass is -1; it must be positive and finite"),
     ("mass = 0", "bodies[0].mass is 0; it must be positive"),
     ("mass = nan", "bodies[0].mass is NaN; it must be positive and finite"),
     ("mass = inf", "bodies[0].mass is inf; it must be positive and finite"),
+    (
+        "mass = 1e-40",
+        "s.toml:5:8: bodies[0].mass is 1e-40; it must be positive and finite, from 3e-39",
+    ),
+    ("[solver]\nnewton = 2000", "s.toml:6:10: solver.newton is 2000; it must be from 1 to 1000"),
+    ("[solver]\nstep = 1e7", "solver.step is 10000000; it must be positive and at most 1e6"),
+    (
+        "[solver]\nstep = 1e-22",
+        "solver.step is 1e-22; it must be positive and at most 1e6; a substep",
+    ),
+    ("[solver]\nsteps_per_second = 1e-7", "solver.steps_per_second is 1e-7; it must be finite and"),
+    ("[solver]\nsteps_per_second = 1e-300", "solver.steps_per_second is 1e-300; it must be finite"),
+    (
+        "[[world.planes]]\nfriction = 1e39",
+        "friction is 1e39; it must be finite and not negative, at",
+    ),
     ("mass = 'heavy'", "bodies[0].mass is \"heavy\"; it must be a number"),
     ("stiffness = -5", "bodies[0].stiffness is -5; it must be finite and not negative"),
     ("damping = nan", "bodies[0].damping is NaN; it must be finite and not negative"),
@@ -47,7 +63,7 @@ const LINES: [(&str, &str); 41] = [
     ("[[pins]]\nevery = 0", "pins[0].every is 0; it must be at least 1"),
     ("[[pins]]\nat = [0, 3, 0]", "pins[0].at[1] is 3; it must be from 0 to 2"),
     ("[[pins]]\nbody = 0", "pins[0] needs exactly one of the keys"),
-    ("[solver]\nstep = 0", "solver.step is 0; it must be positive and finite"),
+    ("[solver]\nstep = 0", "solver.step is 0; it must be positive and at most 1e6; a substep"),
     ("[solver]\nsteps_per_second = inf", "solver.steps_per_second is inf"),
     ("[solver]\nsubsteps = 0", "solver.substeps is 0; it must be from 1 to 4294967295"),
     ("[solver]\nsubsteps = 1e3", "solver.substeps is 1000.0; it must be a whole number, without a"),

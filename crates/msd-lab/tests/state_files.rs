@@ -3,6 +3,7 @@
 use msd_lab::msd_core::glam::DVec3;
 use msd_lab::msd_core::{Integrator, Pin, Real, State, Vector};
 use msd_lab::{AnyState, Loaded, Output, Precision, open, read_state, state_hash, write_state};
+use std::io::Write;
 use std::path::PathBuf;
 
 fn text_of(state: &AnyState) -> String {
@@ -126,6 +127,15 @@ fn a_state_file_that_does_not_fit_is_refused_by_row_and_column() {
 }
 
 #[test]
+fn a_state_with_columns_of_different_lengths_is_not_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut output = Output::create(&folder.path().join("s.csv")).expect("a file");
+    let uneven = State { positions: vec![DVec3::X; 2], velocities: vec![DVec3::X] };
+    let refused = write_state(&AnyState::F64(uneven), &mut output).expect_err("a refusal");
+    assert!(refused.to_string().ends_with("the state has 2 positions and 1 velocities"));
+}
+
+#[test]
 fn an_output_that_is_dropped_leaves_nothing_and_an_old_file_as_it_was() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("state.csv");
@@ -135,6 +145,30 @@ fn an_output_that_is_dropped_leaves_nothing_and_an_old_file_as_it_was() {
     let names: Vec<PathBuf> =
         folder.path().read_dir().expect("a folder").map(|e| e.expect("a file").path()).collect();
     assert_eq!(names, [path]);
+}
+
+#[test]
+fn many_write_one_file_at_once_and_none_takes_the_part_of_another() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("state.csv");
+    let names = || folder.path().read_dir().expect("a folder").count();
+    // Left by a killed program: none holds a lock on it.
+    drop(Output::create(&path).expect("a file"));
+    let part = |turn: usize| {
+        let hash = blake3::hash(b"state.csv").to_hex();
+        folder.path().join(format!(".msd-{}-{turn}.part", &hash[..16]))
+    };
+    for turn in [0, 3] {
+        std::fs::write(part(turn), "left").expect("a file");
+    }
+    let writers: Vec<Output> = (0..4).map(|_| Output::create(&path).expect("a file")).collect();
+    assert_eq!(names(), 4);
+    for (row, mut output) in writers.into_iter().enumerate() {
+        write!(output, "{row}").expect("room on the disk");
+        output.finish().expect("room on the disk");
+        assert_eq!(std::fs::read_to_string(&path).expect("the file"), row.to_string());
+    }
+    assert_eq!(names(), 1);
 }
 
 #[test]

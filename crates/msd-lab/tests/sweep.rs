@@ -1,7 +1,7 @@
 //! Is a grid what its file says, and is each cell run once and whole?
 
 use msd_lab::LabError;
-use msd_lab::sweep::{Datum, Event, Kind, Store, Summary, Sweep, Table, TableFormat};
+use msd_lab::sweep::{Column, Datum, Event, Kind, Store, Summary, Sweep, Table, TableFormat};
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -377,4 +377,18 @@ fn all_cells_are_checked_before_the_first_runs() {
     assert!(told.expect_err("refused").to_string().contains("solver.substeps is 0"));
     assert!(!store.folder().exists());
     assert_eq!(TableFormat::of(Path::new("a.CSV")), Some(TableFormat::Csv));
+}
+
+#[test]
+fn a_table_with_a_row_of_another_length_is_not_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let column = |name: &str| Column { name: name.into(), kind: Kind::Whole };
+    let table = Table {
+        columns: vec![column("a"), column("b")],
+        rows: vec![vec![Datum::Whole(1), Datum::Whole(2)], vec![Datum::Whole(3)]],
+    };
+    for format in [TableFormat::Csv, TableFormat::Parquet] {
+        let refused = table.write(&folder.path().join("t"), format).expect_err("a refusal");
+        assert!(refused.to_string().ends_with("row 1 has 1 values for 2 columns"), "{refused}");
+    }
 }

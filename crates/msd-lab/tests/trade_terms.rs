@@ -14,6 +14,7 @@ fn loaded(scene: Scene, precision: Precision) -> Loaded {
         settings: Settings::default(),
         precision,
         notes: Vec::new(),
+        files: Vec::new(),
         progress: None,
     }
 }

@@ -2,13 +2,13 @@
 
 use super::failure::{Failure, say};
 use super::values::{
-    Step, cores, duration, finite, integrator, not_negative, positive, precision, side, size, step,
-    substeps, tasks, threads, tolerance,
+    Step, cores, duration, finite, integrator, newton, not_negative, positive, precision, side,
+    size, step, substeps, tasks, threads, tolerance,
 };
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;
-use msd_lab::{Precision, nearest};
+use msd_lab::{Precision, nearest, tame};
 use std::path::PathBuf;
 
 /// Elastic things as particles joined by springs and dampers: see them, grab them, run them.
@@ -17,12 +17,15 @@ use std::path::PathBuf;
 /// (.obj, .stl, .ply, .gltf or .glb) or a saved run (.msd), which goes on where it was saved.
 #[derive(Debug, Parser)]
 #[command(name = "msd", version, args_conflicts_with_subcommands = true)]
-#[command(after_help = "Exit codes: 0 done, 2 bad input or usage, 3 diverged.")]
+#[command(
+    after_help = "Exit codes: 0 done, 1 the display of the window went away, 2 bad input or \
+                        usage, or a file that could not be written, 3 diverged."
+)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Option<Command>,
     /// The scene to show in the window [default: jelly]
-    pub scene: Option<String>,
+    pub scene: Option<PathBuf>,
 }
 
 /// The commands.
@@ -31,7 +34,7 @@ pub enum Command {
     /// Shows a scene in the window; this is also what `msd SCENE` does
     View {
         /// The scene [default: jelly]
-        scene: Option<String>,
+        scene: Option<PathBuf>,
     },
     /// Lists the built-in scenes
     Scenes,
@@ -69,7 +72,7 @@ pub struct SolverArguments {
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,
     /// Newton iterations of backward-euler and implicit-midpoint per step
-    #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = newton, allow_hyphen_values = true)]
     pub newton: Option<u32>,
     /// Precision: f32 or f64
     #[arg(long, value_name = "NAME", value_parser = precision)]
@@ -84,7 +87,7 @@ pub struct SolverArguments {
 pub struct RunArguments {
     /// A built-in scene, a scene file, a mesh or a saved run
     #[arg(required_unless_present = "replay")]
-    pub scene: Option<String>,
+    pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub solver: SolverArguments,
     /// Time to simulate, seconds
@@ -109,6 +112,9 @@ pub struct RunArguments {
     #[arg(long, value_name = "FILE.msdrec")]
     #[arg(conflicts_with_all = ["scene", "duration", "step", "from", "save_every"])]
     pub replay: Option<PathBuf>,
+    /// Replay what is whole of a recording that is damaged, and tell how much is lost
+    #[arg(long, requires = "replay")]
+    pub salvage: bool,
     /// Write how far the replay is from the recorded run after each step to this file
     #[arg(long, value_name = "DISTANCES.csv", requires = "replay")]
     pub distances: Option<PathBuf>,
@@ -127,7 +133,7 @@ pub struct RunArguments {
 #[derive(Debug, Args)]
 pub struct RenderArguments {
     /// A built-in scene, a scene file or a mesh
-    pub scene: String,
+    pub scene: PathBuf,
     #[command(flatten)]
     pub solver: SolverArguments,
     /// Time to simulate before the picture is taken, seconds
@@ -165,7 +171,7 @@ pub struct RenderArguments {
 #[derive(Debug, Args)]
 pub struct StudyArguments {
     /// A built-in scene, a scene file or a mesh
-    pub scene: String,
+    pub scene: PathBuf,
     /// Time to simulate, seconds; brought to whole frames of 1/60 s
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
@@ -200,7 +206,7 @@ pub struct StudyArguments {
 #[command(group(clap::ArgGroup::new("goal").required(true)))]
 pub struct TuneArguments {
     /// A built-in scene, a scene file or a mesh
-    pub scene: String,
+    pub scene: PathBuf,
     /// The largest error, metres: root mean square distance of the particles from the reference
     #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
     #[arg(group = "goal")]
@@ -320,7 +326,7 @@ pub fn explain(error: &clap::Error, first: Option<String>) -> Result<(), Failure
     let told = text.lines().take_while(|line| !line.starts_with("Usage:"));
     let told: Vec<&str> = told.map(str::trim).filter(|line| !line.is_empty()).collect();
     let told = told.into_iter().filter(|line| !line.starts_with("For more information"));
-    let mut message = told.collect::<Vec<_>>().join("; ").replace(":; ", ": ");
+    let mut message = tame(&told.collect::<Vec<_>>().join("; ").replace(":; ", ": "));
     if let Some(rest) = message.strip_prefix("error: ") {
         message = rest.into();
     }

@@ -2,16 +2,18 @@
 
 use super::arguments::{BenchArguments, Work};
 use super::failure::{Failure, say};
+use super::places::Places;
 use super::prepare::is_endless;
 use super::report::evaluations;
 use super::run::explain_divergence;
 use cpu_time::ProcessTime;
 use msd_core::{Error, Integrator, Scene, Settings};
 use msd_lab::trade::trial::state;
-use msd_lab::{LabError, Output, Precision, Runner, peers};
+use msd_lab::{LabError, Output, Precision, Runner, peers, shown_path};
 use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 use std::io::Write;
+use std::path::PathBuf;
 use web_time::Instant;
 
 /// Frames until t = 1 s, when positions are written.
@@ -81,19 +83,23 @@ pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
     }
     let settings = Settings { integrator, substeps, ..peers::settings() };
     // Opened first: a folder that is not there is no news for the end.
+    let places = |path: &PathBuf| Places::default().write("--positions", path);
+    arguments.positions.iter().try_for_each(places)?;
     let output = arguments.positions.as_deref().map(Output::create).transpose();
     let output = output.map_err(Failure::input)?;
     let pool = ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| Failure::input(format!("--threads {threads}: {error}")))?;
-    let report = pool.install(|| {
+    let (report, written) = pool.install(|| {
         let report = measure(arguments, settings)?;
-        output.map_or(Ok(()), |output| write_positions(arguments, settings, output))?;
-        Ok(report)
+        let write = |output| write_positions(arguments, settings, output);
+        Ok((report, output.map_or(Ok(()), write)))
     })?;
-    if arguments.json {
-        return say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
-    }
-    say(&summary(&report, arguments))
+    let said = if arguments.json {
+        say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
+    } else {
+        say(&summary(&report, arguments, written.is_ok()))
+    };
+    Failure::all(written.err().into_iter().chain(said.err()))
 }
 
 fn scene(arguments: &BenchArguments) -> Result<Scene, LabError> {
@@ -216,12 +222,12 @@ fn write_positions(
     }
     for number in state(&runner).positions.iter().flat_map(|position| position.to_array()) {
         let written = output.write_all(&number.to_le_bytes());
-        written.map_err(|error| Failure::input(format!("{}: {error}", output.name())))?;
+        written.map_err(|error| Failure::input(output.refused(&error)))?;
     }
     output.finish().map_err(Failure::input)
 }
 
-fn summary(report: &Report, arguments: &BenchArguments) -> String {
+fn summary(report: &Report, arguments: &BenchArguments, written: bool) -> String {
     let Report { scene, particles, springs, integrator, precision, .. } = report;
     let Report { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
     let count = |count: u64, what: &str| match count {
@@ -247,8 +253,8 @@ fn summary(report: &Report, arguments: &BenchArguments) -> String {
         let megabytes = 1e-6 * bytes as f64;
         format!("{megabytes:.1} MB of memory at most")
     }));
-    lines.extend(arguments.positions.as_ref().map(|path| {
-        let path = path.display();
+    lines.extend(arguments.positions.as_ref().filter(|_| written).map(|path| {
+        let path = shown_path(path);
         format!("positions at t = 1 s in {path}")
     }));
     lines.join("\n")

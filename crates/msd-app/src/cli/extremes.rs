@@ -2,17 +2,17 @@
 
 use super::arguments::ExtremesArguments;
 use super::failure::{Failure, say};
+use super::places::{Places, make_folder, write_file};
 use super::progress::Bar;
 use msd_core::Integrator;
-use msd_lab::Output;
 use msd_lab::extremes::conduct::{Extremes, Plan, conduct};
 use msd_lab::extremes::distance::{self, DISTANCES, Loss};
 use msd_lab::extremes::outcome::Outcome;
 use msd_lab::extremes::{figure, tables};
 use msd_lab::marks::put;
+use msd_lab::{LabError, shown_path};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::Write;
 use std::path::Path;
 use web_time::Instant;
 
@@ -31,8 +31,10 @@ struct Report {
 /// Runs everything and writes maps and tables.
 pub fn run_extremes(arguments: &ExtremesArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
-    std::fs::create_dir_all(folder)
-        .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
+    make_folder(folder)?;
+    let mut places = Places::default();
+    names().iter().try_for_each(|name| places.write("--out", &folder.join(name)))?;
+    arguments.page.iter().try_for_each(|page| places.write("--page", page))?;
     let page = arguments.page.as_deref().map(open_page).transpose()?;
     let threads = arguments.jobs.unwrap_or_else(available);
     let plan = if arguments.quick { Plan::quick(threads) } else { Plan::full(threads) };
@@ -43,11 +45,12 @@ pub fn run_extremes(arguments: &ExtremesArguments) -> Result<(), Failure> {
     bar.end();
     let losses = losses.map_err(Failure::input)?;
     let all = all_tables(&extremes, &losses);
-    write_all(folder, &extremes, &all)?;
+    let mut unwritten = write_all(folder, &extremes, &all);
     if let (Some(path), Some(text)) = (&arguments.page, page) {
         let filled =
             |text: String, (name, table): (&str, &String)| put(&text, name, table).unwrap_or(text);
-        write(path, &NAMES.into_iter().zip(&all).fold(text, filled))?;
+        let text = NAMES.into_iter().zip(&all).fold(text, filled);
+        unwritten.extend(write_file(path, text.as_bytes()).err());
     }
     let failures = extremes.failures();
     let report = Report {
@@ -57,16 +60,16 @@ pub fn run_extremes(arguments: &ExtremesArguments) -> Result<(), Failure> {
         failures,
         distances: losses,
     };
-    if arguments.json {
-        say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)?;
+    let said = if arguments.json {
+        say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
     } else {
-        say(&summary(&report, folder))?;
-    }
-    if report.failures.is_empty() {
-        return Ok(());
-    }
+        say(&summary(&report, folder))
+    };
     let count = report.failures.len();
-    Err(Failure::diverged(format!("{count} runs failed: {}", report.failures.join("; "))))
+    let failed = (0 < count)
+        .then(|| Failure::diverged(format!("{count} runs failed: {}", report.failures.join("; "))));
+    let unwritten = unwritten.into_iter().map(Failure::input);
+    Failure::all(unwritten.chain(said.err()).chain(failed))
 }
 
 fn available() -> usize {
@@ -81,19 +84,30 @@ fn all_tables(extremes: &Extremes, losses: &[Loss]) -> [String; 3] {
     [tables::summary(extremes), tables::hardships(extremes), tables::distances(losses)]
 }
 
-fn write_all(folder: &Path, extremes: &Extremes, all: &[String; 3]) -> Result<(), Failure> {
-    for integrator in Integrator::ALL {
-        write(&folder.join(format!("{integrator}.svg")), &figure::svg(extremes, integrator))?;
-    }
+/// The files of a folder: tables, and a figure of each method.
+fn names() -> Vec<String> {
+    let tables = ["tables.md", "hardships.csv", "maps.csv"].map(String::from);
+    let figures = Integrator::ALL.map(|integrator| format!("{integrator}.svg"));
+    tables.into_iter().chain(figures).collect()
+}
+
+/// Writes every file; returns those that could not be.
+fn write_all(folder: &Path, extremes: &Extremes, all: &[String; 3]) -> Vec<LabError> {
     let titled = TITLES.iter().zip(all).map(|(title, table)| format!("## {title}\n\n{table}"));
-    write(&folder.join("tables.md"), &titled.collect::<Vec<_>>().join("\n"))?;
-    write(&folder.join("hardships.csv"), &tables::hardships_csv(extremes))?;
-    write(&folder.join("maps.csv"), &tables::maps_csv(extremes))
+    let tables = [
+        titled.collect::<Vec<_>>().join("\n"),
+        tables::hardships_csv(extremes),
+        tables::maps_csv(extremes),
+    ];
+    let figures = Integrator::ALL.map(|integrator| figure::svg(extremes, integrator));
+    let files = names().into_iter().zip(tables.into_iter().chain(figures));
+    let write = |(name, text): (String, String)| write_file(&folder.join(name), text.as_bytes());
+    files.filter_map(|file| write(file).err()).collect()
 }
 
 /// Reads a page that has marks for every table.
 fn open_page(path: &Path) -> Result<String, Failure> {
-    let refused = |why: String| Failure::input(format!("{}: {why}", path.display()));
+    let refused = |why: String| Failure::input(format!("{}: {why}", shown_path(path)));
     let text = std::fs::read_to_string(path).map_err(|error| refused(error.to_string()))?;
     match NAMES.into_iter().find(|name| put(&text, name, "").is_none()) {
         Some(name) => {
@@ -101,13 +115,6 @@ fn open_page(path: &Path) -> Result<String, Failure> {
         }
         None => Ok(text),
     }
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    let mut output = Output::create(path).map_err(Failure::input)?;
-    let written = output.write_all(text.as_bytes());
-    written.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-    output.finish().map_err(Failure::input)
 }
 
 fn counts(extremes: &Extremes) -> BTreeMap<&'static str, BTreeMap<&'static str, usize>> {
@@ -128,6 +135,6 @@ fn summary(report: &Report, folder: &Path) -> String {
             counts.iter().map(|(outcome, count)| format!("{count} {outcome}")).collect();
         lines.push(format!("{method:<17} {}", counts.join(", ")));
     }
-    lines.push(format!("maps and tables in {}", folder.display()));
+    lines.push(format!("maps and tables in {}", shown_path(folder)));
     lines.join("\n")
 }

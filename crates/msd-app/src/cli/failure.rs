@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 
-/// Exit code of bad input or usage.
+/// Exit code of bad input or usage, and of a file that could not be written.
 const BAD_INPUT: u8 = 2;
 /// Exit code of a run that diverged.
 const DIVERGED: u8 = 3;
@@ -11,14 +11,14 @@ const DIVERGED: u8 = 3;
 /// Why a command ended early.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Failure {
-    /// What is wrong; one line, but for a window that cannot open.
+    /// What is wrong; one line for each thing, but two for a window that cannot open.
     pub message: String,
     /// The exit code.
     pub code: u8,
 }
 
 impl Failure {
-    /// Bad input or usage.
+    /// Bad input or usage, or a file that could not be written.
     pub fn input(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: BAD_INPUT }
     }
@@ -26,6 +26,15 @@ impl Failure {
     /// A run that left the world.
     pub fn diverged(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: DIVERGED }
+    }
+
+    /// All of several failures, or none. A file that is missing goes before a divergence, whose exit
+    /// code says that all files are there.
+    pub fn all(failures: impl IntoIterator<Item = Failure>) -> Result<(), Failure> {
+        let failures: Vec<Failure> = failures.into_iter().collect();
+        let Some(code) = failures.iter().map(|failure| failure.code).min() else { return Ok(()) };
+        let messages: Vec<String> = failures.into_iter().map(|failure| failure.message).collect();
+        Err(Failure { message: messages.join("\nerror: "), code })
     }
 
     /// Writes the message to the standard error.

@@ -3,6 +3,8 @@
 mod failure;
 mod values;
 mod arguments;
+mod places;
+mod progress;
 mod prepare;
 mod report;
 mod watch;
@@ -10,7 +12,6 @@ mod files;
 mod run;
 mod replay;
 mod render;
-mod progress;
 mod study;
 mod tune;
 mod sweep;
@@ -20,12 +21,17 @@ mod bench;
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::{Failure, say};
+use msd_lab::shown_path;
+use places::Places;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// The scene of the window that nobody chose.
 const DEFAULT_SCENE: &str = "jelly";
 
-/// Runs the program and returns its exit code: 0 done, 2 bad input or usage, 3 diverged.
+/// Runs the program and returns its exit code: 0 done, 2 bad input or usage or a file that could not
+/// be written, 3 diverged. The window ends with 1 where its display goes away: the library of X11
+/// says so and ends the program.
 pub fn run_program() -> ExitCode {
     // Silent unless asked: one clear line is the whole message of an error.
     let environment = env_logger::Env::default().default_filter_or("off");
@@ -72,10 +78,14 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
     }
 }
 
-fn view(scene: Option<String>) -> Result<(), Failure> {
+fn view(scene: Option<PathBuf>) -> Result<(), Failure> {
     let scene = scene.unwrap_or_else(|| DEFAULT_SCENE.into());
     let loaded = prepare::open(&scene)?;
-    msd_app::view_as(loaded, &scene).map_err(Failure::input)
+    let mut places = Places::default();
+    loaded.files.iter().for_each(|file| places.read("SCENE", file));
+    let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
+    status.iter().try_for_each(|status| places.write("MSD_STATUS", status))?;
+    msd_app::view_as(loaded, &shown_path(&scene)).map_err(Failure::input)
 }
 
 fn list_scenes() -> Result<(), Failure> {

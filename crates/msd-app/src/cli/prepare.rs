@@ -2,9 +2,11 @@
 
 use super::arguments::SolverArguments;
 use super::failure::{Failure, tell};
+use super::progress::patiently;
 use super::values::Step;
 use msd_core::{Integrator, Settings};
-use msd_lab::{Loaded, Rounding, Runner, load_state, plain};
+use msd_lab::{Loaded, Rounding, Runner, load_state, plain, shown_path};
+use std::path::{Path, PathBuf};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
 const FRAME: f64 = 1.0 / 60.0;
@@ -24,6 +26,10 @@ pub struct Prepared {
     pub title: String,
     /// What was done to its input.
     pub notes: Vec<String>,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
+    /// Whether it is a saved run that goes on.
+    pub is_resumed: bool,
     /// The run.
     pub runner: Runner,
     /// The largest stable substep predicted at its start, seconds.
@@ -35,25 +41,30 @@ pub struct Prepared {
 }
 
 /// Opens a scene.
-pub fn open(scene: &str) -> Result<Loaded, Failure> {
+pub fn open(scene: &Path) -> Result<Loaded, Failure> {
     msd_lab::open(scene).map_err(Failure::input)
 }
 
 /// Opens a scene and makes it ready to run for some seconds; tells warnings.
 pub fn prepare(
-    scene: &str,
+    scene: &Path,
     solver: &SolverArguments,
     (flag, duration): (&str, f64),
 ) -> Result<Prepared, Failure> {
-    let mut loaded = open(scene)?;
+    let mut loaded = patiently(&format!("reading {}", shown_path(scene)), || open(scene))?;
     choose(&mut loaded, solver);
     check_read(loaded.settings.integrator, solver)?;
-    let mut runner =
-        loaded.runner().map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    let count = loaded.scene.particles.len();
+    let made = patiently(&format!("making {count} particles ready"), || loaded.runner());
+    let mut runner = made.map_err(|error| {
+        // The file is right in its own precision.
+        let asked = solver.precision.map(|precision| format!(" in {precision}"));
+        Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
+    })?;
     if let Some(path) = &solver.from {
         let count = runner.particle_count();
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
-        let refused = |error| Failure::input(format!("{}: {error}", path.display()));
+        let refused = |error| Failure::input(format!("{}: {error}", shown_path(path)));
         runner.set_state(&state, 0).map_err(refused)?;
     }
     if solver.step == Some(Step::Auto) {
@@ -69,7 +80,7 @@ pub fn prepare(
             settings.substep()
         )));
     }
-    let stable = runner.stable_substep();
+    let stable = predict(&runner);
     let mut warnings = Vec::new();
     warnings.extend(warn_of_step(settings, stable));
     warnings.extend(warn_of_rounding(&Rounding::of(&loaded.scene, runner.precision())));
@@ -79,8 +90,16 @@ pub fn prepare(
         format!("{flag} {duration} s is no multiple of the step; the run takes {time:.6} s")
     }));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
-    let Loaded { name, title, notes, .. } = loaded;
-    Ok(Prepared { name, title, notes, runner, stable, steps, warnings })
+    let Loaded { name, title, notes, files, progress, .. } = loaded;
+    let is_resumed = progress.is_some();
+    Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
+}
+
+/// The largest stable substep, seconds; of a million particles that takes a while.
+fn predict(runner: &Runner) -> f64 {
+    let count = runner.particle_count();
+    let what = format!("predicting the longest stable step of {count} particles");
+    patiently(&what, || runner.stable_substep())
 }
 
 /// Whether so many integration steps would not be done in weeks.
@@ -108,7 +127,7 @@ fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
 /// Sets the longest step that is at most [`AUTO`] of the longest stable one and ends a run of
 /// `duration` seconds on time.
 fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
-    let (integrator, stable) = (runner.integrator(), runner.stable_substep());
+    let (integrator, stable) = (runner.integrator(), predict(runner));
     if stable == 0.0 {
         let message = format!("--step auto: {integrator} is predicted unstable here at any step");
         return Err(Failure::input(message));

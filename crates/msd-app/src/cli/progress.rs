@@ -1,7 +1,27 @@
 //! How far is a long command? Told on the standard error, where a person watches.
 
+use super::failure::tell;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
+
+/// After so long a person asks what is being done.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Does something, and says what if it takes long.
+pub fn patiently<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let (done, end) = channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            if end.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                tell(&format!("{what} ..."));
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
+}
 
 /// A line that says what is being done; silent where nobody watches.
 pub struct Bar(ProgressBar);

@@ -2,12 +2,13 @@
 
 use super::arguments::RenderArguments;
 use super::failure::{Failure, say};
+use super::places::Places;
 use super::prepare::{Prepared, prepare};
 use super::run::explain_divergence;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use msd_app::viewer::shows_springs;
-use msd_lab::{Output, on};
+use msd_lab::{Output, on, shown_path};
 use msd_render::{Gpu, Image, Offscreen, RenderError, Style, View, bounds};
 use std::path::PathBuf;
 
@@ -18,11 +19,15 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let path = arguments.out.clone();
     let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.png", prepared.name)));
     if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
-        let path = path.display();
+        let path = shown_path(&path);
         return Err(Failure::input(format!(
             "{path}: the picture is a PNG; let its name end in .png"
         )));
     }
+    let mut places = Places::default();
+    prepared.files.iter().for_each(|file| places.read("SCENE", file));
+    solver.from.iter().for_each(|state| places.read("--from", state));
+    places.write("--out", &path)?;
     let mut output = Output::create(&path).map_err(Failure::input)?;
     // Asked for before the run: without a driver, or for a picture that is too large for it, the
     // steps would be in vain.
@@ -37,10 +42,11 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let Image { width, height, rgba } = image;
     let encoder = PngEncoder::new(&mut output);
     let written = encoder.write_image(&rgba, width, height, ExtendedColorType::Rgba8);
-    written.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
+    written.map_err(|error| Failure::input(format!("{}: {error}", shown_path(&path))))?;
     output.finish().map_err(Failure::input)?;
     let (name, time) = (&prepared.name, prepared.runner.time());
-    say(&format!("{}: {name} after {time:.3} s, {width}x{height} pixels", path.display()))
+    let path = shown_path(&path);
+    say(&format!("{path}: {name} after {time:.3} s, {width}x{height} pixels"))
 }
 
 fn draw(

@@ -8,18 +8,18 @@ use super::prepare::{Prepared, is_endless, warn_of_step};
 use super::report::{Comparison, Distance, Done, Report};
 use super::run::tell_report;
 use msd_core::Error;
-use msd_lab::twin::{Apart, HEADER};
+use msd_lab::twin::Apart;
 use msd_lab::{
-    Changes, Output, Recording, Replay, Runner, Twin, load_recording, plain, state_hash,
+    Changes, Recording, Replay, Runner, Twin, load_recording, load_salvaged, plain, shown_path,
+    state_hash,
 };
-use std::io::Write;
 use std::path::Path;
 use web_time::{Duration, Instant};
 
 /// Replays a recording, writes what was asked for and tells what came of it.
 pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
-    let recording = load_recording(path).map_err(Failure::input)?;
-    let file = path.display().to_string();
+    let recording = load(path, arguments.salvage)?;
+    let file = shown_path(path);
     let changes = changes(&arguments.solver);
     let refused = |error: Error| Failure::input(format!("{file}: {error}"));
     let mut course = Course::new(&recording, changes).map_err(refused)?;
@@ -29,29 +29,41 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     }
     let mut prepared = prepare(&recording, course.runner())?;
     let mut files = Files::open(arguments, &prepared)?;
-    let mut distances = Distances::open(arguments.distances.as_deref())?;
     let mut done = Done::default();
-    let diverged = step_all(&mut course, &mut done, &mut (&mut files, &mut distances))?;
+    let diverged = step_all(&mut course, &mut done, &mut files);
     // What is no divergence is an event that does not fit: nothing is written then.
     let diverged = match diverged {
         Some(error) if error.is_of_step() => Some(error),
         Some(error) => return Err(refused(error)),
         None => None,
     };
-    files.finish(course.runner()).map_err(Failure::input)?;
-    distances.finish()?;
+    let unwritten = files.finish(course.runner());
+    prepared.warnings.extend(unwritten.clone());
     prepared.runner = course.runner().clone();
     done.diverged = diverged.is_some();
     let mut report = Report::new(prepared, done);
     report.replay = Some(course.compare(&recording, done.diverged));
-    tell_report(&report, arguments, diverged)?;
-    match report.replay.and_then(|replay| replay.same_bits) {
-        Some(false) => Err(Failure::input(format!(
+    let told = tell_report(&report, arguments, (diverged, unwritten));
+    let elsewhere = report.replay.is_some_and(|replay| replay.same_bits == Some(false));
+    let elsewhere = elsewhere.then(|| {
+        Failure::input(format!(
             "{file}: the replay did not end in the state that was recorded; was it recorded by \
              another version of msd?"
-        ))),
-        _ => Ok(()),
+        ))
+    });
+    Failure::all(told.err().into_iter().chain(elsewhere))
+}
+
+/// Reads a recording, or what is whole of it.
+fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
+    if salvage {
+        return load_salvaged(path).map_err(Failure::input);
     }
+    load_recording(path).map_err(|error| {
+        let some_is_whole = load_salvaged(path).is_ok();
+        let advice = if some_is_whole { "; --salvage replays what is whole" } else { "" };
+        Failure::input(format!("{error}{advice}"))
+    })
 }
 
 fn changes(solver: &SolverArguments) -> Changes {
@@ -69,13 +81,19 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
     }
     let stable = runner.stable_substep();
     let mut warnings = Vec::from_iter(warn_of_step(settings, stable));
-    if recording.is_cut_short {
+    if 0 < recording.lost_bytes {
+        warnings.push(format!(
+            "the recording is damaged after step {steps}; its last {} bytes are lost",
+            recording.lost_bytes
+        ));
+    } else if recording.is_cut_short {
         let told = "the end of the recording is missing; it is replayed as far as it goes";
         warnings.push(told.into());
     }
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let (name, title, notes) = (start.name.clone(), start.title.clone(), start.notes.clone());
-    Ok(Prepared { name, title, notes, runner: runner.clone(), stable, steps, warnings })
+    let (files, is_resumed, runner) = (Vec::new(), false, runner.clone());
+    Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
 }
 
 /// A replay alone, or beside one with changes.
@@ -123,6 +141,7 @@ impl<'a> Course<'a> {
             recorded_hash: recording.hash().map(|hash| format!("{hash:016x}")),
             same_bits: recording.hash().filter(|_| !diverged).map(|recorded| recorded == hash),
             cut_short: recording.is_cut_short,
+            lost_bytes: recording.lost_bytes,
             apart,
         }
     }
@@ -141,11 +160,7 @@ fn distance(twin: &Twin<'_>) -> Distance {
 }
 
 /// Replays all steps, or as many as stay in the world; only the steps are timed.
-fn step_all(
-    course: &mut Course<'_>,
-    done: &mut Done,
-    (files, distances): &mut (&mut Files, &mut Distances),
-) -> Result<Option<Error>, Failure> {
+fn step_all(course: &mut Course<'_>, done: &mut Done, files: &mut Files) -> Option<Error> {
     let mut wall = Duration::ZERO;
     // Time and steps before steps had the present length.
     let (mut before, mut since, mut length) = (0.0, 0, course.runner().settings().step);
@@ -165,35 +180,9 @@ fn step_all(
             (before, since, length) = (done.simulated, done.steps - 1, step);
         }
         done.simulated = before + (done.steps - since) as f64 * length;
-        files.follow(course.runner(), done.steps).map_err(Failure::input)?;
-        distances.add(apart)?;
+        files.follow(course.runner(), done.steps);
+        files.add_distance(apart);
     };
     done.wall = wall.as_secs_f64();
-    Ok(error)
-}
-
-/// The file of distances, if it was asked for.
-struct Distances(Option<Output>);
-
-impl Distances {
-    fn open(path: Option<&Path>) -> Result<Self, Failure> {
-        let mut output = path.map(Output::create).transpose().map_err(Failure::input)?;
-        if let Some(output) = &mut output {
-            writeln!(output, "{HEADER}").map_err(|error| unwritable(output, &error))?;
-        }
-        Ok(Distances(output))
-    }
-
-    fn add(&mut self, apart: Option<Apart>) -> Result<(), Failure> {
-        let (Some(output), Some(apart)) = (&mut self.0, apart) else { return Ok(()) };
-        writeln!(output, "{}", apart.line()).map_err(|error| unwritable(output, &error))
-    }
-
-    fn finish(self) -> Result<(), Failure> {
-        self.0.map_or(Ok(()), Output::finish).map_err(Failure::input)
-    }
-}
-
-fn unwritable(output: &Output, error: &std::io::Error) -> Failure {
-    Failure::input(format!("{}: cannot be written: {error}", output.name()))
+    error
 }

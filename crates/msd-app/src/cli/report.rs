@@ -93,6 +93,8 @@ pub struct Comparison {
     pub same_bits: Option<bool>,
     /// Whether the end of the recording is missing.
     pub cut_short: bool,
+    /// Bytes at its end that were left out, as `--salvage` allows; else 0.
+    pub lost_bytes: usize,
     /// Of a replay with another solver: how far it is from the recorded run at the end.
     pub apart: Option<Distance>,
 }

@@ -7,22 +7,22 @@ use super::prepare::{Prepared, advise, prepare};
 use super::report::{Done, Report};
 use super::watch::Watch;
 use msd_core::{Divergence, Error};
-use msd_lab::LabError;
+use std::path::Path;
 use web_time::{Duration, Instant};
 
 /// Runs a scene, writes what was asked for and tells what came of it.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
-    let scene = arguments.scene.as_deref().unwrap_or_default();
+    let scene = arguments.scene.as_deref().unwrap_or(Path::new(""));
     let mut prepared = prepare(scene, &arguments.solver, ("--duration", arguments.duration))?;
     let mut files = Files::open(arguments, &prepared)?;
     let start = (prepared.runner.steps(), prepared.runner.time());
     let mut watch = Watch::new(&prepared.runner, prepared.stable);
-    let stepped = step_all(&mut prepared, &mut files, &mut watch);
-    let (wall, diverged) = stepped.map_err(Failure::input)?;
+    let (wall, diverged) = step_all(&mut prepared, &mut files, &mut watch);
     let warnings = watch.warnings(prepared.runner.settings());
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     prepared.warnings.extend(warnings);
-    files.finish(&prepared.runner).map_err(Failure::input)?;
+    let unwritten = files.finish(&prepared.runner);
+    prepared.warnings.extend(unwritten.clone());
     let done = Done {
         steps: prepared.runner.steps() - start.0,
         simulated: prepared.runner.time() - start.1,
@@ -31,21 +31,20 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         gain: watch.gain,
         solved: watch.solved,
     };
-    tell_report(&Report::new(prepared, done), arguments, diverged)
+    tell_report(&Report::new(prepared, done), arguments, (diverged, unwritten))
 }
 
-/// Tells what came of a run, and where it diverged.
+/// Tells what came of a run, where it diverged, and which files could not be written.
 pub fn tell_report(
     report: &Report,
     arguments: &RunArguments,
-    diverged: Option<Error>,
+    (diverged, unwritten): (Option<Error>, Vec<String>),
 ) -> Result<(), Failure> {
     let told = if arguments.json { report.json() } else { Ok(report.summary()) };
-    say(&told.map_err(Failure::input)?)?;
-    match diverged {
-        Some(error) => Err(explain_divergence(&report.scene, error)),
-        None => Ok(()),
-    }
+    let said = say(&told.map_err(Failure::input)?).err();
+    let diverged = diverged.map(|error| explain_divergence(&report.scene, error));
+    let unwritten = unwritten.into_iter().map(Failure::input);
+    Failure::all(unwritten.chain(said).chain(diverged))
 }
 
 /// Takes all steps, or as many as stay in the world; only the steps are timed.
@@ -53,7 +52,7 @@ fn step_all(
     prepared: &mut Prepared,
     files: &mut Files,
     watch: &mut Watch,
-) -> Result<(Duration, Option<Error>), LabError> {
+) -> (Duration, Option<Error>) {
     let runner = &mut prepared.runner;
     let mut wall = Duration::ZERO;
     for taken in 1..=prepared.steps {
@@ -61,12 +60,12 @@ fn step_all(
         let stepped = runner.step();
         wall += start.elapsed();
         if let Err(error) = stepped {
-            return Ok((wall, Some(error)));
+            return (wall, Some(error));
         }
         watch.look(runner);
-        files.follow(runner, taken)?;
+        files.follow(runner, taken);
     }
-    Ok((wall, None))
+    (wall, None)
 }
 
 /// What happened, and what to change.

@@ -2,6 +2,7 @@
 
 use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
+use super::places::{Places, make_folder, write_file};
 use super::prepare::open;
 use super::progress::Bar;
 use super::run::explain_divergence;
@@ -12,8 +13,7 @@ use msd_lab::trade::stability_table::{euler_steps, stability_table};
 use msd_lab::trade::study::Study;
 use msd_lab::trade::terms::terms;
 use msd_lab::trade::words::{metres, milliseconds, off, short, told};
-use msd_lab::{Loaded, Output};
-use std::io::Write;
+use msd_lab::{Loaded, shown_path};
 use std::path::{Path, PathBuf};
 
 /// Studies a scene and writes the report.
@@ -27,9 +27,10 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     }
     let folder = arguments.out.clone();
     let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{}-study", loaded.name)));
-    // Made before the study: a folder that cannot be made is no news for its end.
-    std::fs::create_dir_all(&folder)
-        .map_err(|error| Failure::input(format!("{}: {error}", folder.display())))?;
+    make_folder(&folder)?;
+    let mut places = Places::default();
+    loaded.files.iter().for_each(|file| places.read("SCENE", file));
+    FILES.into_iter().try_for_each(|name| places.write("--out", &folder.join(name)))?;
     let plan = Plan {
         duration: arguments.duration,
         wanted: arguments.max_error,
@@ -43,14 +44,24 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     });
     bar.end();
     let studied = studied.map_err(|error| explain_divergence(&loaded.name, error))?;
-    write(&folder.join("report.html"), report::html(&studied).as_bytes())?;
-    write(&folder.join("study.csv"), &report::csv(&studied))?;
-    write(&folder.join("work-precision.svg"), report::svg(&studied).as_bytes())?;
-    write(&folder.join("work-precision.png"), &report::png(&studied))?;
     let json = serde_json::to_string_pretty(&studied).map_err(Failure::input)?;
-    write(&folder.join("study.json"), json.as_bytes())?;
-    if arguments.json { say(&json) } else { say(&summary(&studied, &folder)) }
+    let contents = [
+        report::html(&studied).into_bytes(),
+        report::csv(&studied),
+        report::svg(&studied).into_bytes(),
+        report::png(&studied),
+        json.clone().into_bytes(),
+    ];
+    let write = |(name, bytes): (&str, Vec<u8>)| write_file(&folder.join(name), &bytes).err();
+    let unwritten = FILES.into_iter().zip(contents).filter_map(write).map(Failure::input);
+    let unwritten: Vec<Failure> = unwritten.collect();
+    let said = if arguments.json { say(&json) } else { say(&summary(&studied, &folder)) };
+    Failure::all(unwritten.into_iter().chain(said.err()))
 }
+
+/// The files of a report.
+const FILES: [&str; 5] =
+    ["report.html", "study.csv", "work-precision.svg", "work-precision.png", "study.json"];
 
 fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure> {
     let bar = Bar::new();
@@ -78,13 +89,6 @@ fn tell_stability(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Fai
     say(table.text().trim_end())
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    let mut output = Output::create(path).map_err(Failure::input)?;
-    let written = output.write_all(bytes);
-    written.map_err(|error| Failure::input(format!("{}: {error}", path.display())))?;
-    output.finish().map_err(Failure::input)
-}
-
 fn summary(study: &Study, folder: &Path) -> String {
     let Study { scene, particles, springs, size, duration, .. } = study;
     let mut lines = vec![format!(
@@ -105,7 +109,7 @@ fn summary(study: &Study, folder: &Path) -> String {
     lines.push(format!(
         "{} trials; report: {}",
         study.trials.len(),
-        folder.join("report.html").display()
+        shown_path(&folder.join(FILES[0]))
     ));
     lines.join("\n")
 }

@@ -2,7 +2,9 @@
 
 use super::arguments::SweepArguments;
 use super::failure::{Failure, say, tell};
+use super::places::Places;
 use indicatif::{ProgressBar, ProgressStyle};
+use msd_lab::shown_path;
 use msd_lab::sweep::{Event, Store, Summary, Sweep, TableFormat};
 use std::ops::Range;
 use std::path::Path;
@@ -18,16 +20,38 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     }
     if let Some(path) = &arguments.collect {
         let format = TableFormat::of(path).ok_or_else(|| {
-            Failure::input(format!("--collect {}: must end in .parquet or .csv", path.display()))
+            let path = shown_path(path);
+            Failure::input(format!("--collect {path}: must end in .parquet or .csv"))
         })?;
+        check_place((&sweep, &store), ("--collect", path))?;
         return collect(&sweep, &store, (path, format));
     }
     let cells = cells(arguments, sweep.len())?;
     let whole = cells.len() == sweep.len();
+    if whole {
+        check_place((&sweep, &store), ("the table", &store.table_path()))?;
+    }
     let summary = run_cells(&sweep, &store, (cells, arguments.jobs))?;
-    say(&words(&summary, &store))?;
+    let said = say(&words(&summary, &store)).err();
     // A part of a sweep leaves the table alone: every task of an array would read all files.
-    if whole { collect(&sweep, &store, (&store.table_path(), sweep.format())) } else { Ok(()) }
+    let table = || collect(&sweep, &store, (&store.table_path(), sweep.format())).err();
+    let collected = if whole { table() } else { None };
+    Failure::all(said.into_iter().chain(collected))
+}
+
+/// Refuses a table over what the sweep is read from, or over one of its cells.
+fn check_place(
+    (sweep, store): (&Sweep, &Store),
+    (option, path): (&str, &Path),
+) -> Result<(), Failure> {
+    let mut places = Places::default();
+    for number in 0..sweep.len() {
+        let cell = sweep.cell(number).map_err(Failure::input)?;
+        places.read("a cell", &store.path(&cell));
+    }
+    // By now the cells have named their meshes.
+    sweep.files().iter().for_each(|file| places.read("SWEEP", file));
+    places.write(option, path)
 }
 
 /// The cells that were asked for.
@@ -40,7 +64,7 @@ fn cells(arguments: &SweepArguments, count: usize) -> Result<Range<usize>, Failu
     };
     if count <= first {
         let cells = if count == 1 { "is 1 cell" } else { &format!("are {count} cells") };
-        let name = arguments.sweep.display();
+        let name = shown_path(&arguments.sweep);
         return Err(Failure::input(format!(
             "{flag} names cell {first}; it must be from 0 to {}: there {cells} in {name}",
             count - 1
@@ -120,7 +144,7 @@ fn words(summary: &Summary, store: &Store) -> String {
         0 => String::new(),
         count => format!(" ({count} diverged)"),
     };
-    let folder = store.folder().display();
+    let folder = shown_path(store.folder());
     format!("{} {cells}: {run} run{diverged}, {skipped} done before; in {folder}", run + skipped)
 }
 
@@ -136,5 +160,5 @@ fn collect(
     table.write(path, format).map_err(Failure::input)?;
     let rows = table.rows.len();
     let rows = if rows == 1 { "1 row".into() } else { format!("{rows} rows") };
-    say(&format!("{rows} in {}", path.display()))
+    say(&format!("{rows} in {}", shown_path(path)))
 }

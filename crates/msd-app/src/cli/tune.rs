@@ -2,15 +2,15 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
+use super::places::write_file;
 use super::prepare::open;
 use super::progress::Bar;
 use super::run::explain_divergence;
 use msd_lab::trade::choice::{Choice, FRAME, Fineness};
 use msd_lab::trade::tune::{Found, Goal, Tuned, tune};
 use msd_lab::trade::words::{metres, milliseconds};
-use msd_lab::{Output, SceneFormat, solver_section};
+use msd_lab::{SceneFormat, shown_path, solver_section};
 use serde::Serialize;
-use std::io::Write;
 use std::path::Path;
 
 /// What tuning found; the keys of `--json`.
@@ -68,7 +68,7 @@ impl Row {
 /// Tunes a scene and tells, or writes, what came of it.
 pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
     let loaded = open(&arguments.scene)?;
-    let path = Path::new(&arguments.scene);
+    let path = &arguments.scene;
     let format = writable(path, arguments.write)?;
     let goal = match (arguments.max_error, arguments.budget) {
         (Some(error), _) => Goal::MaxError(error),
@@ -81,14 +81,13 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
     });
     bar.end();
     let tuned = tuned.map_err(|error| explain_divergence(&loaded.name, error))?;
-    let mut written = None;
-    if let Some(format) = format.filter(|_| tuned.met) {
-        write_choice(path, format, tuned.best.trial.choice)?;
-        written = Some(arguments.scene.clone());
-    }
+    let write = |format| write_choice(path, format, tuned.best.trial.choice);
+    let done = format.filter(|_| tuned.met).map(write);
+    let written = matches!(done, Some(Ok(()))).then(|| shown_path(path));
+    let unwritten = done.and_then(Result::err);
     if !arguments.json {
         let lines = summary(&loaded.name, &tuned, written.as_deref(), arguments.write);
-        return say(&lines);
+        return Failure::all(unwritten.into_iter().chain(say(&lines).err()));
     }
     let report = Report {
         scene: loaded.name,
@@ -103,7 +102,8 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         tried: tuned.tried,
         written,
     };
-    say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
+    let said = say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
+    Failure::all(unwritten.into_iter().chain(said.err()))
 }
 
 /// The format of a scene file that may be written to; none if that is not wanted.
@@ -116,19 +116,17 @@ fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failure> {
         Some("json") => Ok(Some(SceneFormat::Json)),
         _ => Err(Failure::input(format!(
             "--write changes a scene file (.toml or .json), and {} is none",
-            path.display()
+            shown_path(path)
         ))),
     }
 }
 
 fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), Failure> {
-    let name = path.display().to_string();
+    let name = shown_path(path);
     let refused = |error| Failure::input(format!("{name}: {error}"));
     let text = std::fs::read_to_string(path).map_err(refused)?;
     let text = solver_section::with_choice(&text, format, &name, choice);
-    let mut output = Output::create(path).map_err(Failure::input)?;
-    output.write_all(text.map_err(Failure::input)?.as_bytes()).map_err(refused)?;
-    output.finish().map_err(Failure::input)
+    write_file(path, text.map_err(Failure::input)?.as_bytes()).map_err(Failure::input)
 }
 
 fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: bool) -> String {

@@ -1,6 +1,7 @@
 //! What may an option of the command line be? Read from text, or refused in a few words.
 
 use msd_core::Integrator;
+use msd_lab::domain::MOST_NEWTON;
 use msd_lab::{Precision, nearest};
 
 /// The length of an integration step.
@@ -92,6 +93,12 @@ pub fn finite(text: &str) -> Result<f64, String> {
 pub fn substeps(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|&number| 0 < number);
     number.ok_or_else(|| format!("must be a whole number from 1 to {}", u32::MAX))
+}
+
+/// A number of Newton iterations.
+pub fn newton(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|number| (1..=MOST_NEWTON).contains(number));
+    number.ok_or_else(|| format!("must be a whole number from 1 to {MOST_NEWTON}"))
 }
 
 /// Particles along a side of what is measured.

@@ -10,8 +10,8 @@ pub const MAX_PARTICLES: usize = 1 << 24;
 /// The most springs a system may have.
 pub const MAX_SPRINGS: usize = 1 << 27;
 
-/// The most steps a run may have taken: a double, of which time is made, counts them exactly.
-const MOST_STEPS: u64 = 1 << 53;
+/// More steps than a run may have taken: a double, of which time is made, counts them exactly.
+const TOO_MANY_STEPS: u64 = 1 << 53;
 
 /// Checks that `value` of row `row` lies in a domain.
 pub(crate) fn check(
@@ -40,7 +40,7 @@ pub(crate) fn check_steps(
     at: (&'static str, usize),
     steps: u64,
 ) -> Result<(), Error> {
-    check(steps <= MOST_STEPS, quantity, at, steps as f64, "at most 2^53")
+    check(steps < TOO_MANY_STEPS, quantity, at, steps as f64, "less than 2^53")
 }
 
 /// Checks every row of a scene for a run in precision `R`.

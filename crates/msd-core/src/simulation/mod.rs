@@ -17,6 +17,7 @@ pub use progress::{Held, Progress};
 pub use witness::Witness;
 
 use crate::columns::threads;
+use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
@@ -27,6 +28,7 @@ use crate::scene::Scene;
 use crate::scene::check::check_steps;
 use crate::stability::Region;
 use crate::system::{Columns, Model, State};
+use alloc::boxed::Box;
 use alloc::vec::Vec;
 use fearless_simd::Level;
 
@@ -42,6 +44,8 @@ pub struct Simulation<R: Real = f32> {
     scratch: Scratch<R>,
     /// The state at the start of the step, to fall back on.
     good: Columns<R>,
+    /// The grabs at the start of the step, before the queue was applied.
+    good_grabs: Vec<Grab<R>>,
     queue: Vec<Interaction>,
     /// Whether anything touched an obstacle in the last step.
     touched: bool,
@@ -51,6 +55,14 @@ pub struct Simulation<R: Real = f32> {
     epoch: (u64, f64),
     /// The handle of the next element or obstacle of the caller's own.
     next_handle: usize,
+}
+
+/// What the queue may change of the model, as it was before.
+enum Kept<R: Real> {
+    /// All of it.
+    Model(Box<Model<R>>),
+    /// The grabs, which stand in `good_grabs`, and how many pushes there were.
+    Hands { pushes: usize },
 }
 
 impl<R: Real> Simulation<R> {
@@ -79,6 +91,7 @@ impl<R: Real> Simulation<R> {
         Ok(Simulation {
             scratch: Scratch::new(&model, columns),
             good: Columns::new(&model.slots, 2),
+            good_grabs: Vec::new(),
             state: Columns::of(&model.slots, state, 0),
             model,
             settings,
@@ -105,7 +118,9 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// [`Error::Diverged`] if a particle left the world or the force on it is not finite,
     /// [`Error::Unreachable`] if an adaptive method cannot keep its tolerance, [`Error::Unsolved`]
-    /// if an implicit one cannot solve for the step; the state is then the one before the step.
+    /// if an implicit one cannot solve for the step; [`Error::OutOfDomain`] for one step too many to
+    /// be counted exactly. State and queue are then those before the step, and so is what the queue
+    /// changes: a shorter step may follow, or [`Simulation::clear_queue`].
     pub fn step(&mut self) -> Result<(), Error> {
         if !self.model.springs.is_shared() {
             return R::step(self);
@@ -115,8 +130,10 @@ impl<R: Real> Simulation<R> {
 
     /// [`Simulation::step`], compiled in this crate: its loops are fast however a caller is built.
     pub(crate) fn advance(&mut self) -> Result<(), Error> {
+        check_steps("number", ("step", 0), self.steps + 1)?;
         self.good.copy_from(&self.state);
         let handled = !self.queue.is_empty();
+        let kept = self.keep_model();
         self.apply_queue();
         let method: &dyn Method<R> = match &self.own_method {
             Some(own) => own.of::<R>(),
@@ -136,8 +153,12 @@ impl<R: Real> Simulation<R> {
         let done = step.done;
         self.touched = done.touched;
         let contact_alone = done.touched && !handled && !self.is_handled();
+        if let Err(error) = self.guard_or_go_back(done.failure) {
+            self.put_model_back(kept);
+            return Err(error);
+        }
         self.model.pushes.0.clear();
-        self.guard_or_go_back(done.failure)?;
+        self.queue.clear();
         let Simulation { ledger, model, good, .. } = self;
         let start = step_start(self.epoch, self.steps, self.settings.step);
         let before = || crate::energy::energy_and_rounding(model, good, start).0.total();
@@ -147,8 +168,44 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Goes back to the state remembered where the present one cannot be. A velocity that a pin has
-    /// been given since then was remembered too: that of now may be no number.
+    /// Remembers the model before the queue is applied: all of it, or, as hands are at work in many
+    /// steps, what these change.
+    fn keep_model(&mut self) -> Kept<R> {
+        use Interaction::{Grab, Impulse, Push, Release, Spin};
+        let pushes = self.model.pushes.0.len();
+        if self.queue.is_empty() {
+            return Kept::Hands { pushes };
+        }
+        let is_hand = |interaction: &Interaction| {
+            matches!(
+                interaction,
+                Grab { .. } | Release { .. } | Push { .. } | Impulse { .. } | Spin { .. }
+            )
+        };
+        if !self.queue.iter().all(is_hand) {
+            return Kept::Model(self.model.clone().into());
+        }
+        // Room for those that are queued too: the next step allocates nothing.
+        self.good_grabs.clear();
+        self.good_grabs.reserve(self.model.grabs.0.len() + self.queue.len());
+        self.good_grabs.extend_from_slice(&self.model.grabs.0);
+        Kept::Hands { pushes }
+    }
+
+    /// Undoes what the queue did to the model.
+    fn put_model_back(&mut self, kept: Kept<R>) {
+        match kept {
+            Kept::Model(model) => self.model = *model,
+            Kept::Hands { pushes } => {
+                self.model.pushes.0.truncate(pushes);
+                if !self.queue.is_empty() {
+                    self.model.grabs.0.clone_from(&self.good_grabs);
+                }
+            }
+        }
+    }
+
+    /// Goes back to the state remembered where the present one cannot be.
     fn guard_or_go_back(&mut self, failure: Option<Failure>) -> Result<(), Error> {
         self.guard(failure).inspect_err(|_| {
             self.state.copy_from(&self.good);
@@ -169,23 +226,14 @@ impl<R: Real> Simulation<R> {
         self.close_ledger();
         let h = self.settings.substep();
         let mut changed = Effects::default();
-        let mut queue = core::mem::take(&mut self.queue);
-        for interaction in queue.drain(..) {
+        for &interaction in &self.queue {
             interaction::apply(&mut self.model, &mut self.state, h, interaction);
             // A cut has taken its spring out of the rows already.
             if !matches!(interaction, Interaction::Cut { .. }) {
                 changed = changed.or(interaction.effects());
             }
-            if let Interaction::Pin { particle, .. } = interaction {
-                let at = self.model.slots.at(particle);
-                let (_, velocity) = self.state.get(at);
-                let (position, _) = self.good.get(at);
-                self.good.put(at, (position, velocity));
-            }
         }
         self.renew(changed);
-        // The queue keeps its memory.
-        self.queue = queue;
     }
 
     /// Takes what has changed over into the columns that a step reads.
@@ -231,18 +279,34 @@ impl<R: Real> Simulation<R> {
         &self.queue
     }
 
+    /// Takes everything out of the queue.
+    pub fn clear_queue(&mut self) {
+        self.queue.clear();
+    }
+
     /// Applies what is queued without stepping: for a paused window.
     ///
     /// # Errors
-    /// [`Error::Diverged`] for a velocity that overflows; the state is then the one before.
+    /// [`Error::Diverged`] for a velocity that overflows; the state is then the one before, but for
+    /// the velocities of pins.
     pub fn apply_queued(&mut self) -> Result<(), Error> {
         let changes_state = self.queue.iter().any(|interaction| interaction.effects().state);
         if !changes_state {
             self.apply_queue();
+            self.queue.clear();
             return Ok(());
         }
         self.good.copy_from(&self.state);
         self.apply_queue();
+        for interaction in self.queue.drain(..) {
+            // What is pinned stays so, and keeps its velocity.
+            if let Interaction::Pin { particle, .. } = interaction {
+                let at = self.model.slots.at(particle);
+                let (_, velocity) = self.state.get(at);
+                let (position, _) = self.good.get(at);
+                self.good.put(at, (position, velocity));
+            }
+        }
         self.guard_or_go_back(None)
     }
 
@@ -250,7 +314,7 @@ impl<R: Real> Simulation<R> {
     ///
     /// # Errors
     /// [`Error::WrongLength`] for another number of particles; [`Error::OutOfDomain`] for a
-    /// position outside the world, a velocity that is not finite or more than 2^53 steps.
+    /// position outside the world, a velocity that is not finite or 2^53 steps or more.
     pub fn set_state(&mut self, state: &State<R>, steps: u64) -> Result<(), Error> {
         let expected = self.model.particle_count();
         for (what, count) in

@@ -6,7 +6,8 @@ use crate::system::state::State;
 /// A hash of positions and velocities: FNV-1a, 64 bits (Fowler, Noll and Vo, 1991), over the
 /// little-endian bits of x, y, z, vx, vy, vz of each particle in turn, in their own precision.
 ///
-/// It is the same on every machine and in every version of msd; 0 and −0 differ.
+/// It is the same on every machine and in every version of msd; 0 and −0 differ. A row that only one
+/// column has is left out.
 pub fn state_hash<R: Real>(state: &State<R>) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325u64;
     for (position, velocity) in state.positions.iter().zip(&state.velocities) {

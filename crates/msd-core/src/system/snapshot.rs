@@ -50,7 +50,8 @@ impl<'a, R: Real> Snapshot<'a, R> {
         }
     }
 
-    /// The same instant with other positions, metres: of a state that was kept, say.
+    /// The same instant with other positions, metres, one of each particle: of a state that was
+    /// kept, say.
     pub fn with_positions(self, positions: &'a [R::Vec3]) -> Self {
         Snapshot { other: Some(positions), ..self }
     }

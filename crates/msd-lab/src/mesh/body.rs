@@ -139,6 +139,10 @@ impl core::fmt::Display for BodyReport {
 /// # Errors
 /// An option outside its domain; a solid of a mesh that is not closed, with the number of its open
 /// edges; a lattice too fine.
+///
+/// # Panics
+/// If a triangle names no vertex, or there are texture coordinates of fewer triangles: no [`Mesh`]
+/// that was read or parsed is so.
 pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), MeshError> {
     let solid = check(mesh, options)?;
     let mut points = place(&mesh.positions, options.size);

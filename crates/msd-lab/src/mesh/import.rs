@@ -5,6 +5,7 @@ use super::raw::LONGEST;
 use super::topology::{components, edges, sides};
 use super::weld::clean;
 use super::{gltf_file, obj_file, ply_file, stl_file};
+use crate::shown::shown_path;
 use glam::DVec3;
 use std::path::{Component, Path};
 
@@ -129,7 +130,7 @@ impl core::fmt::Display for MeshReport {
 /// # Errors
 /// A file that cannot be read or is larger than 1 GiB, and all that [`parse`] refuses.
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
-    let name = path.display().to_string();
+    let name = shown_path(path);
     if path.is_dir() {
         let reason = "it is a folder; a mesh is a file".into();
         return Err(MeshError::Unreadable { file: name, reason });
@@ -152,7 +153,7 @@ pub fn read(path: &Path) -> Result<Mesh, MeshError> {
         read_bytes(&folder.join(relative), &format!("{name}: buffer '{address}'"))
     };
     let mut mesh = parse_with(&bytes, format, &name, &load)?;
-    mesh.name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    mesh.name = shown_path(Path::new(path.file_name().unwrap_or(path.as_os_str())));
     Ok(mesh)
 }
 

@@ -3,7 +3,7 @@
 use super::table::TableFormat;
 use super::value::{Axis, Entry, MAX_CELLS};
 use crate::decode::decode;
-use crate::error::{LabError, Place, plain};
+use crate::error::{LabError, Place, plain, shown_path};
 use crate::node::{Source, Value};
 use crate::scenes::{format_of, read_text};
 use serde::Deserialize;
@@ -29,6 +29,7 @@ struct SweepRow {
 
 /// A sweep file that has been understood; the scene is only named.
 pub(crate) struct SweepFile {
+    pub(crate) path: PathBuf,
     pub(crate) scene: String,
     pub(crate) scene_place: Place,
     /// The folder that names in the file are relative to.
@@ -44,7 +45,7 @@ pub(crate) struct SweepFile {
 
 /// Reads a sweep file, TOML or JSON by its ending.
 pub(crate) fn read(path: &Path) -> Result<SweepFile, LabError> {
-    let name = path.display().to_string();
+    let name = shown_path(path);
     let text = read_text(path, &name)?;
     let source = Source::parse(&text, format_of(path), &name)?;
     let row: SweepRow = decode(&source).map_err(in_a_sweep)?;
@@ -71,6 +72,7 @@ pub(crate) fn read(path: &Path) -> Result<SweepFile, LabError> {
         return Err(in_a_sweep(source.missing(format_args!("the scene"), "grid")));
     }
     Ok(SweepFile {
+        path: path.into(),
         scene: row.scene,
         scene_place: source.place_of("scene"),
         folder,

@@ -7,7 +7,7 @@ use crate::error::{LabError, Place, plain};
 use crate::node::{Source, Value};
 use crate::scenes::{Draft, Loaded};
 use msd_core::Settings;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The most integration steps of a cell: weeks on any machine.
 const MAX_STEPS: f64 = 1e10;
@@ -41,7 +41,7 @@ impl Sweep {
     /// What is wrong in the sweep file, by place and key; a scene that cannot be read.
     pub fn open(path: &Path) -> Result<Self, LabError> {
         let file = read(path)?;
-        let draft = Draft::open(&file.scene, &file.folder);
+        let draft = Draft::open(Path::new(&file.scene), &file.folder);
         let draft = draft.map_err(|error| LabError::Malformed {
             place: file.scene_place.clone(),
             reason: format!("scene: {error}"),
@@ -79,6 +79,13 @@ impl Sweep {
     /// The folder of its files, unless the caller says otherwise.
     pub fn out(&self) -> &Path {
         &self.file.out
+    }
+
+    /// The files that it was read from, the sweep file first.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files = vec![self.file.path.clone()];
+        files.extend(self.draft.files());
+        files
     }
 
     /// The cell of a number below [`Sweep::len`].

@@ -3,7 +3,7 @@
 use super::plan::{Cell, Sweep};
 use super::row;
 use super::table::{Column, Datum, Table, TableFormat};
-use crate::error::LabError;
+use crate::error::{LabError, shown_path};
 use crate::output::Output;
 use std::path::{Path, PathBuf};
 
@@ -47,7 +47,7 @@ impl Store {
     /// [`LabError::Unwritable`].
     pub fn prepare(&self) -> Result<(), LabError> {
         std::fs::create_dir_all(&self.folder).map_err(|error| LabError::Unwritable {
-            file: self.folder.display().to_string(),
+            file: shown_path(&self.folder),
             reason: error.to_string(),
         })?;
         // Dropped before it is finished: nothing stays.

@@ -1,7 +1,7 @@
 //! What is a table of results, and how is it written and read again?
 
 use super::{csv_file, parquet_file};
-use crate::error::LabError;
+use crate::error::{LabError, shown_path};
 use crate::output::Output;
 use serde::Deserialize;
 use std::path::Path;
@@ -117,8 +117,14 @@ impl Table {
     /// Writes a file, whole or not at all.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
+    /// [`LabError::Unwritable`], also for a row that is not as long as there are columns.
     pub fn write(&self, path: &Path, format: TableFormat) -> Result<(), LabError> {
+        let uneven = |row: &Vec<Datum>| row.len() != self.columns.len();
+        if let Some(row) = self.rows.iter().position(uneven) {
+            let [values, columns] = [self.rows[row].len(), self.columns.len()];
+            let reason = format!("row {row} has {values} values for {columns} columns");
+            return Err(LabError::Unwritable { file: shown_path(path), reason });
+        }
         let output = Output::create(path)?;
         match format {
             TableFormat::Parquet => parquet_file::write(self, output),
@@ -132,8 +138,7 @@ impl Table {
     /// # Errors
     /// [`LabError::Unreadable`].
     pub fn read(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self, LabError> {
-        let refused =
-            |reason: String| LabError::Unreadable { file: path.display().to_string(), reason };
+        let refused = |reason: String| LabError::Unreadable { file: shown_path(path), reason };
         match format {
             TableFormat::Parquet => parquet_file::read(path).map_err(refused),
             TableFormat::Csv => csv_file::read(path, columns).map_err(refused),

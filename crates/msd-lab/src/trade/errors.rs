@@ -39,6 +39,9 @@ impl Errors {
 }
 
 /// Compares a state of a simulated system with the right one.
+///
+/// # Panics
+/// If one of the states has another number of particles than the system.
 pub fn compare(simulation: &Simulation<f64>, state: &State<f64>, right: &State<f64>) -> Errors {
     let model = simulation.model();
     let count = model.particle_count();
@@ -73,7 +76,11 @@ pub fn compare(simulation: &Simulation<f64>, state: &State<f64>, right: &State<f
 }
 
 /// Root of the mean square distance between the particles of two states, metres.
+///
+/// # Panics
+/// If they have different numbers of particles.
 pub fn rms_distance(a: &State<f64>, b: &State<f64>) -> f64 {
+    assert_eq!(a.positions.len(), b.positions.len(), "two states of one system");
     let pairs = a.positions.iter().zip(&b.positions);
     let squares: f64 = pairs.map(|(a, b)| (*a - *b).length_squared()).sum();
     (squares / a.positions.len().max(1) as f64).sqrt()

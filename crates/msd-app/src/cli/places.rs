@@ -1,0 +1,52 @@
+//! Does a command write over what it reads, or one file over another? Asked before it begins.
+
+use super::failure::Failure;
+use msd_lab::{FileId, LabError, Output, shown_path};
+use std::io::Write;
+use std::path::Path;
+
+/// The files of a command, by what names them on the command line.
+pub struct Places(Vec<(String, FileId)>);
+
+impl Default for Places {
+    /// No files but that of the standard output, where it is one.
+    fn default() -> Self {
+        let own = FileId::of_standard_output();
+        Places(own.map(|id| ("the standard output".into(), id)).into_iter().collect())
+    }
+}
+
+impl Places {
+    /// Adds a file that is read.
+    pub fn read(&mut self, option: &str, path: &Path) {
+        self.0.extend(FileId::of(path).map(|id| (option.into(), id)));
+    }
+
+    /// Adds a file that will be written.
+    ///
+    /// # Errors
+    /// Another of the files is the same, by whatever path or link.
+    pub fn write(&mut self, option: &str, path: &Path) -> Result<(), Failure> {
+        // A folder that is not there is refused where the file is opened.
+        let Some(id) = FileId::of(path) else { return Ok(()) };
+        if let Some((other, _)) = self.0.iter().find(|(_, other)| *other == id) {
+            let path = shown_path(path);
+            return Err(Failure::input(format!("{other} and {option} name the same file, {path}")));
+        }
+        self.0.push((option.into(), id));
+        Ok(())
+    }
+}
+
+/// Writes a file, whole or not at all.
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), LabError> {
+    let mut output = Output::create(path)?;
+    output.write_all(bytes).map_err(|error| output.refused(&error))?;
+    output.finish()
+}
+
+/// Makes a folder for files that come later: one that cannot be made is no news for their end.
+pub fn make_folder(folder: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(folder)
+        .map_err(|error| Failure::input(format!("{}: {error}", shown_path(folder))))
+}
