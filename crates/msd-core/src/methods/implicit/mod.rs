@@ -36,6 +36,7 @@ mod resting;
 mod tangent;
 
 use super::StepContext;
+use super::context::Way;
 use crate::columns::{LANES, RECORD};
 use crate::elements::Motion;
 use crate::elements::springs::matrix::Stage;
@@ -98,7 +99,9 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
     for _ in 0..step.substeps() {
         let taken = advance_substep(step, rule, &mut scratch);
-        step.finish_substep(taken);
+        step.done.counted += taken;
+        // The way was h u: with the midpoint rule the velocity is half a substep ahead of it.
+        step.finish(Way::Kicked(if rule.mirrors { 0.5 } else { 0.0 }));
     }
     step.scratch.implicit = Some(scratch);
 }
