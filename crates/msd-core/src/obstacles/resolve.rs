@@ -119,6 +119,14 @@ fn inside<R: Real>(obstacles: &Obstacles<R>, bodies: &Bodies<'_, R>, record: usi
     let x: &[R; RECORD] = bodies.positions[record * RECORD..].first_chunk().expect("a record");
     let mut bits = 0;
     for plane in &obstacles.planes {
+        // Most records are far from all planes.
+        let mut any = 0u32;
+        for lane in 0..LANES {
+            any |= u32::from(R::ZERO < depth(plane, x, lane));
+        }
+        if any == 0 {
+            continue;
+        }
         let mut below = [0u32; LANES];
         for (lane, below) in below.iter_mut().enumerate() {
             *below = u32::from(R::ZERO < depth(plane, x, lane)) << lane;

@@ -40,7 +40,7 @@ mod tangent;
 mod whole;
 
 use super::StepContext;
-use super::context::Failure;
+use super::context::{Failure, Way};
 use crate::columns::{LANES, RECORD, vector};
 use crate::elements::Motion;
 use crate::elements::springs::matrix::Stage;
@@ -147,12 +147,14 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
     scratch.wholes.find(step.model);
     for _ in 0..step.substeps() {
         match advance_substep(step, rule, &mut scratch) {
-            Ok(taken) => step.finish_substep(taken),
+            Ok(taken) => step.done.counted += taken,
             Err(failure) => {
                 step.done.failure = Some(failure);
                 break;
             }
         }
+        // The way was h u: with the midpoint rule the velocity is half a substep ahead of it.
+        step.finish(Way::Kicked(if rule.mirrors { 0.5 } else { 0.0 }));
     }
     step.scratch.implicit = Some(scratch);
 }
