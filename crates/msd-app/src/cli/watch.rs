@@ -70,13 +70,15 @@ impl Watch {
         let moved = (least < self.stable).then(|| warn_of_step(settings, least)).flatten();
         let moved = moved.map(|warning| format!("from {time:.3} s on at the latest {warning}"));
         let gained = self.gain.map(|gain| gain.warning(settings.integrator));
-        let poor = self.solved.filter(Solved::is_poor).map(|Solved { residual, tolerance, .. }| {
-            format!(
-                "solves of {} left up to {residual:.1e} of what they had to cancel instead of \
-                 {tolerance:.0e}: slow motions among stiff ones may be lost; use f64 or more substeps",
-                settings.integrator
-            )
-        });
+        let poor =
+            self.solved.filter(Solved::is_poor).map(|Solved { residual, tolerance, .. }| {
+                format!(
+                    "solves of {} left up to {residual:.1e} of what they had to cancel instead of \
+                 {tolerance:.0e}: slow motions among stiff ones may be lost; use f64 or more \
+                 substeps",
+                    settings.integrator
+                )
+            });
         moved.into_iter().chain(gained).chain(poor).collect()
     }
 

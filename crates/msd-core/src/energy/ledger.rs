@@ -1,12 +1,12 @@
 //! The ledger: energy taken away, and driven in, since the start.
 //!
-//! Everything is counted where it acts: dampers and drag by the power at each evaluation, weighed by
-//! the quadrature of the method, and contact by the speed, impulse and way of each particle that it
-//! stops. So [`crate::Energy::total`] stays where it is as far as the method is exact, and what it
-//! drifts by is the error of the method.
+//! Everything is counted where it acts: dampers and drag by the power at each evaluation, weighed
+//! by the quadrature of the method, and contact by the speed, impulse and way of each particle that
+//! it stops. So [`crate::Energy::total`] stays where it is as far as the method is exact, and what
+//! it drifts by is the error of the method.
 //!
-//! What an element or a surface of the caller's own drives in is taken away less than nothing; it is
-//! also counted apart, so that it is not mistaken for an error of the method.
+//! What an element or a surface of the caller's own drives in is taken away less than nothing; it
+//! is also counted apart, so that it is not mistaken for an error of the method.
 
 use crate::obstacles::Contacts;
 

@@ -68,8 +68,8 @@ const PREDICTED: usize = 2;
 /// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up
 /// to half of the stable step).
 ///
-/// What lies on an obstacle falls a little before it is held, and dampers are evaluated at that. How
-/// much of their power is real is known at the start of a step, where they are evaluated at the
+/// What lies on an obstacle falls a little before it is held, and dampers are evaluated at that.
+/// How much of their power is real is known at the start of a step, where they are evaluated at the
 /// state: in substeps with contact that share is booked.
 pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
@@ -158,8 +158,8 @@ fn half_kick<R: Real>(pass: Pass<'_, R, 1>, h: R) {
     }
 }
 
-/// Work columns of RK4: positions, for contact too, and velocities at the start of the substep, and the weighted sums
-/// of their slopes.
+/// Work columns of RK4: positions, for contact too, and velocities at the start of the substep, and
+/// the weighted sums of their slopes.
 pub(crate) const RK4_COLUMNS: usize = 4;
 
 /// The classical method of Runge and Kutta.

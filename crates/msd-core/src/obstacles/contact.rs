@@ -1,13 +1,14 @@
 //! The law of contact: where a particle that has come to an obstacle goes, and how fast.
 //!
 //! A substep ends somewhere inside the obstacle. What the surface gives in it is an impulse P along
-//! its normal and, by Coulomb, at most μ P along itself. The law is about the impulse *and* the time
-//! at which it acts: a particle that met the surface τ seconds before the end of the substep has
-//! gone on for τ seconds with a velocity that it did not have. So positions and velocities change
-//! together, and neither how a particle rests nor how it slides or bounces depends on the substep:
+//! its normal and, by Coulomb, at most μ P along itself. The law is about the impulse *and* the
+//! time at which it acts: a particle that met the surface τ seconds before the end of the substep
+//! has gone on for τ seconds with a velocity that it did not have. So positions and velocities
+//! change together, and neither how a particle rests nor how it slides or bounces depends on the
+//! substep:
 //!
-//! * **held:** the particle is put on the surface, its speed into it is taken away, and what friction
-//!   holds goes back to where it was when it met the surface, so that nothing creeps;
+//! * **held:** the particle is put on the surface, its speed into it is taken away, and what
+//!   friction holds goes back to where it was when it met the surface, so that nothing creeps;
 //! * **bounce:** time and speed of the impact are those of a constant acceleration, which is exact
 //!   under gravity.
 //!

@@ -119,9 +119,9 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// [`Error::Diverged`] if a particle left the world or the force on it is not finite,
     /// [`Error::Unreachable`] if an adaptive method cannot keep its tolerance, [`Error::Unsolved`]
-    /// if an implicit one cannot solve for the step, [`Error::OutOfDomain`] for one step too many to
-    /// be counted exactly. State and queue are then those before the step, and so is what the queue
-    /// changes: a shorter step may follow, or [`Simulation::clear_queue`].
+    /// if an implicit one cannot solve for the step, [`Error::OutOfDomain`] for one step too many
+    /// to be counted exactly. State and queue are then those before the step, and so is what the
+    /// queue changes: a shorter step may follow, or [`Simulation::clear_queue`].
     pub fn step(&mut self) -> Result<(), Error> {
         if !self.model.springs.is_shared() {
             return R::step(self);

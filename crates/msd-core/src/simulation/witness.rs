@@ -18,8 +18,9 @@
 //!
 //! What was before follows the energy down, never up, so a gain after long damping shows as well.
 //! What obstacles have added in all by their own account, more than they took, see
-//! [`Simulation::contacts`], is looked at beside it, since dampers may take it away at once. What it does not see: energy that a method adds more
-//! slowly than dampers take it away, and none before the second window.
+//! [`Simulation::contacts`], is looked at beside it, since dampers may take it away at once. What
+//! it does not see: energy that a method adds more slowly than dampers take it away, and none
+//! before the second window.
 
 use super::Simulation;
 use crate::energy::Energy;

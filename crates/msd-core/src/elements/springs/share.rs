@@ -1,5 +1,5 @@
-//! How an evaluation is shared: groups of pieces go to threads, and what parts of a block do to each
-//! other is added when all are done.
+//! How an evaluation is shared: groups of pieces go to threads, and what parts of a block do to
+//! each other is added when all are done.
 
 use super::Springs;
 use super::gather::QUAD;

@@ -70,8 +70,8 @@ impl<R: Real> Solve<R> {
     }
 
     /// Lowers the residuals by changing velocities. `first` is the square of residuals
-    /// to compare with, if it is larger than that at the start. `hold` takes out of the residuals what is
-    /// held, `multiply` overwrites its last argument with the product of the matrix and a
+    /// to compare with, if it is larger than that at the start. `hold` takes out of the residuals
+    /// what is held, `multiply` overwrites its last argument with the product of the matrix and a
     /// direction.
     ///
     /// A direction in which the preconditioner is singular is never entered: that is how pins and

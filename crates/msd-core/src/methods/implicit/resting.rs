@@ -7,12 +7,12 @@
 //!
 //! The part of the residual in the held directions is set aside in every iteration (the filter of
 //! Baraff and Witkin, 1998, section 5.3): it is the impulse of the surface, which no iteration may
-//! solve. Where that would pull, the particle is let go. Friction is Coulomb's with this impulse, the weight of all
-//! that lies above included: what sticks is held along the surface too, as long as that takes no
-//! more than μ times the pressure; what slides gets that much against its velocity, as a force in
-//! the solve. Slowing a particle after the solve, as [`crate::obstacles::contact`] does, would
-//! compare the momentum of one particle with the weight of all above it, and hold a stiff block too
-//! well.
+//! solve. Where that would pull, the particle is let go. Friction is Coulomb's with this impulse,
+//! the weight of all that lies above included: what sticks is held along the surface too, as long
+//! as that takes no more than μ times the pressure; what slides gets that much against its
+//! velocity, as a force in the solve. Slowing a particle after the solve, as
+//! [`crate::obstacles::contact`] does, would compare the momentum of one particle with the weight
+//! of all above it, and hold a stiff block too well.
 
 use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
@@ -152,8 +152,8 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Takes fresh residuals over: finds out what sticks and adds the friction on what slides, as if
-    /// each particle were alone (see [`Hold::decide`]), and sets aside what is held.
+    /// Takes fresh residuals over: finds out what sticks and adds the friction on what slides, as
+    /// if each particle were alone (see [`Hold::decide`]), and sets aside what is held.
     pub(crate) fn begin(
         &mut self,
         velocities: &[R],
