@@ -188,13 +188,12 @@ fn met<R: Real>(
         && speed < R::ZERO
         && real < R::ZERO
         && !(press < R::ZERO && squared < limit * limit);
-    let (mut push, mut lift, mut reach) = ((-speed).max(R::ZERO), depth, depth);
+    let (mut push, lift, mut reach) = ((-speed).max(R::ZERO), depth, depth);
     if bounces {
         let impact = squared.max(R::ZERO).sqrt();
         let after = e * impact;
         let time = (two * depth / (impact - real)).min(h);
-        push = impact + after;
-        lift = depth + ((after + press * R::HALF * time) * time).max(R::ZERO);
+        push = after - real;
         reach = push * time;
     }
     let (along, moved) = (v - n * speed, x - start);

@@ -211,5 +211,5 @@ fn the_bunny_is_squashed_as_it_lands_and_stands_up_again_with_its_ears_up() {
     assert!(0.8 < tip && height < 0.95, "one second: {tip} of {height}");
     run(&mut runner, 9.0);
     let (tip, height) = shape(&runner);
-    assert!(0.8 < tip && 0.85 < height && height < 1.05, "at last: {tip} of {height}");
+    assert!(0.75 < tip && 0.85 < height && height < 1.05, "at last: {tip} of {height}");
 }

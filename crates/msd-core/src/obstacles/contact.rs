@@ -93,7 +93,9 @@ impl<R: Real> ContactLaw<R> {
     ///
     /// With U the speed into the surface at the end of the substep and a the acceleration into it,
     /// the particle went through the surface at u = √(U² − 2 a d), 2 d / (U + u) seconds before. It
-    /// left at e u. A constant acceleration changes nothing else.
+    /// is put there and leaves at e u: with as much energy as at the impact for e = 1, a part of a
+    /// substep late. To let it fly on would move it against its springs once more, which feeds a
+    /// stiff body.
     pub(super) fn bounce(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
         let pull = touch.along_normal(touch.pull);
         let real = touch.along_normal(touch.velocity) - span.shift * pull;
@@ -101,11 +103,9 @@ impl<R: Real> ContactLaw<R> {
         let impact = squared.max(R::ZERO).sqrt();
         let after = self.restitution * impact;
         let time = ((touch.depth + touch.depth) / (impact - real)).min(span.h);
-        let height = (after + pull * R::HALF * time) * time;
-        let push = impact + after;
+        let push = after - real;
         let taken = (impact * impact - after * after) * R::HALF;
-        let lift = touch.depth + height.max(R::ZERO);
-        self.finish(touch, span, Push { push, lift, reach: push * time, taken })
+        self.finish(touch, span, Push { push, lift: touch.depth, reach: push * time, taken })
     }
 
     /// Friction, and what all comes to.

