@@ -63,7 +63,7 @@ fn is_promised(map: &Map, value: f64, step: f64) -> bool {
         Integrator::Xpbd => true,
         // Beside h² k a mass must keep some digits: with fewer a solve may find no way against a
         // weight, and says so.
-        Integrator::BackwardEuler => epsilon * stretched < 1e-6,
+        Integrator::BackwardEuler => epsilon * stretched < 1e-7,
         // Sideways a spring that is shortened by a tenth pushes with a tenth of its stiffness, and
         // the matrix leaves that out: it is an explicit method there, stable up to h² w² / 10 = 4.
         _ => 0.1 * stretched < 4.0,
