@@ -68,9 +68,9 @@ impl<R: Real> ContactLaw<R> {
     #[inline(always)]
     pub(super) fn keeps(&self, touch: &Touch<R>, span: &Span<R>) -> bool {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
-        let real = speed - span.shift * pull;
+        let (real, squared) = touch.impact(span);
         let limit = (span.h + span.h) * pull;
-        let is_slow = real * real + (pull + pull) * touch.depth < limit * limit;
+        let is_slow = squared < limit * limit;
         let is_free = (R::ZERO <= speed) | (R::ZERO <= real);
         (self.restitution == R::ZERO) | is_free | ((pull < R::ZERO) & is_slow)
     }
@@ -91,15 +91,12 @@ impl<R: Real> ContactLaw<R> {
 
     /// What a surface makes of a particle that it gives back.
     ///
-    /// With U the speed into the surface at the end of the substep and a the acceleration into it,
-    /// the particle went through the surface at u = √(U² − 2 a d), 2 d / (U + u) seconds before. It
-    /// is put there and leaves at e u: with as much energy as at the impact for e = 1, a part of a
-    /// substep late. To let it fly on would move it against its springs once more, which feeds a
-    /// stiff body.
+    /// The particle went through the surface at u, see [`Touch::impact`], 2 d / (U + u) seconds
+    /// before. It is put there and leaves at e u: with as much energy as at the impact for e = 1, a
+    /// part of a substep late. To let it fly on would move it against its springs once more, which
+    /// feeds a stiff body.
     pub(super) fn bounce(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
-        let pull = touch.along_normal(touch.pull);
-        let real = touch.along_normal(touch.velocity) - span.shift * pull;
-        let squared = real * real + (pull + pull) * touch.depth;
+        let (real, squared) = touch.impact(span);
         let impact = squared.max(R::ZERO).sqrt();
         let after = self.restitution * impact;
         let time = ((touch.depth + touch.depth) / (impact - real)).min(span.h);
@@ -176,6 +173,15 @@ impl<R: Real> Touch<R> {
     fn way(&self) -> [R; 3] {
         let (to, from) = (self.position, self.start);
         [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
+    }
+
+    /// The speed along the normal at the end of the substep, −U, and the square of that at which it
+    /// met the surface, u² = U² − 2 a d with a the acceleration into it, metres per second.
+    #[inline(always)]
+    fn impact(&self, span: &Span<R>) -> (R, R) {
+        let pull = self.along_normal(self.pull);
+        let real = self.along_normal(self.velocity) - span.shift * pull;
+        (real, real * real + (pull + pull) * self.depth)
     }
 
     /// The rounding of a gap, metres.
