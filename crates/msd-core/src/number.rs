@@ -65,6 +65,13 @@ pub trait Real:
     ///
     /// Below it the reciprocal of the square overflows or the direction is rounding noise.
     const SHORTEST_SQUARED: Self;
+    /// A number below which products with ordinary numbers may be subnormal.
+    ///
+    /// Many processors take a hundred cycles for one of those, and where a motion spreads into a
+    /// body at rest, damper by damper, whole shells of particles would have them.
+    const FAINT: Self;
+    /// The same of a number that is multiplied by itself.
+    const FAINT_ROOT: Self;
 
     /// Rounds a double to this scalar.
     fn of(value: f64) -> Self;
@@ -154,7 +161,7 @@ pub trait Vector:
 }
 
 macro_rules! impl_real {
-    ($scalar:ident, $vector:ident, $shortest:expr, $sqrt:ident, $as_f32:expr, $which:tt) => {
+    ($scalar:ident, $vector:ident, $shortest:expr, $faint_root:expr, $sqrt:ident, $as_f32:expr, $which:tt) => {
         impl Real for $scalar {
             type Vec3 = $vector;
             type Bytes = [u8; size_of::<$scalar>()];
@@ -165,6 +172,8 @@ macro_rules! impl_real {
             const LARGEST: Self = $scalar::MAX;
             const EPSILON: Self = $scalar::EPSILON;
             const SHORTEST_SQUARED: Self = $shortest;
+            const FAINT: Self = $scalar::MIN_POSITIVE * (1u64 << 40) as $scalar;
+            const FAINT_ROOT: Self = $faint_root;
 
             #[inline]
             fn of(value: f64) -> Self {
@@ -268,8 +277,8 @@ macro_rules! impl_real {
     };
 }
 
-impl_real!(f32, Vec3A, 1e-24, sqrtf, |v: Vec3A| Vec3::from(v), 0);
-impl_real!(f64, DVec3, 1e-200, sqrt, |v: DVec3| v.as_vec3(), 1);
+impl_real!(f32, Vec3A, 1e-24, 1e-18, sqrtf, |v: Vec3A| Vec3::from(v), 0);
+impl_real!(f64, DVec3, 1e-200, 1e-153, sqrt, |v: DVec3| v.as_vec3(), 1);
 
 /// Sets of instructions, from what every target has to what few have. All of them give the same
 /// bits.
