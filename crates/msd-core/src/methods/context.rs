@@ -9,8 +9,8 @@ use crate::columns::threads::Split;
 use crate::elements::springs::SpringWork;
 use crate::elements::{Motion, column};
 use crate::number::Real;
-use crate::obstacles::Contacts;
 use crate::obstacles::resolve::Substep;
+use crate::obstacles::{Contacts, Evaluated};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -60,6 +60,8 @@ pub(crate) struct Done {
     /// Whether anything touched an obstacle, and whether it did in the last substep.
     pub(crate) touched: bool,
     pub(crate) last_met: bool,
+    /// Whether anything bounced at the end of the last substep.
+    pub(crate) last_bounced: bool,
     /// Energy that elements of the caller's own have driven into the system, joules.
     pub(crate) given: f64,
     /// Why the method gave up, if it did.
@@ -84,7 +86,7 @@ impl Done {
         self.counted += contacts.taken - contacts.added - contacts.driven;
         self.given += contacts.driven.max(0.0);
         self.touched |= 0 < contacts.count;
-        self.contacts += contacts;
+        self.contacts += Contacts { bounced: false, ..contacts };
     }
 }
 
@@ -229,14 +231,15 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// Ends a substep: lets everything that has come into an obstacle rest, slide or bounce, and
     /// books the energy that elements took away in it, joules.
     ///
-    /// The way of a particle in the substep is taken to be h v', with v' the velocity at its end.
+    /// The way of a particle in the substep is taken to be h v', with v' the velocity at its end, and
+    /// the last forces to be those at its start.
     pub fn finish_substep(&mut self, taken: f64) {
         self.done.counted += taken;
-        self.finish(Way::Kicked(0.0));
+        self.finish(Way::Kicked(0.0), Evaluated::AtStart);
     }
 
     /// Ends a substep, the way of which was made as it says; whether anything touched an obstacle.
-    pub(crate) fn finish(&mut self, way: Way) -> bool {
+    pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> bool {
         self.finished += 1;
         self.done.given -= self.scratch.springs.own_power.min(0.0) * self.settings.substep();
         if self.model.obstacles.is_empty() {
@@ -250,9 +253,10 @@ impl<'a, R: Real> StepContext<'a, R> {
         };
         let h = R::of(length);
         let time = self.start + f64::from(self.finished) * length;
-        let substep = Substep { h, time, lag: h * R::of(lag), starts };
+        let substep = Substep { h, time, lag: h * R::of(lag), starts, evaluated };
         let contacts = self.model.resolve(self.level, self.state, forces, substep);
         self.done.last_met = 0 < contacts.count;
+        self.done.last_bounced = contacts.bounced;
         self.done.meet(contacts);
         self.done.last_met
     }

@@ -4,13 +4,14 @@
 //! |---|---|
 //! | explicit Euler | 1 |
 //! | symplectic Euler | 1 |
-//! | velocity Verlet | 1, and 1 more per step |
+//! | velocity Verlet | 1, and 1 more per step and after a bounce |
 //! | RK4 | 4 |
 
 use super::StepContext;
 use super::context::{Pass, Way};
 use crate::columns::threads::for_each_share;
 use crate::number::{Real, at_level};
+use crate::obstacles::Evaluated;
 
 /// x' = x + h v, v' = v + h a(x, v).
 pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
@@ -19,7 +20,7 @@ pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
         let (power, level) = (step.set_forces(step.time()), step.level);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => drift_kick(pass, h)));
         step.done.counted += power * h.to_f64();
-        step.finish(Way::Kicked(1.0));
+        step.finish(Way::Kicked(1.0), Evaluated::AtStart);
     }
 }
 
@@ -69,17 +70,20 @@ const PREDICTED: usize = 2;
 /// to half of the stable step).
 ///
 /// What lies on an obstacle falls a little before it is held, and dampers are evaluated at that.
-/// How much of their power is real is known at the start of a step, where they are evaluated at the
+/// After a bounce forces are evaluated anew, as the next kick would be that of springs which the
+/// particle had pressed together inside the obstacle.
+///
+/// How much of the power of dampers is real is known at the start of a step, where they are evaluated at the
 /// state: in substeps with contact that share is booked.
 pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
     let is_damped = step.model.is_damped_at_all();
-    if !step.scratch.warm {
-        step.scratch.power = step.set_forces(step.time());
-        for_each_share(step.pass(), |pass| at_level!(level, _simd => set_accelerations(pass)));
-    }
     let mut real = 1.0;
     for _ in 0..step.substeps() {
+        if !step.scratch.warm {
+            step.scratch.power = step.set_forces(step.time());
+            for_each_share(step.pass(), |pass| at_level!(level, _simd => set_accelerations(pass)));
+        }
         let before = step.scratch.power;
         let power = if is_damped {
             let advance = |pass: Pass<'_, R, VERLET_COLUMNS>| {
@@ -96,7 +100,8 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         if step.finished == 0 && 0.0 <= before && before < power {
             real = before / power;
         }
-        let met = step.finish(Way::Kicked(0.5));
+        let met = step.finish(Way::Kicked(0.5), Evaluated::AtEnd);
+        step.scratch.warm = !step.done.last_bounced;
         let taken = 0.5 * (before + power) * h.to_f64();
         step.done.counted += if met { taken * real } else { taken };
     }
@@ -186,7 +191,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         energy += step.set_forces(time + length);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
         // What lies on an obstacle falls a little in all stages but the first.
-        let met = step.finish(Way::Kept);
+        let met = step.finish(Way::Kept, Evaluated::AtEnd);
         step.done.counted += if met { first * h.to_f64() } else { energy * sixth.to_f64() };
     }
 }

@@ -1,9 +1,11 @@
 //! XPBD: springs as compliant constraints, projected one by one.
 
 use super::StepContext;
+use super::context::Way;
 use crate::columns::{Aligned, set_vector, vector};
 use crate::elements::column;
 use crate::number::{Real, Vector};
+use crate::obstacles::Evaluated;
 use crate::system::Model;
 use alloc::boxed::Box;
 use alloc::vec;
@@ -51,7 +53,8 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
     for _ in 0..step.substeps() {
         let power = advance_substep(step, &mut scratch);
-        step.finish_substep(power * step.settings.substep());
+        step.done.counted += power * step.settings.substep();
+        step.finish(Way::Kicked(0.0), Evaluated::Nowhere);
         // Once what lies on an obstacle is at rest again.
         let pulled = power_of_springs(step, &mut scratch.pulls);
         step.done.counted += pulled * step.settings.substep();

@@ -10,7 +10,8 @@
 //! * **held:** the particle is put on the surface, its speed into it is taken away, and what
 //!   friction holds goes back to where it was when it met the surface, so that nothing creeps;
 //! * **bounce:** time and speed of the impact are those of a constant acceleration, which is exact
-//!   under gravity.
+//!   under gravity, less what the springs at the particle have given it since: see
+//!   [`Touch::impact`].
 //!
 //! Everything is as seen from the surface.
 
@@ -100,7 +101,11 @@ impl<R: Real> ContactLaw<R> {
         let impact = squared.max(R::ZERO).sqrt();
         let after = self.restitution * impact;
         let time = ((touch.depth + touch.depth) / (impact - real)).min(span.h);
-        let push = after - real;
+        let mut push = after - real;
+        if let Evaluated::AtStart = span.evaluated {
+            // The next acceleration is that at the surface.
+            push -= touch.strain(span) * span.h * R::HALF;
+        }
         let taken = (impact * impact - after * after) * R::HALF;
         self.finish(touch, span, Push { push, lift: touch.depth, reach: push * time, taken })
     }
@@ -165,6 +170,8 @@ pub(super) struct Touch<R> {
     pub(super) start: [R; 3],
     /// Its acceleration without the surface, metres per second squared.
     pub(super) pull: [R; 3],
+    /// Stiffness of all springs at it by its mass, per second squared.
+    pub(super) stiffness: R,
 }
 
 impl<R: Real> Touch<R> {
@@ -176,12 +183,36 @@ impl<R: Real> Touch<R> {
     }
 
     /// The speed along the normal at the end of the substep, −U, and the square of that at which it
-    /// met the surface, u² = U² − 2 a d with a the acceleration into it, metres per second.
+    /// met the surface, metres per second.
+    ///
+    /// With a the acceleration into the surface, s the distance from it at which a was evaluated and
+    /// κ the stiffness by mass along the normal, u² = U² − 2 a d − κ s²: at the end of the substep the
+    /// springs at a particle at the depth s = d have stored κ d²/2 of its energy, and an
+    /// acceleration of the start is by κ s too small, which comes to the same. All springs count as
+    /// if they were along the normal and their other ends stood still, so that a bounce may take
+    /// energy out of a stiff body but adds none, and less with the square of the substep.
     #[inline(always)]
     fn impact(&self, span: &Span<R>) -> (R, R) {
         let pull = self.along_normal(self.pull);
         let real = self.along_normal(self.velocity) - span.shift * pull;
-        (real, real * real + (pull + pull) * self.depth)
+        let stored = self.strain(span) * self.distance(span);
+        (real, real * real + (pull + pull) * self.depth - stored)
+    }
+
+    /// How far from the surface the acceleration was evaluated, metres.
+    #[inline(always)]
+    fn distance(&self, span: &Span<R>) -> R {
+        match span.evaluated {
+            Evaluated::AtEnd => self.depth,
+            Evaluated::AtStart => (self.along_normal(self.way()) + self.depth).abs(),
+            Evaluated::Nowhere => R::ZERO,
+        }
+    }
+
+    /// By how much the springs pull less at the surface than there, metres per second squared.
+    #[inline(always)]
+    fn strain(&self, span: &Span<R>) -> R {
+        self.stiffness * self.distance(span)
     }
 
     /// The rounding of a gap, metres.
@@ -204,6 +235,19 @@ pub(super) struct Span<R> {
     pub(super) h: R,
     /// By how much the velocities of the method are ahead of its positions.
     pub(super) shift: R,
+    /// Where the acceleration is from.
+    pub(super) evaluated: Evaluated,
+}
+
+/// Where in a substep the forces of springs were evaluated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Evaluated {
+    /// At the positions of its start.
+    AtStart,
+    /// At those of its end.
+    AtEnd,
+    /// Nowhere: the method solves for them, or projects.
+    Nowhere,
 }
 
 /// What a surface gives along its normal.
@@ -241,12 +285,16 @@ pub struct Contacts {
     pub added: f64,
     /// Work of surfaces that move, joules.
     pub driven: f64,
+    /// Whether one of them gave speed back; of a single substep.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) bounced: bool,
 }
 
 impl Contacts {
     /// One contact that took so much energy, joules.
     pub(crate) fn one(taken: f64) -> Self {
-        Contacts { count: 1, taken: taken.max(0.0), added: (-taken).max(0.0), driven: 0.0 }
+        let (taken, added) = (taken.max(0.0), (-taken).max(0.0));
+        Contacts { count: 1, taken, added, ..Contacts::default() }
     }
 }
 
@@ -256,5 +304,6 @@ impl core::ops::AddAssign for Contacts {
         self.taken += other.taken;
         self.added += other.added;
         self.driven += other.driven;
+        self.bounced |= other.bounced;
     }
 }

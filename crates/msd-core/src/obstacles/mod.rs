@@ -9,6 +9,7 @@ pub(crate) mod contact;
 mod plane;
 pub(crate) mod resolve;
 
+pub(crate) use contact::Evaluated;
 pub use contact::{ContactLaw, Contacts};
 pub use plane::PlaneColumn;
 
@@ -90,6 +91,13 @@ impl<R: Real> Obstacles<R> {
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
         self.count() == 0
+    }
+
+    /// Whether one of them gives speed back.
+    pub(crate) fn bounce(&self) -> bool {
+        let planes = self.planes.iter().map(|plane| plane.law);
+        let laws = planes.chain(self.own.iter().map(|(_, own)| own.of::<R>().law()));
+        laws.into_iter().any(|law| law.restitution != R::ZERO)
     }
 
     /// An obstacle by its place among all.

@@ -1,6 +1,6 @@
 //! Contact at the end of a substep: who is inside an obstacle, and the law for sixteen at a time.
 
-use super::contact::{Contacts, Outcome, Span, Touch, dot};
+use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
 use super::{Obstacle, Obstacles, PlaneColumn};
 use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD, single};
@@ -13,6 +13,8 @@ pub(crate) struct Bodies<'a, R: Real> {
     /// Masses, a number for each slot, and their reciprocals, three for each.
     pub(crate) masses: &'a [R],
     pub(crate) inverse_masses: &'a [R],
+    /// Stiffness of all springs at each slot, newtons per metre; empty where that does not matter.
+    pub(crate) stiffnesses: &'a [R],
     /// Forces of the last evaluation, newtons.
     pub(crate) forces: &'a [R],
     pub(crate) positions: &'a mut [R],
@@ -32,6 +34,8 @@ pub(crate) struct Substep<'a, R> {
     pub(crate) lag: R,
     /// Positions at its start, metres, where the way was another.
     pub(crate) starts: Option<&'a [R]>,
+    /// Where the last forces were evaluated.
+    pub(crate) evaluated: Evaluated,
 }
 
 impl<R: Real> Split for Bodies<'_, R> {
@@ -41,6 +45,8 @@ impl<R: Real> Split for Bodies<'_, R> {
     fn split(self, numbers: usize) -> (Self, Self) {
         let (low_masses, masses) = self.masses.split_at(numbers / 3);
         let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
+        let stiff = self.stiffnesses.len().min(numbers / 3);
+        let (low_stiffnesses, stiffnesses) = self.stiffnesses.split_at(stiff);
         let (low_forces, forces) = self.forces.split_at(numbers);
         let (low_positions, positions) = self.positions.split_at_mut(numbers);
         let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
@@ -51,12 +57,16 @@ impl<R: Real> Split for Bodies<'_, R> {
         let low = Bodies {
             masses: low_masses,
             inverse_masses: low_inverse_masses,
+            stiffnesses: low_stiffnesses,
             forces: low_forces,
             positions: low_positions,
             velocities: low_velocities,
             substep: low_substep,
         };
-        (low, Bodies { masses, inverse_masses, forces, positions, velocities, substep })
+        (
+            low,
+            Bodies { masses, inverse_masses, stiffnesses, forces, positions, velocities, substep },
+        )
     }
 }
 
@@ -159,6 +169,7 @@ struct Batch<R> {
     pulls: [R; RECORD],
     inverse_masses: [R; LANES],
     masses: [R; LANES],
+    stiffnesses: [R; LANES],
 }
 
 impl<R: Real> Default for Batch<R> {
@@ -172,6 +183,7 @@ impl<R: Real> Default for Batch<R> {
             pulls: [R::ZERO; RECORD],
             inverse_masses: [R::ZERO; LANES],
             masses: [R::ZERO; LANES],
+            stiffnesses: [R::ZERO; LANES],
         }
     }
 }
@@ -190,6 +202,10 @@ impl<R: Real> Batch<R> {
             pulls: of(bodies.forces),
             inverse_masses: *bodies.inverse_masses[at..].first_chunk().expect("a record"),
             masses: *bodies.masses[record * LANES..].first_chunk().expect("a record"),
+            stiffnesses: match bodies.stiffnesses {
+                [] => [R::ZERO; LANES],
+                all => *all[record * LANES..].first_chunk().expect("a record"),
+            },
         }
     }
 
@@ -205,6 +221,7 @@ impl<R: Real> Batch<R> {
         }
         self.inverse_masses[lane] = bodies.inverse_masses[at];
         self.masses[lane] = bodies.masses[single(at)];
+        self.stiffnesses[lane] = bodies.stiffnesses.get(single(at)).map_or(R::ZERO, |&k| k);
         self.places[lane] = at;
         self.count += 1;
     }
@@ -223,8 +240,8 @@ impl<R: Real> Batch<R> {
     /// Lets them meet all obstacles, one after the other.
     #[inline(always)]
     fn meet(&mut self, obstacles: &Obstacles<R>, substep: &Substep<'_, R>, tally: &mut Tally) {
-        let &Substep { h, lag, time, .. } = substep;
-        let span = Span { h, shift: lag - h * R::HALF };
+        let &Substep { h, lag, time, evaluated, .. } = substep;
+        let span = Span { h, shift: lag - h * R::HALF, evaluated };
         for i in 0..RECORD {
             self.pulls[i] *= self.inverse_masses[i % LANES];
         }
@@ -251,6 +268,7 @@ impl<R: Real> Batch<R> {
             velocity: lane_of(&self.velocities, lane),
             start: lane_of(&self.starts, lane),
             pull: lane_of(&self.pulls, lane),
+            stiffness: self.stiffnesses[lane] * self.inverse_masses[lane],
         }
     }
 
@@ -299,7 +317,7 @@ impl<R: Real> Batch<R> {
             let Outcome { position, velocity, taken } = law.bounce(&touch, span);
             self.set(lane, position, velocity);
             let taken = (taken * self.masses[lane]).to_f64();
-            tally.contacts += Contacts { count: 0, ..Contacts::one(taken) };
+            tally.contacts += Contacts { count: 0, bounced: true, ..Contacts::one(taken) };
         }
     }
 
@@ -336,6 +354,7 @@ impl<R: Real> Batch<R> {
             self.set(lane, outcome.position, after);
             *contacts += Contacts {
                 driven: (dot(kick, surface) * mass).to_f64(),
+                bounced: !keeps,
                 ..Contacts::one((outcome.taken * mass).to_f64())
             };
         }

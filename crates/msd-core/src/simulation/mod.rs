@@ -23,6 +23,7 @@ use crate::energy::Ledger;
 use crate::error::Error;
 use crate::methods::{Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work};
 use crate::number::{Instructions, Real};
+use crate::obstacles::Evaluated;
 use crate::obstacles::resolve::Substep;
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::Scene;
@@ -86,8 +87,13 @@ impl<R: Real> Simulation<R> {
         Ok(simulation)
     }
 
-    fn from_parts(model: Model<R>, state: &State<R>, settings: Settings) -> Result<Self, Error> {
+    fn from_parts(
+        mut model: Model<R>,
+        state: &State<R>,
+        settings: Settings,
+    ) -> Result<Self, Error> {
         settings.check::<R>()?;
+        model.prepare_bounces();
         let columns = Method::<R>::columns(&settings.integrator);
         Ok(Simulation {
             scratch: Scratch::new(&model, columns),
@@ -110,7 +116,8 @@ impl<R: Real> Simulation<R> {
     /// Moves what is inside an obstacle out of it, as a contact does.
     fn leave_obstacles(&mut self) {
         self.scratch.forces.fill(R::ZERO);
-        let substep = Substep { h: R::ZERO, time: self.time(), lag: R::ZERO, starts: None };
+        let (h, lag, time, starts) = (R::ZERO, R::ZERO, self.time(), None);
+        let substep = Substep { h, time, lag, starts, evaluated: Evaluated::Nowhere };
         self.model.resolve(self.level, &mut self.state, &self.scratch.forces, substep);
     }
 
@@ -135,6 +142,7 @@ impl<R: Real> Simulation<R> {
         self.good.copy_from(&self.state);
         let kept = self.keep_model();
         self.apply_queue();
+        self.model.prepare_bounces();
         let method: &dyn Method<R> = match &self.own_method {
             Some(own) => own.of::<R>(),
             None => &self.settings.integrator,

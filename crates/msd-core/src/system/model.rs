@@ -170,12 +170,20 @@ impl<R: Real> Model<R> {
         let bodies = Bodies {
             masses: &self.mass_column,
             inverse_masses: &self.inverse_mass_column,
+            stiffnesses: self.springs.stiffness_sums(),
             forces,
             positions: &mut state.positions,
             velocities: &mut state.velocities,
             substep,
         };
         resolve(level, &self.obstacles, bodies)
+    }
+
+    /// Makes the column that bounces are computed with, where there may be any.
+    pub(crate) fn prepare_bounces(&mut self) {
+        if self.obstacles.bounce() {
+            self.springs.sum_stiffnesses(&self.slots);
+        }
     }
 
     /// Takes particles out: nothing pulls at them, nothing moves them, and they have no mass.

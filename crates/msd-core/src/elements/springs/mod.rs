@@ -15,8 +15,8 @@ mod sweep;
 mod table;
 mod unstructured;
 
-use crate::columns::Aligned;
 use crate::columns::slots::Slots;
+use crate::columns::{Aligned, LANES, single};
 use crate::elements::{Element, Motion, Products, Vectors};
 use crate::number::{Real, Vector};
 use crate::scene::Spring;
@@ -96,6 +96,8 @@ pub struct Springs<R: Real> {
     layout: Layout,
     /// The numbers of rows, in sixteens, those that are alike once.
     values: Aligned<R>,
+    /// See [`Springs::stiffness_sums`].
+    stiffness_sums: Aligned<R>,
 }
 
 impl<R: Real> Springs<R> {
@@ -116,6 +118,7 @@ impl<R: Real> Springs<R> {
             cut: Vec::new(),
             layout,
             values: Aligned::default(),
+            stiffness_sums: Aligned::default(),
         };
         springs.renew();
         (slots, springs)
@@ -232,6 +235,7 @@ impl<R: Real> Springs<R> {
         }
         self.cut[spring] = true;
         self.layout.cut(spring);
+        self.stiffness_sums = Aligned::default();
     }
 
     pub(crate) fn set_stiffness(&mut self, springs: Range<usize>, value: R) {
@@ -257,6 +261,7 @@ impl<R: Real> Springs<R> {
             cut: self.cut.clone(),
             layout: self.layout.clone(),
             values: Aligned::default(),
+            stiffness_sums: Aligned::default(),
         };
         springs.renew();
         springs
@@ -272,6 +277,26 @@ impl<R: Real> Springs<R> {
         let mut values = Aligned::new(table.values.len(), 9);
         values.copy_from_slice(&table.values);
         self.values = values;
+        self.stiffness_sums = Aligned::default();
+    }
+
+    /// The stiffness of all springs at each slot, newtons per metre; empty unless it was asked for
+    /// since the springs have changed.
+    pub(crate) fn stiffness_sums(&self) -> &[R] {
+        &self.stiffness_sums
+    }
+
+    pub(crate) fn sum_stiffnesses(&mut self, slots: &Slots) {
+        if !self.stiffness_sums.is_empty() {
+            return;
+        }
+        let mut sums = Aligned::new(slots.record_count() * LANES, 15);
+        for (spring, ends) in self.present() {
+            for end in ends {
+                sums[single(slots.at(end))] += self.stiffnesses.get(spring);
+            }
+        }
+        self.stiffness_sums = sums;
     }
 
     /// Adds the pull of every spring, newtons, and returns the power that dampers take away, watts.

@@ -45,6 +45,7 @@ use crate::columns::{LANES, RECORD, vector};
 use crate::elements::Motion;
 use crate::elements::springs::matrix::Stage;
 use crate::number::{Real, Vector, at_level};
+use crate::obstacles::Evaluated;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use conjugate::{End, Goal, Solve};
@@ -154,7 +155,8 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
             }
         }
         // The way was h u: with the midpoint rule the velocity is half a substep ahead of it.
-        step.finish(Way::Kicked(if rule.mirrors { 0.5 } else { 0.0 }));
+        let lag = if rule.mirrors { 0.5 } else { 0.0 };
+        step.finish(Way::Kicked(lag), Evaluated::Nowhere);
     }
     step.scratch.implicit = Some(scratch);
 }
