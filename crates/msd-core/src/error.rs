@@ -2,7 +2,7 @@
 
 use alloc::string::String;
 
-/// Everything msd-core refuses or reports.
+/// Every error that msd-core reports.
 #[non_exhaustive]
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -20,7 +20,7 @@ pub enum Error {
         /// The domain, in words.
         expected: &'static str,
     },
-    /// An index that names nothing.
+    /// An index out of range.
     #[error("{item} {row} names {target} {index}, but there are only {count}, counted from 0")]
     OutOfRange {
         /// What kind of row holds the index.
@@ -34,7 +34,7 @@ pub enum Error {
         /// How many there are.
         count: usize,
     },
-    /// A spring from a particle to itself.
+    /// A spring that joins a particle to itself.
     #[error("spring {row} joins particle {particle} to itself; its two ends must differ")]
     Loop {
         /// Which spring, from 0.
@@ -50,7 +50,7 @@ pub enum Error {
     TooLarge {
         /// What is counted.
         what: &'static str,
-        /// How many were asked for, saturated.
+        /// The number requested, saturated.
         count: u128,
         /// How many fit.
         limit: usize,
@@ -99,7 +99,7 @@ pub enum Error {
          substeps, or look for a mass too small or a stiffness too large"
     )]
     Unsolved {
-        /// What a solve left of its residual, as a fraction of that at its start.
+        /// The residual at the end of the solve, as a fraction of that at its start.
         residual: f64,
         /// Iterations of that solve.
         iterations: u64,
@@ -114,13 +114,13 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether a step failed, and not what it was asked with: the state is the last good one.
+    /// Whether a step failed, rather than its arguments: the state is the last good one.
     pub fn is_of_step(&self) -> bool {
         matches!(self, Error::Diverged(_) | Error::Unreachable { .. } | Error::Unsolved { .. })
     }
 }
 
-/// A number as a message shows it: not as three hundred digits.
+/// A number as a message prints it, never in three hundred digits.
 struct Number(f64);
 
 impl core::fmt::Display for Number {

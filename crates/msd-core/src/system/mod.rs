@@ -1,10 +1,10 @@
-//! What runs: a [`Model`] that a step reads and the columns that it advances, in the order of
-//! slots; and what may be seen of them, a [`Snapshot`].
+//! The system in columns: a [`Model`] that a step reads, the state that it advances, and a
+//! [`Snapshot`] of both for a renderer.
 
-pub mod hash;
+pub mod state;
 pub mod model;
 pub mod snapshot;
-pub mod state;
+pub mod hash;
 
 pub use model::Model;
 pub use snapshot::Snapshot;
