@@ -24,7 +24,7 @@ impl<R: Real> Column<R> {
     }
 }
 
-/// What pulls at particles.
+/// The forces on particles.
 #[derive(Clone)]
 pub struct Forces<R: Real> {
     masses: Vec<R>,

@@ -77,7 +77,7 @@ fn percent(share: f64) -> String {
     format!("{share:+.1} %")
 }
 
-/// What a work came to.
+/// The results of a work.
 struct Shares {
     /// The substeps of a frame alone at their best, seconds.
     alone: f64,

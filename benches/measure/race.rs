@@ -11,7 +11,7 @@ const ROUNDS: usize = 7;
 
 /// Something that takes steps.
 pub struct Rival<'a> {
-    /// What the tables call it.
+    /// Its name in the tables.
     pub name: String,
     /// Spring updates of a step, or how often what is timed happens in one.
     pub updates: f64,

@@ -17,7 +17,7 @@ pub mod runs;
 pub mod scenes;
 pub mod states;
 
-/// What is checked of any bytes.
+/// A check of any bytes.
 pub type Check = fn(&[u8]);
 
 /// Every target with its name, which is that of its folder in `corpus/`.

@@ -9,11 +9,11 @@ pub enum Error {
     /// A number outside its domain.
     #[error("{quantity} of {item} {row} is {}; it must be {expected}", Number(*value))]
     OutOfDomain {
-        /// What the number measures.
+        /// The quantity that the number measures.
         quantity: &'static str,
-        /// What kind of row holds it: particle, spring, plane, pin, body, setting.
+        /// The kind of row that holds it: particle, spring, plane, pin, body, setting.
         item: &'static str,
-        /// Which row, from 0.
+        /// The row, from 0.
         row: usize,
         /// The number.
         value: f64,
@@ -23,21 +23,21 @@ pub enum Error {
     /// An index out of range.
     #[error("{item} {row} names {target} {index}, but there are only {count}, counted from 0")]
     OutOfRange {
-        /// What kind of row holds the index.
+        /// The kind of row that holds the index.
         item: &'static str,
-        /// Which row, from 0.
+        /// The row, from 0.
         row: usize,
-        /// What the index should name.
+        /// The kind of row that the index should name.
         target: &'static str,
         /// The index.
         index: usize,
-        /// How many there are.
+        /// The number of such rows.
         count: usize,
     },
     /// A spring that joins a particle to itself.
     #[error("spring {row} joins particle {particle} to itself; its two ends must differ")]
     Loop {
-        /// Which spring, from 0.
+        /// The spring, from 0.
         row: usize,
         /// The particle at both ends.
         particle: usize,
@@ -48,17 +48,17 @@ pub enum Error {
     /// More rows than fit.
     #[error("{what} would be {count}; at most {limit} fit")]
     TooLarge {
-        /// What is counted.
+        /// The kind of rows counted.
         what: &'static str,
         /// The number requested, saturated.
         count: u128,
-        /// How many fit.
+        /// The number that fits.
         limit: usize,
     },
     /// A name that is not in the list.
     #[error("unknown {what} '{name}'; it must be one of {expected}")]
     UnknownName {
-        /// What the name should name.
+        /// The kind of thing that the name should name.
         what: &'static str,
         /// The name given.
         name: String,
@@ -68,7 +68,7 @@ pub enum Error {
     /// Columns of different length.
     #[error("{what} has {count} rows, but the system has {expected}")]
     WrongLength {
-        /// Which column.
+        /// The column.
         what: &'static str,
         /// Its rows.
         count: usize,
@@ -134,7 +134,7 @@ impl core::fmt::Display for Number {
     }
 }
 
-/// Where a simulation left the world.
+/// The step and the particle with which a simulation left the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Divergence {
     /// The first particle outside the world, from 0.

@@ -155,10 +155,10 @@
 //!
 //! # Debug builds
 //!
-//! A spring is evaluated in sixteen lanes by small generic functions, which without optimisation
-//! are calls instead of single instructions: a step is then slower by orders of magnitude. The loops
-//! are compiled in this crate, for `f32` and `f64`, so that these two lines in the `Cargo.toml` of
-//! your workspace make them fast in a debug build as well:
+//! A step evaluates sixteen springs at a time through small generic functions. Without optimisation
+//! each of these is a call instead of an instruction, and a step takes some two hundred times as
+//! long. The loops are compiled in this crate, for `f32` and `f64`, so that these two lines in the
+//! `Cargo.toml` of your workspace make them as fast in a debug build as in a release build:
 //!
 //! ```toml
 //! [profile.dev.package.msd-core]

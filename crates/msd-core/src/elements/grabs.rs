@@ -10,7 +10,7 @@ use glam::DVec3;
 pub struct Grab<R: Real> {
     /// The particle held.
     pub particle: u32,
-    /// Where it is pulled to, metres.
+    /// The point that it is pulled to, metres.
     pub target: R::Vec3,
     /// Stiffness, newtons per metre.
     pub stiffness: R,

@@ -19,7 +19,7 @@ pub struct Ledger {
     /// Energy driven in by user-defined elements and surfaces, not negative.
     #[cfg_attr(feature = "serde", serde(default))]
     given: f64,
-    /// What obstacles did.
+    /// The effect of obstacles.
     #[cfg_attr(feature = "serde", serde(default))]
     contacts: Contacts,
 }
@@ -41,7 +41,7 @@ impl Ledger {
         self.given
     }
 
-    /// What obstacles did.
+    /// The effect of obstacles.
     pub fn contacts(&self) -> Contacts {
         self.contacts
     }

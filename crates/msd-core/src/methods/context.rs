@@ -88,7 +88,7 @@ impl Done {
     }
 }
 
-/// How a method moves particles in a substep.
+/// The displacement of particles in a substep, by the method that made it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Way {
     /// By h (v' − s h a), with v' the velocity at its end, a the last acceleration, and s given.

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::number::Real;
 use crate::scene::check::check;
 
-/// How a system is stepped.
+/// The settings by which a system is stepped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]

@@ -48,7 +48,7 @@ impl<R: Real> PlaneColumn<R> {
         self.law.restitution.to_f64()
     }
 
-    /// What happens along the plane.
+    /// Friction along the plane.
     pub fn friction(&self) -> Friction {
         self.friction
     }

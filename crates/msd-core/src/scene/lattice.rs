@@ -28,7 +28,7 @@ pub const FAMILIES: [[isize; 3]; 13] = [
 /// The first families, those along the axes.
 const AXES: usize = 3;
 
-/// Which neighbours a particle of a lattice is joined to.
+/// The neighbours that a particle of a lattice is joined to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]

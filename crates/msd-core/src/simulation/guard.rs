@@ -1,5 +1,4 @@
-//! The guard against divergence: detects a state outside the world, where, and a substep that is
-//! stable.
+//! The guard against divergence: where a state left the world, and a substep that is stable.
 
 use super::Simulation;
 use crate::columns::threads::merge_shares;

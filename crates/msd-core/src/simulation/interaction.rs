@@ -38,7 +38,7 @@ pub enum Interaction {
     Grab {
         /// The particle.
         particle: usize,
-        /// Where to, metres.
+        /// The point that it is pulled to, metres.
         target: DVec3,
         /// Frequency of the particle alone on this spring, hertz; capped at a tenth of the substeps
         /// per second, so that user input cannot blow up the scene.
@@ -150,7 +150,7 @@ pub enum Interaction {
 /// The parts of a simulation that an interaction changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effects {
-    /// Which springs there are, or their numbers.
+    /// The springs, or their constants.
     pub springs: bool,
     /// Masses, or which particles are pinned.
     pub masses: bool,

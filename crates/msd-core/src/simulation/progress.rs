@@ -24,7 +24,7 @@ use glam::DVec3;
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Progress {
-    /// How the run is stepped.
+    /// The settings of the run.
     pub settings: Settings,
     /// Steps taken.
     pub steps: u64,
@@ -54,7 +54,7 @@ pub struct Progress {
 pub struct Held {
     /// The particle held.
     pub particle: usize,
-    /// Where it is pulled to, metres.
+    /// The point that it is pulled to, metres.
     pub target: DVec3,
     /// Stiffness, newtons per metre.
     pub stiffness: f64,

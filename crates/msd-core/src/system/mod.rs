@@ -1,5 +1,7 @@
-//! The system in columns: a [`Model`] that a step reads, the state that it advances, and a
-//! [`Snapshot`] of both for a renderer.
+//! The system in columns: model, state and snapshot.
+//!
+//! A step reads a [`Model`] and advances the columns of a [`State`]; a renderer borrows a
+//! [`Snapshot`].
 
 pub mod state;
 pub mod model;

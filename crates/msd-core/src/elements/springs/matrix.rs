@@ -194,7 +194,7 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
     fn points(&self) -> &[R];
     /// Reads the first lanes of particles that were gathered.
     fn gathered(&self, simd: S, columns: &[R; GATHERED]) -> Self::End;
-    /// What is added to the ends `here`; `place` is the number of the row and the lane in it.
+    /// The vectors to add to the ends `here`; `place` is the number of the row and the lane in it.
     fn add(
         &mut self,
         simd: S,
@@ -204,7 +204,7 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
     ) -> [[Pack<S, R>; 3]; N];
 }
 
-/// What a sweep adds to.
+/// The sums of a sweep.
 struct Sums<'a, R, const N: usize> {
     columns: [&'a mut [R]; N],
     ahead: [&'a mut [R]; N],

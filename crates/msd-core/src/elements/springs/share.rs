@@ -1,5 +1,6 @@
-//! Parallel evaluation of springs: groups of pieces go to threads, and the forces between parts of
-//! a block are added when all are done.
+//! Parallel evaluation of springs, in groups of pieces.
+//!
+//! Forces between parts of a block are added when all parts are done.
 
 use super::Springs;
 use super::gather::QUAD;

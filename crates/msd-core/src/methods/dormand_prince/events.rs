@@ -174,7 +174,7 @@ impl<'a, R: Real> Path<'a, R> {
     }
 }
 
-/// How a particle comes near an obstacle, by its distance in metres.
+/// The approach of a particle to an obstacle, as distances in metres.
 struct Approach {
     /// At the start of the substep.
     before: f64,

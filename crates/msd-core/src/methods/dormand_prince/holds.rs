@@ -7,9 +7,9 @@
 //! pressure left, a pull stronger than friction, the end of a slide) is an event, see
 //! [`super::events`].
 //!
-//! What slides or sticks is the velocity as seen from the surface. On a curved obstacle the normal
-//! is that of each stage, and the acceleration along it is that of the curvature; the gap that a
-//! substep leaves is removed at its end.
+//! Sliding and sticking are of the velocity as seen from the surface. On a curved obstacle the
+//! normal is that of each stage, and the acceleration along it is that of the curvature; the gap
+//! that a substep leaves is removed at its end.
 
 use super::meeting::Meeting;
 use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touches};
@@ -29,7 +29,7 @@ const MOST_STEPS: usize = 8;
 /// The largest height of a hop that is neglected, as a fraction of the error allowed.
 const HOP: f64 = 0.1;
 
-/// How a held particle moves along its obstacles.
+/// The motion of a held particle along its obstacles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Along<V> {
     /// Without friction.

@@ -11,7 +11,7 @@ const MOST_SWEEPS: usize = 100;
 /// The longest time over which the motion of an obstacle is taken as smooth, seconds.
 const SMOOTH: f64 = 0.1;
 
-/// Where a particle is, how fast, and when.
+/// Position and velocity of a particle at a time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spot<R: Real> {
     pub(crate) position: R::Vec3,

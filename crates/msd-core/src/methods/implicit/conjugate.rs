@@ -15,7 +15,7 @@ pub(crate) struct Goal {
     pub(crate) fewest: usize,
 }
 
-/// How a solve ended. Squares are in the norm of the preconditioner.
+/// The end of a solve. Squares are in the norm of the preconditioner.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
     /// The square of the residuals at the start, and of those at the end; NaN or infinite where a

@@ -68,7 +68,7 @@ pub(crate) struct Scratch<R: Real> {
     solved: Solved,
 }
 
-/// How far the linear solves of a step got.
+/// The convergence of the linear solves of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Solved {
