@@ -40,7 +40,7 @@ fn add_module(name: Name, file: &Path, modules: &mut Modules) {
     for child in &children {
         let alone = folder.join(format!("{child}.rs"));
         let file = if alone.exists() { alone } else { folder.join(child).join("mod.rs") };
-        add_module([&name[..], &[child.clone()]].concat(), &file, modules);
+        add_module([&name[..], std::slice::from_ref(child)].concat(), &file, modules);
     }
     modules.insert(name, (file.to_owned(), children));
 }
