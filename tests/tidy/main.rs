@@ -30,13 +30,11 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The names of all crates in `crates/`.
+/// The folders of all crates in `crates/`.
 fn crates() -> Vec<String> {
     let folders = fs::read_dir(root().join("crates")).expect("the crates").flatten();
-    let mut names: Vec<String> =
-        folders.map(|folder| folder.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
+    let name = |folder: fs::DirEntry| format!("crates/{}", folder.file_name().to_string_lossy());
+    folders.map(name).collect()
 }
 
 #[test]
