@@ -1,4 +1,4 @@
-//! How does the linker lay out a program that runs without an operating system?
+//! Linker layout of a program that runs without an operating system.
 
 fn main() {
     println!("cargo::rerun-if-changed=memory.x");

@@ -1,5 +1,5 @@
-//! How many instructions does a step take? A number that a busy machine does not change, so that a
-//! regression shows where times are too noisy to tell.
+//! Instruction counts of a step: the same on a busy machine, so that they show a regression where
+//! times are too noisy.
 //!
 //! `cargo bench --bench instructions` counts those of AVX2 by cachegrind and compares them with
 //! `benches/instructions.txt`; `-- --write` puts what it counts there. Whoever changes a count

@@ -1,5 +1,6 @@
-//! What is in `docs/performance.md`? Speeds of the kernels, measured here and now: rewrites the
-//! tables between the marks of the page.
+//! Speeds of the kernels, measured here and now for `docs/performance.md`.
+//!
+//! Rewrites the tables between the marks of the page.
 //!
 //! `cargo bench --bench performance` takes about ten minutes; `-- threads terms` fills these tables
 //! only; `-- --test` runs all but the large scenes once and writes nothing.

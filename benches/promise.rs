@@ -1,5 +1,7 @@
-//! Does tuning keep its promise? Over all built-in and many generated scenes: the error delivered
-//! is at most the error asked for, at no more than 1.5 times the cost of the best setting there is.
+//! The promise of tuning, checked on all built-in and many generated scenes.
+//!
+//! The error delivered is at most the error asked for, at no more than 1.5 times the cost of the
+//! best setting there is.
 //!
 //! `cargo bench --bench promise` takes some minutes; `-- --scenes N` takes N generated scenes
 //! instead of 200, and `-- --test` a few, to see that it runs.

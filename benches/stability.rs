@@ -1,5 +1,6 @@
-//! What does it cost to predict the largest stable substep? Beside one evaluation of the forces, so
-//! that the ratio says how often a run can afford it.
+//! Cost of predicting the largest stable substep, beside that of one evaluation of the forces.
+//!
+//! The ratio shows how often a run can afford it.
 
 #[path = "baselines/forces.rs"]
 mod forces;

@@ -1,9 +1,11 @@
-//! How long does one step take? Groups named `scene/size`; in each the simple kernel, the textbook
-//! and the compiled kernel, per instructions, precision and integrator.
+//! Time of one step, in groups named `scene/size`.
 //!
-//! `cargo bench --bench step` reports elements per second, where an element is one spring
-//! evaluated once: a substep of RK4 counts each spring four times. All run on one thread but what
-//! is named `2-threads`. The group `terms` shows that a scene does not pay for what it lacks.
+//! Each group has the simple kernel, the textbook and the compiled kernel, by instruction set,
+//! precision and integrator.
+//!
+//! `cargo bench --bench step` reports elements per second, where an element is one spring evaluated
+//! once: a substep of RK4 counts each spring four times. All run on one thread but what is named
+//! `2-threads`. The group `terms` shows that unused features add no cost.
 //!
 //! Scenes of more than 100,000 springs take part where a filter names them (`-- cloth/316`), or all
 //! of them where the environment sets `MSD_LARGE`. `docs/performance.md` has the figures, by
@@ -92,7 +94,7 @@ fn bench_steps<R: Real>(
     }
 }
 
-/// What is raced does the same, but for the order of its sums: some roundings in two steps.
+/// Rivals compute the same, except for the order of their sums: some roundings in two steps.
 fn check_same<R: Real>(mut simple: Simple<R>, scene: &Scene, settings: Settings) {
     let mut simulation = Simulation::<R>::new(scene, settings).expect("a valid scene");
     for _ in 0..2 {

@@ -1,5 +1,6 @@
-//! What is in `docs/trade.md`? Studies of four scenes and what follows from them, measured here and
-//! now: rewrites the tables between the marks of the page, and its figures.
+//! Studies of four scenes, measured here and now for `docs/trade.md`.
+//!
+//! Rewrites the tables between the marks of the page, and its figures.
 //!
 //! `cargo bench --bench trade` takes some minutes; `-- --test` studies one small scene and writes
 //! nothing.
@@ -143,7 +144,7 @@ fn orders(studies: &[Study]) -> String {
     table
 }
 
-/// The median slope of error over substeps, above what rounding and the reference leave.
+/// The median slope of error over substeps, above the error of rounding and of the reference.
 fn order(study: &Study, integrator: Integrator) -> String {
     let floor = 30.0 * study.reference.uncertainty;
     let useful = |trial: &&Trial| {

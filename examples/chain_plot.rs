@@ -1,4 +1,4 @@
-//! You will see chain.svg: five particles on a line, one pulled out by 1.4, and the wave it sends.
+//! A plot, chain.svg: five particles on a line, one pulled out by 1.4, and the wave it sends.
 
 use msd::lab::{Runner, open};
 use plotters::prelude::*;

@@ -1,4 +1,4 @@
-//! You will see falling_square.svg: five moments of the 4x4 square, springs green to red by strain.
+//! A picture, falling_square.svg: five moments of the 4x4 square, springs green to red by strain.
 
 use msd::core::Vector;
 use msd::lab::{on, open};

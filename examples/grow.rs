@@ -1,5 +1,5 @@
-//! Prints the length of a rope that gets longer while it swings: every fifth of a second a particle
-//! and a spring are added at its free end.
+//! A rope that grows while it swings: every fifth of a second a particle and a spring are added at
+//! its free end. Prints its springs and where it ends.
 
 use msd::core::glam::DVec3;
 use msd::core::{

@@ -1,5 +1,5 @@
-//! Prints how a block sags less once half of its springs, the lower ones, are made ten times
-//! stiffer while it runs.
+//! A block that sags less once the lower half of its springs is made ten times stiffer while it
+//! runs.
 
 use msd::core::glam::DVec3;
 use msd::core::{

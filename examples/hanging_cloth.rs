@@ -1,4 +1,4 @@
-//! You will see a window with a cloth that hangs by its top corners; drag it with the mouse.
+//! A window with a cloth that hangs by its top corners; drag it with the mouse.
 
 use msd::core::glam::DVec3;
 use msd::core::{Material, Pin, Scene, Settings, shape};

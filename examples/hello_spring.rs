@@ -1,4 +1,4 @@
-//! You will see two masses on a spring swing once in 1.4 s and come to rest a metre apart.
+//! Two masses on a spring that swing once in 1.4 s and come to rest a metre apart.
 
 use msd::core::glam::DVec3;
 use msd::core::{Error, Particle, Scene, Settings, Simulation, Spring, World};

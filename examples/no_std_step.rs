@@ -1,8 +1,8 @@
-//! You will see a hash that is the same on every machine: a run without `std`, as on bare metal.
+//! A hash that is the same on every machine, of a run without `std`, as on bare metal.
 #![no_std]
 
 extern crate alloc;
-extern crate std; // for `println!` alone: a microcontroller would use its own way out
+extern crate std; // for `println!` alone: a microcontroller has an output of its own
 
 use msd::core::{Error, Material, Scene, Settings, Simulation, shape, state_hash};
 

@@ -1,5 +1,5 @@
-//! Prints how a cloth flies in a gusty wind of our own: the balance of energy closes, and the
-//! stable step sees the drag.
+//! A cloth in a gusty wind, an element of our own: the energy balance closes, and the predicted
+//! stable step includes the drag.
 
 use msd::core::elements::{Element, Motion, Vectors};
 use msd::core::glam::DVec3;

@@ -1,5 +1,5 @@
-//! Prints the errors of a third-order symplectic method of our own (Ruth, 1983) on a spring: eight
-//! times smaller at half the step.
+//! Errors of a third-order symplectic method of our own (Ruth, 1983) on a spring: eight times
+//! smaller at half the step.
 
 use msd::core::glam::DVec3;
 use msd::core::methods::{Method, Parts, StepContext};
@@ -15,7 +15,7 @@ const STAGES: [[f64; 2]; 3] =
 
 impl<R: Real> Method<R> for Ruth {
     fn region(&self) -> Region {
-        // Of an undamped motion it bears 2.5 / w; symplectic Euler's 2 / w is on the safe side.
+        // Undamped, it is stable up to 2.5 / w; symplectic Euler's 2 / w is on the safe side.
         Region::SymplecticEuler
     }
 

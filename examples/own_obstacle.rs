@@ -1,4 +1,4 @@
-//! Prints how a cloth falls on a torus, an obstacle of our own.
+//! A cloth that falls on a torus, an obstacle of our own.
 
 use msd::core::glam::DVec3;
 use msd::core::obstacles::{ContactLaw, Obstacle};

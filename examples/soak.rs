@@ -1,4 +1,4 @@
-//! You will see whether a long run slows down or grows: a row per simulated minute, then the drift.
+//! Speed and memory of a long run: a row per simulated minute, then how much both changed.
 //!
 //! `cargo run --release --example soak [SCENE] [SECONDS]`, an hour of `jelly` by default.
 
@@ -36,7 +36,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             energy.total(),
             energy.dissipated
         );
-        // The first minute warms the machine up; what it takes is not what a run grows by.
+        // The first minute warms up the machine; its memory does not count as growth.
         memory = [memory[0].or(resident), resident];
         first.get_or_insert(last);
     }

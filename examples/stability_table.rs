@@ -1,5 +1,6 @@
-//! You will see stability_table.svg: how stiff a cloth may be at a number of steps per frame, for
-//! Euler and Runge-Kutta, undamped and damped, beside what the report of 2014 found in its own.
+//! A plot, stability_table.svg: how stiff a cloth may be at a number of steps per frame, for Euler
+//! and Runge-Kutta, undamped and damped, beside the values that the report of 2014 found for its
+//! own.
 
 use msd::core::Integrator;
 use msd::lab::trade::stability_table::{Scheme, euler_steps, stability_table};
@@ -42,7 +43,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let report = table.rows.iter().filter_map(|row| Some((row.steps, row.report?)));
     let crosses = report.map(|(steps, found)| {
-        // In units of what the report's own Euler bore at 4 steps.
+        // In units of the stiffness that the report's own Euler bore at 4 steps.
         Cross::new((f64::from(steps), found / 5550.0), 6, BLACK.stroke_width(2))
     });
     chart

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Looks for input that breaks a promise of msd, by libFuzzer.
 #
-#   scripts/fuzz.sh [TARGET] [SECONDS]    one target, or each in turn; 1200 s unless told
+#   scripts/fuzz.sh [TARGET] [SECONDS]    one target, or each in turn; 1200 s by default
 #
 # Needs a nightly compiler, a C++ compiler and `cargo install cargo-fuzz`. New inputs are kept in
 # fuzz/found/TARGET (not in the repository), those that fail in fuzz/artifacts/TARGET. To keep the

@@ -1,4 +1,4 @@
-//! A run has the same bits on any number of threads: its state, and what was taken away.
+//! Bit reproducibility of runs on any number of threads: state and energy dissipated.
 
 use msd::core::glam::DVec3;
 use msd::core::{

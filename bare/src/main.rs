@@ -1,4 +1,4 @@
-//! Does a scene end in the same bits without an operating system, on another processor?
+//! Hashes of runs without an operating system, on another processor.
 //!
 //! Prints the lines of `crates/msd-lab/tests/hashes.txt` of the scenes that it carries;
 //! `scripts/check.sh bare` compares them.

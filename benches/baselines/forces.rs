@@ -24,7 +24,7 @@ impl<R: Real> Column<R> {
     }
 }
 
-/// What pulls at particles.
+/// The forces on particles.
 #[derive(Clone)]
 pub struct Forces<R: Real> {
     masses: Vec<R>,
@@ -70,7 +70,7 @@ impl<R: Real> Forces<R> {
     }
 
     /// Overwrites `forces` with gravity, the uniform force and drag, newtons; returns the power
-    /// that drag takes away, watts.
+    /// that drag dissipates, watts.
     pub fn set_external(&self, motion: Motion<'_, R>, forces: &mut [R::Vec3]) -> f64 {
         for (force, &mass) in forces.iter_mut().zip(&self.masses) {
             *force = self.gravity * mass + self.force;
@@ -86,7 +86,7 @@ impl<R: Real> Forces<R> {
     }
 
     /// Adds the pull of every spring to `forces`, newtons, each spring evaluated once; returns the
-    /// power that the dampers take away, watts. Algorithm 3 of the source report (2014).
+    /// power that the dampers dissipate, watts. Algorithm 3 of the source report (2014).
     pub fn add_springs(&self, motion: Motion<'_, R>, forces: &mut [R::Vec3]) -> f64 {
         use Column::{Each, Same};
         // Chosen once per call, so that each loop reads only the columns its scene needs.

@@ -1,4 +1,4 @@
-//! What is a step compared with, and on which work?
+//! Baselines of a step, and the works on which it is measured.
 
 pub mod forces;
 pub mod simple;

@@ -15,12 +15,12 @@ pub struct Simple<R: Real> {
     settings: Settings,
     pub positions: Vec<R::Vec3>,
     pub velocities: Vec<R::Vec3>,
-    /// Forces of the last evaluation, newtons, and the power that they take away, watts.
+    /// Forces of the last evaluation, newtons, and the power that they dissipate, watts.
     pulls: Vec<R::Vec3>,
     power: f64,
     /// Work columns, as many as the method needs.
     columns: [Vec<R::Vec3>; 4],
-    /// Energy taken away, joules.
+    /// Energy dissipated, joules.
     pub dissipated: f64,
 }
 
@@ -183,7 +183,7 @@ impl<R: Real> Simple<R> {
     }
 
     /// Moves every particle out of a plane, bounces it and slows it along the plane; returns the
-    /// energy taken away, joules.
+    /// energy dissipated, joules.
     fn meet(&mut self, plane: Plane, h: R) -> f64 {
         let scaled = plane.normal / plane.normal.abs().max_element();
         let normal = R::Vec3::of(scaled / scaled.length());

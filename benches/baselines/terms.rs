@@ -1,4 +1,4 @@
-//! What may a scene have that costs something? The same body with one feature more each.
+//! Features that cost something: the same body with one more of them each.
 
 use super::works;
 use msd::core::glam::DVec3;

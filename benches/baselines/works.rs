@@ -1,4 +1,4 @@
-//! On which work is a step measured? Named `scene/size`.
+//! Works on which a step is measured, named `scene/size`.
 
 use msd::core::glam::DVec3;
 use msd::core::{Friction, Plane, Scene};

@@ -1,12 +1,12 @@
-//! What was asked for, and is it reached?
+//! Targets of speed and memory, and whether they are reached.
 
 use super::memory::Memory;
 use super::results::Results;
 use msd::core::Instructions;
 use std::fmt::Write;
 
-/// A speed asked for, in giga-updates per second, and how many times that of the simple kernel for
-/// where the machine is weaker or busier.
+/// A target speed, in giga-updates per second, and as a multiple of that of the simple kernel for a
+/// machine that is weaker or busier.
 struct Speed {
     work: &'static str,
     class: &'static str,
@@ -46,11 +46,11 @@ const SPEEDS: [Speed; 18] = [
 /// Of the four evaluations in a substep of RK4 on the cloth/31.
 const RK4: Speed = speed("cloth/31", "rk4", 1.6, 8.0);
 
-/// What a frame of backward Euler took before it used the kernels: as long as so many steps of 12
-/// substeps by the simple kernel in f32, measured in turn.
+/// The time of a frame of backward Euler before it used the kernels, in steps of 12 substeps by the
+/// simple kernel in f32, measured in turn.
 pub const FIRST_BACKWARD_EULER: [(&str, f64); 2] = [("f32", 0.90), ("f64", 1.53)];
 
-/// Everything asked for beside what was measured.
+/// All targets beside the measurements.
 pub fn table(results: &Results, memories: &[(&str, Memory)]) -> String {
     let mut table =
         "| work | asked, G/s | reached | times the simple kernel: asked | reached | |\n\
@@ -95,7 +95,7 @@ pub fn table(results: &Results, memories: &[(&str, Memory)]) -> String {
     table
 }
 
-/// Whether it is reached, by the figure itself or by the ratio that counts where the machine is
+/// The verdict on a target, by the figure itself or by the ratio, which counts where the machine is
 /// weaker.
 fn verdict(figure: bool, ratio: bool) -> &'static str {
     match (figure, ratio) {

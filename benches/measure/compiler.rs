@@ -1,4 +1,4 @@
-//! By which compiler?
+//! Name and version of the compiler.
 
 use std::process::Command;
 

@@ -1,4 +1,4 @@
-//! What does a frame cost beside its substeps? The same frames, with one thing more each.
+//! Cost of a frame beyond its substeps: the same frames, with one thing more each.
 
 use super::race::{Patience, Rival, times};
 use super::rivals::settings;
@@ -19,7 +19,7 @@ const FRAMES: u32 = 25;
 /// How often each simulation is made: where its memory lies matters by some per cent, so rivals
 /// share one, and there are several.
 const COPIES: usize = 5;
-/// What all together should cost at most, percent.
+/// The target for all together, percent.
 const ASKED: f64 = 10.0;
 
 const LONG: &str = "one long step";
@@ -27,10 +27,10 @@ const STEP: &str = "a step of its own";
 const PLANE: &str = "a plane";
 const HAND: &str = "a hand that holds a particle";
 
-/// Takes so many frames, and does what is measured once in each.
+/// Takes a number of frames, and does the measured thing once in each.
 type Frames = Box<dyn FnMut(&mut Simulation, u64)>;
 
-/// Something that a frame may have.
+/// Something that a frame may do.
 struct Cost {
     name: &'static str,
     /// The name of what has all but this.
@@ -77,7 +77,7 @@ fn percent(share: f64) -> String {
     format!("{share:+.1} %")
 }
 
-/// What a work came to.
+/// The results of a work.
 struct Shares {
     /// The substeps of a frame alone at their best, seconds.
     alone: f64,
@@ -143,7 +143,7 @@ fn bodies(work: &str) -> [Shared; 2] {
     [&free, &whole].map(|scene| Rc::new(RefCell::new(simulation(scene))))
 }
 
-/// The long step, and all that may cost something.
+/// The long step, and everything that may cost something.
 fn rivals([free, whole]: &[Shared; 2]) -> Vec<Rival<'static>> {
     let body = free.clone();
     let long = rival(LONG, move |times| {
@@ -201,7 +201,7 @@ fn moved(simulation: &Simulation) -> Frames {
     })
 }
 
-/// A hand about as strong as that of the window on a cloth of 31 by 31.
+/// A grab about as strong as that of the window on a cloth of 31 by 31.
 fn grab(particle: usize, target: DVec3) -> Interaction {
     let (frequency, damping_ratio, max_force) = (45.0, 20.0, 3e5);
     Interaction::Grab { particle, target, frequency, damping_ratio, max_force }
@@ -212,7 +212,7 @@ fn act(simulation: &mut Simulation, interaction: Interaction) {
     done.expect("a hand that can be");
 }
 
-/// As the window looks at it, where nothing is to spare of the wall clock.
+/// The readings of the window when it has no processor time to spare.
 fn rationed(_: &Simulation) -> Frames {
     let (mut witness, mut ration, clock) = (Witness::default(), Ration::default(), Instant::now());
     let stopwatch = move || clock.elapsed().as_secs_f64();

@@ -1,4 +1,4 @@
-//! Where and when was it measured, and by which compiler?
+//! Machine, compiler and date of a measurement, in one sentence.
 
 use super::compiler;
 use msd::lab::trade::machine;
@@ -14,8 +14,8 @@ pub fn in_words() -> String {
 }
 
 /// The clock in gigahertz, by a chain of multiplications and additions, each of which takes 3 + 1
-/// cycles and waits for the one before. What the system tells is often not what a virtual processor
-/// runs at.
+/// cycles and waits for the one before. The frequency that the system reports is often not the one
+/// that a virtual processor runs at.
 fn clock() -> f64 {
     const LINKS: u32 = 1_000_000;
     let mut fastest = f64::INFINITY;

@@ -1,4 +1,4 @@
-//! How much memory does a scene take? Each in a process of its own.
+//! Memory of a scene, measured in a process of its own.
 
 use super::rivals::settings;
 use crate::baselines::works;
@@ -7,8 +7,8 @@ use msd::core::{Integrator, Simulation};
 use std::alloc::System;
 use std::process::Command;
 
-/// Counts what is asked for. What the system tells of a process says more: memory that was given
-/// back stays with it for a while.
+/// Counts allocations. The size that the system reports for a process is larger: it keeps freed
+/// memory for a while.
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 

@@ -1,4 +1,4 @@
-//! How is it measured what `docs/performance.md` tells?
+//! Measurements behind `docs/performance.md`.
 
 pub mod asked;
 pub mod compiler;

@@ -1,6 +1,6 @@
-//! How long does each of several things take, on a machine whose speed changes from second to
-//! second? All of them in turn, in short batches, so that each has its share of good and of bad
-//! seconds.
+//! Races: timings of rivals in turn, on a machine whose speed changes from second to second.
+//!
+//! All run in short batches, so that each has its share of good and of bad seconds.
 
 use std::time::Instant;
 
@@ -11,11 +11,11 @@ const ROUNDS: usize = 7;
 
 /// Something that takes steps.
 pub struct Rival<'a> {
-    /// What the tables call it.
+    /// Its name in the tables.
     pub name: String,
     /// Spring updates of a step, or how often what is timed happens in one.
     pub updates: f64,
-    /// Takes so many steps.
+    /// Takes a number of steps.
     pub run: Box<dyn FnMut(u64) + 'a>,
 }
 
@@ -30,7 +30,7 @@ pub struct Speed {
 /// How patient a race is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Patience {
-    /// So many seconds for each.
+    /// A number of seconds for each.
     Seconds(f64),
     /// A step of each, to see that it runs.
     Once,
@@ -47,7 +47,7 @@ pub fn race(mut rivals: Vec<Rival<'_>>, patience: Patience) -> Vec<Speed> {
     rivals.into_iter().zip(times).map(speed).collect()
 }
 
-/// Lets rivals run in turn; what a step of each takes in each round, seconds.
+/// Lets rivals run in turn; returns the time of a step of each in each round, seconds.
 pub fn times(rivals: &mut [Rival<'_>], patience: Patience) -> Vec<Vec<f64>> {
     let time = |rival: &mut Rival<'_>, steps: u64| {
         let start = Instant::now();

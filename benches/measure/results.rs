@@ -1,8 +1,8 @@
-//! What was measured so far, to be looked up by the table of what was asked for?
+//! Results measured so far, looked up by the table of targets.
 
 use super::race::Speed;
 
-/// A speed, and on what it was measured.
+/// A speed, and the work on which it was measured.
 struct Entry {
     work: String,
     /// Precision or method: which of several races on a work.
@@ -10,12 +10,12 @@ struct Entry {
     speed: Speed,
 }
 
-/// All that was measured.
+/// All results.
 #[derive(Default)]
 pub struct Results(Vec<Entry>);
 
 impl Results {
-    /// Takes down a race.
+    /// Records a race.
     pub fn add(&mut self, work: &str, class: &str, speeds: &[Speed]) {
         let entry =
             |speed: &Speed| Entry { work: work.into(), class: class.into(), speed: speed.clone() };

@@ -1,4 +1,4 @@
-//! Who takes part in a race?
+//! Rivals of a race: the simple kernel, the textbook and the compiled kernel.
 
 use super::race::Rival;
 use crate::baselines::simple::Simple;

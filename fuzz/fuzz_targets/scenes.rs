@@ -1,4 +1,4 @@
-//! What do any bytes do to `msd_fuzz::scenes`? Run by libFuzzer.
+//! Fuzz target of `msd_fuzz::scenes`, run by libFuzzer.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| msd_fuzz::scenes::check(bytes));

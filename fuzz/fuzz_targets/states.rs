@@ -1,4 +1,4 @@
-//! What do any bytes do to `msd_fuzz::states`? Run by libFuzzer.
+//! Fuzz target of `msd_fuzz::states`, run by libFuzzer.
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| msd_fuzz::states::check(bytes));

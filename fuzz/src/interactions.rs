@@ -1,5 +1,6 @@
-//! What does a stream of interactions do to a small scene, with steps in between? The bytes make
-//! the scene, the method and the stream.
+//! Streams of interactions on a small scene, with steps in between.
+//!
+//! The bytes make the scene, the method and the stream.
 
 use super::numbers::{any, index, positive, vector};
 use super::promise::{check_message, check_simulation, step};
@@ -7,7 +8,7 @@ use super::world;
 use arbitrary::{Result, Unstructured};
 use msd_core::{Interaction, Real, Scene, Select, Settings, Simulation};
 
-/// The most deeds of a stream.
+/// The most interactions of a stream.
 const DEEDS: usize = 40;
 /// A stream ends where an adaptive method has taken so many evaluations: some steps take a million.
 const EVALUATIONS: u64 = 100_000;
@@ -62,7 +63,7 @@ fn check_messages(done: std::result::Result<(), msd_core::Error>) {
     }
 }
 
-/// Queues an interaction; one that is refused is not there.
+/// Queues an interaction; one that is refused must leave the queue as it was.
 fn queue<R: Real>(u: &mut Unstructured, simulation: &mut Simulation<R>) -> Result<()> {
     let interaction = interaction(u, simulation)?;
     let before = simulation.queued().len();
@@ -76,7 +77,7 @@ fn queue<R: Real>(u: &mut Unstructured, simulation: &mut Simulation<R>) -> Resul
     Ok(())
 }
 
-/// What is converted may be stepped, in the other precision too.
+/// Checks that a converted simulation can be stepped, in the other precision too.
 fn check_converted<R: Real>(simulation: &Simulation<R>) {
     match simulation.convert::<f32>() {
         Ok(mut other) => {
@@ -92,7 +93,7 @@ fn check_converted<R: Real>(simulation: &Simulation<R>) {
     }
 }
 
-/// Everything that may be asked between two steps has an answer.
+/// Takes every reading that a caller may take between two steps.
 fn look<R: Real>(simulation: &Simulation<R>) {
     let stable = simulation.stable_substep();
     assert!(0.0 <= stable, "{stable}");
@@ -124,7 +125,7 @@ fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Inte
     })
 }
 
-/// What is done to one particle.
+/// An interaction with one particle.
 fn for_one(u: &mut Unstructured, kind: u8, count: usize) -> Result<Interaction> {
     let particle = index(u, count)?;
     Ok(match kind {

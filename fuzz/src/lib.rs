@@ -1,10 +1,11 @@
-//! What may any bytes do to msd? Be refused in one line, or give what is finite and in range.
+//! Fuzz targets of msd: any bytes are refused in one line, or give results that are finite and in
+//! range.
 //!
 //! Each module is one target: a function `check` that panics where msd breaks that promise. It is
 //! called by libFuzzer (`fuzz_targets/`, `scripts/fuzz.sh`) and, by a compiler without it, in
 //! `crates/msd-lab/tests/rehearsal.rs`, which includes this file: modules name each other by
-//! `super`. To add a target write a module, a row of [`TARGETS`], a file in
-//! `fuzz_targets/`, a `[[bin]]` in `Cargo.toml` and a folder of seeds in `corpus/`.
+//! `super`. To add a target, write a module, a row of [`TARGETS`], a file in `fuzz_targets/`, a
+//! `[[bin]]` in `Cargo.toml` and a folder of seeds in `corpus/`.
 #![forbid(unsafe_code)]
 
 mod promise;
@@ -16,7 +17,7 @@ pub mod runs;
 pub mod scenes;
 pub mod states;
 
-/// What is checked of any bytes.
+/// A check of any bytes.
 pub type Check = fn(&[u8]);
 
 /// Every target with its name, which is that of its folder in `corpus/`.

@@ -1,5 +1,6 @@
-//! What do the bytes of a mesh do? The first byte says which format they follow (o, s, p, g), the
-//! second how the mesh becomes a body.
+//! Meshes of any bytes.
+//!
+//! The first byte selects the format (o, s, p, g), the second how the mesh becomes a body.
 
 use super::promise::check_message;
 use msd_core::{Part, Scene, Settings, Simulation};

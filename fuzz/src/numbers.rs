@@ -1,9 +1,9 @@
-//! Which numbers are made of bytes? Mostly plain ones, some over 24 decades, some that are none.
+//! Numbers made of bytes: mostly plain ones, some over 24 decades, some NaN or infinite.
 
 use arbitrary::{Result, Unstructured};
 use msd_core::glam::DVec3;
 
-/// Numbers a careless or hostile hand may write.
+/// Numbers that a careless or hostile user may write.
 const ODD: [f64; 16] = [
     f64::NAN,
     f64::INFINITY,

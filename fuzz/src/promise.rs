@@ -1,4 +1,4 @@
-//! What is promised whatever the input? Messages of one line, and states inside the world.
+//! Promises that hold whatever the input: messages of one line, and states inside the world.
 
 use msd_core::{Real, Simulation, State, Vector};
 use std::fmt::Display;
@@ -55,7 +55,8 @@ pub(crate) fn check_simulation<R: Real>(simulation: &Simulation<R>) {
     assert!(simulation.time().is_finite());
 }
 
-/// Steps; tells whether the step was made. One that was not has kept the positions, and says why.
+/// Steps, and returns whether the step was made. One that was not must keep the positions and
+/// report why.
 pub(crate) fn step<R: Real>(simulation: &mut Simulation<R>) -> bool {
     let before = simulation.state().positions;
     let (steps, queue) = (simulation.steps(), simulation.queued().to_vec());

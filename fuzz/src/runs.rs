@@ -1,5 +1,6 @@
-//! Saved runs and recordings of bytes whose checksums are set right, as another program would write
-//! them: a wrong checksum alone would hide what lies behind it.
+//! Saved runs and recordings of any bytes, with their checksums set right.
+//!
+//! Another program would write them so, and a wrong checksum would hide everything behind it.
 
 use super::promise::{check_message, check_simulation};
 use msd_core::{Integrator, Settings};

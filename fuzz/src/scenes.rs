@@ -1,4 +1,4 @@
-//! What do the bytes of a scene file do? A text that starts with a brace is JSON, another TOML.
+//! Scene files of any bytes: a text that starts with a brace is JSON, any other TOML.
 
 use super::promise::{check_message, check_simulation, step};
 use msd_core::{Integrator, Real, Scene, Settings, Simulation};
@@ -39,7 +39,7 @@ pub fn check(bytes: &[u8]) {
     }
 }
 
-/// What is written reads back as it was.
+/// Checks that a file that is written reads back the same.
 fn check_round_trip(file: &SceneFile, format: SceneFormat) {
     match write(file, format) {
         Ok(text) => {

@@ -1,11 +1,12 @@
-//! What do the bytes of a state file do? The first byte says how many particles there are, and in
-//! which precision.
+//! State files of any bytes.
+//!
+//! The first byte selects the number of particles and the precision.
 
 use super::promise::{check_message, check_state};
 use msd_core::{Material, Real, Scene, Settings, Simulation, State, Vector, shape};
 use msd_lab::{AnyState, Precision, Runner, read_state};
 
-/// Reads bytes as a state, puts it into a simulation, and goes on from there.
+/// Reads bytes as a state, puts it into a simulation, and steps on from there.
 pub fn check(bytes: &[u8]) {
     let Some((&first, bytes)) = bytes.split_first() else { return };
     let count = usize::from(first % 16);

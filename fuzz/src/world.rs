@@ -1,4 +1,4 @@
-//! Which small scene is made of bytes, and how is it stepped?
+//! Small scenes made of bytes, and the settings by which they are stepped.
 
 use super::numbers::{any, decade, index, positive, vector};
 use arbitrary::{Result, Unstructured};

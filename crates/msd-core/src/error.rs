@@ -2,42 +2,42 @@
 
 use alloc::string::String;
 
-/// Everything msd-core refuses or reports.
+/// Every error that msd-core reports.
 #[non_exhaustive]
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A number outside its domain.
     #[error("{quantity} of {item} {row} is {}; it must be {expected}", Number(*value))]
     OutOfDomain {
-        /// What the number measures.
+        /// The quantity that the number measures.
         quantity: &'static str,
-        /// What kind of row holds it: particle, spring, plane, pin, body, setting.
+        /// The kind of row that holds it: particle, spring, plane, pin, body, setting.
         item: &'static str,
-        /// Which row, from 0.
+        /// The row, from 0.
         row: usize,
         /// The number.
         value: f64,
         /// The domain, in words.
         expected: &'static str,
     },
-    /// An index that names nothing.
+    /// An index out of range.
     #[error("{item} {row} names {target} {index}, but there are only {count}, counted from 0")]
     OutOfRange {
-        /// What kind of row holds the index.
+        /// The kind of row that holds the index.
         item: &'static str,
-        /// Which row, from 0.
+        /// The row, from 0.
         row: usize,
-        /// What the index should name.
+        /// The kind of row that the index should name.
         target: &'static str,
         /// The index.
         index: usize,
-        /// How many there are.
+        /// The number of such rows.
         count: usize,
     },
-    /// A spring from a particle to itself.
+    /// A spring that joins a particle to itself.
     #[error("spring {row} joins particle {particle} to itself; its two ends must differ")]
     Loop {
-        /// Which spring, from 0.
+        /// The spring, from 0.
         row: usize,
         /// The particle at both ends.
         particle: usize,
@@ -48,17 +48,17 @@ pub enum Error {
     /// More rows than fit.
     #[error("{what} would be {count}; at most {limit} fit")]
     TooLarge {
-        /// What is counted.
+        /// The kind of rows counted.
         what: &'static str,
-        /// How many were asked for, saturated.
+        /// The number requested, saturated.
         count: u128,
-        /// How many fit.
+        /// The number that fits.
         limit: usize,
     },
     /// A name that is not in the list.
     #[error("unknown {what} '{name}'; it must be one of {expected}")]
     UnknownName {
-        /// What the name should name.
+        /// The kind of thing that the name should name.
         what: &'static str,
         /// The name given.
         name: String,
@@ -68,7 +68,7 @@ pub enum Error {
     /// Columns of different length.
     #[error("{what} has {count} rows, but the system has {expected}")]
     WrongLength {
-        /// Which column.
+        /// The column.
         what: &'static str,
         /// Its rows.
         count: usize,
@@ -99,7 +99,7 @@ pub enum Error {
          substeps, or look for a mass too small or a stiffness too large"
     )]
     Unsolved {
-        /// What a solve left of its residual, as a fraction of that at its start.
+        /// The residual at the end of the solve, as a fraction of that at its start.
         residual: f64,
         /// Iterations of that solve.
         iterations: u64,
@@ -114,13 +114,13 @@ pub enum Error {
 }
 
 impl Error {
-    /// Whether a step failed, and not what it was asked with: the state is the last good one.
+    /// Whether a step failed, rather than its arguments: the state is the last good one.
     pub fn is_of_step(&self) -> bool {
         matches!(self, Error::Diverged(_) | Error::Unreachable { .. } | Error::Unsolved { .. })
     }
 }
 
-/// A number as a message shows it: not as three hundred digits.
+/// A number as a message prints it, never in three hundred digits.
 struct Number(f64);
 
 impl core::fmt::Display for Number {
@@ -134,7 +134,7 @@ impl core::fmt::Display for Number {
     }
 }
 
-/// Where a simulation left the world.
+/// The step and the particle with which a simulation left the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Divergence {
     /// The first particle outside the world, from 0.

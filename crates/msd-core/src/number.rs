@@ -95,17 +95,17 @@ pub trait Real:
     /// Energy and rounding of a simulation.
     #[doc(hidden)]
     fn measure(simulation: &Simulation<Self>) -> (Energy, f64);
-    /// One of two elements: that for this scalar.
+    /// The element for this scalar, of two.
     #[doc(hidden)]
     fn choose_element<'a>(
         both: (&'a dyn Element<f32>, &'a dyn Element<f64>),
     ) -> &'a dyn Element<Self>;
-    /// One of two obstacles: that for this scalar.
+    /// The obstacle for this scalar, of two.
     #[doc(hidden)]
     fn choose_obstacle<'a>(
         both: (&'a dyn Obstacle<f32>, &'a dyn Obstacle<f64>),
     ) -> &'a dyn Obstacle<Self>;
-    /// One of two methods: that for this scalar.
+    /// The method for this scalar, of two.
     #[doc(hidden)]
     fn choose_method<'a>(both: (&'a dyn Method<f32>, &'a dyn Method<f64>)) -> &'a dyn Method<Self>;
     /// The smaller of two numbers.
@@ -268,7 +268,7 @@ macro_rules! impl_real {
             #[inline]
             fn extent(self) -> $scalar {
                 // `max` of the standard library drops a NaN; a sum keeps it. Multiplied before they
-                // are added: a sum of large components would overflow and tell of a NaN.
+                // are added: a sum of large components would overflow and pass for a NaN.
                 let largest = self.x.abs().max(self.y.abs()).max(self.z.abs());
                 let nothing = self * 0.0;
                 largest + (nothing.x + nothing.y + nothing.z)
@@ -280,11 +280,12 @@ macro_rules! impl_real {
 impl_real!(f32, Vec3A, 1e-24, 1e-18, sqrtf, |v: Vec3A| Vec3::from(v), 0);
 impl_real!(f64, DVec3, 1e-200, 1e-153, sqrt, |v: DVec3| v.as_vec3(), 1);
 
-/// Sets of instructions, from what every target has to what few have. All of them give the same
-/// bits.
+/// Instruction sets, from the one that every target has to the one that few have. All of them give
+/// the same bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Instructions {
-    /// What the target of the build always has: SSE2, NEON, simd128 of WebAssembly, or none.
+    /// The set that the target of the build always has: SSE2, NEON, simd128 of WebAssembly, or
+    /// none.
     Plain,
     /// AVX2: 256 bits.
     Avx2,
@@ -299,7 +300,8 @@ impl Instructions {
 
     /// The best set that this machine has.
     ///
-    /// Without the standard library no processor can be asked: what the build was made for.
+    /// Without the standard library the processor cannot be asked: the set that the build was made
+    /// for.
     pub fn best() -> Self {
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         {
@@ -323,7 +325,7 @@ impl Instructions {
         }
     }
 
-    /// Proof that this machine has these instructions, or of the best it has if that is less.
+    /// Proof that this machine has these instructions, or the best of them that it has.
     pub(crate) fn level(self) -> Level {
         #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
         {

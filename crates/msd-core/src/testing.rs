@@ -1,7 +1,7 @@
-//! Checks of elements and obstacles, for those of a caller's own as for the built-in ones.
+//! Consistency checks of elements and obstacles, user-defined or built in.
 //!
-//! Each check compares two things that must agree, by differences in double precision, and says in
-//! words where they do not.
+//! Each check compares two quantities that must agree, by differences in double precision, and
+//! reports where they do not.
 //!
 //! ```
 //! use msd_core::elements::{Element, Motion, Vectors};
@@ -40,10 +40,10 @@ use alloc::vec;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
 
-/// Length of a difference as a fraction of what it is taken of: its error, about δ² + ε/δ, is least
-/// about here.
+/// Length of a difference as a fraction of the size of its argument: its error, about δ² + ε/δ, is
+/// least about here.
 const REACH: f64 = 1e-5;
-/// What a comparison of differences may leave: some hundred times their error.
+/// Tolerance of a comparison of differences: some hundred times their error.
 const CLOSE: f64 = 1e-7;
 
 /// A state in columns.
@@ -115,7 +115,8 @@ fn compare(what: &str, found: f64, expected: f64, scale: f64) -> Result<(), Stri
     Err(format!("{what}: {found:e}, expected {expected:e} within {allowed:e}"))
 }
 
-/// Checks that without motion an element pulls down its energy: f·d = −dE along d.
+/// Checks that without motion the force of an element is minus the gradient of its energy: f·d =
+/// −dE along d.
 ///
 /// # Errors
 /// Both numbers, where they differ.
@@ -136,8 +137,8 @@ pub fn check_gradient(element: &dyn Element<f64>, state: &State<f64>) -> Result<
     compare("work of the forces", work, fall, largest(&forces) + rounding)
 }
 
-/// Checks that the products of an element are the derivatives of its forces, up to what a damper
-/// adds by turning, which they leave out: the motion of the state is ignored.
+/// Checks that the products of an element are the derivatives of its forces, except for the term of
+/// a turning damper, which they leave out: the motion of the state is ignored.
 ///
 /// # Errors
 /// The product and the derivative of the first particle where they differ.
@@ -171,8 +172,8 @@ pub fn check_products(element: &dyn Element<f64>, state: &State<f64>) -> Result<
     Ok(())
 }
 
-/// Checks that the forces of an element add up to nothing and turn nothing: for elements that join
-/// particles to each other alone.
+/// Checks that forces and torques of an element each add up to zero: for elements that only join
+/// particles to each other.
 ///
 /// # Errors
 /// The sum that is left.
@@ -188,7 +189,7 @@ pub fn check_reaction(element: &dyn Element<f64>, state: &State<f64>) -> Result<
     compare("sum of the torques", torque.length(), 0.0, scale * size(state))
 }
 
-/// Checks that an element without a direction of its own turns with what it acts on.
+/// Checks that an element without a preferred direction is invariant under rotation.
 ///
 /// # Errors
 /// The force on the first particle where they differ.

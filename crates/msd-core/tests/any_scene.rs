@@ -1,5 +1,6 @@
-//! Is any scene refused, or does it run on finite numbers, or stop and say why? Asked of scenes,
-//! settings and interactions from valid and invalid parts, over 24 decades.
+//! Arbitrary scenes: each is refused, runs on finite numbers, or stops with an error.
+//!
+//! Scenes, settings and interactions are made of valid and invalid parts, over 24 decades.
 
 use msd_core::glam::DVec3;
 use msd_core::{
@@ -15,7 +16,7 @@ fn decade() -> impl Strategy<Value = f64> {
     (-12.0..12.0).prop_map(|exponent| 10f64.powf(exponent))
 }
 
-/// Numbers a careless or hostile hand may write.
+/// Numbers that a careless or hostile user may write.
 fn any_number() -> impl Strategy<Value = f64> {
     let odd = vec![0.0, -0.0, 1e-300, 1e300, 1e-39, 3.5e38, 5e-324, f64::MAX, f64::NAN];
     prop_oneof![
@@ -234,7 +235,7 @@ proptest! {
         settings in any_settings(),
         interactions in prop::collection::vec(any_interaction(), 1..12),
     ) {
-        // An adaptive method that cannot follow tries for seconds; see the test below.
+        // An adaptive method out of its depth tries for seconds; see the test below.
         prop_assume!(!settings.integrator.is_adaptive());
         runs_on_finite_numbers_or_stops::<f32>(&scene, settings, &interactions);
         runs_on_finite_numbers_or_stops::<f64>(&scene, settings, &interactions);
@@ -262,7 +263,7 @@ fn a_fair_share_of_the_scenes_is_valid() {
     let mut draw = || any_scene().new_tree(&mut lot).expect("a scene").current();
     let mut is_valid = |_: &usize| Simulation::<f32>::new(&draw(), Settings::default()).is_ok();
     let valid = (0..400).filter(|row| is_valid(row)).count();
-    // A test of refusals alone would pass whatever a step does, one of valid scenes alone
-    // whatever the door lets in.
+    // A test of refusals alone would pass whatever a step does, one of valid scenes alone whatever
+    // the checks let in.
     assert!((80..320).contains(&valid), "{valid} of 400");
 }

@@ -1,4 +1,4 @@
-//! Is every number and index checked at the door, and divergence reported?
+//! Bad input: the refusal of every number and index out of its domain, and reports of divergence.
 
 mod common;
 
@@ -132,7 +132,7 @@ fn diverges<R: Real>(integrator: Integrator) {
                 assert!(report.stable_substep.is_none_or(|stable| stable < report.substep));
                 let message = report.to_string();
                 assert!(message.contains("more substeps") || message.contains("another"));
-                // It fails again in the same way rather than running on from nonsense.
+                // It fails again in the same way rather than running on from a bad state.
                 assert!(simulation.step().is_err());
                 return;
             }

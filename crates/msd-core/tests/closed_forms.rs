@@ -1,4 +1,4 @@
-//! Does a run follow the solutions that can be written down?
+//! Runs compared with solutions in closed form.
 
 mod common;
 

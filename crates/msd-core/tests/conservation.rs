@@ -1,4 +1,4 @@
-//! What must not change, does not; what must converge, does at its order.
+//! Conservation laws, and the order of convergence of each method.
 
 mod common;
 
@@ -8,7 +8,7 @@ use msd_core::{
     Friction, Integrator, Material, Neighbours, Plane, Scene, Settings, Simulation, State, shape,
 };
 
-/// A step at which the leading term of the error rules.
+/// A step at which the leading term of the error dominates.
 fn coarsest(integrator: Integrator) -> f64 {
     match integrator {
         Integrator::VelocityVerlet => 1.0 / 512.0,

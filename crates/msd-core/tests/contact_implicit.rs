@@ -1,5 +1,6 @@
-//! Do the implicit methods hold, slide and drop things as they should, in any direction, at any
-//! distance from the origin and in either precision?
+//! Contact under the implicit methods: holding, sliding and falling.
+//!
+//! Planes look in any direction, at any distance from the origin, and runs are in either precision.
 
 mod common;
 
@@ -14,7 +15,7 @@ const BOTH: [Integrator; 2] = [Integrator::BackwardEuler, Integrator::ImplicitMi
 const G: f64 = 9.82;
 const H: f64 = 1.0 / 60.0;
 
-/// A direction anywhere on the sphere, as a person may write it: of any length.
+/// A direction anywhere on the sphere, of any length, as a user may write it.
 fn direction(random: &mut Random) -> DVec3 {
     loop {
         let vector = random.vector() * 2.0 - 1.0;

@@ -1,4 +1,4 @@
-//! What every method must do where particles touch obstacles, against closed forms.
+//! Contact of particles with obstacles under every method, against closed forms.
 //!
 //! Each check draws directions, places and offsets, runs a scene in f32 and f64, and returns its
 //! worst error as a fraction of what theory allows: at most 1. The table of docs/trade.md:
@@ -15,7 +15,7 @@ const G: f64 = 9.82;
 /// A substep of the default settings, seconds.
 const H: f64 = 1.0 / 480.0;
 
-/// A check: its name, what is allowed, and the worst error as a fraction of that.
+/// A check: its name, the error allowed, and the worst error as a fraction of that.
 struct Check {
     name: &'static str,
     allowed: &'static str,
@@ -44,7 +44,7 @@ const CHECKS: [Check; 8] = [
     check!(a_force_presses, "a force holds a particle to a wall", "8 roundings in 20 s"),
 ];
 
-/// What is known not to pass, and why.
+/// Checks that are known not to pass, and why.
 fn is_expected_to_fail(integrator: Integrator, check: &Check) -> bool {
     // It adds energy to whatever vibrates: a body never lies still.
     let vibrates = check.name.contains("block") || check.name.contains("column");

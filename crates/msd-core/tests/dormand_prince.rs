@@ -1,4 +1,4 @@
-//! Does the adaptive method keep its tolerance, its order and its time, with and without contact?
+//! Tolerance, order and work of the adaptive method, with and without contact.
 
 mod common;
 
@@ -445,7 +445,7 @@ fn absurd_scenes_end_in_a_state_or_an_error() {
     }
 }
 
-/// A force that is not a number.
+/// A force of NaN.
 #[derive(Debug)]
 struct Broken;
 
@@ -458,7 +458,7 @@ impl<R: Real> Element<R> for Broken {
 
 #[test]
 fn a_tolerance_out_of_reach_is_an_error_that_says_so() {
-    // A force that is no number cannot be integrated.
+    // A NaN force cannot be integrated.
     let scene = Scene { planes: vec![], ..ball(DVec3::Y, DVec3::ZERO, 0.5, SMOOTH) };
     let mut ball = simulation::<f64>(&scene, 0.1, 1e-4);
     ball.step().unwrap();

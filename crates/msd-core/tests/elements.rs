@@ -1,5 +1,4 @@
-//! Elements and obstacles, the built-in ones and others, pass the checks that a caller can make of
-//! their own.
+//! Elements and obstacles, built in and user-defined, under the checks of `msd_core::testing`.
 
 mod common;
 
@@ -164,7 +163,7 @@ fn every_method_an_energy_and_the_stable_step_see_an_element_of_a_callers_own() 
         assert!(error < 3e-4, "{integrator}: {error}");
         let balance = simulation.energy().total() - start.total();
         let tolerance = match integrator {
-            // What it loses by itself is booked nowhere.
+            // Its numerical damping is not booked.
             Integrator::BackwardEuler | Integrator::Xpbd => 1e-3,
             // Euler adds E w² h t = 3.8e-4 J.
             _ => 4e-4,
@@ -182,7 +181,7 @@ fn every_method_an_energy_and_the_stable_step_see_an_element_of_a_callers_own() 
     assert_eq!(simulation.stable_substep(), f64::INFINITY);
 }
 
-/// A constant force that says what it gives.
+/// A constant force that reports the energy it supplies.
 #[derive(Debug)]
 struct Thrust;
 
@@ -319,7 +318,7 @@ fn what_is_removed_pulls_no_more_and_weighs_nothing() {
     assert!((pair.velocity(0) - DVec3::Y * (-9.82 / 60.0)).length() < 1e-12);
     assert_eq!((pair.velocity(1), pair.energy().elastic), (DVec3::ZERO, 0.0));
     assert!(pair.remove_particle(2).is_err() && pair.remove_spring(1).is_err());
-    // It goes on to the bit where it is taken down and resumed.
+    // It resumes from a checkpoint to the bit.
     let (rows, progress) = pair.progress();
     let mut resumed = Simulation::<f64>::resume(&rows, &progress).expect("a run of ours");
     pair.step().expect("a calm run");

@@ -1,5 +1,6 @@
-//! Do forces follow the law of springs, dampers and fields? Seen by a step of explicit Euler, which
-//! adds h f / m to each velocity.
+//! Forces of springs, dampers and fields, against their laws.
+//!
+//! They are read from a step of explicit Euler, which adds h f / m to each velocity.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Do the implicit methods solve the equations they name, at any step?
+//! Implicit methods against the equations that they solve, at any step.
 
 mod common;
 
@@ -161,7 +161,7 @@ fn what_the_dampers_take_is_what_the_motion_loses_to_the_order_of_the_method() {
         let factor = 0.8 * 4f64.powi(integrator.order() as i32);
         let (coarse, fine) = (imbalance(coarse), imbalance(coarse / 4.0));
         assert!(fine.abs() * factor < coarse.abs(), "{integrator}: {coarse} to {fine}");
-        // What backward Euler loses beside the dampers is not booked, so that it shows.
+        // The numerical damping of backward Euler is not booked, so that it shows.
         assert!(integrator != Integrator::BackwardEuler || 0.0 < fine);
     }
 }

@@ -1,4 +1,4 @@
-//! Does each interaction do what it says, between steps and only there?
+//! Interactions: the effect of each, between steps and only there.
 
 mod common;
 
@@ -83,7 +83,7 @@ fn a_grab_cannot_blow_up_a_scene_however_stiff_it_is_asked_to_be() {
     apply(&mut pair, [interaction]);
     (0..5000).for_each(|_| pair.step().unwrap());
     assert!(H < pair.stable_substep());
-    // A longer substep weakens a hand that holds already.
+    // A longer substep weakens a grab that is active already.
     pair.set_settings(Settings { step: 20.0 * H, ..pair.settings() }).unwrap();
     (0..500).for_each(|_| pair.step().unwrap());
 }

@@ -1,5 +1,6 @@
-//! The fast kernels give the bits of plain loops, whatever the topology, the instructions, the
-//! precision and the method.
+//! Bit equality of the fast kernels with plain loops.
+//!
+//! They agree whatever the topology, the instructions, the precision and the method.
 
 mod common;
 
@@ -30,7 +31,7 @@ struct Oracle<'a, R: Real> {
     model: &'a Model<R>,
     state: State<R>,
     forces: Vec<R::Vec3>,
-    /// Energy taken away, joules.
+    /// Energy dissipated, joules.
     counted: f64,
 }
 
@@ -248,7 +249,7 @@ fn set_fields<R: Real>(model: &Model<R>, motion: &State<R>, forces: &mut [R::Vec
     power
 }
 
-/// Rows that a person might write, and some that nobody would: ends that coincide, springs twice,
+/// Rows that a user might write, and some that nobody would: ends that coincide, springs twice,
 /// particles alone, numbers of their own or all alike, lattices with and without diagonals that
 /// cross their ends, several bodies.
 fn scenes() -> impl Strategy<Value = Scene> {

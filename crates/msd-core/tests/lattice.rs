@@ -1,4 +1,4 @@
-//! Does closed-form indexing agree with counting neighbours one by one?
+//! Closed-form indexing of lattices, against counting neighbours one by one.
 
 use msd_core::glam::DVec3;
 use msd_core::lattice::FAMILIES;

@@ -1,4 +1,4 @@
-//! Does an implicit method hold a mass that rounding makes vanish beside its spring?
+//! Extreme mass ratios under the implicit methods: masses that rounding loses beside their spring.
 
 mod common;
 
@@ -20,7 +20,7 @@ fn stretch<R: Real>(light: f64, integrator: Integrator, h: f64) -> f64 {
     largest
 }
 
-/// The solve ended before it began, and the light mass flew on as if there were no spring.
+/// Once the solve ended before it began, and the light mass flew on as if there were no spring.
 #[test]
 fn a_light_mass_on_a_stiff_spring_does_not_coast() {
     // Backward Euler leaves at most 1 / (h w) of the stretch after a step: h w is 1400 and more.

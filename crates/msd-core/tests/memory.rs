@@ -1,4 +1,4 @@
-//! What does a simulation ask of memory: how much at its start, and how often after that?
+//! Memory of a simulation: bytes per particle at its start, and no allocation after the first step.
 
 use allocation_counter::measure;
 use msd_core::glam::DVec3;
@@ -31,7 +31,7 @@ fn busy_scene(damping: f64) -> Scene {
     scene
 }
 
-/// What a hand and a status line do around a step.
+/// A step with the user input and the readings of a window around it.
 fn step_with_a_hand<R: Real>(simulation: &mut Simulation<R>, hand: bool) {
     if hand {
         let target = DVec3::new(1.0 - 0.5 * simulation.time(), 1.0, 0.5);
@@ -96,7 +96,7 @@ fn every_method_is_among_those_whose_allocations_are_counted() {
     assert_eq!(a_step_allocates_nothing_after_the_first::METHODS, Integrator::ALL);
 }
 
-/// A tangle of particles and springs, so soft that it hardly moves, above a floor.
+/// An unstructured body of particles and springs, so soft that it hardly moves, above a floor.
 fn tangle([particles, springs]: [usize; 2], own_material: bool) -> Scene {
     let particle = |row: usize| Particle {
         position: DVec3::new(row as f64, 0.0, 0.0),

@@ -1,4 +1,4 @@
-//! Is the predicted limit of the substep where runs do blow up?
+//! The predicted limit of the substep, against the substep at which runs blow up.
 
 mod common;
 
@@ -68,7 +68,7 @@ fn blows_up(scene: &Scene, settings: Settings, steps: u32) -> bool {
     let model = simulation.model();
     let mut disturbed = simulation.state();
     let balance = Balance(forces_at(model, &disturbed));
-    // A push that has a part of every motion, small enough for any length.
+    // A push that excites every motion, small beside any length.
     let (mut random, speed) = (Random(7), 1e-10 / settings.substep());
     for (velocity, &w) in disturbed.velocities.iter_mut().zip(model.inverse_masses()) {
         *velocity = if w == 0.0 { DVec3::ZERO } else { (random.vector() - 0.5) * speed };
@@ -84,7 +84,7 @@ fn blows_up(scene: &Scene, settings: Settings, steps: u32) -> bool {
     false
 }
 
-/// That runs 0.5 % below the predicted limit stay, and runs 0.5 % above it blow up.
+/// Asserts that runs 0.5 % below the predicted limit stay bounded, and runs 0.5 % above it blow up.
 fn is_observed(name: &str, scene: &Scene, integrators: &[Integrator], steps: u32) {
     let start = Simulation::<f64>::new(scene, Settings::default()).unwrap();
     for &integrator in integrators {
@@ -167,7 +167,8 @@ fn drag_and_a_hand_count() {
     };
     simulation.queue(hold).unwrap();
     simulation.apply_queued().unwrap();
-    // The hand is capped to a tenth of the substeps per second, far above what the springs reach.
+    // The grab is capped at a tenth of the substeps per second, far above the frequencies of the
+    // springs.
     assert!(simulation.stable_substep() < 0.9 * free);
 }
 
@@ -230,7 +231,7 @@ fn what_is_stiffer_than_any_number_bears_no_step() {
     let (rk4, mut estimator) = (Integrator::Rk4, Estimator::default());
     let stiff = common::simulation::<f64>(&scene, rk4, 1e-3);
     assert_eq!(stiff.stable_substep_by(&mut estimator), 0.0);
-    // The columns that this leaves are fit for another, larger system.
+    // The columns that this leaves also serve another, larger system.
     let block = common::simulation::<f64>(&block(SPRING), rk4, 1e-3);
     assert_eq!(block.stable_substep_by(&mut estimator), block.stable_substep());
 }

@@ -1,4 +1,4 @@
-//! A large system has the same bits on any number of threads.
+//! Bit reproducibility of large systems on any number of threads.
 #![cfg(feature = "parallel")]
 
 use msd_core::glam::DVec3;
@@ -8,7 +8,7 @@ use msd_core::{
 };
 use rayon::ThreadPoolBuilder;
 
-/// State and energy taken away after some steps.
+/// State and energy dissipated after some steps.
 fn run(scene: &Scene, integrator: Integrator, threads: usize) -> (u64, u64) {
     let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
     pool.install(|| {

@@ -1,4 +1,4 @@
-//! Does the witness tell a gain of energy from what comes and goes?
+//! The drift detector: gains of energy are reported, passing swings are not.
 
 mod common;
 
@@ -9,7 +9,7 @@ use msd_core::{
     Simulation, Witness, World, shape,
 };
 
-/// The largest gain that is told over a run.
+/// The largest gain reported over a run.
 fn told<R: Real>(simulation: &mut Simulation<R>, steps: usize) -> f64 {
     let mut witness = Witness::default();
     let mut most = 0.0;
@@ -38,8 +38,8 @@ fn explicit_euler_without_damping_is_told() {
 
 #[test]
 fn a_witness_that_comes_late_or_starts_anew_tells_as_soon() {
-    // A block in f32, where rounding counts, seen after none or as if after a million steps, and by
-    // a witness who saw the end of those and forgot it.
+    // A block in f32, where rounding counts, seen after no steps or as if after a million, and by a
+    // witness that saw the end of those and was restarted.
     let settings = Settings { substeps: 60, ..Settings::default() };
     let mut start =
         Simulation::<f32>::new(&tumbling_block(0.0), Settings::default()).expect("a valid scene");
@@ -91,8 +91,8 @@ fn beyond_the_limit_it_is_told_before_the_run_leaves_the_world() {
     assert!(0.0 < told(&mut simulation, 100));
 }
 
-/// A floor that gives back more than it got: a plane that rises faster than anything falls would
-/// do it; here the particle is thrown up at each landing, as a broken contact would.
+/// A floor that returns more energy than it took: a plane that rises faster than anything falls
+/// would do it; here the particle is thrown up at each landing, as by a faulty contact.
 #[test]
 fn a_contact_that_adds_energy_is_told() {
     let mut witness = Witness::default();

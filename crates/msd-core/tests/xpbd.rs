@@ -1,4 +1,4 @@
-//! Does a step of XPBD do what its formula says, and how far is that from the motion?
+//! Steps of XPBD, against their formula and against the true motion.
 
 mod common;
 

@@ -1,16 +1,16 @@
-//! Work on long columns, shared among the threads of the current pool of rayon.
+//! Loops over long columns, shared among the threads of the current rayon pool.
 //!
-//! A column is halved until its parts are short, at places that depend on its length alone; what
-//! the parts come to is merged in the order of the halves. So a sum has the same bits on any number
-//! of threads, and without the feature `parallel`.
+//! A column is halved until its parts are short, at places that depend on its length alone; the
+//! results of the parts are merged in the order of the halves. So a sum has the same bits on any
+//! number of threads, and without the feature `parallel`.
 
 use super::RECORD;
 
 /// Numbers of a column of vectors that one thread takes at a time, at most: those of 16384
-/// particles. To share fewer takes longer than it saves, as the other thread has to be woken.
+/// particles. Sharing fewer costs more than it saves, as the other thread has to be woken.
 const SHARE: usize = 1024 * RECORD;
 
-/// What can be cut between two records.
+/// Data that can be cut between two records.
 pub(crate) trait Split: Send + Sized {
     /// Its length, as that of a column of vectors.
     fn numbers(&self) -> usize;
@@ -52,7 +52,7 @@ pub(crate) fn for_each_share<W: Split>(work: W, run: impl Fn(W) + Sync) {
     merge_shares(work, &run, &|(), ()| ());
 }
 
-/// Works on every part of a column and merges what the parts come to.
+/// Works on every part of a column and merges their results.
 pub(crate) fn merge_shares<W: Split, O: Send>(
     work: W,
     run: &(impl Fn(W) -> O + Sync),

@@ -7,7 +7,7 @@ use crate::number::{Real, Vector, at_level};
 use fearless_simd::Level;
 use glam::DVec3;
 
-/// What acts on every particle.
+/// The fields, which act on every particle.
 #[derive(Clone, Debug)]
 pub struct Fields<R: Real> {
     /// Gravitational acceleration, metres per second squared.

@@ -1,16 +1,16 @@
-//! Grabs and pushes: what a hand does to single particles.
+//! Grabs and pushes: user input that acts on single particles.
 
 use super::{Element, Motion, Products, Vectors};
 use crate::number::{Real, Vector};
 use alloc::vec::Vec;
 use glam::DVec3;
 
-/// A spring that holds a particle to a point in the world: the mouse.
+/// A spring that holds a particle to a point in the world, such as the mouse pointer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grab<R: Real> {
     /// The particle held.
     pub particle: u32,
-    /// Where it is pulled to, metres.
+    /// The point that it is pulled to, metres.
     pub target: R::Vec3,
     /// Stiffness, newtons per metre.
     pub stiffness: R,
@@ -43,7 +43,7 @@ impl<R: Real> Grab<R> {
         0.5 * stiffness * reach * reach + (distance - reach) * most
     }
 
-    /// Stiffness and damping at a motion: none at the largest force, which is taken as constant.
+    /// Stiffness and damping at a motion: both 0 at the largest force, which is taken as constant.
     pub(crate) fn tangent(&self, position: R::Vec3, velocity: R::Vec3) -> [f64; 2] {
         let wish = self.wish(position, velocity);
         let is_free = wish.dot(wish) <= self.max_force * self.max_force;
@@ -51,7 +51,7 @@ impl<R: Real> Grab<R> {
     }
 }
 
-/// The grabs that hold. What they store and give is the hand's, and is in no
+/// The active grabs. The energy that they store and supply is the user's, and is in no
 /// [`Energy`](crate::Energy).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grabs<R: Real>(pub(crate) Vec<Grab<R>>);

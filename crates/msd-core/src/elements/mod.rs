@@ -1,9 +1,9 @@
-//! Elements: what pulls at particles.
+//! Elements: the forces on particles, one type for each kind.
 //!
-//! Springs are an element, and so are the fields, grabs and pushes; a caller may add others of
-//! their own. An element adds its forces at a motion and says what power it takes away, knows its
-//! energy, and multiplies a direction by its stiffness and its damping, which is what the implicit
-//! methods and the prediction of the stable step need. A new one is one file with this trait.
+//! Springs are an element, and so are the fields, grabs and pushes; a caller may add their own. An
+//! element adds its forces at a motion and returns the power that it dissipates, knows its energy,
+//! and multiplies a direction by its stiffness and its damping, as the implicit methods and the
+//! prediction of the stable step require. A new one is one file with this trait.
 
 pub mod fields;
 pub mod grabs;
@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 use core::fmt::Debug;
 use glam::DVec3;
 
-/// Something that pulls at particles.
+/// A source of force on particles.
 ///
 /// ```
 /// use msd_core::elements::{Element, Motion, Vectors};
@@ -42,10 +42,11 @@ use glam::DVec3;
 /// }
 /// ```
 pub trait Element<R: Real>: Debug + Send + Sync {
-    /// Adds forces at a motion, newtons, and returns the power that they take away for good, watts.
+    /// Adds forces at a motion, newtons, and returns the power that they dissipate, watts.
     ///
-    /// What [`Element::energy`] accounts for is not taken away. A force without an energy takes
-    /// away −f·v; less than nothing where it drives. The same motion must give the same bits.
+    /// What [`Element::energy`] accounts for is not dissipated. A force without an energy
+    /// dissipates −f·v, which is negative where it drives the motion. The same motion must give the
+    /// same bits.
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64;
 
     /// The energy stored at a motion, joules. Default 0.
@@ -55,8 +56,8 @@ pub trait Element<R: Real>: Debug + Send + Sync {
     }
 
     /// Adds the products of stiffness, −∂f/∂x, and damping, −∂f/∂v, with a direction, one vector
-    /// for each particle in the order of the scene. Default: by differences of the forces, which
-    /// costs four evaluations.
+    /// for each particle in the order of the scene. Default: differences of the forces, at the cost
+    /// of four evaluations.
     fn add_products(
         &self,
         motion: &Motion<'_, R>,
@@ -66,14 +67,15 @@ pub trait Element<R: Real>: Debug + Send + Sync {
         add_differences(self, motion, direction, products);
     }
 
-    /// Adds the diagonal blocks of stiffness and damping. Default: none. They steer the solves of
-    /// the implicit methods and where a prediction looks first, and change no result beyond that.
+    /// Adds the diagonal blocks of stiffness and damping. Default: none. They precondition the
+    /// solves of the implicit methods and decide where a prediction of the stable step looks first;
+    /// they change no result beyond that.
     fn add_blocks(&self, motion: &Motion<'_, R>, blocks: &mut Blocks<'_>) {
         let _ = (motion, blocks);
     }
 }
 
-/// Positions and velocities at which forces are wanted, and the time.
+/// Positions and velocities at which forces are evaluated, and the time.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<'a, R> {
     pub(crate) slots: &'a Slots,
@@ -124,7 +126,7 @@ impl<'a, R: Real> Motion<'a, R> {
     }
 }
 
-/// A vector for each particle, to be changed.
+/// A vector for each particle, mutable.
 #[derive(Debug)]
 pub struct Vectors<'a, R> {
     pub(crate) slots: &'a Slots,
@@ -153,7 +155,7 @@ impl<R: Real> Vectors<'_, R> {
     }
 }
 
-/// What stiffness and damping make of a direction: a vector for each particle, in scene order.
+/// Products of stiffness and damping with a direction: a vector for each particle, in scene order.
 #[derive(Debug)]
 pub struct Products<'a> {
     /// Products with the stiffness.
@@ -169,14 +171,14 @@ impl Products<'_> {
         self.damping[particle] += damping;
     }
 
-    /// Adds products that the second of two particles feels and the first feels reversed.
+    /// Adds products to the second of two particles, and their opposites to the first.
     pub fn add_between(&mut self, [a, b]: [usize; 2], [stiffness, damping]: [DVec3; 2]) {
         self.add(a, [-stiffness, -damping]);
         self.add(b, [stiffness, damping]);
     }
 }
 
-/// A symmetric matrix by its numbers xx, xy, xz, yy, yz and zz.
+/// A symmetric matrix, as its entries xx, xy, xz, yy, yz and zz.
 pub type Block = [f64; 6];
 
 /// The diagonal blocks of stiffness and damping, one for each particle, in scene order.
@@ -205,7 +207,7 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
     let epsilon = if R::EPSILON.to_f64() < 1e-10 { 1e-5 } else { 4e-3 };
     let mut changed = motion.positions.to_vec();
     let mut difference = |column: &[R], is_position: bool, to: &mut [DVec3]| {
-        // What is at rest has no speed to compare with: a metre per second.
+        // Particles at rest give no speed to compare with: take a metre per second.
         let reach = epsilon * size(column, if is_position { 1e-3 } else { 1.0 }) / longest;
         let mut sides = [1.0, -1.0].map(|side| {
             changed.copy_from_slice(column);
@@ -234,7 +236,7 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
     difference(motion.velocities, false, products.damping);
 }
 
-/// An element of a caller's own, for either precision.
+/// A user-defined element, for either precision.
 #[derive(Clone, Debug)]
 pub(crate) struct Own {
     single: Arc<dyn Element<f32>>,

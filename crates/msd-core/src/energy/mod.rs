@@ -1,6 +1,6 @@
-//! Energy, momentum, and what can be measured of springs. All sums are in `f64`.
+//! Energy, momentum, and lengths and strains of springs. All sums are in `f64`.
 //!
-//! [`Ledger`] counts what was taken away since the start.
+//! [`Ledger`] counts the energy dissipated since the start.
 
 mod ledger;
 
@@ -23,17 +23,17 @@ pub struct Energy {
     pub elastic: f64,
     /// In the uniform fields, gravity and the uniform force: −Σ (m g + f)·x; zero at the origin.
     pub gravitational: f64,
-    /// Of elements of the caller's own, by [`Element::energy`](crate::elements::Element::energy).
+    /// Of user-defined elements, by [`Element::energy`](crate::elements::Element::energy).
     #[cfg_attr(feature = "serde", serde(default))]
     pub own: f64,
-    /// Taken away since the start by dampers, drag and contact, less what elements of the caller's
-    /// own have driven in, see [`Ledger`]. What a hand does (grabs, pushes, moving pins, changed
+    /// Dissipated since the start by dampers, drag and contact, less what user-defined elements
+    /// have driven in, see [`Ledger`]. The work of user input (grabs, pushes, moving pins, changed
     /// stiffness) is not counted anywhere.
     pub dissipated: f64,
 }
 
 impl Energy {
-    /// Everything, joules: constant in an exact run that nobody touches.
+    /// The total, joules: constant in an exact run without user input.
     pub fn total(&self) -> f64 {
         self.kinetic + self.elastic + self.gravitational + self.own + self.dissipated
     }
@@ -43,7 +43,7 @@ impl Energy {
 /// and speed once can change it, joules.
 ///
 /// With δ the rounding of a coordinate, ε times its size, the latter is k δ (|stretch| + δ) of a
-/// spring, m |g| δ + ε m v² of a particle, and 2 ε E of an element of the caller's own.
+/// spring, m |g| δ + ε m v² of a particle, and 2 ε E of a user-defined element.
 pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,

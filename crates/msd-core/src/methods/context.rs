@@ -1,4 +1,4 @@
-//! What a method is given to advance a system by a step.
+//! Step context: the system, its state and the work columns that a method advances them with.
 
 use super::Settings;
 use super::dormand_prince;
@@ -16,7 +16,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 use fearless_simd::Level;
 
-/// What a step forgets.
+/// Scratch of a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch<R: Real> {
     /// The forces of the last evaluation, newtons.
@@ -24,7 +24,7 @@ pub(crate) struct Scratch<R: Real> {
     pub(crate) springs: SpringWork<R>,
     /// Work columns of the method.
     pub(crate) columns: Vec<Aligned<R>>,
-    /// Power taken away at the last evaluation, watts.
+    /// Power dissipated at the last evaluation, watts.
     pub(crate) power: f64,
     /// Whether velocity Verlet knows the accelerations at the present state: a step starts from
     /// positions and velocities alone, so only where they would be found again to the bit.
@@ -50,38 +50,38 @@ impl<R: Real> Scratch<R> {
     }
 }
 
-/// What a step came to.
+/// The outcome of a step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Done {
-    /// Energy taken away, joules, contact included.
+    /// Energy dissipated, joules, contact included.
     pub(crate) counted: f64,
-    /// What obstacles did.
+    /// The effect of obstacles.
     pub(crate) contacts: Contacts,
     /// Whether anything touched an obstacle, and whether it did in the last substep.
     pub(crate) touched: bool,
     pub(crate) last_met: bool,
     /// Whether anything bounced at the end of the last substep.
     pub(crate) last_bounced: bool,
-    /// Energy that elements of the caller's own have driven into the system, joules.
+    /// Energy that user-defined elements have driven into the system, joules.
     pub(crate) given: f64,
     /// Why the method gave up, if it did.
     pub(crate) failure: Option<Failure>,
 }
 
-/// Why a method gave a step up.
+/// Why a method gave up a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Failure {
     /// The error of this particle stays above the tolerance of an adaptive method.
     Tolerance(usize),
-    /// The force on this particle, or what a solve made of it, is not finite.
+    /// The force on this particle, or its velocity after a solve, is NaN or infinite.
     NotFinite(usize),
     /// A linear solve left so much of its residual that the step is of no use.
     Unsolved { residual: f64, iterations: u64 },
 }
 
 impl Done {
-    /// Books what obstacles did. What surfaces that move drive in is given by the caller, whose own
-    /// they are.
+    /// Books the effect of obstacles. Energy that moving surfaces drive in counts as given, as only
+    /// user-defined surfaces move.
     pub(crate) fn meet(&mut self, contacts: Contacts) {
         self.counted += contacts.taken - contacts.added - contacts.driven;
         self.given += contacts.driven.max(0.0);
@@ -90,7 +90,7 @@ impl Done {
     }
 }
 
-/// How a method moves particles in a substep.
+/// The displacement of particles in a substep, by the method that made it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Way {
     /// By h (v' − s h a), with v' the velocity at its end, a the last acceleration, and s given.
@@ -99,7 +99,7 @@ pub(crate) enum Way {
     Kept,
 }
 
-/// A step: the system, its state, and what a method works with.
+/// A step: the system, its state, and the work columns of the method.
 #[derive(Debug)]
 pub struct StepContext<'a, R: Real> {
     pub(crate) model: &'a Model<R>,
@@ -130,7 +130,7 @@ pub struct Parts<'a, R> {
     pub work: &'a mut [Aligned<R>],
 }
 
-/// The columns of a step and N work columns, or the same part of each: what a pass works on.
+/// The columns of a step and N work columns, or the same part of each: the data of a pass.
 pub(crate) struct Pass<'a, R, const N: usize> {
     pub(crate) positions: &'a mut [R],
     pub(crate) velocities: &'a mut [R],
@@ -182,7 +182,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.start + f64::from(self.finished) * self.settings.substep()
     }
 
-    /// The columns to work on.
+    /// The columns of the step.
     pub fn parts(&mut self) -> Parts<'_, R> {
         Parts {
             positions: &mut self.state.positions,
@@ -206,7 +206,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         }
     }
 
-    /// Evaluates all forces at the present state and a time, seconds; returns the power taken away,
+    /// Evaluates all forces at the present state and a time, seconds; returns the power dissipated,
     /// watts.
     pub fn set_forces(&mut self, time: f64) -> f64 {
         let Scratch { forces, springs, .. } = &mut *self.scratch;
@@ -215,7 +215,7 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Evaluates all forces at the present positions and the velocities in a work column, at the
-    /// end of the substep; returns the power taken away, watts.
+    /// end of the substep; returns the power dissipated, watts.
     pub(crate) fn set_forces_predicted(&mut self, velocities: usize) -> f64 {
         let time = self.time() + self.settings.substep();
         let Scratch { forces, springs, columns, .. } = &mut *self.scratch;
@@ -228,17 +228,18 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.model.set_forces(self.level, &motion, springs, forces)
     }
 
-    /// Ends a substep: lets everything that has come into an obstacle rest, slide or bounce, and
-    /// books the energy that elements took away in it, joules.
+    /// Ends a substep: lets every particle that has come into an obstacle rest, slide or bounce,
+    /// and books `taken`, the energy that elements dissipated in it, joules.
     ///
-    /// The way of a particle in the substep is taken to be h v', with v' the velocity at its end, and
-    /// the last forces to be those at its start.
+    /// The displacement of a particle in the substep is taken to be h v', with v' the velocity at
+    /// its end, and the last forces to be those at its start.
     pub fn finish_substep(&mut self, taken: f64) {
         self.done.counted += taken;
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);
     }
 
-    /// Ends a substep, the way of which was made as it says; whether anything touched an obstacle.
+    /// Ends a substep, the displacement of which was made as `way` says; returns whether anything
+    /// touched an obstacle.
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> bool {
         self.finished += 1;
         self.done.given -= self.scratch.springs.own_power.min(0.0) * self.settings.substep();

@@ -69,12 +69,12 @@ const PREDICTED: usize = 2;
 /// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up
 /// to half of the stable step).
 ///
-/// What lies on an obstacle falls a little before it is held, and dampers are evaluated at that.
-/// After a bounce forces are evaluated anew, as the next kick would be that of springs which the
-/// particle had pressed together inside the obstacle.
+/// A particle on an obstacle falls a little before it is held, and dampers are evaluated at that
+/// motion. The real share of their power is known at the start of a step, where they are evaluated
+/// at the state: in substeps with contact that share is booked.
 ///
-/// How much of the power of dampers is real is known at the start of a step, where they are evaluated at the
-/// state: in substeps with contact that share is booked.
+/// After a bounce forces are evaluated anew: the springs at the particle were pressed together
+/// inside the obstacle.
 pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
     let is_damped = step.model.is_damped_at_all();
@@ -105,7 +105,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         let taken = 0.5 * (before + power) * h.to_f64();
         step.done.counted += if met { taken * real } else { taken };
     }
-    // What the next step would find again to the bit.
+    // Kept only where the next step would compute the same to the bit.
     let lasts = step.model.pushes.0.is_empty() && !is_damped && !step.done.last_met;
     step.scratch.warm = lasts;
 }
@@ -190,7 +190,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         }
         energy += step.set_forces(time + length);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
-        // What lies on an obstacle falls a little in all stages but the first.
+        // A particle on an obstacle falls a little in all stages but the first.
         let met = step.finish(Way::Kept, Evaluated::AtEnd);
         step.done.counted += if met { first * h.to_f64() } else { energy * sixth.to_f64() };
     }

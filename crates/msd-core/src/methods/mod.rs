@@ -1,4 +1,4 @@
-//! Methods: how time advances.
+//! Methods of time integration.
 //!
 //! | method | order | stable for an undamped mode of frequency w | file |
 //! |---|---|---|---|
@@ -15,13 +15,13 @@
 //! [`Integrator`], and a caller may bring another. A step starts from positions and velocities
 //! alone, whatever the method: that is what makes state files, stepping back and replay exact.
 
-mod context;
-pub(crate) mod dormand_prince;
-mod explicit;
-pub(crate) mod implicit;
 mod integrator;
 mod settings;
+mod context;
+mod explicit;
 pub(crate) mod xpbd;
+pub(crate) mod implicit;
+pub(crate) mod dormand_prince;
 
 pub(crate) use context::{Failure, Scratch};
 pub use context::{Parts, StepContext};
@@ -65,7 +65,7 @@ use core::fmt::Debug;
 /// }
 /// ```
 pub trait Method<R: Real>: Debug + Send + Sync {
-    /// Which oscillators it keeps bounded, for the prediction of the stable step.
+    /// Its stability region, for the prediction of the stable step.
     fn region(&self) -> Region;
 
     /// The number of work columns it needs beside the forces. Default 0.
@@ -119,7 +119,7 @@ impl From<Integrator> for Region {
     }
 }
 
-/// A method of a caller's own, for either precision.
+/// A user-defined method, for either precision.
 #[derive(Clone, Debug)]
 pub(crate) struct OwnMethod {
     single: Arc<dyn Method<f32>>,

@@ -5,7 +5,7 @@ use crate::error::Error;
 use crate::number::Real;
 use crate::scene::check::check;
 
-/// How a system is stepped.
+/// The settings by which a system is stepped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default))]
@@ -19,14 +19,14 @@ pub struct Settings {
     pub substeps: u32,
     /// Local error that an adaptive method allows per substep, as a fraction of the size of the
     /// scene, see [`crate::Model::size`]; positive, at most 1. Default 1e-6: near the limit of
-    /// stability a looser one hardly costs less, and stirs up motions that dampers then waste.
+    /// stability a looser one costs hardly less, and excites motions that dampers then dissipate.
     pub tolerance: f64,
     /// Newton iterations per substep of an implicit method, at least 1. Default 1, which is the
     /// linearised method.
     pub newton: u32,
 }
 
-/// The most Newton iterations of a substep: some ten settle what settles at all.
+/// The most Newton iterations of a substep: those that converge do so in about ten.
 const MOST_NEWTON: u32 = 1000;
 
 impl Default for Settings {

@@ -11,12 +11,12 @@ use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// What a substep forgets. Positions in the order of the scene, since springs name their ends so.
+/// Scratch of a substep. Positions in the order of the scene, in which springs name their ends.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch<R: Real> {
     /// Positions at the start, metres.
     starts: Vec<R::Vec3>,
-    /// The ways from there as projected so far, metres: as differences of positions they would lose
+    /// The displacements as projected so far, metres: as differences of positions they would lose
     /// the digits that velocities need.
     ways: Vec<R::Vec3>,
     /// The pull of springs, newtons, of which only the power of the dampers is wanted.
@@ -55,14 +55,14 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
         let power = advance_substep(step, &mut scratch);
         step.done.counted += power * step.settings.substep();
         step.finish(Way::Kicked(0.0), Evaluated::Nowhere);
-        // Once what lies on an obstacle is at rest again.
+        // Measured once particles on obstacles are at rest again.
         let pulled = power_of_springs(step, &mut scratch.pulls);
         step.done.counted += pulled * step.settings.substep();
     }
     step.scratch.xpbd = Some(scratch);
 }
 
-/// The power that dampers take away at the state, watts.
+/// The power that dampers dissipate at the state, watts.
 fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<R>) -> f64 {
     let model = step.model;
     if !model.is_damped() {
@@ -73,7 +73,7 @@ fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<
     model.springs.add_all(step.level, &motion, &mut step.scratch.springs, pulls)
 }
 
-/// Advances by one substep and returns the power taken away by other elements, watts.
+/// Advances by one substep and returns the power dissipated by other elements, watts.
 fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch<R>) -> f64 {
     let (model, level, h) = (step.model, step.level, step.substep());
     let time = step.time();
@@ -99,7 +99,7 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
             let before = vector::<R>(&step.state.velocities, at);
             let velocity = ways[particle] * per_h;
             set_vector(&mut step.state.velocities, at, velocity);
-            // What springs pulled is known by what came of it; contact asks.
+            // The pull of the springs follows from the change of velocity; contact needs it.
             let force = (velocity - before) * (per_h * model.masses()[particle]);
             set_vector(&mut step.scratch.forces, at, force);
         }

@@ -1,14 +1,14 @@
-//! The law of contact: where a particle that has come to an obstacle goes, and how fast.
+//! The law of contact: position and velocity of a particle that has met an obstacle.
 //!
-//! A substep ends somewhere inside the obstacle. What the surface gives in it is an impulse P along
-//! its normal and, by Coulomb, at most μ P along itself. The law is about the impulse *and* the
+//! A substep ends somewhere inside the obstacle. There the surface gives an impulse P along its
+//! normal and, by Coulomb's law, at most μ P along itself. The law is about the impulse *and* the
 //! time at which it acts: a particle that met the surface τ seconds before the end of the substep
 //! has gone on for τ seconds with a velocity that it did not have. So positions and velocities
 //! change together, and neither how a particle rests nor how it slides or bounces depends on the
 //! substep:
 //!
-//! * **held:** the particle is put on the surface, its speed into it is taken away, and what
-//!   friction holds goes back to where it was when it met the surface, so that nothing creeps;
+//! * **held:** the particle is put on the surface, its speed into it is removed, and where friction
+//!   holds it goes back to where it met the surface, so that nothing creeps;
 //! * **bounce:** time and speed of the impact are those of a constant acceleration, which is exact
 //!   under gravity, less what the springs at the particle have given it since: see
 //!   [`Touch::impact`].
@@ -18,7 +18,7 @@
 use crate::number::{Real, Vector};
 use crate::scene::Friction;
 
-/// How a surface gives back and slows what touches it.
+/// Restitution and friction of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactLaw<R> {
     /// Fraction of the normal speed that a bounce returns, 0 to 1.
@@ -50,8 +50,8 @@ impl<R: Real> ContactLaw<R> {
         normal * (speed + push) + along * kept
     }
 
-    /// The fraction of a slip that is left where the surface pushes by so much, both metres per
-    /// second, and the reciprocal of the slip, 0 where friction holds it.
+    /// The fraction of a slip that friction leaves at a push, both in metres per second, and the
+    /// reciprocal of the slip, 0 where friction holds it.
     #[inline(always)]
     fn rub(&self, slip: R, push: R) -> (R, R) {
         let loss = self.friction * push;
@@ -63,9 +63,10 @@ impl<R: Real> ContactLaw<R> {
 
     /// Whether the surface keeps the particle for the rest of the substep.
     ///
-    /// It does where it gives nothing back, and where the particle is on its way out already. It
-    /// does as well where the pull into the surface makes up the speed of the impact within two
-    /// substeps: a bounce would be over before it could be followed, and what rests would buzz.
+    /// It does where the restitution is 0, and where the particle is on its way out already. It
+    /// also does where the pull into the surface makes up the speed of the impact within two
+    /// substeps: a bounce would be over before it could be resolved, and a particle at rest would
+    /// buzz.
     #[inline(always)]
     pub(super) fn keeps(&self, touch: &Touch<R>, span: &Span<R>) -> bool {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
@@ -76,10 +77,10 @@ impl<R: Real> ContactLaw<R> {
         (self.restitution == R::ZERO) | is_free | ((pull < R::ZERO) & is_slow)
     }
 
-    /// What a surface makes of a particle that it keeps.
+    /// The outcome for a particle that the surface keeps.
     ///
-    /// The energy along the normal is that at the start of the substep, which is none at rest: what
-    /// a method gains or loses within a substep while a surface holds the particle is undone.
+    /// The energy along the normal is that at the start of the substep, which is 0 at rest: gains
+    /// and losses of a method within a substep, while a surface holds the particle, are undone.
     #[inline(always)]
     pub(super) fn hold(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
@@ -90,12 +91,12 @@ impl<R: Real> ContactLaw<R> {
         self.finish(touch, span, Push { push, lift: touch.depth, reach: touch.depth, taken })
     }
 
-    /// What a surface makes of a particle that it gives back.
+    /// The outcome for a particle that bounces.
     ///
     /// The particle went through the surface at u, see [`Touch::impact`], 2 d / (U + u) seconds
     /// before. It is put there and leaves at e u: with as much energy as at the impact for e = 1, a
-    /// part of a substep late. To let it fly on would move it against its springs once more, which
-    /// feeds a stiff body.
+    /// part of a substep late. Letting it fly on would move it against its springs once more, which
+    /// adds energy to a stiff body.
     pub(super) fn bounce(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
         let (real, squared) = touch.impact(span);
         let impact = squared.max(R::ZERO).sqrt();
@@ -110,10 +111,10 @@ impl<R: Real> ContactLaw<R> {
         self.finish(touch, span, Push { push, lift: touch.depth, reach: push * time, taken })
     }
 
-    /// Friction, and what all comes to.
+    /// Adds friction and returns the outcome.
     ///
-    /// What sticks goes back by the part of its way that it made since it met the surface. What
-    /// slides goes back by what it would not have gone at the velocity it has now.
+    /// A particle that sticks goes back by the part of its path since it met the surface. One that
+    /// slides goes back by the distance that it would not have gone at the velocity it has now.
     #[inline(always)]
     fn finish(&self, touch: &Touch<R>, span: &Span<R>, push: Push<R>) -> Outcome<R> {
         let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
@@ -123,14 +124,14 @@ impl<R: Real> ContactLaw<R> {
         let (slip, grip) = (squared.sqrt(), self.friction * push.push);
         let (kept, per_slip) = self.rub(slip, push.push);
         let sticks = (slip <= grip) & (R::ZERO < grip);
-        // A gap that rounding leaves is none: small steps out of it would add up to a way.
+        // A gap within rounding counts as zero: small steps out of it would add up to a drift.
         let (gap, noise) = (-(way + depth), touch.rounding());
         let since = if gap <= noise { R::ONE } else { depth / -way };
         let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
         let slid = self.friction * push.reach * per_slip;
         let mut outcome = Outcome { position: touch.position, velocity: v, taken: R::ZERO };
         for axis in 0..3 {
-            // From where it was: to go back and forth would add up roundings.
+            // From where it was: going back and forth would accumulate rounding.
             let before = (moved[axis] - n[axis] * way) * (R::ONE - since);
             let stuck = touch.start[axis] + (n[axis] * lift + before);
             let slides = touch.position[axis] + (n[axis] * push.lift - along[axis] * slid);
@@ -152,8 +153,8 @@ pub(super) fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// The speed towards a surface below which a contact rests, metres per second: what gravity adds in
-/// two substeps.
+/// The speed towards a surface below which a contact rests, metres per second: the speed that
+/// gravity adds in two substeps.
 pub(crate) fn resting_speed<R: Real>(normal: R::Vec3, gravity: R::Vec3, h: R) -> R {
     (h + h) * gravity.dot(normal).abs()
 }
@@ -250,7 +251,7 @@ pub(crate) enum Evaluated {
     Nowhere,
 }
 
-/// What a surface gives along its normal.
+/// The push of a surface along its normal.
 struct Push<R> {
     /// Impulse by mass, metres per second.
     push: R,
@@ -258,7 +259,7 @@ struct Push<R> {
     lift: R,
     /// Impulse by mass times how long it has acted, metres.
     reach: R,
-    /// Energy taken away by mass, joules per kilogram.
+    /// Energy dissipated per mass, joules per kilogram.
     taken: R,
 }
 
@@ -266,20 +267,20 @@ struct Push<R> {
 pub(super) struct Outcome<R> {
     pub(super) position: [R; 3],
     pub(super) velocity: [R; 3],
-    /// Energy taken away by mass, joules per kilogram.
+    /// Energy dissipated per mass, joules per kilogram.
     pub(super) taken: R,
 }
 
-/// What obstacles did.
+/// The effect of obstacles.
 ///
-/// The energy is that of the motion as seen from the surface: what a surface that moves drives in
-/// is apart. The force on a particle is taken as constant over a substep.
+/// The energy is that of the motion as seen from the surface: energy that a moving surface drives
+/// in is separate. The force on a particle is taken as constant over a substep.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contacts {
     /// Particles stopped, once for each obstacle and substep.
     pub count: u64,
-    /// Energy taken away by contacts that took some, joules.
+    /// Energy dissipated by contacts that lost some, joules.
     pub taken: f64,
     /// Energy added by contacts that added some, joules: an error, which a shorter substep lowers.
     pub added: f64,
@@ -291,7 +292,7 @@ pub struct Contacts {
 }
 
 impl Contacts {
-    /// One contact that took so much energy, joules.
+    /// One contact that dissipated this much energy, joules.
     pub(crate) fn one(taken: f64) -> Self {
         let (taken, added) = (taken.max(0.0), (-taken).max(0.0));
         Contacts { count: 1, taken, added, ..Contacts::default() }

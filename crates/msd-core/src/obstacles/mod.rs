@@ -1,8 +1,8 @@
-//! Obstacles: what stops particles.
+//! Obstacles: solids that particles cannot enter.
 //!
-//! An obstacle knows gap and normal at a point, and the velocity of its surface. One law of contact
-//! ([`ContactLaw`]) turns these into a new position and velocity; methods decide when: after a
-//! substep (explicit, XPBD), inside the solve (implicit), at the time of the impact
+//! An obstacle knows the gap and the normal at a point, and the velocity of its surface. One law of
+//! contact ([`ContactLaw`]) turns these into a new position and velocity; methods decide when:
+//! after a substep (explicit, XPBD), inside the solve (implicit), at the time of the impact
 //! (Dormand-Prince).
 
 pub(crate) mod contact;
@@ -50,13 +50,13 @@ pub trait Obstacle<R: Real>: Debug + Send + Sync {
         R::Vec3::ZERO
     }
 
-    /// How the surface gives back and slows. Default: neither bounce nor friction.
+    /// Restitution and friction of the surface. Default: neither bounce nor friction.
     fn law(&self) -> ContactLaw<R> {
         ContactLaw::default()
     }
 }
 
-/// An obstacle of a caller's own, for either precision.
+/// A user-defined obstacle, for either precision.
 #[derive(Clone, Debug)]
 pub(crate) struct OwnObstacle {
     single: Arc<dyn Obstacle<f32>>,
@@ -74,7 +74,7 @@ impl OwnObstacle {
     }
 }
 
-/// The obstacles of a model: its planes, then those of the caller's own.
+/// The obstacles of a model: its planes, then the user-defined ones.
 #[derive(Clone, Debug)]
 pub struct Obstacles<R: Real> {
     pub(crate) planes: Vec<PlaneColumn<R>>,

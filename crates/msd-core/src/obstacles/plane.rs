@@ -12,7 +12,7 @@ pub struct PlaneColumn<R: Real> {
     pub normal: R::Vec3,
     /// Signed distance from the origin, metres.
     pub offset: R,
-    /// How it gives back and slows.
+    /// Restitution and friction.
     pub(crate) law: ContactLaw<R>,
     /// The friction as it was written, not rounded.
     pub(crate) friction: Friction,
@@ -48,7 +48,7 @@ impl<R: Real> PlaneColumn<R> {
         self.law.restitution.to_f64()
     }
 
-    /// What happens along the plane.
+    /// Friction along the plane.
     pub fn friction(&self) -> Friction {
         self.friction
     }

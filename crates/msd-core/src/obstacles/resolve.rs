@@ -1,4 +1,5 @@
-//! Contact at the end of a substep: who is inside an obstacle, and the law for sixteen at a time.
+//! Contact at the end of a substep: the particles inside an obstacle, and the law for sixteen at a
+//! time.
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
 use super::{Obstacle, Obstacles, PlaneColumn};
@@ -7,7 +8,7 @@ use crate::columns::{LANES, RECORD, single};
 use crate::number::{Real, Vector, at_level};
 use fearless_simd::Level;
 
-/// What a substep ends with, as contact needs it.
+/// The state at the end of a substep, as contact needs it.
 #[derive(Debug)]
 pub(crate) struct Bodies<'a, R: Real> {
     /// Masses, a number for each slot, and their reciprocals, three for each.
@@ -29,10 +30,10 @@ pub(crate) struct Substep<'a, R> {
     pub(crate) h: R,
     /// Simulated time at its end, seconds.
     pub(crate) time: f64,
-    /// By how much velocities are ahead of those that made the way, seconds: under an acceleration
-    /// a the way was h (v − lag a).
+    /// How far velocities are ahead of those that made the displacement, seconds: under an
+    /// acceleration a it was h (v − lag a).
     pub(crate) lag: R,
-    /// Positions at its start, metres, where the way was another.
+    /// Positions at its start, metres, where the displacement was another.
     pub(crate) starts: Option<&'a [R]>,
     /// Where the last forces were evaluated.
     pub(crate) evaluated: Evaluated,
@@ -116,7 +117,7 @@ fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>)
     tally.contacts()
 }
 
-/// Particles of a record from which on the whole record is computed as it is.
+/// The number of particles inside from which on the whole record is computed.
 const MANY: u32 = 8;
 
 /// Which particles of a record are inside a plane, a bit for each; all where there are other
@@ -279,7 +280,7 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Those that the plane keeps at once, the few others one by one.
+    /// Meets a plane: the particles that it keeps all at once, the few others one by one.
     #[inline(always)]
     fn meet_plane(&mut self, plane: &PlaneColumn<R>, span: &Span<R>, tally: &mut Tally) {
         let (normal, law) = (plane.normal.components(), plane.law);
@@ -321,7 +322,7 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Any obstacle is met one by one.
+    /// Meets any obstacle, one particle at a time.
     fn meet_own(
         &mut self,
         obstacle: &dyn Obstacle<R>,
@@ -361,7 +362,7 @@ impl<R: Real> Batch<R> {
     }
 }
 
-/// What contacts came to, lane by lane.
+/// The tally of contacts, lane by lane.
 #[derive(Default)]
 struct Tally {
     counts: [u32; LANES],

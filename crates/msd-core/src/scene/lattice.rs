@@ -1,6 +1,6 @@
-//! Regular bodies: the particles that spring number s joins, and the triangles that are shown.
+//! Regular lattices: the ends of each spring and the triangles of the surface, in closed form.
 //!
-//! Everything here is a closed form: nothing is searched and nothing is stored per spring.
+//! Nothing is searched and nothing is stored per spring.
 
 use crate::error::Error;
 use crate::scene::check::{MAX_PARTICLES, MAX_SPRINGS, check};
@@ -28,7 +28,7 @@ pub const FAMILIES: [[isize; 3]; 13] = [
 /// The first families, those along the axes.
 const AXES: usize = 3;
 
-/// Which neighbours a particle of a lattice is joined to.
+/// The neighbours that a particle of a lattice is joined to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -149,7 +149,7 @@ impl Lattice {
     }
 }
 
-/// In how many places a step fits, by axis.
+/// The number of places where a step fits, by axis.
 fn cells(size: [usize; 3], step: [isize; 3]) -> [usize; 3] {
     [0, 1, 2].map(|axis| size[axis] - step[axis].unsigned_abs().min(size[axis]))
 }

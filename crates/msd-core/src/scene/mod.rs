@@ -1,13 +1,13 @@
-//! What a person writes: rows of particles, springs, planes, pins and bodies, and the world.
+//! Scenes as written: rows of particles, springs, planes, pins and bodies, and the world.
 //!
 //! Rows are in `f64` whatever the precision of the run: precision is a setting, not a scene.
 
 pub(crate) mod check;
+pub mod surface;
 pub mod lattice;
-mod origin;
 pub mod part;
 pub mod shape;
-pub mod surface;
+mod origin;
 
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use lattice::{Lattice, Neighbours};
@@ -44,7 +44,7 @@ pub struct Spring {
     pub damping: f64,
 }
 
-/// How a plane slows what slides on it.
+/// Friction of a plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -66,11 +66,11 @@ pub struct Plane {
     pub offset: f64,
     /// Fraction of the normal speed that a bounce returns, 0 to 1.
     pub restitution: f64,
-    /// What happens along the plane.
+    /// Friction along the plane.
     pub friction: Friction,
 }
 
-/// A particle held by hand: it keeps its velocity whatever pulls at it.
+/// A pinned particle: it keeps its velocity whatever force acts on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pin {
@@ -84,17 +84,17 @@ pub struct Pin {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Body {
-    /// What the user calls it.
+    /// Its name.
     pub name: String,
     /// Its particles.
     pub particles: Range<usize>,
     /// Its springs.
     pub springs: Range<usize>,
-    /// What it shows; empty for a rope.
+    /// Its surface; empty for a rope.
     pub surface: Surface,
 }
 
-/// What acts on every particle.
+/// The world: gravity, a uniform force, drag and a bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct World {
@@ -118,7 +118,7 @@ impl Default for World {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scene {
-    /// What acts on every particle.
+    /// Gravity, the uniform force, drag and the bound of the world.
     pub world: World,
     /// The particles, in the order of the state file.
     pub particles: Vec<Particle>,

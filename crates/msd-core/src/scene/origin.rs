@@ -2,7 +2,7 @@
 //!
 //! A coordinate of size x is rounded by about 6e-8 |x| in `f32`: 1 mm at 10 km. Nothing in the
 //! physics depends on where the origin is, so a scene far from it is moved in double precision
-//! before it is rounded, and what is read is moved back.
+//! before it is rounded, and readings are moved back.
 
 use crate::number::Real;
 use crate::scene::Scene;

@@ -6,7 +6,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
 
-/// What a body is made of.
+/// The material of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Material {
@@ -31,7 +31,7 @@ pub struct Part {
     pub particles: Vec<Particle>,
     /// The springs.
     pub springs: Vec<Spring>,
-    /// What it shows.
+    /// Its surface.
     pub surface: Surface,
 }
 
@@ -64,7 +64,8 @@ impl Scene {
     pub fn add(&mut self, name: impl Into<String>, part: Part) -> usize {
         let (first, first_spring) = (self.particles.len(), self.springs.len());
         self.particles.extend(part.particles);
-        // An index too large to be moved names nothing either way; the check of the scene says so.
+        // An index too large to be moved is out of range either way; the check of the scene reports
+        // it.
         self.springs.extend(part.springs.into_iter().map(|mut spring| {
             spring.ends = spring.ends.map(|end| end.saturating_add(first));
             spring

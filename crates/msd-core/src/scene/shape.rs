@@ -73,7 +73,7 @@ pub fn lattice(
 }
 
 impl Scene {
-    /// A scene of one part and nothing else than the default world.
+    /// A scene of one part in the default world.
     pub fn of(name: &str, part: Part) -> Self {
         let mut scene = Scene::default();
         scene.add(name, part);

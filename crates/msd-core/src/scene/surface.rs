@@ -1,4 +1,4 @@
-//! The triangles that a body shows.
+//! Surfaces of bodies: the triangles that are drawn.
 
 use alloc::vec::Vec;
 

@@ -1,4 +1,4 @@
-//! The guard: whether a run has left the world, where, and at what step it would not have.
+//! The guard against divergence: where a state left the world, and a substep that is stable.
 
 use super::Simulation;
 use crate::columns::threads::merge_shares;
@@ -10,7 +10,7 @@ use crate::system::{Columns, Model};
 use fearless_simd::{Level, Simd, SimdBase, SimdMask};
 
 impl<R: Real> Simulation<R> {
-    /// Refuses a step that was given up and a state outside the world.
+    /// Refuses a step that a method gave up, and a state outside the world.
     pub(super) fn guard(&self, failure: Option<Failure>) -> Result<(), Error> {
         let (step, time) = (self.steps + 1, self.time());
         let outside = match failure {
@@ -37,8 +37,8 @@ impl<R: Real> Simulation<R> {
         }))
     }
 
-    /// The largest substep predicted stable about a state, seconds; any where the method chooses
-    /// it.
+    /// The largest substep predicted stable about a state, seconds; infinite where the method
+    /// chooses its own.
     pub(super) fn largest_substep_at(&self, at: &Columns<R>, estimator: &mut Estimator) -> f64 {
         if self.own_method.is_none() && self.settings.integrator.is_adaptive() {
             return f64::INFINITY;
@@ -51,7 +51,8 @@ impl<R: Real> Simulation<R> {
 /// The first particle that is outside the world, or the velocity of which is not finite.
 fn first_outside<R: Real>(level: Level, model: &Model<R>, state: &Columns<R>) -> Option<usize> {
     let (extent, columns) = (model.extent, (&*state.positions, &*state.velocities));
-    // All at once first, which is faster than to stop at one that is hardly ever there.
+    // All at once first: faster than stopping at the first particle outside, as there hardly ever
+    // is one.
     let is_inside = |share| is_share_within(level, extent, share);
     if merge_shares(columns, &is_inside, &|low, high| low & high) {
         return None;
@@ -70,7 +71,7 @@ fn is_share_within<R: Real>(level: Level, extent: R, (x, v): (&[R], &[R])) -> bo
     at_level!(level, simd => is_within(simd, x, extent) & is_within(simd, v, R::LARGEST))
 }
 
-/// Whether no number of a column is beyond a bound; a NaN is.
+/// Whether no number of a column is beyond a bound; a NaN counts as beyond.
 #[inline(always)]
 fn is_within<S: Simd, R: Real>(simd: S, column: &[R], bound: R) -> bool {
     let bound = R::Native::<S>::splat(simd, bound);

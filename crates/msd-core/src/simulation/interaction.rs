@@ -1,5 +1,5 @@
-//! Interactions: what a user may do between two steps, as values that are queued, checked, applied,
-//! and can be recorded.
+//! Interactions: user input between two steps, as values that are queued, checked, applied and
+//! recorded.
 
 use crate::elements::grabs::Grab;
 use crate::energy::{self, centre_of_mass};
@@ -24,12 +24,12 @@ pub enum Select {
     Body(usize),
     /// A single one.
     One(usize),
-    /// Those from the first number up to but without the second: one kind of spring of a lattice,
-    /// say.
+    /// Those from the first number up to but not including the second: one kind of spring of a
+    /// lattice, say.
     Range(usize, usize),
 }
 
-/// One thing a hand does.
+/// One act of the user.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
@@ -38,10 +38,10 @@ pub enum Interaction {
     Grab {
         /// The particle.
         particle: usize,
-        /// Where to, metres.
+        /// The point that it is pulled to, metres.
         target: DVec3,
-        /// Frequency of the particle alone on this spring, hertz; capped at a tenth of the
-        /// substeps per second, so that the hand cannot blow up the scene.
+        /// Frequency of the particle alone on this spring, hertz; capped at a tenth of the substeps
+        /// per second, so that user input cannot blow up the scene.
         frequency: f64,
         /// Damping ratio ζ: 1 is critical.
         damping_ratio: f64,
@@ -136,21 +136,21 @@ pub enum Interaction {
         /// The acceleration, metres per second squared.
         value: DVec3,
     },
-    /// Sets how planes give back and slow.
+    /// Sets restitution and friction of a plane.
     SetPlane {
         /// The plane.
         plane: usize,
         /// Fraction of the normal speed that a bounce returns, 0 to 1.
         restitution: f64,
-        /// What happens along the plane.
+        /// Friction along the plane.
         friction: Friction,
     },
 }
 
-/// What an interaction changes.
+/// The parts of a simulation that an interaction changes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Effects {
-    /// Which springs there are, or their numbers.
+    /// The springs, or their constants.
     pub springs: bool,
     /// Masses, or which particles are pinned.
     pub masses: bool,
@@ -158,12 +158,12 @@ pub struct Effects {
     pub state: bool,
     /// The energy that a given state has.
     pub energy: bool,
-    /// What is grabbed, or where to.
+    /// The grabs or their targets.
     pub grabs: bool,
 }
 
 impl Effects {
-    /// What either of two interactions changes.
+    /// The changes of either of two interactions.
     pub fn or(self, other: Effects) -> Effects {
         Effects {
             springs: self.springs | other.springs,
@@ -176,7 +176,8 @@ impl Effects {
 }
 
 impl Interaction {
-    /// What the interaction changes. A push and what obstacles give back change none of these.
+    /// The changes that the interaction makes. A push and the restitution of a plane change none of
+    /// these.
     pub fn effects(&self) -> Effects {
         use Interaction::*;
         let none = Effects::default();
@@ -188,7 +189,7 @@ impl Interaction {
                 Effects { springs: true, energy: true, ..none }
             }
             SetDamping { .. } => Effects { springs: true, ..none },
-            // A grab is weakened to what a lighter particle can follow.
+            // A grab is weakened so that a lighter particle can follow it.
             SetMass { .. } => Effects { masses: true, energy: true, grabs: true, ..none },
             Pin { .. } => Effects { masses: true, state: true, ..none },
             Unpin { .. } => Effects { masses: true, ..none },
@@ -379,7 +380,7 @@ fn grab<R: Real>(model: &mut Model<R>, h: f64, interaction: Interaction) {
         particle: particle as u32,
         target: R::Vec3::of(target),
         stiffness: R::of(mass * rate * rate),
-        // No number only where a factor is 0 and the others overflow.
+        // NaN only where one factor is 0 and the others overflow.
         damping: R::of(if damping.is_nan() { 0.0 } else { damping }),
         max_force: R::of(max_force),
     };

@@ -1,9 +1,8 @@
-//! A system that runs: one step on a page, what is queued for it, and what keeps it in the world.
+//! The running simulation: one step on a page, its queue, and the guard that keeps it in the world.
 //!
-//! `interaction.rs` is what a hand may do between two steps, `topology.rs` what may be added and
-//! removed, `progress.rs` what must be kept so that a run goes on to the bit, `guard.rs` how a run
-//! that diverges is stopped, `readings.rs` what can be measured, and `witness.rs` the detector of
-//! drift.
+//! `interaction.rs` holds user input between two steps, `topology.rs` additions and removals,
+//! `progress.rs` the checkpoint from which a run resumes to the bit, `guard.rs` the stop of a run
+//! that diverges, `readings.rs` the measurements, and `witness.rs` the drift detector.
 
 mod guard;
 pub(crate) mod interaction;
@@ -40,7 +39,7 @@ pub struct Simulation<R: Real = f32> {
     pub(crate) model: Model<R>,
     pub(crate) state: Columns<R>,
     settings: Settings,
-    /// A method of the caller's own, in place of that of the settings.
+    /// A user-defined method, in place of that of the settings.
     own_method: Option<OwnMethod>,
     level: Level,
     scratch: Scratch<R>,
@@ -55,11 +54,11 @@ pub struct Simulation<R: Real = f32> {
     steps: u64,
     /// Steps and time at which the length of a step changed last.
     epoch: (u64, f64),
-    /// The handle of the next element or obstacle of the caller's own.
+    /// The handle of the next user-defined element or obstacle.
     next_handle: usize,
 }
 
-/// What the queue may change of the model, as it was before.
+/// The part of the model that the queue may change, as it was before.
 enum Kept<R: Real> {
     /// All of it.
     Model(Box<Model<R>>),
@@ -113,7 +112,7 @@ impl<R: Real> Simulation<R> {
         })
     }
 
-    /// Moves what is inside an obstacle out of it, as a contact does.
+    /// Moves particles inside an obstacle out of it, as a contact does.
     fn leave_obstacles(&mut self) {
         self.scratch.forces.fill(R::ZERO);
         let (h, lag, time, starts) = (R::ZERO, R::ZERO, self.time(), None);
@@ -127,8 +126,8 @@ impl<R: Real> Simulation<R> {
     /// [`Error::Diverged`] if a particle left the world or the force on it is not finite,
     /// [`Error::Unreachable`] if an adaptive method cannot keep its tolerance, [`Error::Unsolved`]
     /// if an implicit one cannot solve for the step, [`Error::OutOfDomain`] for one step too many
-    /// to be counted exactly. State and queue are then those before the step, and so is what the
-    /// queue changes: a shorter step may follow, or [`Simulation::clear_queue`].
+    /// to be counted exactly. State, queue and everything that the queue changes are then as they
+    /// were before the step: a shorter step may follow, or [`Simulation::clear_queue`].
     pub fn step(&mut self) -> Result<(), Error> {
         if !self.model.springs.is_shared() {
             return R::step(self);
@@ -171,8 +170,8 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Remembers the model before the queue is applied: all of it, or, as hands are at work in many
-    /// steps, what these change.
+    /// Keeps the model as it was before the queue is applied: all of it, or only the part that
+    /// grabs and pushes change, as these are frequent.
     fn keep_model(&mut self) -> Kept<R> {
         use Interaction::{Grab, Impulse, Push, Release, Spin};
         let pushes = self.model.pushes.0.len();
@@ -195,7 +194,7 @@ impl<R: Real> Simulation<R> {
         Kept::Hands { pushes }
     }
 
-    /// Undoes what the queue did to the model.
+    /// Undoes the changes of the queue to the model.
     fn put_model_back(&mut self, kept: Kept<R>) {
         match kept {
             Kept::Model(model) => self.model = *model,
@@ -208,11 +207,11 @@ impl<R: Real> Simulation<R> {
         }
     }
 
-    /// Goes back to the state remembered where the present one cannot be.
+    /// Goes back to the last good state where the present one is refused.
     fn guard_or_go_back(&mut self, failure: Option<Failure>) -> Result<(), Error> {
         self.guard(failure).inspect_err(|_| {
             self.state.copy_from(&self.good);
-            // What an evaluation left behind may not be numbers.
+            // The scratch of an evaluation may hold NaN.
             let adaptive = self.scratch.dormand_prince.take();
             self.renew_scratch();
             self.scratch.dormand_prince = adaptive;
@@ -238,7 +237,7 @@ impl<R: Real> Simulation<R> {
         self.renew(changed);
     }
 
-    /// Takes what has changed over into the columns that a step reads.
+    /// Updates the columns that a step reads after a change.
     fn renew(&mut self, changed: Effects) {
         if changed.springs {
             self.model.springs.renew();
@@ -249,7 +248,7 @@ impl<R: Real> Simulation<R> {
         self.scratch.warm = false;
     }
 
-    /// Whether a hand does work: by a grab, a push or a pin that moves.
+    /// Whether user input does work: by a grab, a push or a moving pin.
     pub fn is_handled(&self) -> bool {
         let pinned = |(&w, at): (&R, usize)| {
             let moves = || self.state.get(at).1 != Default::default();
@@ -262,24 +261,24 @@ impl<R: Real> Simulation<R> {
     /// Queues an interaction for the start of the next step.
     ///
     /// # Errors
-    /// An index that names nothing or a number out of its domain; nothing is queued then.
+    /// An index out of range or a number out of its domain; nothing is queued then.
     pub fn queue(&mut self, interaction: Interaction) -> Result<(), Error> {
         interaction::check_interaction(&self.model, &interaction)?;
         self.queue.push(interaction);
         Ok(())
     }
 
-    /// What is queued for the start of the next step.
+    /// The interactions queued for the start of the next step.
     pub fn queued(&self) -> &[Interaction] {
         &self.queue
     }
 
-    /// Takes everything out of the queue.
+    /// Empties the queue.
     pub fn clear_queue(&mut self) {
         self.queue.clear();
     }
 
-    /// Applies what is queued without stepping: for a paused window.
+    /// Applies the queue without stepping: for a paused window.
     ///
     /// # Errors
     /// [`Error::Diverged`] for a velocity that overflows; the state is then the one before, but for
@@ -294,7 +293,7 @@ impl<R: Real> Simulation<R> {
         self.good.copy_from(&self.state);
         self.apply_queue();
         for interaction in self.queue.drain(..) {
-            // What is pinned stays so, and keeps its velocity.
+            // A pinned particle stays pinned, and keeps its velocity.
             if let Interaction::Pin { particle, .. } = interaction {
                 let at = self.model.slots.at(particle);
                 let (_, velocity) = self.state.get(at);
@@ -305,7 +304,7 @@ impl<R: Real> Simulation<R> {
         self.guard_or_go_back(None)
     }
 
-    /// Replaces the state, as when a state file is loaded or a step taken back.
+    /// Replaces the state, for instance with that of a state file or of an earlier step.
     ///
     /// # Errors
     /// [`Error::WrongLength`] for another number of particles; [`Error::OutOfDomain`] for a
@@ -329,8 +328,8 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Replaces the state. What is pinned now keeps its velocity, which belongs to the pin: an
-    /// older state may be from before it was pinned.
+    /// Replaces the state. A particle that is pinned now keeps its velocity, which belongs to the
+    /// pin: an older state may be from before it was pinned.
     fn put_state(&mut self, state: &State<R>) {
         let rows = state.positions.iter().zip(&state.velocities);
         for (particle, (at, (&position, &velocity))) in
@@ -343,12 +342,12 @@ impl<R: Real> Simulation<R> {
         self.scratch.warm = false;
     }
 
-    /// What was booked of the energy taken away, to be put back with the state.
+    /// The ledger of the energy dissipated, to be put back with the state.
     pub fn ledger(&self) -> Ledger {
         self.ledger
     }
 
-    /// Puts back what was booked at a state that was returned to.
+    /// Puts back the ledger that belongs to a state that was put back.
     pub fn set_ledger(&mut self, ledger: Ledger) {
         self.ledger = ledger;
     }
@@ -372,8 +371,8 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Steps by a method of the caller's own from the next step on, in place of the integrator of
-    /// the settings; their step, substeps and tolerance hold for it too.
+    /// Steps by a user-defined method from the next step on, in place of the integrator of the
+    /// settings; their step, substeps and tolerance hold for it too.
     pub fn set_method(&mut self, method: impl Method<f32> + Method<f64> + 'static) {
         self.own_method = Some(OwnMethod::new(method));
         self.renew_scratch();
@@ -385,7 +384,7 @@ impl<R: Real> Simulation<R> {
         self.renew_scratch();
     }
 
-    /// Makes the work columns of the method at hand.
+    /// Makes the work columns of the current method.
     fn renew_scratch(&mut self) {
         let columns = match &self.own_method {
             Some(own) => own.of::<R>().columns(),
@@ -394,7 +393,7 @@ impl<R: Real> Simulation<R> {
         self.scratch = Scratch::new(&self.model, columns);
     }
 
-    /// Which oscillators the method at hand keeps bounded.
+    /// The stability region of the current method.
     fn region(&self) -> Region {
         match &self.own_method {
             Some(own) => own.of::<R>().region(),
@@ -408,7 +407,7 @@ impl<R: Real> Simulation<R> {
         self.level = instructions.level();
     }
 
-    /// Adds an element of the caller's own; returns its handle.
+    /// Adds a user-defined element; returns its handle.
     pub fn add_element(&mut self, element: impl Element<f32> + Element<f64> + 'static) -> usize {
         self.scratch.warm = false;
         let handle = self.new_handle();
@@ -416,7 +415,7 @@ impl<R: Real> Simulation<R> {
         handle
     }
 
-    /// Removes an element of the caller's own; whether there was one of that handle.
+    /// Removes a user-defined element; returns whether there was one of that handle.
     pub fn remove_element(&mut self, handle: usize) -> bool {
         self.scratch.warm = false;
         let before = self.model.own.len();
@@ -424,7 +423,7 @@ impl<R: Real> Simulation<R> {
         self.model.own.len() < before
     }
 
-    /// Adds an obstacle of the caller's own and moves out what is inside it; returns its handle.
+    /// Adds a user-defined obstacle and moves out the particles inside it; returns its handle.
     ///
     /// # Errors
     /// [`Error::OutOfDomain`] for a particle that it pushes out of the world; nothing is added
@@ -439,7 +438,7 @@ impl<R: Real> Simulation<R> {
         Ok(handle)
     }
 
-    /// Adds an obstacle and moves out what is inside it; adds nothing where that pushes a particle
+    /// Adds an obstacle and moves out the particles inside it; adds nothing where that pushes one
     /// out of the world.
     fn add_to_obstacles(&mut self, add: impl FnOnce(&mut Obstacles<R>)) -> Result<(), Error> {
         let before = (self.model.obstacles.clone(), self.state.clone());
@@ -454,7 +453,7 @@ impl<R: Real> Simulation<R> {
         checked
     }
 
-    /// Removes an obstacle of the caller's own; whether there was one of that handle.
+    /// Removes a user-defined obstacle; returns whether there was one of that handle.
     pub fn remove_obstacle(&mut self, handle: usize) -> bool {
         let before = self.model.obstacles.own.len();
         self.model.obstacles.own.retain(|&(other, _)| other != handle);
@@ -484,17 +483,17 @@ impl<R: Real> Simulation<R> {
         Ok(other)
     }
 
-    /// What a step reads.
+    /// The model: everything that a step reads.
     pub fn model(&self) -> &Model<R> {
         &self.model
     }
 
-    /// A copy of what a step advances, in the order of the scene.
+    /// A copy of the state, in the order of the scene.
     pub fn state(&self) -> State<R> {
         self.state.state(&self.model.slots)
     }
 
-    /// How the system is stepped.
+    /// The settings by which the system is stepped.
     pub fn settings(&self) -> Settings {
         self.settings
     }
@@ -514,7 +513,7 @@ impl<R: Real> Simulation<R> {
         step_start(self.epoch, self.steps, self.settings.step)
     }
 
-    /// What the steps of an adaptive method have taken since it was chosen; `None` of another.
+    /// The work of the steps of an adaptive method since it was chosen; `None` for others.
     pub fn work(&self) -> Option<Work> {
         if !self.settings.integrator.is_adaptive() {
             return None;
@@ -522,7 +521,7 @@ impl<R: Real> Simulation<R> {
         Some(self.scratch.dormand_prince.as_ref().map_or(Work::default(), |scratch| scratch.work()))
     }
 
-    /// How far the solves of the last step of an implicit method got; `None` of another, and before
+    /// How far the solves of the last step of an implicit method got; `None` for others, and before
     /// the first step.
     pub fn solved(&self) -> Option<Solved> {
         self.scratch.implicit.as_ref().map(|scratch| scratch.solved())

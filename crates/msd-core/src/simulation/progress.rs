@@ -1,11 +1,10 @@
-//! What must be kept of a run, besides the rows of its scene, so that it goes on to the last bit.
+//! Checkpoint of a run: with the rows of its scene, all that it takes to resume it to the last bit.
 //!
-//! A step starts from the columns of the model, the state, the settings and what is queued; no
-//! method remembers anything from one step to the next that changes the bits. So a run is a scene
-//! as it is now, its particles moved, and a [`Progress`]. Both are in `f64`: widening a number of a
-//! run in `f32` and rounding it back is exact. Springs that are cut stay in the rows, since the
-//! order of sums follows from all of them. Elements, obstacles and methods of the caller's own are
-//! not kept.
+//! A step starts from the columns of the model, the state, the settings and the queue; no method
+//! keeps anything from one step to the next that changes the bits. So a run is a scene as it is
+//! now, its particles moved, and a [`Progress`]. Both are in `f64`: widening a number of a run in
+//! `f32` and rounding it back is exact. Springs that are cut stay in the rows, since the order of
+//! sums follows from all of them. User-defined elements, obstacles and methods are not kept.
 
 use super::{Interaction, Simulation};
 use crate::elements::grabs::Grab;
@@ -20,12 +19,12 @@ use crate::system::Model;
 use alloc::vec::Vec;
 use glam::DVec3;
 
-/// How far a run is, and what acts on it that no scene tells. Any values; checked by
-/// [`Simulation::resume`].
+/// The progress of a run, and the user input that acts on it, which no scene holds. Any values;
+/// checked by [`Simulation::resume`].
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Progress {
-    /// How the run is stepped.
+    /// The settings of the run.
     pub settings: Settings,
     /// Steps taken.
     pub steps: u64,
@@ -33,13 +32,13 @@ pub struct Progress {
     pub epoch: (u64, f64),
     /// Size of the largest body at the start of the scene, metres.
     pub size: f64,
-    /// The grabs that hold.
+    /// The active grabs.
     pub grabs: Vec<Held>,
     /// Forces of the next step on single particles, newtons.
     pub pushes: Vec<(usize, DVec3)>,
-    /// What is queued for the start of the next step.
+    /// The interactions queued for the start of the next step.
     pub queue: Vec<Interaction>,
-    /// The energy taken away so far.
+    /// The energy dissipated so far.
     pub ledger: Ledger,
     /// Whether anything touched an obstacle in the last step.
     pub touched: bool,
@@ -49,13 +48,13 @@ pub struct Progress {
     pub removed: Vec<usize>,
 }
 
-/// A grab as it holds, weakened to what the substep can follow.
+/// An active grab, weakened so that the substep can follow it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Held {
     /// The particle held.
     pub particle: usize,
-    /// Where it is pulled to, metres.
+    /// The point that it is pulled to, metres.
     pub target: DVec3,
     /// Stiffness, newtons per metre.
     pub stiffness: f64,
@@ -66,7 +65,7 @@ pub struct Held {
 }
 
 impl<R: Real> Simulation<R> {
-    /// Takes down the run: the rows of its scene as they are now, and how far it is.
+    /// Returns a checkpoint of the run: the rows of its scene as they are now, and its progress.
     pub fn progress(&self) -> (Scene, Progress) {
         let grabs = self.model.grabs().iter().map(held::<R>);
         let pushes = self.model.pushes.0.iter();
@@ -88,7 +87,7 @@ impl<R: Real> Simulation<R> {
         (rows(self), progress)
     }
 
-    /// Makes a run go on that was taken down: its steps have the bits of a run that never stopped.
+    /// Resumes a run from a checkpoint: its steps have the bits of a run that never stopped.
     ///
     /// In another precision each number is rounded once, as by [`Simulation::convert`].
     ///

@@ -1,4 +1,4 @@
-//! What can be measured of a simulation.
+//! Readings of a simulation: stability, positions, forces, energy, momentum and strain.
 
 use super::Simulation;
 use crate::columns;
@@ -21,7 +21,7 @@ impl<R: Real> Simulation<R> {
         self.stable_substep_by(&mut Estimator::default())
     }
 
-    /// Predicts like [`Simulation::stable_substep`], in columns that are kept for the next time.
+    /// Predicts like [`Simulation::stable_substep`], with columns that are kept for the next call.
     pub fn stable_substep_by(&self, estimator: &mut Estimator) -> f64 {
         R::predict(self, estimator)
     }
@@ -40,7 +40,7 @@ impl<R: Real> Simulation<R> {
 
     /// A substep that is stable at every state in which no spring is compressed to nothing,
     /// seconds: from sums over springs alone, two to four times shorter than the prediction; 0 for
-    /// explicit Euler, of which sums tell nothing.
+    /// explicit Euler, for which such sums give no bound.
     pub fn guaranteed_substep(&self, integrator: Integrator) -> f64 {
         stability::guaranteed_limit(
             (&self.model, &self.state),
@@ -87,8 +87,8 @@ impl<R: Real> Simulation<R> {
         to.extend(self.positions().map(|position| position.to_f32().to_array()));
     }
 
-    /// The forces on all particles in the order of the scene, newtons, and the power that is taken
-    /// away, watts.
+    /// The forces on all particles in the order of the scene, newtons, and the power dissipated,
+    /// watts.
     pub fn forces(&self) -> (Vec<R::Vec3>, f64) {
         self.forces_in(&self.state)
     }
@@ -117,46 +117,46 @@ impl<R: Real> Simulation<R> {
         Columns::of(slots, state, 0)
     }
 
-    /// What a renderer may see.
+    /// A borrowed view of the present state, for a renderer.
     pub fn snapshot(&self) -> Snapshot<'_, R> {
         Snapshot::new(&self.model, &self.state)
     }
 
-    /// Where the energy is.
+    /// The energy of the system, by kind.
     pub fn energy(&self) -> Energy {
         self.energy_and_rounding().0
     }
 
-    /// Where the energy is, and by how much rounding every coordinate and speed once can change it,
-    /// joules.
+    /// The energy of the system, and the most by which rounding every coordinate and speed once can
+    /// change it, joules.
     pub fn energy_and_rounding(&self) -> (Energy, f64) {
         let (energy, rounding) = R::measure(self);
         (Energy { dissipated: self.dissipated(), ..energy }, rounding)
     }
 
-    /// Energy and rounding without what was taken away, compiled in this crate.
+    /// Energy and rounding without the energy dissipated, compiled in this crate.
     pub(crate) fn measure(&self) -> (Energy, f64) {
         energy::energy_and_rounding(&self.model, &self.state, self.time())
     }
 
-    /// Energy taken away since the start by dampers, drag and contact, joules.
+    /// Energy dissipated since the start by dampers, drag and contact, joules.
     pub fn dissipated(&self) -> f64 {
         self.ledger.dissipated()
     }
 
-    /// What obstacles did since the start: how much energy they took, and how much they added that
-    /// they should not have.
+    /// The effect of obstacles since the start: the energy they dissipated, and the energy they
+    /// added, which is an error.
     pub fn contacts(&self) -> Contacts {
         self.ledger.contacts()
     }
 
-    /// Energy that elements and surfaces of the caller's own have driven into the system since the
-    /// start, joules.
+    /// Energy that user-defined elements and surfaces have driven into the system since the start,
+    /// joules.
     pub fn given(&self) -> f64 {
         self.ledger.given()
     }
 
-    /// Where the energy would be in another state of the system, nothing dissipated.
+    /// The energy of another state of the system, with nothing dissipated.
     ///
     /// # Panics
     /// If the state has another number of particles.

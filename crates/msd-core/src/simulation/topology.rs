@@ -1,7 +1,8 @@
-//! What may be added to a running system and removed from it.
+//! Changes of topology: particles, springs, bodies and planes, added to a running system or
+//! removed.
 //!
-//! Particles, springs and bodies keep their numbers for good. What is added comes after what is
-//! there, and the springs are put in order anew; what is removed leaves a gap.
+//! Particles, springs and bodies keep their numbers for good. New ones are numbered after those
+//! there, and the springs are put in order anew; a removed one leaves a gap.
 
 use super::Simulation;
 use crate::error::Error;
@@ -28,7 +29,7 @@ impl<R: Real> Simulation<R> {
     /// Adds a spring; returns its number.
     ///
     /// # Errors
-    /// An end that names nothing or a number out of its domain; nothing is added then.
+    /// An end that is out of range or a number out of its domain; nothing is added then.
     pub fn add_spring(&mut self, spring: Spring) -> Result<usize, Error> {
         let number = self.model.ends().len();
         self.add_rows(&[], &[spring], None)?;
@@ -41,7 +42,7 @@ impl<R: Real> Simulation<R> {
     /// A row that is out of its domain; nothing is added then.
     pub fn add_body(&mut self, name: &str, part: Part) -> Result<usize, Error> {
         let (particles, springs) = (self.model.particle_count(), self.model.ends().len());
-        // Counted on from what is there, by the same function that builds scenes.
+        // Numbered from those there on, by the same function that builds scenes.
         let mut scene = Scene::default();
         let blank =
             Particle { position: Default::default(), velocity: Default::default(), mass: 1.0 };
@@ -88,7 +89,7 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Adds a plane and moves out what is inside it; returns its place among the planes.
+    /// Adds a plane and moves out the particles inside it; returns its place among the planes.
     ///
     /// # Errors
     /// A number out of its domain, or a particle that it pushes out of the world; nothing is added

@@ -1,26 +1,25 @@
-//! The drift detector: whether the integrator adds energy, from samples of it now and then.
+//! The drift detector: reports energy that the integrator adds, from samples of it now and then.
 //!
-//! While no hand does work, kinetic + elastic + gravitational energy and that of elements of the
-//! caller's own can only fall: dampers, drag and contact take it away. What elements of the
-//! caller's own drive in, see [`Simulation::given`], is subtracted first: a driving force is no
-//! gain of the integrator. What rises for good then is an error of the method: a step beyond the
-//! limit of stability, explicit Euler, a contact that gives back more than it took.
+//! While no user input does work, kinetic + elastic + gravitational energy and that of user-defined
+//! elements can only fall: dampers, drag and contact dissipate it. Energy that user-defined
+//! elements drive in, see [`Simulation::given`], is subtracted first: a driving force is no gain of
+//! the integrator. A lasting rise is then an error of the method: a step beyond the limit of
+//! stability, explicit Euler, a contact that returns more than it took.
 //!
-//! Symplectic methods let the energy swing about without ever gaining any: a mode of frequency w by
-//! a fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single value
+//! Symplectic methods let the energy oscillate without ever gaining any: a mode of frequency w by a
+//! fraction h² w² / 4 of its energy, and far more near the limit of stability. So no single value
 //! counts, but the *lowest* of a window of samples: the swing of a mode comes back to where it
 //! started within half its period, and the modes whose swing is large are those whose period is a
 //! few steps. A gain is reported where even the lowest is above what the energy was before by more
 //! than a tenth of the kinetic and elastic energy, both of that sample and of the time before, and
 //! by more than rounding can have added. A tenth, because energy that passes from slow modes to
-//! fast ones does raise what is measured: by h² w² / 8 on average, 6 % where a mode at a third of
+//! fast ones does raise the measured value: by h² w² / 8 on average, 6 % where a mode at a third of
 //! its stable step takes all.
 //!
-//! What was before follows the energy down, never up, so a gain after long damping shows as well.
-//! What obstacles have added in all by their own account, more than they took, see
-//! [`Simulation::contacts`], is looked at beside it, since dampers may take it away at once. What
-//! it does not see: energy that a method adds more slowly than dampers take it away, and none
-//! before the second window.
+//! The reference follows the energy down, never up, so a gain after long damping shows as well. The
+//! net energy that obstacles have added by their own account, see [`Simulation::contacts`], is
+//! checked separately, since dampers may dissipate it at once. The detector does not see energy
+//! that a method adds more slowly than dampers dissipate it, nor any before the second window.
 
 use super::Simulation;
 use crate::energy::Energy;
@@ -31,22 +30,22 @@ const WINDOW: u32 = 16;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
 
-/// The part of the largest kinetic and elastic energy so far below which nothing is reported: what
-/// is left of a motion that has died out is the error of the method, and comes and goes.
+/// The part of the largest kinetic and elastic energy so far below which nothing is reported: the
+/// remainder of a motion that has died out is the error of the method, and comes and goes.
 const NOISE: f64 = 1e-7;
 
 /// Watches the energy of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Witness {
-    /// What the energy may not stay above, joules; none before the first sample.
+    /// The reference that the energy may not stay above, joules; `None` before the first sample.
     reference: Option<f64>,
     /// Largest kinetic and elastic energy of the window in which it was least, joules.
     scale: f64,
     /// The largest so far, joules.
     most: f64,
-    /// What rounding can have added since the reference was found, joules.
+    /// The energy that rounding can have added since the reference was found, joules.
     rounding: f64,
-    /// What obstacles have added in all, less what they took, joules.
+    /// The energy that obstacles have added in all, less what they dissipated, joules.
     fed: f64,
     /// The step of the last look.
     seen: u64,
@@ -54,7 +53,7 @@ pub struct Witness {
     gain: f64,
 }
 
-/// What was seen since the last verdict.
+/// The samples since the last verdict.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Window {
     count: u32,
@@ -68,9 +67,9 @@ struct Window {
 impl Witness {
     /// Looks at a simulation, after every step or now and then, and returns its energy.
     ///
-    /// While a hand does work (a grab, a push, a pin that moves) everything is forgotten. What is
-    /// done between two steps, as by an interaction or [`Simulation::set_state`], is for the caller
-    /// to report: see [`Witness::restart`].
+    /// While user input does work (a grab, a push, a moving pin) the detector starts anew. Changes
+    /// between two steps, by an interaction or [`Simulation::set_state`], are for the caller to
+    /// report: see [`Witness::restart`].
     pub fn watch<R: Real>(&mut self, simulation: &Simulation<R>) -> Energy {
         let (energy, rounding) = simulation.energy_and_rounding();
         if simulation.is_handled() {
@@ -89,8 +88,8 @@ impl Witness {
         energy
     }
 
-    /// Takes a sample of the energy without what was driven in; `rounding` is what it can have
-    /// added to the energy since the last one, joules. What was dissipated is not looked at.
+    /// Takes a sample of the energy, less the energy driven in; `rounding` is the energy that
+    /// rounding can have added since the last one, joules. The energy dissipated is ignored.
     pub fn see(&mut self, energy: Energy, rounding: f64) {
         let moving = energy.kinetic + energy.elastic;
         let now = moving + energy.gravitational + energy.own;
@@ -117,12 +116,12 @@ impl Witness {
     fn conclude(&mut self, reference: f64) {
         let Window { lowest, highest, moving, scale, .. } = self.window;
         self.most = Real::max(self.most, scale);
-        // Follows down: what was large in one sample alone is forgotten in the next window.
+        // Follows down: a single large sample does not outlast the next window.
         self.scale = if self.scale == 0.0 { scale } else { Real::min(self.scale, scale) };
         let swinging = Real::max(moving, self.scale);
         let allowed = FRACTION * swinging + NOISE * self.most + self.rounding;
         let gained = lowest - reference;
-        // Dampers may take what contact adds: it is looked at on its own.
+        // Dampers may dissipate what contact adds, so that is checked separately.
         let gained = Real::max(gained, self.fed);
         self.gain = if allowed < gained { gained } else { 0.0 };
         if highest < reference {
@@ -131,7 +130,7 @@ impl Witness {
         self.window = Window::default();
     }
 
-    /// Forgets everything, as after a hand has changed the energy.
+    /// Starts anew, as after user input has changed the energy.
     pub fn restart(&mut self) {
         *self = Witness::default();
     }

@@ -1,7 +1,7 @@
-//! The stability of a few motions that share dampers.
+//! Stability of a few motions that are coupled by dampers.
 //!
-//! A step of a method takes the motions (x, h v) together to new ones by a matrix. What its powers
-//! do not blow up is stable; what they blow up first is the motion to know better.
+//! A step of a method takes the motions (x, h v) together to new ones by a matrix. A step whose
+//! powers stay bounded is stable; the motion that they amplify first is the one to resolve better.
 
 use super::dense::{MOST, Matrix};
 use super::region::{MANY, Mode, Region, first_unstable};
@@ -17,21 +17,22 @@ const FIRST: usize = 6;
 const STIFFEST: usize = 3;
 /// and the most damped ones.
 const MOST_DAMPED: usize = 1;
-/// Motions may share this fraction of their damping and still count as single ones: what it changes
-/// is its square.
+/// Motions may share this fraction of their damping and still count as single ones: its effect is
+/// its square.
 const COUPLED: f64 = 1e-3;
-/// Motions with less than this share of the largest w² are still: no more than what rounding a
-/// length makes of a spring at rest.
+/// Motions with less than this share of the largest w² count as still: rounding a length gives a
+/// spring at rest as much.
 const STILL: f64 = 1e-6;
-/// Squarings of a step: a thousand million steps tell a growth of 3e-8 per step.
+/// Squarings of a step: a thousand million steps reveal a growth of 3e-8 per step.
 const SQUARINGS: usize = 30;
-/// A step whose powers pass this grows: what stays bounded may swing up for a while, and what
-/// drifts gains no more than the number of steps.
+/// A step whose powers pass this grows: a bounded motion may rise for a while, and a drifting one
+/// gains no more than the number of steps.
 const EXPLODED: f64 = 1e13;
 /// A step whose powers fall below this does not grow again.
 const DIED_OUT: f64 = 1e-3;
 
-/// What is 1 at the limit h of Verlet with one substep per step: h²/4 K + h/2 D − h²/4 D².
+/// The factors of K, D and D² in h²/4 K + h/2 D − h²/4 D², which is 1 at the limit h of Verlet with
+/// one substep per step.
 pub(crate) fn single_substep(h: f64) -> [f64; 3] {
     [0.25 * h * h, 0.5 * h, -0.25 * h * h]
 }
@@ -79,7 +80,7 @@ impl Few {
         }
         // A compressed state buckles at any step, as it would without steps: that is no limit.
         self.stiffness = self.stiffness.above(STILL);
-        // Nor is a motion that an element of the caller's own drives by its velocity.
+        // Nor is a motion that a user-defined element drives by its velocity.
         if 0.0 < self.damping.norm() {
             self.damping = self.damping.above(0.0);
         }
@@ -122,7 +123,7 @@ impl Few {
         (0..count).all(apart).then(|| (0..count).map(mode))
     }
 
-    /// What a step does to the motions: a matrix of (x, h v).
+    /// The matrix of a step, which acts on the motions (x, h v).
     fn step(&self, (region, substeps): How, h: f64) -> Matrix {
         let count = self.rows.size;
         let mut flow = Matrix::zero(2 * count);

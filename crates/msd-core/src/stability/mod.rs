@@ -1,15 +1,15 @@
-//! Stability: how long a substep may be before the run blows up, predicted from the spectrum.
+//! Limits of stability: the longest substep before a run blows up, predicted from the spectrum.
 //!
-//! The fastest motions of a system are found without a matrix and held against the [`Region`] of a
+//! The fastest motions of a system are found without a matrix and compared with the [`Region`] of a
 //! method. Where damping couples motions - dampers that do not go with the stiffness of their
 //! springs - no single oscillator decides: then a step of the method is taken on the few fastest
 //! motions together, as a matrix, and its powers show whether anything grows. For symplectic Euler
 //! the answer is exact in general: bounded while h²/4 K + h/2 D < M.
 
 mod dense;
-mod few;
 mod region;
 mod spectrum;
+mod few;
 
 pub use region::{Mode, Region, is_stable};
 
@@ -29,23 +29,23 @@ const VECTORS: usize = 30;
 const FEWEST_VECTORS: usize = 12;
 /// The most memory of the vectors, bytes, as far as the fewest fit.
 const MOST_BYTES: usize = 256 << 20;
-/// Rayleigh quotients until the fastest motion stands still, but for rounding.
+/// Rayleigh quotients until the fastest motion has converged to rounding.
 const MOST_QUOTIENTS: usize = 20;
-/// The search for a limit begins at this share of what is expected.
+/// The search for a limit begins at this share of the expected value.
 const START: f64 = 0.93;
 /// The most times that the motion that grows first is added to those.
 const ROUNDS: usize = 5;
 
 /// Predicts the largest stable substep of any number of states; allocates at the first only, unless
-/// there are elements of the caller's own.
+/// there are user-defined elements.
 ///
 /// A prediction takes some 40 products with stiffness and damping, each about two evaluations of
 /// the forces; an element without products of its own is evaluated four times for each. Contact
-/// adds no stiffness here: obstacles move particles out, they do not push.
+/// adds no stiffness here: obstacles move particles instead of pushing them.
 #[derive(Clone, Debug, Default)]
 pub struct Estimator {
     basis: Basis,
-    /// Sums over all that pulls at each particle.
+    /// Sums over all elements at each particle.
     sums: Vec<Mode>,
     /// The part of it that is not of springs.
     others: Vec<Mode>,
@@ -66,12 +66,11 @@ pub(crate) fn fastest_mode<R: Real>(model: &Model<R>, state: &Columns<R>, time: 
 
 /// A substep that is stable about every state in which no spring is compressed to nothing, seconds:
 /// from sums over springs alone (after Gershgorin, 1931), two to four times shorter than
-/// [`Estimator::limit`]; 0 for explicit Euler, of which sums say nothing.
+/// [`Estimator::limit`]; 0 for explicit Euler, for which such sums give no bound.
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add
-/// at most the sum of their k over its mass. Elements of the caller's own are known about this
-/// state alone, and to the bound only where they act on each particle by itself and give their
-/// blocks.
+/// at most the sum of their k over its mass. User-defined elements are known about this state
+/// alone, and are bounded only where they act on each particle by itself and give their blocks.
 pub(crate) fn guaranteed_limit<R: Real>(
     (model, state): (&Model<R>, &Columns<R>),
     time: f64,
@@ -152,7 +151,7 @@ fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
         own.of::<R>().add_products(motion, &directions, &mut products);
         own.of::<R>().add_blocks(motion, &mut blocks);
     }
-    // What a rough motion meets, for elements that couple particles or give no blocks.
+    // The products with a rough motion, for elements that couple particles or give no blocks.
     for (row, other) in others.iter_mut().enumerate() {
         let length = |vector: DVec3| Real::sqrt(vector.dot(vector));
         let met = |product: DVec3| length(product) / length(directions[row]);
@@ -167,7 +166,8 @@ fn largest_row(block: &Block) -> f64 {
     (xx + xy + xz).max(xy + yy + yz).max(xz + yz + zz)
 }
 
-/// What is 1 at the limit h of symplectic Euler, and about that of Verlet: h²/4 K + h/2 D.
+/// The factors of K, D and D² in h²/4 K + h/2 D, which is 1 at the limit h of symplectic Euler, and
+/// at about that of Verlet.
 fn many_substeps(h: f64) -> [f64; 3] {
     [0.25 * h * h, 0.5 * h, 0.0]
 }
@@ -190,7 +190,7 @@ impl Estimator {
         if region == Region::Everything {
             return f64::INFINITY;
         }
-        // A step of few substeps of Verlet is gentle to strongly damped motions: others fail first.
+        // A step of few substeps of Verlet favours strongly damped motions: others fail first.
         let both = region == Region::VelocityVerlet && substeps == 1;
         let point = OperatingPoint { model, motion: state.motion(&model.slots, time) };
         let Some((guess, motions)) = self.explore(&point, both) else {
@@ -255,8 +255,8 @@ impl Estimator {
         self.fastest(guess)
     }
 
-    /// Gives most weight to the particles at which the stiffest springs pull: fast motions live
-    /// there.
+    /// Gives most weight to the particles at which the stiffest springs pull: fast motions are
+    /// found there.
     fn weigh(&mut self, h: f64) {
         let speed = |sum: &Mode| 0.25 * h * h * sum.stiffness + 0.5 * h * sum.damping;
         let largest = self.sums.iter().map(speed).fold(f64::MIN_POSITIVE, f64::max);

@@ -1,4 +1,5 @@
-//! Stability regions: which oscillators a method keeps bounded, and up to which substep.
+//! Stability regions of the integrators: the oscillators that each keeps bounded, up to which
+//! substep.
 //!
 //! One substep of a method takes the oscillator x'' + c x' + w² x = 0 from (x, h v) to a new pair
 //! by a 2x2 matrix that depends on W = h² w² and Z = h c alone. It is stable while no eigenvalue of
@@ -71,9 +72,9 @@ impl Mode {
 
 /// The oscillators that a method keeps bounded, by how it takes a linear system through a step.
 ///
-/// A [`Method`](crate::methods::Method) of the caller's own names its region for the prediction of
-/// the stable step: the polynomial of a one-step method, or that of the built-in method whose
-/// substep is the same on a linear system.
+/// A user-defined [`Method`](crate::methods::Method) names its region for the prediction of the
+/// stable step: the polynomial of a one-step method, or that of the built-in method whose substep
+/// is the same on a linear system.
 ///
 /// ```
 /// use msd_core::stability::{Mode, Region};
@@ -127,7 +128,7 @@ impl Region {
     }
 }
 
-/// Points of an arc at which stability is asked.
+/// Points of an arc at which stability is checked.
 const ARC: u32 = 64;
 
 /// Whether one step of `substeps` substeps keeps the oscillator with W = h² w², Z = h c bounded.
@@ -135,7 +136,7 @@ pub fn is_stable(region: impl Into<Region>, substeps: u32, w: f64, z: f64) -> bo
     let ([[a, b], [c, d]], rounds) = match region.into() {
         Region::Everything => return true,
         Region::SymplecticEuler => return 0.25 * w + 0.5 * z <= 1.0,
-        // Jury's conditions, for no rounding may pass for damping.
+        // Jury's conditions, since no rounding may pass for damping.
         Region::EXPLICIT_EULER => return w <= z && 2.0 * z <= 4.0 + w,
         Region::Polynomial(factors) => (polynomial(factors, w, z), 1),
         Region::VelocityVerlet => {

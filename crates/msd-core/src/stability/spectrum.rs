@@ -17,11 +17,11 @@ use glam::DVec3;
 /// The product with the damping in [`Basis::products`].
 const DAMPING: usize = 1;
 
-/// What is left of a vector after its part in the basis is taken out, as a share of it, from which
-/// on the rounding of a single pass does not matter.
+/// The remainder of a vector without its part in the basis, as a share of it, above which the
+/// rounding of a single pass does not matter.
 const CANCELLED: f64 = 0.05;
 
-/// What a prediction linearises: a model about a motion.
+/// The operating point of a prediction: a model about a motion.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OperatingPoint<'a, R: Real> {
     pub(crate) model: &'a Model<R>,

@@ -1,4 +1,4 @@
-//! A short number that tells whether two states are the same to the last bit.
+//! Hash of a state, to compare runs to the last bit.
 
 use crate::number::{Real, Vector};
 use crate::system::state::State;

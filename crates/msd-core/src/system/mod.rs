@@ -1,10 +1,12 @@
-//! What runs: a [`Model`] that a step reads and the columns that it advances, in the order of
-//! slots; and what may be seen of them, a [`Snapshot`].
+//! The system in columns: model, state and snapshot.
+//!
+//! A step reads a [`Model`] and advances the columns of a [`State`]; a renderer borrows a
+//! [`Snapshot`].
 
-pub mod hash;
+pub mod state;
 pub mod model;
 pub mod snapshot;
-pub mod state;
+pub mod hash;
 
 pub use model::Model;
 pub use snapshot::Snapshot;

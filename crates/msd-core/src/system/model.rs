@@ -1,4 +1,4 @@
-//! What a step reads.
+//! The model: masses, springs, fields and obstacles of a system, as columns that a step reads.
 
 use super::state::{Columns, State};
 use crate::columns::slots::Slots;
@@ -19,7 +19,8 @@ use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
 
-/// What a step reads. Columns of particles are in the order of the scene unless they say otherwise.
+/// The columns that a step reads. Those of particles are in the order of the scene unless stated
+/// otherwise.
 ///
 /// Built with a simulation, changed only between two steps. A particle that was removed keeps its
 /// number and has no mass.
@@ -36,7 +37,7 @@ pub struct Model<R: Real> {
     pub(crate) springs: Springs<R>,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
-    /// Elements of the caller's own, each with its handle.
+    /// User-defined elements, each with its handle.
     pub(crate) own: Vec<(usize, Own)>,
     pub(crate) obstacles: Obstacles<R>,
     pub(crate) extent: R,
@@ -106,7 +107,7 @@ impl<R: Real> Model<R> {
         self.renew_masses();
     }
 
-    /// Takes over masses, pins and fields that have changed into the columns.
+    /// Updates the columns for changed masses, pins and fields.
     pub(crate) fn renew_masses(&mut self) {
         let rows = self.slots.places().zip(self.masses.iter().zip(&self.inverse_masses));
         for (at, (&mass, &inverse_mass)) in rows {
@@ -118,7 +119,7 @@ impl<R: Real> Model<R> {
         self.fields.weigh(&self.mass_column);
     }
 
-    /// Overwrites `forces` with all forces at a motion, newtons, and returns the power taken away,
+    /// Overwrites `forces` with all forces at a motion, newtons, and returns the power dissipated,
     /// watts.
     pub(crate) fn set_forces(
         &self,
@@ -144,7 +145,7 @@ impl<R: Real> Model<R> {
         power + self.add_single_forces(motion, work, forces)
     }
 
-    /// Adds grabs, pushes and elements of the caller's own.
+    /// Adds grabs, pushes and user-defined elements.
     fn add_single_forces(
         &self,
         motion: &Motion<'_, R>,
@@ -186,7 +187,7 @@ impl<R: Real> Model<R> {
         }
     }
 
-    /// Takes particles out: nothing pulls at them, nothing moves them, and they have no mass.
+    /// Removes particles: no force acts on them, nothing moves them, and they have no mass.
     pub(crate) fn remove_particles(&mut self, particles: impl Iterator<Item = usize>) {
         for particle in particles {
             (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
@@ -202,7 +203,7 @@ impl<R: Real> Model<R> {
         }
     }
 
-    /// All elements but the springs: the fields, grabs, pushes and those of the caller's own.
+    /// All elements but the springs: the fields, grabs, pushes and user-defined ones.
     pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
         let built_in: [&dyn Element<R>; 3] = [&self.fields, &self.grabs, &self.pushes];
         built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
@@ -289,7 +290,7 @@ impl<R: Real> Model<R> {
         &self.obstacles
     }
 
-    /// The grabs that hold now.
+    /// The active grabs.
     pub fn grabs(&self) -> &[Grab<R>] {
         &self.grabs.0
     }
@@ -316,7 +317,7 @@ impl<R: Real> Model<R> {
 
     /// Size of the largest body at the start of the scene, metres: the diagonal of the box around
     /// it; where that is 0 the longest rest length, and 1 where that is 0 too. Errors and
-    /// tolerances are told as fractions of it.
+    /// tolerances are given as fractions of it.
     pub fn size(&self) -> f64 {
         self.size
     }

@@ -1,4 +1,4 @@
-//! What a renderer may see: a borrowed, read-only picture of one instant.
+//! Snapshots: borrowed, read-only views of one instant, for a renderer.
 
 use super::model::Model;
 use super::state::Columns;
@@ -13,7 +13,7 @@ use crate::scene::Body;
 pub struct Snapshot<'a, R: Real> {
     slots: &'a Slots,
     columns: &'a [R],
-    /// Positions in the place of those of the system.
+    /// Positions that replace those of the system.
     other: Option<&'a [R::Vec3]>,
     cut: &'a [bool],
     /// Reciprocal masses, per kilogram; 0 for a pinned particle.
@@ -26,7 +26,7 @@ pub struct Snapshot<'a, R: Real> {
     pub rest_lengths: &'a [R],
     /// The planes.
     pub planes: &'a [PlaneColumn<R>],
-    /// The grabs that hold now.
+    /// The active grabs.
     pub grabs: &'a [Grab<R>],
     /// Named parts with their surfaces.
     pub bodies: &'a [Body],

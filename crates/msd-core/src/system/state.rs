@@ -1,4 +1,4 @@
-//! What a step advances: positions and velocities, as a caller holds them and as columns.
+//! The state of a system: positions and velocities, as a caller holds them and as columns.
 
 use crate::columns::slots::Slots;
 use crate::columns::threads::for_each_share;
@@ -9,7 +9,7 @@ use crate::number::{Real, Vector};
 use crate::scene::check::check;
 use alloc::vec::Vec;
 
-/// Positions and velocities in the order of the scene: what is copied out, kept and put back.
+/// Positions and velocities in the order of the scene, to be copied out, kept and put back.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State<R: Real> {
     /// Positions, metres.

@@ -1,4 +1,4 @@
-//! Shared by the tests: small scenes and runs of them.
+//! Small scenes and runs of them, shared by the tests.
 #![allow(dead_code)] // each test binary uses its own part of this file
 
 use msd_core::glam::DVec3;
@@ -33,7 +33,7 @@ pub fn distance(a: &State<f64>, b: &State<f64>) -> f64 {
     pairs.map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max)
 }
 
-/// A 3x3x3 block in free flight that turns and is sheared: every term of a spring is at work.
+/// A 3x3x3 block in free flight that turns and is sheared: every term of a spring contributes.
 pub fn tumbling_block(damping: f64) -> Scene {
     let material = Material { mass: 1.0, stiffness: 100.0, damping };
     let mut part = shape::block([3, 3, 3], 1.0, material).unwrap();
@@ -149,7 +149,7 @@ pub fn positions<R: Real>(simulation: &Simulation<R>) -> Vec<DVec3> {
     simulation.positions().map(|position| position.to_f64()).collect()
 }
 
-/// The bytes of vectors, for which 0 and −0 differ and a number that is none is like itself.
+/// The bytes of vectors, for which 0 and −0 differ and a NaN equals itself.
 pub fn bits<R: Real>(vectors: &[R::Vec3]) -> Vec<Vec<u8>> {
     let number = |x: R| x.to_le_bytes().into_iter();
     vectors.iter().map(|v| v.components().into_iter().flat_map(number).collect()).collect()

@@ -1,5 +1,7 @@
-//! Particles that are named one by one: their numbers side by side, as points, become columns of a
-//! record, and columns become points.
+//! Transposes between points, the numbers of a particle side by side, and the columns of a record.
+//!
+//! The springs of unstructured blocks name their other ends one by one: these are gathered from
+//! points, and what they feel is summed in points.
 #![allow(unsafe_code)]
 
 use super::layout::POINT;
@@ -15,8 +17,8 @@ pub(crate) const QUAD: usize = 4;
 /// Bytes of points that the near caches hold beside what a sweep streams through them.
 pub(crate) const NEAR_BYTES: usize = 1 << 19;
 
-/// Rows between what is asked for and what is read, times bytes of a number: as long as memory
-/// takes to answer, and no more than the nearest cache holds.
+/// Distance of the prefetch, rows times bytes of a number: enough to cover the latency of memory,
+/// and no more than the nearest cache holds.
 const AHEAD: usize = 64;
 
 /// Transposes between points and columns.
@@ -100,7 +102,7 @@ macro_rules! impl_transpose {
 impl_transpose!(f32, f32x4, 4, x86::gather_single);
 impl_transpose!(f64, f64x2, 2, x86::gather_double);
 
-/// Asks for the particles of a later row, where the near caches do not hold all.
+/// Prefetches the particles of a later row, where the near caches do not hold all.
 #[inline(always)]
 pub(crate) fn prefetch<R>(
     is_far: bool,
@@ -116,7 +118,7 @@ pub(crate) fn prefetch<R>(
             let point = tables.0.as_ptr().wrapping_add(other as usize).cast();
             let quad = tables.1.as_ptr().wrapping_add(other as usize).cast();
             for address in [point, quad] {
-                // SAFETY: every processor of this kind has this, and any address will do.
+                // SAFETY: every x86-64 processor has this instruction, and any address will do.
                 unsafe { _mm_prefetch::<_MM_HINT_T0>(address) };
             }
         }
@@ -125,7 +127,7 @@ pub(crate) fn prefetch<R>(
     let _ = (is_far, tables, others, row);
 }
 
-/// Transposes of whole registers on x86-64. All loads are of slices that are checked, and all else
+/// Transposes of whole registers on x86-64. All loads are from checked slices, and everything else
 /// is in registers. The kernels are so short that the compiler puts them where they are called.
 #[cfg(target_arch = "x86_64")]
 mod x86 {

@@ -23,8 +23,8 @@ impl<R: Real> Law<R> {
     }
 }
 
-/// The force on the end `there` of a spring, newtons, and the power that its damper takes away,
-/// watts; the end `here` feels the opposite.
+/// The force on the end `there` of a spring, newtons, and the power that its damper dissipates,
+/// watts; the force on the end `here` is the opposite.
 ///
 /// With d from there to here, L = |d|, u = d/L and v the velocity of here as seen from there:
 /// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.
@@ -92,7 +92,7 @@ impl Tangent {
         }
     }
 
-    /// What the stiffness and the damping make of a relative motion.
+    /// The products of stiffness and damping with a relative motion.
     pub fn products(&self, relative: DVec3) -> [DVec3; 2] {
         let along = self.direction * self.direction.dot(relative);
         [along * self.along + (relative - along) * self.across, along * self.damping]

@@ -1,5 +1,4 @@
-//! The order in which springs are evaluated: rows of sixteen, compiled once from who is joined to
-//! whom.
+//! Order of evaluation of the springs: rows of sixteen, compiled once from the topology.
 //!
 //! In a block of segments (see [`crate::columns::slots`]) a spring between particles i < j, d
 //! apart, joins two records of the same lane, or, past the end of a segment, of neighbouring lanes.
@@ -12,9 +11,9 @@
 //! named one by one; a spring stands in the row of one end, such that all rows are about full.
 //!
 //! Every particle sums in one order, whatever the instructions and threads: see [`Sum`]. Threads
-//! evaluate *parts* of a large block, steps in turn, at the same time, and what a part does to
-//! others, and to the ends of segments, is summed on its own and added before the extras. The parts
-//! depend on the springs alone, and so do the bits.
+//! evaluate *parts* of a large block, runs of steps, at the same time; the forces of a part on
+//! others, and on the ends of segments, are summed separately and added before the extras. The
+//! parts depend on the springs alone, and so do the bits.
 
 use super::unstructured::{Lists, near_order, slots_of};
 use crate::columns::slots::{Block, Slots};
@@ -62,11 +61,11 @@ pub(crate) struct Band {
     pub(crate) reach: usize,
 }
 
-/// What one thread evaluates of a band: all, or of a large one some steps in turn.
+/// The share of a band that one thread evaluates: all of it, or a run of steps of a large one.
 ///
-/// A part adds what its springs do to other parts to a column of its own, and what the ends of
-/// segments feel stays where it was summed. Both are added to the forces when all parts are done,
-/// so that these can be evaluated at once.
+/// A part adds the forces of its springs on other parts to a column of its own, and those on the
+/// ends of segments stay where they were summed. Both are added to the forces when all parts are
+/// done, so that the parts can be evaluated at the same time.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Piece {
     pub(crate) band: usize,
@@ -101,7 +100,7 @@ pub(crate) struct Turn {
     pub(crate) spring: u32,
     /// The place of the end whose row it is; `None` for the end with the lower number.
     pub(crate) here: Option<usize>,
-    /// What the pull on the end whose row it is, and on the other, is added to.
+    /// The sums to which the pull on the end whose row it is, and on the other, is added.
     pub(crate) sums: [Sum; 2],
 }
 
@@ -151,8 +150,8 @@ const GROUP: usize = 50_000 / LANES;
 /// Parts of a block, at most.
 const MOST_PARTS: usize = 16;
 
-/// Rows for each step of the halo and each part but the first, at least: what a part does to later
-/// ones is added record by record, which takes a few percent of the time of as many rows.
+/// Rows for each step of the halo and each part but the first, at least: the forces of a part on
+/// later ones are added record by record, which takes a few percent of the time of as many rows.
 const ROWS_PER_STEP: usize = 24;
 
 impl Layout {
@@ -235,7 +234,7 @@ impl Layout {
         if place != NOWHERE as usize {
             self.rows[place / LANES].mask &= !(1 << (place % LANES));
         }
-        // One by one they are few; a spring that is cut twice is not there any more.
+        // Extras are few; a spring that is cut twice is gone already.
         self.extras.retain(|extra| extra.spring as usize != spring);
     }
 

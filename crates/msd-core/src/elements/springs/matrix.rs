@@ -1,4 +1,4 @@
-//! What springs add to the matrix of an implicit method, in the order of the layout.
+//! Spring terms of the matrix of an implicit method, in the order of the layout.
 //!
 //! For a stage of length τ the matrix is A = M − τ ∂f/∂v − τ² ∂f/∂x. It is never written down: it
 //! is a direction and two weights for each spring of a row, in sixteens as everything else of a
@@ -26,7 +26,7 @@ pub(crate) struct Stage<'a, R> {
     pub(crate) tau: R,
 }
 
-/// What springs add to the matrix, kilograms.
+/// The terms of springs in the matrix, kilograms.
 ///
 /// A spring at length L and tension t = k (L − rest) + b u·(v_b − v_a) adds, between its ends,
 /// (τ² k + τ b) u uᵀ + τ² max(0, t / L) (1 − u uᵀ): the exact derivative but for two things.
@@ -54,7 +54,7 @@ pub(crate) struct SpringMatrix<R: Real> {
 /// Sixteens for each row.
 const WEIGHTS: usize = 5;
 
-/// What one spring makes of a relative motion d: `across` d + `along` u (u·d).
+/// The product of one spring with a relative motion d: `across` d + `along` u (u·d).
 #[derive(Clone, Copy, Debug)]
 struct Weights<R: Real> {
     direction: R::Vec3,
@@ -161,7 +161,7 @@ impl<R: Real> Weights<R> {
         Weights { direction, along, across }
     }
 
-    /// What it adds to the block of either end: xx, xy and xz, and yy, yz and zz.
+    /// Its term in the block of either end: xx, xy and xz, and yy, yz and zz.
     fn block(&self) -> [R::Vec3; 2] {
         let [x, y, z] = self.direction.components();
         let w = self.along;
@@ -184,9 +184,9 @@ fn set_directions<S: Simd, R: Real>(simd: S, directions: &[R], points: &mut [R])
 
 /// A sweep over rows that adds N vectors to both ends of each spring.
 trait Sweep<S: Simd, R: Real, const N: usize> {
-    /// What it reads of some particles.
+    /// The data that it reads of some particles.
     type End: Copy;
-    /// Whether the end `there` feels the opposite of what `here` does.
+    /// Whether the vectors added at `there` are the opposites of those at `here`.
     const OPPOSITE: bool;
     /// Reads from a record.
     fn end(&self, simd: S, at: usize, part: usize) -> Self::End;
@@ -194,7 +194,7 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
     fn points(&self) -> &[R];
     /// Reads the first lanes of particles that were gathered.
     fn gathered(&self, simd: S, columns: &[R; GATHERED]) -> Self::End;
-    /// What is added to the ends `here`; `place` is the number of the row and the lane in it.
+    /// The vectors to add to the ends `here`; `place` is the number of the row and the lane in it.
     fn add(
         &mut self,
         simd: S,
@@ -204,7 +204,7 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
     ) -> [[Pack<S, R>; 3]; N];
 }
 
-/// What a sweep adds to.
+/// The sums of a sweep.
 struct Sums<'a, R, const N: usize> {
     columns: [&'a mut [R]; N],
     ahead: [&'a mut [R]; N],

@@ -1,19 +1,19 @@
 //! Springs with dampers, nearly all of the work of a step.
 //!
-//! [`law`] is what a spring does; [`plain`] sums it over all springs in one loop, and is the oracle
-//! of `sweep`, which takes sixteen at a time in the order that `layout` has found; `share` gives
-//! these to threads.
+//! [`law`] is the force of one spring; [`plain`] sums it over all springs in one loop, and is the
+//! reference for `sweep`, which takes sixteen at a time in the order that `layout` has found;
+//! `share` gives these to threads.
 
-pub(crate) mod gather;
 pub mod law;
+mod unstructured;
 pub(crate) mod layout;
-pub(crate) mod matrix;
+mod table;
 #[doc(hidden)]
 pub mod plain;
-mod share;
+pub(crate) mod gather;
 mod sweep;
-mod table;
-mod unstructured;
+mod share;
+pub(crate) mod matrix;
 
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single};
@@ -101,7 +101,7 @@ pub struct Springs<R: Real> {
 }
 
 impl<R: Real> Springs<R> {
-    /// Orders springs for particles of so many; `bodies` are the particles of each body.
+    /// Orders the springs between `count` particles; `bodies` are the particles of each body.
     pub(crate) fn new(
         count: usize,
         rows: &[Spring],
@@ -209,8 +209,8 @@ impl<R: Real> Springs<R> {
         self.layout.extras.iter().map(|extra| extra.spring)
     }
 
-    /// The springs of rows in the order in which they are evaluated: each with its ends and what
-    /// the pulls on these are added to.
+    /// The springs of rows in the order in which they are evaluated: each with its ends and the
+    /// sums to which the pulls on these are added.
     #[doc(hidden)]
     pub fn turns(&self, slots: &Slots) -> impl Iterator<Item = (u32, [u32; 2], [Sum; 2])> {
         let turn = |turn: Turn| {
@@ -299,7 +299,7 @@ impl<R: Real> Springs<R> {
         self.stiffness_sums = sums;
     }
 
-    /// Adds the pull of every spring, newtons, and returns the power that dampers take away, watts.
+    /// Adds the pull of every spring, newtons, and returns the power that dampers dissipate, watts.
     pub(crate) fn add_all(
         &self,
         level: Level,

@@ -1,4 +1,4 @@
-//! One plain loop over springs: the oracle of the fast one.
+//! The plain loop over springs: the reference that the fast one equals to the bit.
 
 use super::law::pull;
 use super::{Springs, Sum};
@@ -7,7 +7,7 @@ use crate::number::Real;
 use alloc::collections::BTreeMap;
 
 /// Adds the pull of every spring to `forces`, newtons, and returns the power that their dampers
-/// take away, watts. All columns are in the order of the scene.
+/// dissipate, watts. All columns are in the order of the scene.
 ///
 /// Springs pull in the order of their rows, on sums that are added to the forces in the order of
 /// [`Sum`]; then the extras of the layout.

@@ -1,5 +1,6 @@
-//! How an evaluation is shared: groups of pieces go to threads, and what parts of a block do to
-//! each other is added when all are done.
+//! Parallel evaluation of springs, in groups of pieces.
+//!
+//! Forces between parts of a block are added when all parts are done.
 
 use super::Springs;
 use super::gather::QUAD;
@@ -13,17 +14,17 @@ use alloc::vec::Vec;
 use core::ops::Range;
 use fearless_simd::Level;
 
-/// What an evaluation of forces forgets.
+/// Scratch of an evaluation of forces.
 #[derive(Clone, Debug)]
 pub(crate) struct SpringWork<R: Real> {
-    /// Power that elements of the caller's own took away at the last evaluation, watts.
+    /// Power that user-defined elements dissipated at the last evaluation, watts.
     pub(crate) own_power: f64,
     power: Aligned<R>,
     /// For each group of pieces.
     groups: Vec<GroupWork<R>>,
 }
 
-/// What the evaluation of a group of pieces forgets; see [`Sums`].
+/// Scratch of the evaluation of a group of pieces; see [`Sums`].
 #[derive(Clone, Debug)]
 struct GroupWork<R: Real> {
     ahead: Aligned<R>,
@@ -70,7 +71,7 @@ struct Share<'a, R: Real> {
 }
 
 impl<R: Real> Sweep<'_, R> {
-    /// Adds the pull of every spring and returns the power that dampers take away, watts.
+    /// Adds the pull of every spring and returns the power that dampers dissipate, watts.
     pub(super) fn run(&self, work: &mut SpringWork<R>, forces: &mut [R]) -> f64 {
         let SpringWork { power, groups: work, .. } = work;
         let groups = &self.input.layout.groups[..];

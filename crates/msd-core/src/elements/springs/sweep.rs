@@ -8,10 +8,10 @@ use crate::number::Real;
 use core::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
-/// The register of sixteen or fewer numbers.
+/// A register of at most sixteen numbers.
 pub(super) type Pack<S, R> = <R as fearless_simd::SimdFloatElement>::Native<S>;
 
-/// What a sweep reads: a motion, and the numbers of rows in sixteens.
+/// Input of a sweep: a motion, and the numbers of rows in sixteens.
 #[derive(Clone, Copy)]
 pub(crate) struct Input<'a, R> {
     pub(crate) layout: &'a Layout,
@@ -21,7 +21,7 @@ pub(crate) struct Input<'a, R> {
     pub(crate) velocities: &'a [R],
 }
 
-/// What a sweep of a piece writes.
+/// Output of a sweep of a piece.
 pub(crate) struct Sums<'a, R> {
     /// The forces of the piece, newtons.
     pub(crate) forces: &'a mut [R],
@@ -161,12 +161,12 @@ pub(crate) fn add_column<R: Real>(column: &[R], to: &mut [R]) {
     }
 }
 
-/// Rows whose pulls are found before any is added to other ends, so that the processor may begin
-/// one before the root and the quotient of another are there.
+/// Rows whose pulls are computed before any is added to other ends, so that the processor may begin
+/// one before the root and the quotient of another are done.
 const TOGETHER: usize = 8;
 
-/// Adds the springs whose other ends are named one by one, each evaluated once: what those ends
-/// feel is summed in quads, one for each slot, and added to the forces at the end.
+/// Adds the springs whose other ends are named one by one, each evaluated once: the forces on those
+/// ends are summed in quads, one for each slot, and added to the forces at the end.
 #[inline(always)]
 fn add_named<S: Simd, R: Real, const DAMPED: bool>(
     simd: S,
@@ -301,7 +301,7 @@ pub(crate) fn add_extras<S: Simd, R: Real, const DAMPED: bool>(
 ) {
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
     for extras in extras.chunks(LANES) {
-        // Positions and velocities here and there, and what law the springs have.
+        // Positions and velocities here and there, and the law of each spring.
         let mut ends = [[R::ZERO; RECORD]; 4];
         let mut laws = [[R::ZERO; LANES]; 3];
         for (lane, extra) in extras.iter().enumerate() {
@@ -360,7 +360,7 @@ pub(super) fn motion<S: Simd, R: Real, const DAMPED: bool>(
 ///
 /// A difference is taken from here to there, since a processor reads what it subtracts, not what it
 /// subtracts from, on the way. One select serves springs that are absent, cut or without direction.
-/// A position that is not finite gets past it; such a step is undone as a whole.
+/// A position that is NaN or infinite gets past it; such a step is undone as a whole.
 #[inline(always)]
 pub(crate) fn pull<S: Simd, V: SimdFloat<S, Element = R>, R: Real, const DAMPED: bool>(
     simd: S,

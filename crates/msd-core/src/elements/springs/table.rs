@@ -1,4 +1,4 @@
-//! The numbers of springs in the order of their rows, in sixteens.
+//! Table of spring constants in the order of the rows, in sixteens.
 
 use super::layout::{Layout, NOWHERE};
 use crate::columns::LANES;
@@ -14,7 +14,7 @@ pub(super) struct Table<R> {
     rows: usize,
 }
 
-/// Numbers that are looked up before another sixteen of them are made.
+/// Uniform sixteens that are searched before a new one is added.
 const MOST_UNIFORM: usize = 16;
 
 impl<R: Real> Table<R> {
@@ -22,7 +22,7 @@ impl<R: Real> Table<R> {
         Table { values: Vec::new(), uniform: Vec::new(), rows: layout.rows.len() }
     }
 
-    /// Adds one number of every spring and says in each row where it is.
+    /// Adds one number of every spring and notes in each row where it is.
     pub(super) fn add(&mut self, layout: &mut Layout, column: usize, value: impl Fn(usize) -> R) {
         let mut first: Vec<Option<R>> = vec![None; self.rows];
         let mut alike = vec![true; self.rows];

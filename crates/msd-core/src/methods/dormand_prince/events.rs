@@ -1,4 +1,4 @@
-//! When within a substep a particle hits an obstacle or ends its slide.
+//! Event location within a substep: impacts, releases and the ends of slides.
 
 use super::holds::{Along, Hold, Holds};
 use super::stages::Stages;
@@ -50,7 +50,7 @@ pub(crate) fn first_event<R: Real>(
     first
 }
 
-/// What one particle does within a substep.
+/// The path of one particle within a substep.
 struct Path<'a, R: Real> {
     stages: &'a Stages<R>,
     at: usize,
@@ -88,7 +88,7 @@ impl<'a, R: Real> Path<'a, R> {
     /// The impact on an obstacle, if it is before `first`.
     ///
     /// The distance from a plane is that of the interpolant in one direction; from any other
-    /// obstacle it is asked at each place that is tried.
+    /// obstacle it is computed at each place that is tried.
     fn impact(&self, model: &Model<R>, index: usize, slack: R, first: Option<f64>) -> Option<f64> {
         if let Some(plane) = model.obstacles.planes.get(index) {
             let approach = self.approach(plane, slack)?;
@@ -174,7 +174,7 @@ impl<'a, R: Real> Path<'a, R> {
     }
 }
 
-/// How a particle comes near an obstacle, by its distance in metres.
+/// The approach of a particle to an obstacle, as distances in metres.
 struct Approach {
     /// At the start of the substep.
     before: f64,
@@ -216,9 +216,10 @@ impl Approach {
 
 /// The release of a held particle, or the end of its sticking, if it is before `first`.
 ///
-/// What is left until then is known at the stages; a cubic goes through four of them. The cut is a
-/// little late, where the particle is let go: what held it too long was next to nothing. Only what
-/// is glued is let go with a jerk; a first cut is early, so that the next finds the time better.
+/// The margin left is known at the stages; a cubic goes through four of them. The cut is a little
+/// late, where the particle is let go: the force that held it too long was next to nothing. Only a
+/// glued particle is let go with a jerk; there a first cut is early, so that the next finds the
+/// time more precisely.
 fn release<R: Real>(hold: &Hold<R>, first: Option<f64>) -> Option<f64> {
     let samples = SAMPLES.map(|stage| hold.margins[stage].to_f64());
     let times = SAMPLES.map(|stage| TIMES[stage]);
@@ -297,11 +298,11 @@ fn turn(speed: impl Fn(f64) -> f64, last: f64) -> f64 {
     0.5 * (low + high)
 }
 
-/// Where `value`, which is positive at the first end and negative at the second, is from 0 to
-/// `close`: false position with the weight of an end that stays halved (Illinois), and bisection
+/// Where `value`, which is positive at the first end and negative at the second, lies between 0 and
+/// `close`: false position with the weight of a retained end halved (Illinois), and bisection
 /// should that be slow.
 fn root(value: impl Fn(f64) -> f64, (mut low, mut high): (f64, f64), close: f64) -> f64 {
-    // Aimed at the middle of what is wanted.
+    // Aims at the middle of that range.
     let value = |part| value(part) - 0.5 * close;
     let (mut above, mut below) = (value(low), value(high));
     if above <= 0.5 * close {

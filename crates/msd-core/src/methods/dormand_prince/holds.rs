@@ -1,4 +1,4 @@
-//! The particles that rest on obstacles, and how these hold them.
+//! Held particles: those that rest, slide or stick on obstacles within a substep.
 //!
 //! Contact in the limit of short substeps. A particle that hits an obstacle bounces, and one that a
 //! hop would not lift noticeably is held: the obstacle keeps it and friction sticks it or slows its
@@ -7,9 +7,9 @@
 //! pressure left, a pull stronger than friction, the end of a slide) is an event, see
 //! [`super::events`].
 //!
-//! What slides or sticks is the velocity as seen from the surface. On a curved obstacle the normal
-//! is that of each stage, and the acceleration along it what the curvature asks for; what a substep
-//! leaves of the gap is taken away at its end.
+//! Sliding and sticking are of the velocity as seen from the surface. On a curved obstacle the
+//! normal is that of each stage, and the acceleration along it is that of the curvature; the gap
+//! that a substep leaves is removed at its end.
 
 use super::meeting::Meeting;
 use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touches};
@@ -26,10 +26,10 @@ use fearless_simd::Level;
 /// Steps along the normal that put a particle back on an obstacle; one is enough where its gap is
 /// the distance to the nearest point.
 const MOST_STEPS: usize = 8;
-/// The height of a hop that is none, as a fraction of the error allowed, at most.
+/// The largest height of a hop that is neglected, as a fraction of the error allowed.
 const HOP: f64 = 0.1;
 
-/// How a held particle moves along its obstacles.
+/// The motion of a held particle along its obstacles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Along<V> {
     /// Without friction.
@@ -59,8 +59,8 @@ pub(crate) struct Hold<R: Real> {
     pub(super) turn: R,
     /// A speed that its acceleration gives it within the error allowed, metres per second.
     slow: R,
-    /// At each stage what is left until it is let go, metres per second squared: the least
-    /// pressure per mass, or the friction that a pull leaves unused.
+    /// The margin at each stage until it is let go, metres per second squared: the least pressure
+    /// per mass, or the friction that a pull leaves unused.
     pub(crate) margins: [R; STAGES],
 }
 
@@ -98,17 +98,17 @@ pub(crate) struct Holds<R: Real> {
     rows: Vec<Hold<R>>,
     /// The least distance of each slot from a plane, metres: most particles are far from all.
     gaps: Aligned<R>,
-    /// A hop up to this height is none, metres.
+    /// A hop up to this height is neglected, metres.
     hop: R,
     /// A slide that friction alone would end within this length has the direction of the pull,
     /// metres.
     blur: R,
 }
 
-/// What meeting the obstacles did.
+/// The effect of meeting the obstacles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Met {
-    /// Energy taken away and added; friction is in the power of [`Holds::act`].
+    /// Energy dissipated and added; friction is in the power of [`Holds::act`].
     pub(crate) contacts: Contacts,
     /// Whether anything touched an obstacle.
     pub(crate) touched: bool,
@@ -117,7 +117,7 @@ pub(crate) struct Met {
 }
 
 impl Met {
-    /// Takes note of a particle of a mass that was moved against a force.
+    /// Notes that a particle of some mass was moved against a force.
     fn note<R: Real>(&mut self, (mass, force): (R, R::Vec3), from: &Spot<R>, to: &Spot<R>) {
         let moved = to.position - from.position;
         let kicked = to.velocity - from.velocity;
@@ -184,8 +184,7 @@ impl<R: Real> Holds<R> {
         self.gaps[single(at)]
     }
 
-    /// The height of a hop that is none for coordinates up to an extent, metres: never below
-    /// rounding.
+    /// The height of a neglected hop for coordinates up to an extent, metres: never below rounding.
     fn hop_within(&self, extent: R) -> R {
         self.hop + extent * R::EPSILON * R::of(8.0)
     }
@@ -195,8 +194,8 @@ impl<R: Real> Holds<R> {
         self.hop / R::of(8.0) + rounding_at::<R>(position) * R::of(4.0)
     }
 
-    /// Takes from the accelerations of a stage what the obstacles hold. Returns the power taken
-    /// away, watts.
+    /// Removes from the accelerations of a stage the part that obstacles hold. Returns the power
+    /// dissipated, watts.
     ///
     /// No acceleration is left into or out of the obstacles. Along them friction takes μ N / m
     /// against a slide.

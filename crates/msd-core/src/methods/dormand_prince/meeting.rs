@@ -1,4 +1,4 @@
-//! One particle that meets obstacles: where it goes, how fast, and which of them hold it.
+//! Contact of one particle with several obstacles: its new motion, and which of them hold it.
 
 use super::holds::{Along, Hold};
 use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touch, Touches};
@@ -8,7 +8,7 @@ use crate::system::Model;
 /// Rounds of one particle between obstacles; one in a narrow wedge then loses its speed into them.
 const MOST_ROUNDS: usize = 8;
 
-/// A particle that meets obstacles.
+/// A particle in contact with obstacles.
 pub(super) struct Meeting<'a, R: Real> {
     pub(super) model: &'a Model<R>,
     pub(super) spot: Spot<R>,
@@ -86,8 +86,9 @@ impl<R: Real> Meeting<'_, R> {
         false
     }
 
-    /// The acceleration that is left by the obstacles which hold it already, as another one with a
-    /// velocity of its own feels it: one that moves against them is pressed on by their friction.
+    /// The acceleration left by the obstacles that hold it already, as seen by another one that
+    /// moves at its own velocity: their friction presses the particle against one that moves
+    /// relative to them.
     fn slope_beside(&self, velocity: R::Vec3) -> R::Vec3 {
         let touches = self.touches();
         let Support { slope, grip, .. } = touches.support(self.pull, Constraint::Unilateral);
@@ -100,8 +101,8 @@ impl<R: Real> Meeting<'_, R> {
         slope - sliding * (grip / speed)
     }
 
-    /// Takes away the normal speed left. The hops that are not made would have pressed the less on
-    /// the obstacle for it (the more if the particle came down), which friction feels.
+    /// Removes the remaining normal speed. The hops not made would have pressed less on the
+    /// obstacle because of it (more if the particle came down), which changes friction.
     fn rest(&mut self, touch: &Touch<R>, speed: R) {
         let sliding = self.spot.velocity - touch.velocity - touch.normal * speed;
         let along = sliding.dot(sliding).sqrt();

@@ -1,17 +1,17 @@
-//! A step whose error is controlled.
+//! The adaptive reference method, of Dormand and Prince: steps whose error is controlled.
 //!
-//! The reference method: the pair of orders 5 and 4 of Dormand and Prince (1980), with its own
-//! substeps and with contact as located events. Its numbers are in [`tableau`], a substep is in
-//! [`stages`], its length is chosen in [`pace`], and obstacles act in [`holds`], [`meeting`],
-//! [`support`] and [`events`]; sources are named there.
+//! The pair of orders 5 and 4 of Dormand and Prince (1980), with substeps of its own choice and
+//! with contact as located events. Its numbers are in [`tableau`], a substep is in [`stages`], its
+//! length is chosen in [`pace`], and obstacles act in [`holds`], [`meeting`], [`support`] and
+//! [`events`]; sources are named there.
 
-mod events;
+mod tableau;
+mod stages;
+mod pace;
+mod support;
 mod holds;
 mod meeting;
-mod pace;
-mod stages;
-mod support;
-mod tableau;
+mod events;
 
 use super::{Failure, StepContext, context};
 use crate::columns::LANES;
@@ -24,10 +24,10 @@ use pace::{Pace, fifth_root};
 use stages::{Allowance, ROUNDINGS, Stages};
 use tableau::STAGES;
 
-/// What a step forgets, and what all steps took.
+/// Scratch of a step, and the work of all steps.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch<R: Real> {
-    /// Power taken away at the last evaluation, watts.
+    /// Power dissipated at the last evaluation, watts.
     power: f64,
     /// The last substep.
     stages: Stages<R>,
@@ -37,7 +37,7 @@ pub(crate) struct Scratch<R: Real> {
     work: Work,
 }
 
-/// What a step or many took.
+/// The work of one step or of many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
     /// Substeps accepted.
@@ -84,8 +84,9 @@ fn allowed_error<R: Real>(size: f64, tolerance: f64) -> f64 {
     Real::max(tolerance, ROUNDINGS * R::EPSILON.to_f64()) * size
 }
 
-/// Events in one step; the substeps after them are not cut: what is inside an obstacle at their end
-/// is put on it and bounces there. Only a scene that hardly moves on between its events has more.
+/// Events in one step; the substeps after them are not cut: a particle inside an obstacle at their
+/// end is put on it and bounces there. Only a scene that hardly advances between its events has
+/// more.
 const MOST_EVENTS: u32 = 20_000;
 
 impl<R: Real> Scratch<R> {
@@ -99,7 +100,7 @@ impl<R: Real> Scratch<R> {
         }
     }
 
-    /// What all steps took.
+    /// The work of all steps.
     pub(crate) fn work(&self) -> Work {
         self.work
     }

@@ -1,10 +1,10 @@
-//! The length of the next substep, from the error of the last one.
+//! Step-size control: the length of the next substep, from the error of the last one.
 //!
 //! Only + − × ÷ and the square root are used, so that every machine takes the same substeps.
 
 use crate::number::Real;
 
-/// The share of the length that would just meet the tolerance which is tried.
+/// The length tried, as a fraction of the one that would just meet the tolerance.
 const SAFETY: f64 = 0.9;
 /// A substep is at least this fraction of the one before it, and at most the reciprocal.
 const SHRINK: f64 = 0.2;
@@ -49,7 +49,7 @@ impl Pace {
         }
     }
 
-    /// Takes note of an accepted substep of `length` and its error.
+    /// Notes an accepted substep of `length` and its error.
     pub(crate) fn accept(&mut self, length: f64, error: f64) {
         let root = fifth_root(error);
         let growth = SAFETY * power_three_eighths(self.before)
@@ -60,7 +60,7 @@ impl Pace {
         self.rejected = false;
     }
 
-    /// Takes note of a rejected attempt of `length`; an error that is not finite shrinks most.
+    /// Notes a rejected attempt of `length`; a NaN or infinite error shrinks most.
     pub(crate) fn reject(&mut self, length: f64, error: f64) {
         let shrink = if error.is_finite() { SAFETY / fifth_root(error) } else { SHRINK };
         self.length = length * Real::max(shrink, SHRINK);

@@ -8,7 +8,7 @@ use crate::number::{Real, at_level};
 use crate::system::Columns;
 use fearless_simd::Level;
 
-/// Roundings of a coordinate that are not told from an error.
+/// Roundings of a coordinate that are indistinguishable from an error.
 pub(crate) const ROUNDINGS: f64 = 64.0;
 
 /// A substep: where it starts, its accelerations, and where it is.
@@ -16,11 +16,11 @@ pub(crate) const ROUNDINGS: f64 = 64.0;
 pub(crate) struct Stages<R: Real> {
     /// The state at the start.
     pub(crate) start: Columns<R>,
-    /// The state at the stage at hand, after the last stage the end.
+    /// The state at the current stage, after the last stage that at the end.
     pub(crate) here: Columns<R>,
     /// The accelerations of each stage, metres per second squared.
     pub(crate) slopes: [Aligned<R>; STAGES],
-    /// The power taken away at each stage, watts.
+    /// The power dissipated at each stage, watts.
     pub(crate) powers: Row,
     /// Simulated time at the start, seconds.
     pub(crate) time: f64,
@@ -28,7 +28,7 @@ pub(crate) struct Stages<R: Real> {
     pub(crate) length: f64,
 }
 
-/// A stage that wastes more than this times what both ends of a substep do is of no motion.
+/// A stage that dissipates more than this times both ends of a substep is discarded as unphysical.
 const WILD: f64 = 2.0;
 
 impl<R: Real> Stages<R> {
@@ -94,12 +94,12 @@ impl<R: Real> Stages<R> {
         weights.set(level, &self.start, &self.slopes, state);
     }
 
-    /// The energy taken away up to a fraction of the substep, joules: the power integrated by the
+    /// The energy dissipated up to a fraction of the substep, joules: the power integrated by the
     /// weights of the method.
     ///
-    /// At a loose tolerance, near the limit of stability, the velocities inside a substep are those
-    /// of no motion, and a negative weight may rule: where a stage wastes far more than both ends,
-    /// the trapezoidal rule over the ends stands in.
+    /// At a loose tolerance, near the limit of stability, the velocities inside a substep are
+    /// unphysical, and a negative weight may dominate: where a stage dissipates far more than both
+    /// ends, the trapezoidal rule over the ends stands in.
     pub(crate) fn taken(&self, fraction: f64) -> f64 {
         let [first, last] = [self.powers[0], self.powers[STAGES - 1]];
         let largest = self.powers.iter().copied().fold(0.0, f64::max);
@@ -142,7 +142,7 @@ impl<R: Real> Stages<R> {
     }
 }
 
-/// What a substep may be wrong by.
+/// The error allowed in a substep.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Allowance {
     /// Error per particle, metres.
@@ -163,14 +163,14 @@ impl Allowance {
     }
 }
 
-/// What each slope, and the distance from the origin, does to the error as a fraction.
+/// Weights of each slope, and of the distance from the origin, in the error as a fraction.
 struct ErrorWeights<R> {
     slopes: [R; STAGES],
     bends: [R; STAGES],
     rounding: R,
 }
 
-/// The sum over all particles; what is no particle has no error.
+/// The sum over all particles; lanes without a particle have no error.
 #[inline(always)]
 fn sum_of_squares<R: Real>(
     weights: &ErrorWeights<R>,
@@ -220,7 +220,7 @@ fn squares<R: Real>(
     squared
 }
 
-/// What each of N slopes does to a position and to a velocity over a part of a substep.
+/// Weights of each of N slopes in a position and in a velocity over a part of a substep.
 struct Weights<R, const N: usize> {
     time: R,
     slopes: [R; N],

@@ -1,4 +1,4 @@
-//! What obstacles leave of the acceleration of a particle that they hold.
+//! Constrained accelerations: the part that obstacles leave to a particle that they hold.
 
 use crate::number::{Real, Vector};
 use crate::obstacles::{ContactLaw, Obstacle};
@@ -11,7 +11,7 @@ const MOST_SWEEPS: usize = 100;
 /// The longest time over which the motion of an obstacle is taken as smooth, seconds.
 const SMOOTH: f64 = 0.1;
 
-/// Where a particle is, how fast, and when.
+/// Position and velocity of a particle at a time.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Spot<R: Real> {
     pub(crate) position: R::Vec3,
@@ -99,7 +99,7 @@ pub(crate) struct Touches<R: Real> {
     count: usize,
 }
 
-/// What obstacles leave of an acceleration.
+/// An acceleration constrained by obstacles.
 pub(crate) struct Support<R: Real> {
     pub(crate) slope: R::Vec3,
     /// Normal force on each obstacle per mass, metres per second squared.
@@ -176,7 +176,7 @@ impl<R: Real> Touches<R> {
         self.fit(self.rows[0].acceleration, Constraint::Bilateral, wanted).0
     }
 
-    /// Changes a vector until its part along each normal is what is wanted, in a direction for
+    /// Changes a vector until its part along each normal has the wanted value, in a direction for
     /// each, by the method of Gauss and Seidel; returns the changes as well.
     fn fit(
         &self,

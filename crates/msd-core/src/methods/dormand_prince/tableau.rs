@@ -1,4 +1,4 @@
-//! The numbers of the method of Dormand and Prince.
+//! Coefficients of the method of Dormand and Prince.
 //!
 //! For x'' = a(x, v) the seven stages are, with a_l the acceleration at stage l and A the table,
 //!
@@ -32,7 +32,7 @@ pub(crate) const SLOPES: [Row; STAGES] = [
 /// c: the time of each stage as a fraction of the substep.
 pub(crate) const TIMES: Row = [0.0, 1.0 / 5.0, 3.0 / 10.0, 4.0 / 5.0, 8.0 / 9.0, 1.0, 1.0];
 
-/// A²: what accelerations do to positions.
+/// A²: the weights of accelerations in positions.
 pub(crate) const BENDS: [Row; STAGES] = {
     let mut bends = [[0.0; STAGES]; STAGES];
     let mut row = 0;

@@ -15,11 +15,11 @@ pub(crate) struct Goal {
     pub(crate) fewest: usize,
 }
 
-/// How a solve ended. Squares are in the norm of the preconditioner.
+/// The end of a solve. Squares are in the norm of the preconditioner.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
-    /// The square of the residuals at the start, and of those at the end; not finite where a number
-    /// was not.
+    /// The square of the residuals at the start, and of those at the end; NaN or infinite where a
+    /// number was.
     pub(crate) first: f64,
     pub(crate) left: f64,
     pub(crate) iterations: usize,
@@ -32,10 +32,10 @@ pub(crate) struct Solve<R: Real> {
     pub(crate) residuals: Aligned<R>,
     /// The change of velocity found, metres per second.
     pub(crate) changes: Aligned<R>,
-    /// The preconditioner: the inverse of the block of each particle, and what contact leaves of
-    /// it, xx, xy and xz in one column, yy, yz and zz in another.
+    /// The preconditioner: the inverse of the block of each particle, as far as contact leaves it
+    /// free, xx, xy and xz in one column, yy, yz and zz in another.
     pub(crate) preconditioner: [Aligned<R>; 2],
-    /// Where the solve goes next, what the matrix makes of that, and the residuals times the
+    /// The search direction, its product with the matrix, and the residuals times the
     /// preconditioner.
     pub(crate) directions: Aligned<R>,
     pub(crate) products: Aligned<R>,
@@ -69,9 +69,9 @@ impl<R: Real> Solve<R> {
         at_level!(level, _simd => steer::<R>(residuals, upper, lower, steered))
     }
 
-    /// Lowers the residuals by changing velocities. `first` is the square of residuals
-    /// to compare with, if it is larger than that at the start. `hold` takes out of the residuals
-    /// what is held, `multiply` overwrites its last argument with the product of the matrix and a
+    /// Lowers the residuals by changing velocities. `first` is the square of residuals to compare
+    /// with, if it is larger than that at the start. `hold` takes the held part out of the
+    /// residuals, `multiply` overwrites its last argument with the product of the matrix and a
     /// direction.
     ///
     /// A direction in which the preconditioner is singular is never entered: that is how pins and
@@ -94,15 +94,15 @@ impl<R: Real> Solve<R> {
         let enough = goal.tolerance * goal.tolerance * first;
         let mut keep = R::ZERO;
         let (mut iterations, mut bound) = (0, f64::INFINITY);
-        // Before a product would spread what is not finite.
+        // Stops before a product would spread a NaN or an infinity.
         while left.is_finite() && iterations < *most && (enough < left || iterations < goal.fewest)
         {
             at_level!(level, _simd => turn::<R>(directions, steered, keep));
             multiply(directions, products);
             let curvature = at_level!(level, _simd => dot::<R>(directions, products));
-            // Not positive where rounding is all that is left, or where nothing was to do; or where
-            // an element of the caller's own repels. Then the preconditioner alone answers: without
-            // it, gravity would be lost with the rest.
+            // Not positive where only rounding is left, or where there was nothing to do; or where
+            // a user-defined element repels. Then the step is that of the preconditioner alone:
+            // without it, gravity would be lost with the rest.
             let repels = iterations == 0 && curvature < 0.0;
             if !((0.0 < curvature || repels) && 0.0 < left) {
                 left += 0.0 * curvature;
@@ -119,7 +119,7 @@ impl<R: Real> Solve<R> {
             keep = R::of(left / before);
             iterations += 1;
         }
-        // Beside what repels, residuals may grow.
+        // Where an element repels, residuals may grow.
         End { first, left: if bound < left { bound } else { left }, iterations }
     }
 
@@ -135,7 +135,7 @@ impl<R: Real> Solve<R> {
         at_level!(level, _simd => is_any(&self.residuals))
     }
 
-    /// The place of the first particle, of those at some places, of which a number is not finite.
+    /// The place of the first particle, of those at some places, with a NaN or infinite number.
     pub(crate) fn first_not_finite(
         &self,
         mut places: impl Iterator<Item = usize>,
@@ -148,7 +148,7 @@ impl<R: Real> Solve<R> {
     }
 }
 
-/// Takes the direction of the residuals, steered, and so much of the one before.
+/// Sets the search direction to the preconditioned residuals plus `keep` times the one before.
 #[inline(always)]
 fn turn<R: Real>(directions: &mut [R], steered: &[R], keep: R) {
     let steered = &steered[..directions.len()];
@@ -157,7 +157,7 @@ fn turn<R: Real>(directions: &mut [R], steered: &[R], keep: R) {
     }
 }
 
-/// Goes so far in a direction.
+/// Moves along a direction.
 #[inline(always)]
 fn go<R: Real>(
     changes: &mut [R],

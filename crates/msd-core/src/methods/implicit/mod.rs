@@ -18,19 +18,19 @@
 //!
 //! # What to expect
 //! Backward Euler damps a mode of frequency w by (1 + h² w²)^(−1/2) per step, whatever the dampers
-//! do; that loss is booked nowhere, so the total energy shows it. The midpoint rule damps no mode.
-//! At a step that does not resolve a stiff motion of large amplitude it neither forgets nor follows
-//! it: a rope of 1 m, let go level, of 1e8 N/m and of 0.1 g and 1 kg in turn, swings on under
-//! backward Euler at 1/60 s and flies apart under the linearised midpoint rule.
+//! do; that loss is not booked, so the total energy shows it. The midpoint rule damps no mode. At a
+//! step that does not resolve a stiff motion of large amplitude it neither damps nor follows it: a
+//! rope of 1 m, let go level, of 1e8 N/m and of 0.1 g and 1 kg in turn, swings on under backward
+//! Euler at 1/60 s and flies apart under the linearised midpoint rule.
 //!
-//! A solve leaves 1e-3 of its residual for backward Euler and 1e-6 for the midpoint rule, in the
-//! norm of the preconditioner: of slow motions among stiff ones it then knows less. The motion of
-//! a body as a whole is apart from that (see [`whole`]): linear momentum is kept to rounding.
-//! Where a solve does not get there, [`Solved`] says how far it got, and a step that is of no use
-//! is an error.
+//! A solve reduces its residual to 1e-3 for backward Euler and to 1e-6 for the midpoint rule, in
+//! the norm of the preconditioner: slow motions among stiff ones are then less accurate. The motion
+//! of a body as a whole is solved separately (see [`whole`]): linear momentum is kept to rounding.
+//! Where a solve does not get there, [`Solved`] reports how far it got, and a step that is of no
+//! use is an error.
 //!
 //! # Contact
-//! What lies on an obstacle is held in the solve, with Coulomb friction: a block at rest is in
+//! A particle on an obstacle is held in the solve, with Coulomb friction: a block at rest is in
 //! balance at any step, where [`crate::obstacles::contact`] alone would let it sag by some g h² per
 //! substep.
 
@@ -54,7 +54,7 @@ use resting::{Holds, Span};
 use tangent::Tangent;
 use whole::Wholes;
 
-/// What a substep forgets.
+/// Scratch of a substep.
 #[derive(Clone, Debug)]
 pub(crate) struct Scratch<R: Real> {
     /// The motion of the stage, x + τ u and u.
@@ -69,28 +69,28 @@ pub(crate) struct Scratch<R: Real> {
     solved: Solved,
 }
 
-/// How far the linear solves of a step got.
+/// The convergence of the linear solves of a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Solved {
     /// Iterations of conjugate gradients.
     pub iterations: u64,
-    /// The largest residual that a solve left, as a fraction of that at its start; 0 where there
-    /// was none.
+    /// The largest residual after a solve, as a fraction of that at its start; 0 where there was
+    /// none.
     pub residual: f64,
-    /// What the method asks for.
+    /// The residual that the method asks for, as such a fraction.
     pub tolerance: f64,
 }
 
 impl Solved {
-    /// Adds what followed.
+    /// Adds the solves that followed.
     pub fn note(&mut self, other: Solved) {
         self.iterations += other.iterations;
         self.residual = self.residual.max(other.residual);
         self.tolerance = other.tolerance;
     }
 
-    /// Whether a solve left ten times as much as the method asks for.
+    /// Whether a solve left a residual ten times as large as the method asks for.
     pub fn is_poor(&self) -> bool {
         10.0 * self.tolerance < self.residual
     }
@@ -115,7 +115,7 @@ impl<R: Real> Scratch<R> {
     }
 }
 
-/// What the two methods differ in.
+/// The differences between the two methods.
 #[derive(Clone, Copy, Debug)]
 struct Rule {
     /// Length of the stage, as a fraction of the substep.
@@ -133,10 +133,10 @@ pub(crate) fn backward_euler<R: Real>(step: &mut StepContext<'_, R>) {
 
 /// v' = v + h a and x' = x + h v, both at the middle of the substep.
 pub(crate) fn midpoint<R: Real>(step: &mut StepContext<'_, R>) {
-    // What a solve leaves undone is a kick of h a times the tolerance, in every substep: an error
-    // that no shorter step lowers. Two iterations leave but (h w)⁴ of the residual in any case (or
-    // (h c)²), which saves the order; a tolerance of 1e-3 would still show in the midpoint rule's
-    // error as jumps of a fifth. For backward Euler it is far below the error of the method.
+    // An unfinished solve is a kick of h a times the tolerance in every substep: an error that no
+    // shorter step lowers. Two iterations leave but (h w)⁴ of the residual in any case (or (h c)²),
+    // which saves the order; a tolerance of 1e-3 would still show in the midpoint rule's error as
+    // jumps of a fifth. For backward Euler it is far below the error of the method.
     let goal = Goal { tolerance: 1e-6, fewest: 2 };
     advance(step, Rule { fraction: 0.5, mirrors: true, goal });
 }
@@ -154,15 +154,15 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
                 break;
             }
         }
-        // The way was h u: with the midpoint rule the velocity is half a substep ahead of it.
+        // The displacement was h u: with the midpoint rule the velocity is half a substep ahead of
+        // it.
         let lag = if rule.mirrors { 0.5 } else { 0.0 };
         step.finish(Way::Kicked(lag), Evaluated::Nowhere);
     }
     step.scratch.implicit = Some(scratch);
 }
 
-/// Advances by one substep and returns the energy taken away by dampers, drag and what is held,
-/// joules.
+/// Advances by one substep and returns the energy dissipated by dampers, drag and contact, joules.
 fn advance_substep<R: Real>(
     step: &mut StepContext<'_, R>,
     rule: Rule,
@@ -210,7 +210,7 @@ fn improve<R: Real>(
         at_level!(level, _simd => missing.set_residuals(tau, residuals));
     };
     if !wholes.is_empty() {
-        // Forces of springs cancel in a sum, but for their rounding.
+        // Forces of springs cancel in a sum, except for their rounding.
         let (work, others) = (&mut step.scratch.springs, &mut solve.products);
         model.set_other_forces(level, &motion, work, others);
         set_residuals(others, &mut solve.residuals);
@@ -247,9 +247,10 @@ fn improve<R: Real>(
     Ok(())
 }
 
-/// What a solve left, as a fraction of `first`, a square, or why it is of no use: it met what is
-/// not finite, or did nothing against the weight of a particle that is free to fall. What is left
-/// may be more than there was where that was rounding alone: that is reported, and no error.
+/// The residual after a solve, as a fraction of `first`, a square, or why the solve is of no use:
+/// it met a NaN or an infinity, or did nothing against the weight of a particle that is free to
+/// fall. The residual may have grown where it was rounding alone: that is reported and is not an
+/// error.
 fn judge<R: Real>(
     model: &Model<R>,
     (level, tau): (Level, R),
@@ -268,8 +269,8 @@ fn judge<R: Real>(
     Ok(residual)
 }
 
-/// Whether a particle that is free to fall keeps half of its weight in its residual: what an
-/// iteration goes by, the products of residuals and changes, may be less than a number can hold.
+/// Whether a particle that is free to fall keeps half of its weight in its residual: the products
+/// of residuals and changes, which an iteration relies on, may underflow.
 #[cold]
 fn hangs<R: Real>(model: &Model<R>, tau: R, residuals: &[R]) -> bool {
     model.slots.places().any(|at| {
@@ -279,11 +280,11 @@ fn hangs<R: Real>(model: &Model<R>, tau: R, residuals: &[R]) -> bool {
     })
 }
 
-/// Solves per Newton iteration at most, to find out what the obstacles hold. Each starts where the
-/// one before it ended; at rest the first is the last.
+/// Solves per Newton iteration at most, to find the particles that obstacles hold. Each starts
+/// where the one before it ended; at rest the first is the last.
 const PASSES: usize = 8;
 
-/// The power taken away at the stage, watts.
+/// The power dissipated at the stage, watts.
 fn power_taken<R: Real>(step: &mut StepContext<'_, R>, time: f64, scratch: &mut Scratch<R>) -> f64 {
     let (model, level) = (step.model, step.level);
     if !model.is_damped_at_all() {
@@ -335,7 +336,7 @@ fn add<R: Real>(changes: &[R], velocities: &mut [R]) {
     }
 }
 
-/// What makes up a residual: velocities before and now, metres per second, masses and forces.
+/// The terms of a residual: velocities before and now, metres per second, masses and forces.
 struct Missing<'a, R> {
     masses: &'a [R],
     forces: &'a [R],

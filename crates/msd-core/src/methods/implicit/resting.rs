@@ -1,4 +1,4 @@
-//! Particles that an obstacle holds during an implicit substep, and how hard.
+//! Contact within an implicit substep: the particles that obstacles hold, and with what impulse.
 //!
 //! A particle that lies on an obstacle keeps its height in the solve itself: moved back afterwards,
 //! it would have let the body sag by g h² and the springs above it push it into the obstacle. One
@@ -7,10 +7,10 @@
 //!
 //! The part of the residual in the held directions is set aside in every iteration (the filter of
 //! Baraff and Witkin, 1998, section 5.3): it is the impulse of the surface, which no iteration may
-//! solve. Where that would pull, the particle is let go. Friction is Coulomb's with this impulse,
-//! the weight of all that lies above included: what sticks is held along the surface too, as long
-//! as that takes no more than μ times the pressure; what slides gets that much against its
-//! velocity, as a force in the solve. Slowing a particle after the solve, as
+//! solve. Where that impulse would pull, the particle is let go. Friction is Coulomb's with this
+//! impulse, the weight of everything above included: a particle that sticks is held along the
+//! surface too, as long as that takes no more than μ times the pressure; one that slides gets that
+//! much against its velocity, as a force in the solve. Slowing a particle after the solve, as
 //! [`crate::obstacles::contact`] does, would compare the momentum of one particle with the weight
 //! of all above it, and hold a stiff block too well.
 
@@ -36,7 +36,8 @@ struct Face<R: Real> {
     near: R,
     /// The speed at which a gap beyond that closes in the substep, metres per second.
     closing: R,
-    /// The normal made orthogonal to those of the faces before, and how much of it is along that.
+    /// The normal made orthogonal to those of the faces before, and the part of the normal along
+    /// it.
     axis: R::Vec3,
     slope: R,
 }
@@ -54,11 +55,11 @@ struct Hold<R: Real> {
     closing: R::Vec3,
     /// Whether friction holds it along the faces too.
     stuck: bool,
-    /// About what its own block makes of a velocity along the faces, kilograms.
+    /// About the effective mass of its own block along the faces, kilograms.
     weight: R,
     /// Impulse of friction where it slides, newton seconds.
     friction: R::Vec3,
-    /// The part of the residual in the held directions, newton seconds: what the surface takes up.
+    /// The part of the residual in the held directions, newton seconds: the impulse of the surface.
     held: R::Vec3,
 }
 
@@ -92,8 +93,8 @@ impl<R: Real> Holds<R> {
 
     /// Lists the particles that lie on an obstacle and neither leave it nor hit it.
     ///
-    /// At rest is what moves along the normal slower than what gravity adds in two substeps, as in
-    /// [`crate::obstacles::contact`].
+    /// A particle is at rest if it moves along the normal slower than the speed that gravity adds
+    /// in two substeps, as in [`crate::obstacles::contact`].
     pub(crate) fn find(&mut self, model: &Model<R>, span: &Span<R>, state: &Columns<R>) {
         self.rows.clear();
         let obstacles = &model.obstacles;
@@ -107,7 +108,8 @@ impl<R: Real> Holds<R> {
                 hold.meet(model, (index, plane, terms(plane, motion.0)), span, motion);
             }
             for (index, (_, own)) in (obstacles.planes.len()..).zip(&obstacles.own) {
-                // What an own obstacle computes with is not known: the position and its own size.
+                // The terms of a user-defined gap are unknown: taken as the position and the
+                // obstacle's size.
                 let terms = R::of(model.size) + motion.0.extent() * R::of(3.0);
                 hold.meet(model, (index, own.of::<R>(), terms), span, motion);
             }
@@ -117,7 +119,7 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Takes away the velocities that the obstacles do not allow.
+    /// Removes the velocities that the obstacles do not allow.
     pub(crate) fn restrict(&self, velocities: &mut [R]) {
         for hold in &self.rows {
             let velocity = hold.allowed(vector::<R>(velocities, hold.at));
@@ -152,8 +154,8 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Takes fresh residuals over: finds out what sticks and adds the friction on what slides, as
-    /// if each particle were alone (see [`Hold::decide`]), and sets aside what is held.
+    /// Takes over new residuals: decides which particles stick and adds friction to those that
+    /// slide, as if each particle were alone (see [`Hold::decide`]), and sets the held part aside.
     pub(crate) fn begin(
         &mut self,
         velocities: &[R],
@@ -176,8 +178,8 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Overwrites `changes` with those that stop what has just come to stick, and returns whether
-    /// there are any.
+    /// Overwrites `changes` with those that stop the particles that have just begun to stick, and
+    /// returns whether there are any.
     pub(crate) fn set_stops(&self, velocities: &[R], changed: &[R], changes: &mut [R]) -> bool {
         let mut any = false;
         for hold in self.rows.iter().filter(|hold| hold.stuck) {
@@ -194,7 +196,7 @@ impl<R: Real> Holds<R> {
         any
     }
 
-    /// Sets aside what is held of residuals.
+    /// Sets aside the held part of the residuals.
     pub(crate) fn set_aside(&mut self, residuals: &mut [R]) {
         for hold in &mut self.rows {
             let left = hold.set_aside(vector::<R>(residuals, hold.at));
@@ -202,7 +204,7 @@ impl<R: Real> Holds<R> {
         }
     }
 
-    /// Lets go of what an obstacle would have to pull, and brings friction in line with the
+    /// Releases particles that an obstacle would have to pull, and matches friction to the
     /// pressure. Returns whether anything changed, so that the solve has to go on.
     pub(crate) fn review(&mut self, velocities: &[R], solve: &mut Solve<R>) -> bool {
         let mut changed = false;
@@ -218,8 +220,8 @@ impl<R: Real> Holds<R> {
         changed
     }
 
-    /// Energy taken away by friction, and by surfaces that move, in a stage at these velocities,
-    /// joules.
+    /// Energy dissipated by friction, and taken away by moving surfaces, in a stage at these
+    /// velocities, joules.
     pub(crate) fn energy(&self, velocities: &[R]) -> f64 {
         let energy = |hold: &Hold<R>| {
             let work = hold.friction.dot(vector::<R>(velocities, hold.at));
@@ -228,8 +230,8 @@ impl<R: Real> Holds<R> {
         self.rows.iter().map(energy).sum()
     }
 
-    /// Sets what is held down on its obstacles, just outside, and slows it where each contact takes
-    /// a part of the velocity. Returns the energy taken away, joules.
+    /// Puts held particles on their obstacles, just outside, and slows them where each contact
+    /// takes a part of the velocity. Returns the energy dissipated, joules.
     pub(crate) fn settle(&self, model: &Model<R>, end: f64, state: &mut Columns<R>) -> f64 {
         let mut energy = 0.0;
         for hold in &self.rows {
@@ -237,8 +239,8 @@ impl<R: Real> Holds<R> {
             let mut slowed = hold.surface + hold.project(velocity - hold.surface);
             for face in &hold.faces[..hold.count] {
                 slowed = face.velocity + (slowed - face.velocity) * (R::ONE - face.law.loss);
-                // Outside, so that it is not taken for a second contact, and near. What is further
-                // out has left a surface that curves.
+                // Outside, so that it is not taken for a second contact, and near. A particle
+                // further out has left a curved surface.
                 let gap = model.obstacles.get(face.obstacle).gap(position, end);
                 let lift = face.near * R::HALF - gap;
                 let is_off = face.near * R::of(0.25) < lift.abs() && gap < face.near + face.near;
@@ -269,7 +271,7 @@ impl<R: Real> Hold<R> {
         }
     }
 
-    /// Sets aside what is held of a residual and returns the rest, newton seconds.
+    /// Sets aside the held part of a residual and returns the rest, newton seconds.
     fn set_aside(&mut self, residual: R::Vec3) -> R::Vec3 {
         let left = self.project(residual);
         self.held += residual - left;
@@ -277,9 +279,9 @@ impl<R: Real> Hold<R> {
     }
 
     /// Adds an obstacle that a particle lies on at the end of the substep, if it neither leaves nor
-    /// hits it: of itself it moves as fast as gravity lets it. What that would hold back is let go
-    /// in [`Hold::review`]. `terms` is the sum of the lengths that the gap is
-    /// the difference of, metres.
+    /// hits it: of itself it moves as fast as gravity lets it. A particle wrongly held back by this
+    /// is released in [`Hold::review`]. `terms` is the sum of the lengths that the gap is the
+    /// difference of, metres.
     #[inline]
     fn meet<O: Obstacle<R> + ?Sized>(
         &mut self,
@@ -352,7 +354,7 @@ impl<R: Real> Hold<R> {
         if self.stuck { R::Vec3::ZERO } else { self.free(vector) }
     }
 
-    /// The velocity that is left of one, metres per second.
+    /// The velocity that the faces allow, metres per second.
     fn allowed(&self, velocity: R::Vec3) -> R::Vec3 {
         self.surface + self.closing + self.project(velocity - self.surface)
     }
@@ -361,8 +363,8 @@ impl<R: Real> Hold<R> {
         self.faces[..self.count].iter().any(|face| R::ZERO < face.law.friction)
     }
 
-    /// What each face pushes along its normal to make up an impulse, newton seconds, and what is
-    /// left along the faces.
+    /// The pushes of the faces along their normals that make up an impulse, newton seconds, and the
+    /// rest along the faces.
     fn pushes(&self, impulse: R::Vec3) -> ([R; 3], R::Vec3) {
         let (mut pushes, mut rest) = ([R::ZERO; 3], impulse);
         // Backwards: the last axis belongs to the last normal alone.
@@ -401,15 +403,16 @@ impl<R: Real> Hold<R> {
             self.decide(self.friction - slip * self.weight, budget);
         }
         let step = self.friction - before.1;
-        // One part in a hundred of friction is less than anybody knows of its factor.
+        // No friction coefficient is known to one part in a hundred.
         let tolerance = R::of(1e-2) * budget;
         self.stuck != before.0 || tolerance * tolerance < step.dot(step)
     }
 
-    /// Decides by the impulse that would stop it along the faces, newton seconds: what is more than
-    /// friction can give slides. (Coulomb's law as a projection: friction is right where it is the
-    /// projection of itself, less any weight times the velocity, on the largest; Alart and Curnier,
-    /// 1991. With the weight of its block a solution is found for each particle alone.)
+    /// Decides by the impulse that would stop it along the faces, newton seconds: a particle that
+    /// needs more than friction can give slides. (Coulomb's law as a projection: friction is right
+    /// where it is the projection of itself, less any weight times the velocity, on the largest;
+    /// Alart and Curnier, 1991. With the weight of its block a solution is found for each particle
+    /// alone.)
     fn decide(&mut self, wanted: R::Vec3, budget: R) {
         let size = wanted.dot(wanted).sqrt();
         self.stuck = size < budget;

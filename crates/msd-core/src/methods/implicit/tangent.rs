@@ -11,8 +11,8 @@ use glam::DVec3;
 /// The matrix about a stage, kilograms.
 ///
 /// For springs see [`SpringMatrix`]. Drag adds its factor times τ. A grab adds τ² k + τ b, but
-/// nothing at its largest force, which is taken as constant. Elements of the caller's own are asked
-/// for their products.
+/// nothing at its largest force, which is taken as constant. User-defined elements supply their
+/// products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
     springs: SpringMatrix<R>,
@@ -24,7 +24,7 @@ pub(crate) struct Tangent<R: Real> {
     own: OwnWork,
 }
 
-/// What elements of the caller's own are asked with, in scene order; empty where there are none.
+/// Arguments and products of user-defined elements, in scene order; empty where there are none.
 #[derive(Clone, Debug, Default)]
 struct OwnWork {
     direction: Vec<DVec3>,
@@ -76,8 +76,8 @@ impl<R: Real> Tangent<R> {
         }
     }
 
-    /// Mass, drag and grabs of each particle, kilograms, three times each: what the matrix makes of
-    /// a motion of a body as a whole.
+    /// Mass, drag and grabs of each particle, kilograms, three times each: the product of the
+    /// matrix with a translation of a whole body.
     pub(crate) fn diagonals(&self) -> &[R] {
         &self.diagonals
     }
@@ -207,7 +207,7 @@ fn invert_blocks<R: Real>(inverse_masses: &[R], upper: &mut [R], lower: &mut [R]
     }
 }
 
-/// Inverts the blocks that rounding left without an inverse.
+/// Inverts the blocks that rounding made singular.
 #[cold]
 fn invert_steadily<R: Real>(
     blocks: [&[R; RECORD]; 2],
@@ -239,10 +239,11 @@ fn inverse<R: Real>(block: Block) -> (Block, bool) {
     (found.map(|cofactor| cofactor * factor), sound)
 }
 
-/// The inverse of a matrix that rounding left without one, or with one that is not positive, which
-/// would end a solve before it begins: a mass was rounded away beside a stiff spring.
+/// The inverse of a matrix that rounding made singular or indefinite, which would end a solve
+/// before it begins: a mass was rounded away beside a stiff spring.
 ///
-/// So much is added to the diagonal that rounding cannot matter: an inverse only steers the solve.
+/// Enough is added to the diagonal that rounding cannot matter: the inverse only preconditions the
+/// solve.
 fn steady_inverse<R: Real>(block: Block) -> Block {
     let scale = 1.0 / (block[0] + block[3] + block[5]);
     let mut block = block.map(|number| number * scale);
@@ -251,7 +252,7 @@ fn steady_inverse<R: Real>(block: Block) -> Block {
     found.map(|cofactor| cofactor * (scale / determinant))
 }
 
-/// What rounding may leave of an eigenvalue, as a fraction of the trace.
+/// The rounding of an eigenvalue, as a fraction of the trace.
 #[inline(always)]
 fn rounding<R: Real>() -> f64 {
     8.0 * R::EPSILON.to_f64()

@@ -1,11 +1,11 @@
-//! The motion of bodies as wholes, which no tolerance may lose.
+//! Coarse space of the implicit solve: translations of whole bodies, which no tolerance may lose.
 //!
-//! Springs push no body as a whole: of a translation c of particles that only springs among
-//! themselves hold together, the matrix makes D c, with D the masses, drag and grabs. So the sum of
-//! what a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) / Σ D is what
-//! a δu lacks of it. Conjugate gradients find that last of all, at k τ²/m = 4e5 in single precision
-//! never: the weight of a particle is a rounding beside the stiffness. Here it is put in before the
-//! solve and put right after it. (In the words of solvers: a coarse space of translations.)
+//! Springs push no body as a whole: for particles held together only by springs among themselves,
+//! the product of the matrix with a translation c is D c, with D the masses, drag and grabs. So the
+//! sum that a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) / Σ D is
+//! the translation that a δu lacks. Conjugate gradients find it last of all, and in single
+//! precision at k τ²/m = 4e5 never: the weight of a particle is a rounding beside the stiffness.
+//! Here it is added before the solve and corrected after it.
 //!
 //! A body that obstacles hold moves in the directions that are left to it, one that is pinned not
 //! at all.
@@ -40,7 +40,7 @@ struct Whole {
     held: usize,
 }
 
-/// What a body has of a record: which lanes, a bit for each.
+/// The share of a body in a record: its lanes, a bit for each.
 #[derive(Clone, Copy, Debug)]
 struct Share {
     record: u32,
@@ -67,14 +67,14 @@ const ALL: u32 = (1 << LANES) - 1;
 const NONE: u32 = u32::MAX;
 
 impl Wholes {
-    /// Takes over what was cut and pinned since the step before.
+    /// Updates the bodies for cuts and pins since the step before.
     pub(crate) fn find<R: Real>(&mut self, model: &Model<R>) {
         let springs = Some(model.spring_count());
         if self.springs != springs {
             self.springs = springs;
             self.seek(model);
         }
-        // What elements of the caller's own join is not known.
+        // User-defined elements may join any particles.
         let may_be_free = model.own.is_empty();
         let records = model.inverse_mass_column.as_chunks::<RECORD>().0;
         let moves = |share: &Share| {
@@ -89,7 +89,7 @@ impl Wholes {
     /// Lists the bodies in the order of their first particles.
     fn seek<R: Real>(&mut self, model: &Model<R>) {
         let count = model.particle_count();
-        // Of each particle one of lower number that it hangs together with, or itself.
+        // For each particle, a connected one of lower number, or itself.
         let mut lower: Vec<u32> = (0..count as u32).collect();
         for (spring, ends) in model.ends().iter().enumerate() {
             if !model.is_cut(spring) {
@@ -154,7 +154,7 @@ impl Wholes {
         }
     }
 
-    /// Adds to the changes of velocity what they lack of the motion of each body as a whole.
+    /// Adds to the changes of velocity the translation of each whole body that they lack.
     pub(crate) fn shift<R: Real>(
         &mut self,
         level: Level,
@@ -227,7 +227,7 @@ fn sum_of<F: Fn(usize) -> f64>(shares: &[Share], numbers: impl Fn(usize) -> F) -
     DVec3::new(x, y, z)
 }
 
-/// Adds a translation to the changes of a body, and takes what the matrix makes of it from the
+/// Adds a translation to the changes of a body, and subtracts its product with the matrix from the
 /// residuals.
 #[inline(always)]
 fn add_shift<R: Real>(
@@ -277,10 +277,10 @@ impl Whole {
     }
 }
 
-/// What rounding leaves of a direction beside its like.
+/// Length below which a direction is a combination of those before, up to rounding.
 const SAME: f64 = 1e-6;
 
-/// The first of the particles that one hangs together with; shortens the way there.
+/// The first particle connected to one; shortens the path to it.
 fn first_of(lower: &mut [u32], particle: u32) -> u32 {
     let mut at = particle;
     while lower[at as usize] != at {
