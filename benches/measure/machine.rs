@@ -1,7 +1,7 @@
 //! Where and when was it measured, and by which compiler?
 
 use super::compiler;
-use msd::lab::trade::machine;
+use msd::study::machine;
 use std::hint::black_box;
 use std::time::Instant;
 

@@ -1,4 +1,4 @@
-//! How does a table get to its place on a page that people write?
+//! Tables between marks of a page that people write.
 
 /// Puts a table between `<!-- begin NAME -->` and `<!-- end NAME -->`, if they are there.
 pub fn put(text: &str, name: &str, table: &str) -> Option<String> {

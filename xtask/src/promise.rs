@@ -1,13 +1,13 @@
-//! How often is tuning right? Kept over generated scenes: what it delivers, and what it costs
-//! beside the best setting that an exhaustive search finds.
+//! The promise of tuning, kept over generated scenes: what it delivers, and what it costs beside
+//! the best setting that an exhaustive search finds.
 
-use super::choice::{Choice, Fineness};
-use super::ladder::ladders;
-use super::reference::{Reference, Wish, frames_of, make_reference, size_of};
-use super::trial::{time_choice, try_choice};
-use super::tune::{Goal, tune};
 use msd_core::glam::{DQuat, DVec3};
 use msd_core::{Error, Friction, Material, Pin, Plane, Scene, shape};
+use msd_study::choice::{Choice, Fineness};
+use msd_study::ladder::ladders;
+use msd_study::reference::{Reference, Wish, frames_of, make_reference, size_of};
+use msd_study::trial::{time_choice, try_choice};
+use msd_study::tune::{Goal, tune};
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
 

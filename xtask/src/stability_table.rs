@@ -1,19 +1,19 @@
-//! How stiff may a scene be? The source report's own experiment, repeated correctly.
+//! The table of marginal stiffness: the experiment of the source report, repeated correctly.
 //!
 //! All springs are made stiffer until a method is marginally stable, by running (see
-//! [`super::limits`]) and from the spectrum: at 4 steps per frame, at the steps of the report (7 of
+//! [`msd_study::limits`]) and from the spectrum: at 4 steps per frame, at the steps of the report (7 of
 //! Runge-Kutta, 44 of Euler), and at the steps of Euler that take as long as 7 of Runge-Kutta here.
 //! Theory for undamped springs: symplectic Euler bears h w = 2 and RK4 2 √2, hence twice the
 //! stiffness at an equal step. The report's "Runge-Kutta" weighs its stages by 1, 3, 3, 1; with the
 //! stages of RK4 that is a method of second order which bears h w = √7, 1.75 times the stiffness.
 
-use super::audit::median;
-use super::choice::FRAME;
-use super::clock::CpuClock;
-use super::limits::{Held, edge};
 use msd_core::methods::{Method, Parts, StepContext};
 use msd_core::stability::{Region, is_stable};
 use msd_core::{Error, Integrator, Real, Scene, Settings, Simulation};
+use msd_study::audit::median;
+use msd_study::choice::FRAME;
+use msd_study::clock::CpuClock;
+use msd_study::limits::{Held, edge};
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 

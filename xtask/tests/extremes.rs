@@ -1,13 +1,14 @@
-//! Do all methods survive the extremes, and does the limit lie where theory puts it?
+//! All methods survive the extremes, and the limit lies where theory puts it.
 
 use msd_core::{Integrator, Witness};
-use msd_lab::Precision;
-use msd_lab::extremes::conduct::{Extremes, Plan, conduct};
-use msd_lab::extremes::distance::{DISTANCES, loss};
-use msd_lab::extremes::map::{Across, Grid, Map};
-use msd_lab::extremes::outcome::Outcome;
-use msd_lab::extremes::{figure, tables};
+use msd_run::Runner;
+use msd_scene::Precision;
 use std::sync::OnceLock;
+use xtask::extremes::conduct::{Extremes, Plan, conduct};
+use xtask::extremes::distance::{DISTANCES, loss};
+use xtask::extremes::map::{Across, Grid, Map};
+use xtask::extremes::outcome::Outcome;
+use xtask::extremes::{figure, tables};
 
 /// A small map of everything, made once.
 fn extremes() -> &'static Extremes {
@@ -151,9 +152,9 @@ fn far_from_the_origin_single_precision_loses_and_both_remedies_give_it_back() {
 
 #[test]
 fn no_built_in_scene_is_said_to_gain_energy() {
-    for builtin in &msd_lab::BUILTINS {
-        let loaded = msd_lab::open(builtin.name).unwrap();
-        let mut runner = loaded.runner().unwrap();
+    for builtin in &msd_scene::BUILTINS {
+        let loaded = msd_scene::open(builtin.name).unwrap();
+        let mut runner = Runner::open(&loaded).unwrap();
         let mut witness = Witness::default();
         for _ in 0..200 {
             runner.step().unwrap();

@@ -1,40 +1,9 @@
-//! Does `msd extremes` do what the README says, and is energy that an integrator adds told?
+//! Warnings and results of `msd run`: energy that an integrator adds, and what a solve leaves.
 
 mod common;
 
-use common::{folder, msd, outcome, parse, refused, text};
+use common::{folder, msd, outcome, parse, text};
 use serde_json::Value;
-
-#[test]
-fn a_quick_look_at_the_extremes_finds_no_failure_and_fills_a_page() {
-    let folder = folder();
-    let marks = ["cells", "hardships", "distances"]
-        .map(|name| format!("<!-- begin {name} -->\nold\n<!-- end {name} -->\n"));
-    let page = folder.path().join("page.md");
-    std::fs::write(&page, format!("# Mine\n{}", marks.concat())).unwrap();
-    let arguments = ["extremes", "--quick", "--json", "--jobs", "2", "--page", "page.md"];
-    let output = outcome(msd(folder.path(), &arguments));
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let told = parse(&text(&output.stdout));
-    assert_eq!(told["failures"].as_array().map(Vec::len), Some(0));
-    assert_eq!(told["cells"].as_object().map(|methods| methods.len()), Some(8));
-    assert!(5000 < told["runs"].as_u64().unwrap());
-    let file = |name: &str| std::fs::read_to_string(folder.path().join("extremes").join(name));
-    assert!(file("rk4.svg").unwrap().starts_with("<svg"));
-    assert!(file("maps.csv").unwrap().lines().count() > 5000);
-    assert!(file("tables.md").unwrap().contains("| scattered |"));
-    let page = std::fs::read_to_string(page).unwrap();
-    assert!(page.starts_with("# Mine\n") && page.contains("| scattered |"), "{page}");
-    assert!(!page.contains("\nold\n"));
-}
-
-#[test]
-fn a_page_without_marks_is_refused_before_anything_runs() {
-    let folder = folder();
-    std::fs::write(folder.path().join("page.md"), "# Mine\n").unwrap();
-    let told = refused(msd(folder.path(), &["extremes", "--page", "page.md"]), 2);
-    assert!(told.contains("page.md") && told.contains("begin cells"), "{told}");
-}
 
 const SPRING: &str = "version = 1\n[world]\ngravity = [0, 0, 0]\n[[bodies]]\nkind = \"rope\"\n\
                       size = [2]\nstiffness = 50\ndamping = 0\nspin = [0, 0, 1]\n";

@@ -1,13 +1,11 @@
-//! What becomes of the energy? Of the reference, and of one trial per method, over time.
+//! The figure of energy over time: of the reference, and of one trial per method.
 
-use super::figure::fineness;
-use super::ink;
-use super::labels;
-use super::pen::{Axis, Drawn, Pen, Point, Type, WIDTH};
-use super::study::Study;
-use super::trial::Trial;
-use super::units;
+use crate::figure::fineness;
+use crate::pen::{Axis, Drawn, Pen, Point, Type, WIDTH};
+use crate::{ink, labels, units};
 use msd_core::Integrator;
+use msd_study::Study;
+use msd_study::trial::Trial;
 use plotters::prelude::{DrawingBackend, RGBColor};
 
 /// Height of the figure, pixels of a page [`WIDTH`] wide.

@@ -1,15 +1,14 @@
-//! What does accuracy cost? The work-precision diagram of a study: error against processor time.
+//! The work-precision diagram of a study: error against processor time.
 
-use super::choice::{Choice, FRAME, Fineness};
-use super::ink::{self, Ink};
-use super::labels::{self, Name, Obstacles};
-use super::pen::{Axis, Drawn, Pen, Point, Type, WIDTH};
-use super::raster;
-use super::study::Study;
-use super::trial::Trial;
-use super::units;
-use crate::runner::Precision;
+use crate::ink::{self, Ink};
+use crate::labels::{self, Name, Obstacles};
+use crate::pen::{Axis, Drawn, Pen, Point, Type, WIDTH};
+use crate::{raster, units};
 use msd_core::Integrator;
+use msd_scene::Precision;
+use msd_study::Study;
+use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::trial::Trial;
 use plotters::prelude::DrawingBackend;
 
 /// Height of the work-precision diagram, pixels of a page [`WIDTH`] wide.

@@ -1,5 +1,5 @@
-//! How does a method look? Its colour and its mark, the same in every figure; grey where it has
-//! none of its own.
+//! The colour and the mark of each method, the same in every figure; grey where it has none of its
+//! own.
 
 use msd_core::Integrator;
 use plotters::style::RGBColor;

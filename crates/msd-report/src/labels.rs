@@ -1,6 +1,6 @@
-//! Where does a name stand beside its line? Where it hides the least, by trying.
+//! Places of names beside their lines, where they hide the least, found by trying.
 
-use super::pen::Point;
+use crate::pen::Point;
 
 /// A name that wants a place.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
-//! How is a figure drawn in pixels of a page, whatever the surface? Lines, polygons, words, axes.
+//! A pen that draws lines, polygons, words and axes in pixels of a page, whatever the surface.
 
-use super::units::Tick;
+use crate::units::Tick;
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

@@ -1,5 +1,5 @@
-//! How does a figure become a picture of pixels? Drawn three times too large, then averaged; its
-//! letters come with the program, so that a machine without fonts sets the same.
+//! Figures as pictures of pixels, drawn three times too large, then averaged; the letters come with
+//! the program, so that a machine without fonts sets the same.
 
 use ab_glyph::{Font, FontRef, PxScale, ScaleFont, point};
 use plotters::style::text_anchor::HPos;

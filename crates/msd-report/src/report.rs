@@ -1,16 +1,15 @@
-//! How is a study shown? As one page to open in a browser, a table of numbers, and a figure.
+//! The report of a study: one page to open in a browser, a table of numbers, and a figure.
 
-use super::choice::{FRAME, Fineness};
-use super::energy_figure::{self, energy_over_time};
-use super::figure::{self, Spot, relative, work_precision};
-use super::ink::{self, Ink};
-use super::pen::WIDTH;
-use super::raster;
-use super::study::Study;
-use super::tables::{self, escaped};
-use super::trial::Trial;
-use super::units;
+use crate::energy_figure::{self, energy_over_time};
+use crate::figure::{self, Spot, relative, work_precision};
+use crate::ink::{self, Ink};
+use crate::pen::WIDTH;
+use crate::tables::{self, escaped};
+use crate::{raster, units};
 use msd_core::Integrator;
+use msd_study::Study;
+use msd_study::choice::{FRAME, Fineness};
+use msd_study::trial::Trial;
 use plotters::prelude::SVGBackend;
 use std::fmt::Write;
 
@@ -104,7 +103,7 @@ fn record(study: &Study, trial: &Trial, on_front: bool) -> [String; 17] {
         Fineness::Tolerance(tolerance) => (String::new(), format!("{tolerance:e}")),
     };
     let cell = |value: f64| format!("{value:e}");
-    let error = |of: fn(&super::errors::Errors) -> f64| {
+    let error = |of: fn(&msd_study::errors::Errors) -> f64| {
         trial.errors.as_ref().map_or(String::new(), |errors| cell(of(errors)))
     };
     [
@@ -162,7 +161,7 @@ fn energies(study: &Study) -> String {
 }
 
 /// Draws with plotters and gives the drawing the size of the page.
-pub(crate) fn drawing(height: f64, label: &str, draw: impl FnOnce(SVGBackend<'_>)) -> String {
+pub fn drawing(height: f64, label: &str, draw: impl FnOnce(SVGBackend<'_>)) -> String {
     let mut text = String::new();
     let (width, dots) = (WIDTH * DOTS, height * DOTS);
     draw(SVGBackend::with_string(&mut text, (width as u32, dots as u32)));

@@ -1,17 +1,16 @@
-//! What does a report say beside its figures? Its head, its tables and its notes, in HTML.
+//! What a report says beside its figures, in HTML: its head, its tables and its notes.
 
-use super::audit::Audit;
-use super::choice::{Choice, FRAME};
-use super::figure::relative;
-use super::ink;
-use super::limits::Limit;
-use super::pen::shown;
-use super::study::Study;
-use super::trial::Trial;
-use super::units::{change, number, percent, quantity};
-use super::words;
-use crate::runner::Precision;
+use crate::figure::relative;
+use crate::ink;
+use crate::pen::shown;
+use crate::units::{change, number, percent, quantity};
 use msd_core::Integrator;
+use msd_scene::Precision;
+use msd_study::audit::Audit;
+use msd_study::choice::{Choice, FRAME};
+use msd_study::limits::Limit;
+use msd_study::trial::Trial;
+use msd_study::{Study, words};
 use std::fmt::Write;
 
 /// Text as HTML and SVG show it letter by letter.

@@ -1,4 +1,4 @@
-//! How is a number written so that it is read at a glance? Two or three digits and a unit.
+//! Numbers that are read at a glance: two or three digits and a unit.
 
 /// A number with three significant digits: `0.0123`, `16.7`, `1.20×10⁻⁷`.
 pub fn number(value: f64) -> String {

@@ -1,15 +1,15 @@
-//! Does the report show all of a study, whatever came of it, and nothing that was not in it?
+//! The report of a study: all of it, whatever came of it, and nothing that was not in it.
 
 use msd_core::Integrator;
-use msd_lab::Precision;
-use msd_lab::trade::audit::Audit;
-use msd_lab::trade::choice::{Choice, FRAME, Fineness};
-use msd_lab::trade::energy_figure::chosen;
-use msd_lab::trade::errors::Errors;
-use msd_lab::trade::limits::Limit;
-use msd_lab::trade::report::{csv, html, png, svg};
-use msd_lab::trade::study::{ReferenceNote, Study};
-use msd_lab::trade::trial::Trial;
+use msd_report::energy_figure::chosen;
+use msd_report::{csv, html, png, svg};
+use msd_scene::Precision;
+use msd_study::audit::Audit;
+use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::errors::Errors;
+use msd_study::limits::Limit;
+use msd_study::trial::Trial;
+use msd_study::{ReferenceNote, Study};
 use roxmltree::{Document, Node};
 
 /// Cost of a substep and error of one substep per frame of a method, in a scene 1.2 m across.

@@ -1,7 +1,8 @@
-//! Which states can be stepped back to?
+//! States that a run can step back to.
 
-use crate::runner::{AnyState, Moment};
+use crate::runner::Moment;
 use msd_core::{Real, State};
+use msd_scene::AnyState;
 use std::collections::VecDeque;
 
 /// The most states kept: ten seconds at 60 steps per second.
@@ -64,8 +65,8 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
     use msd_core::Ledger;
+    use msd_core::glam::DVec3;
 
     fn moment(particles: usize, steps: u64) -> Moment {
         let column = vec![DVec3::ZERO; particles];

@@ -1,16 +1,12 @@
-//! What was done to a run, and after which of its steps?
+//! Recordings: what was done to a run, and after which of its steps.
 //!
 //! A recording is the saved run that it starts from and the events that followed. It grows while it
-//! is made: one that a crash cut short tells all up to its last whole event. See `docs/files.md`.
+//! is made: one that a crash cut short holds all up to its last whole event. See `docs/files.md`.
 
-use crate::envelope::{Found, Frames, Kind, frame};
-use crate::error::{LabError, shown_path};
-use crate::loaded::Loaded;
-use crate::output::Output;
-use crate::runner::{Precision, Runner};
-use crate::saved::is_saved;
-use crate::state_hash::state_hash;
+use crate::runner::Runner;
 use msd_core::{Interaction, Settings};
+use msd_scene::envelope::{FileKind, Found, Frames, frame};
+use msd_scene::{FileError, Loaded, Output, Precision, shown_path, state_hash};
 use serde::{Deserialize, Serialize};
 use std::fs::File;
 use std::io::{Seek, Write};
@@ -20,7 +16,7 @@ use std::path::Path;
 pub const ENDING: &str = "msdrec";
 
 /// Raised whenever what is written changes its form.
-const KIND: Kind = Kind { what: "recording", format: 3 };
+const KIND: FileKind = FileKind { what: "recording", format: 3 };
 
 /// Steps after which a recording is written on at the latest: a second of the default step.
 const MOST_UNWRITTEN: u32 = 60;
@@ -90,7 +86,7 @@ impl Recording {
 ///
 /// # Errors
 /// A file that cannot be read; everything that [`read_recording`] refuses.
-pub fn load_recording(path: &Path) -> Result<Recording, LabError> {
+pub fn load_recording(path: &Path) -> Result<Recording, FileError> {
     read_recording(&KIND.load(path)?, &shown_path(path))
 }
 
@@ -98,10 +94,10 @@ pub fn load_recording(path: &Path) -> Result<Recording, LabError> {
 /// checked when they are replayed. One without its end is taken, if what is there is whole.
 ///
 /// # Errors
-/// [`LabError::Format`] for a file of another format; [`LabError::Malformed`] for bytes that are no
+/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are no
 /// recording, end before its first event or within one, do not fit their checksum, or go on after
 /// the end of the recording.
-pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, LabError> {
+pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> {
     match salvage(bytes, name)? {
         (recording, None) => Ok(recording),
         (recording, Some(error)) => Err(with_loss(error, &recording)),
@@ -112,25 +108,25 @@ pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, LabError> {
 ///
 /// # Errors
 /// A file that cannot be read; everything that [`salvage_recording`] refuses.
-pub fn load_salvaged(path: &Path) -> Result<Recording, LabError> {
+pub fn load_salvaged(path: &Path) -> Result<Recording, FileError> {
     salvage_recording(&KIND.load(path)?, &shown_path(path))
 }
 
 /// Reads what is whole of a recording from the bytes of a file called `name`, up to the first event
-/// that is not: [`Recording::lost_bytes`] tells how much is left out.
+/// that is not: [`Recording::lost_bytes`] is how much is left out.
 ///
 /// # Errors
-/// [`LabError::Format`] for a file of another format; [`LabError::Malformed`] for bytes that are no
+/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are no
 /// recording, or whose start is not whole.
-pub fn salvage_recording(bytes: &[u8], name: &str) -> Result<Recording, LabError> {
+pub fn salvage_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> {
     salvage(bytes, name).map(|(recording, _)| recording)
 }
 
 /// What is whole of a recording, and what is wrong where that ends.
-fn salvage(bytes: &[u8], name: &str) -> Result<(Recording, Option<LabError>), LabError> {
+fn salvage(bytes: &[u8], name: &str) -> Result<(Recording, Option<FileError>), FileError> {
     let mut frames = KIND.frames(bytes, name)?;
     let start: Loaded = frames.expect()?;
-    if !is_saved(&start) {
+    if !start.is_saved() {
         return Err(frames.damaged());
     }
     let mut recording = Recording { start, events: Vec::new(), is_cut_short: false, lost_bytes: 0 };
@@ -150,9 +146,9 @@ fn salvage(bytes: &[u8], name: &str) -> Result<(Recording, Option<LabError>), La
 }
 
 /// The next event of a recording of which so much is read.
-fn next_event(frames: &mut Frames<'_>, recording: &Recording) -> Result<Option<Event>, LabError> {
+fn next_event(frames: &mut Frames<'_>, recording: &Recording) -> Result<Option<Event>, FileError> {
     let ended = recording.hash().is_some();
-    let event = match frames.next() {
+    let event = match frames.next_frame() {
         Found::End => return Ok(None),
         _ if ended => return Err(frames.malformed("goes on after its end")),
         // The length of an event may have been changed as well as its end cut off.
@@ -161,17 +157,17 @@ fn next_event(frames: &mut Frames<'_>, recording: &Recording) -> Result<Option<E
         Found::Whole(content) => frames.decode(content)?,
     };
     match &event {
-        Event::Start(start) if !is_saved(start) => Err(frames.damaged()),
+        Event::Start(start) if !start.is_saved() => Err(frames.damaged()),
         _ => Ok(Some(event)),
     }
 }
 
 /// Says besides what is wrong how much would be lost without it.
-fn with_loss(error: LabError, recording: &Recording) -> LabError {
-    let LabError::Malformed { place, reason } = error else { return error };
+fn with_loss(error: FileError, recording: &Recording) -> FileError {
+    let FileError::Malformed { place, reason } = error else { return error };
     let (steps, bytes) = (recording.steps(), recording.lost_bytes);
     let reason = format!("{reason}, after step {steps}; its last {bytes} bytes cannot be used");
-    LabError::Malformed { place, reason }
+    FileError::Malformed { place, reason }
 }
 
 /// A recording that is being made.
@@ -186,12 +182,12 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording with the run as it is now, see [`Loaded::of`]. The file is there from now
+    /// Begins a recording with the run as it is now, see [`Runner::to_loaded`]. The file is there from now
     /// on and grows with the events.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`]; an older file of the name is as it was then.
-    pub fn begin(path: &Path, start: &Loaded) -> Result<Self, LabError> {
+    /// [`FileError::Unwritable`]; an older file of the name is as it was then.
+    pub fn begin(path: &Path, start: &Loaded) -> Result<Self, FileError> {
         let mut output = Output::create(path)?;
         let name = output.name().to_owned();
         KIND.begin(&mut output, start)?;
@@ -206,8 +202,8 @@ impl Recorder {
     /// Adds something that has happened since the last step.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub fn add(&mut self, event: &Event) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`].
+    pub fn add(&mut self, event: &Event) -> Result<(), FileError> {
         self.write_steps()?;
         if matches!(event, Event::Start(_)) {
             self.steps = 0;
@@ -218,8 +214,8 @@ impl Recorder {
     /// Adds a step.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub fn step(&mut self) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`].
+    pub fn step(&mut self) -> Result<(), FileError> {
         self.unwritten += 1;
         self.steps += 1;
         if self.unwritten < MOST_UNWRITTEN { Ok(()) } else { self.write_steps() }
@@ -229,8 +225,8 @@ impl Recorder {
     /// recording that is a new start.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub fn back(&mut self, now: impl FnOnce() -> Loaded) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`].
+    pub fn back(&mut self, now: impl FnOnce() -> Loaded) -> Result<(), FileError> {
         if self.steps == 0 {
             return self.add(&Event::Start(Box::new(now())));
         }
@@ -241,20 +237,20 @@ impl Recorder {
     /// Ends the recording of a run.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub fn finish(mut self, runner: &Runner) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`].
+    pub fn finish(mut self, runner: &Runner) -> Result<(), FileError> {
         self.add(&Event::End(state_hash(&runner.state())))?;
         self.file.sync_all().map_err(|error| self.refused(&error))
     }
 
-    fn write_steps(&mut self) -> Result<(), LabError> {
+    fn write_steps(&mut self) -> Result<(), FileError> {
         match std::mem::take(&mut self.unwritten) {
             0 => Ok(()),
             steps => self.write(&Event::Steps(steps)),
         }
     }
 
-    fn write(&mut self, event: &Event) -> Result<(), LabError> {
+    fn write(&mut self, event: &Event) -> Result<(), FileError> {
         // A frame in one go: what a crash cuts short is the last one alone.
         let start = self.file.stream_position();
         let written = frame(event).and_then(|frame| self.file.write_all(&frame));
@@ -266,7 +262,7 @@ impl Recorder {
         })
     }
 
-    fn refused(&self, error: &std::io::Error) -> LabError {
-        LabError::Unwritable { file: self.name.clone(), reason: error.to_string() }
+    fn refused(&self, error: &std::io::Error) -> FileError {
+        FileError::Unwritable { file: self.name.clone(), reason: error.to_string() }
     }
 }

@@ -1,10 +1,10 @@
-//! How does a recorded run happen again, as it was or stepped otherwise?
+//! Replay of a recorded run, as it was or stepped otherwise.
 
 use crate::history::History;
-use crate::loaded::Loaded;
 use crate::recording::{Event, Recording};
-use crate::runner::{Precision, Runner};
+use crate::runner::Runner;
 use msd_core::{Error, Integrator, Interaction, Settings};
+use msd_scene::{Loaded, Precision};
 
 /// What of the solver is to be other than recorded. Default nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -41,7 +41,7 @@ impl Changes {
     /// A saved run made ready with the changes.
     fn runner(&self, start: &Loaded) -> Result<Runner, Error> {
         let precision = self.precision.unwrap_or(start.precision);
-        start.runner_with(self.settings(start.settings), precision)
+        Runner::open_with(start, self.settings(start.settings), precision)
     }
 }
 

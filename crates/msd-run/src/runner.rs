@@ -1,4 +1,4 @@
-//! How does a program run a scene whose precision is only known at run time?
+//! Simulations whose precision is only known at run time.
 
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
@@ -6,45 +6,9 @@ use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
-    Simulation, State, Witness,
+    Simulation, Witness,
 };
-use serde::{Deserialize, Serialize};
-
-/// The precision of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Precision {
-    /// Single precision, 24 bits.
-    #[default]
-    F32,
-    /// Double precision, 53 bits.
-    F64,
-}
-
-impl Precision {
-    /// The name a user writes.
-    pub fn name(self) -> &'static str {
-        match self {
-            Precision::F32 => "f32",
-            Precision::F64 => "f64",
-        }
-    }
-}
-
-impl std::fmt::Display for Precision {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.pad(self.name())
-    }
-}
-
-/// A state in the precision of its run.
-#[derive(Clone, Debug, PartialEq)]
-pub enum AnyState {
-    /// Single precision.
-    F32(State<f32>),
-    /// Double precision.
-    F64(State<f64>),
-}
+use msd_scene::{AnyState, Loaded, Precision};
 
 /// A state and what its particles do not tell.
 #[derive(Clone, Debug)]
@@ -80,6 +44,48 @@ macro_rules! on {
 }
 
 impl Runner {
+    /// Makes what was loaded ready: a scene to run from its start, a saved run to go on.
+    ///
+    /// # Errors
+    /// See [`Simulation::new`] and [`Simulation::resume`].
+    pub fn open(loaded: &Loaded) -> Result<Self, Error> {
+        Runner::open_with(loaded, loaded.settings, loaded.precision)
+    }
+
+    /// Makes it ready with another solver.
+    ///
+    /// # Errors
+    /// See [`Runner::open`].
+    pub fn open_with(
+        loaded: &Loaded,
+        settings: Settings,
+        precision: Precision,
+    ) -> Result<Self, Error> {
+        let Some(progress) = &loaded.progress else {
+            return Runner::new(&loaded.scene, settings, precision);
+        };
+        let mut runner = Runner::resume(&loaded.scene, progress, precision)?;
+        if settings != progress.settings {
+            runner.set_settings(settings)?;
+        }
+        Ok(runner)
+    }
+
+    /// The run as it is now, to be saved, or to go on from here.
+    pub fn to_loaded(&self, name: &str, title: &str) -> Loaded {
+        let (scene, progress) = self.progress();
+        Loaded {
+            name: name.into(),
+            title: title.into(),
+            scene,
+            settings: self.settings(),
+            precision: self.precision(),
+            notes: Vec::new(),
+            files: Vec::new(),
+            progress: Some(Box::new(progress)),
+        }
+    }
+
     /// Checks a scene and makes it ready to run.
     ///
     /// # Errors

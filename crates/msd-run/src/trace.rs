@@ -1,10 +1,9 @@
-//! How does a run go on over time? A row of energy and momentum per step, as CSV.
+//! Traces of a run: a row of energy and momentum per step, as CSV.
 
-use crate::error::LabError;
 use crate::on;
-use crate::output::Output;
 use crate::runner::Runner;
 use msd_core::{Real, Simulation, Vector};
+use msd_scene::{FileError, Output};
 use std::io::Write;
 
 /// A trace that is being written: CSV with a row for the start and one after every step.
@@ -20,8 +19,8 @@ impl Trace {
     /// each watched particle.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub fn begin(mut output: Output, watched: Vec<usize>) -> Result<Self, LabError> {
+    /// [`FileError::Unwritable`].
+    pub fn begin(mut output: Output, watched: Vec<usize>) -> Result<Self, FileError> {
         let mut header = String::from(
             "step,time,kinetic,elastic,gravitational,dissipated,total,px,py,pz,lx,ly,lz",
         );
@@ -35,8 +34,8 @@ impl Trace {
     /// Adds the row of the present moment.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub fn add(&mut self, runner: &Runner) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`].
+    pub fn add(&mut self, runner: &Runner) -> Result<(), FileError> {
         let (energy, momentum) = (runner.energy(), runner.momentum());
         let mut row = vec![
             runner.time(),
@@ -59,8 +58,8 @@ impl Trace {
     /// Puts the file in its place.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub fn finish(self) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`].
+    pub fn finish(self) -> Result<(), FileError> {
         self.output.finish()
     }
 }

@@ -1,9 +1,9 @@
-//! How far do two runs drift apart that step otherwise and to which the same is done?
+//! Twins: two replays of one recording, stepped differently, and how far they drift apart.
 
 use crate::on;
 use crate::recording::Recording;
 use crate::replay::{Changes, Replay};
-use glam::DVec3;
+use msd_core::glam::DVec3;
 use msd_core::{Error, Vector};
 
 /// The first line of a file of distances.
@@ -58,7 +58,7 @@ impl<'a> Twin<'a> {
         })
     }
 
-    /// Takes the next step of both and tells how far they are apart; nothing where the recording
+    /// Takes the next step of both and returns how far they are apart; nothing where the recording
     /// ends.
     ///
     /// # Errors

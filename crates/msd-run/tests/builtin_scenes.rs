@@ -1,11 +1,12 @@
-//! Do the built-in scenes show what they promise?
+//! The built-in scenes show what they promise.
 
-use msd_lab::msd_core::glam::DVec3;
-use msd_lab::msd_core::{Simulation, Vector};
-use msd_lab::{BUILTINS, Runner, on, open};
+use msd_core::glam::DVec3;
+use msd_core::{Simulation, Vector};
+use msd_run::{Runner, on};
+use msd_scene::{BUILTINS, open};
 
 fn runner(name: &str) -> Runner {
-    open(name).expect(name).runner().expect("a built-in scene runs")
+    Runner::open(&open(name).expect(name)).expect("a built-in scene runs")
 }
 
 fn run(runner: &mut Runner, seconds: f64) {

@@ -1,11 +1,14 @@
-//! Does a recorded run happen again to the last bit, and does a twin tell how far it drifts?
+//! A recorded run happens again to the last bit, and a twin reports how far it drifts.
 
-use msd_lab::msd_core::glam::DVec3;
-use msd_lab::msd_core::{Integrator, Interaction, Real, Select};
-use msd_lab::recording::Event;
-use msd_lab::twin::NOTICEABLE;
-use msd_lab::{Changes, LabError, Loaded, Precision, Recorder, Recording, Replay, Runner, Twin};
-use msd_lab::{load_recording, on, open, read_recording, salvage_recording, state_hash};
+use msd_core::glam::DVec3;
+use msd_core::{Integrator, Interaction, Real, Select};
+use msd_run::recording::{
+    Event, Recorder, Recording, load_recording, read_recording, salvage_recording,
+};
+use msd_run::replay::{Changes, Replay};
+use msd_run::twin::{NOTICEABLE, Twin};
+use msd_run::{Runner, on};
+use msd_scene::{FileError, Loaded, Precision, open, state_hash};
 use std::path::PathBuf;
 use tempfile::TempDir;
 
@@ -19,8 +22,8 @@ struct Tape {
 impl Tape {
     fn of(loaded: &Loaded) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let runner = loaded.runner().expect("a run");
-        let start = Loaded::of("test", "a test", &runner);
+        let runner = Runner::open(loaded).expect("a run");
+        let start = runner.to_loaded("test", "a test");
         let recorder = Recorder::begin(&folder.path().join("r.msdrec"), &start).expect("a file");
         Tape { runner, recorder, folder }
     }
@@ -108,8 +111,8 @@ fn every_event_of_a_window_is_replayed_to_the_bit() {
     tape.runner.set_state(&earlier, steps).expect("an earlier state");
     tape.recorder.back(|| unreachable!("within the recording")).expect("room on the disk");
     tape.step(4);
-    tape.runner = open("chain").expect("a built-in scene").runner().expect("a run");
-    let start = Loaded::of("chain", "", &tape.runner);
+    tape.runner = Runner::open(&open("chain").expect("a built-in scene")).expect("a run");
+    let start = tape.runner.to_loaded("chain", "");
     tape.recorder.add(&Event::Start(Box::new(start))).expect("room on the disk");
     tape.step(30);
     let (recording, runner) = tape.end();
@@ -123,7 +126,7 @@ fn a_step_back_beyond_the_start_of_the_recording_is_a_new_start() {
     tape.step(1);
     for _ in 0..2 {
         let runner = tape.runner.clone();
-        tape.recorder.back(|| Loaded::of("chain", "", &runner)).expect("room on the disk");
+        tape.recorder.back(|| runner.to_loaded("chain", "")).expect("room on the disk");
     }
     let (recording, _) = tape.end();
     let kinds = recording.events.iter().map(std::mem::discriminant).collect::<Vec<_>>();
@@ -184,7 +187,7 @@ fn a_saved_run_is_no_recording_and_one_of_another_format_is_named() {
     assert_eq!(text(b"msd saved run, format 3\n"), "r: is a saved run, not a recording");
     assert_eq!(text(b"msd recording, format 3\n"), "r: is cut short");
     let error = read_recording(b"msd recording, format 4\n", "r").expect_err("a refusal");
-    assert!(matches!(error, LabError::Format { found: 4, known: 3, .. }));
+    assert!(matches!(error, FileError::Format { found: 4, known: 3, .. }));
 }
 
 #[test]
@@ -193,7 +196,7 @@ fn an_event_that_does_not_fit_its_run_is_an_error_and_no_panic() {
     for event in [
         Event::Back,
         Event::Act(Interaction::Cut { spring: 1 << 40 }),
-        Event::Settings(msd_lab::msd_core::Settings { substeps: 0, ..Default::default() }),
+        Event::Settings(msd_core::Settings { substeps: 0, ..Default::default() }),
     ] {
         recording.events.insert(0, event.clone());
         let mut replay = Replay::new(&recording, Changes::default()).expect("a start");

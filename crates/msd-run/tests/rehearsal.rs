@@ -1,5 +1,5 @@
-//! Do the targets of `fuzz/` hold on their corpora, and on many mutations of them? Without
-//! libFuzzer, on the same inputs on every machine, and within a fixed memory.
+//! The targets of `fuzz/` on their corpora, and on many mutations of them, without libFuzzer, on
+//! the same inputs on every machine, and within a fixed memory.
 //!
 //! `MSD_MUTATIONS=3000` runs as many per target instead of the default of 300.
 
@@ -111,7 +111,8 @@ fn runs_with_right_checksums_are_refused_or_go_on() {
     // A seed of another format would be refused at its first line, and try nothing.
     let seeds = corpus("runs");
     let is_read = |bytes: &Vec<u8>| {
-        msd_lab::read_saved(bytes, "").is_ok() || msd_lab::read_recording(bytes, "").is_ok()
+        msd_scene::read_saved(bytes, "").is_ok()
+            || msd_run::recording::read_recording(bytes, "").is_ok()
     };
     assert!(seeds.iter().all(is_read), "make the seeds of fuzz/corpus/runs anew");
     rehearse("runs");

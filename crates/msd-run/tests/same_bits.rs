@@ -1,14 +1,14 @@
-//! Does a scene end in the same bits: today and tomorrow, debug and release, here and elsewhere?
+//! The same bits at the end of a scene: today and tomorrow, debug and release, here and elsewhere.
 //!
 //! `hashes.txt` keeps the hash of a state after ten seconds for each built-in scene, and for some
 //! small ones under every method in both precisions. Where a change of bits is meant, renew it by
-//! `MSD_RENEW=1 cargo test -p msd-lab --test same_bits` and say why in the change.
+//! `MSD_RENEW=1 cargo test -p msd-run --test same_bits` and say why in the change.
 
-use msd_lab::msd_core::glam::DVec3;
-use msd_lab::msd_core::{Friction, Integrator, Pin, Scene};
-use msd_lab::{
-    AnyState, BUILTINS, Loaded, Output, Precision, Runner, load_state, open, state_hash,
-    write_state,
+use msd_core::glam::DVec3;
+use msd_core::{Friction, Integrator, Pin, Scene};
+use msd_run::Runner;
+use msd_scene::{
+    AnyState, BUILTINS, Loaded, Output, Precision, load_state, open, state_hash, write_state,
 };
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ const SMALL: [&str; 3] = ["chain", "square", "rough"];
 
 const HEADER: &str = "# scene method precision hash, after 600 steps; see same_bits.rs\n";
 
-const HINT: &str = "a change of bits that is meant is kept by MSD_RENEW=1 cargo test -p msd-lab \
+const HINT: &str = "a change of bits that is meant is kept by MSD_RENEW=1 cargo test -p msd-run \
     --test same_bits, and its reason told in CHANGELOG.md";
 
 /// A scene under a method in a precision.
@@ -53,7 +53,7 @@ impl Run {
     }
 
     fn start(&self) -> Runner {
-        self.0.runner().expect("a built-in scene runs")
+        Runner::open(&self.0).expect("a built-in scene runs")
     }
 
     fn end(&self) -> AnyState {
@@ -116,7 +116,7 @@ fn every_run_ends_in_the_bits_that_are_kept() {
     let builtins = BUILTINS.map(|builtin| Run::of(builtin.name));
     let runs = [builtins.to_vec(), small_runs()].concat();
     let found = HEADER.to_owned() + &at_once(&runs, Run::line).concat();
-    let path = "crates/msd-lab/tests/hashes.txt";
+    let path = "crates/msd-run/tests/hashes.txt";
     let kept = is_kept(path, found.as_bytes());
     let text = fs::read_to_string(in_repository(path)).unwrap_or_default();
     let changed: Vec<&str> =

@@ -1,9 +1,12 @@
-//! Does a saved run go on to the last bit, and is a file that is not whole refused?
+//! A saved run goes on to the last bit, and a file that is not whole is refused.
 
-use msd_lab::msd_core::glam::DVec3;
-use msd_lab::msd_core::{Error, Integrator, Interaction, Pin, Select};
-use msd_lab::{LabError, Loaded, Output, Precision, Runner, SceneFormat};
-use msd_lab::{load_saved, on, open, parse, read_saved, state_hash, write_saved};
+use msd_core::glam::DVec3;
+use msd_core::{Error, Integrator, Interaction, Pin, Select};
+use msd_run::{Runner, on};
+use msd_scene::{
+    FileError, Loaded, Output, Precision, SceneFormat, load_saved, open, parse, read_saved,
+    state_hash, write_saved,
+};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use std::path::Path;
@@ -11,7 +14,7 @@ use std::path::Path;
 /// Saves a run in a file.
 fn save(runner: &Runner, path: &Path) {
     let output = Output::create(path).expect("a file");
-    write_saved(&Loaded::of("test", "a test", runner), output).expect("room on the disk");
+    write_saved(&runner.to_loaded("test", "a test"), output).expect("room on the disk");
 }
 
 /// Saves a run in a file and reads it again.
@@ -19,7 +22,7 @@ fn there_and_back(runner: &Runner) -> Runner {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("run.msd");
     save(runner, &path);
-    load_saved(&path).expect("a saved run").runner().expect("a run that goes on")
+    Runner::open(&load_saved(&path).expect("a saved run")).expect("a run that goes on")
 }
 
 fn bytes() -> Vec<u8> {
@@ -45,7 +48,7 @@ fn handled(integrator: Integrator, precision: Precision) -> Runner {
     (loaded.settings.substeps, loaded.settings.integrator) = (32, integrator);
     loaded.precision = precision;
     loaded.scene.pins.push(Pin { particle: 3, velocity: DVec3::new(0.1, 0.2, 0.0) });
-    let mut runner = loaded.runner().expect("a run");
+    let mut runner = Runner::open(&loaded).expect("a run");
     step(&mut runner, 7);
     let target = DVec3::new(0.5, 2.0, 0.1);
     let (frequency, damping_ratio, max_force) = (3.0, 0.7, 1e300);
@@ -97,7 +100,7 @@ fn an_undamped_run_goes_on_to_the_bit() {
     // Velocity Verlet remembers accelerations from step to step where nothing damps.
     let mut loaded = open("square").expect("a built-in scene");
     loaded.scene.springs.iter_mut().for_each(|spring| spring.damping = 0.0);
-    let mut runner = loaded.runner().expect("a run");
+    let mut runner = Runner::open(&loaded).expect("a run");
     step(&mut runner, 5);
     goes_on_as_if_never_stopped(runner);
 }
@@ -122,10 +125,10 @@ fn a_run_whose_precision_and_step_were_changed_goes_on_to_the_bit() {
 #[test]
 fn a_saved_run_is_a_scene_that_another_solver_may_take() {
     let runner = handled(Integrator::VelocityVerlet, Precision::F32);
-    let mut loaded = Loaded::of("test", "a test", &runner);
+    let mut loaded = runner.to_loaded("test", "a test");
     loaded.precision = Precision::F64;
     loaded.settings.substeps = 64;
-    let mut other = loaded.runner().expect("a run");
+    let mut other = Runner::open(&loaded).expect("a run");
     let mut expected = runner.convert(Precision::F64).expect("another precision");
     expected.set_settings(loaded.settings).expect("valid settings");
     assert!(other.progress().0 == expected.progress().0);
@@ -139,8 +142,8 @@ fn a_title_of_two_lines_is_saved_as_one() {
     let text = "version = 1\ntitle = \"two\\nlines\"\n[[bodies]]\nkind = \"rope\"\nsize = [3]\n\
         spacing = 1\nmass = 1\nstiffness = 10\n";
     let loaded = parse(text, SceneFormat::Toml, "a\tscene.toml").expect("a scene");
-    let runner = loaded.runner().expect("a run");
-    let saved = Loaded::of(&loaded.name, &loaded.title, &runner);
+    let runner = Runner::open(&loaded).expect("a run");
+    let saved = runner.to_loaded(&loaded.name, &loaded.title);
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("s.msd");
     write_saved(&saved, Output::create(&path).expect("a file")).expect("room on the disk");
@@ -176,7 +179,7 @@ fn a_file_with_a_bit_changed_is_refused() {
 fn a_file_of_another_format_is_refused_by_name() {
     let bytes = String::from_utf8_lossy(&bytes()).replacen("format 3", "format 4", 1).into_bytes();
     let error = read_saved(&bytes, "s.msd").expect_err("a refusal");
-    assert!(matches!(error, LabError::Format { found: 4, known: 3, .. }), "{error}");
+    assert!(matches!(error, FileError::Format { found: 4, known: 3, .. }), "{error}");
     assert_eq!(error.to_string(), "s.msd: is a saved run of format 4; this msd reads format 3");
 }
 
@@ -189,16 +192,16 @@ fn a_file_of_another_kind_is_refused_before_it_is_read() {
     file.set_len(4 << 30).expect("a sparse file");
     let error = open(path.to_str().expect("a path")).expect_err("a refusal").to_string();
     assert!(error.ends_with("s.msd: is no saved run of msd"), "{error}");
-    assert!(matches!(open("nothing.msd"), Err(LabError::Unreadable { .. })));
+    assert!(matches!(open("nothing.msd"), Err(FileError::Unreadable { .. })));
 }
 
 #[test]
 fn what_a_file_from_elsewhere_tells_is_checked_row_by_row() {
-    let fresh = || Loaded::of("test", "", &handled(Integrator::Rk4, Precision::F32));
+    let fresh = || handled(Integrator::Rk4, Precision::F32).to_loaded("test", "");
     let refused = |change: &dyn Fn(&mut Loaded)| {
         let mut loaded = fresh();
         change(&mut loaded);
-        loaded.runner().expect_err("a refusal").to_string()
+        Runner::open(&loaded).expect_err("a refusal").to_string()
     };
     let message = refused(&|loaded| loaded.scene.springs[3].ends = [0, 1 << 40]);
     assert!(message.contains("spring 3 names particle 1099511627776"), "{message}");
@@ -206,7 +209,7 @@ fn what_a_file_from_elsewhere_tells_is_checked_row_by_row() {
     assert!(message.contains("velocity of particle 5 is NaN"), "{message}");
     let message = refused(&|loaded| loaded.scene.planes[0].normal *= 2.0);
     assert!(message.contains("square of the normal of plane 0 is 4"), "{message}");
-    let held = |change: &dyn Fn(&mut msd_lab::msd_core::Progress)| {
+    let held = |change: &dyn Fn(&mut msd_core::Progress)| {
         refused(&|loaded| change(loaded.progress.as_mut().expect("a saved run")))
     };
     let message = held(&|progress| progress.grabs[0].particle = 1 << 33);
@@ -225,7 +228,7 @@ fn what_a_file_from_elsewhere_tells_is_checked_row_by_row() {
     assert!(message.contains("size of run 0 is 0"), "{message}");
     let message = held(&|progress| progress.settings.substeps = 0);
     assert!(message.contains("substeps"), "{message}");
-    assert!(fresh().runner().is_ok());
+    assert!(Runner::open(&fresh()).is_ok());
     assert!(matches!(
         Runner::resume(&Default::default(), &fresh().progress.expect("progress"), Precision::F32),
         Err(Error::Empty)
@@ -258,7 +261,7 @@ fn bytes_that_fit_their_checksum_and_make_no_sense_never_panic() {
             let at = if near_end { count - 1 - at % 400 } else { at % count };
             content[at] = value;
         });
-        let runner = read_saved(&forged, "s").map(|loaded| loaded.runner());
+        let runner = read_saved(&forged, "s").map(|loaded| Runner::open(&loaded));
         let Ok(Ok(mut runner)) = runner else {
             refused += 1;
             continue;
@@ -274,7 +277,7 @@ fn bytes_that_fit_their_checksum_and_make_no_sense_never_panic() {
 #[test]
 fn springs_are_alike_after_a_cut_as_after_a_file() {
     // Of three stiffnesses the only other one is cut: what is left is one value for all.
-    let mut runner = open("square4").expect("a built-in scene").runner().expect("a run");
+    let mut runner = Runner::open(&open("square4").expect("a built-in scene")).expect("a run");
     act(&mut runner, Interaction::SetStiffness { springs: Select::One(2), value: 77.0 });
     act(&mut runner, Interaction::SetDamping { springs: Select::All, value: 0.0 });
     act(&mut runner, Interaction::Cut { spring: 2 });

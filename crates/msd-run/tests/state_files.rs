@@ -1,8 +1,9 @@
-//! Does a run go on from a state file to the last bit?
+//! A run goes on from a state file to the last bit.
 
-use msd_lab::msd_core::glam::DVec3;
-use msd_lab::msd_core::{Integrator, Pin, Real, State, Vector};
-use msd_lab::{AnyState, Loaded, Output, Precision, open, read_state, state_hash, write_state};
+use msd_core::glam::DVec3;
+use msd_core::{Integrator, Pin, Real, State, Vector};
+use msd_run::Runner;
+use msd_scene::{AnyState, Loaded, Output, Precision, open, read_state, state_hash, write_state};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -27,18 +28,18 @@ fn assert_same_bits(a: &AnyState, b: &AnyState) {
 }
 
 fn resumes_to_the_bit(loaded: &Loaded) {
-    let mut whole = loaded.runner().expect("a run");
+    let mut whole = Runner::open(loaded).expect("a run");
     for _ in 0..60 {
         whole.step().expect("a step");
     }
-    let mut first = loaded.runner().expect("a run");
+    let mut first = Runner::open(loaded).expect("a run");
     for _ in 0..30 {
         first.step().expect("a step");
     }
     let text = text_of(&first.state());
     let state = read(&text, loaded.precision, first.particle_count()).expect("a state file");
     assert_same_bits(&state, &first.state());
-    let mut second = loaded.runner().expect("a run");
+    let mut second = Runner::open(loaded).expect("a run");
     second.set_state(&state, 0).expect("a state of this scene");
     for _ in 0..30 {
         second.step().expect("a step");

@@ -1,8 +1,9 @@
-//! Is the work of the peers what its documentation says?
+//! The workloads are what their documentation says.
 
 use glam::DVec3;
 use msd_core::{Friction, Scene};
-use msd_lab::{LabError, Precision, Runner, peers};
+use msd_run::Runner;
+use msd_scene::{FileError, Precision, workloads};
 
 fn check_material(scene: &Scene, stiffness: f64, damping: f64) {
     for particle in &scene.particles {
@@ -20,7 +21,7 @@ fn check_material(scene: &Scene, stiffness: f64, damping: f64) {
 #[test]
 fn a_cloth_lies_flat_in_row_order_with_the_ends_of_its_first_side_pinned() {
     for side in [2, 3, 8, 31] {
-        let scene = peers::cloth(side).unwrap();
+        let scene = workloads::cloth(side).unwrap();
         check_material(&scene, 1e4, 20.0);
         assert_eq!(scene.springs.len(), (side - 1) * (4 * side - 2));
         assert_eq!(scene.particles.len(), side * side);
@@ -38,7 +39,7 @@ fn a_cloth_lies_flat_in_row_order_with_the_ends_of_its_first_side_pinned() {
 #[test]
 fn a_block_starts_a_metre_above_a_plane_that_neither_bounces_nor_rubs() {
     for side in [2, 3, 10] {
-        let scene = peers::block(side).unwrap();
+        let scene = workloads::block(side).unwrap();
         check_material(&scene, 2200.0, 1.0);
         assert_eq!(scene.springs.len(), (side - 1) * (13 * side * side - 14 * side + 4));
         assert_eq!(scene.particles.len(), side * side * side);
@@ -56,7 +57,7 @@ fn a_block_starts_a_metre_above_a_plane_that_neither_bounces_nor_rubs() {
 #[test]
 fn an_irregular_body_joins_each_particle_to_its_14_nearest() {
     for count in [0, 1, 2, 14, 15, 16, 200] {
-        let scene = peers::irregular(count).unwrap();
+        let scene = workloads::irregular(count).unwrap();
         check_material(&scene, 2200.0, 1.0);
         let mut pairs = Vec::new();
         for (row, particle) in scene.particles.iter().enumerate() {
@@ -79,15 +80,15 @@ fn springs_inside_join_8_and_26_neighbours() {
     let degree = |scene: &Scene, particle: usize| {
         scene.springs.iter().filter(|spring| spring.ends.contains(&particle)).count()
     };
-    assert_eq!(degree(&peers::cloth(3).unwrap(), 4), 8);
-    assert_eq!(degree(&peers::block(3).unwrap(), 13), 26);
+    assert_eq!(degree(&workloads::cloth(3).unwrap(), 4), 8);
+    assert_eq!(degree(&workloads::block(3).unwrap(), 13), 26);
 }
 
 #[test]
 fn both_run_for_two_seconds_in_either_precision() {
-    for scene in [peers::cloth(6).unwrap(), peers::block(4).unwrap()] {
+    for scene in [workloads::cloth(6).unwrap(), workloads::block(4).unwrap()] {
         for precision in [Precision::F32, Precision::F64] {
-            let mut runner = Runner::new(&scene, peers::settings(), precision).unwrap();
+            let mut runner = Runner::new(&scene, workloads::settings(), precision).unwrap();
             (0..120).for_each(|_| runner.step().unwrap());
         }
     }
@@ -96,14 +97,14 @@ fn both_run_for_two_seconds_in_either_precision() {
 #[test]
 fn a_side_too_short_or_too_long_is_refused() {
     for side in [0, 1] {
-        for refused in [peers::cloth(side), peers::block(side)] {
+        for refused in [workloads::cloth(side), workloads::block(side)] {
             let told = refused.unwrap_err().to_string();
             assert!(told.contains(&format!("is {side}; it must be at least 2")), "{told}");
         }
     }
-    for refused in [peers::cloth(5000), peers::block(150), peers::block(usize::MAX)] {
-        assert!(matches!(refused, Err(LabError::TooLarge { .. })));
+    for refused in [workloads::cloth(5000), workloads::block(150), workloads::block(usize::MAX)] {
+        assert!(matches!(refused, Err(FileError::TooLarge { .. })));
     }
-    let told = peers::cloth(5000).unwrap_err().to_string();
+    let told = workloads::cloth(5000).unwrap_err().to_string();
     assert!(told.starts_with("cloth: its size asks for 25000000 particles"), "{told}");
 }

@@ -1,7 +1,7 @@
-//! What does msd-lab refuse, and what does the message say? Every message is one line.
+//! Errors of files and of what they ask for; every message is one line.
 
 use crate::mesh::MeshError;
-pub use crate::shown::{shown_path, tame};
+use crate::shown::tame;
 use std::fmt;
 
 /// A place in an input: a file, and where in it if that is known.
@@ -25,7 +25,7 @@ impl fmt::Display for Place {
 /// Everything that scene, state and output files can get wrong.
 #[non_exhaustive]
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum LabError {
+pub enum FileError {
     /// A file that could not be read.
     #[error("{file}: cannot be read: {reason}")]
     Unreadable {
@@ -163,9 +163,9 @@ pub enum LabError {
     },
 }
 
-impl From<MeshError> for LabError {
+impl From<MeshError> for FileError {
     fn from(error: MeshError) -> Self {
-        LabError::Mesh(Box::new(error))
+        FileError::Mesh(Box::new(error))
     }
 }
 
@@ -175,7 +175,7 @@ fn gigabytes_shown(gigabytes: f64) -> String {
 }
 
 /// Flattens a message of a library into one line.
-pub(crate) fn one_line(message: impl fmt::Display) -> String {
+pub fn one_line(message: impl fmt::Display) -> String {
     let message = message.to_string();
     let lines = message.lines().map(str::trim).filter(|line| !line.is_empty());
     tame(&lines.collect::<Vec<_>>().join("; "))

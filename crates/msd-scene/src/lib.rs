@@ -1,65 +1,39 @@
-//! Scene files, built-in scenes, meshes and state files.
+//! Scene files, built-in scenes, meshes, state files and saved runs.
+//!
+//! [`open`] takes what a user writes - the name of a built-in scene, a scene file, a mesh or a saved
+//! run - and returns a [`Loaded`]: the rows of a [`Scene`](msd_core::Scene) and how its author wants
+//! it stepped. `msd-run` makes a run of it.
 //!
 //! ```
-//! let loaded = msd_lab::open("jelly")?;
-//! let mut runner = loaded.runner()?;
-//! runner.step()?;
-//! assert_eq!(runner.particle_count(), 1000);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! let loaded = msd_scene::open("jelly")?;
+//! assert_eq!(loaded.scene.particles.len(), 1000);
+//! # Ok::<(), msd_scene::FileError>(())
 //! ```
 #![forbid(unsafe_code)]
 
 mod shown;
-pub mod mesh;
-pub mod error;
-pub mod runner;
-pub mod rounding;
-pub mod schema;
-mod node;
-mod decode;
-pub mod domain;
-mod turn;
-mod budget;
-mod bodies;
-mod build;
-mod input;
-pub mod file_id;
-pub mod output;
-pub mod marks;
-mod envelope;
-pub mod loaded;
-pub mod saved;
-pub mod scenes;
+mod precision;
+mod state;
 mod nearby;
-pub mod peers;
-pub mod state_file;
-pub mod state_hash;
-pub mod trace;
-pub mod history;
-pub mod recording;
-pub mod replay;
-pub mod twin;
-pub mod trade;
-#[cfg(not(target_arch = "wasm32"))]
-pub mod extremes;
-pub mod solver_section;
-#[cfg(not(target_arch = "wasm32"))]
-pub mod sweep;
+pub mod mesh;
+mod error;
+mod disk;
+mod file;
+mod loaded;
+mod storage;
+mod builtin;
+mod open;
+pub mod workloads;
 
-pub use error::{LabError, Place, nearest, plain, shown_path, tame};
-pub use file_id::FileId;
-pub use msd_core;
-pub use node::SceneFormat;
-pub use output::Output;
-pub use recording::{
-    Recorder, Recording, load_recording, load_salvaged, read_recording, salvage_recording,
+pub use builtin::{BUILTINS, Builtin};
+pub use disk::{FileId, Output};
+pub use error::{FileError, Place, nearest, one_line, plain};
+pub use file::{SceneFormat, decode, domain, format_of, read_text, schema, tree};
+pub use loaded::Loaded;
+pub use open::{Draft, load, open, parse, read, write};
+pub use precision::Precision;
+pub use shown::{shown_path, tame};
+pub use state::{AnyState, state_hash};
+pub use storage::{
+    envelope, load_saved, load_state, read_saved, read_state, write_saved, write_state,
 };
-pub use replay::{Changes, Replay};
-pub use rounding::Rounding;
-pub use runner::{AnyState, Moment, Precision, Runner};
-pub use saved::{load_saved, read_saved, write_saved};
-pub use scenes::{BUILTINS, Builtin, Loaded, load, open, parse, read, write};
-pub use state_file::{load_state, read_state, write_state};
-pub use state_hash::state_hash;
-pub use trace::Trace;
-pub use twin::{Apart, Twin};

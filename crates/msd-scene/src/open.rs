@@ -1,69 +1,23 @@
-//! Which scene does a name stand for: a built-in one, a scene file, a mesh or a saved run?
+//! Opening by name: a built-in scene, a scene file, a mesh or a saved run.
 
-use crate::bodies::MeshReader;
-use crate::build::understand;
-use crate::decode::decode;
-use crate::error::{LabError, nearest, shown_path};
-use crate::input::open_regular;
-pub use crate::loaded::Loaded;
+use crate::builtin::{BUILTINS, carried};
+use crate::error::{FileError, nearest};
+use crate::file::schema::SceneFile;
+use crate::file::tree::Source;
+use crate::file::{MeshReader, SceneFormat, decode, ending, format_of, read_text, understand};
+use crate::loaded::Loaded;
 use crate::mesh::{self, Mesh, MeshError};
-use crate::node::{SceneFormat, Source};
-use crate::saved::{self, load_saved};
-use crate::schema::SceneFile;
+use crate::precision::Precision;
+use crate::shown::shown_path;
+use crate::storage::{self, load_saved};
+use msd_core::Simulation;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// A built-in scene: its name and one line on what is seen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Builtin {
-    /// The name a user writes.
-    pub name: &'static str,
-    /// One line on what is seen.
-    pub title: &'static str,
-    /// The scene file, TOML.
-    pub text: &'static str,
-}
-
-macro_rules! builtin {
-    ($name:literal, $title:literal) => {
-        Builtin {
-            name: $name,
-            title: $title,
-            text: include_str!(concat!("../scenes/", $name, ".toml")),
-        }
-    };
-}
-
-/// The built-in scenes, the default first.
-pub const BUILTINS: [Builtin; 13] = [
-    builtin!("jelly", "a cube of jelly, spun and dropped"),
-    builtin!("bunny", "a soft bunny hops, squashes as it lands and stands up again"),
-    builtin!("cloth", "a cloth hung up by three points of its top row"),
-    builtin!("dice", "a die thrown hard against two walls"),
-    builtin!("foam", "a cube of foam rubber thrown at a sticky wall"),
-    builtin!("mattress", "a mattress tumbling over the floor"),
-    builtin!("snake", "a snake of 400 m standing on its tail, until it falls"),
-    builtin!("spinner", "a block that spins fast on a slippery floor between walls"),
-    builtin!("waffle", "a waffle on edge, sliding, under heavy gravity"),
-    builtin!("teapot", "a teapot of thin rubber, dropped"),
-    builtin!("chain", "a wave runs along five particles in a row and dies out"),
-    builtin!("square", "a square with diagonals falls on the floor and keeps its shape"),
-    builtin!("square4", "the same square without diagonals collapses"),
-];
-
-/// The meshes that the crate carries, by the file name that a scene may give.
-const MESHES: [(&str, &[u8]); 2] = [
-    ("bunny.obj", include_bytes!("../meshes/bunny.obj")),
-    ("teapot.obj", include_bytes!("../meshes/teapot.obj")),
-];
-
 /// Endings of mesh files.
 const MESH_ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
-
-/// The largest scene file, bytes: the tree of a text takes many times its length.
-const MAX_TEXT: u64 = 32 << 20;
 
 /// Opens a scene by what a user writes: a built-in name, a `.toml` or `.json` scene file, a mesh, a
 /// saved run (`.msd`).
@@ -74,9 +28,9 @@ const MAX_TEXT: u64 = 32 << 20;
 ///
 /// # Errors
 /// A name that stands for nothing, with the nearest one; everything that [`load`] refuses.
-pub fn open(name: impl AsRef<Path>) -> Result<Loaded, LabError> {
+pub fn open(name: impl AsRef<Path>) -> Result<Loaded, FileError> {
     let name = name.as_ref();
-    if ending(name) == saved::ENDING {
+    if ending(name) == storage::ENDING {
         let loaded = load_saved(name)?;
         return Ok(Loaded { files: vec![name.into()], ..loaded });
     }
@@ -88,7 +42,7 @@ pub fn open(name: impl AsRef<Path>) -> Result<Loaded, LabError> {
 ///
 /// # Errors
 /// A file that cannot be read; everything that [`parse`] refuses.
-pub fn load(path: &Path) -> Result<Loaded, LabError> {
+pub fn load(path: &Path) -> Result<Loaded, FileError> {
     let draft = Draft::read(path)?;
     draft.load(&draft.source()?)
 }
@@ -99,7 +53,7 @@ pub fn load(path: &Path) -> Result<Loaded, LabError> {
 /// # Errors
 /// Text that does not follow its format, an unknown key, a value outside its domain: each names the
 /// line where it is known, and the key.
-pub fn parse(text: &str, format: SceneFormat, name: &str) -> Result<Loaded, LabError> {
+pub fn parse(text: &str, format: SceneFormat, name: &str) -> Result<Loaded, FileError> {
     parse_with(text, format, name, &|file| carried(file).unwrap_or_else(|| no_mesh(file)))
 }
 
@@ -107,16 +61,16 @@ pub fn parse(text: &str, format: SceneFormat, name: &str) -> Result<Loaded, LabE
 ///
 /// # Errors
 /// Text that does not follow its format, or an unknown key; values are not checked.
-pub fn read(text: &str, format: SceneFormat, name: &str) -> Result<SceneFile, LabError> {
+pub fn read(text: &str, format: SceneFormat, name: &str) -> Result<SceneFile, FileError> {
     decode(&Source::parse(text, format, name)?)
 }
 
 /// The text of a scene file, to be changed and written again.
 ///
 /// # Errors
-/// [`LabError::Unwritable`] for a number that the format cannot hold.
-pub fn write(file: &SceneFile, format: SceneFormat) -> Result<String, LabError> {
-    let refused = |reason: String| LabError::Unwritable { file: "scene".into(), reason };
+/// [`FileError::Unwritable`] for a number that the format cannot hold.
+pub fn write(file: &SceneFile, format: SceneFormat) -> Result<String, FileError> {
+    let refused = |reason: String| FileError::Unwritable { file: "scene".into(), reason };
     match format {
         SceneFormat::Toml => toml::to_string(file).map_err(|e| refused(e.to_string())),
         SceneFormat::Json => serde_json::to_string_pretty(file).map_err(|e| refused(e.to_string())),
@@ -124,9 +78,9 @@ pub fn write(file: &SceneFile, format: SceneFormat) -> Result<String, LabError> 
 }
 
 /// A scene that has been read and whose values may still be replaced before it is understood.
-pub(crate) struct Draft {
+pub struct Draft {
     /// What the user calls the scene, with the folder it was found in.
-    pub(crate) name: String,
+    pub name: String,
     text: Cow<'static, str>,
     format: SceneFormat,
     origin: Origin,
@@ -147,7 +101,7 @@ enum Origin {
 
 impl Draft {
     /// Reads what [`open`] would open, files relative to a folder.
-    pub(crate) fn open(name: &Path, folder: &Path) -> Result<Self, LabError> {
+    pub fn open(name: &Path, folder: &Path) -> Result<Self, FileError> {
         let path = folder.join(name);
         let shown = shown_path(&path);
         let ending = ending(&path);
@@ -169,7 +123,7 @@ impl Draft {
     }
 
     /// Reads a scene file, TOML or JSON by its ending.
-    fn read(path: &Path) -> Result<Self, LabError> {
+    fn read(path: &Path) -> Result<Self, FileError> {
         let name = shown_path(path);
         let format = format_of(path);
         let text = read_text(path, &name)?;
@@ -190,12 +144,12 @@ impl Draft {
     }
 
     /// The tree of the scene file.
-    pub(crate) fn source(&self) -> Result<Source<'_>, LabError> {
+    pub fn source(&self) -> Result<Source<'_>, FileError> {
         Source::parse(&self.text, self.format, &self.name)
     }
 
     /// Understands the tree, changed or not.
-    pub(crate) fn load(&self, source: &Source<'_>) -> Result<Loaded, LabError> {
+    pub fn load(&self, source: &Source<'_>) -> Result<Loaded, FileError> {
         let mut loaded = finish(source, &|file| self.mesh(file))?;
         if matches!(self.origin, Origin::Mesh) {
             drop_mesh(&mut loaded, source)?;
@@ -205,7 +159,7 @@ impl Draft {
     }
 
     /// A mesh that the scene names; each is read once.
-    pub(crate) fn mesh(&self, file: &str) -> Result<Mesh, MeshError> {
+    pub fn mesh(&self, file: &str) -> Result<Mesh, MeshError> {
         let known = self.meshes.lock().unwrap_or_else(PoisonError::into_inner).get(file).cloned();
         known.unwrap_or_else(|| {
             let mesh = match &self.origin {
@@ -218,7 +172,7 @@ impl Draft {
     }
 
     /// The files that were read so far; a mesh that the crate carries is none.
-    pub(crate) fn files(&self) -> Vec<PathBuf> {
+    pub fn files(&self) -> Vec<PathBuf> {
         let mut files = self.files.clone();
         if let Origin::File(folder) = &self.origin {
             let meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
@@ -234,18 +188,18 @@ impl Draft {
 }
 
 /// Why nothing is opened by this name.
-fn unknown_scene(name: &str, path: &Path) -> LabError {
+fn unknown_scene(name: &str, path: &Path) -> FileError {
     if path.is_dir() {
         let reason = "it is a folder; a scene is a file".into();
-        return LabError::Unreadable { file: name.into(), reason };
+        return FileError::Unreadable { file: name.into(), reason };
     }
     let known = match ending(path).as_str() {
-        saved::ENDING => Some("a saved run has no keys that could be set"),
+        storage::ENDING => Some("a saved run has no keys that could be set"),
         "msdrec" => Some("it is a recording, which msd run --replay takes"),
         _ => None,
     };
     if let Some(reason) = known {
-        return LabError::Unreadable { file: name.into(), reason: reason.into() };
+        return FileError::Unreadable { file: name.into(), reason: reason.into() };
     }
     if path.is_file() {
         let reason = format!(
@@ -253,7 +207,7 @@ fn unknown_scene(name: &str, path: &Path) -> LabError {
              a mesh in .{}",
             MESH_ENDINGS.join(", .")
         );
-        return LabError::Unreadable { file: name.into(), reason };
+        return FileError::Unreadable { file: name.into(), reason };
     }
     let names = BUILTINS.map(|builtin| builtin.name);
     let hint = match nearest(name, names) {
@@ -264,7 +218,7 @@ fn unknown_scene(name: &str, path: &Path) -> LabError {
             names.join(", ")
         ),
     };
-    LabError::UnknownScene { name: name.into(), hint }
+    FileError::UnknownScene { name: name.into(), hint }
 }
 
 fn parse_with(
@@ -272,11 +226,11 @@ fn parse_with(
     format: SceneFormat,
     name: &str,
     read_mesh: &MeshReader<'_>,
-) -> Result<Loaded, LabError> {
+) -> Result<Loaded, FileError> {
     finish(&Source::parse(text, format, name)?, read_mesh)
 }
 
-fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, LabError> {
+fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, FileError> {
     let understood = understand(source, read_mesh)?;
     // In messages and in saved runs both are a part of a line.
     let line = |text: &str| text.replace(char::is_control, " ");
@@ -304,7 +258,7 @@ const MAX_SUBSTEPS: f64 = 1000.0;
 
 /// Puts a mesh that nobody made a scene for just above the ground, and gives it as many substeps as
 /// it needs unless the `source` says how many.
-fn drop_mesh(loaded: &mut Loaded, source: &Source<'_>) -> Result<(), LabError> {
+fn drop_mesh(loaded: &mut Loaded, source: &Source<'_>) -> Result<(), FileError> {
     loaded.title = format!("{} dropped on the ground", loaded.name);
     for body in &mut loaded.scene.bodies {
         body.name.clone_from(&loaded.name);
@@ -315,12 +269,21 @@ fn drop_mesh(loaded: &mut Loaded, source: &Source<'_>) -> Result<(), LabError> {
     if source.holds("solver.substeps") {
         return Ok(());
     }
-    let core = |error| LabError::Core { file: source.name.into(), source: Box::new(error) };
-    let stable = loaded.runner().map_err(core)?.stable_substep();
+    let core = |error| FileError::Core { file: source.name.into(), source: Box::new(error) };
+    let stable = stable_substep(loaded).map_err(core)?;
     // A squashed body is stiffer than one at rest: the margin covers that.
     let substeps = (loaded.settings.step / (0.6 * stable)).ceil().clamp(1.0, MAX_SUBSTEPS);
     loaded.settings.substeps = substeps as u32;
     Ok(())
+}
+
+/// The largest stable substep at the start, seconds.
+fn stable_substep(loaded: &Loaded) -> Result<f64, msd_core::Error> {
+    let Loaded { scene, settings, precision, .. } = loaded;
+    Ok(match precision {
+        Precision::F32 => Simulation::<f32>::new(scene, *settings)?.stable_substep(),
+        Precision::F64 => Simulation::<f64>::new(scene, *settings)?.stable_substep(),
+    })
 }
 
 /// Reads a mesh file; if there is none, one that the crate carries may stand in by its bare name.
@@ -334,39 +297,4 @@ fn read_mesh(path: &Path, file: &str) -> Result<Mesh, MeshError> {
 fn no_mesh(file: &str) -> Result<Mesh, MeshError> {
     let reason = "only a scene that is loaded from a file can name mesh files".into();
     Err(MeshError::Unreadable { file: file.into(), reason })
-}
-
-fn carried(file: &str) -> Option<Result<Mesh, MeshError>> {
-    let (name, bytes) = MESHES.into_iter().find(|mesh| mesh.0 == file)?;
-    Some(mesh::parse(bytes, mesh::Format::Obj, name))
-}
-
-fn ending(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().to_lowercase()
-}
-
-/// The format that the ending of a file stands for, TOML unless it says JSON.
-pub(crate) fn format_of(path: &Path) -> SceneFormat {
-    match ending(path).as_str() {
-        "json" => SceneFormat::Json,
-        _ => SceneFormat::Toml,
-    }
-}
-
-/// Reads a text file.
-pub(crate) fn read_text(path: &Path, name: &str) -> Result<String, LabError> {
-    use std::io::Read;
-    let refused = |reason: String| LabError::Unreadable { file: name.into(), reason };
-    // One byte more than allowed tells a file that is too long, whatever its metadata says.
-    let mut file = open_regular(path, MAX_TEXT + 1)?;
-    let mut text = String::new();
-    let read = file.read_to_string(&mut text);
-    let length = read.map_err(|error| match error.kind() {
-        std::io::ErrorKind::InvalidData => refused("it is not UTF-8 text".into()),
-        _ => refused(error.to_string()),
-    })?;
-    if MAX_TEXT < length as u64 {
-        return Err(refused(format!("it is longer than {} MiB", MAX_TEXT >> 20)));
-    }
-    Ok(text)
 }

@@ -1,4 +1,4 @@
-//! How is what comes from outside shown in a message? Without what would break its line.
+//! Text from outside as a message shows it: without what would break its line.
 
 use std::path::Path;
 

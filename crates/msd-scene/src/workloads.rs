@@ -1,11 +1,11 @@
-//! What do engines step where their speed is compared? A cloth that swings, a block that drops and
-//! a tangle that has no order.
+//! Workloads on which the speed of engines is compared: a cloth that swings, a block that drops and
+//! an unstructured block.
 //!
 //! The numbers are part of the comparison: who changes one measures something else. All start at
 //! rest and are stepped by [`settings`] under the default gravity, 9.82 m/s² down.
 
-use crate::budget::{Budget, count_lattice};
-use crate::error::{LabError, Place};
+use crate::error::{FileError, Place};
+use crate::file::{Budget, count_lattice};
 use crate::nearby::join_nearest;
 use glam::DVec3;
 use msd_core::{
@@ -21,7 +21,7 @@ const MASS: f64 = 1.0;
 const SPACING: f64 = 1.0;
 /// How far above the plane the lowest particles of the block start, metres.
 const DROP: f64 = 1.0;
-/// Springs of a particle of the tangle at least.
+/// Springs of a particle of the unstructured block at least.
 const NEAREST: usize = 14;
 
 /// How the work is stepped unless a user chooses otherwise: frames of 1/60 s in 12 substeps of
@@ -38,8 +38,8 @@ pub fn settings() -> Settings {
 /// springs.
 ///
 /// # Errors
-/// A side below 2, [`LabError::TooLarge`].
-pub fn cloth(side: usize) -> Result<Scene, LabError> {
+/// A side below 2, [`FileError::TooLarge`].
+pub fn cloth(side: usize) -> Result<Scene, FileError> {
     let material = Material { mass: MASS, stiffness: 1e4, damping: 20.0 };
     let (mut scene, lattice) = lattice("cloth", side, ([1, side, side], material), 0.0)?;
     let corners = [[0, 0, 0], [0, side - 1, 0]];
@@ -56,15 +56,15 @@ pub fn cloth(side: usize) -> Result<Scene, LabError> {
 /// (`side` − 1) (13 `side`² − 14 `side` + 4) springs.
 ///
 /// # Errors
-/// A side below 2, [`LabError::TooLarge`].
-pub fn block(side: usize) -> Result<Scene, LabError> {
+/// A side below 2, [`FileError::TooLarge`].
+pub fn block(side: usize) -> Result<Scene, FileError> {
     let material = Material { mass: MASS, stiffness: 2200.0, damping: 1.0 };
     let (mut scene, _) = lattice("block", side, ([side; 3], material), DROP)?;
     scene.planes.push(ground());
     Ok(scene)
 }
 
-/// Makes a tangle of `count` particles at random places in a cube, which drops from 1 m on the
+/// Makes an unstructured block of `count` particles at random places in a cube, which drops from 1 m on the
 /// plane of [`block`].
 ///
 /// Unit masses, on average one in a cubic metre, in no order; each is joined to its 14 nearest, or
@@ -72,8 +72,8 @@ pub fn block(side: usize) -> Result<Scene, LabError> {
 /// rest as the ends are apart, stiffness 2200 N/m, damping 1 N s/m. The same bits on every machine.
 ///
 /// # Errors
-/// More than memory holds, [`LabError::TooLarge`].
-pub fn irregular(count: usize) -> Result<Scene, LabError> {
+/// More than memory holds, [`FileError::TooLarge`].
+pub fn irregular(count: usize) -> Result<Scene, FileError> {
     let asks = || (Place { file: "irregular".into(), position: None }, "its size".into());
     let counts = [count as u128, count as u128 * NEAREST as u128];
     Budget::default().take_for(asks, counts)?;
@@ -93,7 +93,7 @@ pub fn irregular(count: usize) -> Result<Scene, LabError> {
         let [a, b] = ends.map(|end| particles[end].position);
         Spring { ends, rest_length: a.distance(b), stiffness: 2200.0, damping: 1.0 }
     };
-    let springs = join_nearest(&points, side, NEAREST).into_iter().map(spring).collect();
+    let springs = join_nearest(&points, NEAREST).into_iter().map(spring).collect();
     Ok(Scene { particles, springs, planes: vec![ground()], ..Scene::default() })
 }
 
@@ -108,8 +108,8 @@ fn lattice(
     side: usize,
     (size, material): ([usize; 3], Material),
     height: f64,
-) -> Result<(Scene, Lattice), LabError> {
-    let refused = |error| LabError::Core { file: name.into(), source: Box::new(error) };
+) -> Result<(Scene, Lattice), FileError> {
+    let refused = |error| FileError::Core { file: name.into(), source: Box::new(error) };
     if side < 2 {
         return Err(refused(Error::OutOfDomain {
             quantity: "side",

@@ -1,7 +1,7 @@
 //! Facts about reading meshes: four formats, one mesh.
 
 use msd_core::glam::DVec3;
-use msd_lab::mesh::{self, Format, Mesh};
+use msd_scene::mesh::{self, Format, Mesh};
 use std::path::Path;
 
 /// The faces of a unit cube, outward.

@@ -2,7 +2,7 @@
 
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::{Friction, Part, Plane, Scene, Settings, Simulation};
-use msd_lab::mesh::{self, Filling, Format, Mesh, MeshError, MeshOptions};
+use msd_scene::mesh::{self, Filling, Format, Mesh, MeshError, MeshOptions};
 use std::path::Path;
 
 fn load(name: &str) -> Mesh {

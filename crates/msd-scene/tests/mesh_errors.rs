@@ -1,6 +1,6 @@
 //! Facts about what mesh import refuses: one line each, with the file, the row and the domain.
 
-use msd_lab::mesh::{self, Format};
+use msd_scene::mesh::{self, Format};
 use std::path::Path;
 
 fn refused(format: Format, bytes: &[u8]) -> String {

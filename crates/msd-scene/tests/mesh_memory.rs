@@ -1,9 +1,9 @@
-//! Does reading take memory for what is there: of a mesh not for what its header promises, of a
-//! scene file no more than was said?
+//! Memory that reading takes: of a mesh not for what its header promises, of a scene file no more
+//! than was said.
 
 use cap::Cap;
-use msd_lab::mesh::{self, Format};
-use msd_lab::{SceneFormat, parse};
+use msd_scene::mesh::{self, Format};
+use msd_scene::{SceneFormat, parse};
 use std::alloc::System;
 use std::sync::Mutex;
 

@@ -1,6 +1,6 @@
-//! Is a scene file that does not say what it means refused, by place, key, value and domain?
+//! Refusals of scene files, by place, key, value and domain.
 
-use msd_lab::{Loaded, Precision, SceneFormat, load, load_state, open, parse};
+use msd_scene::{Loaded, Precision, SceneFormat, load, load_state, open, parse};
 use std::path::Path;
 
 fn toml(text: &str) -> Result<Loaded, String> {

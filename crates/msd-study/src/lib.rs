@@ -1,31 +1,30 @@
-//! What does a scene cost, and how wrong is it? Trials of a scene against a reference, and what
-//! follows from them: studies, tuning, audits.
+//! What accuracy costs: a scene stepped in many ways, each compared with what is right.
+//!
+//! Read in this order: a [`Choice`](choice::Choice) of method, fineness and precision; the
+//! [`Reference`](reference::Reference) it is compared with; the [`Trial`](trial::Trial), which is
+//! its cost and its [`Errors`](errors::Errors). A [`Study`] is many trials, made by
+//! [`conduct`](conduct::study); [`tune`](tune::tune) searches for one choice, [`sweep`] runs a scene
+//! over a grid of its keys, [`live_error`] estimates the error of a run while it goes on.
+//!
+//! ```
+//! use msd_study::tune::{Goal, tune};
+//! let scene = msd_scene::open("chain")?.scene;
+//! let tuned = tune(&scene, 0.1, Goal::MaxError(0.1), &mut |_| {})?;
+//! assert!(tuned.met && tuned.best.trial.error() <= 0.1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
 
-pub mod cache;
-pub mod choice;
-pub mod clock;
-pub mod errors;
-pub mod reference;
-pub mod trial;
-pub mod audit;
-pub mod limits;
-pub mod ladder;
-pub mod study;
-pub mod terms;
-pub mod stability_table;
-pub mod words;
-pub mod machine;
-pub mod conduct;
-mod slope;
+mod candidates;
+mod measure;
+mod behaviour;
+mod study;
 pub mod tune;
-pub mod promise;
-pub mod estimate;
-pub(crate) mod units;
-pub mod ink;
-pub mod pen;
-mod raster;
-mod labels;
-pub mod figure;
-pub mod energy_figure;
-mod tables;
-pub mod report;
+pub mod live_error;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod sweep;
+
+pub use behaviour::{audit, limits, terms};
+pub use candidates::{choice, ladder};
+pub use measure::{clock, errors, machine, reference, trial};
+pub use study::{ReferenceNote, Study, conduct, words};

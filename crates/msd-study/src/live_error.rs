@@ -1,11 +1,11 @@
-//! How wrong is a run right now? A finer copy of it runs along for a while.
+//! The error of a run while it goes on, estimated by a finer copy that runs along for a while.
 
-use super::choice::FRAME;
-use super::reference::{Wish, make_reference};
-use super::trial::state;
-use crate::runner::{AnyState, Precision, Runner};
-use crate::scenes::Loaded;
+use crate::candidates::choice::FRAME;
+use crate::measure::reference::{Wish, make_reference};
+use crate::measure::trial::state;
 use msd_core::{Error, Scene, Settings, State};
+use msd_run::Runner;
+use msd_scene::{AnyState, Loaded, Precision};
 
 /// The error that a run made over a window of time, as estimated.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,7 +73,7 @@ impl Estimator {
             self.touched = false;
         } else if let Some(copy) = &mut self.copy {
             // What the run was told it was found to fit.
-            let queued = crate::on!(runner, simulation => simulation.queued());
+            let queued = msd_run::on!(runner, simulation => simulation.queued());
             let told = queued.iter().try_for_each(|&interaction| copy.queue(interaction));
             if told.is_err() {
                 self.copy = None;
@@ -91,7 +91,7 @@ impl Estimator {
             if follow(copy).is_err() {
                 self.copy = None;
             }
-            self.touched |= crate::on!(runner, simulation => simulation.touched());
+            self.touched |= msd_run::on!(runner, simulation => simulation.touched());
         }
         let ends = self.step == self.window;
         if ends && let Some(copy) = self.copy.take() {
@@ -153,7 +153,7 @@ pub struct Calibration {
 /// # Errors
 /// What the core refuses of the scene, and runs that diverge.
 pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Calibration>, Error> {
-    let mut runner = loaded.runner()?;
+    let mut runner = Runner::open(loaded)?;
     let mut found = Vec::new();
     for &start in starts {
         while runner.time() + 0.5 * FRAME < start {
@@ -175,7 +175,7 @@ pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Cal
         if 1e-9 < (right.duration() - duration).abs() {
             continue;
         }
-        let true_error = super::errors::rms_distance(&state(&runner), &last.state());
+        let true_error = crate::measure::errors::rms_distance(&state(&runner), &last.state());
         let estimated = estimator.last().map_or(f64::NAN, |estimate| estimate.rms);
         found.push(Calibration { start, estimated, true_error });
     }

@@ -1,10 +1,10 @@
-//! Do the scenes that come with msd blow up where it is predicted?
+//! The built-in scenes blow up where it is predicted.
 
 use msd_core::{Integrator, Scene};
-use msd_lab::trade::limits::limits;
+use msd_study::limits::limits;
 
 fn scene(name: &str) -> Scene {
-    msd_lab::open(name).unwrap().scene
+    msd_scene::open(name).unwrap().scene
 }
 
 #[test]

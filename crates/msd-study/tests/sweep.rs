@@ -1,7 +1,8 @@
-//! Is a grid what its file says, and is each cell run once and whole?
+//! A grid is what its file says, and each cell is run once and whole.
 
-use msd_lab::LabError;
-use msd_lab::sweep::{Column, Datum, Event, Kind, Store, Summary, Sweep, Table, TableFormat};
+use msd_run::Runner;
+use msd_scene::FileError;
+use msd_study::sweep::{Column, Datum, Event, Kind, Store, Summary, Sweep, Table, TableFormat};
 use std::fs;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -11,7 +12,7 @@ fn folder() -> TempDir {
 }
 
 /// Writes a sweep of the chain and opens it.
-fn open(folder: &Path, text: &str) -> Result<Sweep, LabError> {
+fn open(folder: &Path, text: &str) -> Result<Sweep, FileError> {
     let path = folder.join("sweep.toml");
     fs::write(&path, text).expect("a file");
     Sweep::open(&path)
@@ -40,7 +41,7 @@ fn words(sweep: &Sweep) -> Vec<String> {
 }
 
 fn run(sweep: &Sweep, store: &Store, jobs: usize) -> Summary {
-    msd_lab::sweep::run(sweep, store, (0..sweep.len(), jobs), &|_| {}).expect("a run")
+    msd_study::sweep::run(sweep, store, (0..sweep.len(), jobs), &|_| {}).expect("a run")
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -310,9 +311,9 @@ fn a_row_tells_what_a_run_of_the_same_scene_tells() {
     let (table, _) = store.collect(&sweep).expect("a table");
     let value = |name: &str| table.rows[0][table.place(name).expect(name)].clone();
     let loaded = sweep.load(&sweep.cell(0).expect("a cell")).expect("a scene");
-    let mut runner = loaded.runner().expect("a runner");
+    let mut runner = Runner::open(&loaded).expect("a runner");
     (0..6).for_each(|_| runner.step().expect("a step"));
-    let hash = format!("{:016x}", msd_lab::state_hash(&runner.state()));
+    let hash = format!("{:016x}", msd_scene::state_hash(&runner.state()));
     assert_eq!(value("state_hash"), Datum::Text(hash));
     assert_eq!(value("total_energy"), Datum::Number(runner.energy().total()));
     assert_eq!(value("stable_substep").as_number().map(|stable| 0.0 < stable), Some(true));
@@ -326,7 +327,7 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     let sweep = chain(folder.path(), "'solver.substeps' = [1, 2, 3, 4]");
     let store = Store::of(&sweep, None);
     assert_eq!(store.folder(), folder.path().join("sweep"));
-    let half = msd_lab::sweep::run(&sweep, &store, (1..3, 1), &|_| {}).expect("a run");
+    let half = msd_study::sweep::run(&sweep, &store, (1..3, 1), &|_| {}).expect("a run");
     assert_eq!(half, Summary { run: 2, skipped: 0, diverged: 0 });
     assert_eq!(files(store.folder()).len(), 2);
     assert_eq!(store.collect(&sweep).expect("a table").1, 2);
@@ -371,7 +372,7 @@ fn all_cells_are_checked_before_the_first_runs() {
     let folder = folder();
     let sweep = chain(folder.path(), "'solver.substeps' = [1, 2, 0]");
     let store = Store::of(&sweep, None);
-    let told = msd_lab::sweep::run(&sweep, &store, (0..3, 2), &|event| {
+    let told = msd_study::sweep::run(&sweep, &store, (0..3, 2), &|event| {
         assert!(!matches!(event, Event::Finished { .. }));
     });
     assert!(told.expect_err("refused").to_string().contains("solver.substeps is 0"));

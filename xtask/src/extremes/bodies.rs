@@ -1,4 +1,4 @@
-//! Which body goes through the hardships, and how is it maltreated?
+//! The bodies that go through the hardships, and how they are maltreated.
 
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Lattice, Material, Neighbours, Part, Pin, Plane, Scene, World, shape};

@@ -1,6 +1,6 @@
-//! Which colour has a cell of a map?
+//! The colours of the cells of a map.
 
-use super::outcome::{Outcome, Verdict};
+use crate::extremes::outcome::{Outcome, Verdict};
 use plotters::style::RGBColor;
 
 /// Errors up to these are told apart, from the best; fractions of the amplitude.

@@ -1,11 +1,11 @@
-//! How are all maps and hardships run?
+//! The conduct of all maps and hardships.
 
-use super::crew::{self, Work};
-use super::hardships::{Hardship, hardships};
-use super::map::{self, Across, Grid, Map};
-use super::outcome::{Outcome, Verdict};
-use crate::runner::Precision;
+use crate::extremes::crew::{self, Work};
+use crate::extremes::hardships::{Hardship, hardships};
+use crate::extremes::map::{self, Across, Grid, Map};
+use crate::extremes::outcome::{Outcome, Verdict};
 use msd_core::Integrator;
+use msd_scene::Precision;
 use serde::Serialize;
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,10 +1,10 @@
-//! How are many runs done at once, though one may panic or never end?
+//! Many runs at once, though one may panic or never end.
 //!
 //! A thread cannot be ended from outside. So a run that is not done in time is given up: its thread
 //! is left alone and another takes its place. For that threads are not scoped, and what they work
 //! on is shared.
 
-use super::outcome::{Outcome, Verdict};
+use crate::extremes::outcome::{Outcome, Verdict};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

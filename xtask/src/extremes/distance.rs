@@ -1,9 +1,9 @@
-//! What does single precision lose far from the origin, and what brings it back?
+//! The loss of single precision far from the origin, and what brings it back.
 
-use super::bodies;
-use crate::trade::errors::rms_distance;
+use crate::extremes::bodies;
 use msd_core::glam::DVec3;
 use msd_core::{Error, Real, Scene, Settings, Simulation, State};
+use msd_study::errors::rms_distance;
 use serde::Serialize;
 
 /// The distances measured, metres along every axis.

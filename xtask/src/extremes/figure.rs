@@ -1,15 +1,12 @@
-//! How does the map of a method look? Two rows of maps, one per precision, with the limit that
-//! theory draws.
+//! The figure of a method: two rows of maps, one per precision, with the limit that theory draws.
 
-use super::colours;
-use super::conduct::{Extremes, PRECISIONS};
-use super::map::{Across, Map};
-use super::outcome::Outcome;
-use crate::trade::ink;
-use crate::trade::pen::{Axis, Drawn, Pen, Point, Type};
-use crate::trade::report::drawing;
-use crate::trade::units;
+use crate::extremes::colours;
+use crate::extremes::conduct::{Extremes, PRECISIONS};
+use crate::extremes::map::{Across, Map};
+use crate::extremes::outcome::Outcome;
 use msd_core::Integrator;
+use msd_report::pen::{Axis, Drawn, Pen, Point, Type};
+use msd_report::{drawing, ink, units};
 use plotters::prelude::{DrawingBackend, RGBColor};
 
 /// Height of the figure, pixels.

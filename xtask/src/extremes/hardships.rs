@@ -1,12 +1,12 @@
-//! Through which hardships does every method go, and what becomes of the body?
+//! The hardships that every method goes through, and what becomes of the body.
 
-use super::bodies::{self, MATERIAL};
-use super::oscillator::Oscillator;
-use super::outcome::Verdict;
-use super::watch::{Measure, Task, judge};
-use crate::runner::Precision;
+use crate::extremes::bodies::{self, MATERIAL};
+use crate::extremes::oscillator::Oscillator;
+use crate::extremes::outcome::Verdict;
+use crate::extremes::watch::{Measure, Task, judge};
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Material, Scene, Settings};
+use msd_scene::Precision;
 
 /// A scene that asks much.
 #[derive(Clone, Debug)]

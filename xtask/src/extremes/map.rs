@@ -1,10 +1,10 @@
-//! Which map of a method? Its step against what makes a spring fast or slow.
+//! Maps of a method: its step against what makes a spring fast or slow.
 
-use super::oscillator::Oscillator;
-use super::outcome::{Outcome, Verdict};
-use super::watch::{Measure, Task, judge};
-use crate::runner::Precision;
+use crate::extremes::oscillator::Oscillator;
+use crate::extremes::outcome::{Outcome, Verdict};
+use crate::extremes::watch::{Measure, Task, judge};
 use msd_core::{Integrator, Settings, Simulation};
+use msd_scene::Precision;
 use serde::Serialize;
 
 /// What lies across a map; the step always goes up.

@@ -1,5 +1,5 @@
-//! What becomes of a run at the extremes? Maps with a known answer and a table of hardships, for
-//! every method: accurate, bounded, or an error that says so, and never anything else.
+//! Runs at the extremes: maps with a known answer and a table of hardships, for every method:
+//! accurate, bounded, or an error that says so, and never anything else.
 
 pub mod outcome;
 pub mod watch;

@@ -1,4 +1,4 @@
-//! Which motion is known exactly, whatever its stiffness, masses and damping?
+//! An oscillator whose motion is known exactly, whatever its stiffness, masses and damping.
 //!
 //! Two masses on one spring, let go along it: their distance is that of a damped oscillator,
 //! s'' + c/μ s' + k/μ s = 0 with 1/μ = 1/m₁ + 1/m₂, at any amplitude below the rest length.

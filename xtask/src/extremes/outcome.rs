@@ -1,4 +1,4 @@
-//! What may become of a run? What is right, what is told, and what must never be.
+//! Outcomes of a run: what is right, what is reported, and what must never be.
 
 use serde::Serialize;
 
@@ -10,7 +10,7 @@ pub enum Outcome {
     Accurate,
     /// Finite to the end, and without more energy than it had.
     Bounded,
-    /// Finite to the end, with energy that the method added, which the witness told.
+    /// Finite to the end, with energy that the method added, which the witness saw.
     Growing,
     /// A method said that its tolerance is out of reach, or that it cannot solve for a step.
     Unreachable,
@@ -20,7 +20,7 @@ pub enum Outcome {
     Refused,
     /// Failure: more energy at the end than at the start, and nobody said so.
     HiddenGain,
-    /// Failure: a step succeeded, and its state or energy is no number.
+    /// Failure: a step succeeded, and its state or energy is NaN.
     NotANumber,
     /// Failure: not done when its time was up.
     Hang,
@@ -53,7 +53,7 @@ impl Outcome {
         self <= Outcome::Bounded
     }
 
-    /// What a reader is told.
+    /// What a reader is shown.
     pub fn name(self) -> &'static str {
         match self {
             Outcome::Accurate => "accurate",

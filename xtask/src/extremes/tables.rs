@@ -1,11 +1,11 @@
-//! How are the results written? As tables for a page and for a program.
+//! Tables of the results, for a page and for a program.
 
-use super::conduct::{Extremes, PRECISIONS, Row};
-use super::distance::Loss;
-use super::map::Map;
-use super::outcome::{Outcome, Verdict};
-use crate::trade::units;
+use crate::extremes::conduct::{Extremes, PRECISIONS, Row};
+use crate::extremes::distance::Loss;
+use crate::extremes::map::Map;
+use crate::extremes::outcome::{Outcome, Verdict};
 use msd_core::Integrator;
+use msd_report::units;
 use std::fmt::Write;
 
 /// The table of hardships: a row each, a column per method.

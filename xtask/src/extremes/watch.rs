@@ -1,9 +1,9 @@
-//! How is a run judged? Step by step: errors, numbers, energy.
+//! The watch over a run, step by step: errors, NaN, energy.
 
-use super::outcome::{Outcome, Verdict};
-use crate::runner::Precision;
+use crate::extremes::outcome::{Outcome, Verdict};
 use msd_core::glam::DVec3;
 use msd_core::{Error, Real, Scene, Settings, Simulation, Vector, Witness};
+use msd_scene::Precision;
 
 /// A run to judge.
 #[derive(Clone, Copy, Debug)]

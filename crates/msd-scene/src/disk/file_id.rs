@@ -1,4 +1,4 @@
-//! Which file does a path name, however it is spelled?
+//! The identity of the file that a path names, however it is spelled.
 
 use std::ffi::OsString;
 use std::fs::Metadata;

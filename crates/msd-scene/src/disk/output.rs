@@ -1,7 +1,8 @@
-//! How does a file appear whole or not at all? Written beside its place, then moved there.
+//! Files that appear whole or not at all: written beside their place, then moved there.
 
-use crate::error::{LabError, shown_path};
-use crate::file_id::{folder_of, follow, is_at};
+use crate::disk::file_id::{folder_of, follow, is_at};
+use crate::error::FileError;
+use crate::shown::shown_path;
 use std::fs::{File, Metadata, OpenOptions};
 use std::io::{self, BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -35,11 +36,11 @@ impl Output {
     /// long run and not after it. Removes what a killed program left of the same file.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`] for a folder that does not exist or may not be written to, for a
+    /// [`FileError::Unwritable`] for a folder that does not exist or may not be written to, for a
     /// file that may not, and for a path that is a folder or a block device.
-    pub fn create(path: &Path) -> Result<Self, LabError> {
+    pub fn create(path: &Path) -> Result<Self, FileError> {
         let name = shown_path(path);
-        let refused = |reason: String| LabError::Unwritable { file: name.clone(), reason };
+        let refused = |reason: String| FileError::Unwritable { file: name.clone(), reason };
         let unopened = |error: io::Error| refused(reason(&error));
         let old = std::fs::metadata(path);
         let is_folder = old.as_ref().is_ok_and(Metadata::is_dir);
@@ -78,8 +79,8 @@ impl Output {
     /// Puts the file in its place.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`]; nothing is left then.
-    pub fn finish(self) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`]; nothing is left then.
+    pub fn finish(self) -> Result<(), FileError> {
         self.open_ended().map(drop)
     }
 
@@ -87,8 +88,8 @@ impl Output {
     /// the new one, never an empty one.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`]; nothing is left then.
-    pub fn finish_safely(mut self) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`]; nothing is left then.
+    pub fn finish_safely(mut self) -> Result<(), FileError> {
         let safe = self.writer.flush().and_then(|()| match self.way {
             Way::Part { .. } => self.writer.get_ref().sync_all(),
             // A pipe has no disk.
@@ -101,10 +102,10 @@ impl Output {
     /// Puts the file in its place as it is now, to go on writing there.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`]; nothing is left then.
-    pub fn open_ended(self) -> Result<File, LabError> {
+    /// [`FileError::Unwritable`]; nothing is left then.
+    pub fn open_ended(self) -> Result<File, FileError> {
         let Output { writer, way, name } = self;
-        let refused = |reason| LabError::Unwritable { file: name, reason };
+        let refused = |reason| FileError::Unwritable { file: name, reason };
         let mut file = match writer.into_inner() {
             Ok(file) => file,
             Err(error) => return Err(refused(reason(error.error()))),
@@ -124,8 +125,8 @@ impl Output {
     }
 
     /// The error of a write that failed.
-    pub fn refused(&self, error: &io::Error) -> LabError {
-        LabError::Unwritable { file: self.name.clone(), reason: reason(error) }
+    pub fn refused(&self, error: &io::Error) -> FileError {
+        FileError::Unwritable { file: self.name.clone(), reason: reason(error) }
     }
 }
 

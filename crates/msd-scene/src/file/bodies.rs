@@ -1,13 +1,14 @@
-//! How does the row of a body become particles and springs?
+//! Particles and springs from the row of a body.
 
-use crate::budget::{Budget, count_lattice};
-use crate::domain::Domain;
-use crate::error::{LabError, plain, tame};
+use crate::error::{FileError, plain};
+use crate::file::budget::{Budget, count_lattice};
+use crate::file::domain::Domain;
+use crate::file::schema::{BodyRow, Kind, Spin};
+use crate::file::tree::Source;
+use crate::file::turn::{random_axis, rotation};
 use crate::mesh::{self, Filling, Mesh, MeshError, MeshOptions};
-use crate::node::Source;
-use crate::runner::Precision;
-use crate::schema::{BodyRow, Kind, Spin};
-use crate::turn::{random_axis, rotation};
+use crate::precision::Precision;
+use crate::shown::tame;
 use glam::{DMat3, DVec3};
 use msd_core::{Lattice, Material, Neighbours, Part, Particle, Spring, shape};
 
@@ -38,7 +39,7 @@ impl Builder<'_> {
     ///
     /// # Errors
     /// A key that its kind does not use, a value outside its domain, more than fits.
-    pub(crate) fn build(&mut self, row: usize, body: &BodyRow) -> Result<Built, LabError> {
+    pub(crate) fn build(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
         check_keys(self.source, row, body)?;
         let mut built = match body.kind {
             Kind::Rope | Kind::Cloth | Kind::Block => self.lattice(row, body)?,
@@ -51,7 +52,7 @@ impl Builder<'_> {
         Ok(built)
     }
 
-    fn lattice(&mut self, row: usize, body: &BodyRow) -> Result<Built, LabError> {
+    fn lattice(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
         let neighbours = self.neighbours(row, body)?;
         let size = self.lattice_size(row, body)?;
         let spacing = self
@@ -61,13 +62,13 @@ impl Builder<'_> {
         let counts = count_lattice(size, neighbours);
         self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;
         let file = || self.source.name.to_string();
-        let core = |source| LabError::Core { file: file(), source: Box::new(source) };
+        let core = |source| FileError::Core { file: file(), source: Box::new(source) };
         let lattice = Lattice::new(size, neighbours).map_err(core)?;
         let part = shape::lattice(size, neighbours, spacing, material).map_err(core)?;
         Ok(Built { part, lattice: Some(lattice) })
     }
 
-    fn lattice_size(&self, row: usize, body: &BodyRow) -> Result<[usize; 3], LabError> {
+    fn lattice_size(&self, row: usize, body: &BodyRow) -> Result<[usize; 3], FileError> {
         let source = self.source;
         let Some(size) = &body.size else {
             return Err(source.missing(format_args!("bodies[{row}]"), "size"));
@@ -93,7 +94,7 @@ impl Builder<'_> {
         }
     }
 
-    fn neighbours(&self, row: usize, body: &BodyRow) -> Result<Neighbours, LabError> {
+    fn neighbours(&self, row: usize, body: &BodyRow) -> Result<Neighbours, FileError> {
         match (body.kind, body.neighbours) {
             (_, None) | (Kind::Rope, Some(2)) => Ok(Neighbours::All),
             (Kind::Cloth, Some(8)) | (Kind::Block, Some(26)) => Ok(Neighbours::All),
@@ -115,7 +116,7 @@ impl Builder<'_> {
         row: usize,
         body: &BodyRow,
         default: Material,
-    ) -> Result<Material, LabError> {
+    ) -> Result<Material, FileError> {
         let source = self.source;
         let (mass, stiffness) = (body.mass.unwrap_or(default.mass), body.stiffness);
         let stiffness = stiffness.unwrap_or(default.stiffness);
@@ -127,7 +128,7 @@ impl Builder<'_> {
         })
     }
 
-    fn mesh(&mut self, row: usize, body: &BodyRow) -> Result<Built, LabError> {
+    fn mesh(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
         let source = self.source;
         let Some(file) = &body.file else {
             return Err(source.missing(format_args!("bodies[{row}]"), "file"));
@@ -164,7 +165,7 @@ impl Builder<'_> {
         row: usize,
         body: &BodyRow,
         mesh: &Mesh,
-    ) -> Result<MeshOptions, LabError> {
+    ) -> Result<MeshOptions, FileError> {
         let source = self.source;
         let default = MeshOptions::for_mesh(mesh);
         let MeshOptions { mass, stiffness, damping, .. } = default;
@@ -187,7 +188,7 @@ impl Builder<'_> {
         })
     }
 
-    fn explicit(&mut self, row: usize, body: &BodyRow) -> Result<Built, LabError> {
+    fn explicit(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
         if body.particles.is_empty() {
             let key = format!("bodies[{row}].particles");
             if self.source.holds(&key) {
@@ -204,10 +205,10 @@ impl Builder<'_> {
         Ok(Built { part: Part { particles, springs, ..Part::default() }, lattice: None })
     }
 
-    fn particles(&self, row: usize, body: &BodyRow, mass: f64) -> Result<Vec<Particle>, LabError> {
+    fn particles(&self, row: usize, body: &BodyRow, mass: f64) -> Result<Vec<Particle>, FileError> {
         let source = self.source;
         let masses = Domain::of("bodies.particles.mass");
-        let particle = |(n, particle): (usize, &crate::schema::ParticleRow)| {
+        let particle = |(n, particle): (usize, &crate::file::schema::ParticleRow)| {
             let key = format_args!("bodies[{row}].particles[{n}]");
             let (position, velocity) = (particle.position, particle.velocity.unwrap_or_default());
             let mass = particle.mass.unwrap_or(mass);
@@ -225,11 +226,11 @@ impl Builder<'_> {
         row: usize,
         body: &BodyRow,
         (particles, material): (&[Particle], Material),
-    ) -> Result<Vec<Spring>, LabError> {
+    ) -> Result<Vec<Spring>, FileError> {
         let source = self.source;
         let [lengths, stiffnesses, dampings] = ["rest_length", "stiffness", "damping"]
             .map(|key| Domain::of(&format!("bodies.springs.{key}")));
-        let spring = |(n, spring): (usize, &crate::schema::SpringRow)| {
+        let spring = |(n, spring): (usize, &crate::file::schema::SpringRow)| {
             let key = format_args!("bodies[{row}].springs[{n}]");
             let mut ends = [0; 2];
             for (side, &end) in spring.ends.iter().enumerate() {
@@ -263,7 +264,7 @@ impl Builder<'_> {
     }
 
     /// Turns and moves a part, and sets it in motion.
-    fn place(&self, row: usize, body: &BodyRow, part: &mut Part) -> Result<(), LabError> {
+    fn place(&self, row: usize, body: &BodyRow, part: &mut Part) -> Result<(), FileError> {
         let source = self.source;
         let turn = match body.rotation {
             Some(turn) => {
@@ -289,7 +290,7 @@ impl Builder<'_> {
     }
 
     /// Refuses a mesh so light that a particle, which has a part of its mass, has none.
-    fn check_masses(&self, row: usize, body: &BodyRow, part: &Part) -> Result<(), LabError> {
+    fn check_masses(&self, row: usize, body: &BodyRow, part: &Part) -> Result<(), FileError> {
         let (Kind::Mesh, Some(mass)) = (body.kind, body.mass) else { return Ok(()) };
         let key = format_args!("bodies[{row}].mass");
         let lightest = part.particles.iter().map(|particle| particle.mass).fold(mass, f64::min);
@@ -303,7 +304,7 @@ impl Builder<'_> {
 
     /// Refuses a body so small, or so far out, that rounding puts neighbours on one place: the
     /// spring between them would have no direction.
-    fn check_apart(&self, row: usize, body: &BodyRow, part: &Part) -> Result<(), LabError> {
+    fn check_apart(&self, row: usize, body: &BodyRow, part: &Part) -> Result<(), FileError> {
         let apart = |spring: &Spring| {
             let [a, b] = spring.ends.map(|end| part.particles[end].position);
             match self.precision {
@@ -343,7 +344,7 @@ impl Builder<'_> {
         Err(self.source.out_of_domain(format_args!("bodies[{row}].{key}"), value, expected))
     }
 
-    fn spin(&self, row: usize, body: &BodyRow) -> Result<DVec3, LabError> {
+    fn spin(&self, row: usize, body: &BodyRow) -> Result<DVec3, FileError> {
         let source = self.source;
         let about = match body.spin {
             None => return Ok(DVec3::ZERO),
@@ -368,13 +369,13 @@ impl Builder<'_> {
 }
 
 /// The error of a mesh, with the key of body number `row` that led to it.
-fn mesh_error(source: &Source<'_>, (row, key): (usize, &str), error: MeshError) -> LabError {
+fn mesh_error(source: &Source<'_>, (row, key): (usize, &str), error: MeshError) -> FileError {
     let key = format!("bodies[{row}].{key}");
-    LabError::SceneMesh { place: source.place_of(&key), key, source: Box::new(error) }
+    FileError::SceneMesh { place: source.place_of(&key), key, source: Box::new(error) }
 }
 
 /// Refuses keys that the kind of a body does not use: they would have no effect silently.
-fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), LabError> {
+fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), FileError> {
     const LATTICES: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block];
     const SPACED: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block, Kind::Mesh];
     let keys = [

@@ -1,7 +1,7 @@
-//! Does a scene fit into memory? Asked of every body before it is built.
+//! The memory a scene would take, counted before any body is built.
 
-use crate::error::{LabError, Place};
-use crate::node::Source;
+use crate::error::{FileError, Place};
+use crate::file::tree::Source;
 use msd_core::Neighbours;
 use msd_core::lattice::FAMILIES;
 
@@ -25,7 +25,7 @@ impl Budget {
         source: &Source<'_>,
         key: std::fmt::Arguments<'_>,
         counts: [u128; 2],
-    ) -> Result<(), LabError> {
+    ) -> Result<(), FileError> {
         let asks = || {
             let key = key.to_string();
             (source.place_of(&key), key)
@@ -38,7 +38,7 @@ impl Budget {
         &mut self,
         asks: impl FnOnce() -> (Place, String),
         [particles, springs]: [u128; 2],
-    ) -> Result<(), LabError> {
+    ) -> Result<(), FileError> {
         self.particles = self.particles.saturating_add(particles);
         self.springs = self.springs.saturating_add(springs);
         let bytes = self.particles.saturating_mul(PARTICLE_BYTES);
@@ -49,7 +49,7 @@ impl Budget {
         let (particles, springs) = (in_words(self.particles), in_words(self.springs));
         let (place, key) = asks();
         let hint = if key.ends_with(".spacing") { "; make it larger" } else { "" };
-        Err(LabError::TooLarge {
+        Err(FileError::TooLarge {
             place,
             key,
             counts: format!("{particles} particles and {springs} springs"),

@@ -1,13 +1,13 @@
-//! How does a scene file become a scene? Row by row, each number checked against its domain.
+//! A scene from a scene file, row by row, each number checked against its domain.
 
-use crate::bodies::{Builder, MeshReader};
-use crate::budget::Budget;
-use crate::decode::decode;
-use crate::domain::Domain;
-use crate::error::{LabError, plain};
-use crate::node::Source;
-use crate::runner::Precision;
-use crate::schema::{PinRow, PlaneRow, SceneFile, SolverRow, WorldRow};
+use crate::error::{FileError, plain};
+use crate::file::bodies::{Builder, MeshReader};
+use crate::file::budget::Budget;
+use crate::file::decode::decode;
+use crate::file::domain::Domain;
+use crate::file::schema::{PinRow, PlaneRow, SceneFile, SolverRow, WorldRow};
+use crate::file::tree::Source;
+use crate::precision::Precision;
 use msd_core::{Friction, Integrator, Lattice, Pin, Plane, Scene, Settings, World};
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ pub(crate) struct Understood {
 pub(crate) fn understand(
     source: &Source<'_>,
     read_mesh: &MeshReader<'_>,
-) -> Result<Understood, LabError> {
+) -> Result<Understood, FileError> {
     let file: SceneFile = decode(source)?;
     source.count(format_args!("version"), file.version.into())?;
     let precision = file.solver.precision.unwrap_or_default();
@@ -70,7 +70,7 @@ pub(crate) fn understand(
     Ok(Understood { title: file.title, scene, settings, precision, notes })
 }
 
-fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, LabError> {
+fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, FileError> {
     let step = match (solver.step, solver.steps_per_second) {
         (Some(_), Some(_)) => {
             let reason = "and solver.steps_per_second exclude each other";
@@ -106,13 +106,13 @@ fn count(
     key: &str,
     value: Option<u64>,
     default: u32,
-) -> Result<u32, LabError> {
+) -> Result<u32, FileError> {
     let value = value.unwrap_or(default.into());
     // Its domain ends where a count does.
     Ok(u32::try_from(source.count(format_args!("{key}"), value)?).unwrap_or(u32::MAX))
 }
 
-fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, LabError> {
+fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, FileError> {
     let default = World::default();
     let gravity = row.gravity.unwrap_or(default.gravity.to_array());
     let force = row.force.unwrap_or(default.force.to_array());
@@ -126,7 +126,7 @@ fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, LabError> {
     })
 }
 
-fn plane(source: &Source<'_>, row: usize, plane: &PlaneRow) -> Result<Plane, LabError> {
+fn plane(source: &Source<'_>, row: usize, plane: &PlaneRow) -> Result<Plane, FileError> {
     let key = format_args!("world.planes[{row}]");
     let sticky = plane.sticky.unwrap_or(false);
     let given = [plane.restitution, plane.friction, plane.tangential_loss];
@@ -164,7 +164,7 @@ fn pins(
     (row, pin): (usize, &PinRow),
     lattices: &[Option<Lattice>],
     scene: &Scene,
-) -> Result<Vec<Pin>, LabError> {
+) -> Result<Vec<Pin>, FileError> {
     let key = format_args!("pins[{row}]");
     let bodies = ("body", lattices.len());
     let body = source.index(format_args!("{key}.body"), pin.body.unwrap_or(0), bodies)?;

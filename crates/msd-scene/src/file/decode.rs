@@ -1,8 +1,9 @@
-//! How does a tree of values become rows? By serde, with errors that name the key from the top and
-//! the nearest valid one.
+//! Rows from a tree of values, by serde, with errors that name the key from the top and the nearest
+//! valid one.
 
-use crate::error::{LabError, nearest, plain, tame};
-use crate::node::{Node, Source, Value};
+use crate::error::{FileError, nearest, plain};
+use crate::file::tree::{Node, Source, Value};
+use crate::shown::tame;
 use serde::de::value::StrDeserializer;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, Expected, IntoDeserializer, Unexpected};
 use serde::forward_to_deserialize_any;
@@ -12,13 +13,13 @@ use std::fmt::{self, Display};
 ///
 /// # Errors
 /// An unknown or missing key, or a value of the wrong kind.
-pub(crate) fn decode<T: DeserializeOwned>(source: &Source<'_>) -> Result<T, LabError> {
+pub fn decode<T: DeserializeOwned>(source: &Source<'_>) -> Result<T, FileError> {
     T::deserialize(&source.root).map_err(|error| error.explain(source))
 }
 
 /// What is wrong, and the path to it, innermost step first.
 #[derive(Debug)]
-pub(crate) struct Failure {
+pub struct Failure {
     reason: Reason,
     path: Vec<Step>,
     offset: Option<usize>,
@@ -50,7 +51,7 @@ impl Failure {
         self
     }
 
-    fn explain(self, source: &Source<'_>) -> LabError {
+    fn explain(self, source: &Source<'_>) -> FileError {
         let mut key = String::new();
         for step in self.path.iter().rev() {
             match step {
@@ -64,13 +65,13 @@ impl Failure {
         match self.reason {
             Reason::UnknownKey { key, known } => {
                 let hint = suggestion(&key, known, "the keys are");
-                LabError::UnknownKey { place, key: tame(&key), table, hint }
+                FileError::UnknownKey { place, key: tame(&key), table, hint }
             }
-            Reason::MissingKey(key) => LabError::MissingKey { place, key: key.into(), table },
+            Reason::MissingKey(key) => FileError::MissingKey { place, key: key.into(), table },
             Reason::Value { value, expected } => {
-                LabError::OutOfDomain { place, key: table, value: tame(&value), expected }
+                FileError::OutOfDomain { place, key: table, value: tame(&value), expected }
             }
-            Reason::Other(reason) => LabError::Malformed { place, reason: tame(&reason) },
+            Reason::Other(reason) => FileError::Malformed { place, reason: tame(&reason) },
         }
     }
 }

@@ -1,11 +1,11 @@
-//! Does a number of a scene file lie in its domain? If not, which key holds it?
+//! Domains of the numbers of a scene file.
 //!
 //! [`DOMAINS`] is what is checked, what a message says, and what `docs/scenes.md` says of each key.
 
-use crate::error::{LabError, plain};
-use crate::node::Source;
-use crate::runner::Precision;
-use crate::schema::VERSION;
+use crate::error::{FileError, plain};
+use crate::file::schema::VERSION;
+use crate::file::tree::Source;
+use crate::precision::Precision;
 use glam::DVec3;
 use std::fmt::{Arguments, Display};
 
@@ -141,7 +141,7 @@ impl Domain {
 
 impl Source<'_> {
     /// Returns a number that must lie in the domain of its key.
-    pub(crate) fn number(&self, key: Arguments<'_>, value: f64) -> Result<f64, LabError> {
+    pub(crate) fn number(&self, key: Arguments<'_>, value: f64) -> Result<f64, FileError> {
         self.number_in(Domain::of(&without_rows(&key.to_string())), key, value)
     }
 
@@ -151,7 +151,7 @@ impl Source<'_> {
         domain: Domain,
         key: Arguments<'_>,
         value: f64,
-    ) -> Result<f64, LabError> {
+    ) -> Result<f64, FileError> {
         if domain.holds(value, self.precision.get()) {
             return self.fitting(key, value);
         }
@@ -159,7 +159,7 @@ impl Source<'_> {
     }
 
     /// Returns a whole number that must lie in the domain of its key.
-    pub(crate) fn count(&self, key: Arguments<'_>, value: u64) -> Result<u64, LabError> {
+    pub(crate) fn count(&self, key: Arguments<'_>, value: u64) -> Result<u64, FileError> {
         let domain = Domain::of(&without_rows(&key.to_string()));
         match domain {
             Domain::Count(most, _) if (1..=most).contains(&value) => Ok(value),
@@ -168,30 +168,30 @@ impl Source<'_> {
     }
 
     /// The error of a value outside its domain.
-    pub(crate) fn out_of_domain(
+    pub fn out_of_domain(
         &self,
         key: Arguments<'_>,
         value: impl Display,
         expected: impl Into<String>,
-    ) -> LabError {
+    ) -> FileError {
         let (key, value) = (key.to_string(), value.to_string());
-        LabError::OutOfDomain { place: self.place_of(&key), key, value, expected: expected.into() }
+        FileError::OutOfDomain { place: self.place_of(&key), key, value, expected: expected.into() }
     }
 
     /// The error of keys that do not fit together.
-    pub(crate) fn refuse(&self, key: Arguments<'_>, reason: impl Display) -> LabError {
+    pub(crate) fn refuse(&self, key: Arguments<'_>, reason: impl Display) -> FileError {
         let key = key.to_string();
-        LabError::Malformed { place: self.place_of(&key), reason: format!("{key} {reason}") }
+        FileError::Malformed { place: self.place_of(&key), reason: format!("{key} {reason}") }
     }
 
     /// The error of a key that is not there.
-    pub(crate) fn missing(&self, table: Arguments<'_>, key: &str) -> LabError {
+    pub fn missing(&self, table: Arguments<'_>, key: &str) -> FileError {
         let table = table.to_string();
-        LabError::MissingKey { place: self.place_of(&table), key: key.into(), table }
+        FileError::MissingKey { place: self.place_of(&table), key: key.into(), table }
     }
 
     /// Returns a number that must be finite in the precision of the scene too.
-    fn fitting(&self, key: Arguments<'_>, value: f64) -> Result<f64, LabError> {
+    fn fitting(&self, key: Arguments<'_>, value: f64) -> Result<f64, FileError> {
         if self.precision.get() == Precision::F64 || (value as f32).is_finite() {
             return Ok(value);
         }
@@ -200,7 +200,7 @@ impl Source<'_> {
     }
 
     /// Returns a vector of finite numbers.
-    pub(crate) fn vector(&self, key: Arguments<'_>, value: [f64; 3]) -> Result<DVec3, LabError> {
+    pub(crate) fn vector(&self, key: Arguments<'_>, value: [f64; 3]) -> Result<DVec3, FileError> {
         for (row, component) in value.into_iter().enumerate() {
             self.number_in(Domain::Finite, format_args!("{key}[{row}]"), component)?;
         }
@@ -213,7 +213,7 @@ impl Source<'_> {
         key: Arguments<'_>,
         value: [f64; 3],
         extent: f64,
-    ) -> Result<DVec3, LabError> {
+    ) -> Result<DVec3, FileError> {
         for (row, component) in value.into_iter().enumerate() {
             // False for a NaN too.
             let inside = component.abs() <= extent;
@@ -230,7 +230,11 @@ impl Source<'_> {
     }
 
     /// Returns a vector that has a direction, as one of length one.
-    pub(crate) fn direction(&self, key: Arguments<'_>, value: [f64; 3]) -> Result<DVec3, LabError> {
+    pub(crate) fn direction(
+        &self,
+        key: Arguments<'_>,
+        value: [f64; 3],
+    ) -> Result<DVec3, FileError> {
         let vector = self.vector(key, value)?;
         let largest = vector.abs().max_element();
         if largest == 0.0 {
@@ -247,7 +251,7 @@ impl Source<'_> {
         key: Arguments<'_>,
         index: u64,
         (what, count): (&str, usize),
-    ) -> Result<usize, LabError> {
+    ) -> Result<usize, FileError> {
         let found = usize::try_from(index).ok().filter(|&index| index < count);
         found.ok_or_else(|| {
             let expected = match count {

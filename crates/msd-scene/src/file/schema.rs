@@ -1,10 +1,10 @@
-//! What may a scene file say? The rows of schema version 1; `docs/scenes.md` explains every key.
+//! The rows of a scene file, schema version 1; `docs/scenes.md` explains every key.
 //!
-//! A key that is left out is `None` or empty here and takes its default in [`crate::scenes`], so
+//! A key that is left out is `None` or empty here and takes its default in [`crate::open`], so
 //! that a file that is read and written again says what its author said and no more.
 
 use crate::mesh::Filling;
-use crate::runner::Precision;
+use crate::precision::Precision;
 use msd_core::Integrator;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};

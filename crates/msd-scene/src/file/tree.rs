@@ -1,64 +1,60 @@
-//! What does a scene file hold before it is understood? A tree of values that remember where they
-//! were written, the same for TOML and JSON.
+//! Trees of values that remember where they were written, the same for TOML and JSON.
 
-use crate::error::{LabError, Place, one_line};
-use crate::runner::Precision;
+use crate::error::{FileError, Place, one_line};
+use crate::file::text::SceneFormat;
+use crate::precision::Precision;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt;
 use toml::de::{DeTable, DeValue};
 
-/// The language of a scene file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SceneFormat {
-    /// TOML, `.toml`.
-    Toml,
-    /// JSON, `.json`.
-    Json,
-}
-
 /// A value and the byte at which it was written, if that is known.
 #[derive(Clone, Debug)]
-pub(crate) struct Node {
-    pub(crate) value: Value,
-    pub(crate) offset: Option<usize>,
+pub struct Node {
+    /// The value.
+    pub value: Value,
+    /// The byte.
+    pub offset: Option<usize>,
 }
 
 /// What was written.
 #[derive(Clone, Debug)]
-pub(crate) enum Value {
+pub enum Value {
+    /// A null of JSON.
     Nothing,
+    /// True or false.
     Flag(bool),
+    /// A whole number.
     Whole(i128),
+    /// Any other number.
     Number(f64),
+    /// A text.
     Text(String),
+    /// Values in a row.
     List(Vec<Node>),
     /// Keys with the byte at which they were written, and their values.
     Table(Vec<(String, Option<usize>, Node)>),
 }
 
 /// A scene file as text and as a tree.
-pub(crate) struct Source<'t> {
+pub struct Source<'t> {
     /// What the user calls the file.
-    pub(crate) name: &'t str,
+    pub name: &'t str,
     text: &'t str,
-    pub(crate) root: Node,
+    /// The tree.
+    pub root: Node,
     /// The precision that the scene asks for, once that is known: its numbers must fit.
-    pub(crate) precision: Cell<Precision>,
+    pub precision: Cell<Precision>,
 }
 
 impl<'t> Source<'t> {
     /// Reads a text.
     ///
     /// # Errors
-    /// [`LabError::Malformed`] where the text does not follow the format; [`LabError::Unreadable`]
+    /// [`FileError::Malformed`] where the text does not follow the format; [`FileError::Unreadable`]
     /// where reading it would take too much memory.
-    pub(crate) fn parse(
-        text: &'t str,
-        format: SceneFormat,
-        name: &'t str,
-    ) -> Result<Self, LabError> {
+    pub fn parse(text: &'t str, format: SceneFormat, name: &'t str) -> Result<Self, FileError> {
         check_memory(text, format, name)?;
         let root = match format {
             SceneFormat::Toml => read_toml(text, name)?,
@@ -68,19 +64,19 @@ impl<'t> Source<'t> {
     }
 
     /// The place of a byte.
-    pub(crate) fn place(&self, offset: Option<usize>) -> Place {
+    pub fn place(&self, offset: Option<usize>) -> Place {
         place(self.name, self.text, offset)
     }
 
     /// The place of the value at a path such as `bodies[2].stiffness`, or of the nearest value
     /// around it that was written.
-    pub(crate) fn place_of(&self, path: &str) -> Place {
+    pub fn place_of(&self, path: &str) -> Place {
         let offset = self.walk(path).filter_map(|node| node?.offset).last();
         self.place(offset)
     }
 
     /// Whether a value was written at a path.
-    pub(crate) fn holds(&self, path: &str) -> bool {
+    pub fn holds(&self, path: &str) -> bool {
         self.walk(path).all(|node| node.is_some())
     }
 
@@ -103,7 +99,7 @@ impl<'t> Source<'t> {
 const MOST_MEMORY: u64 = 1_500_000_000;
 
 /// Refuses a text that has so many values that reading them would fill a small machine.
-fn check_memory(text: &str, format: SceneFormat, name: &str) -> Result<(), LabError> {
+fn check_memory(text: &str, format: SceneFormat, name: &str) -> Result<(), FileError> {
     let bytes = match format {
         SceneFormat::Toml => toml_memory(text),
         SceneFormat::Json => json_memory(text),
@@ -118,7 +114,7 @@ fn check_memory(text: &str, format: SceneFormat, name: &str) -> Result<(), LabEr
         gigabytes(bytes),
         gigabytes(MOST_MEMORY)
     );
-    Err(LabError::Unreadable { file: name.into(), reason })
+    Err(FileError::Unreadable { file: name.into(), reason })
 }
 
 /// Memory to read a TOML text, bytes, by what was measured for texts of one kind of row: a value
@@ -172,8 +168,8 @@ fn short(count: usize) -> u32 {
     u32::try_from(count).unwrap_or(u32::MAX)
 }
 
-fn read_toml(text: &str, name: &str) -> Result<Node, LabError> {
-    let table = DeTable::parse(text).map_err(|error| LabError::Malformed {
+fn read_toml(text: &str, name: &str) -> Result<Node, FileError> {
+    let table = DeTable::parse(text).map_err(|error| FileError::Malformed {
         place: place(name, text, error.span().map(|span| span.start)),
         reason: one_line(error.message()),
     })?;
@@ -207,14 +203,14 @@ fn toml_node(value: toml::Spanned<DeValue<'_>>) -> Node {
     Node { value, offset }
 }
 
-fn read_json(text: &str, name: &str) -> Result<Node, LabError> {
+fn read_json(text: &str, name: &str) -> Result<Node, FileError> {
     serde_json::from_str(text).map_err(|error| {
         let message = error.to_string();
         // serde_json repeats the position at the end of its message.
         let reason = message.split(" at line ").next().unwrap_or_default();
         let position = Some((short(error.line()), short(error.column())));
         let place = Place { file: name.into(), position };
-        LabError::Malformed { place, reason: one_line(reason) }
+        FileError::Malformed { place, reason: one_line(reason) }
     })
 }
 

@@ -1,4 +1,4 @@
-//! Which way is a body turned, and about which axis does it spin? The same bits on every machine.
+//! Rotations of bodies and random axes of spin, the same bits on every machine.
 
 use glam::{DMat3, DVec3};
 use rand_pcg::Pcg32;

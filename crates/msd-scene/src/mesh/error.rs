@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh, and what does the message say?
+//! Errors of meshes and their messages.
 
 /// A place in a file: a line, counted from 1, or a vertex, face or facet, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

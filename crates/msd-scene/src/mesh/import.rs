@@ -1,10 +1,10 @@
-//! How does a file become a mesh?
+//! Import of mesh files: format, bytes, clean triangles.
 
-use super::error::{MeshError, malformed};
-use super::raw::LONGEST;
-use super::topology::{components, edges, sides};
-use super::weld::clean;
-use super::{gltf_file, obj_file, ply_file, stl_file};
+use crate::mesh::clean::topology::{components, edges, sides};
+use crate::mesh::clean::weld::clean;
+use crate::mesh::error::{MeshError, malformed};
+use crate::mesh::raw::LONGEST;
+use crate::mesh::read::{gltf_file, obj_file, ply_file, stl_file};
 use crate::shown::shown_path;
 use glam::DVec3;
 use std::path::{Component, Path};
@@ -26,7 +26,7 @@ impl Format {
     /// The format that the ending of a file name stands for, in upper or lower case.
     ///
     /// ```
-    /// use msd_lab::mesh::Format;
+    /// use msd_scene::mesh::Format;
     /// assert_eq!(Format::from_extension("GLB"), Some(Format::Gltf));
     /// assert_eq!(Format::from_extension("toml"), None);
     /// ```
@@ -123,7 +123,7 @@ impl core::fmt::Display for MeshReport {
     }
 }
 
-/// Reads a mesh from a file, its format told by the ending of its name.
+/// Reads a mesh from a file, in the format given by the ending of its name.
 ///
 /// A `.gltf` file may name buffers in files beside or below it.
 ///

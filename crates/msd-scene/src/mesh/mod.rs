@@ -1,11 +1,11 @@
-//! How does a triangle file become a body? OBJ, STL, PLY and glTF in; particles and springs out.
+//! Meshes: OBJ, STL, PLY and glTF in; particles and springs out.
 //!
 //! [`read`] or [`parse`] gives a [`Mesh`]: duplicate vertices welded, degenerate faces dropped,
 //! faces turned outward, and a [`MeshReport`] that says how many. [`body`] turns the mesh into a
 //! [`Part`](msd_core::Part): a solid with an interior lattice if it is closed, else a shell.
 //!
 //! ```
-//! use msd_lab::mesh::{self, Format, MeshOptions};
+//! use msd_scene::mesh::{self, Format, MeshOptions};
 //!
 //! let tetrahedron = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 //! let mesh = mesh::parse(tetrahedron, Format::Obj, "tetrahedron.obj")?;
@@ -17,22 +17,12 @@
 
 mod error;
 mod raw;
-mod inside;
-mod topology;
-mod weld;
-mod obj_file;
-mod stl_file;
-mod ply_file;
-mod gltf_file;
+mod clean;
+mod read;
 mod import;
-mod nearby;
-mod lattice;
-mod pieces;
-mod brace;
-mod texture;
-mod body;
+mod fill;
 
-pub(crate) use body::estimate;
-pub use body::{BodyReport, Filling, MeshOptions, body};
 pub use error::{MeshError, Row};
+pub(crate) use fill::estimate;
+pub use fill::{BodyReport, Filling, MeshOptions, body};
 pub use import::{Format, Mesh, MeshReport, parse, read};

@@ -1,6 +1,6 @@
-//! What does a file hold before it is cleaned? Vertices and triangles as they were written.
+//! Raw triangles: what a file holds before it is cleaned.
 
-use super::error::{MeshError, Row, one_line};
+use crate::mesh::error::{MeshError, Row, one_line};
 use glam::DVec3;
 use msd_core::MAX_PARTICLES;
 

@@ -1,12 +1,12 @@
-//! How does a reader know what a file of msd is, by which format it was made, and that it is whole?
+//! The envelope of files of msd: what it is, by which format it was made, and that it is whole.
 //!
 //! A file starts with a line of text, `msd KIND, format N`. Frames follow: the length of their
 //! content (8 bytes, the lowest first), the content, and its BLAKE3 hash (O'Connor and others,
 //! 2020; 32 bytes).
 
-use crate::error::{LabError, Place, one_line, shown_path};
-use crate::input::open_regular;
-use crate::output::Output;
+use crate::disk::{Output, open_regular};
+use crate::error::{FileError, Place, one_line};
+use crate::shown::shown_path;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::io::{Read, Write};
@@ -14,9 +14,11 @@ use std::path::Path;
 
 /// A kind of file, and the format of it that this msd writes and reads.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Kind {
-    pub(crate) what: &'static str,
-    pub(crate) format: u32,
+pub struct FileKind {
+    /// What it is, as a message says it.
+    pub what: &'static str,
+    /// The number of its format.
+    pub format: u32,
 }
 
 /// Longer than any first line, bytes.
@@ -27,19 +29,18 @@ const LARGEST: u64 = 8 << 30;
 const LENGTH: usize = 8;
 const HASH: usize = 32;
 
-impl Kind {
+impl FileKind {
     /// The first line of a file of this kind.
     fn line(&self) -> String {
-        let Kind { what, format } = self;
+        let FileKind { what, format } = self;
         format!("msd {what}, format {format}\n")
     }
 
     /// Writes the first line of a file of this kind and its first frame.
-    pub(crate) fn begin(
-        &self,
-        output: &mut Output,
-        content: &impl Serialize,
-    ) -> Result<(), LabError> {
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn begin(&self, output: &mut Output, content: &impl Serialize) -> Result<(), FileError> {
         let written = frame(content).and_then(|frame| {
             output.write_all(self.line().as_bytes())?;
             output.write_all(&frame)
@@ -48,9 +49,12 @@ impl Kind {
     }
 
     /// Reads a file into memory once its first line is that of this kind.
-    pub(crate) fn load(&self, path: &Path) -> Result<Vec<u8>, LabError> {
+    ///
+    /// # Errors
+    /// A file that cannot be read, and what [`FileKind::frames`] refuses.
+    pub fn load(&self, path: &Path) -> Result<Vec<u8>, FileError> {
         let file = shown_path(path);
-        let refused = |reason: String| LabError::Unreadable { file: file.clone(), reason };
+        let refused = |reason: String| FileError::Unreadable { file: file.clone(), reason };
         let mut source = open_regular(path, LARGEST + 1)?;
         let mut bytes = Vec::new();
         let mut read = |limit: u64, bytes: &mut Vec<u8>| {
@@ -66,12 +70,11 @@ impl Kind {
     }
 
     /// The frames of a file called `name`, after its first line is found to be that of this kind.
-    pub(crate) fn frames<'a>(
-        &self,
-        bytes: &'a [u8],
-        name: &'a str,
-    ) -> Result<Frames<'a>, LabError> {
-        let Kind { what, format: known } = *self;
+    ///
+    /// # Errors
+    /// [`FileError::Malformed`] for another kind of file, [`FileError::Format`] for another format.
+    pub fn frames<'a>(&self, bytes: &'a [u8], name: &'a str) -> Result<Frames<'a>, FileError> {
+        let FileKind { what, format: known } = *self;
         let wrong = |reason: String| malformed(name, reason);
         let start = &bytes[..bytes.len().min(LONGEST_LINE)];
         let end = start.iter().position(|&byte| byte == b'\n');
@@ -85,7 +88,7 @@ impl Kind {
             return Err(wrong(format!("is a {kind}, not a {what}")));
         }
         if found != known {
-            return Err(LabError::Format { file: name.into(), what, found, known });
+            return Err(FileError::Format { file: name.into(), what, found, known });
         }
         let at = end.map_or(0, |end| end + 1);
         Ok(Frames { bytes, at, name })
@@ -94,7 +97,7 @@ impl Kind {
 
 /// The frames of a file, one after the other.
 #[derive(Debug)]
-pub(crate) struct Frames<'a> {
+pub struct Frames<'a> {
     bytes: &'a [u8],
     /// Where the next frame starts.
     at: usize,
@@ -103,7 +106,7 @@ pub(crate) struct Frames<'a> {
 
 /// What stands where a frame is looked for.
 #[derive(Debug)]
-pub(crate) enum Found<'a> {
+pub enum Found<'a> {
     /// A whole frame with this content.
     Whole(&'a [u8]),
     /// Nothing: the file ends here.
@@ -116,7 +119,7 @@ pub(crate) enum Found<'a> {
 
 impl<'a> Frames<'a> {
     /// Looks for the next frame; after one that is not whole there is none.
-    pub(crate) fn next(&mut self) -> Found<'a> {
+    pub fn next_frame(&mut self) -> Found<'a> {
         let rest = self.bytes.get(self.at..).unwrap_or_default();
         self.at = self.bytes.len();
         let Some((length, rest)) = rest.split_first_chunk::<LENGTH>() else {
@@ -133,13 +136,16 @@ impl<'a> Frames<'a> {
     }
 
     /// Bytes from the next frame on.
-    pub(crate) fn rest(&self) -> usize {
+    pub fn rest(&self) -> usize {
         self.bytes.len() - self.at
     }
 
     /// Takes the next frame apart, which must be there.
-    pub(crate) fn expect<T: DeserializeOwned>(&mut self) -> Result<T, LabError> {
-        match self.next() {
+    ///
+    /// # Errors
+    /// [`FileError::Malformed`].
+    pub fn expect<T: DeserializeOwned>(&mut self) -> Result<T, FileError> {
+        match self.next_frame() {
             Found::Whole(content) => self.decode(content),
             Found::End | Found::Torn => Err(malformed(self.name, "is cut short".into())),
             Found::Damaged => Err(self.damaged()),
@@ -147,7 +153,10 @@ impl<'a> Frames<'a> {
     }
 
     /// Takes a content apart.
-    pub(crate) fn decode<T: DeserializeOwned>(&self, content: &[u8]) -> Result<T, LabError> {
+    ///
+    /// # Errors
+    /// [`FileError::Malformed`].
+    pub fn decode<T: DeserializeOwned>(&self, content: &[u8]) -> Result<T, FileError> {
         let wrong = |reason: String| malformed(self.name, reason);
         // Its hash fits, so another program made it. What is allocated is bounded by what is there.
         match postcard::take_from_bytes(content) {
@@ -158,12 +167,12 @@ impl<'a> Frames<'a> {
     }
 
     /// The error of a frame whose content is not what was written.
-    pub(crate) fn damaged(&self) -> LabError {
+    pub fn damaged(&self) -> FileError {
         self.malformed("is damaged: its checksum does not fit")
     }
 
     /// The error of a file that is not as it should be.
-    pub(crate) fn malformed(&self, reason: &str) -> LabError {
+    pub fn malformed(&self, reason: &str) -> FileError {
         malformed(self.name, reason.into())
     }
 }
@@ -173,12 +182,15 @@ fn is_plain(word: &str) -> bool {
     word.chars().all(|letter| letter.is_ascii_lowercase() || letter == ' ')
 }
 
-fn malformed(name: &str, reason: String) -> LabError {
-    LabError::Malformed { place: Place { file: name.into(), position: None }, reason }
+fn malformed(name: &str, reason: String) -> FileError {
+    FileError::Malformed { place: Place { file: name.into(), position: None }, reason }
 }
 
 /// Puts a content into a frame.
-pub(crate) fn frame(content: &impl Serialize) -> std::io::Result<Vec<u8>> {
+///
+/// # Errors
+/// A content that postcard cannot write.
+pub fn frame(content: &impl Serialize) -> std::io::Result<Vec<u8>> {
     let mut bytes = vec![0; LENGTH];
     bytes = postcard::to_extend(content, bytes).map_err(std::io::Error::other)?;
     let length = (bytes.len() - LENGTH) as u64;
@@ -192,7 +204,7 @@ pub(crate) fn frame(content: &impl Serialize) -> std::io::Result<Vec<u8>> {
 mod tests {
     use super::*;
 
-    const KIND: Kind = Kind { what: "test", format: 2 };
+    const KIND: FileKind = FileKind { what: "test", format: 2 };
 
     fn file() -> Vec<u8> {
         let mut bytes = KIND.line().into_bytes();
@@ -207,7 +219,7 @@ mod tests {
         let mut frames = KIND.frames(&bytes, "f").expect("a test file");
         assert_eq!(frames.expect::<String>().expect("a text"), "first");
         assert_eq!(frames.expect::<u32>().expect("a number"), 7);
-        assert!(matches!(frames.next(), Found::End));
+        assert!(matches!(frames.next_frame(), Found::End));
     }
 
     #[test]
@@ -217,14 +229,14 @@ mod tests {
         let frame = first..first + LENGTH + 6 + HASH;
         for end in frame.start + 1..frame.end {
             let mut frames = KIND.frames(&bytes[..end], "f").expect("a first line");
-            assert!(matches!(frames.next(), Found::Torn), "{end}");
-            assert!(matches!(frames.next(), Found::End), "{end}");
+            assert!(matches!(frames.next_frame(), Found::Torn), "{end}");
+            assert!(matches!(frames.next_frame(), Found::End), "{end}");
         }
         for at in frame.start + LENGTH..frame.end {
             let mut changed = bytes.clone();
             changed[at] ^= 1;
             let mut frames = KIND.frames(&changed, "f").expect("a first line");
-            assert!(matches!(frames.next(), Found::Damaged), "{at}");
+            assert!(matches!(frames.next_frame(), Found::Damaged), "{at}");
         }
     }
 
@@ -233,7 +245,7 @@ mod tests {
         let mut bytes = KIND.line().into_bytes();
         bytes.extend(u64::MAX.to_le_bytes());
         let mut frames = KIND.frames(&bytes, "f").expect("a first line");
-        assert!(matches!(frames.next(), Found::Torn));
+        assert!(matches!(frames.next_frame(), Found::Torn));
     }
 
     #[test]

@@ -1,13 +1,14 @@
-//! How is a state kept in a file, and read back to the last bit?
+//! State files, read back to the last bit.
 //!
 //! A state file is CSV with the header `particle,x,y,z,vx,vy,vz` and a row per particle in the
 //! order of the scene. Each number has the fewest digits that read back as the same number of its
 //! precision.
 
-use crate::error::{LabError, Place, one_line, shown_path};
-use crate::input::open_regular;
-use crate::output::Output;
-use crate::runner::{AnyState, Precision};
+use crate::disk::{Output, open_regular};
+use crate::error::{FileError, Place, one_line};
+use crate::precision::Precision;
+use crate::shown::shown_path;
+use crate::state::AnyState;
 use glam::DVec3;
 use msd_core::{Real, State, Vector};
 use std::io::{Read, Write};
@@ -24,15 +25,15 @@ const ROW_BYTES: u64 = 1024;
 /// Writes a state.
 ///
 /// # Errors
-/// [`LabError::Unwritable`], also for a state with columns of different lengths.
-pub fn write_state(state: &AnyState, output: &mut Output) -> Result<(), LabError> {
+/// [`FileError::Unwritable`], also for a state with columns of different lengths.
+pub fn write_state(state: &AnyState, output: &mut Output) -> Result<(), FileError> {
     let [positions, velocities] = match state {
         AnyState::F32(state) => [state.positions.len(), state.velocities.len()],
         AnyState::F64(state) => [state.positions.len(), state.velocities.len()],
     };
     if positions != velocities {
         let reason = format!("the state has {positions} positions and {velocities} velocities");
-        return Err(LabError::Unwritable { file: output.name().into(), reason });
+        return Err(FileError::Unwritable { file: output.name().into(), reason });
     }
     let written = match state {
         AnyState::F32(state) => write_rows(state, output),
@@ -58,7 +59,7 @@ fn write_rows<R: Real>(state: &State<R>, output: &mut Output) -> std::io::Result
 /// A file that cannot be read, another header, a row that is missing, too many or out of order, a
 /// value that is not a finite number: each names the row, counted from 1 after the header, and the
 /// column.
-pub fn load_state(path: &Path, precision: Precision, count: usize) -> Result<AnyState, LabError> {
+pub fn load_state(path: &Path, precision: Precision, count: usize) -> Result<AnyState, FileError> {
     let name = shown_path(path);
     let file = open_regular(path, ROW_BYTES.saturating_mul(count as u64 + 2))?;
     read_state(std::io::BufReader::new(file), precision, (&name, count))
@@ -72,7 +73,7 @@ pub fn read_state(
     reader: impl Read,
     precision: Precision,
     (name, count): (&str, usize),
-) -> Result<AnyState, LabError> {
+) -> Result<AnyState, FileError> {
     Ok(match precision {
         Precision::F32 => AnyState::F32(read_rows(reader, name, count)?),
         Precision::F64 => AnyState::F64(read_rows(reader, name, count)?),
@@ -83,7 +84,7 @@ fn read_rows<R: Real + FromStr>(
     reader: impl Read,
     name: &str,
     count: usize,
-) -> Result<State<R>, LabError> {
+) -> Result<State<R>, FileError> {
     let mut rows = csv::ReaderBuilder::new().flexible(true).from_reader(reader);
     let header = rows.headers().map_err(|error| csv_error(name, &error))?;
     if !header.iter().map(str::trim).eq(HEADER) {
@@ -122,7 +123,7 @@ fn vector<R: Real + FromStr>(
     at: (&str, Option<usize>),
     record: &csv::StringRecord,
     first: usize,
-) -> Result<R::Vec3, LabError> {
+) -> Result<R::Vec3, FileError> {
     let mut components = [0.0; 3];
     for (axis, component) in components.iter_mut().enumerate() {
         let (text, column) = (record[first + axis].trim(), HEADER[first + axis]);
@@ -140,8 +141,8 @@ fn wrong(
     quantity: &str,
     value: String,
     expected: &str,
-) -> LabError {
-    LabError::StateRow {
+) -> FileError {
+    FileError::StateRow {
         file: file.into(),
         row,
         quantity: quantity.into(),
@@ -150,23 +151,23 @@ fn wrong(
     }
 }
 
-fn wrong_length(file: &str, how: &str, found: usize, count: usize) -> LabError {
+fn wrong_length(file: &str, how: &str, found: usize, count: usize) -> FileError {
     let counted = |count: usize, what: &str| match count {
         1 => format!("1 {what}"),
         _ => format!("{count} {what}s"),
     };
     let (rows, particles) = (counted(found, "row"), counted(count, "particle"));
     let reason = format!("has {how}{rows}, but the scene has {particles}");
-    LabError::Malformed { place: Place { file: file.into(), position: None }, reason }
+    FileError::Malformed { place: Place { file: file.into(), position: None }, reason }
 }
 
-fn csv_error(file: &str, error: &csv::Error) -> LabError {
+fn csv_error(file: &str, error: &csv::Error) -> FileError {
     let reason = match error.kind() {
         csv::ErrorKind::Utf8 { .. } => "it is not UTF-8 text".into(),
         csv::ErrorKind::Io(error) => error.to_string(),
         _ => one_line(error),
     };
-    LabError::Unreadable { file: file.into(), reason }
+    FileError::Unreadable { file: file.into(), reason }
 }
 
 /// The beginning of a value too long for a message.

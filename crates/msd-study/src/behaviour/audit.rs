@@ -1,4 +1,4 @@
-//! What stiffness and damping does a method deliver? A weight is hung up, a string is plucked.
+//! The stiffness and damping that a method delivers: a weight is hung up, a string is plucked.
 //!
 //! The probe is a chain of the scene's own material, pinned at its top, on which everything is
 //! known in closed form: it hangs by Σ m g / k, and its slowest mode has the frequency
@@ -6,7 +6,7 @@
 //! linear, so neither answer depends on how heavy the weight is or how hard the pluck. The runs are
 //! in double precision: rounding is not the question here.
 
-use super::choice::{Choice, FRAME};
+use crate::candidates::choice::{Choice, FRAME};
 use msd_core::glam::DVec3;
 use msd_core::{
     Error, Integrator, Part, Particle, Pin, Scene, Settings, Simulation, Spring, World,
@@ -262,7 +262,7 @@ pub fn audit_all(scene: &Scene, choices: &[Choice]) -> Result<Vec<Audit>, Error>
 }
 
 /// The middle of some numbers; none of none.
-pub(super) fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+pub fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()

@@ -1,4 +1,4 @@
-//! Where does a method blow up? Observed by bisection, beside the prediction.
+//! Limits of stability, observed by bisection, beside the prediction.
 //!
 //! A scene is held in its start state: its springs, masses, pins and drag stay, and every force of
 //! that state is balanced, so that only a disturbance of 1e-9 of the size of the scene moves. The
@@ -78,10 +78,7 @@ pub fn limits(scene: &Scene, substeps: u32) -> Result<Vec<Limit>, Error> {
 ///
 /// # Errors
 /// What `stable` returns.
-pub(super) fn edge(
-    guess: f64,
-    stable: &mut impl FnMut(f64) -> Result<bool, Error>,
-) -> Result<f64, Error> {
+pub fn edge(guess: f64, stable: &mut impl FnMut(f64) -> Result<bool, Error>) -> Result<f64, Error> {
     let (mut low, mut high) = (0.98 * guess, 1.02 * guess);
     if stable(low)? {
         while stable(high)? {
@@ -110,10 +107,10 @@ pub(super) fn edge(
 
 /// A scene held in its start state.
 #[derive(Clone, Debug)]
-pub(super) struct Held {
+pub struct Held {
     scene: Scene,
     /// The start state at rest, and a copy of it.
-    pub(super) simulation: Simulation<f64>,
+    pub simulation: Simulation<f64>,
     rest: State<f64>,
     /// The forces of that state, newtons.
     balance: Vec<DVec3>,
@@ -122,7 +119,11 @@ pub(super) struct Held {
 }
 
 impl Held {
-    pub(super) fn new(scene: &Scene) -> Result<Self, Error> {
+    /// Holds a scene at rest, its planes left out.
+    ///
+    /// # Errors
+    /// See [`Simulation::new`].
+    pub fn new(scene: &Scene) -> Result<Self, Error> {
         let mut scene = Scene { planes: Vec::new(), ..scene.clone() };
         scene.particles.iter_mut().for_each(|particle| particle.velocity = DVec3::ZERO);
         scene.pins.iter_mut().for_each(|pin| pin.velocity = DVec3::ZERO);
@@ -187,12 +188,12 @@ impl Held {
     }
 
     /// Whether a disturbance stays bounded.
-    pub(super) fn stays(&self, settings: Settings) -> Result<bool, Error> {
+    pub fn stays(&self, settings: Settings) -> Result<bool, Error> {
         self.remains(Simulation::<f64>::new(&self.scene, settings)?)
     }
 
     /// Whether a disturbance stays bounded under a method of one's own.
-    pub(super) fn stays_under(
+    pub fn stays_under(
         &self,
         settings: Settings,
         method: impl Method<f32> + Method<f64> + 'static,

@@ -1,13 +1,13 @@
-//! What is each part of the model worth? Switched off one at a time: how much the answer changes,
+//! The worth of each part of the model, switched off one at a time: how much the answer changes,
 //! and how much time that saves.
 
-use super::clock::CpuClock;
-use super::errors::rms_distance;
-use super::reference::size_of;
-use super::trial::state;
-use crate::runner::{Precision, Runner};
-use crate::scenes::Loaded;
+use crate::measure::clock::CpuClock;
+use crate::measure::errors::rms_distance;
+use crate::measure::reference::size_of;
+use crate::measure::trial::state;
 use msd_core::{Body, Error, Scene, Settings, Spring, State};
+use msd_run::Runner;
+use msd_scene::{Loaded, Precision};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 

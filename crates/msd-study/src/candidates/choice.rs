@@ -1,7 +1,7 @@
-//! What may be chosen for a scene? A method, how finely it steps, and in which precision.
+//! Choices for a scene: a method, how finely it steps, and in which precision.
 
-use crate::runner::Precision;
 use msd_core::{Integrator, Settings};
+use msd_scene::Precision;
 use serde::{Deserialize, Serialize};
 
 /// Length of a frame, seconds: every choice ends a step at every frame.

@@ -1,8 +1,8 @@
-//! Which choices of one method are worth trying? From the coarsest that is stable to finer ones.
+//! The choices of one method worth trying, from the coarsest that is stable to finer ones.
 
-use super::choice::{Choice, FRAME, Fineness};
-use crate::runner::Precision;
+use crate::candidates::choice::{Choice, FRAME, Fineness};
 use msd_core::{Error, Integrator, Scene, Settings, Simulation};
+use msd_scene::Precision;
 
 /// A ladder reaches to this times the fewest substeps, and at least to [`LEAST_REACH`].
 const REACH: u32 = 64;

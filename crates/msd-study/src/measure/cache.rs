@@ -1,4 +1,4 @@
-//! Where is kept what took long to make? In the user's cache folder, by the hash of its content.
+//! A cache of what took long to make, in the cache folder of the user, by the hash of its content.
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -1,4 +1,4 @@
-//! How long did it take? Time of the processor, so that a busy machine does not choose for us.
+//! A stopwatch of processor time, so that a busy machine does not choose for us.
 
 /// A stopwatch of the time that the processor gave to this thread.
 #[derive(Clone, Copy, Debug)]

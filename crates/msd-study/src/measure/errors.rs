@@ -1,4 +1,4 @@
-//! How wrong is a state? Compared with the right one at the same time.
+//! Errors of a state, compared with the right one at the same time.
 
 use msd_core::glam::DVec3;
 use msd_core::{Simulation, State};

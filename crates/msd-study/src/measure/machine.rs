@@ -1,4 +1,4 @@
-//! On which machine, and when?
+//! The machine and the date of a measurement.
 
 /// The machine in words: processor, operating system, architecture.
 pub fn name() -> String {

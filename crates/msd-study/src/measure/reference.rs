@@ -1,12 +1,12 @@
-//! Where should the particles be? A run that is exact to a stated uncertainty.
+//! Reference runs, exact to a stated uncertainty.
 
-use super::cache;
-use super::choice::{Choice, FRAME, Fineness};
-use super::clock::CpuClock;
-use super::errors::rms_distance;
-use crate::runner::Precision;
+use crate::candidates::choice::{Choice, FRAME, Fineness};
+use crate::measure::cache;
+use crate::measure::clock::CpuClock;
+use crate::measure::errors::rms_distance;
 use msd_core::glam::DVec3;
 use msd_core::{Error, Integrator, Scene, Settings, Simulation, State, Surface};
+use msd_scene::Precision;
 use serde::{Deserialize, Serialize};
 
 /// How a reference is to be made.

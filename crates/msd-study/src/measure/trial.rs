@@ -1,12 +1,12 @@
-//! What does a choice cost, and how wrong is it? One run against the reference.
+//! Trials: cost and error of one choice, from a run against the reference.
 
-use super::choice::Choice;
-use super::clock::CpuClock;
-use super::errors::{Errors, compare};
-use super::reference::Reference;
-use crate::on;
-use crate::runner::{AnyState, Runner};
+use crate::candidates::choice::Choice;
+use crate::measure::clock::CpuClock;
+use crate::measure::errors::{Errors, compare};
+use crate::measure::reference::Reference;
 use msd_core::{Error, Scene, Settings, Simulation, State};
+use msd_run::{Runner, on};
+use msd_scene::AnyState;
 use serde::{Deserialize, Serialize};
 
 /// What came of a choice.

@@ -1,18 +1,17 @@
-//! How is a study made? Round by round from coarse to fine, resumable, each choice timed often.
+//! The conduct of a study: round by round from coarse to fine, resumable, each choice timed often.
 
-use super::audit::audit_all;
-use super::cache;
-use super::choice::{Choice, FRAME, Fineness};
-use super::clock::CpuClock;
-use super::ladder::{Ladder, ladders};
-use super::limits::limits;
-use super::machine;
-use super::reference::{Reference, Wish, frames_of, reference};
-use super::study::{ReferenceNote, Study};
-use super::trial::{Trial, time_choice, try_choice};
-use super::words::words;
-use crate::scenes::Loaded;
+use crate::behaviour::audit::audit_all;
+use crate::behaviour::limits::limits;
+use crate::candidates::choice::{Choice, FRAME, Fineness};
+use crate::candidates::ladder::{Ladder, ladders};
+use crate::measure::clock::CpuClock;
+use crate::measure::reference::{Reference, Wish, frames_of, reference};
+use crate::measure::trial::{Trial, time_choice, try_choice};
+use crate::measure::{cache, machine};
+use crate::study::words::words;
+use crate::study::{ReferenceNote, Study};
 use msd_core::{Error, Friction, Plane, Settings, Simulation};
+use msd_scene::Loaded;
 
 /// What a study is to cover.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,7 +74,7 @@ pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Res
     let wish = Wish { duration: plan.duration, ..Wish::default() };
     let right = reference(scene, wish)?;
     let reliable = right.comparable(0.1 * wanted);
-    let mut run = Run::resume(loaded, plan, (&right, reliable));
+    let mut run = Course::resume(loaded, plan, (&right, reliable));
     let mut left_out = run.climb_all(ladders(scene)?, tell)?;
     let steppy = |plane: &Plane| is_steppy(plane.friction);
     if scene.planes.iter().any(steppy) {
@@ -138,7 +137,7 @@ pub fn representatives(study: &Study) -> Vec<Choice> {
 }
 
 /// A study that is under way.
-struct Run<'a> {
+struct Course<'a> {
     loaded: &'a Loaded,
     plan: Plan,
     right: &'a Reference,
@@ -148,12 +147,12 @@ struct Run<'a> {
     spent: f64,
 }
 
-impl<'a> Run<'a> {
+impl<'a> Course<'a> {
     fn resume(loaded: &'a Loaded, plan: Plan, (right, reliable): (&'a Reference, usize)) -> Self {
         let bounds = (plan.duration, reliable);
         let hash = cache::content_hash(&(&loaded.scene, bounds, machine::name()));
         let kept = if plan.fresh { None } else { cache::get(JOURNAL, &hash) };
-        Run { loaded, plan, right, reliable, trials: kept.unwrap_or_default(), hash, spent: 0.0 }
+        Course { loaded, plan, right, reliable, trials: kept.unwrap_or_default(), hash, spent: 0.0 }
     }
 
     fn forget(&self) {
@@ -170,7 +169,9 @@ impl<'a> Run<'a> {
         let mut climbs = Vec::new();
         let least = self.right.least_tolerance();
         for ladder in ladders {
-            if ladder.fewest.is_none() && ladder.precision == super::ladder::PRECISIONS[0] {
+            if ladder.fewest.is_none()
+                && ladder.precision == crate::candidates::ladder::PRECISIONS[0]
+            {
                 let integrator = ladder.integrator;
                 left_out.push(format!("{integrator}: predicted unstable here at any step"));
             }

@@ -1,8 +1,11 @@
-//! What does this scene cost at every accuracy? Every choice worth trying, tried.
+//! Studies: the cost of a scene at every accuracy, from every choice worth trying.
 
-use super::audit::Audit;
-use super::limits::Limit;
-use super::trial::Trial;
+pub mod words;
+pub mod conduct;
+
+use crate::behaviour::audit::Audit;
+use crate::behaviour::limits::Limit;
+use crate::measure::trial::Trial;
 use msd_core::Integrator;
 use serde::{Deserialize, Serialize};
 

@@ -1,9 +1,9 @@
-//! What does a study mean, in plain words?
+//! What a study means, in plain words.
 
-use super::study::Study;
-use super::trial::Trial;
-use crate::runner::Precision;
+use crate::measure::trial::Trial;
+use crate::study::Study;
 use msd_core::Integrator;
+use msd_scene::Precision;
 
 /// Says what to use, what more accuracy costs and what never pays.
 pub fn words(study: &Study) -> String {

@@ -1,14 +1,13 @@
-//! How does a table become CSV and come back?
+//! Tables as CSV files.
 
-use super::table::{Column, Datum, Kind, Table};
-use crate::error::{LabError, one_line};
-use crate::output::Output;
+use crate::sweep::table::{Column, Datum, Kind, Table};
+use msd_scene::{FileError, Output, one_line};
 use std::path::Path;
 
 /// Writes a table; a missing value is an empty field.
-pub(super) fn write(table: &Table, output: Output) -> Result<(), LabError> {
+pub(super) fn write(table: &Table, output: Output) -> Result<(), FileError> {
     let file = output.name().to_owned();
-    let refused = |reason: String| LabError::Unwritable { file: file.clone(), reason };
+    let refused = |reason: String| FileError::Unwritable { file: file.clone(), reason };
     let mut writer = csv::Writer::from_writer(output);
     let header = table.columns.iter().map(|column| column.name.as_str());
     writer.write_record(header).map_err(|error| refused(one_line(error)))?;

@@ -1,11 +1,9 @@
-//! What does a sweep file say? `docs/sweeps.md` explains every key.
+//! Sweep files; `docs/sweeps.md` explains every key.
 
-use super::table::TableFormat;
-use super::value::{Axis, Entry, MAX_CELLS};
-use crate::decode::decode;
-use crate::error::{LabError, Place, plain, shown_path};
-use crate::node::{Source, Value};
-use crate::scenes::{format_of, read_text};
+use crate::sweep::table::TableFormat;
+use crate::sweep::value::{Axis, Entry, MAX_CELLS};
+use msd_scene::tree::{Source, Value};
+use msd_scene::{FileError, Place, decode, format_of, plain, read_text, shown_path};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::path::{Path, PathBuf};
@@ -44,7 +42,7 @@ pub(crate) struct SweepFile {
 }
 
 /// Reads a sweep file, TOML or JSON by its ending.
-pub(crate) fn read(path: &Path) -> Result<SweepFile, LabError> {
+pub(crate) fn read(path: &Path) -> Result<SweepFile, FileError> {
     let name = shown_path(path);
     let text = read_text(path, &name)?;
     let source = Source::parse(&text, format_of(path), &name)?;
@@ -87,24 +85,24 @@ pub(crate) fn read(path: &Path) -> Result<SweepFile, LabError> {
 }
 
 /// The words of a sweep for the errors of what scene files use too.
-fn in_a_sweep(error: LabError) -> LabError {
+fn in_a_sweep(error: FileError) -> FileError {
     let sweep = |table: String| if table == "the scene" { "the sweep".into() } else { table };
     match error {
-        LabError::UnknownKey { place, key, table, hint } => {
-            LabError::UnknownKey { place, key, table: sweep(table), hint }
+        FileError::UnknownKey { place, key, table, hint } => {
+            FileError::UnknownKey { place, key, table: sweep(table), hint }
         }
-        LabError::MissingKey { place, key, table } => {
-            LabError::MissingKey { place, key, table: sweep(table) }
+        FileError::MissingKey { place, key, table } => {
+            FileError::MissingKey { place, key, table: sweep(table) }
         }
         other => other,
     }
 }
 
 /// The axes of the grid in the order in which they were written.
-fn axes(source: &Source<'_>) -> Result<Vec<Axis>, LabError> {
+fn axes(source: &Source<'_>) -> Result<Vec<Axis>, FileError> {
     let place = source.place_of("grid");
     let expected = "[grid]: keys of the scene, each with a list or range of values";
-    let refused = |reason: String| LabError::Malformed { place: place.clone(), reason };
+    let refused = |reason: String| FileError::Malformed { place: place.clone(), reason };
     let Value::Table(top) = &source.root.value else {
         return Err(refused(format!("a sweep needs {expected}")));
     };

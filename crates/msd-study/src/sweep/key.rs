@@ -1,6 +1,6 @@
-//! Which value of a scene does a key such as `bodies[0].stiffness` name, and how is it replaced?
+//! Keys such as `bodies[0].stiffness`: the values of a scene that they name, and their replacement.
 
-use crate::node::{Node, Value};
+use msd_scene::tree::{Node, Value};
 
 /// A key of a scene, from its top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,7 +95,8 @@ impl Key {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::node::{SceneFormat, Source};
+    use msd_scene::SceneFormat;
+    use msd_scene::tree::Source;
 
     fn set(scene: &str, key: &str, value: Value) -> Result<String, String> {
         let mut source = Source::parse(scene, SceneFormat::Toml, "scene").expect("TOML");

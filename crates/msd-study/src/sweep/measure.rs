@@ -1,14 +1,13 @@
-//! What does a cell cost, and how wrong is it? One run, timed, compared with its reference.
+//! Measurement of a cell: one run, timed, compared with its reference.
 
-use crate::runner::{Precision, Runner};
-use crate::scenes::Loaded;
-use crate::state_hash::state_hash;
-use crate::trade::choice::FRAME;
-use crate::trade::clock::CpuClock;
-use crate::trade::errors::{Errors, compare};
-use crate::trade::reference::{Reference, Wish, frames_of, reference};
-use crate::trade::trial::state;
+use crate::candidates::choice::FRAME;
+use crate::measure::clock::CpuClock;
+use crate::measure::errors::{Errors, compare};
+use crate::measure::reference::{Reference, Wish, frames_of, reference};
+use crate::measure::trial::state;
 use msd_core::{Divergence, Energy, Error, Settings, Simulation};
+use msd_run::Runner;
+use msd_scene::{Loaded, Precision, state_hash};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Instant;
 
@@ -116,7 +115,7 @@ pub(super) fn measure(
         Some(Err(error)) => (None, Some(format!("there is no reference: {error}"))),
         None => (None, None),
     };
-    let mut run = Run::start(loaded)?;
+    let mut run = TimedRun::start(loaded)?;
     let steps = count_steps(loaded.settings, duration);
     let compared = match right {
         Some(right) => {
@@ -137,7 +136,7 @@ pub(super) fn measure(
         Err(error) if error.is_of_step() => (None, None, Some(error.to_string())),
         Err(error) => return Err(error),
     };
-    let Run { runner, cpu, wall, stable } = run;
+    let TimedRun { runner, cpu, wall, stable } = run;
     Ok(Measured {
         settings: loaded.settings,
         precision: loaded.precision,
@@ -157,18 +156,18 @@ pub(super) fn measure(
 }
 
 /// A run whose steps are timed.
-struct Run {
+struct TimedRun {
     runner: Runner,
     cpu: f64,
     wall: f64,
     stable: f64,
 }
 
-impl Run {
+impl TimedRun {
     fn start(loaded: &Loaded) -> Result<Self, Error> {
-        let runner = loaded.runner()?;
+        let runner = Runner::open(loaded)?;
         let stable = runner.stable_substep();
-        Ok(Run { runner, cpu: 0.0, wall: 0.0, stable })
+        Ok(TimedRun { runner, cpu: 0.0, wall: 0.0, stable })
     }
 
     fn step_to(&mut self, steps: u64) -> Result<(), Error> {

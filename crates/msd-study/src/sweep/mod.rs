@@ -1,13 +1,13 @@
-//! What comes of a scene over a grid of its keys? Every cell is a run of its own with a file of its
+//! Sweeps of a scene over a grid of its keys. Every cell is a run of its own with a file of its
 //! own, so that a sweep can be stopped, resumed and spread over machines, see `docs/sweeps.md`.
 //!
 //! ```no_run
-//! use msd_lab::sweep::{Store, Sweep};
+//! use msd_study::sweep::{Store, Sweep};
 //! let sweep = Sweep::open("cloth-sweep.toml".as_ref())?;
 //! let store = Store::of(&sweep, None);
-//! msd_lab::sweep::run(&sweep, &store, (0..sweep.len(), 1), &|event| println!("{event}"))?;
-//! store.collect(&sweep)?.0.write("cloth.csv".as_ref(), msd_lab::sweep::TableFormat::Csv)?;
-//! # Ok::<(), msd_lab::LabError>(())
+//! msd_study::sweep::run(&sweep, &store, (0..sweep.len(), 1), &|event| println!("{event}"))?;
+//! store.collect(&sweep)?.0.write("cloth.csv".as_ref(), msd_study::sweep::TableFormat::Csv)?;
+//! # Ok::<(), msd_scene::FileError>(())
 //! ```
 
 mod key;

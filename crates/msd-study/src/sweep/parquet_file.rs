@@ -1,8 +1,7 @@
-//! How does a table become Parquet and come back?
+//! Tables as Parquet files.
 
-use super::table::{Column, Datum, Kind, Table};
-use crate::error::{LabError, one_line};
-use crate::output::Output;
+use crate::sweep::table::{Column, Datum, Kind, Table};
+use msd_scene::{FileError, Output, one_line};
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -14,8 +13,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Writes a table as one row group; every column may miss values.
-pub(super) fn write(table: &Table, mut output: Output) -> Result<(), LabError> {
-    write_to(table, &mut output).map_err(|error| LabError::Unwritable {
+pub(super) fn write(table: &Table, mut output: Output) -> Result<(), FileError> {
+    write_to(table, &mut output).map_err(|error| FileError::Unwritable {
         file: output.name().to_owned(),
         reason: one_line(error),
     })?;

@@ -1,12 +1,12 @@
-//! Which cells does a sweep have, and which scene is each?
+//! The cells of a sweep, and the scene of each.
 
-use super::file::{SweepFile, read};
-use super::table::{Column, Datum, Kind, TableFormat};
-use super::value::{Axis, canonical, shown};
-use crate::error::{LabError, Place, plain};
-use crate::node::{Source, Value};
-use crate::scenes::{Draft, Loaded};
+use crate::sweep::file::{SweepFile, read};
+use crate::sweep::table::{Column, Datum, Kind, TableFormat};
+use crate::sweep::value::{Axis, canonical, shown};
 use msd_core::Settings;
+use msd_run::Runner;
+use msd_scene::tree::{Source, Value};
+use msd_scene::{Draft, FileError, Loaded, Place, plain};
 use std::path::{Path, PathBuf};
 
 /// The most integration steps of a cell: weeks on any machine.
@@ -39,10 +39,10 @@ impl Sweep {
     ///
     /// # Errors
     /// What is wrong in the sweep file, by place and key; a scene that cannot be read.
-    pub fn open(path: &Path) -> Result<Self, LabError> {
+    pub fn open(path: &Path) -> Result<Self, FileError> {
         let file = read(path)?;
         let draft = Draft::open(Path::new(&file.scene), &file.folder);
-        let draft = draft.map_err(|error| LabError::Malformed {
+        let draft = draft.map_err(|error| FileError::Malformed {
             place: file.scene_place.clone(),
             reason: format!("scene: {error}"),
         })?;
@@ -92,7 +92,7 @@ impl Sweep {
     ///
     /// # Errors
     /// A key of the grid that has no place in the scene.
-    pub fn cell(&self, number: usize) -> Result<Cell, LabError> {
+    pub fn cell(&self, number: usize) -> Result<Cell, FileError> {
         let (mut rest, mut choices) = (number, vec![0; self.file.axes.len()]);
         for (choice, axis) in choices.iter_mut().zip(&self.file.axes).rev() {
             *choice = rest % axis.values.len();
@@ -112,12 +112,12 @@ impl Sweep {
     }
 
     /// The tree of the scene with the values of a cell.
-    fn source(&self, cell: &Cell) -> Result<Source<'_>, LabError> {
+    fn source(&self, cell: &Cell) -> Result<Source<'_>, FileError> {
         let mut source = self.draft.source()?;
         for (axis, &choice) in self.file.axes.iter().zip(&cell.choices) {
             let (value, place) = &axis.values[choice];
             let set = axis.key.set(&mut source.root, value.clone());
-            set.map_err(|reason| LabError::Malformed {
+            set.map_err(|reason| FileError::Malformed {
                 place: place.clone(),
                 reason: format!("grid key {}: {reason}", axis.key.text),
             })?;
@@ -172,20 +172,20 @@ impl Sweep {
     ///
     /// # Errors
     /// The first thing that is wrong, at its place in the sweep file where a value of the grid is.
-    pub fn load(&self, cell: &Cell) -> Result<Loaded, LabError> {
+    pub fn load(&self, cell: &Cell) -> Result<Loaded, FileError> {
         let source = self.source(cell)?;
         let loaded = self.draft.load(&source).map_err(|error| self.explain(error, cell))?;
         let settings = loaded.settings;
         // Made once to see that it can be: masses and steps that round to zero and the like.
-        loaded.runner().map_err(|error| self.refuse(error, cell))?;
+        Runner::open(&loaded).map_err(|error| self.refuse(error, cell))?;
         self.check_steps(cell, settings)?;
         Ok(loaded)
     }
 
     /// Refuses a duration of no step, of too many, and of none that can be compared.
-    fn check_steps(&self, cell: &Cell, settings: Settings) -> Result<(), LabError> {
+    fn check_steps(&self, cell: &Cell, settings: Settings) -> Result<(), FileError> {
         let duration = self.file.duration;
-        let wrong = |expected| LabError::OutOfDomain {
+        let wrong = |expected| FileError::OutOfDomain {
             place: self.file.duration_place.clone(),
             key: "duration".into(),
             value: format!("{} s", plain(duration)),
@@ -202,8 +202,8 @@ impl Sweep {
             let most = format!("at most {MAX_STEPS:e} substeps, which are {substep:.3e} s {at}");
             return Err(wrong(most));
         }
-        if self.file.error && !super::measure::meets_frames(settings, duration) {
-            return Err(LabError::Malformed {
+        if self.file.error && !crate::sweep::measure::meets_frames(settings, duration) {
+            return Err(FileError::Malformed {
                 place: self.file.grid_place.clone(),
                 reason: format!(
                     "error = true compares where a step ends at a whole multiple of 1/60 s, and \
@@ -216,13 +216,13 @@ impl Sweep {
     }
 
     /// The error of a cell that the core refuses.
-    pub(crate) fn refuse(&self, error: msd_core::Error, cell: &Cell) -> LabError {
+    pub(crate) fn refuse(&self, error: msd_core::Error, cell: &Cell) -> FileError {
         let file = self.draft.name.clone();
-        self.explain(LabError::Core { file, source: Box::new(error) }, cell)
+        self.explain(FileError::Core { file, source: Box::new(error) }, cell)
     }
 
     /// Says of what is wrong in a scene which value of the grid it is.
-    fn explain(&self, error: LabError, cell: &Cell) -> LabError {
+    fn explain(&self, error: FileError, cell: &Cell) -> FileError {
         let inside = |key: &str, of: &str| {
             let rest = key.strip_prefix(of);
             rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
@@ -234,22 +234,22 @@ impl Sweep {
             found.map(|(axis, &choice)| axis.values[choice].1.clone())
         };
         let at_grid = match &error {
-            LabError::OutOfDomain { key, .. } => place(key),
-            LabError::UnknownKey { key, table, .. } if table == "the scene" => place(key),
-            LabError::UnknownKey { key, table, .. } => place(&format!("{table}.{key}")),
+            FileError::OutOfDomain { key, .. } => place(key),
+            FileError::UnknownKey { key, table, .. } if table == "the scene" => place(key),
+            FileError::UnknownKey { key, table, .. } => place(&format!("{table}.{key}")),
             _ => None,
         };
         match (at_grid, error) {
-            (Some(place), LabError::OutOfDomain { key, value, expected, .. }) => {
-                LabError::OutOfDomain { place, key, value, expected }
+            (Some(place), FileError::OutOfDomain { key, value, expected, .. }) => {
+                FileError::OutOfDomain { place, key, value, expected }
             }
-            (Some(place), LabError::UnknownKey { key, table, hint, .. }) => {
-                LabError::UnknownKey { place, key, table, hint }
+            (Some(place), FileError::UnknownKey { key, table, hint, .. }) => {
+                FileError::UnknownKey { place, key, table, hint }
             }
             (_, error) => {
                 let (number, words) = (cell.number, self.words(cell));
                 let reason = format!("cell {number} ({words}): {error}");
-                LabError::Malformed { place: self.file.grid_place.clone(), reason }
+                FileError::Malformed { place: self.file.grid_place.clone(), reason }
             }
         }
     }

@@ -1,9 +1,9 @@
-//! What does the row of a cell say? Its columns, and how each follows from what was measured.
+//! The row of a cell: its columns, and how each follows from what was measured.
 
-use super::measure::{Comparison, Measured};
-use super::plan::{Cell, Sweep};
-use super::table::{Column, Datum, Kind};
-use crate::trade::machine;
+use crate::measure::machine;
+use crate::sweep::measure::{Comparison, Measured};
+use crate::sweep::plan::{Cell, Sweep};
+use crate::sweep::table::{Column, Datum, Kind};
 use msd_core::{Integrator, Settings};
 
 type Measure = (&'static str, Kind, fn(&Measured) -> Datum);

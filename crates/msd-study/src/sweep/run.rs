@@ -1,12 +1,11 @@
-//! How are the cells of a sweep run? Checked first, then one after another on each thread.
+//! The run of a sweep: all cells checked first, then one after another on each thread.
 
-use super::measure::{References, measure};
-use super::plan::{Cell, Sweep};
-use super::row::row;
-use super::store::Store;
-use crate::error::LabError;
-use crate::scenes::Loaded;
+use crate::sweep::measure::{References, measure};
+use crate::sweep::plan::{Cell, Sweep};
+use crate::sweep::row::row;
+use crate::sweep::store::Store;
 use msd_core::Integrator;
+use msd_scene::{FileError, Loaded};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
@@ -84,7 +83,7 @@ pub fn run(
     store: &Store,
     (cells, jobs): (Range<usize>, usize),
     tell: &(dyn Fn(Event) + Sync),
-) -> Result<Summary, LabError> {
+) -> Result<Summary, FileError> {
     let mut todo = Vec::new();
     let count = cells.len();
     for number in cells {
@@ -171,8 +170,8 @@ impl Remaining {
 fn in_parallel<T: Sync, R: Send>(
     items: &[T],
     jobs: usize,
-    act: &(dyn Fn(&T) -> Result<R, LabError> + Sync),
-) -> Result<Vec<R>, LabError> {
+    act: &(dyn Fn(&T) -> Result<R, FileError> + Sync),
+) -> Result<Vec<R>, FileError> {
     let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
     let results = Mutex::new(Vec::with_capacity(items.len()));
     let work = || {

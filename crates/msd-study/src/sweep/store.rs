@@ -1,10 +1,9 @@
-//! Where are the results of a sweep? A folder with one file per cell, named by its hash.
+//! The store of a sweep: a folder with one file per cell, named by its hash.
 
-use super::plan::{Cell, Sweep};
-use super::row;
-use super::table::{Column, Datum, Table, TableFormat};
-use crate::error::{LabError, shown_path};
-use crate::output::Output;
+use crate::sweep::plan::{Cell, Sweep};
+use crate::sweep::row;
+use crate::sweep::table::{Column, Datum, Table, TableFormat};
+use msd_scene::{FileError, Output, shown_path};
 use std::path::{Path, PathBuf};
 
 /// The folder of a sweep.
@@ -44,9 +43,9 @@ impl Store {
     /// Makes the folder and sees that it can be written to.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub fn prepare(&self) -> Result<(), LabError> {
-        std::fs::create_dir_all(&self.folder).map_err(|error| LabError::Unwritable {
+    /// [`FileError::Unwritable`].
+    pub fn prepare(&self) -> Result<(), FileError> {
+        std::fs::create_dir_all(&self.folder).map_err(|error| FileError::Unwritable {
             file: shown_path(&self.folder),
             reason: error.to_string(),
         })?;
@@ -79,8 +78,8 @@ impl Store {
     /// Writes the file of a cell, whole or not at all.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`].
-    pub(super) fn save(&self, cell: &Cell, row: Vec<Datum>) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`].
+    pub(super) fn save(&self, cell: &Cell, row: Vec<Datum>) -> Result<(), FileError> {
         let table = Table { columns: self.columns.clone(), rows: vec![row] };
         table.write(&self.path(cell), self.format)
     }
@@ -96,7 +95,7 @@ impl Store {
     ///
     /// # Errors
     /// What [`Sweep::cell`] refuses.
-    pub fn collect(&self, sweep: &Sweep) -> Result<(Table, usize), LabError> {
+    pub fn collect(&self, sweep: &Sweep) -> Result<(Table, usize), FileError> {
         let mut rows = Vec::new();
         for number in 0..sweep.len() {
             rows.extend(self.row(sweep, &sweep.cell(number)?));

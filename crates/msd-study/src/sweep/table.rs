@@ -1,8 +1,7 @@
-//! What is a table of results, and how is it written and read again?
+//! Tables of results, written and read again.
 
-use super::{csv_file, parquet_file};
-use crate::error::{LabError, shown_path};
-use crate::output::Output;
+use crate::sweep::{csv_file, parquet_file};
+use msd_scene::{FileError, Output, shown_path};
 use serde::Deserialize;
 use std::path::Path;
 
@@ -62,7 +61,7 @@ pub enum Datum {
 }
 
 impl Datum {
-    /// A number; what is infinite or no number is no value.
+    /// A number; infinity and NaN are no value.
     pub fn number(number: f64) -> Self {
         if number.is_finite() { Datum::Number(number) } else { Datum::Nothing }
     }
@@ -117,13 +116,13 @@ impl Table {
     /// Writes a file, whole or not at all.
     ///
     /// # Errors
-    /// [`LabError::Unwritable`], also for a row that is not as long as there are columns.
-    pub fn write(&self, path: &Path, format: TableFormat) -> Result<(), LabError> {
+    /// [`FileError::Unwritable`], also for a row that is not as long as there are columns.
+    pub fn write(&self, path: &Path, format: TableFormat) -> Result<(), FileError> {
         let uneven = |row: &Vec<Datum>| row.len() != self.columns.len();
         if let Some(row) = self.rows.iter().position(uneven) {
             let [values, columns] = [self.rows[row].len(), self.columns.len()];
             let reason = format!("row {row} has {values} values for {columns} columns");
-            return Err(LabError::Unwritable { file: shown_path(path), reason });
+            return Err(FileError::Unwritable { file: shown_path(path), reason });
         }
         let output = Output::create(path)?;
         match format {
@@ -136,9 +135,9 @@ impl Table {
     /// `columns` does, and what it does not name is text.
     ///
     /// # Errors
-    /// [`LabError::Unreadable`].
-    pub fn read(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self, LabError> {
-        let refused = |reason: String| LabError::Unreadable { file: shown_path(path), reason };
+    /// [`FileError::Unreadable`].
+    pub fn read(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self, FileError> {
+        let refused = |reason: String| FileError::Unreadable { file: shown_path(path), reason };
         match format {
             TableFormat::Parquet => parquet_file::read(path).map_err(refused),
             TableFormat::Csv => csv_file::read(path, columns).map_err(refused),

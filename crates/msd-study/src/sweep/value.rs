@@ -1,8 +1,8 @@
-//! Which values does a grid give a key? A list as it stands, or a range that is counted out.
+//! The values that a grid gives a key: a list as it stands, or a range that is counted out.
 
-use super::key::Key;
-use crate::error::{LabError, Place, plain};
-use crate::node::{Node, Source, Value};
+use crate::sweep::key::Key;
+use msd_scene::tree::{Node, Source, Value};
+use msd_scene::{FileError, Place, plain};
 
 /// The most values of one key, and cells of a grid.
 pub(crate) const MAX_CELLS: usize = 100_000;
@@ -33,16 +33,20 @@ impl Entry<'_> {
         source.place(self.offset)
     }
 
-    fn refuse(&self, source: &Source<'_>, value: String, expected: impl Into<String>) -> LabError {
+    fn refuse(&self, source: &Source<'_>, value: String, expected: impl Into<String>) -> FileError {
         let (place, key) = (self.place(source), format!("grid key {}", self.key));
-        LabError::OutOfDomain { place, key, value, expected: expected.into() }
+        FileError::OutOfDomain { place, key, value, expected: expected.into() }
     }
 
     /// Adds the axes of this entry: one, or one for each key of a table.
     ///
     /// # Errors
     /// A key that is none, a value that is no list or range, an empty list, a value given twice.
-    pub(crate) fn add_to(&self, axes: &mut Vec<Axis>, source: &Source<'_>) -> Result<(), LabError> {
+    pub(crate) fn add_to(
+        &self,
+        axes: &mut Vec<Axis>,
+        source: &Source<'_>,
+    ) -> Result<(), FileError> {
         match self.value {
             Value::Table(rows) if !rows.iter().any(|row| RANGE_KEYS.contains(&&*row.0)) => {
                 for (name, offset, node) in rows {
@@ -58,10 +62,10 @@ impl Entry<'_> {
         }
     }
 
-    fn axis(&self, source: &Source<'_>) -> Result<Axis, LabError> {
+    fn axis(&self, source: &Source<'_>) -> Result<Axis, FileError> {
         let Some(key) = Key::parse(&self.key) else {
-            let reason = format!("grid key \"{}\" is not {}", self.key, super::key::WRITTEN);
-            return Err(LabError::Malformed { place: self.place(source), reason });
+            let reason = format!("grid key \"{}\" is not {}", self.key, crate::sweep::key::WRITTEN);
+            return Err(FileError::Malformed { place: self.place(source), reason });
         };
         let values = match self.value {
             Value::List(rows) if rows.is_empty() => {
@@ -92,7 +96,7 @@ impl Entry<'_> {
                 let hint = if vector { "; a list of vectors is [[x, y, z], ...]" } else { "" };
                 let (key, value) = (&self.key, shown(value));
                 let reason = format!("grid key {key} has the value {value} twice{hint}");
-                return Err(LabError::Malformed { place: place.clone(), reason });
+                return Err(FileError::Malformed { place: place.clone(), reason });
             }
         }
         Ok(Axis { key, offset: self.offset, values })
@@ -103,10 +107,10 @@ impl Entry<'_> {
         &self,
         rows: &[(String, Option<usize>, Node)],
         source: &Source<'_>,
-    ) -> Result<Vec<Value>, LabError> {
+    ) -> Result<Vec<Value>, FileError> {
         for (name, offset, _) in rows {
             if !RANGE_KEYS.contains(&name.as_str()) {
-                return Err(LabError::UnknownKey {
+                return Err(FileError::UnknownKey {
                     place: source.place(*offset),
                     key: name.clone(),
                     table: format!("the range of grid key {}", self.key),
@@ -148,7 +152,7 @@ impl Entry<'_> {
     }
 
     /// An end of a range.
-    fn end(&self, log: bool, source: &Source<'_>) -> Result<f64, LabError> {
+    fn end(&self, log: bool, source: &Source<'_>) -> Result<f64, FileError> {
         let number = match self.value {
             Value::Whole(number) => *number as f64,
             Value::Number(number) => *number,

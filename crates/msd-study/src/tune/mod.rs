@@ -1,14 +1,19 @@
-//! Which choice is the cheapest within an error, or the most accurate within a budget? Searched by
+//! Tuning: the cheapest choice within an error, or the most accurate within a budget, searched by
 //! measuring, method by method, and verified against the reference.
 
-use super::choice::{Choice, FRAME, Fineness};
-use super::ladder::{Ladder, ladders};
-use super::reference::{Reference, Wish, frames_of, reference, size_of};
-use super::slope::{is_coarsest, is_stuck, order, predict, scaled};
-use super::trial::{Trial, time_choice, try_choice};
-use crate::runner::Precision;
+mod slope;
+mod solver_section;
+
+use crate::candidates::choice::{Choice, FRAME, Fineness};
+use crate::candidates::ladder::{Ladder, ladders};
+use crate::measure::reference::{Reference, Wish, frames_of, reference, size_of};
+use crate::measure::trial::{Trial, time_choice, try_choice};
+use crate::tune::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use msd_core::{Error, Integrator, Scene};
+use msd_scene::Precision;
 use serde::Serialize;
+
+pub use solver_section::with_choice;
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -1,8 +1,8 @@
-//! How does the error of a method fall with its fineness? Seen in its trials.
+//! The slope of the error of a method against its fineness, as its trials show it.
 
-use super::choice::{Choice, Fineness};
-use super::ladder::Ladder;
-use super::trial::Trial;
+use crate::candidates::choice::{Choice, Fineness};
+use crate::candidates::ladder::Ladder;
+use crate::measure::trial::Trial;
 
 /// Whether a choice is the coarsest that a ladder allows.
 pub(super) fn is_coarsest(choice: Choice, ladder: Ladder) -> bool {

@@ -1,23 +1,21 @@
-//! How is a choice written into a scene file? Only its solver section changes; what else its author
-//! wrote stays, comments too.
+//! The solver section of a scene file, rewritten for a choice; what else its author wrote stays,
+//! comments too.
 
-use crate::error::LabError;
-use crate::node::SceneFormat;
-use crate::scenes;
-use crate::trade::choice::{Choice, Fineness};
+use crate::candidates::choice::{Choice, Fineness};
+use msd_scene::{FileError, SceneFormat, read};
 
 /// Rewrites the solver section of a scene file so that it asks for a choice.
 ///
 /// # Errors
-/// Text that is no scene file, see [`scenes::read`].
+/// Text that is no scene file, see [`msd_scene::read`].
 pub fn with_choice(
     text: &str,
     format: SceneFormat,
     name: &str,
     choice: Choice,
-) -> Result<String, LabError> {
+) -> Result<String, FileError> {
     // Refuses what is wrong with the words of a reader of scenes, not of an editor.
-    scenes::read(text, format, name)?;
+    read(text, format, name)?;
     let written = rewritten(text, format, name, choice)?;
     // The editors end lines as Unix does.
     let unix = written.replace("\r\n", "\n");
@@ -29,8 +27,8 @@ fn rewritten(
     format: SceneFormat,
     name: &str,
     choice: Choice,
-) -> Result<String, LabError> {
-    let refused = |reason: String| LabError::Unreadable { file: name.into(), reason };
+) -> Result<String, FileError> {
+    let refused = |reason: String| FileError::Unreadable { file: name.into(), reason };
     match format {
         SceneFormat::Toml => {
             let mut file: toml_edit::DocumentMut =
@@ -74,49 +72,50 @@ fn rewritten(
 }
 
 /// A value of the solver section.
-enum Entry {
+enum SolverValue {
     Text(&'static str),
     Whole(u32),
     Number(f64),
 }
 
-fn entries(choice: Choice) -> Vec<(&'static str, Entry)> {
+fn entries(choice: Choice) -> Vec<(&'static str, SolverValue)> {
     let fineness = match choice.fineness {
-        Fineness::Substeps(substeps) => ("substeps", Entry::Whole(substeps)),
-        Fineness::Tolerance(tolerance) => ("tolerance", Entry::Number(tolerance)),
+        Fineness::Substeps(substeps) => ("substeps", SolverValue::Whole(substeps)),
+        Fineness::Tolerance(tolerance) => ("tolerance", SolverValue::Number(tolerance)),
     };
     vec![
-        ("integrator", Entry::Text(choice.integrator.name())),
-        ("steps_per_second", Entry::Whole(60)),
+        ("integrator", SolverValue::Text(choice.integrator.name())),
+        ("steps_per_second", SolverValue::Whole(60)),
         fineness,
-        ("precision", Entry::Text(choice.precision.name())),
+        ("precision", SolverValue::Text(choice.precision.name())),
     ]
 }
 
 /// The key that excludes `steps_per_second`.
 const CONTRADICTED: &str = "step";
 
-fn toml_value(entry: Entry) -> toml_edit::Value {
+fn toml_value(entry: SolverValue) -> toml_edit::Value {
     match entry {
-        Entry::Text(text) => text.into(),
-        Entry::Whole(number) => i64::from(number).into(),
-        Entry::Number(number) => number.into(),
+        SolverValue::Text(text) => text.into(),
+        SolverValue::Whole(number) => i64::from(number).into(),
+        SolverValue::Number(number) => number.into(),
     }
 }
 
-fn json_value(entry: Entry) -> serde_json::Value {
+fn json_value(entry: SolverValue) -> serde_json::Value {
     match entry {
-        Entry::Text(text) => text.into(),
-        Entry::Whole(number) => number.into(),
-        Entry::Number(number) => number.into(),
+        SolverValue::Text(text) => text.into(),
+        SolverValue::Whole(number) => number.into(),
+        SolverValue::Number(number) => number.into(),
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runner::Precision;
     use msd_core::Integrator;
+    use msd_scene::Precision;
+    use msd_scene::parse;
 
     const TEXT: &str = "version = 1 # first\n[solver]\nstep = 0.01\n# many\nsubsteps = 9 # nine\n\
                         [[bodies]]\n\
@@ -130,7 +129,7 @@ mod tests {
     #[test]
     fn a_choice_written_is_the_choice_read_and_comments_stay() {
         let text = written(SceneFormat::Toml, TEXT, Fineness::Substeps(7));
-        let loaded = scenes::parse(&text, SceneFormat::Toml, "a").unwrap();
+        let loaded = parse(&text, SceneFormat::Toml, "a").unwrap();
         assert_eq!((loaded.settings.integrator, loaded.settings.substeps), (Integrator::Rk4, 7));
         assert_eq!(loaded.precision, Precision::F64);
         assert!((loaded.settings.step - 1.0 / 60.0).abs() < 1e-15);
@@ -138,7 +137,7 @@ mod tests {
             assert!(text.contains(comment), "{text}");
         }
         let text = written(SceneFormat::Toml, &text, Fineness::Tolerance(1e-5));
-        let loaded = scenes::parse(&text, SceneFormat::Toml, "a").unwrap();
+        let loaded = parse(&text, SceneFormat::Toml, "a").unwrap();
         assert_eq!(loaded.settings.tolerance, 1e-5);
     }
 
@@ -157,9 +156,9 @@ mod tests {
     fn a_scene_without_a_solver_section_gets_one_in_either_format() {
         let text = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\n";
         let text = written(SceneFormat::Toml, text, Fineness::Substeps(3));
-        assert_eq!(scenes::parse(&text, SceneFormat::Toml, "a").unwrap().settings.substeps, 3);
+        assert_eq!(parse(&text, SceneFormat::Toml, "a").unwrap().settings.substeps, 3);
         let text = r#"{"version": 1, "bodies": [{"kind": "rope", "size": [3]}]}"#;
         let text = written(SceneFormat::Json, text, Fineness::Substeps(3));
-        assert_eq!(scenes::parse(&text, SceneFormat::Json, "a").unwrap().settings.substeps, 3);
+        assert_eq!(parse(&text, SceneFormat::Json, "a").unwrap().settings.substeps, 3);
     }
 }

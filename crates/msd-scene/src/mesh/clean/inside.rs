@@ -1,4 +1,4 @@
-//! Is a point inside a closed mesh?
+//! The inside of a closed mesh.
 
 use glam::DVec3;
 

@@ -1,6 +1,7 @@
-//! Which faces meet at which edges, which belong together, and which way do they face?
+//! The topology of triangles: which meet at which edges, which belong together, and which way they
+//! face.
 
-use super::inside::Inside;
+use crate::mesh::clean::inside::Inside;
 use glam::DVec3;
 
 /// One side of a face.
@@ -95,7 +96,7 @@ pub(crate) fn volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
     triangles.iter().map(|&triangle| volume6(positions, triangle, from)).sum::<f64>() / 6.0
 }
 
-/// Turns faces so that neighbours agree and closed pieces face outward; tells which were turned.
+/// Turns faces so that neighbours agree and closed pieces face outward; returns which were turned.
 ///
 /// A piece is what hangs together by edges with two faces. An open piece keeps the direction of
 /// most of its faces. A closed piece with negative volume is turned, unless it bounds a void in

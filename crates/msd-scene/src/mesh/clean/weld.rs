@@ -1,8 +1,8 @@
-//! What is left of a mesh once it is clean? One vertex per place, one face per triangle of places.
+//! Clean triangles from raw ones: one vertex per place, one face per triangle of places.
 
-use super::error::MeshError;
-use super::raw::{CornerUvs, Raw};
-use super::topology::orient;
+use crate::mesh::clean::topology::orient;
+use crate::mesh::error::MeshError;
+use crate::mesh::raw::{CornerUvs, Raw};
 use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -115,7 +115,7 @@ fn has_area(corners: [u32; 3], positions: &[DVec3]) -> bool {
     1e-12 * longest < (b - a).cross(c - a).length()
 }
 
-/// Fits texture coordinates into the unit square if any lies outside; `None` if one is no number.
+/// Fits texture coordinates into the unit square if any lies outside; `None` if one is NaN.
 fn into_square(mut uvs: Vec<CornerUvs>) -> Option<Vec<CornerUvs>> {
     for axis in 0..2 {
         let values = || uvs.iter().flatten().map(|uv| uv[axis]);

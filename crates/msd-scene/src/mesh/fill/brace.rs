@@ -1,8 +1,8 @@
-//! Which springs tie the surface of a solid to its inside, so that no particle can give way?
+//! Springs that tie the surface of a solid to its inside, so that no particle can give way.
 
-use super::inside::Inside;
-use super::nearby::Nearby;
-use super::topology::Sets;
+use crate::mesh::clean::inside::Inside;
+use crate::mesh::clean::topology::Sets;
+use crate::nearby::Nearby;
 use glam::{DMat3, DVec3};
 use std::collections::BTreeSet;
 
@@ -132,7 +132,7 @@ impl Frame<'_> {
     }
 
     /// Joins two points unless they are joined, belong to different bodies, or
-    /// theirs has a gap between them that must not be crossed; tells whether it did.
+    /// theirs has a gap between them that must not be crossed; returns whether it did.
     fn join(&mut self, [a, b]: [usize; 2], across_gaps: bool) -> bool {
         let pair = [a.min(b), a.max(b)];
         if a == b || self.pieces[a] != self.pieces[b] || self.joined.contains(&pair) {

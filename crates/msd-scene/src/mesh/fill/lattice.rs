@@ -1,7 +1,7 @@
-//! Which particles fill a closed mesh, and which springs join them?
+//! The lattice of particles that fills a closed mesh, and the springs that join them.
 
-use super::error::MeshError;
-use super::inside::Inside;
+use crate::mesh::clean::inside::Inside;
+use crate::mesh::error::MeshError;
 use glam::{DVec3, IVec3};
 use msd_core::lattice::FAMILIES;
 

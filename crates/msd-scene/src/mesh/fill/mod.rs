@@ -1,14 +1,19 @@
-//! How does a mesh become particles and springs?
+//! Bodies from meshes: particles and springs of a shell or of a filled solid.
 
-use super::brace::Frame;
-use super::error::MeshError;
-use super::import::Mesh;
-use super::inside::Inside;
-use super::lattice::{check_spacing, fill};
-use super::nearby::Nearby;
-use super::pieces::pieces;
-use super::texture::surface;
-use super::topology::{components, edges, sides, volume};
+mod lattice;
+mod pieces;
+mod brace;
+mod texture;
+
+use crate::mesh::clean::inside::Inside;
+use crate::mesh::clean::topology::{components, edges, sides, volume};
+use crate::mesh::error::MeshError;
+use crate::mesh::fill::brace::Frame;
+use crate::mesh::fill::lattice::{check_spacing, fill};
+use crate::mesh::fill::pieces::pieces;
+use crate::mesh::fill::texture::surface;
+use crate::mesh::import::Mesh;
+use crate::nearby::Nearby;
 use glam::DVec3;
 use msd_core::{Part, Particle, Spring};
 use std::collections::BTreeSet;
@@ -191,7 +196,7 @@ pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], 
     Ok([surface + inside, edges + 13 * inside + 4 * surface])
 }
 
-/// Checks the options; tells whether the body is a solid.
+/// Checks the options; returns whether the body is a solid.
 fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
     check_options(options)?;
     let solid = match options.filling {

@@ -1,7 +1,7 @@
-//! Which particles of a solid belong to the same body, if a file holds several?
+//! The separate bodies of a solid, if a file holds several.
 
-use super::inside::Inside;
-use super::topology::{Sets, components};
+use crate::mesh::clean::inside::Inside;
+use crate::mesh::clean::topology::{Sets, components};
 use glam::DVec3;
 
 /// The body of each surface point and then of each lattice point.

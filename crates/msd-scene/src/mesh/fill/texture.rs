@@ -1,6 +1,6 @@
-//! Where on a texture do the triangles of a body lie?
+//! Texture coordinates of the triangles of a body.
 
-use super::raw::CornerUvs;
+use crate::mesh::raw::CornerUvs;
 use glam::{DVec2, DVec3};
 use msd_core::{Corner, Surface};
 use std::collections::BTreeMap;

@@ -1,7 +1,7 @@
-//! How is a glTF file read, text or binary? Its structure by `gltf`, its numbers here.
+//! glTF files, text or binary: their structure by `gltf`, their numbers here.
 
-use super::error::{MeshError, Row, malformed};
-use super::raw::{CornerUvs, LONGEST, Raw, check_count, out_of_domain};
+use crate::mesh::error::{MeshError, Row, malformed};
+use crate::mesh::raw::{CornerUvs, LONGEST, Raw, check_count, out_of_domain};
 use glam::{DMat4, DVec3};
 use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::Source;

@@ -1,85 +1,58 @@
-//! How is an OBJ file read? Row by row for the errors, then by `tobj`.
+//! OBJ files, read row by row.
 
-use super::error::{MeshError, Row, malformed, malformed_row};
-use super::raw::{Raw, check_coordinate, check_count, out_of_domain};
+use crate::mesh::error::{MeshError, Row, malformed_row};
+use crate::mesh::raw::{Raw, check_coordinate, check_count, out_of_domain};
 use glam::DVec3;
 
 /// Reads the vertices, texture coordinates and faces of an OBJ file.
 ///
-/// `tobj` names no line in its errors, takes faces and lines of two corners in silence, makes
-/// triangles of polylines, and overflows on huge indices. So the rows are checked here, and only
-/// the checked ones are handed over.
+/// By hand, as a reader from elsewhere (`tobj`) names no line in its errors, takes faces and lines
+/// of two corners in silence, makes triangles of polylines, and overflows on huge indices.
 pub(crate) fn parse(bytes: &[u8], file: &str) -> Result<Raw, MeshError> {
     let text = String::from_utf8_lossy(bytes);
-    let rows = Rows::check(&text, file)?;
-    let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
-    let no_materials = |_: &std::path::Path| Ok(Default::default());
-    let mut checked = rows.checked.as_bytes();
-    let (models, _) = tobj::load_obj_buf(&mut checked, &options, no_materials)
-        .map_err(|error| malformed(file, error.to_string()))?;
-    let mut raw = Raw { vertices_read: rows.vertices, ..Raw::default() };
-    for mesh in models.into_iter().map(|model| model.mesh) {
-        let first = raw.positions.len() as u32;
-        let positions = mesh.positions.chunks_exact(3);
-        raw.positions.extend(positions.map(DVec3::from_slice));
-        let corners = mesh.indices.chunks_exact(3);
-        raw.triangles.extend(corners.map(|c| [c[0] + first, c[1] + first, c[2] + first]));
-        let uv = |corner: &u32| {
-            let start = 2 * *corner as usize;
-            [mesh.texcoords[start] as f32, mesh.texcoords[start + 1] as f32]
-        };
-        let corners = mesh.texcoord_indices.chunks_exact(3);
-        raw.uvs.extend(corners.map(|c| [uv(&c[0]), uv(&c[1]), uv(&c[2])]));
+    let mut rows = Rows::default();
+    let mut joined = String::new();
+    for (line, row) in text.lines().zip(1..) {
+        let at = (file, Row { item: "line", row });
+        // A backslash at the end continues the row on the next line.
+        if let Some(start) = line.trim_end().strip_suffix('\\') {
+            joined.push_str(start);
+            joined.push(' ');
+            continue;
+        }
+        joined.push_str(line);
+        let content = joined.split('#').next().unwrap_or_default();
+        let mut words = content.split_whitespace();
+        match words.next() {
+            Some("v") => rows.add_vertex(at, words)?,
+            Some("vt") => rows.add_texture_vertex(at, words)?,
+            Some("f") => rows.add_face(at, words)?,
+            // Groups, materials, normals, lines and points hold no body together.
+            _ => {}
+        }
+        joined.clear();
+        // A row of eight bytes takes many times that in memory.
+        check_count(file, "the number of vertices", rows.vertices.len() as u128)?;
+        check_count(file, "the number of texture vertices", rows.texture_vertices.len() as u128)?;
+        check_count(file, "the number of faces", rows.faces as u128)?;
     }
-    Ok(raw)
+    Ok(rows.finish())
 }
 
-/// What a scan of the rows has found.
+/// What the rows so far have given.
 #[derive(Default)]
 struct Rows {
-    vertices: usize,
-    texture_vertices: usize,
-    /// Whether every face so far gives texture coordinates.
-    textured: bool,
-    faces: Vec<Vec<[usize; 2]>>,
-    /// Rows of texture coordinates.
-    texture_rows: String,
-    /// The file again: vertices and faces only, every index from 1 and in range.
-    checked: String,
+    vertices: Vec<DVec3>,
+    /// The number of each vertex among those that faces use, in order of their first use.
+    numbers: Vec<Option<u32>>,
+    texture_vertices: Vec<[f32; 2]>,
+    faces: usize,
+    /// Whether a face gives no texture coordinates.
+    bare: bool,
+    raw: Raw,
 }
 
 impl Rows {
-    fn check(text: &str, file: &str) -> Result<Self, MeshError> {
-        let mut rows = Self { textured: true, ..Self::default() };
-        let mut joined = String::new();
-        for (line, row) in text.lines().zip(1..) {
-            let at = (file, Row { item: "line", row });
-            // A backslash at the end continues the row on the next line.
-            if let Some(start) = line.trim_end().strip_suffix('\\') {
-                joined.push_str(start);
-                joined.push(' ');
-                continue;
-            }
-            joined.push_str(line);
-            let content = joined.split('#').next().unwrap_or_default();
-            let mut words = content.split_whitespace();
-            match words.next() {
-                Some("v") => rows.add_vertex(at, words)?,
-                Some("vt") => rows.add_texture_vertex(at, words)?,
-                Some("f") => rows.add_face(at, words)?,
-                // Groups, materials, normals, lines and points hold no body together.
-                _ => {}
-            }
-            joined.clear();
-            // A row of eight bytes takes many times that in memory.
-            check_count(file, "the number of vertices", rows.vertices as u128)?;
-            check_count(file, "the number of texture vertices", rows.texture_vertices as u128)?;
-            check_count(file, "the number of faces", rows.faces.len() as u128)?;
-        }
-        rows.write_faces();
-        Ok(rows)
-    }
-
     fn add_vertex<'a>(
         &mut self,
         at: (&str, Row),
@@ -93,13 +66,12 @@ impl Rows {
         let values = [number(at, words[0])?, number(at, words[1])?, number(at, words[2])?];
         // A fourth number alone is a weight; three more are a colour.
         let weight = if words.len() == 4 { number(at, words[3])? } else { 1.0 };
+        let values = values.map(|value| value / weight);
         for (quantity, value) in ["x", "y", "z"].into_iter().zip(values) {
-            check_coordinate(at, quantity, value / weight)?;
+            check_coordinate(at, quantity, value)?;
         }
-        let weight = if words.len() == 4 { words[3] } else { "" };
-        let row = format!("v {} {} {} {weight}\n", words[0], words[1], words[2]);
-        self.checked.push_str(&row);
-        self.vertices += 1;
+        self.vertices.push(DVec3::from_array(values));
+        self.numbers.push(None);
         Ok(())
     }
 
@@ -109,12 +81,9 @@ impl Rows {
         mut words: impl Iterator<Item = &'a str>,
     ) -> Result<(), MeshError> {
         // The second coordinate may be left out.
-        let u = words.next().unwrap_or_default();
-        let v = words.next().unwrap_or("0");
-        number(at, u)?;
-        number(at, v)?;
-        self.texture_rows.push_str(&format!("vt {u} {v}\n"));
-        self.texture_vertices += 1;
+        let u = number(at, words.next().unwrap_or_default())?;
+        let v = number(at, words.next().unwrap_or("0"))?;
+        self.texture_vertices.push([u as f32, v as f32]);
         Ok(())
     }
 
@@ -123,43 +92,40 @@ impl Rows {
         at: (&str, Row),
         words: impl Iterator<Item = &'a str>,
     ) -> Result<(), MeshError> {
-        let mut corners = Vec::new();
+        let (mut corners, mut uvs) = (Vec::new(), Vec::new());
         for word in words {
             let mut parts = word.split('/');
             let vertex = parts.next().unwrap_or_default();
-            let vertex = index(at, "a vertex index", vertex, self.vertices)?;
-            let texture = match parts.next() {
-                None | Some("") => {
-                    self.textured = false;
-                    0
-                }
-                Some(text) => index(at, "a texture index", text, self.texture_vertices)?,
-            };
-            corners.push([vertex, texture]);
-        }
-        if corners.len() < 3 {
-            let count = corners.len().to_string();
-            return Err(out_of_domain(at, "the number of corners", count, "at least 3"));
-        }
-        self.faces.push(corners);
-        Ok(())
-    }
-
-    /// Writes all faces with texture coordinates or none: `tobj` makes up what is missing.
-    fn write_faces(&mut self) {
-        if self.textured {
-            self.checked.push_str(&self.texture_rows);
-        }
-        for corners in &self.faces {
-            self.checked.push('f');
-            for [vertex, texture] in corners {
-                self.checked.push_str(&format!(" {vertex}"));
-                if self.textured {
-                    self.checked.push_str(&format!("/{texture}"));
+            let vertex = index(at, "a vertex index", vertex, self.vertices.len())?;
+            corners.push(self.number(vertex - 1).into());
+            match parts.next() {
+                None | Some("") => self.bare = true,
+                Some(text) => {
+                    let count = self.texture_vertices.len();
+                    let texture = index(at, "a texture index", text, count)?;
+                    uvs.push(self.texture_vertices[texture - 1]);
                 }
             }
-            self.checked.push('\n');
         }
+        self.faces += 1;
+        self.raw.add_polygon(at, &corners, (!self.bare).then_some(uvs.as_slice()))
+    }
+
+    /// The number of a vertex among those in use; from now on it is one of them.
+    fn number(&mut self, vertex: usize) -> u32 {
+        let positions = &mut self.raw.positions;
+        *self.numbers[vertex].get_or_insert_with(|| {
+            positions.push(self.vertices[vertex]);
+            positions.len() as u32 - 1
+        })
+    }
+
+    fn finish(mut self) -> Raw {
+        // All faces have texture coordinates, or none has.
+        if self.bare {
+            self.raw.uvs.clear();
+        }
+        Raw { vertices_read: self.vertices.len(), ..self.raw }
     }
 }
 

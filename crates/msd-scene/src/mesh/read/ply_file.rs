@@ -1,7 +1,7 @@
-//! How is a PLY file read, text or binary? By `ply-rs-bw`, once its counts are known to fit.
+//! PLY files, text or binary, by `ply-rs-bw`, once their counts are known to fit.
 
-use super::error::{MeshError, Row, malformed, malformed_row};
-use super::raw::{Raw, check_count};
+use crate::mesh::error::{MeshError, Row, malformed, malformed_row};
+use crate::mesh::raw::{Raw, check_count};
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{

@@ -1,7 +1,7 @@
-//! How is an STL file read, text or binary? By `stl_io`, once its lengths are known to be true.
+//! STL files, text or binary, by `stl_io`, once their lengths are known to be true.
 
-use super::error::{MeshError, Row, malformed, malformed_row};
-use super::raw::{Raw, check_count};
+use crate::mesh::error::{MeshError, Row, malformed, malformed_row};
+use crate::mesh::raw::{Raw, check_count};
 use glam::DVec3;
 use std::io::Cursor;
 

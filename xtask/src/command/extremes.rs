@@ -1,20 +1,39 @@
-//! `msd extremes`: what becomes of a run at the extremes, under every method?
+//! `xtask extremes`: maps and hardships of every method.
 
-use super::arguments::ExtremesArguments;
-use super::failure::{Failure, say};
-use super::places::{Places, make_folder, write_file};
-use super::progress::Bar;
+use super::Failure;
+use clap::Args;
 use msd_core::Integrator;
-use msd_lab::extremes::conduct::{Extremes, Plan, conduct};
-use msd_lab::extremes::distance::{self, DISTANCES, Loss};
-use msd_lab::extremes::outcome::Outcome;
-use msd_lab::extremes::{figure, tables};
-use msd_lab::marks::put;
-use msd_lab::{LabError, shown_path};
+use msd_scene::{FileError, FileId, Output, shown_path};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::path::Path;
-use web_time::Instant;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use xtask::extremes::conduct::{Extremes, Plan, conduct};
+use xtask::extremes::distance::{self, DISTANCES, Loss};
+use xtask::extremes::outcome::Outcome;
+use xtask::extremes::{figure, tables};
+use xtask::marks::put;
+
+/// Arguments of `xtask extremes`.
+#[derive(Debug, Args)]
+pub struct ExtremesArguments {
+    /// The folder of the maps and tables
+    #[arg(long, value_name = "FOLDER", default_value = "extremes")]
+    out: PathBuf,
+    /// Put the tables between the marks of this page as well, as in docs/extremes.md
+    #[arg(long, value_name = "PAGE.md")]
+    page: Option<PathBuf>,
+    /// A coarse look: some seconds instead of some minutes
+    #[arg(long)]
+    quick: bool,
+    /// Runs at once [default: as many as there are cores]
+    #[arg(short, long, value_name = "CORES", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    jobs: Option<u16>,
+    /// Print one JSON object instead of a summary
+    #[arg(long)]
+    json: bool,
+}
 
 /// What came of it; the keys of `--json`.
 #[derive(Debug, Serialize)]
@@ -31,45 +50,57 @@ struct Report {
 /// Runs everything and writes maps and tables.
 pub fn run_extremes(arguments: &ExtremesArguments) -> Result<(), Failure> {
     let folder = &arguments.out;
-    make_folder(folder)?;
-    let mut places = Places::default();
-    names().iter().try_for_each(|name| places.write("--out", &folder.join(name)))?;
-    arguments.page.iter().try_for_each(|page| places.write("--page", page))?;
-    let page = arguments.page.as_deref().map(open_page).transpose()?;
-    let threads = arguments.jobs.unwrap_or_else(available);
+    let refused = |error| Failure::input(format!("{}: {error}", shown_path(folder)));
+    std::fs::create_dir_all(folder).map_err(refused)?;
+    let page = arguments.page.as_deref().map(|page| open_page(page, folder)).transpose()?;
+    let threads = arguments.jobs.map_or_else(available, usize::from);
     let plan = if arguments.quick { Plan::quick(threads) } else { Plan::full(threads) };
     let start = Instant::now();
-    let bar = Bar::new();
-    let extremes = conduct(plan, &mut |done, all| bar.tell(&format!("{done} of {all} runs")));
+    let watched = std::io::stderr().is_terminal();
+    let extremes = conduct(plan, &mut |done, all| {
+        if watched {
+            eprint!("\r{done} of {all} runs");
+        }
+    });
+    if watched {
+        eprintln!();
+    }
     let losses: Result<Vec<Loss>, _> = DISTANCES.into_iter().map(distance::loss).collect();
-    bar.end();
     let losses = losses.map_err(Failure::input)?;
     let all = all_tables(&extremes, &losses);
-    let mut unwritten = write_all(folder, &extremes, &all);
+    write_all(folder, &extremes, &all).map_err(Failure::input)?;
     if let (Some(path), Some(text)) = (&arguments.page, page) {
         let filled =
             |text: String, (name, table): (&str, &String)| put(&text, name, table).unwrap_or(text);
         let text = NAMES.into_iter().zip(&all).fold(text, filled);
-        unwritten.extend(write_file(path, text.as_bytes()).err());
+        write_file(path, text.as_bytes()).map_err(Failure::input)?;
     }
-    let failures = extremes.failures();
     let report = Report {
         runs: extremes.len(),
         seconds: start.elapsed().as_secs_f64(),
         cells: counts(&extremes),
-        failures,
+        failures: extremes.failures(),
         distances: losses,
     };
-    let said = if arguments.json {
-        say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
+    if arguments.json {
+        println!("{}", serde_json::to_string_pretty(&report).map_err(Failure::input)?);
     } else {
-        say(&summary(&report, folder))
-    };
-    let count = report.failures.len();
-    let failed = (0 < count)
-        .then(|| Failure::diverged(format!("{count} runs failed: {}", report.failures.join("; "))));
-    let unwritten = unwritten.into_iter().map(Failure::input);
-    Failure::all(unwritten.chain(said.err()).chain(failed))
+        println!("{}", summary(&report, folder));
+    }
+    match report.failures.len() {
+        0 => Ok(()),
+        count => {
+            let all = report.failures.join("; ");
+            Err(Failure::broken(format!("{count} runs failed: {all}")))
+        }
+    }
+}
+
+/// Writes a file, whole or not at all.
+fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let mut output = Output::create(path)?;
+    output.write_all(bytes).map_err(|error| output.refused(&error))?;
+    output.finish()
 }
 
 fn available() -> usize {
@@ -91,8 +122,8 @@ fn names() -> Vec<String> {
     tables.into_iter().chain(figures).collect()
 }
 
-/// Writes every file; returns those that could not be.
-fn write_all(folder: &Path, extremes: &Extremes, all: &[String; 3]) -> Vec<LabError> {
+/// Writes every file.
+fn write_all(folder: &Path, extremes: &Extremes, all: &[String; 3]) -> Result<(), FileError> {
     let titled = TITLES.iter().zip(all).map(|(title, table)| format!("## {title}\n\n{table}"));
     let tables = [
         titled.collect::<Vec<_>>().join("\n"),
@@ -100,15 +131,17 @@ fn write_all(folder: &Path, extremes: &Extremes, all: &[String; 3]) -> Vec<LabEr
         tables::maps_csv(extremes),
     ];
     let figures = Integrator::ALL.map(|integrator| figure::svg(extremes, integrator));
-    let files = names().into_iter().zip(tables.into_iter().chain(figures));
-    let write = |(name, text): (String, String)| write_file(&folder.join(name), text.as_bytes());
-    files.filter_map(|file| write(file).err()).collect()
+    let mut files = names().into_iter().zip(tables.into_iter().chain(figures));
+    files.try_for_each(|(name, text)| write_file(&folder.join(name), text.as_bytes()))
 }
 
-/// Reads a page that has marks for every table.
-fn open_page(path: &Path) -> Result<String, Failure> {
+/// Reads a page that has marks for every table and is none of the files of the folder.
+fn open_page(path: &Path, folder: &Path) -> Result<String, Failure> {
     let refused = |why: String| Failure::input(format!("{}: {why}", shown_path(path)));
     let text = std::fs::read_to_string(path).map_err(|error| refused(error.to_string()))?;
+    if names().iter().any(|name| FileId::of(&folder.join(name)) == FileId::of(path)) {
+        return Err(refused("--out and --page name the same file".into()));
+    }
     match NAMES.into_iter().find(|name| put(&text, name, "").is_none()) {
         Some(name) => {
             Err(refused(format!("it has no marks <!-- begin {name} --> and <!-- end {name} -->")))

@@ -1,10 +1,9 @@
-//! Does the table of terms find the parts of a scene, and the stability table what theory says?
+//! The terms of a scene: which there are, and what each is worth.
 
-use msd_core::{Friction, glam::DVec3};
-use msd_core::{Integrator, Material, Plane, Scene, Settings, World, shape};
-use msd_lab::trade::stability_table::{Scheme, StabilityTable, stability_table};
-use msd_lab::trade::terms::{TermRow, terms};
-use msd_lab::{Loaded, Precision};
+use msd_core::glam::DVec3;
+use msd_core::{Friction, Integrator, Material, Plane, Scene, Settings, World, shape};
+use msd_scene::{Loaded, Precision};
+use msd_study::terms::{TermRow, terms};
 
 fn loaded(scene: Scene, precision: Precision) -> Loaded {
     Loaded {
@@ -79,12 +78,12 @@ fn springs_that_differ_are_compared_with_their_mean() {
 
 #[test]
 fn the_teapot_bends_and_a_cloth_has_no_bending_springs() {
-    let teapot = msd_lab::open("teapot").unwrap();
+    let teapot = msd_scene::open("teapot").unwrap();
     let rows = terms(&teapot, 1.0 / 60.0).unwrap();
     assert_eq!(names(&rows), ["damping", "bending springs", "contact", "single precision"]);
     let bending = row(&rows, "bending springs");
     assert!(0.0 < bending.change.unwrap(), "{bending:?}");
-    let rows = terms(&msd_lab::open("cloth").unwrap(), 1.0 / 60.0).unwrap();
+    let rows = terms(&msd_scene::open("cloth").unwrap(), 1.0 / 60.0).unwrap();
     assert_eq!(names(&rows), ["damping", "face diagonals", "single precision"]);
 }
 
@@ -101,51 +100,4 @@ fn a_variant_that_diverges_is_told_in_words() {
     let damping = row(&rows, "damping");
     assert_eq!(damping.change, None, "{damping:?}");
     assert!(damping.words.contains("diverged"), "{damping:?}");
-}
-
-fn cloth(damping: f64) -> Scene {
-    let material = Material { mass: 0.1, stiffness: 300.0, damping };
-    Scene::of("cloth", shape::cloth([8, 8], 0.1, material).unwrap())
-}
-
-#[test]
-fn at_an_equal_step_rk4_bears_twice_the_stiffness_of_symplectic_euler() {
-    let table = stability_table(&cloth(0.0), 30).unwrap();
-    // (2 √2 / 2)² = 2; growth shows within 0.1 % of the limit in w, 0.2 % in k.
-    let ratio = table.ratio(Scheme::Ours(Integrator::Rk4)).unwrap();
-    assert!((ratio / 2.0 - 1.0).abs() < 0.01, "{ratio}");
-    let verlet = table.ratio(Scheme::Ours(Integrator::VelocityVerlet)).unwrap();
-    assert!((verlet - 1.0).abs() < 0.01, "{verlet}");
-    // |1 + z + z²/2 + 5 z³/32 + z⁴/32| = 1 at z = i √7: 7/4.
-    let flawed = table.ratio(Scheme::Rk1331).unwrap();
-    assert!((flawed / 1.75 - 1.0).abs() < 0.01, "{flawed}");
-    assert_eq!(table.ratio(Scheme::Ours(Integrator::ExplicitEuler)), None);
-    // As many steps bear their square.
-    let coarse = table.undamped(Scheme::Ours(Integrator::SymplecticEuler), 4).unwrap();
-    let fine = table.undamped(Scheme::Ours(Integrator::SymplecticEuler), 44).unwrap();
-    let ratio = fine.observed.unwrap() / coarse.observed.unwrap();
-    assert!((ratio / 121.0 - 1.0).abs() < 0.01, "{ratio}");
-}
-
-#[test]
-fn the_marginal_stiffness_is_the_one_predicted() {
-    // A beat seen once in 31 steps seemed to grow.
-    let table = stability_table(&cloth(0.3), 31).unwrap();
-    for row in &table.rows {
-        let explicit = row.method == Scheme::Ours(Integrator::ExplicitEuler);
-        let Some(observed) = row.observed else {
-            assert!(explicit && row.damping == 0.0 && row.predicted == 0.0, "{row:?}");
-            continue;
-        };
-        // Lanczos is within 0.2 % from below in w², bisection within 0.05 %; explicit Euler has to
-        // grow by half in half of a run, which takes some more.
-        let room = if explicit { 0.05 } else { 0.01 };
-        assert!((observed / row.predicted - 1.0).abs() < room, "{row:?}");
-    }
-    assert!(table.rows.iter().any(|row| row.damping == 0.3));
-    let text = table.text();
-    assert!(text.contains("10600") && text.contains("2150000") && text.contains("theory 2"));
-    // serde_json reads a number back to its last digit but one: what is shown is the same.
-    let json = serde_json::to_string(&table).unwrap();
-    assert_eq!(serde_json::from_str::<StabilityTable>(&json).unwrap().text(), text);
 }

@@ -1,11 +1,11 @@
-//! Does the audit find what theory says each method delivers, and the limits where they are?
+//! The audit finds what theory says each method delivers, and the limits where they are.
 
 use msd_core::glam::DVec2;
 use msd_core::{Integrator, Material, Scene, World, shape};
-use msd_lab::Precision;
-use msd_lab::trade::audit::{Audit, LEAST_DAMPING, Probe, audit, audit_all};
-use msd_lab::trade::choice::{Choice, FRAME, Fineness};
-use msd_lab::trade::limits::limits;
+use msd_scene::Precision;
+use msd_study::audit::{Audit, LEAST_DAMPING, Probe, audit, audit_all};
+use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::limits::limits;
 
 fn choice(integrator: Integrator, substeps: u32) -> Choice {
     Choice { integrator, fineness: Fineness::Substeps(substeps), precision: Precision::F64 }
