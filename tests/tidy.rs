@@ -154,7 +154,8 @@ const INEXACT: &str = "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh e
 
 #[test]
 fn the_way_from_a_scene_file_to_a_state_takes_no_function_of_the_platform() {
-    let crates = ["msd-core", "msd-scene", "msd-run"].map(|krate| root().join("crates").join(krate));
+    let crates =
+        ["msd-core", "msd-scene", "msd-run"].map(|krate| root().join("crates").join(krate));
     for file in crates.iter().flat_map(|krate| sources(&krate.join("src"))) {
         let text = fs::read_to_string(&file).expect("a source file");
         let code = text.split("#[cfg(test)]").next().unwrap_or("");
@@ -180,7 +181,11 @@ fn only_the_app_names_a_window_and_the_renderer_never_names_a_system() {
             let system = ["Simulation", "Model", "State", "msd_core::system"].iter().any(|word| {
                 text.lines().any(|line| line.starts_with("use") && line.contains(word))
             });
-            assert!(!krate.ends_with("msd-render") || !system, "{} sees the system", file.display());
+            assert!(
+                !krate.ends_with("msd-render") || !system,
+                "{} sees the system",
+                file.display()
+            );
         }
     }
 }

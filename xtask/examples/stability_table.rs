@@ -1,13 +1,13 @@
 //! stability_table.svg: how stiff a cloth may be at a number of steps per frame, for Euler and
 //! Runge-Kutta, undamped and damped, beside what the report of 2014 found in its own.
 
-use msd::core::Integrator;
+use msd_core::Integrator;
 use plotters::prelude::*;
 use xtask::stability_table::{Scheme, euler_steps, stability_table};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = std::env::args().nth(1).unwrap_or_else(|| "stability_table.svg".into());
-    let scene = msd::scene::open("cloth")?.scene;
+    let scene = msd_scene::open("cloth")?.scene;
     let table = stability_table(&scene, euler_steps(&scene)?)?;
     print!("{}", table.text());
 

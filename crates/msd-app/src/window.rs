@@ -1,8 +1,10 @@
 //! The shell: how do window events become frames?
 
 use crate::canvas::{Canvas, Painting};
+use crate::keys;
+use crate::panel;
+use crate::theme;
 use crate::viewer::Viewer;
-use crate::{keys, panel, theme};
 use msd_render::{Gpu, RenderError};
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,6 +1,6 @@
 //! The workloads are what their documentation says.
 
-use glam::DVec3;
+use msd_core::glam::DVec3;
 use msd_core::{Friction, Scene};
 use msd_run::Runner;
 use msd_scene::{FileError, Precision, workloads};

@@ -1,10 +1,8 @@
 //! The reference is right, errors are what they say, and tuning delivers.
 
 use msd_core::glam::DVec3;
-use msd_core::{
-    Friction, Integrator, Material, Particle, Plane, Scene, Settings, Simulation, Spring, World,
-    shape,
-};
+use msd_core::{Friction, Integrator, Material, Particle, Plane, Scene, Spring, World, shape};
+use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::conduct::{Plan, study};

@@ -11,5 +11,5 @@ pub mod hardships;
 pub mod conduct;
 mod colours;
 pub mod figure;
-pub mod tables;
 pub mod distance;
+pub mod tables;

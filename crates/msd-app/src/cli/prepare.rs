@@ -56,7 +56,7 @@ pub fn prepare(
     choose(&mut loaded, solver);
     check_read(loaded.settings.integrator, solver)?;
     let count = loaded.scene.particles.len();
-    let made = patiently(&format!("making {count} particles ready"), || Runner::open(loaded));
+    let made = patiently(&format!("making {count} particles ready"), || Runner::open(&loaded));
     let mut runner = made.map_err(|error| {
         // The file is right in its own precision.
         let asked = solver.precision.map(|precision| format!(" in {precision}"));

@@ -10,8 +10,9 @@ mod scenes;
 mod solver;
 mod status;
 
+use crate::pointing;
+use crate::theme;
 use crate::viewer::Viewer;
-use crate::{pointing, theme};
 use egui::{
     Align, CursorIcon, Frame, Layout, Panel, Response, RichText, ScrollArea, Sense, Slider, Ui,
     Widget, vec2,

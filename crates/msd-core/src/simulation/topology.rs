@@ -10,7 +10,8 @@ use crate::obstacles::PlaneColumn;
 use crate::scene::check::{
     check_body, check_count, check_index, check_particle, check_plane, check_spring,
 };
-use crate::scene::{Body, MAX_PARTICLES, MAX_SPRINGS, Part, Particle, Plane, Scene, Spring};
+use crate::scene::{Body, Part, Particle, Plane, Scene, Spring};
+use crate::scene::{MAX_PARTICLES, MAX_SPRINGS};
 use crate::system::{Columns, State};
 
 impl<R: Real> Simulation<R> {

@@ -2,8 +2,7 @@
 
 use super::model::Model;
 use super::state::Columns;
-use crate::columns;
-use crate::columns::slots::Slots;
+use crate::columns::{self, slots::Slots};
 use crate::elements::grabs::Grab;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;

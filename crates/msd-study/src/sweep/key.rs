@@ -1,5 +1,6 @@
 //! Keys such as `bodies[0].stiffness`: the values of a scene that they name, and their replacement.
 
+use msd_scene::plain;
 use msd_scene::tree::{Node, Value};
 
 /// A key of a scene, from its top.
@@ -92,6 +93,26 @@ impl Key {
     }
 }
 
+/// A value as a person would write it.
+pub(crate) fn shown(value: &Value) -> String {
+    match value {
+        Value::Nothing => "missing".into(),
+        Value::Flag(flag) => flag.to_string(),
+        Value::Whole(number) => number.to_string(),
+        Value::Number(number) => plain(*number),
+        Value::Text(text) => format!("\"{text}\""),
+        Value::List(rows) => {
+            let rows: Vec<String> = rows.iter().map(|row| shown(&row.value)).collect();
+            format!("[{}]", rows.join(", "))
+        }
+        Value::Table(rows) => {
+            let row =
+                |row: &(String, Option<usize>, Node)| format!("{}: {}", row.0, shown(&row.2.value));
+            format!("{{{}}}", rows.iter().map(row).collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -101,7 +122,7 @@ mod tests {
     fn set(scene: &str, key: &str, value: Value) -> Result<String, String> {
         let mut source = Source::parse(scene, SceneFormat::Toml, "scene").expect("TOML");
         Key::parse(key).expect("a key").set(&mut source.root, value)?;
-        Ok(super::super::value::shown(&source.root.value))
+        Ok(shown(&source.root.value))
     }
 
     #[test]

@@ -13,11 +13,9 @@
 mod key;
 mod value;
 mod table;
-mod csv_file;
-mod parquet_file;
 mod file;
-mod plan;
 mod measure;
+mod plan;
 mod row;
 mod store;
 mod run;

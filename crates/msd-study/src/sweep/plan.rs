@@ -1,8 +1,10 @@
 //! The cells of a sweep, and the scene of each.
 
 use crate::sweep::file::{SweepFile, read};
+use crate::sweep::key::shown;
+use crate::sweep::measure::meets_frames;
 use crate::sweep::table::{Column, Datum, Kind, TableFormat};
-use crate::sweep::value::{Axis, canonical, shown};
+use crate::sweep::value::{Axis, canonical};
 use msd_core::Settings;
 use msd_run::Runner;
 use msd_scene::tree::{Source, Value};
@@ -202,7 +204,7 @@ impl Sweep {
             let most = format!("at most {MAX_STEPS:e} substeps, which are {substep:.3e} s {at}");
             return Err(wrong(most));
         }
-        if self.file.error && !crate::sweep::measure::meets_frames(settings, duration) {
+        if self.file.error && !meets_frames(settings, duration) {
             return Err(FileError::Malformed {
                 place: self.file.grid_place.clone(),
                 reason: format!(

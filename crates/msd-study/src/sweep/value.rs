@@ -1,6 +1,6 @@
 //! The values that a grid gives a key: a list as it stands, or a range that is counted out.
 
-use crate::sweep::key::Key;
+use crate::sweep::key::{Key, WRITTEN, shown};
 use msd_scene::tree::{Node, Source, Value};
 use msd_scene::{FileError, Place, plain};
 
@@ -64,7 +64,7 @@ impl Entry<'_> {
 
     fn axis(&self, source: &Source<'_>) -> Result<Axis, FileError> {
         let Some(key) = Key::parse(&self.key) else {
-            let reason = format!("grid key \"{}\" is not {}", self.key, crate::sweep::key::WRITTEN);
+            let reason = format!("grid key \"{}\" is not {}", self.key, WRITTEN);
             return Err(FileError::Malformed { place: self.place(source), reason });
         };
         let values = match self.value {
@@ -201,26 +201,6 @@ fn count_out(
 /// Rounds to twelve digits, so that 10 to the second is 100 and no less.
 fn tidy(number: f64) -> f64 {
     format!("{number:.11e}").parse().unwrap_or(number)
-}
-
-/// A value as a person would write it.
-pub(crate) fn shown(value: &Value) -> String {
-    match value {
-        Value::Nothing => "missing".into(),
-        Value::Flag(flag) => flag.to_string(),
-        Value::Whole(number) => number.to_string(),
-        Value::Number(number) => plain(*number),
-        Value::Text(text) => format!("\"{text}\""),
-        Value::List(rows) => {
-            let rows: Vec<String> = rows.iter().map(|row| shown(&row.value)).collect();
-            format!("[{}]", rows.join(", "))
-        }
-        Value::Table(rows) => {
-            let row =
-                |row: &(String, Option<usize>, Node)| format!("{}: {}", row.0, shown(&row.2.value));
-            format!("{{{}}}", rows.iter().map(row).collect::<Vec<_>>().join(", "))
-        }
-    }
 }
 
 /// The same bytes for values that mean the same: 1 and 1.0, tables in any order of their keys.

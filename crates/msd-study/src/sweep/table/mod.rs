@@ -1,6 +1,8 @@
 //! Tables of results, written and read again.
 
-use crate::sweep::{csv_file, parquet_file};
+mod csv_file;
+mod parquet_file;
+
 use msd_scene::{FileError, Output, shown_path};
 use serde::Deserialize;
 use std::path::Path;
