@@ -14,7 +14,7 @@ mod compiler;
 mod works;
 
 use msd::core::{Instructions, Simulation};
-use msd::lab::peers;
+use msd::scene::workloads;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -59,7 +59,7 @@ fn page() -> PathBuf {
 }
 
 fn take_steps(work: &str, steps: u32) {
-    let simulation = Simulation::<f32>::new(&works::scene(work), peers::settings());
+    let simulation = Simulation::<f32>::new(&works::scene(work), workloads::settings());
     let mut simulation = simulation.expect("a valid scene");
     simulation.set_instructions(Instructions::Avx2);
     (0..steps).for_each(|_| simulation.step().expect("stable"));

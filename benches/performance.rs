@@ -92,7 +92,7 @@ fn main() -> std::io::Result<()> {
         eprintln!("{name}\n{table}");
         if !testing {
             let text = std::fs::read_to_string(&page)?;
-            let put = msd::lab::marks::put(&text, name, &table);
+            let put = xtask::marks::put(&text, name, &table);
             let put = put.unwrap_or_else(|| panic!("docs/performance.md has no marks for {name}"));
             std::fs::write(&page, put)?;
         }

@@ -6,9 +6,9 @@
 //! `cargo bench --bench promise` takes some minutes; `-- --scenes N` takes N generated scenes
 //! instead of 200, and `-- --test` a few, to see that it runs.
 
-use msd::lab::BUILTINS;
-use msd::lab::trade::choice::Choice;
-use msd::lab::trade::promise::{Case, keep, random_scene};
+use msd::scene::BUILTINS;
+use msd::study::choice::Choice;
+use xtask::promise::{Case, keep, random_scene};
 
 /// Errors asked for, as fractions of the size, in turn.
 const ASKED: [f64; 3] = [1e-2, 1e-3, 1e-4];
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let builtins = BUILTINS.iter().filter(|builtin| !brief || builtin.name == "chain");
     for (row, builtin) in builtins.enumerate() {
-        let loaded = msd::lab::open(builtin.name)?;
+        let loaded = msd::scene::open(builtin.name)?;
         let case = keep(&loaded.scene, 0.5, ASKED[row % ASKED.len()])?;
         tell(builtin.name, &case);
         cases.push(case);

@@ -20,7 +20,7 @@ use baselines::{terms, works};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group};
 use msd::core::{Instructions, Integrator, Real, Scene, Settings, Simulation, Vector};
-use msd::lab::{Precision, peers};
+use msd::scene::{Precision, workloads};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -34,7 +34,7 @@ const INTEGRATORS: [Integrator; 3] =
     [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4];
 
 fn settings(integrator: Integrator) -> Settings {
-    Settings { integrator, ..peers::settings() }
+    Settings { integrator, ..workloads::settings() }
 }
 
 /// How often each spring is evaluated in a step.

@@ -6,19 +6,18 @@
 //! nothing.
 
 use msd::core::{Integrator, Material, Scene, shape};
-use msd::lab::trade::choice::FRAME;
-use msd::lab::trade::conduct::{Plan, study};
-use msd::lab::trade::estimate::calibrate;
-use msd::lab::trade::ladder::PRECISIONS;
-use msd::lab::trade::report;
-use msd::lab::trade::stability_table::{euler_steps, stability_table};
-use msd::lab::trade::study::Study;
-use msd::lab::trade::terms::terms;
-use msd::lab::trade::trial::Trial;
-use msd::lab::trade::words::{metres, milliseconds, short};
-use msd::lab::{BUILTINS, Loaded, Precision};
+use msd::scene::{BUILTINS, Loaded, Precision};
+use msd::study::Study;
+use msd::study::choice::FRAME;
+use msd::study::conduct::{Plan, study};
+use msd::study::ladder::PRECISIONS;
+use msd::study::live_error::calibrate;
+use msd::study::terms::terms;
+use msd::study::trial::Trial;
+use msd::study::words::{metres, milliseconds, short};
 use std::fmt::Write;
 use std::path::Path;
+use xtask::stability_table::{euler_steps, stability_table};
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
@@ -32,7 +31,7 @@ fn main() -> Result<()> {
     alone.expect("nobody has made a pool yet");
     if std::env::args().any(|argument| argument == "--test") {
         let plan = Plan { budget: 1.0, duration: 0.2, fresh: true, ..Plan::default() };
-        let studied = study(&msd::lab::open("chain")?, plan, &mut |_| {})?;
+        let studied = study(&msd::scene::open("chain")?, plan, &mut |_| {})?;
         println!("{}\n{}", front(&studied), orders(&[studied]));
         return Ok(());
     }
@@ -45,7 +44,7 @@ fn main() -> Result<()> {
             study(&scene(root, name)?, Plan { duration, budget, ..Plan::default() }, &mut |p| {
                 eprintln!("{name}: {} done, {}", p.done, p.now);
             })?;
-        std::fs::write(root.join(format!("docs/trade/{name}.svg")), report::svg(&studied))?;
+        std::fs::write(root.join(format!("docs/trade/{name}.svg")), msd::report::svg(&studied))?;
         text = put(&text, name, &front(&studied));
         std::fs::write(&page, &text)?;
         studies.push(studied);
@@ -67,12 +66,12 @@ fn main() -> Result<()> {
 
 fn scene(root: &Path, name: &str) -> Result<Loaded> {
     let file = root.join(format!("docs/trade/{name}.toml"));
-    Ok(if file.exists() { msd::lab::load(&file)? } else { msd::lab::open(name)? })
+    Ok(if file.exists() { msd::scene::load(&file)? } else { msd::scene::open(name)? })
 }
 
 /// Puts a table between `<!-- begin NAME -->` and `<!-- end NAME -->`.
 fn put(text: &str, name: &str, table: &str) -> String {
-    let put = msd::lab::marks::put(text, name, table);
+    let put = xtask::marks::put(text, name, table);
     put.unwrap_or_else(|| panic!("docs/trade.md has no marks for {name}"))
 }
 
@@ -216,7 +215,7 @@ fn all_terms() -> Result<String> {
     let mut table =
         "| scene | without | changes the answer by | saves |\n|---|---|---|---|\n".to_owned();
     for name in ["jelly", "cloth", "teapot", "bunny"] {
-        for row in terms(&msd::lab::open(name)?, 1.0)? {
+        for row in terms(&msd::scene::open(name)?, 1.0)? {
             let change = row.relative.map_or("it diverges".into(), |part| {
                 format!("{} % of the size", short(100.0 * part))
             });
@@ -232,7 +231,7 @@ fn calibrations() -> Result<String> {
         "| scene | from t, s | estimated | true | estimated / true |\n|---|---|---|---|---|\n"
             .to_owned();
     for builtin in &BUILTINS {
-        for c in calibrate(&msd::lab::open(builtin.name)?, &[0.0, 1.0, 2.0], 30)? {
+        for c in calibrate(&msd::scene::open(builtin.name)?, &[0.0, 1.0, 2.0], 30)? {
             let (estimated, right) = (metres(c.estimated), metres(c.true_error));
             let ratio = short(c.estimated / c.true_error);
             let _ = writeln!(

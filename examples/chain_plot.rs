@@ -1,6 +1,7 @@
 //! A plot, chain.svg: five particles on a line, one pulled out by 1.4, and the wave it sends.
 
-use msd::lab::{Runner, open};
+use msd::run::Runner;
+use msd::scene::open;
 use plotters::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -37,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Positions along the chain, metres.
 fn along(runner: &Runner) -> Vec<f64> {
     use msd::core::Vector;
-    msd::lab::on!(runner, simulation => {
+    msd::run::on!(runner, simulation => {
         simulation.positions().map(|position| position.to_f64().x).collect()
     })
 }

@@ -1,14 +1,15 @@
 //! A picture, falling_square.svg: five moments of the 4x4 square, springs green to red by strain.
 
 use msd::core::Vector;
-use msd::lab::{on, open};
 use msd::render::strain_colour;
+use msd::run::{Runner, on};
+use msd::scene::open;
 use plotters::prelude::*;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let file = std::env::args().nth(1).unwrap_or_else(|| "falling_square.svg".into());
     let square = open("square")?;
-    let mut runner = square.runner()?;
+    let mut runner = Runner::open(&square)?;
     let figure = SVGBackend::new(&file, (1250, 420)).into_drawing_area();
     figure.fill(&WHITE)?;
     for (moment, panel) in figure.split_evenly((1, 5)).iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use msd::core::glam::DVec3;
 use msd::core::{Material, Pin, Scene, Settings, shape};
-use msd::lab::{Loaded, Precision};
+use msd::scene::{Loaded, Precision};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let material = Material { mass: 0.05, stiffness: 400.0, damping: 0.4 };

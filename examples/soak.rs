@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release --example soak [SCENE] [SECONDS]`, an hour of `jelly` by default.
 
+use msd::run::Runner;
 use std::error::Error;
 use std::time::Instant;
 
@@ -12,7 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let scene = arguments.next().unwrap_or_else(|| "jelly".into());
     let seconds: f64 = arguments.next().map_or(Ok(3600.0), |text| text.parse())?;
-    let mut runner = msd::lab::open(&scene)?.runner()?;
+    let mut runner = Runner::open(&msd::scene::open(&scene)?)?;
     let steps = (MINUTE / runner.settings().step).round() as usize;
     let mut times = Vec::with_capacity(steps);
     let (mut first, mut last, mut memory) = (None, 0.0, [None, None]);

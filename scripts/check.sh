@@ -63,7 +63,7 @@ bare() {
             return
         fi
         bare_cargo run >../target/bare/hashes.txt
-        diff <(grep -E '^(chain|(rough|square) .* f32) ' ../crates/msd-lab/tests/hashes.txt |
+        diff <(grep -E '^(chain|(rough|square) .* f32) ' ../crates/msd-run/tests/hashes.txt |
             sort -u) <(sort ../target/bare/hashes.txt)
         echo "check: $(wc -l <../target/bare/hashes.txt) runs end in the same bits as here"
     )
@@ -106,7 +106,8 @@ miri() {
 wasm() {
     (
         eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
-        cargo check --lib -p msd -p msd-core -p msd-lab -p msd-render -p msd-app \
+        cargo check --lib -p msd -p msd-core -p msd-scene -p msd-run -p msd-study \
+            -p msd-report -p msd-render -p msd-app \
             --target-dir target/wasm $WASM_CARGO_ARGS
         RUSTFLAGS=-Ctarget-feature=+simd128 cargo build --lib -p msd-core \
             --target-dir target/simd128 $WASM_CARGO_ARGS

@@ -1,12 +1,17 @@
 //! Elastic things - cloth, jelly, foam, rope, a bunny - as particles joined by springs and dampers.
 //!
-//! This package is a thin facade: [`core`] simulates, [`lab`] reads scenes and meshes and writes
-//! results, [`render`] draws. The window and the command line are the package `msd-app`.
+//! This package is a thin facade: [`core`] simulates, [`scene`] reads scene files, meshes and saved
+//! runs, [`run`] steps what was read and records it, [`study`] measures what accuracy costs,
+//! [`report`] shows that on a page, [`render`] draws. The window and the command line are the package
+//! `msd-app`.
 #![forbid(unsafe_code)]
 
 pub use msd_core as core;
-pub use msd_lab as lab;
 pub use msd_render as render;
+pub use msd_report as report;
+pub use msd_run as run;
+pub use msd_scene as scene;
+pub use msd_study as study;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

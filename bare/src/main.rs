@@ -1,6 +1,6 @@
 //! Hashes of runs without an operating system, on another processor.
 //!
-//! Prints the lines of `crates/msd-lab/tests/hashes.txt` of the scenes that it carries;
+//! Prints the lines of `crates/msd-run/tests/hashes.txt` of the scenes that it carries;
 //! `scripts/check.sh bare` compares them.
 #![no_std]
 #![no_main]
@@ -19,7 +19,7 @@ const HEAP_BYTES: usize = 1 << 20;
 #[global_allocator]
 static HEAP: LlffHeap = LlffHeap::empty();
 
-/// Scenes and how they are stepped, written by the test `same_bits` of msd-lab.
+/// Scenes and how they are stepped, written by the test `same_bits` of msd-run.
 const SCENES: [(&str, &[u8]); 3] = [
     ("chain", include_bytes!("../scenes/chain.postcard")),
     ("rough", include_bytes!("../scenes/rough.postcard")),

@@ -2,7 +2,7 @@
 
 use msd::core::glam::DVec3;
 use msd::core::{Friction, Plane, Scene};
-use msd::lab::peers;
+use msd::scene::workloads;
 
 /// Makes a scene by its name: `cloth/SIDE` and `irregular/PARTICLES`, whose springs have numbers of
 /// their own, or `block/SIDE`, whose springs are alike; `own-block/SIDE` is a block with numbers of
@@ -12,9 +12,9 @@ pub fn scene(name: &str) -> Scene {
     let (kind, size) = name.split_once('/').expect("a name is scene/size");
     let size = size.parse().expect("a size is a number");
     let mut scene = match kind {
-        "cloth" => peers::cloth(size),
-        "block" | "own-block" => peers::block(size),
-        "irregular" => peers::irregular(size),
+        "cloth" => workloads::cloth(size),
+        "block" | "own-block" => workloads::block(size),
+        "irregular" => workloads::irregular(size),
         _ => panic!("no work is called {kind}"),
     }
     .expect("a size that fits into memory");

@@ -1,7 +1,7 @@
 //! Machine, compiler and date of a measurement, in one sentence.
 
 use super::compiler;
-use msd::lab::trade::machine;
+use msd::study::machine;
 use std::hint::black_box;
 use std::time::Instant;
 

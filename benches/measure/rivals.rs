@@ -4,12 +4,12 @@ use super::race::Rival;
 use crate::baselines::simple::Simple;
 use crate::baselines::textbook::Textbook;
 use msd::core::{Instructions, Integrator, Real, Scene, Settings, Simulation};
-use msd::lab::peers;
+use msd::scene::workloads;
 use rayon::ThreadPool;
 
 /// How the works are stepped: as `msd bench` does, by some method.
 pub fn settings(integrator: Integrator) -> Settings {
-    Settings { integrator, ..peers::settings() }
+    Settings { integrator, ..workloads::settings() }
 }
 
 /// Springs evaluated in a step.

@@ -3,7 +3,7 @@
 //!
 //! Each module is one target: a function `check` that panics where msd breaks that promise. It is
 //! called by libFuzzer (`fuzz_targets/`, `scripts/fuzz.sh`) and, by a compiler without it, in
-//! `crates/msd-lab/tests/rehearsal.rs`, which includes this file: modules name each other by
+//! `crates/msd-run/tests/rehearsal.rs`, which includes this file: modules name each other by
 //! `super`. To add a target, write a module, a row of [`TARGETS`], a file in `fuzz_targets/`, a
 //! `[[bin]]` in `Cargo.toml` and a folder of seeds in `corpus/`.
 #![forbid(unsafe_code)]

@@ -4,7 +4,7 @@
 
 use super::promise::check_message;
 use msd_core::{Part, Scene, Settings, Simulation};
-use msd_lab::mesh::{self, Filling, Format, Mesh, MeshOptions};
+use msd_scene::mesh::{self, Filling, Format, Mesh, MeshOptions};
 
 /// The largest mesh that is made a body, faces.
 const LARGEST: usize = 300;

@@ -4,7 +4,10 @@
 
 use super::promise::{check_message, check_simulation};
 use msd_core::{Integrator, Settings};
-use msd_lab::{Changes, Replay, Runner, read_recording, read_saved, salvage_recording};
+use msd_run::Runner;
+use msd_run::recording::{read_recording, salvage_recording};
+use msd_run::replay::{Changes, Replay};
+use msd_scene::read_saved;
 
 /// Bytes of the length of a frame and of the hash behind it.
 const LENGTH: usize = 8;
@@ -18,7 +21,7 @@ const WORK: usize = 100_000;
 pub fn check(bytes: &[u8]) {
     let bytes = mend(bytes);
     match read_saved(&bytes, "run") {
-        Ok(loaded) => match loaded.runner() {
+        Ok(loaded) => match Runner::open(&loaded) {
             Ok(mut runner) => step(&mut runner),
             Err(error) => check_message(&error),
         },

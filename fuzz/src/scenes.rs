@@ -2,9 +2,8 @@
 
 use super::promise::{check_message, check_simulation, step};
 use msd_core::{Integrator, Real, Scene, Settings, Simulation};
-use msd_lab::scenes::{read, write};
-use msd_lab::schema::{BodyRow, Kind, SceneFile};
-use msd_lab::{SceneFormat, parse};
+use msd_scene::schema::{BodyRow, Kind, SceneFile};
+use msd_scene::{SceneFormat, parse, read, write};
 
 /// The largest scene that is built and run, particles.
 const LARGEST: u128 = 500;

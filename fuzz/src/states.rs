@@ -4,7 +4,8 @@
 
 use super::promise::{check_message, check_state};
 use msd_core::{Material, Real, Scene, Settings, Simulation, State, Vector, shape};
-use msd_lab::{AnyState, Precision, Runner, read_state};
+use msd_run::Runner;
+use msd_scene::{AnyState, Precision, read_state};
 
 /// Reads bytes as a state, puts it into a simulation, and steps on from there.
 pub fn check(bytes: &[u8]) {

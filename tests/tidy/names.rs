@@ -1,6 +1,6 @@
 //! Names: first lines of modules, names of types, homes of methods, sizes of folders.
 
-use super::{FOLDERS, LATER, crates, root, sources};
+use super::{CRATES, FOLDERS, LATER, root, sources};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
@@ -27,8 +27,8 @@ fn the_first_line_of_a_module_names_what_it_holds() {
 /// The crates that follow these rules: folder, and files with the code that is no test.
 fn tidy_crates() -> Vec<(String, Vec<(String, String)>)> {
     let mut tidy = Vec::new();
-    for folder in crates().into_iter().filter(|folder| !LATER.contains(&&**folder)) {
-        let source = root().join(&folder).join("src");
+    for folder in CRATES.into_iter().filter(|folder| !LATER.contains(folder)) {
+        let source = root().join(folder).join("src");
         let mut files = Vec::new();
         for file in sources(&source) {
             let text = fs::read_to_string(&file).expect("a source file");
@@ -36,7 +36,7 @@ fn tidy_crates() -> Vec<(String, Vec<(String, String)>)> {
             let name = file.strip_prefix(&source).expect("a file of the folder");
             files.push((name.to_string_lossy().into_owned(), code));
         }
-        tidy.push((folder, files));
+        tidy.push((folder.to_owned(), files));
     }
     tidy
 }

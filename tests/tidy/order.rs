@@ -3,7 +3,7 @@
 //! Crates are read in the order of `lib.rs`, folders in that of `mod.rs`. A file may name the
 //! modules that are declared above it, its own, and what its parents declare themselves.
 
-use super::{LATER, crates, root};
+use super::{CRATES, LATER, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -147,7 +147,7 @@ fn knots(folder: &str) -> BTreeSet<(String, String)> {
 
 #[test]
 fn a_file_names_only_what_is_above_it() {
-    let found: BTreeSet<_> = crates().iter().flat_map(|folder| knots(folder)).collect();
+    let found: BTreeSet<_> = CRATES.into_iter().flat_map(knots).collect();
     let is_known = |known: &(&str, &str), (from, to): &(String, String)| {
         known.0 == from && (to == known.1 || to.starts_with(&format!("{}::", known.1)))
     };

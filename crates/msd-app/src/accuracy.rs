@@ -1,9 +1,9 @@
 //! How wrong is the run right now? A finer copy runs along for a while, then both rest.
 
 use msd_core::{Interaction, Settings};
-use msd_lab::Runner;
-use msd_lab::replay::as_felt;
-use msd_lab::trade::estimate::{Estimator, LiveError};
+use msd_run::Runner;
+use msd_run::replay::as_felt;
+use msd_study::live_error::{Estimator, LiveError};
 
 /// Steps of a window: half a second at 60 steps per second.
 pub const WINDOW: u32 = 30;
@@ -129,7 +129,8 @@ mod tests {
     use super::*;
     use glam::DVec3;
     use msd_core::{Material, Real, Scene, shape};
-    use msd_lab::{Precision, on};
+    use msd_run::on;
+    use msd_scene::Precision;
 
     fn rope() -> Runner {
         let part = shape::rope(5, 1.0, Material::default()).expect("a valid rope");

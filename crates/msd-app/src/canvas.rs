@@ -3,8 +3,8 @@
 use crate::viewer::Viewer;
 use egui::{ClippedPrimitive, TexturesDelta};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
-use msd_lab::on;
 use msd_render::{Gpu, Renderer, Style, View};
+use msd_run::on;
 use std::sync::Arc;
 use wgpu::{CurrentSurfaceTexture, SurfaceTexture};
 use winit::window::Window;

@@ -4,7 +4,7 @@ use crate::hand::Hold;
 use crate::session::Session;
 use glam::DVec3;
 use msd_core::{Interaction, Vector};
-use msd_lab::on;
+use msd_run::on;
 
 /// Part of the way to the hand that a pin moves in one step.
 const PIN_PULL: f64 = 0.25;

@@ -5,8 +5,8 @@
 use egui::{Pos2, Rect, pos2};
 use glam::Vec3;
 use msd_core::{Real, Snapshot, Vector};
-use msd_lab::{Runner, on};
 use msd_render::{Camera, Ray};
+use msd_run::{Runner, on};
 
 /// How near to a particle a click must be, points.
 const REACH: f32 = 18.0;
@@ -103,7 +103,7 @@ fn crossing(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
 mod tests {
     use super::*;
     use msd_core::{Material, Scene, Settings, shape};
-    use msd_lab::Precision;
+    use msd_scene::Precision;
 
     fn lens() -> Lens {
         let rect = Rect::from_min_max(pos2(170.0, 20.0), pos2(970.0, 620.0));

@@ -6,7 +6,8 @@ use crate::edits::Shown;
 use crate::session::{Failure, Session};
 use crate::trace::Trace;
 use msd_core::{Energy, Select};
-use msd_lab::{Loaded, Runner};
+use msd_run::Runner;
+use msd_scene::Loaded;
 
 impl Session {
     /// The scene as it was loaded.

@@ -14,7 +14,7 @@ use crate::window::Watcher;
 use egui::{Pos2, Rect};
 use glam::Vec3;
 use msd_core::Vector;
-use msd_lab::on;
+use msd_run::on;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::File;

@@ -9,9 +9,9 @@ use crate::ration::Ration;
 use crate::trace::Trace;
 use msd_core::stability::Estimator;
 use msd_core::{Error, Integrator, Interaction, Settings, Witness};
-use msd_lab::history::History;
-use msd_lab::recording::Event;
-use msd_lab::{Loaded, Recorder, Runner};
+use msd_run::recording::{Event, Recorder};
+use msd_run::{History, Runner};
+use msd_scene::Loaded;
 
 /// The most substeps that can be chosen.
 pub const MOST_SUBSTEPS: u32 = 1000;
@@ -65,7 +65,7 @@ impl Session {
     /// # Errors
     /// The first row or setting of the scene that is out of its domain.
     pub fn new(loaded: Loaded) -> Result<Self, Error> {
-        let runner = loaded.runner()?;
+        let runner = Runner::open(&loaded)?;
         let mut session = Session {
             shown: Shown::default(),
             loaded,
@@ -251,7 +251,7 @@ impl Session {
     /// The scene at its start, with the solver and the edits of now.
     fn fresh_runner(&self) -> Result<Runner, Error> {
         let (settings, precision) = (self.runner.settings(), self.runner.precision());
-        let mut runner = self.loaded.runner_with(settings, precision)?;
+        let mut runner = Runner::open_with(&self.loaded, settings, precision)?;
         for &edit in self.edits.kept() {
             runner.queue(edit)?;
         }

@@ -3,8 +3,8 @@
 use crate::viewer::{Catalogue, Entry, Viewer};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::window::{Arrival, Shell, Trouble};
-use msd_lab::Loaded;
 use msd_render::RenderError;
+use msd_scene::Loaded;
 #[cfg(not(target_arch = "wasm32"))]
 use std::path::PathBuf;
 
@@ -194,10 +194,10 @@ pub fn start_web(loaded: Loaded) -> Result<(), ViewError> {
 
 /// The built-in scenes.
 pub fn catalogue() -> Catalogue {
-    let entry = |scene: &msd_lab::Builtin| Entry { name: scene.name, title: scene.title };
+    let entry = |scene: &msd_scene::Builtin| Entry { name: scene.name, title: scene.title };
     Catalogue {
-        entries: msd_lab::scenes::BUILTINS.iter().map(entry).collect(),
-        open: |name| msd_lab::open(name).map_err(|error| error.to_string()),
+        entries: msd_scene::BUILTINS.iter().map(entry).collect(),
+        open: |name| msd_scene::open(name).map_err(|error| error.to_string()),
     }
 }
 

@@ -3,8 +3,8 @@
 use crate::accuracy::Accuracy;
 use crate::session::Session;
 use msd_core::{Integrator, Settings};
-use msd_lab::Precision;
-use msd_lab::recording::Event;
+use msd_run::recording::Event;
+use msd_scene::Precision;
 
 impl Session {
     /// Changes the method.

@@ -1,8 +1,8 @@
 //! How is what happens in the window written down, so that it can happen again?
 
 use crate::session::Session;
-use msd_lab::recording::Event;
-use msd_lab::{LabError, Loaded, Recorder};
+use msd_run::recording::{Event, Recorder};
+use msd_scene::{FileError, Loaded};
 use std::path::Path;
 
 impl Session {
@@ -30,11 +30,11 @@ impl Session {
 
     /// The run as it is now.
     fn now(&self) -> Loaded {
-        Loaded::of(&self.loaded.name, &self.loaded.title, &self.runner)
+        self.runner.to_loaded(&self.loaded.name, &self.loaded.title)
     }
 
     /// Writes something down. Where that fails the recording ends, and the person is told.
-    pub(crate) fn note(&mut self, write: impl FnOnce(&mut Recorder) -> Result<(), LabError>) {
+    pub(crate) fn note(&mut self, write: impl FnOnce(&mut Recorder) -> Result<(), FileError>) {
         let Some(recorder) = &mut self.recorder else { return };
         if let Err(error) = write(recorder) {
             self.recorder = None;

@@ -4,7 +4,7 @@ use crate::edits::{self, Edits, Shown};
 use crate::session::Session;
 use glam::DVec3;
 use msd_core::{Friction, Interaction, Select, Vector};
-use msd_lab::on;
+use msd_run::on;
 
 impl Session {
     /// Reads again what the sliders show.

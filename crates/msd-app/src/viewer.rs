@@ -7,9 +7,10 @@ use crate::session::Session;
 use egui::Rect;
 use glam::Vec3;
 use msd_core::{Real, Vector};
-use msd_lab::recording::ENDING;
-use msd_lab::{Loaded, on};
 use msd_render::{Camera, Style};
+use msd_run::on;
+use msd_run::recording::ENDING;
+use msd_scene::Loaded;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 

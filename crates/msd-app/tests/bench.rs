@@ -3,8 +3,9 @@
 mod common;
 
 use common::{folder, json, outcome, quiet};
-use msd_lab::trade::trial::state;
-use msd_lab::{Precision, Runner, peers};
+use msd_run::Runner;
+use msd_scene::{Precision, workloads};
+use msd_study::trial::state;
 use std::path::Path;
 use std::process::Command;
 
@@ -78,7 +79,8 @@ fn every_evaluation_of_the_forces_counts() {
 fn positions_are_those_of_a_run_through_the_library_to_the_bit() {
     let folder = folder();
     let path = folder.path().join("p.bin");
-    for (work, scene) in [("cloth", peers::cloth(8).unwrap()), ("block", peers::block(4).unwrap())]
+    for (work, scene) in
+        [("cloth", workloads::cloth(8).unwrap()), ("block", workloads::block(4).unwrap())]
     {
         let size = if work == "cloth" { "8" } else { "4" };
         for precision in [Precision::F32, Precision::F64] {
@@ -86,7 +88,7 @@ fn positions_are_those_of_a_run_through_the_library_to_the_bit() {
             let arguments = [work, size, "--precision", name, "--positions", "p.bin"];
             let told = quiet(msd(folder.path(), &arguments));
             assert!(told.lines().any(|line| line == "positions at t = 1 s in p.bin"), "{told}");
-            let mut runner = Runner::new(&scene, peers::settings(), precision).unwrap();
+            let mut runner = Runner::new(&scene, workloads::settings(), precision).unwrap();
             (0..60).for_each(|_| runner.step().unwrap());
             let right = state(&runner).positions;
             let right: Vec<[f64; 3]> = right.iter().map(|position| position.to_array()).collect();

@@ -22,10 +22,10 @@ fn number(report: &Value, key: &str) -> f64 {
 #[test]
 fn scenes_lists_every_built_in_scene_with_a_line() {
     let listed = quiet(msd(folder().path(), &["scenes"]));
-    for builtin in msd_lab::BUILTINS {
+    for builtin in msd_scene::BUILTINS {
         assert!(listed.lines().any(|line| line.starts_with(builtin.name)), "{}", builtin.name);
     }
-    assert_eq!(listed.lines().count(), msd_lab::BUILTINS.len());
+    assert_eq!(listed.lines().count(), msd_scene::BUILTINS.len());
 }
 
 #[test]

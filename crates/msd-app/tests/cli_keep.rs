@@ -5,7 +5,9 @@ mod common;
 use common::{folder, json, msd, outcome, parse, refused, text};
 use msd_app::session::Session;
 use msd_core::glam::DVec3;
-use msd_lab::{Loaded, Recorder, load_saved, open, state_hash};
+use msd_run::Runner;
+use msd_run::recording::Recorder;
+use msd_scene::{Loaded, load_saved, open, state_hash};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use serde_json::Value;
@@ -157,8 +159,8 @@ fn a_recording_without_its_end_is_replayed_with_a_warning_and_a_damaged_one_if_a
 fn a_replay_that_ends_elsewhere_says_so() {
     let folder = folder();
     // Its end is that of another run, as another version of msd might have found it.
-    let mut runner = open("square").expect("a scene").runner().expect("a run");
-    let start = Loaded::of("square", "", &runner);
+    let mut runner = Runner::open(&open("square").expect("a scene")).expect("a run");
+    let start = runner.to_loaded("square", "");
     let path = folder.path().join("r.msdrec");
     let recorder = Recorder::begin(&path, &start).expect("a file");
     runner.step().expect("a step");
@@ -235,7 +237,7 @@ fn a_kill_at_any_moment_leaves_a_saved_run_that_goes_on_to_the_bit() {
         steps = now;
     }
     // The bits of one run that was never killed.
-    let mut runner = open("chain").expect("a scene").runner().expect("a run");
+    let mut runner = Runner::open(&open("chain").expect("a scene")).expect("a run");
     (0..steps).for_each(|_| runner.step().expect("a step"));
     assert!(load_saved(&file).expect("a saved run") == of(&runner));
     // What a kill leaves beside it is cleared away by the next that writes the same file.
@@ -249,6 +251,6 @@ fn a_kill_at_any_moment_leaves_a_saved_run_that_goes_on_to_the_bit() {
 }
 
 /// A run of the chain as the program saves it.
-fn of(runner: &msd_lab::Runner) -> Loaded {
-    Loaded::of("chain", &open("chain").expect("a scene").title, runner)
+fn of(runner: &msd_run::Runner) -> Loaded {
+    runner.to_loaded("chain", &open("chain").expect("a scene").title)
 }

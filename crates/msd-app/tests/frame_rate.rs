@@ -2,7 +2,8 @@
 
 use msd_app::clock::BUDGET;
 use msd_app::session::Session;
-use msd_lab::{open, state_hash};
+use msd_run::Runner;
+use msd_scene::{open, state_hash};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use std::cell::Cell;
@@ -40,7 +41,7 @@ fn show(name: &str, frames: &[f64], cost: f64) -> Shown {
 
 /// The hash after each number of steps, from the start on, without a window.
 fn hashes(name: &str) -> Vec<u64> {
-    let mut runner = open(name).expect(name).runner().expect("a scene that runs");
+    let mut runner = Runner::open(&open(name).expect(name)).expect("a scene that runs");
     let steps = (LONG / runner.settings().step).round() as usize + 1;
     let mut hashes = vec![state_hash(&runner.state())];
     hashes.extend((0..steps).map(|_| {

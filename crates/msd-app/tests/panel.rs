@@ -8,10 +8,11 @@ use msd_app::keys::Command;
 use msd_app::viewer::Viewer;
 use msd_app::{catalogue, panel, theme};
 use msd_core::{Integrator, Real, Vector};
-use msd_lab::{Precision, on};
+use msd_run::on;
+use msd_scene::Precision;
 
 fn harness() -> Harness<'static, Viewer> {
-    let loaded = msd_lab::open("jelly").expect("a built-in scene");
+    let loaded = msd_scene::open("jelly").expect("a built-in scene");
     let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
     let mut harness = Harness::builder()
         .with_size(Vec2::new(1280.0, 800.0))
@@ -308,7 +309,7 @@ fn what_was_carried_away_comes_back_into_the_picture() {
 
 #[test]
 fn a_scene_of_a_file_stays_in_the_list() {
-    let mut loaded = msd_lab::open("square").expect("a built-in scene");
+    let mut loaded = msd_scene::open("square").expect("a built-in scene");
     loaded.title = "of a file".to_owned();
     let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
     assert!(viewer.style.springs && viewer.current().is_none());
@@ -318,7 +319,7 @@ fn a_scene_of_a_file_stays_in_the_list() {
     assert_eq!(viewer.session.loaded().title, "of a file");
     assert!(viewer.style.springs && viewer.current().is_none());
     for index in 0..catalogue().entries.len() {
-        let loaded = msd_lab::open(catalogue().entries[index].name).expect("a built-in scene");
+        let loaded = msd_scene::open(catalogue().entries[index].name).expect("a built-in scene");
         let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
         assert_eq!(viewer.current(), Some(index));
     }

@@ -3,14 +3,15 @@
 use msd_app::session::Session;
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Real, Select, Vector};
-use msd_lab::{AnyState, Loaded, Precision, on};
+use msd_run::on;
+use msd_scene::{AnyState, Loaded, Precision};
 
 const FRAME: f64 = 1.0 / 60.0;
 /// Steps until there is an estimate of the error.
 const WINDOW: usize = msd_app::accuracy::WINDOW as usize;
 
 fn loaded(name: &str) -> Loaded {
-    msd_lab::open(name).expect("a built-in scene")
+    msd_scene::open(name).expect("a built-in scene")
 }
 
 fn session(name: &str) -> Session {

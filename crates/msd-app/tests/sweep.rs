@@ -3,7 +3,7 @@
 mod common;
 
 use common::{done, outcome, refused, text};
-use msd_lab::sweep::{Datum, Store, Sweep, Table, TableFormat};
+use msd_study::sweep::{Datum, Store, Sweep, Table, TableFormat};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};

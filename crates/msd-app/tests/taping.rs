@@ -7,7 +7,9 @@ use msd_app::viewer::Viewer;
 use msd_app::{catalogue, panel, theme};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator};
-use msd_lab::{Changes, Precision, Recording, Replay, load_recording, open, state_hash};
+use msd_run::recording::{Recording, load_recording};
+use msd_run::replay::{Changes, Replay};
+use msd_scene::{Precision, open, state_hash};
 use std::path::Path;
 
 const FRAME: f64 = 1.0 / 60.0;
@@ -156,7 +158,7 @@ fn restarts_divergence_and_other_scenes_are_replayed_to_the_bit() {
 fn a_saved_run_restarts_where_it_was_saved() {
     let mut first = session("dice");
     run(&mut first, 30);
-    let saved = msd_lab::Loaded::of("dice", "", first.runner());
+    let saved = first.runner().to_loaded("dice", "");
     let mut session = Session::new(saved).expect("a saved run");
     let start = session.runner().state();
     session.advance(0.0, &|| 0.0);

@@ -48,7 +48,7 @@ fn write(gpu: &Gpu, name: &str, scene: &Scene, change: impl Fn(&mut View)) {
 
 /// The bunny of the lab, scaled to about 6 m.
 fn bunny() -> Part {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../msd-lab/meshes/bunny.obj");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../msd-scene/meshes/bunny.obj");
     let text = std::fs::read_to_string(path).unwrap();
     let mut part = Part::default();
     let mut triangles: Vec<[u32; 3]> = Vec::new();

@@ -8,7 +8,7 @@ use super::values::{
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;
-use msd_lab::{Precision, nearest, tame};
+use msd_scene::{Precision, nearest, tame};
 use std::path::PathBuf;
 
 /// Elastic things as particles joined by springs and dampers: see them, grab them, run them.
@@ -48,8 +48,6 @@ pub enum Command {
     Tune(TuneArguments),
     /// Runs a scene over a grid of its keys, one file per cell; resumes what was interrupted
     Sweep(SweepArguments),
-    /// Takes every method to the extremes: maps of what is accurate, bounded or blows up
-    Extremes(ExtremesArguments),
     /// Measures how fast the work is done on which engines are compared
     Bench(BenchArguments),
 }
@@ -187,12 +185,8 @@ pub struct StudyArguments {
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
     /// Tell instead what each part of the model is worth: what it costs, what it changes
-    #[arg(long, conflicts_with_all = ["stability_table", "max_error", "time", "out", "fresh"])]
+    #[arg(long, conflicts_with_all = ["max_error", "time", "out", "fresh"])]
     pub terms: bool,
-    /// Tell instead how stiff the scene may be under Euler and Runge-Kutta, beside the report of
-    /// 2014
-    #[arg(long, conflicts_with_all = ["duration", "max_error", "time", "out", "fresh"])]
-    pub stability_table: bool,
     /// Start anew instead of going on with an interrupted study
     #[arg(long)]
     pub fresh: bool,
@@ -253,27 +247,6 @@ pub struct SweepArguments {
     /// Folder of the files [default: as the sweep file says, else its name without ending]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
-}
-
-/// Arguments of `msd extremes`.
-#[derive(Debug, Args)]
-pub struct ExtremesArguments {
-    /// The folder of the maps and tables
-    #[arg(long, value_name = "FOLDER", default_value = "extremes")]
-    pub out: PathBuf,
-    /// Put the tables between the marks of this page as well, as in docs/extremes.md
-    #[arg(long, value_name = "PAGE.md")]
-    pub page: Option<PathBuf>,
-    /// A coarse look: some seconds instead of some minutes
-    #[arg(long)]
-    pub quick: bool,
-    /// Runs at once [default: as many as there are cores]
-    #[arg(short, long, value_name = "CORES", value_parser = cores)]
-    #[arg(allow_hyphen_values = true)]
-    pub jobs: Option<usize>,
-    /// Print one JSON object instead of a summary
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// What `msd bench` steps.

@@ -8,8 +8,9 @@ use super::report::evaluations;
 use super::run::explain_divergence;
 use cpu_time::ProcessTime;
 use msd_core::{Error, Integrator, Scene, Settings};
-use msd_lab::trade::trial::state;
-use msd_lab::{LabError, Output, Precision, Runner, peers, shown_path};
+use msd_run::Runner;
+use msd_scene::{FileError, Output, Precision, shown_path, workloads};
+use msd_study::trial::state;
 use rayon::ThreadPoolBuilder;
 use serde::Serialize;
 use std::io::Write;
@@ -81,7 +82,7 @@ pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
     if is_endless(FRAMES as f64 * f64::from(substeps)) {
         return Err(Failure::input(format!("--substeps {substeps} would take weeks")));
     }
-    let settings = Settings { integrator, substeps, ..peers::settings() };
+    let settings = Settings { integrator, substeps, ..workloads::settings() };
     // Opened first: a folder that is not there is no news for the end.
     let places = |path: &PathBuf| Places::default().write("--positions", path);
     arguments.positions.iter().try_for_each(places)?;
@@ -102,10 +103,10 @@ pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
     Failure::all(written.err().into_iter().chain(said.err()))
 }
 
-fn scene(arguments: &BenchArguments) -> Result<Scene, LabError> {
+fn scene(arguments: &BenchArguments) -> Result<Scene, FileError> {
     match arguments.work {
-        Work::Cloth => peers::cloth(arguments.size),
-        Work::Block => peers::block(arguments.size),
+        Work::Cloth => workloads::cloth(arguments.size),
+        Work::Block => workloads::block(arguments.size),
     }
 }
 

@@ -5,8 +5,10 @@ use super::failure::{Failure, tell};
 use super::places::Places;
 use super::prepare::Prepared;
 use msd_core::Settings;
-use msd_lab::twin::{Apart, HEADER};
-use msd_lab::{LabError, Loaded, Output, Recorder, Runner, Trace, write_saved, write_state};
+use msd_run::recording::Recorder;
+use msd_run::twin::{Apart, HEADER};
+use msd_run::{Runner, Trace};
+use msd_scene::{FileError, Output, write_saved, write_state};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -61,7 +63,7 @@ impl Files {
         let distances = open(&arguments.distances);
         Failure::all(failures.drain(..).map(Failure::input))?;
         // Last, as from here on an older recording is gone.
-        let begin = |path: &Path| Recorder::begin(path, &Loaded::of(name, title, runner));
+        let begin = |path: &Path| Recorder::begin(path, &runner.to_loaded(name, title));
         let recorder = opened(&arguments.record, begin, &mut failures);
         Failure::all(failures.drain(..).map(Failure::input))?;
         let mut files = Files { out, save, trace: None, recorder, distances, failures };
@@ -116,7 +118,7 @@ impl Files {
     fn attempt<T>(
         &mut self,
         file: impl Fn(&mut Files) -> &mut Option<T>,
-        write: impl FnOnce(&mut T) -> Result<(), LabError>,
+        write: impl FnOnce(&mut T) -> Result<(), FileError>,
     ) {
         if let Some(Err(error)) = file(self).as_mut().map(write) {
             *file(self) = None;
@@ -124,16 +126,16 @@ impl Files {
         }
     }
 
-    fn give_up(&mut self, error: &LabError) {
+    fn give_up(&mut self, error: &FileError) {
         tell(&format!("warning: {error}; the run goes on without it"));
         self.failures.push(error.to_string());
     }
 }
 
 impl Saver {
-    fn save(&mut self, runner: &Runner) -> Result<(), LabError> {
+    fn save(&mut self, runner: &Runner) -> Result<(), FileError> {
         let output = self.next.take().map_or_else(|| Output::create(&self.path), Ok)?;
-        write_saved(&Loaded::of(&self.name, &self.title, runner), output)
+        write_saved(&runner.to_loaded(&self.name, &self.title), output)
     }
 
     /// Saves; where that fails there is a next time, and the end.
@@ -149,14 +151,14 @@ impl Saver {
 /// Opens a file that may have been asked for, or adds why that cannot be.
 fn opened<T>(
     path: &Option<PathBuf>,
-    open: impl Fn(&Path) -> Result<T, LabError>,
+    open: impl Fn(&Path) -> Result<T, FileError>,
     failures: &mut Vec<String>,
 ) -> Option<T> {
     let file = open(path.as_deref()?);
     file.map_err(|error| failures.push(error.to_string())).ok()
 }
 
-fn line(output: &mut Output, text: &str) -> Result<(), LabError> {
+fn line(output: &mut Output, text: &str) -> Result<(), FileError> {
     writeln!(output, "{text}").map_err(|error| output.refused(&error))
 }
 

@@ -15,13 +15,12 @@ mod render;
 mod study;
 mod tune;
 mod sweep;
-mod extremes;
 mod bench;
 
 use arguments::{Arguments, Command};
 use clap::Parser;
 use failure::{Failure, say};
-use msd_lab::shown_path;
+use msd_scene::shown_path;
 use places::Places;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -56,8 +55,8 @@ pub fn run_program() -> ExitCode {
 
 fn run_command(arguments: Arguments) -> Result<(), Failure> {
     // These tell what a setting costs, or run many things at once: each on one thread.
-    use Command::{Extremes, Study, Sweep, Tune};
-    if let Some(Study(_) | Tune(_) | Sweep(_) | Extremes(_)) = arguments.command {
+    use Command::{Study, Sweep, Tune};
+    if let Some(Study(_) | Tune(_) | Sweep(_)) = arguments.command {
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
         alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
     }
@@ -73,7 +72,6 @@ fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(Command::Study(arguments)) => study::run_study(&arguments),
         Some(Command::Tune(arguments)) => tune::run_tune(&arguments),
         Some(Command::Sweep(arguments)) => sweep::run_sweep(&arguments),
-        Some(Command::Extremes(arguments)) => extremes::run_extremes(&arguments),
         Some(Command::Bench(arguments)) => bench::run_bench(&arguments),
     }
 }
@@ -89,7 +87,7 @@ fn view(scene: Option<PathBuf>) -> Result<(), Failure> {
 }
 
 fn list_scenes() -> Result<(), Failure> {
-    let line = |builtin: &msd_lab::Builtin| format!("{:<9} {}", builtin.name, builtin.title);
-    let lines: Vec<String> = msd_lab::BUILTINS.iter().map(line).collect();
+    let line = |builtin: &msd_scene::Builtin| format!("{:<9} {}", builtin.name, builtin.title);
+    let lines: Vec<String> = msd_scene::BUILTINS.iter().map(line).collect();
     say(&lines.join("\n"))
 }

@@ -1,7 +1,7 @@
 //! Does a command write over what it reads, or one file over another? Asked before it begins.
 
 use super::failure::Failure;
-use msd_lab::{FileId, LabError, Output, shown_path};
+use msd_scene::{FileError, FileId, Output, shown_path};
 use std::io::Write;
 use std::path::Path;
 
@@ -39,7 +39,7 @@ impl Places {
 }
 
 /// Writes a file, whole or not at all.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), LabError> {
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     let mut output = Output::create(path)?;
     output.write_all(bytes).map_err(|error| output.refused(&error))?;
     output.finish()

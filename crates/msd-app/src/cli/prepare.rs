@@ -5,7 +5,8 @@ use super::failure::{Failure, tell};
 use super::progress::patiently;
 use super::values::Step;
 use msd_core::{Integrator, Settings};
-use msd_lab::{Loaded, Rounding, Runner, load_state, plain, shown_path};
+use msd_run::{Rounding, Runner};
+use msd_scene::{Loaded, load_state, plain, shown_path};
 use std::path::{Path, PathBuf};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
@@ -42,7 +43,7 @@ pub struct Prepared {
 
 /// Opens a scene.
 pub fn open(scene: &Path) -> Result<Loaded, Failure> {
-    msd_lab::open(scene).map_err(Failure::input)
+    msd_scene::open(scene).map_err(Failure::input)
 }
 
 /// Opens a scene and makes it ready to run for some seconds; tells warnings.
@@ -55,7 +56,7 @@ pub fn prepare(
     choose(&mut loaded, solver);
     check_read(loaded.settings.integrator, solver)?;
     let count = loaded.scene.particles.len();
-    let made = patiently(&format!("making {count} particles ready"), || loaded.runner());
+    let made = patiently(&format!("making {count} particles ready"), || Runner::open(&loaded));
     let mut runner = made.map_err(|error| {
         // The file is right in its own precision.
         let asked = solver.precision.map(|precision| format!(" in {precision}"));

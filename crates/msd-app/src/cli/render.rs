@@ -8,8 +8,9 @@ use super::run::explain_divergence;
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use msd_app::viewer::shows_springs;
-use msd_lab::{Output, on, shown_path};
 use msd_render::{Gpu, Image, Offscreen, RenderError, Style, View, bounds};
+use msd_run::on;
+use msd_scene::{Output, shown_path};
 use std::path::PathBuf;
 
 /// Runs a scene for a while and draws it.

@@ -8,11 +8,11 @@ use super::prepare::{Prepared, is_endless, warn_of_step};
 use super::report::{Comparison, Distance, Done, Report};
 use super::run::tell_report;
 use msd_core::Error;
-use msd_lab::twin::Apart;
-use msd_lab::{
-    Changes, Recording, Replay, Runner, Twin, load_recording, load_salvaged, plain, shown_path,
-    state_hash,
-};
+use msd_run::Runner;
+use msd_run::recording::{Recording, load_recording, load_salvaged};
+use msd_run::replay::{Changes, Replay};
+use msd_run::twin::{Apart, Twin};
+use msd_scene::{plain, shown_path, state_hash};
 use std::path::Path;
 use web_time::{Duration, Instant};
 

@@ -3,7 +3,7 @@
 use super::prepare::Prepared;
 use msd_core::methods::Solved;
 use msd_core::{Contacts, Energy, Integrator, Momentum};
-use msd_lab::{Precision, state_hash};
+use msd_scene::{Precision, state_hash};
 use serde::Serialize;
 
 /// What came of a run; the keys of `--json`.

@@ -6,14 +6,12 @@ use super::places::{Places, make_folder, write_file};
 use super::prepare::open;
 use super::progress::Bar;
 use super::run::explain_divergence;
-use msd_lab::trade::choice::FRAME;
-use msd_lab::trade::conduct::{Plan, Progress, study};
-use msd_lab::trade::report;
-use msd_lab::trade::stability_table::{euler_steps, stability_table};
-use msd_lab::trade::study::Study;
-use msd_lab::trade::terms::terms;
-use msd_lab::trade::words::{metres, milliseconds, off, short, told};
-use msd_lab::{Loaded, shown_path};
+use msd_scene::{Loaded, shown_path};
+use msd_study::Study;
+use msd_study::choice::FRAME;
+use msd_study::conduct::{Plan, Progress, study};
+use msd_study::terms::terms;
+use msd_study::words::{metres, milliseconds, off, short, told};
 use std::path::{Path, PathBuf};
 
 /// Studies a scene and writes the report.
@@ -21,9 +19,6 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     let loaded = open(&arguments.scene)?;
     if arguments.terms {
         return tell_terms(&loaded, arguments);
-    }
-    if arguments.stability_table {
-        return tell_stability(&loaded, arguments);
     }
     let folder = arguments.out.clone();
     let folder = folder.unwrap_or_else(|| PathBuf::from(format!("{}-study", loaded.name)));
@@ -46,10 +41,10 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     let studied = studied.map_err(|error| explain_divergence(&loaded.name, error))?;
     let json = serde_json::to_string_pretty(&studied).map_err(Failure::input)?;
     let contents = [
-        report::html(&studied).into_bytes(),
-        report::csv(&studied),
-        report::svg(&studied).into_bytes(),
-        report::png(&studied),
+        msd_report::html(&studied).into_bytes(),
+        msd_report::csv(&studied),
+        msd_report::svg(&studied).into_bytes(),
+        msd_report::png(&studied),
         json.clone().into_bytes(),
     ];
     let write = |(name, bytes): (&str, Vec<u8>)| write_file(&folder.join(name), &bytes).err();
@@ -74,19 +69,6 @@ fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure
     }
     let lines: Vec<String> = rows.into_iter().map(|row| row.words).collect();
     say(&lines.join("\n"))
-}
-
-fn tell_stability(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure> {
-    let bar = Bar::new();
-    bar.tell("looking for the marginal stiffness of each method");
-    let scene = &loaded.scene;
-    let table = euler_steps(scene).and_then(|steps| stability_table(scene, steps));
-    bar.end();
-    let table = table.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
-    if arguments.json {
-        return say(&serde_json::to_string_pretty(&table).map_err(Failure::input)?);
-    }
-    say(table.text().trim_end())
 }
 
 fn summary(study: &Study, folder: &Path) -> String {

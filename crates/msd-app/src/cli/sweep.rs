@@ -4,8 +4,8 @@ use super::arguments::SweepArguments;
 use super::failure::{Failure, say, tell};
 use super::places::Places;
 use indicatif::{ProgressBar, ProgressStyle};
-use msd_lab::shown_path;
-use msd_lab::sweep::{Event, Store, Summary, Sweep, TableFormat};
+use msd_scene::shown_path;
+use msd_study::sweep::{Event, Store, Summary, Sweep, TableFormat};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -121,7 +121,7 @@ fn run_cells(
         }
         _ => {}
     };
-    let summary = msd_lab::sweep::run(sweep, store, (cells, jobs), &hear);
+    let summary = msd_study::sweep::run(sweep, store, (cells, jobs), &hear);
     bar.finish_and_clear();
     summary.map_err(Failure::input)
 }

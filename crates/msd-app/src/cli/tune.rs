@@ -6,10 +6,10 @@ use super::places::write_file;
 use super::prepare::open;
 use super::progress::Bar;
 use super::run::explain_divergence;
-use msd_lab::trade::choice::{Choice, FRAME, Fineness};
-use msd_lab::trade::tune::{Found, Goal, Tuned, tune};
-use msd_lab::trade::words::{metres, milliseconds};
-use msd_lab::{SceneFormat, shown_path, solver_section};
+use msd_scene::{SceneFormat, shown_path};
+use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::tune::{Found, Goal, Tuned, tune, with_choice};
+use msd_study::words::{metres, milliseconds};
 use serde::Serialize;
 use std::path::Path;
 
@@ -125,7 +125,7 @@ fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), 
     let name = shown_path(path);
     let refused = |error| Failure::input(format!("{name}: {error}"));
     let text = std::fs::read_to_string(path).map_err(refused)?;
-    let text = solver_section::with_choice(&text, format, &name, choice);
+    let text = with_choice(&text, format, &name, choice);
     write_file(path, text.map_err(Failure::input)?.as_bytes()).map_err(Failure::input)
 }
 

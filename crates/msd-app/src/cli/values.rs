@@ -1,8 +1,8 @@
 //! What may an option of the command line be? Read from text, or refused in a few words.
 
 use msd_core::Integrator;
-use msd_lab::domain::MOST_NEWTON;
-use msd_lab::{Precision, nearest};
+use msd_scene::domain::MOST_NEWTON;
+use msd_scene::{Precision, nearest};
 
 /// The length of an integration step.
 #[derive(Clone, Copy, Debug, PartialEq)]

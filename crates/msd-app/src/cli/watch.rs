@@ -6,7 +6,7 @@ use super::report::{Gain, evaluations};
 use msd_core::methods::Solved;
 use msd_core::stability::Estimator;
 use msd_core::{Integrator, Model, Real, Settings, Witness};
-use msd_lab::Runner;
+use msd_run::Runner;
 
 /// The largest share of the work of a run that predictions may take.
 const SHARE: f64 = 0.02;
@@ -35,7 +35,7 @@ impl Watch {
     /// Begins with the prediction for the start, seconds.
     pub fn new(runner: &Runner, stable: f64) -> Self {
         let settings = runner.settings();
-        let uneven = msd_lab::on!(runner, simulation => is_damped_unevenly(simulation.model()));
+        let uneven = msd_run::on!(runner, simulation => is_damped_unevenly(simulation.model()));
         let coupled = if uneven { COUPLED_COST } else { 0.0 };
         let cost = COST + coupled / runner.spring_count().max(1) as f64;
         // Only explicit methods are predicted for, and the number of their evaluations is known.

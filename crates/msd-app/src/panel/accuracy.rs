@@ -5,8 +5,8 @@ use crate::session::Session;
 use crate::theme;
 use crate::viewer::Viewer;
 use egui::{Color32, RichText, Ui};
-use msd_lab::on;
-use msd_lab::trade::words::{metres, short};
+use msd_run::on;
+use msd_study::words::{metres, short};
 
 /// How long an estimate counts as fresh, simulated seconds.
 const FRESH: f64 = 4.0;
@@ -81,7 +81,7 @@ fn seconds(time: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use msd_lab::trade::estimate::LiveError;
+    use msd_study::live_error::LiveError;
 
     #[test]
     fn an_estimate_is_told_in_units_that_read_well() {

@@ -8,7 +8,7 @@ use crate::theme;
 use crate::viewer::Viewer;
 use egui::{Button, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
 use msd_core::{Friction, Select};
-use msd_lab::on;
+use msd_run::on;
 use std::ops::RangeInclusive;
 
 /// Sliders for material and world.

@@ -10,7 +10,7 @@ use egui::{
     Ui, pos2, vec2,
 };
 use msd_core::Vector;
-use msd_lab::on;
+use msd_run::on;
 
 /// Shows what lies over the 3D view.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {

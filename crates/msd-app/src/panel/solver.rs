@@ -6,7 +6,7 @@ use crate::theme;
 use crate::viewer::Viewer;
 use egui::{Color32, ComboBox, RichText, Slider, SliderClamping, Ui};
 use msd_core::Integrator;
-use msd_lab::Precision;
+use msd_scene::Precision;
 use std::ops::RangeInclusive;
 
 /// Bounds of the tolerance slider, as fractions of the size of the scene.

@@ -1,0 +1,58 @@
+//! Warnings and results of `msd run`: energy that an integrator adds, and what a solve leaves.
+
+mod common;
+
+use common::{folder, msd, outcome, parse, text};
+use serde_json::Value;
+
+const SPRING: &str = "version = 1\n[world]\ngravity = [0, 0, 0]\n[[bodies]]\nkind = \"rope\"\n\
+                      size = [2]\nstiffness = 50\ndamping = 0\nspin = [0, 0, 1]\n";
+
+#[test]
+fn energy_that_the_integrator_adds_is_a_warning_and_a_field() {
+    let folder = folder();
+    std::fs::write(folder.path().join("spring.toml"), SPRING).unwrap();
+    let run = |integrator: &str| {
+        let arguments = ["run", "spring.toml", "--json", "--integrator", integrator];
+        let output = outcome(msd(folder.path(), &[&arguments[..], &["--step", "0.02"]].concat()));
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let told = parse(&text(&output.stdout));
+        (told, text(&output.stderr))
+    };
+    let (told, warned) = run("explicit-euler");
+    assert!(0.0 < told["energy_gain"]["joules"].as_f64().unwrap(), "{told}");
+    assert!(0.0 < told["energy_gain"]["since"].as_f64().unwrap());
+    assert!(warned.contains("explicit-euler is adding energy"), "{warned}");
+    let (told, warned) = run("velocity-verlet");
+    assert_eq!(told["energy_gain"], Value::Null);
+    assert!(!warned.contains("adding energy"), "{warned}");
+}
+
+/// A rope that hangs level from one end, of this stiffness.
+fn rope(stiffness: &str) -> String {
+    format!(
+        "version = 1\n[[bodies]]\nkind = \"rope\"\nsize = [5]\nstiffness = {stiffness}\n\
+         damping = 0\n[[pins]]\nbody = 0\nparticle = 0\n"
+    )
+}
+
+#[test]
+fn an_implicit_run_tells_how_far_its_solves_got_and_one_that_cannot_be_solved_fails() {
+    let folder = folder();
+    std::fs::write(folder.path().join("soft.toml"), rope("100")).unwrap();
+    std::fs::write(folder.path().join("stiff.toml"), rope("1e37")).unwrap();
+    let run = |scene: &str, method: &str| {
+        let arguments = ["run", scene, "--integrator", method, "--duration", "0.1", "--json"];
+        outcome(msd(folder.path(), &arguments))
+    };
+    for (method, tolerance) in [("backward-euler", 1e-3), ("implicit-midpoint", 1e-6)] {
+        let told = parse(&text(&run("soft.toml", method).stdout));
+        assert!(0 < told["solved"]["iterations"].as_u64().unwrap(), "{told}");
+        assert!(told["solved"]["residual"].as_f64().unwrap() <= tolerance, "{told}");
+        let output = run("stiff.toml", method);
+        assert_eq!(output.status.code(), Some(3), "{method}");
+        assert!(text(&output.stderr).contains("is not solved"), "{}", text(&output.stderr));
+    }
+    let told = parse(&text(&run("soft.toml", "velocity-verlet").stdout));
+    assert_eq!(told["solved"], Value::Null);
+}

@@ -1,0 +1,22 @@
+//! Studies as they are shown: one page to open in a browser, a table of numbers, figures.
+//!
+//! ```no_run
+//! use msd_study::conduct::{Plan, study};
+//! let studied = study(&msd_scene::open("cloth")?, Plan::default(), &mut |_| {})?;
+//! std::fs::write("report.html", msd_report::html(&studied))?;
+//! std::fs::write("work-precision.svg", msd_report::svg(&studied))?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+
+pub mod units;
+pub mod ink;
+pub mod pen;
+mod raster;
+mod labels;
+mod figure;
+pub mod energy_figure;
+mod tables;
+mod report;
+
+pub use report::{csv, drawing, html, png, svg};

@@ -1,0 +1,23 @@
+//! Runs of a scene: in either precision, with a history, recorded, replayed, side by side.
+//!
+//! ```
+//! let loaded = msd_scene::open("jelly")?;
+//! let mut runner = msd_run::Runner::open(&loaded)?;
+//! runner.step()?;
+//! assert_eq!(runner.particle_count(), 1000);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod runner;
+mod rounding;
+mod history;
+mod trace;
+pub mod recording;
+pub mod replay;
+pub mod twin;
+
+pub use history::History;
+pub use rounding::Rounding;
+pub use runner::{Moment, Runner};
+pub use trace::Trace;

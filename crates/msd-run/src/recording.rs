@@ -1,0 +1,268 @@
+//! Recordings: what was done to a run, and after which of its steps.
+//!
+//! A recording is the saved run that it starts from and the events that followed. It grows while it
+//! is made: one that a crash cut short holds all up to its last whole event. See `docs/files.md`.
+
+use crate::runner::Runner;
+use msd_core::{Interaction, Settings};
+use msd_scene::envelope::{FileKind, Found, Frames, frame};
+use msd_scene::{FileError, Loaded, Output, Precision, shown_path, state_hash};
+use serde::{Deserialize, Serialize};
+use std::fs::File;
+use std::io::{Seek, Write};
+use std::path::Path;
+
+/// How the name of a recording ends.
+pub const ENDING: &str = "msdrec";
+
+/// Raised whenever what is written changes its form.
+const KIND: FileKind = FileKind { what: "recording", format: 3 };
+
+/// Steps after which a recording is written on at the latest: a second of the default step.
+const MOST_UNWRITTEN: u32 = 60;
+
+/// Something that happened to a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Event {
+    /// A hand did something, at once.
+    Act(Interaction),
+    /// It is stepped otherwise from here on.
+    Settings(Settings),
+    /// It goes on in this precision.
+    Precision(Precision),
+    /// It took so many steps.
+    Steps(u32),
+    /// It returned to the state before the last step. What a hand had set stays set.
+    Back,
+    /// Something else took its place: it was restarted, or another scene opened.
+    Start(Box<Loaded>),
+    /// The recording was ended; the hash of the last state.
+    End(u64),
+}
+
+/// A run and what was done to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// The run that it starts from.
+    pub start: Loaded,
+    /// What happened, in order.
+    pub events: Vec<Event>,
+    /// Whether the end is missing: the program that recorded was stopped.
+    pub is_cut_short: bool,
+    /// Bytes at the end of the file that are no whole event, and were left out by
+    /// [`salvage_recording`]; else 0.
+    pub lost_bytes: usize,
+}
+
+impl Recording {
+    /// Steps to take, those that are taken back among them.
+    pub fn steps(&self) -> u64 {
+        let steps = |event: &Event| if let Event::Steps(count) = event { *count } else { 0 };
+        self.events.iter().map(|event| u64::from(steps(event))).sum()
+    }
+
+    /// Integration steps to take: each step counts as its substeps.
+    pub fn substeps(&self) -> f64 {
+        let (mut now, mut sum) = (self.start.settings.substeps, 0.0);
+        for event in &self.events {
+            match event {
+                Event::Steps(count) => sum += f64::from(*count) * f64::from(now),
+                Event::Settings(settings) => now = settings.substeps,
+                Event::Start(start) => now = start.settings.substeps,
+                _ => {}
+            }
+        }
+        sum
+    }
+
+    /// The hash of the last state, if the recording was ended.
+    pub fn hash(&self) -> Option<u64> {
+        let Some(Event::End(hash)) = self.events.last() else { return None };
+        Some(*hash)
+    }
+}
+
+/// Reads a recording from a file.
+///
+/// # Errors
+/// A file that cannot be read; everything that [`read_recording`] refuses.
+pub fn load_recording(path: &Path) -> Result<Recording, FileError> {
+    read_recording(&KIND.load(path)?, &shown_path(path))
+}
+
+/// Reads a recording from the bytes of a file called `name`. Whether its events fit its run is
+/// checked when they are replayed. One without its end is taken, if what is there is whole.
+///
+/// # Errors
+/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are no
+/// recording, end before its first event or within one, do not fit their checksum, or go on after
+/// the end of the recording.
+pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> {
+    match salvage(bytes, name)? {
+        (recording, None) => Ok(recording),
+        (recording, Some(error)) => Err(with_loss(error, &recording)),
+    }
+}
+
+/// Reads from a file what is whole of a recording, up to the first event that is not.
+///
+/// # Errors
+/// A file that cannot be read; everything that [`salvage_recording`] refuses.
+pub fn load_salvaged(path: &Path) -> Result<Recording, FileError> {
+    salvage_recording(&KIND.load(path)?, &shown_path(path))
+}
+
+/// Reads what is whole of a recording from the bytes of a file called `name`, up to the first event
+/// that is not: [`Recording::lost_bytes`] is how much is left out.
+///
+/// # Errors
+/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are no
+/// recording, or whose start is not whole.
+pub fn salvage_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> {
+    salvage(bytes, name).map(|(recording, _)| recording)
+}
+
+/// What is whole of a recording, and what is wrong where that ends.
+fn salvage(bytes: &[u8], name: &str) -> Result<(Recording, Option<FileError>), FileError> {
+    let mut frames = KIND.frames(bytes, name)?;
+    let start: Loaded = frames.expect()?;
+    if !start.is_saved() {
+        return Err(frames.damaged());
+    }
+    let mut recording = Recording { start, events: Vec::new(), is_cut_short: false, lost_bytes: 0 };
+    let wrong = loop {
+        let rest = frames.rest();
+        match next_event(&mut frames, &recording) {
+            Ok(Some(event)) => recording.events.push(event),
+            Ok(None) => break None,
+            Err(error) => {
+                recording.lost_bytes = rest;
+                break Some(error);
+            }
+        }
+    };
+    recording.is_cut_short = recording.hash().is_none();
+    Ok((recording, wrong))
+}
+
+/// The next event of a recording of which so much is read.
+fn next_event(frames: &mut Frames<'_>, recording: &Recording) -> Result<Option<Event>, FileError> {
+    let ended = recording.hash().is_some();
+    let event = match frames.next_frame() {
+        Found::End => return Ok(None),
+        _ if ended => return Err(frames.malformed("goes on after its end")),
+        // The length of an event may have been changed as well as its end cut off.
+        Found::Torn => return Err(frames.malformed("is cut short or damaged within an event")),
+        Found::Damaged => return Err(frames.damaged()),
+        Found::Whole(content) => frames.decode(content)?,
+    };
+    match &event {
+        Event::Start(start) if !start.is_saved() => Err(frames.damaged()),
+        _ => Ok(Some(event)),
+    }
+}
+
+/// Says besides what is wrong how much would be lost without it.
+fn with_loss(error: FileError, recording: &Recording) -> FileError {
+    let FileError::Malformed { place, reason } = error else { return error };
+    let (steps, bytes) = (recording.steps(), recording.lost_bytes);
+    let reason = format!("{reason}, after step {steps}; its last {bytes} bytes cannot be used");
+    FileError::Malformed { place, reason }
+}
+
+/// A recording that is being made.
+#[derive(Debug)]
+pub struct Recorder {
+    file: File,
+    name: String,
+    /// Steps taken that are not in the file yet.
+    unwritten: u32,
+    /// Steps since the last start: so many can be taken back.
+    steps: u64,
+}
+
+impl Recorder {
+    /// Begins a recording with the run as it is now, see [`Runner::to_loaded`]. The file is there from now
+    /// on and grows with the events.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`]; an older file of the name is as it was then.
+    pub fn begin(path: &Path, start: &Loaded) -> Result<Self, FileError> {
+        let mut output = Output::create(path)?;
+        let name = output.name().to_owned();
+        KIND.begin(&mut output, start)?;
+        Ok(Recorder { file: output.open_ended()?, name, unwritten: 0, steps: 0 })
+    }
+
+    /// The file, as the user named it.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Adds something that has happened since the last step.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn add(&mut self, event: &Event) -> Result<(), FileError> {
+        self.write_steps()?;
+        if matches!(event, Event::Start(_)) {
+            self.steps = 0;
+        }
+        self.write(event)
+    }
+
+    /// Adds a step.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn step(&mut self) -> Result<(), FileError> {
+        self.unwritten += 1;
+        self.steps += 1;
+        if self.unwritten < MOST_UNWRITTEN { Ok(()) } else { self.write_steps() }
+    }
+
+    /// Adds a return to the state before the last step, after it was done. Beyond the start of the
+    /// recording that is a new start.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn back(&mut self, now: impl FnOnce() -> Loaded) -> Result<(), FileError> {
+        if self.steps == 0 {
+            return self.add(&Event::Start(Box::new(now())));
+        }
+        self.steps -= 1;
+        self.add(&Event::Back)
+    }
+
+    /// Ends the recording of a run.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn finish(mut self, runner: &Runner) -> Result<(), FileError> {
+        self.add(&Event::End(state_hash(&runner.state())))?;
+        self.file.sync_all().map_err(|error| self.refused(&error))
+    }
+
+    fn write_steps(&mut self) -> Result<(), FileError> {
+        match std::mem::take(&mut self.unwritten) {
+            0 => Ok(()),
+            steps => self.write(&Event::Steps(steps)),
+        }
+    }
+
+    fn write(&mut self, event: &Event) -> Result<(), FileError> {
+        // A frame in one go: what a crash cuts short is the last one alone.
+        let start = self.file.stream_position();
+        let written = frame(event).and_then(|frame| self.file.write_all(&frame));
+        written.map_err(|error| {
+            // On a full disk what is there stays a recording. Where nothing can be cut off it is
+            // a pipe, and nobody reads it again.
+            let _ = start.and_then(|start| self.file.set_len(start));
+            self.refused(&error)
+        })
+    }
+
+    fn refused(&self, error: &std::io::Error) -> FileError {
+        FileError::Unwritable { file: self.name.clone(), reason: error.to_string() }
+    }
+}

@@ -1,0 +1,157 @@
+//! Replay of a recorded run, as it was or stepped otherwise.
+
+use crate::history::History;
+use crate::recording::{Event, Recording};
+use crate::runner::Runner;
+use msd_core::{Error, Integrator, Interaction, Settings};
+use msd_scene::{Loaded, Precision};
+
+/// What of the solver is to be other than recorded. Default nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Changes {
+    /// The method.
+    pub integrator: Option<Integrator>,
+    /// Substeps per step.
+    pub substeps: Option<u32>,
+    /// Local error that an adaptive method allows.
+    pub tolerance: Option<f64>,
+    /// Newton iterations of an implicit method.
+    pub newton: Option<u32>,
+    /// The precision.
+    pub precision: Option<Precision>,
+}
+
+impl Changes {
+    /// Whether nothing is to be other than recorded.
+    pub fn is_none(&self) -> bool {
+        *self == Changes::default()
+    }
+
+    /// Settings with the changes.
+    pub fn settings(&self, recorded: Settings) -> Settings {
+        Settings {
+            integrator: self.integrator.unwrap_or(recorded.integrator),
+            substeps: self.substeps.unwrap_or(recorded.substeps),
+            tolerance: self.tolerance.unwrap_or(recorded.tolerance),
+            newton: self.newton.unwrap_or(recorded.newton),
+            step: recorded.step,
+        }
+    }
+
+    /// A saved run made ready with the changes.
+    fn runner(&self, start: &Loaded) -> Result<Runner, Error> {
+        let precision = self.precision.unwrap_or(start.precision);
+        Runner::open_with(start, self.settings(start.settings), precision)
+    }
+}
+
+/// A recorded run that happens again.
+///
+/// Without changes each step has the bits that it had. With changes the same is done to it after
+/// the same steps, by a hand as strong as it was: a grab is capped by the substeps recorded.
+#[derive(Clone, Debug)]
+pub struct Replay<'a> {
+    events: std::slice::Iter<'a, Event>,
+    runner: Runner,
+    changes: Changes,
+    /// How the recorded run is stepped here.
+    recorded: Settings,
+    /// Steps to take before the next event.
+    steps: u32,
+    /// What can be returned to; nothing is kept of a recording that never returns.
+    history: Option<History>,
+}
+
+impl<'a> Replay<'a> {
+    /// Gets ready to replay a recording.
+    ///
+    /// # Errors
+    /// The first row or setting of its start that is out of its domain.
+    pub fn new(recording: &'a Recording, changes: Changes) -> Result<Self, Error> {
+        let returns = recording.events.contains(&Event::Back);
+        Ok(Replay {
+            events: recording.events.iter(),
+            runner: changes.runner(&recording.start)?,
+            changes,
+            recorded: recording.start.settings,
+            steps: 0,
+            history: returns.then(History::default),
+        })
+    }
+
+    /// The run.
+    pub fn runner(&self) -> &Runner {
+        &self.runner
+    }
+
+    /// Takes the next step, after what was done before it; `false` where the recording ends.
+    ///
+    /// # Errors
+    /// A step that diverges, see [`msd_core::Simulation::step`], and an event that does not fit the
+    /// run: the recording comes from elsewhere.
+    pub fn advance(&mut self) -> Result<bool, Error> {
+        while self.steps == 0 {
+            let Some(event) = self.events.next() else { return Ok(false) };
+            self.follow(event)?;
+        }
+        self.steps -= 1;
+        let before = self.history.is_some().then(|| self.runner.moment());
+        self.runner.step()?;
+        if let (Some(history), Some(before)) = (&mut self.history, before) {
+            history.push(before);
+        }
+        Ok(true)
+    }
+
+    fn follow(&mut self, event: &Event) -> Result<(), Error> {
+        match event {
+            Event::Act(interaction) => {
+                let felt = as_felt(*interaction, self.recorded.substep());
+                self.runner.queue(if self.changes.is_none() { *interaction } else { felt })?;
+                self.runner.apply_queued()?;
+            }
+            Event::Settings(settings) => {
+                self.recorded = *settings;
+                self.runner.set_settings(self.changes.settings(*settings))?;
+            }
+            Event::Precision(precision) => {
+                if self.changes.precision.is_none() {
+                    self.runner = self.runner.convert(*precision)?;
+                }
+            }
+            Event::Steps(count) => self.steps = *count,
+            Event::Back => return self.go_back(),
+            Event::Start(start) => {
+                self.recorded = start.settings;
+                self.runner = self.changes.runner(start)?;
+                self.history = self.history.is_some().then(History::default);
+            }
+            Event::End(_) => {}
+        }
+        Ok(())
+    }
+
+    fn go_back(&mut self) -> Result<(), Error> {
+        let moment = self.history.as_mut().and_then(History::pop);
+        let row = self.runner.steps() as usize;
+        let (item, target) = ("return after step", "earlier state");
+        let moment = moment.ok_or(Error::OutOfRange { item, row, target, index: 0, count: 0 })?;
+        self.runner.go_back(&moment)
+    }
+}
+
+/// A grab as weak as the core makes it for a substep of `h` seconds. A run with shorter substeps
+/// would follow a stronger hand: another input, and no error of either.
+///
+/// The caps of the core: k ≤ m (2π 0.1 / h)², c ≤ 0.5 m / h, with k = m (2π f)² and c = 4π ζ m f.
+pub fn as_felt(interaction: Interaction, h: f64) -> Interaction {
+    let Interaction::Grab { particle, target, frequency, damping_ratio, max_force } = interaction
+    else {
+        return interaction;
+    };
+    let felt = frequency.min(0.1 / h);
+    let turn = 2.0 * std::f64::consts::TAU;
+    let damping = (turn * damping_ratio * frequency).min(0.5 / h);
+    let damping_ratio = if 0.0 < felt { damping / (turn * felt) } else { 0.0 };
+    Interaction::Grab { particle, target, frequency: felt, damping_ratio, max_force }
+}

@@ -1,0 +1,90 @@
+//! The loss of digits far from the origin, known before a run.
+
+use msd_core::{Real, Scene};
+use msd_scene::Precision;
+
+/// The part of the energy at stake from which on rounding is reported: every substep rounds anew,
+/// and dampers burn what that adds, many times as much in a second.
+const SMALL: f64 = 1e-3;
+
+/// What rounding does to the coordinates of a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rounding {
+    /// The largest coordinate, metres.
+    pub distance: f64,
+    /// The distance of neighbouring numbers there, metres.
+    pub spacing: f64,
+    /// The energy of the springs when each is stretched by that, joules.
+    pub energy: f64,
+    /// The energy at stake: of motion and of the springs at the start, and of a fall through the
+    /// size of the scene, joules.
+    pub stake: f64,
+}
+
+impl Rounding {
+    /// What is lost of a scene in a precision: with δ = ε |x|, Σ k δ² / 2.
+    pub fn of(scene: &Scene, precision: Precision) -> Self {
+        let epsilon = match precision {
+            Precision::F32 => f32::EPSILON.to_f64(),
+            Precision::F64 => f64::EPSILON,
+        };
+        let coordinates = scene.particles.iter().map(|p| p.position.abs().max_element());
+        let distance = coordinates.fold(0.0, f64::max);
+        let spacing = epsilon * distance;
+        let mut lows_and_highs = scene.particles.iter().map(|p| (p.position, p.position));
+        let first = lows_and_highs.next().unwrap_or_default();
+        let (low, high) = lows_and_highs.fold(first, |(a, b), (x, y)| (a.min(x), b.max(y)));
+        let (mut energy, mut stake) = (0.0, 0.0);
+        for spring in &scene.springs {
+            let [a, b] = spring.ends.map(|end| scene.particles[end].position);
+            let stretch = (b - a).length() - spring.rest_length;
+            energy += 0.5 * spring.stiffness * spacing * spacing;
+            stake += 0.5 * spring.stiffness * stretch * stretch;
+        }
+        let fall = scene.world.gravity.length() * (high - low).length();
+        for particle in &scene.particles {
+            stake += particle.mass * (0.5 * particle.velocity.length_squared() + fall);
+        }
+        Rounding { distance, spacing, energy, stake }
+    }
+
+    /// Whether the loss shows: it is more than a thousandth of the energy at stake.
+    pub fn shows(&self) -> bool {
+        SMALL * self.stake < self.energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_core::glam::DVec3;
+    use msd_core::{Material, shape};
+
+    /// A block of 64 particles of 0.1 kg, 0.25 m apart, with 468 springs of 2000 N/m.
+    fn block(distance: f64) -> Scene {
+        let material = Material { mass: 0.1, stiffness: 2000.0, damping: 0.5 };
+        let part = shape::block([4, 4, 4], 0.25, material).expect("small");
+        Scene::of("block", part).moved(DVec3::X * distance)
+    }
+
+    #[test]
+    fn the_loss_of_a_block_is_that_of_its_springs_stretched_by_a_rounding() {
+        let block = block(1e4);
+        let loss = Rounding::of(&block, Precision::F32);
+        let delta = 2f64.powi(-23) * loss.distance;
+        let energy = 0.5 * block.springs.len() as f64 * 2000.0 * delta * delta;
+        // A fall through its diagonal, 0.75 √3 m, at 9.82 m/s²; its springs are at rest.
+        let stake = 6.4 * 9.82 * 0.75 * 3f64.sqrt();
+        assert!((loss.energy / energy - 1.0).abs() < 1e-12, "{loss:?}");
+        assert!((loss.stake / stake - 1.0).abs() < 1e-9, "{loss:?}");
+    }
+
+    #[test]
+    fn single_precision_is_reported_where_it_shows_and_double_is_not() {
+        // Measured: after 3 s in f32 the energy is off by 0.1 % at 1 km, by half at 10 km.
+        assert!(!Rounding::of(&block(1e3), Precision::F32).shows());
+        assert!(Rounding::of(&block(1e4), Precision::F32).shows());
+        assert!(!Rounding::of(&block(1e6), Precision::F64).shows());
+        assert!(!Rounding::of(&Scene::default(), Precision::F32).shows());
+    }
+}

@@ -1,0 +1,72 @@
+//! Traces of a run: a row of energy and momentum per step, as CSV.
+
+use crate::on;
+use crate::runner::Runner;
+use msd_core::{Real, Simulation, Vector};
+use msd_scene::{FileError, Output};
+use std::io::Write;
+
+/// A trace that is being written: CSV with a row for the start and one after every step.
+#[derive(Debug)]
+pub struct Trace {
+    output: Output,
+    watched: Vec<usize>,
+}
+
+impl Trace {
+    /// Begins a trace with its header: the step (0 is the start), the time, s, the energies, J, the
+    /// linear momentum, N s, the angular momentum about the origin, N m s, and the position, m, of
+    /// each watched particle.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn begin(mut output: Output, watched: Vec<usize>) -> Result<Self, FileError> {
+        let mut header = String::from(
+            "step,time,kinetic,elastic,gravitational,dissipated,total,px,py,pz,lx,ly,lz",
+        );
+        for particle in &watched {
+            header.push_str(&format!(",x{particle},y{particle},z{particle}"));
+        }
+        writeln!(output, "{header}").map_err(|error| output.refused(&error))?;
+        Ok(Trace { output, watched })
+    }
+
+    /// Adds the row of the present moment.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn add(&mut self, runner: &Runner) -> Result<(), FileError> {
+        let (energy, momentum) = (runner.energy(), runner.momentum());
+        let mut row = vec![
+            runner.time(),
+            energy.kinetic,
+            energy.elastic,
+            energy.gravitational,
+            energy.dissipated,
+            energy.total(),
+        ];
+        row.extend(momentum.linear.to_array());
+        row.extend(momentum.angular.to_array());
+        let mut text = runner.steps().to_string();
+        row.iter().for_each(|value| text.push_str(&format!(",{value:?}")));
+        for &particle in &self.watched {
+            on!(runner, simulation => push_position(&mut text, simulation, particle));
+        }
+        writeln!(self.output, "{text}").map_err(|error| self.output.refused(&error))
+    }
+
+    /// Puts the file in its place.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn finish(self) -> Result<(), FileError> {
+        self.output.finish()
+    }
+}
+
+fn push_position<R: Real>(text: &mut String, simulation: &Simulation<R>, particle: usize) {
+    let position = simulation.position(particle);
+    for component in position.components() {
+        text.push_str(&format!(",{component:?}"));
+    }
+}

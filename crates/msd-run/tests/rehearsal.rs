@@ -1,0 +1,129 @@
+//! The targets of `fuzz/` on their corpora, and on many mutations of them, without libFuzzer, on
+//! the same inputs on every machine, and within a fixed memory.
+//!
+//! `MSD_MUTATIONS=3000` runs as many per target instead of the default of 300.
+
+#[path = "../../../fuzz/src/lib.rs"]
+mod targets;
+
+use cap::Cap;
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng;
+use std::alloc::System;
+use std::fs;
+use std::path::{Path, PathBuf};
+use targets::TARGETS;
+
+/// No input of some kilobytes may ask for more, bytes; a header that promises a gigabyte of rows
+/// would. The tests run side by side.
+const MEMORY: usize = 400 << 20;
+
+#[global_allocator]
+static ALLOCATOR: Cap<System> = Cap::new(System, MEMORY);
+
+/// The longest input, bytes.
+const LONGEST: usize = 4096;
+
+/// Pieces that turn up where mistakes are made.
+const PIECES: &str = "nan inf -inf 1e999 -1 0 4294967296 18446744073709551616 1e-39 3.5e38 , [ ] { \
+                      } \" = \0\0\0\0 \n \u{7f} \u{1b}";
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz")
+}
+
+/// The seeds of a target in the order of their names, so that every machine makes the same inputs.
+fn corpus(target: &str) -> Vec<Vec<u8>> {
+    let entries = fs::read_dir(folder().join("corpus").join(target)).expect("a corpus");
+    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    paths.iter().map(|path| fs::read(path).expect("a seed")).collect()
+}
+
+/// A number below `limit`, which is not 0.
+fn below(lot: &mut Pcg32, limit: usize) -> usize {
+    lot.next_u32() as usize % limit
+}
+
+/// Changes some bytes of one seed, a few times over; what is put in is a piece or part of another.
+fn mutate(lot: &mut Pcg32, seeds: &[Vec<u8>]) -> Vec<u8> {
+    let mut bytes = seeds[below(lot, seeds.len())].clone();
+    let pieces: Vec<&str> = PIECES.split(' ').collect();
+    for _ in 0..=below(lot, 4) {
+        let from = below(lot, bytes.len() + 1);
+        let to = (from + below(lot, 9)).min(bytes.len());
+        match below(lot, 5) {
+            0 if from < bytes.len() => bytes[from] ^= 1 << below(lot, 8),
+            1 if from < bytes.len() => bytes[from] = lot.next_u32() as u8,
+            2 => drop(bytes.splice(from..to, pieces[below(lot, pieces.len())].bytes())),
+            3 => drop(bytes.drain(from..to)),
+            _ => {
+                let other = &seeds[below(lot, seeds.len())];
+                let start = below(lot, other.len() + 1);
+                let end = (start + below(lot, 65)).min(other.len());
+                drop(bytes.splice(from..to, other[start..end].iter().copied()));
+            }
+        }
+    }
+    bytes.truncate(LONGEST);
+    bytes
+}
+
+/// Runs a target on its corpus and on mutations of it.
+fn rehearse(target: &str) {
+    let (_, check) = TARGETS.into_iter().find(|(name, _)| *name == target).expect("a target");
+    let seeds = corpus(target);
+    assert!(!seeds.is_empty(), "the corpus of {target} is empty");
+    seeds.iter().for_each(|bytes| check(bytes));
+    // Any seed would do; a fixed one fails alike everywhere.
+    let mut lot = Pcg32::new(2014, 0xa02b_dbf7_bb3c_0a7a);
+    let mutations = std::env::var("MSD_MUTATIONS").ok().and_then(|count| count.parse().ok());
+    for _ in 0..mutations.unwrap_or(300) {
+        let bytes = mutate(&mut lot, &seeds);
+        // Shown only where the check panics.
+        println!("{target}: b\"{}\"", bytes.escape_ascii());
+        check(&bytes);
+    }
+}
+
+#[test]
+fn scenes_are_refused_or_run() {
+    rehearse("scenes");
+}
+
+#[test]
+fn states_are_refused_or_go_on() {
+    rehearse("states");
+}
+
+#[test]
+fn meshes_are_refused_or_made_bodies() {
+    rehearse("meshes");
+}
+
+#[test]
+fn interactions_are_refused_or_leave_a_state_in_the_world() {
+    rehearse("interactions");
+}
+
+#[test]
+fn runs_with_right_checksums_are_refused_or_go_on() {
+    // A seed of another format would be refused at its first line, and try nothing.
+    let seeds = corpus("runs");
+    let is_read = |bytes: &Vec<u8>| {
+        msd_scene::read_saved(bytes, "").is_ok()
+            || msd_run::recording::read_recording(bytes, "").is_ok()
+    };
+    assert!(seeds.iter().all(is_read), "make the seeds of fuzz/corpus/runs anew");
+    rehearse("runs");
+}
+
+#[test]
+fn every_target_has_a_corpus_and_a_program() {
+    let manifest = fs::read_to_string(folder().join("Cargo.toml")).expect("a manifest");
+    for (name, _) in TARGETS {
+        assert!(folder().join("corpus").join(name).is_dir(), "{name}");
+        let program = format!("fuzz_targets/{name}.rs");
+        assert!(folder().join(&program).exists() && manifest.contains(&program), "{name}");
+    }
+}

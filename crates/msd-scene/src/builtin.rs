@@ -1,0 +1,53 @@
+//! The scenes and meshes that the crate carries.
+
+use crate::mesh::{self, Mesh, MeshError};
+
+/// A built-in scene: its name and one line on what is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Builtin {
+    /// The name a user writes.
+    pub name: &'static str,
+    /// One line on what is seen.
+    pub title: &'static str,
+    /// The scene file, TOML.
+    pub text: &'static str,
+}
+
+macro_rules! builtin {
+    ($name:literal, $title:literal) => {
+        Builtin {
+            name: $name,
+            title: $title,
+            text: include_str!(concat!("../scenes/", $name, ".toml")),
+        }
+    };
+}
+
+/// The built-in scenes, the default first.
+pub const BUILTINS: [Builtin; 13] = [
+    builtin!("jelly", "a cube of jelly, spun and dropped"),
+    builtin!("bunny", "a soft bunny hops, squashes as it lands and stands up again"),
+    builtin!("cloth", "a cloth hung up by three points of its top row"),
+    builtin!("dice", "a die thrown hard against two walls"),
+    builtin!("foam", "a cube of foam rubber thrown at a sticky wall"),
+    builtin!("mattress", "a mattress tumbling over the floor"),
+    builtin!("snake", "a snake of 400 m standing on its tail, until it falls"),
+    builtin!("spinner", "a block that spins fast on a slippery floor between walls"),
+    builtin!("waffle", "a waffle on edge, sliding, under heavy gravity"),
+    builtin!("teapot", "a teapot of thin rubber, dropped"),
+    builtin!("chain", "a wave runs along five particles in a row and dies out"),
+    builtin!("square", "a square with diagonals falls on the floor and keeps its shape"),
+    builtin!("square4", "the same square without diagonals collapses"),
+];
+
+/// The meshes that the crate carries, by the file name that a scene may give.
+const MESHES: [(&str, &[u8]); 2] = [
+    ("bunny.obj", include_bytes!("../meshes/bunny.obj")),
+    ("teapot.obj", include_bytes!("../meshes/teapot.obj")),
+];
+
+/// The mesh that the crate carries by this file name.
+pub(crate) fn carried(file: &str) -> Option<Result<Mesh, MeshError>> {
+    let (name, bytes) = MESHES.into_iter().find(|mesh| mesh.0 == file)?;
+    Some(mesh::parse(bytes, mesh::Format::Obj, name))
+}

@@ -1,0 +1,9 @@
+//! Files on a disk: which one a path names, how they are read, and how they appear whole.
+
+mod file_id;
+mod input;
+mod output;
+
+pub use file_id::FileId;
+pub(crate) use input::open_regular;
+pub use output::Output;

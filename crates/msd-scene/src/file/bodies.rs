@@ -1,0 +1,405 @@
+//! Particles and springs from the row of a body.
+
+use crate::error::{FileError, plain};
+use crate::file::budget::{Budget, count_lattice};
+use crate::file::domain::Domain;
+use crate::file::schema::{BodyRow, Kind, Spin};
+use crate::file::tree::Source;
+use crate::file::turn::{random_axis, rotation};
+use crate::mesh::{self, Filling, Mesh, MeshError, MeshOptions};
+use crate::precision::Precision;
+use crate::shown::tame;
+use glam::{DMat3, DVec3};
+use msd_core::{Lattice, Material, Neighbours, Part, Particle, Spring, shape};
+
+/// Reads the mesh that a scene names.
+pub(crate) type MeshReader<'r> = dyn Fn(&str) -> Result<Mesh, MeshError> + 'r;
+
+/// What bodies are built from.
+pub(crate) struct Builder<'b> {
+    pub(crate) source: &'b Source<'b>,
+    pub(crate) read_mesh: &'b MeshReader<'b>,
+    /// Bound of every coordinate, metres.
+    pub(crate) extent: f64,
+    /// Precision that the scene asks for.
+    pub(crate) precision: Precision,
+    pub(crate) budget: Budget,
+    /// What was done to meshes, one line each.
+    pub(crate) notes: Vec<String>,
+}
+
+/// A body that has been built.
+pub(crate) struct Built {
+    pub(crate) part: Part,
+    pub(crate) lattice: Option<Lattice>,
+}
+
+impl Builder<'_> {
+    /// Builds body number `row`, placed and moving.
+    ///
+    /// # Errors
+    /// A key that its kind does not use, a value outside its domain, more than fits.
+    pub(crate) fn build(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
+        check_keys(self.source, row, body)?;
+        let mut built = match body.kind {
+            Kind::Rope | Kind::Cloth | Kind::Block => self.lattice(row, body)?,
+            Kind::Mesh => self.mesh(row, body)?,
+            Kind::Explicit => self.explicit(row, body)?,
+        };
+        self.place(row, body, &mut built.part)?;
+        self.check_masses(row, body, &built.part)?;
+        self.check_apart(row, body, &built.part)?;
+        Ok(built)
+    }
+
+    fn lattice(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
+        let neighbours = self.neighbours(row, body)?;
+        let size = self.lattice_size(row, body)?;
+        let spacing = self
+            .source
+            .number(format_args!("bodies[{row}].spacing"), body.spacing.unwrap_or(1.0))?;
+        let material = self.material(row, body, Material::default())?;
+        let counts = count_lattice(size, neighbours);
+        self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;
+        let file = || self.source.name.to_string();
+        let core = |source| FileError::Core { file: file(), source: Box::new(source) };
+        let lattice = Lattice::new(size, neighbours).map_err(core)?;
+        let part = shape::lattice(size, neighbours, spacing, material).map_err(core)?;
+        Ok(Built { part, lattice: Some(lattice) })
+    }
+
+    fn lattice_size(&self, row: usize, body: &BodyRow) -> Result<[usize; 3], FileError> {
+        let source = self.source;
+        let Some(size) = &body.size else {
+            return Err(source.missing(format_args!("bodies[{row}]"), "size"));
+        };
+        for (axis, &length) in size.iter().enumerate() {
+            source.count(format_args!("bodies[{row}].size[{axis}]"), length)?;
+        }
+        let whole = |length: u64| usize::try_from(length).unwrap_or(usize::MAX);
+        match (body.kind, size.as_slice()) {
+            (Kind::Rope, &[count]) => Ok([1, whole(count), 1]),
+            (Kind::Cloth, &[rows, columns]) => Ok([whole(rows), whole(columns), 1]),
+            (Kind::Block, &[rows, columns, stacks]) => Ok([rows, columns, stacks].map(whole)),
+            (kind, _) => {
+                let expected = match kind {
+                    Kind::Rope => "one number: [count]",
+                    Kind::Cloth => "two numbers: [rows, columns]",
+                    _ => "three numbers: [rows, columns, stacks]",
+                };
+                let value = format!("a list of {}", size.len());
+                let key = format_args!("bodies[{row}].size");
+                Err(source.out_of_domain(key, value, expected))
+            }
+        }
+    }
+
+    fn neighbours(&self, row: usize, body: &BodyRow) -> Result<Neighbours, FileError> {
+        match (body.kind, body.neighbours) {
+            (_, None) | (Kind::Rope, Some(2)) => Ok(Neighbours::All),
+            (Kind::Cloth, Some(8)) | (Kind::Block, Some(26)) => Ok(Neighbours::All),
+            (Kind::Cloth, Some(4)) | (Kind::Block, Some(6)) => Ok(Neighbours::Axes),
+            (kind, Some(number)) => {
+                let expected = match kind {
+                    Kind::Rope => "2 for a rope",
+                    Kind::Cloth => "4 or 8 for a cloth",
+                    _ => "6 or 26 for a block",
+                };
+                let key = format_args!("bodies[{row}].neighbours");
+                Err(self.source.out_of_domain(key, number, expected))
+            }
+        }
+    }
+
+    fn material(
+        &self,
+        row: usize,
+        body: &BodyRow,
+        default: Material,
+    ) -> Result<Material, FileError> {
+        let source = self.source;
+        let (mass, stiffness) = (body.mass.unwrap_or(default.mass), body.stiffness);
+        let stiffness = stiffness.unwrap_or(default.stiffness);
+        let damping = body.damping.unwrap_or(default.damping);
+        Ok(Material {
+            mass: source.number(format_args!("bodies[{row}].mass"), mass)?,
+            stiffness: source.number(format_args!("bodies[{row}].stiffness"), stiffness)?,
+            damping: source.number(format_args!("bodies[{row}].damping"), damping)?,
+        })
+    }
+
+    fn mesh(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
+        let source = self.source;
+        let Some(file) = &body.file else {
+            return Err(source.missing(format_args!("bodies[{row}]"), "file"));
+        };
+        if file.contains(char::is_control) {
+            let (key, value) = (format_args!("bodies[{row}].file"), tame(file));
+            return Err(source.out_of_domain(key, value, "a name without control characters"));
+        }
+        let mesh =
+            (self.read_mesh)(file).map_err(|error| mesh_error(source, (row, "file"), error))?;
+        let options = self.mesh_options(row, body, &mesh)?;
+        let refused = |error| {
+            let key = match &error {
+                MeshError::Option { quantity: "size", .. } => "length",
+                MeshError::Option { quantity: "mass", .. } => "mass",
+                MeshError::Option { .. } | MeshError::TooFine { .. } => "spacing",
+                MeshError::NotClosed { .. } => "filling",
+                _ => "file",
+            };
+            mesh_error(source, (row, key), error)
+        };
+        let counts = mesh::estimate(&mesh, &options).map_err(refused)?;
+        let key = if body.spacing.is_some() { "spacing" } else { "file" };
+        self.budget.take(source, format_args!("bodies[{row}].{key}"), counts)?;
+        let (part, report) = mesh::body(&mesh, &options).map_err(refused)?;
+        self.notes
+            .extend(mesh.report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
+        self.notes.extend(report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
+        Ok(Built { part, lattice: None })
+    }
+
+    fn mesh_options(
+        &self,
+        row: usize,
+        body: &BodyRow,
+        mesh: &Mesh,
+    ) -> Result<MeshOptions, FileError> {
+        let source = self.source;
+        let default = MeshOptions::for_mesh(mesh);
+        let MeshOptions { mass, stiffness, damping, .. } = default;
+        let Material { mass, stiffness, damping } =
+            self.material(row, body, Material { mass, stiffness, damping })?;
+        let length = body.length.unwrap_or(1.0);
+        let bending = body.bending.unwrap_or(default.bending);
+        let spacing = match body.spacing {
+            Some(spacing) => Some(source.number(format_args!("bodies[{row}].spacing"), spacing)?),
+            None => None,
+        };
+        Ok(MeshOptions {
+            filling: body.filling.unwrap_or(Filling::Auto),
+            size: Some(source.number(format_args!("bodies[{row}].length"), length)?),
+            bending: source.number(format_args!("bodies[{row}].bending"), bending)?,
+            spacing,
+            mass,
+            stiffness,
+            damping,
+        })
+    }
+
+    fn explicit(&mut self, row: usize, body: &BodyRow) -> Result<Built, FileError> {
+        if body.particles.is_empty() {
+            let key = format!("bodies[{row}].particles");
+            if self.source.holds(&key) {
+                let reason = "is empty; an explicit body needs at least one particle";
+                return Err(self.source.refuse(format_args!("{key}"), reason));
+            }
+            return Err(self.source.missing(format_args!("bodies[{row}]"), "particles"));
+        }
+        let material = self.material(row, body, Material::default())?;
+        let counts = [body.particles.len() as u128, body.springs.len() as u128];
+        self.budget.take(self.source, format_args!("bodies[{row}].particles"), counts)?;
+        let particles = self.particles(row, body, material.mass)?;
+        let springs = self.springs(row, body, (&particles, material))?;
+        Ok(Built { part: Part { particles, springs, ..Part::default() }, lattice: None })
+    }
+
+    fn particles(&self, row: usize, body: &BodyRow, mass: f64) -> Result<Vec<Particle>, FileError> {
+        let source = self.source;
+        let masses = Domain::of("bodies.particles.mass");
+        let particle = |(n, particle): (usize, &crate::file::schema::ParticleRow)| {
+            let key = format_args!("bodies[{row}].particles[{n}]");
+            let (position, velocity) = (particle.position, particle.velocity.unwrap_or_default());
+            let mass = particle.mass.unwrap_or(mass);
+            Ok(Particle {
+                position: source.position(format_args!("{key}.position"), position, self.extent)?,
+                velocity: source.vector(format_args!("{key}.velocity"), velocity)?,
+                mass: source.number_in(masses, format_args!("{key}.mass"), mass)?,
+            })
+        };
+        body.particles.iter().enumerate().map(particle).collect()
+    }
+
+    fn springs(
+        &self,
+        row: usize,
+        body: &BodyRow,
+        (particles, material): (&[Particle], Material),
+    ) -> Result<Vec<Spring>, FileError> {
+        let source = self.source;
+        let [lengths, stiffnesses, dampings] = ["rest_length", "stiffness", "damping"]
+            .map(|key| Domain::of(&format!("bodies.springs.{key}")));
+        let spring = |(n, spring): (usize, &crate::file::schema::SpringRow)| {
+            let key = format_args!("bodies[{row}].springs[{n}]");
+            let mut ends = [0; 2];
+            for (side, &end) in spring.ends.iter().enumerate() {
+                let key = format_args!("{key}.ends[{side}]");
+                ends[side] = source.index(key, end, ("particle", particles.len()))?;
+            }
+            if ends[0] == ends[1] {
+                let reason = format!("joins particle {} to itself; its ends must differ", ends[0]);
+                return Err(source.refuse(format_args!("{key}.ends"), reason));
+            }
+            let across = particles[ends[1]].position - particles[ends[0]].position;
+            let rest_length = spring.rest_length.unwrap_or(across.dot(across).sqrt());
+            let stiffness = spring.stiffness.unwrap_or(material.stiffness);
+            let damping = spring.damping.unwrap_or(material.damping);
+            Ok(Spring {
+                ends,
+                rest_length: source.number_in(
+                    lengths,
+                    format_args!("{key}.rest_length"),
+                    rest_length,
+                )?,
+                stiffness: source.number_in(
+                    stiffnesses,
+                    format_args!("{key}.stiffness"),
+                    stiffness,
+                )?,
+                damping: source.number_in(dampings, format_args!("{key}.damping"), damping)?,
+            })
+        };
+        body.springs.iter().enumerate().map(spring).collect()
+    }
+
+    /// Turns and moves a part, and sets it in motion.
+    fn place(&self, row: usize, body: &BodyRow, part: &mut Part) -> Result<(), FileError> {
+        let source = self.source;
+        let turn = match body.rotation {
+            Some(turn) => {
+                let key = format_args!("bodies[{row}].rotation.axis");
+                let axis = source.direction(key, turn.axis)?;
+                let key = format_args!("bodies[{row}].rotation.angle_deg");
+                rotation(axis, source.number(key, turn.angle_deg)?.to_radians())
+            }
+            None => DMat3::IDENTITY,
+        };
+        let key = format_args!("bodies[{row}].position");
+        let offset = source.position(key, body.position.unwrap_or_default(), self.extent)?;
+        let key = format_args!("bodies[{row}].velocity");
+        let velocity = source.vector(key, body.velocity.unwrap_or_default())?;
+        let spin = self.spin(row, body)?;
+        let own: Vec<DVec3> = part.particles.iter().map(|p| turn * p.velocity).collect();
+        part.place(turn, offset);
+        part.set_motion(velocity, spin);
+        for (particle, own) in part.particles.iter_mut().zip(own) {
+            particle.velocity += own;
+        }
+        Ok(())
+    }
+
+    /// Refuses a mesh so light that a particle, which has a part of its mass, has none.
+    fn check_masses(&self, row: usize, body: &BodyRow, part: &Part) -> Result<(), FileError> {
+        let (Kind::Mesh, Some(mass)) = (body.kind, body.mass) else { return Ok(()) };
+        let key = format_args!("bodies[{row}].mass");
+        let lightest = part.particles.iter().map(|particle| particle.mass).fold(mass, f64::min);
+        self.source.number(key, lightest).map(drop).map_err(|_| {
+            let words = Domain::of("bodies.mass").words();
+            let count = part.particles.len();
+            let expected = format!("so large that each of {count} particles has one {words}");
+            self.source.out_of_domain(key, plain(mass), expected)
+        })
+    }
+
+    /// Refuses a body so small, or so far out, that rounding puts neighbours on one place: the
+    /// spring between them would have no direction.
+    fn check_apart(&self, row: usize, body: &BodyRow, part: &Part) -> Result<(), FileError> {
+        let apart = |spring: &Spring| {
+            let [a, b] = spring.ends.map(|end| part.particles[end].position);
+            match self.precision {
+                Precision::F32 => (b.as_vec3() - a.as_vec3()).length_squared() != 0.0,
+                Precision::F64 => (b - a).length_squared() != 0.0,
+            }
+        };
+        // Whoever writes two particles on one place means it.
+        let meant = |spring: &Spring| {
+            let at = |end: usize| body.particles.get(spring.ends[end]).map(|row| row.position);
+            body.kind == Kind::Explicit && at(0) == at(1)
+        };
+        let close = |spring: &Spring| !apart(spring) && !meant(spring);
+        let Some(spring) = part.springs.iter().position(close) else { return Ok(()) };
+        let precision = self.precision;
+        let finer = match precision {
+            Precision::F32 => "; precision = \"f64\" tells finer",
+            Precision::F64 => "",
+        };
+        let (key, size) = match body.kind {
+            Kind::Explicit => {
+                let [a, b] = part.springs[spring].ends;
+                let reason = format!(
+                    "joins particles {a} and {b}, which {precision} cannot tell apart where the \
+                     body stands{finer}"
+                );
+                let key = format_args!("bodies[{row}].springs[{spring}]");
+                return Err(self.source.refuse(key, reason));
+            }
+            Kind::Mesh => ("length", body.length),
+            _ => ("spacing", body.spacing),
+        };
+        let value = plain(size.unwrap_or(1.0));
+        let expected = format!(
+            "so large that {precision} tells neighbours apart where the body stands{finer}"
+        );
+        Err(self.source.out_of_domain(format_args!("bodies[{row}].{key}"), value, expected))
+    }
+
+    fn spin(&self, row: usize, body: &BodyRow) -> Result<DVec3, FileError> {
+        let source = self.source;
+        let about = match body.spin {
+            None => return Ok(DVec3::ZERO),
+            Some(Spin::Vector(spin)) => {
+                return source.vector(format_args!("bodies[{row}].spin"), spin);
+            }
+            Some(Spin::About(about)) => about,
+        };
+        let speed = source.number(format_args!("bodies[{row}].spin.speed"), about.speed)?;
+        let axis = match (about.axis, about.random_axis_seed) {
+            (Some(axis), None) => {
+                source.direction(format_args!("bodies[{row}].spin.axis"), axis)?
+            }
+            (None, Some(seed)) => random_axis(seed),
+            _ => {
+                let reason = "needs one of the keys `axis` and `random_axis_seed`";
+                return Err(source.refuse(format_args!("bodies[{row}].spin"), reason));
+            }
+        };
+        Ok(axis * speed)
+    }
+}
+
+/// The error of a mesh, with the key of body number `row` that led to it.
+fn mesh_error(source: &Source<'_>, (row, key): (usize, &str), error: MeshError) -> FileError {
+    let key = format!("bodies[{row}].{key}");
+    FileError::SceneMesh { place: source.place_of(&key), key, source: Box::new(error) }
+}
+
+/// Refuses keys that the kind of a body does not use: they would have no effect silently.
+fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), FileError> {
+    const LATTICES: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block];
+    const SPACED: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block, Kind::Mesh];
+    let keys = [
+        ("size", body.size.is_some(), LATTICES),
+        ("neighbours", body.neighbours.is_some(), LATTICES),
+        ("spacing", body.spacing.is_some(), SPACED),
+        ("file", body.file.is_some(), &[Kind::Mesh]),
+        ("filling", body.filling.is_some(), &[Kind::Mesh]),
+        ("length", body.length.is_some(), &[Kind::Mesh]),
+        ("bending", body.bending.is_some(), &[Kind::Mesh]),
+        ("particles", !body.particles.is_empty(), &[Kind::Explicit]),
+        ("springs", !body.springs.is_empty(), &[Kind::Explicit]),
+    ];
+    for (key, given, kinds) in keys {
+        if given && !kinds.contains(&body.kind) {
+            let kinds: Vec<&str> = kinds.iter().map(|kind| kind.name()).collect();
+            let kinds = kinds.join(", ");
+            let noun = match body.kind {
+                Kind::Explicit => "an explicit body".into(),
+                kind => format!("a {}", kind.name()),
+            };
+            let reason = format!("means nothing to {noun}; it belongs to kind {kinds}");
+            return Err(source.refuse(format_args!("bodies[{row}].{key}"), reason));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,205 @@
+//! A scene from a scene file, row by row, each number checked against its domain.
+
+use crate::error::{FileError, plain};
+use crate::file::bodies::{Builder, MeshReader};
+use crate::file::budget::Budget;
+use crate::file::decode::decode;
+use crate::file::domain::Domain;
+use crate::file::schema::{PinRow, PlaneRow, SceneFile, SolverRow, WorldRow};
+use crate::file::tree::Source;
+use crate::precision::Precision;
+use msd_core::{Friction, Integrator, Lattice, Pin, Plane, Scene, Settings, World};
+use std::collections::BTreeMap;
+
+/// A scene file that has been understood.
+pub(crate) struct Understood {
+    pub(crate) title: Option<String>,
+    pub(crate) scene: Scene,
+    pub(crate) settings: Settings,
+    pub(crate) precision: Precision,
+    pub(crate) notes: Vec<String>,
+}
+
+/// Understands a source.
+///
+/// # Errors
+/// The first thing that is wrong, by key.
+pub(crate) fn understand(
+    source: &Source<'_>,
+    read_mesh: &MeshReader<'_>,
+) -> Result<Understood, FileError> {
+    let file: SceneFile = decode(source)?;
+    source.count(format_args!("version"), file.version.into())?;
+    let precision = file.solver.precision.unwrap_or_default();
+    source.precision.set(precision);
+    let settings = settings(source, &file.solver)?;
+    let world = world(source, &file.world)?;
+    let mut scene = Scene { world, ..Scene::default() };
+    for (row, plane) in file.world.planes.iter().enumerate() {
+        scene.planes.push(self::plane(source, row, plane)?);
+    }
+    if file.bodies.is_empty() {
+        let reason = "is empty; a scene needs at least one body".to_string();
+        return Err(source.refuse(format_args!("bodies"), reason));
+    }
+    let budget = Budget::default();
+    let (extent, notes) = (world.extent, Vec::new());
+    let mut builder = Builder { source, read_mesh, extent, precision, budget, notes };
+    let mut lattices = Vec::with_capacity(file.bodies.len());
+    for (row, body) in file.bodies.iter().enumerate() {
+        let built = builder.build(row, body)?;
+        lattices.push(built.lattice);
+        let name = body.name.clone().unwrap_or_else(|| body.kind.name().into());
+        scene.add(name, built.part);
+    }
+    let notes = builder.notes;
+    let mut held = BTreeMap::new();
+    for (row, pin) in file.pins.iter().enumerate() {
+        let pins = pins(source, (row, pin), &lattices, &scene)?;
+        for pin in pins {
+            if let Some(other) = held.insert(pin.particle, row) {
+                let reason = format!(
+                    "and pins[{other}] hold the same particle, number {} of the scene",
+                    pin.particle
+                );
+                return Err(source.refuse(format_args!("pins[{row}]"), reason));
+            }
+            scene.pins.push(pin);
+        }
+    }
+    Ok(Understood { title: file.title, scene, settings, precision, notes })
+}
+
+fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, FileError> {
+    let step = match (solver.step, solver.steps_per_second) {
+        (Some(_), Some(_)) => {
+            let reason = "and solver.steps_per_second exclude each other";
+            return Err(source.refuse(format_args!("solver.step"), reason));
+        }
+        (Some(step), None) => source.number(format_args!("solver.step"), step)?,
+        (None, rate) => {
+            let rate = rate.unwrap_or(60.0);
+            1.0 / source.number(format_args!("solver.steps_per_second"), rate)?
+        }
+    };
+    let default = Settings::default();
+    let substeps = count(source, "solver.substeps", solver.substeps, default.substeps)?;
+    let newton = count(source, "solver.newton", solver.newton, default.newton)?;
+    let substep = step / f64::from(substeps);
+    if !Domain::Step.holds(substep, source.precision.get()) {
+        let (key, value) = match solver.steps_per_second {
+            Some(rate) => ("solver.steps_per_second", rate),
+            None => ("solver.step", step),
+        };
+        let expected = Domain::of(key).words();
+        return Err(source.out_of_domain(format_args!("{key}"), plain(value), expected));
+    }
+    let tolerance = solver.tolerance.unwrap_or(default.tolerance);
+    source.number(format_args!("solver.tolerance"), tolerance)?;
+    let integrator: Integrator = solver.integrator.unwrap_or_default();
+    Ok(Settings { integrator, step, substeps, tolerance, newton })
+}
+
+/// A whole number of at least 1.
+fn count(
+    source: &Source<'_>,
+    key: &str,
+    value: Option<u64>,
+    default: u32,
+) -> Result<u32, FileError> {
+    let value = value.unwrap_or(default.into());
+    // Its domain ends where a count does.
+    Ok(u32::try_from(source.count(format_args!("{key}"), value)?).unwrap_or(u32::MAX))
+}
+
+fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, FileError> {
+    let default = World::default();
+    let gravity = row.gravity.unwrap_or(default.gravity.to_array());
+    let force = row.force.unwrap_or(default.force.to_array());
+    let extent = row.extent.unwrap_or(default.extent);
+    source.number(format_args!("world.extent"), extent)?;
+    Ok(World {
+        gravity: source.vector(format_args!("world.gravity"), gravity)?,
+        force: source.vector(format_args!("world.force"), force)?,
+        drag: source.number(format_args!("world.drag"), row.drag.unwrap_or(default.drag))?,
+        extent,
+    })
+}
+
+fn plane(source: &Source<'_>, row: usize, plane: &PlaneRow) -> Result<Plane, FileError> {
+    let key = format_args!("world.planes[{row}]");
+    let sticky = plane.sticky.unwrap_or(false);
+    let given = [plane.restitution, plane.friction, plane.tangential_loss];
+    if sticky && given.iter().any(Option::is_some) {
+        let reason = "says it all: leave out restitution, friction and tangential_loss";
+        return Err(source.refuse(format_args!("{key}.sticky"), reason));
+    }
+    let friction = match (plane.friction, plane.tangential_loss) {
+        (Some(_), Some(_)) => {
+            let reason = "and tangential_loss exclude each other";
+            return Err(source.refuse(format_args!("{key}.friction"), reason));
+        }
+        (None, Some(loss)) => {
+            Friction::TangentialLoss(source.number(format_args!("{key}.tangential_loss"), loss)?)
+        }
+        (None, None) if sticky => Friction::TangentialLoss(1.0),
+        (factor, None) => {
+            let factor = factor.unwrap_or(0.5);
+            Friction::Coulomb(source.number(format_args!("{key}.friction"), factor)?)
+        }
+    };
+    let normal = plane.normal.unwrap_or([0.0, 1.0, 0.0]);
+    let (offset, restitution) = (plane.offset.unwrap_or(0.0), plane.restitution.unwrap_or(0.0));
+    Ok(Plane {
+        normal: source.direction(format_args!("{key}.normal"), normal)?,
+        offset: source.number(format_args!("{key}.offset"), offset)?,
+        restitution: source.number(format_args!("{key}.restitution"), restitution)?,
+        friction,
+    })
+}
+
+/// The particles that a row pins.
+fn pins(
+    source: &Source<'_>,
+    (row, pin): (usize, &PinRow),
+    lattices: &[Option<Lattice>],
+    scene: &Scene,
+) -> Result<Vec<Pin>, FileError> {
+    let key = format_args!("pins[{row}]");
+    let bodies = ("body", lattices.len());
+    let body = source.index(format_args!("{key}.body"), pin.body.unwrap_or(0), bodies)?;
+    let velocity = pin.velocity.unwrap_or_default();
+    let velocity = source.vector(format_args!("{key}.velocity"), velocity)?;
+    let range = scene.bodies[body].particles.clone();
+    let lattice = lattices[body].as_ref();
+    if (pin.at.is_some() || pin.every.is_some()) && lattice.is_none() {
+        let reason = format!("has the key `at` or `every`, but body {body} is no lattice");
+        return Err(source.refuse(key, reason));
+    }
+    let particles: Vec<usize> = match (pin.particle, pin.at, pin.every, lattice) {
+        (Some(particle), None, None, _) => {
+            let key = format_args!("{key}.particle");
+            vec![source.index(key, particle, ("particle", range.len()))?]
+        }
+        (None, Some(at), None, Some(lattice)) => {
+            let mut place = [0; 3];
+            for (axis, name) in ["row", "column", "stack"].into_iter().enumerate() {
+                let key = format_args!("{key}.at[{axis}]");
+                place[axis] = source.index(key, at[axis], (name, lattice.size()[axis]))?;
+            }
+            vec![lattice.particle(place)]
+        }
+        (None, None, Some(every), Some(lattice)) => {
+            let every = source.count(format_args!("{key}.every"), every)?;
+            let every = usize::try_from(every).unwrap_or(usize::MAX);
+            let top = lattice.particle([lattice.size()[0] - 1, 0, 0]);
+            (top..lattice.particle_count()).step_by(every).collect()
+        }
+        _ => {
+            let reason = "needs exactly one of the keys `particle`, `at` and `every`";
+            return Err(source.refuse(key, reason));
+        }
+    };
+    let pin = |particle| Pin { particle: range.start + particle, velocity };
+    Ok(particles.into_iter().map(pin).collect())
+}

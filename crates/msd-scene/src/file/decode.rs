@@ -1,0 +1,296 @@
+//! Rows from a tree of values, by serde, with errors that name the key from the top and the nearest
+//! valid one.
+
+use crate::error::{FileError, nearest, plain};
+use crate::file::tree::{Node, Source, Value};
+use crate::shown::tame;
+use serde::de::value::StrDeserializer;
+use serde::de::{self, DeserializeOwned, DeserializeSeed, Expected, IntoDeserializer, Unexpected};
+use serde::forward_to_deserialize_any;
+use std::fmt::{self, Display};
+
+/// Reads rows from a source.
+///
+/// # Errors
+/// An unknown or missing key, or a value of the wrong kind.
+pub fn decode<T: DeserializeOwned>(source: &Source<'_>) -> Result<T, FileError> {
+    T::deserialize(&source.root).map_err(|error| error.explain(source))
+}
+
+/// What is wrong, and the path to it, innermost step first.
+#[derive(Debug)]
+pub struct Failure {
+    reason: Reason,
+    path: Vec<Step>,
+    offset: Option<usize>,
+}
+
+#[derive(Debug)]
+enum Reason {
+    UnknownKey { key: String, known: &'static [&'static str] },
+    MissingKey(&'static str),
+    Value { value: String, expected: String },
+    Other(String),
+}
+
+#[derive(Debug)]
+enum Step {
+    Key(String),
+    Row(usize),
+}
+
+impl Failure {
+    fn new(reason: Reason) -> Self {
+        Failure { reason, path: Vec::new(), offset: None }
+    }
+
+    fn inside(mut self, step: Step, offset: Option<usize>) -> Self {
+        // The key of an unknown key is its own place, not a step on the way to it.
+        self.path.push(step);
+        self.offset = self.offset.or(offset);
+        self
+    }
+
+    fn explain(self, source: &Source<'_>) -> FileError {
+        let mut key = String::new();
+        for step in self.path.iter().rev() {
+            match step {
+                Step::Key(name) if key.is_empty() => key.push_str(name),
+                Step::Key(name) => key.extend([".", name]),
+                Step::Row(row) => key.push_str(&format!("[{row}]")),
+            }
+        }
+        let place = source.place(self.offset);
+        let table = if key.is_empty() { "the scene".into() } else { tame(&key) };
+        match self.reason {
+            Reason::UnknownKey { key, known } => {
+                let hint = suggestion(&key, known, "the keys are");
+                FileError::UnknownKey { place, key: tame(&key), table, hint }
+            }
+            Reason::MissingKey(key) => FileError::MissingKey { place, key: key.into(), table },
+            Reason::Value { value, expected } => {
+                FileError::OutOfDomain { place, key: table, value: tame(&value), expected }
+            }
+            Reason::Other(reason) => FileError::Malformed { place, reason: tame(&reason) },
+        }
+    }
+}
+
+/// The nearest of some names, or all of them.
+fn suggestion(written: &str, known: &[&'static str], all: &str) -> String {
+    match nearest(written, known.iter().copied()) {
+        Some(name) => format!("did you mean `{name}`?"),
+        None => format!("{all} {}", known.join(", ")),
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", self.reason)
+    }
+}
+
+impl de::Error for Failure {
+    fn custom<T: Display>(message: T) -> Self {
+        Failure::new(Reason::Other(message.to_string()))
+    }
+
+    fn invalid_type(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        let mut expected = in_words(&expected.to_string());
+        let whole =
+            matches!(unexpected, Unexpected::Float(n) if n.fract() == 0.0 && n.abs() < 1e15);
+        if whole && expected.starts_with("a whole number") {
+            expected = "a whole number, without a point or an exponent".into();
+        }
+        let value = shown(unexpected);
+        Failure::new(Reason::Value { value, expected })
+    }
+
+    fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
+        Self::invalid_type(unexpected, expected)
+    }
+
+    fn invalid_length(length: usize, expected: &dyn Expected) -> Self {
+        let value = format!("a list of {length}");
+        Failure::new(Reason::Value { value, expected: in_words(&expected.to_string()) })
+    }
+
+    fn unknown_variant(variant: &str, known: &'static [&'static str]) -> Self {
+        let mut expected = format!("one of {}", known.join(", "));
+        if let Some(name) = nearest(variant, known.iter().copied()) {
+            expected.push_str(&format!("; did you mean `{name}`?"));
+        }
+        Failure::new(Reason::Value { value: format!("\"{variant}\""), expected })
+    }
+
+    fn unknown_field(key: &str, known: &'static [&'static str]) -> Self {
+        Failure::new(Reason::UnknownKey { key: key.into(), known })
+    }
+
+    fn missing_field(key: &'static str) -> Self {
+        Failure::new(Reason::MissingKey(key))
+    }
+}
+
+fn shown(value: Unexpected<'_>) -> String {
+    match value {
+        Unexpected::Bool(flag) => flag.to_string(),
+        Unexpected::Unsigned(number) => number.to_string(),
+        Unexpected::Signed(number) => number.to_string(),
+        // With its point, where a whole number is expected.
+        Unexpected::Float(number) => format!("{number:?}"),
+        Unexpected::Str(text) => format!("\"{text}\""),
+        Unexpected::Unit | Unexpected::Option => "null".into(),
+        Unexpected::Seq => "a list".into(),
+        Unexpected::Map => "a table".into(),
+        other => other.to_string(),
+    }
+}
+
+/// Says for a person what serde expects for a programmer.
+fn in_words(expected: &str) -> String {
+    let words = match expected {
+        "u32" => "a whole number from 0 to 4294967295",
+        "u64" | "usize" => "a whole number from 0 to 18446744073709551615",
+        "i32" | "i64" => "a whole number",
+        "f64" => "a number",
+        "a boolean" => "true or false",
+        "a string" => "text in quotes",
+        "a sequence" => "a list",
+        "an array of length 2" => "a list of two whole numbers",
+        "an array of length 3" => "a list of three numbers",
+        other if other.starts_with("struct ") => "a table",
+        other if other.contains("enum") => "text in quotes",
+        other => other,
+    };
+    words.into()
+}
+
+impl Node {
+    fn shown(&self) -> String {
+        match &self.value {
+            Value::Nothing => "null".into(),
+            Value::Flag(flag) => flag.to_string(),
+            Value::Whole(number) => number.to_string(),
+            Value::Number(number) => plain(*number),
+            Value::Text(text) => format!("\"{text}\""),
+            Value::List(_) => "a list".into(),
+            Value::Table(_) => "a table".into(),
+        }
+    }
+}
+
+impl<'de> de::Deserializer<'de> for &'de Node {
+    type Error = Failure;
+
+    fn deserialize_any<V: de::Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+        let result = match &self.value {
+            Value::Nothing => visitor.visit_unit(),
+            Value::Flag(flag) => visitor.visit_bool(*flag),
+            Value::Whole(number) => match (u64::try_from(*number), i64::try_from(*number)) {
+                (Ok(number), _) => visitor.visit_u64(number),
+                (_, Ok(number)) => visitor.visit_i64(number),
+                _ => visitor.visit_f64(*number as f64),
+            },
+            Value::Number(number) => visitor.visit_f64(*number),
+            Value::Text(text) => visitor.visit_borrowed_str(text),
+            Value::List(rows) => {
+                let mut list = List { rows, next: 0 };
+                let value = visitor.visit_seq(&mut list);
+                value.and_then(|value| list.finish(value))
+            }
+            Value::Table(rows) => visitor.visit_map(Table { rows, next: 0 }),
+        };
+        result.map_err(|failure| Failure { offset: failure.offset.or(self.offset), ..failure })
+    }
+
+    fn deserialize_option<V: de::Visitor<'de>>(self, visitor: V) -> Result<V::Value, Failure> {
+        match self.value {
+            Value::Nothing => visitor.visit_none(),
+            _ => visitor.visit_some(self),
+        }
+    }
+
+    fn deserialize_enum<V: de::Visitor<'de>>(
+        self,
+        _name: &'static str,
+        known: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
+        let Value::Text(text) = &self.value else {
+            let (value, expected) = (self.shown(), format!("one of {}", known.join(", ")));
+            return Err(Failure::new(Reason::Value { value, expected }));
+        };
+        let variant: StrDeserializer<'_, Failure> = text.as_str().into_deserializer();
+        visitor.visit_enum(variant)
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit
+        unit_struct newtype_struct seq tuple tuple_struct map struct identifier ignored_any
+    }
+}
+
+struct List<'de> {
+    rows: &'de [Node],
+    next: usize,
+}
+
+impl List<'_> {
+    /// A visitor of fixed length stops early: what is left over is refused.
+    fn finish<T>(&self, value: T) -> Result<T, Failure> {
+        if self.next == self.rows.len() {
+            return Ok(value);
+        }
+        let expected = match self.next {
+            1 => "a list of one",
+            // Only the ends of a spring are two.
+            2 => "a list of two whole numbers",
+            _ => "a list of three numbers",
+        };
+        Err(de::Error::invalid_length(self.rows.len(), &expected))
+    }
+}
+
+impl<'de> de::SeqAccess<'de> for &mut List<'de> {
+    type Error = Failure;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, Failure> {
+        let Some(node) = self.rows.get(self.next) else { return Ok(None) };
+        let row = self.next;
+        self.next += 1;
+        let value = seed.deserialize(node);
+        value.map(Some).map_err(|failure| failure.inside(Step::Row(row), node.offset))
+    }
+}
+
+struct Table<'de> {
+    rows: &'de [(String, Option<usize>, Node)],
+    next: usize,
+}
+
+impl<'de> de::MapAccess<'de> for Table<'de> {
+    type Error = Failure;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(
+        &mut self,
+        seed: K,
+    ) -> Result<Option<K::Value>, Failure> {
+        let Some((key, offset, _)) = self.rows.get(self.next) else { return Ok(None) };
+        let name: StrDeserializer<'_, Failure> = key.as_str().into_deserializer();
+        let value = seed.deserialize(name);
+        value.map(Some).map_err(|failure| Failure { offset: *offset, ..failure })
+    }
+
+    fn next_value_seed<V: DeserializeSeed<'de>>(&mut self, seed: V) -> Result<V::Value, Failure> {
+        let (key, _, node) = &self.rows[self.next];
+        self.next += 1;
+        let value = seed.deserialize(node);
+        value.map_err(|failure| failure.inside(Step::Key(key.clone()), node.offset))
+    }
+}

@@ -1,0 +1,22 @@
+//! Scene files: text, tree of values, rows, scene.
+//!
+//! [`text`] is read into a [`tree`] of values that know where they were written; [`decode`] makes
+//! the rows of the [`schema`] of it; [`build`] checks each number against its [`domain`] and makes
+//! the rows of a scene, body by body ([`bodies`]), within a [`budget`] of memory.
+
+mod text;
+pub mod tree;
+mod decode;
+pub mod schema;
+pub mod domain;
+mod turn;
+mod budget;
+mod bodies;
+mod build;
+
+pub(crate) use bodies::MeshReader;
+pub(crate) use budget::{Budget, count_lattice};
+pub(crate) use build::understand;
+pub use decode::decode;
+pub(crate) use text::ending;
+pub use text::{SceneFormat, format_of, read_text};

@@ -1,0 +1,313 @@
+//! The rows of a scene file, schema version 1; `docs/scenes.md` explains every key.
+//!
+//! A key that is left out is `None` or empty here and takes its default in [`crate::open`], so
+//! that a file that is read and written again says what its author said and no more.
+
+use crate::mesh::Filling;
+use crate::precision::Precision;
+use msd_core::Integrator;
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// The version of the schema.
+pub const VERSION: u32 = 1;
+
+/// A scene file.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SceneFile {
+    /// The version of the schema, 1.
+    pub version: u32,
+    /// One line on what is seen.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// How the scene is stepped unless the caller says otherwise.
+    #[serde(default)]
+    pub solver: SolverRow,
+    /// What acts on every particle.
+    #[serde(default)]
+    pub world: WorldRow,
+    /// The bodies, in the order of the state file.
+    #[serde(default)]
+    pub bodies: Vec<BodyRow>,
+    /// The pins.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pins: Vec<PinRow>,
+}
+
+/// How a scene is stepped.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SolverRow {
+    /// The method. Default velocity-verlet.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub integrator: Option<Integrator>,
+    /// Length of a step, seconds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub step: Option<f64>,
+    /// Steps per second, hertz, instead of `step`. Default 60.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps_per_second: Option<f64>,
+    /// Substeps per step. Default 8.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub substeps: Option<u64>,
+    /// Local error of dormand-prince per substep, as a fraction of the size of the scene. Default
+    /// 1e-6.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Newton iterations of an implicit method per substep. Default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub newton: Option<u64>,
+    /// Precision. Default f32.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub precision: Option<Precision>,
+}
+
+/// What acts on every particle.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorldRow {
+    /// Gravitational acceleration, metres per second squared. Default (0, −9.82, 0).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gravity: Option<[f64; 3]>,
+    /// A uniform force on every particle, newtons. Default zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub force: Option<[f64; 3]>,
+    /// Air drag, newton seconds per metre. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub drag: Option<f64>,
+    /// Bound of every coordinate, metres. Default 1e6.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub extent: Option<f64>,
+    /// The planes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub planes: Vec<PlaneRow>,
+}
+
+/// A half space that particles cannot enter.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneRow {
+    /// Direction out of the solid. Default (0, 1, 0).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal: Option<[f64; 3]>,
+    /// Signed distance from the origin along the normal, metres. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset: Option<f64>,
+    /// Fraction of the normal speed that a bounce returns. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Coulomb's coefficient of friction. Default 0.5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Fraction of the tangential velocity lost per contact substep, instead of `friction`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tangential_loss: Option<f64>,
+    /// Whether what touches the plane stops: short for `restitution = 0`, `tangential_loss = 1`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sticky: Option<bool>,
+}
+
+/// How a body is made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A line of particles along x.
+    Rope,
+    /// A sheet in the plane z = 0: rows along y, columns along x.
+    Cloth,
+    /// A block: rows along y, columns along x, stacks along z.
+    #[default]
+    Block,
+    /// A triangle mesh made a solid or a shell.
+    Mesh,
+    /// Particles and springs one by one.
+    Explicit,
+}
+
+impl Kind {
+    /// The name a user writes.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Rope => "rope",
+            Kind::Cloth => "cloth",
+            Kind::Block => "block",
+            Kind::Mesh => "mesh",
+            Kind::Explicit => "explicit",
+        }
+    }
+}
+
+/// A body. Which keys it may have depends on its kind.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyRow {
+    /// How it is made.
+    pub kind: Kind,
+    /// What the user calls it. Default its kind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// Lattices: particles along rows, columns, stacks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<Vec<u64>>,
+    /// Distance of neighbouring particles, metres. Default 1; of a mesh chosen by its shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spacing: Option<f64>,
+    /// Lattices: how many neighbours a particle inside is joined to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub neighbours: Option<u32>,
+    /// Meshes: the file, relative to the scene file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Meshes: what is made of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filling: Option<Filling>,
+    /// Meshes: longest side of the box around it, metres. Default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// Shells: stiffness and damping of the springs against bending, as a fraction. Default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bending: Option<f64>,
+    /// Mass of each particle, of a mesh the whole, kilograms. Default 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
+    /// Stiffness of each spring, newtons per metre. Default 1000; of a closed mesh
+    /// 200, of an open one 1000.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// Damping of each spring, newton seconds per metre. Default 0; of a closed mesh 0.04, of an
+    /// open one 0.2.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Where the origin of the body is put, metres. Default the origin of the world.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// How it is turned about its origin first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<RotationRow>,
+    /// Velocity of every particle, metres per second. Default zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Angular velocity about the centre of mass. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spin: Option<Spin>,
+    /// Explicit bodies: the particles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub particles: Vec<ParticleRow>,
+    /// Explicit bodies: the springs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub springs: Vec<SpringRow>,
+}
+
+/// A turn about an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RotationRow {
+    /// The axis, of any length but zero.
+    pub axis: [f64; 3],
+    /// The angle by the right-hand rule, degrees.
+    pub angle_deg: f64,
+}
+
+/// An angular velocity: a vector, or an axis and a speed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Spin {
+    /// The vector, radians per second.
+    Vector([f64; 3]),
+    /// An axis and a speed.
+    About(SpinRow),
+}
+
+/// An axis, given or drawn by lot, and a speed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpinRow {
+    /// The axis, of any length but zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<[f64; 3]>,
+    /// The seed of a random axis, instead of `axis`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub random_axis_seed: Option<u64>,
+    /// The speed by the right-hand rule, radians per second.
+    pub speed: f64,
+}
+
+impl<'de> Deserialize<'de> for Spin {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SpinVisitor)
+    }
+}
+
+/// Chooses by what was written: serde's own choice by trial would lose every message.
+struct SpinVisitor;
+
+impl<'de> Visitor<'de> for SpinVisitor {
+    type Value = Spin;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a list of three numbers, or a table of axis and speed")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Spin, A::Error> {
+        Deserialize::deserialize(SeqAccessDeserializer::new(list)).map(Spin::Vector)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<Spin, A::Error> {
+        Deserialize::deserialize(MapAccessDeserializer::new(table)).map(Spin::About)
+    }
+}
+
+/// A particle of an explicit body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ParticleRow {
+    /// Position about the origin of the body, metres.
+    pub position: [f64; 3],
+    /// Velocity besides that of the body, metres per second. Default zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Mass, kilograms. Default that of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mass: Option<f64>,
+}
+
+/// A spring of an explicit body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SpringRow {
+    /// The two particles of the body it joins.
+    pub ends: [u64; 2],
+    /// Length without force, metres. Default the distance of the ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rest_length: Option<f64>,
+    /// Stiffness, newtons per metre. Default that of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// Damping, newton seconds per metre. Default that of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+}
+
+/// One or several particles held by hand.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PinRow {
+    /// The body. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<u64>,
+    /// The particle, counted in the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub particle: Option<u64>,
+    /// Row, column and stack of a particle of a lattice, instead of `particle`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<[u64; 3]>,
+    /// Every n-th particle of the top row of a lattice, instead of `particle`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every: Option<u64>,
+    /// Velocity it is moved with, metres per second. Default zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+}

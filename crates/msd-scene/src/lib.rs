@@ -1,0 +1,39 @@
+//! Scene files, built-in scenes, meshes, state files and saved runs.
+//!
+//! [`open`] takes what a user writes - the name of a built-in scene, a scene file, a mesh or a saved
+//! run - and returns a [`Loaded`]: the rows of a [`Scene`](msd_core::Scene) and how its author wants
+//! it stepped. `msd-run` makes a run of it.
+//!
+//! ```
+//! let loaded = msd_scene::open("jelly")?;
+//! assert_eq!(loaded.scene.particles.len(), 1000);
+//! # Ok::<(), msd_scene::FileError>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod shown;
+mod precision;
+mod state;
+mod nearby;
+pub mod mesh;
+mod error;
+mod disk;
+mod file;
+mod loaded;
+mod storage;
+mod builtin;
+mod open;
+pub mod workloads;
+
+pub use builtin::{BUILTINS, Builtin};
+pub use disk::{FileId, Output};
+pub use error::{FileError, Place, nearest, one_line, plain};
+pub use file::{SceneFormat, decode, domain, format_of, read_text, schema, tree};
+pub use loaded::Loaded;
+pub use open::{Draft, load, open, parse, read, write};
+pub use precision::Precision;
+pub use shown::{shown_path, tame};
+pub use state::{AnyState, state_hash};
+pub use storage::{
+    envelope, load_saved, load_state, read_saved, read_state, write_saved, write_state,
+};

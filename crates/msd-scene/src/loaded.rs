@@ -1,0 +1,41 @@
+//! What is ready to run: a scene at its start, or a run that was saved on its way.
+
+use crate::precision::Precision;
+use msd_core::{Progress, Scene, Settings};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// A scene ready to run: rows, and how its author wants it stepped.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Loaded {
+    /// The name of the scene, without folder and extension.
+    pub name: String,
+    /// One line on what is seen.
+    pub title: String,
+    /// The rows.
+    pub scene: Scene,
+    /// Integrator, step and substeps.
+    pub settings: Settings,
+    /// Precision.
+    pub precision: Precision,
+    /// What was done to the input, one line each: welded vertices and the like. Not saved.
+    #[serde(skip)]
+    pub notes: Vec<String>,
+    /// The files that [`crate::open::open`] read it from, which nothing should be written over: a scene
+    /// file and its meshes, or a saved run. Not saved.
+    #[serde(skip)]
+    pub files: Vec<PathBuf>,
+    /// Of a saved run: how far it is, and what holds it. The scene alone is how it stands then.
+    pub progress: Option<Box<Progress>>,
+}
+
+impl Loaded {
+    /// Whether this is a run that was saved, called by a name that other files may be called by and
+    /// a title that is a line: to be asked of what comes from elsewhere.
+    pub fn is_saved(&self) -> bool {
+        let Loaded { name, title, progress, .. } = self;
+        let is_line = |text: &str| !text.chars().any(char::is_control);
+        let is_file = Path::new(name).file_name().is_some_and(|file| file == name.as_str());
+        progress.is_some() && is_file && is_line(name) && is_line(title)
+    }
+}

@@ -1,0 +1,5 @@
+//! Cleaning of raw triangles: welded vertices, shared edges, faces turned outward.
+
+pub(crate) mod inside;
+pub(crate) mod topology;
+pub(crate) mod weld;

@@ -1,0 +1,350 @@
+//! Bodies from meshes: particles and springs of a shell or of a filled solid.
+
+mod lattice;
+mod pieces;
+mod brace;
+mod texture;
+
+use crate::mesh::clean::inside::Inside;
+use crate::mesh::clean::topology::{components, edges, sides, volume};
+use crate::mesh::error::MeshError;
+use crate::mesh::fill::brace::Frame;
+use crate::mesh::fill::lattice::{check_spacing, fill};
+use crate::mesh::fill::pieces::pieces;
+use crate::mesh::fill::texture::surface;
+use crate::mesh::import::Mesh;
+use crate::nearby::Nearby;
+use glam::DVec3;
+use msd_core::{Part, Particle, Spring};
+use std::collections::BTreeSet;
+
+/// Seam springs from a particle on an open edge to the piece beside it.
+const SEAMS: usize = 3;
+
+/// What is inside the surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Filling {
+    /// A solid if the mesh is closed, else a shell.
+    #[default]
+    Auto,
+    /// An interior lattice; refused if the mesh is not closed.
+    Solid,
+    /// Nothing.
+    Shell,
+}
+
+/// How a mesh becomes a body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshOptions {
+    /// What is inside. Default [`Filling::Auto`].
+    pub filling: Filling,
+    /// Longest side of the bounding box, metres; positive. Default 1; `None` takes the units of
+    /// the file as metres.
+    pub size: Option<f64>,
+    /// Spacing of the interior lattice, metres; positive. By default 1.2 times the mean length of
+    /// the surface edges, but between 1/48 and 1/6 of the longest side.
+    pub spacing: Option<f64>,
+    /// Mass of the whole body, kilograms; positive. Default 1. Every particle has the same share:
+    /// the lightest particle limits the step, so the best conditioned body has none.
+    pub mass: f64,
+    /// Stiffness of each spring, newtons per metre; not negative. Default 200: enough for a solid
+    /// of 1 m and 1 kg to fall 1 m and keep its shape. All springs share it whatever their length:
+    /// a uniform column runs fastest. A finer mesh of the same stiffness is a softer body.
+    pub stiffness: f64,
+    /// Damping of each spring, newton seconds per metre; not negative. Default 0.04.
+    pub damping: f64,
+    /// Stiffness and damping of the bending springs of a shell as a fraction of those of the
+    /// others; not negative. Default 1, which keeps the columns uniform.
+    pub bending: f64,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        Self {
+            filling: Filling::Auto,
+            size: Some(1.0),
+            spacing: None,
+            mass: 1.0,
+            stiffness: 200.0,
+            damping: 0.04,
+            bending: 1.0,
+        }
+    }
+}
+
+impl MeshOptions {
+    /// The defaults for a mesh: an open one gets five times the stiffness and damping, since a
+    /// shell has no inside to hold it up.
+    pub fn for_mesh(mesh: &Mesh) -> Self {
+        let default = Self::default();
+        if mesh.is_closed() {
+            return default;
+        }
+        Self { stiffness: 5.0 * default.stiffness, damping: 5.0 * default.damping, ..default }
+    }
+}
+
+/// What a body was built of.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyReport {
+    /// Whether it has an interior lattice.
+    pub solid: bool,
+    /// Particles on the surface: the first of the part, in the order of the mesh.
+    pub surface_particles: usize,
+    /// Particles of the interior lattice: the rest.
+    pub interior_particles: usize,
+    /// Springs along surface edges.
+    pub edge_springs: usize,
+    /// Springs from lattice point to lattice point; none in a shell.
+    pub lattice_springs: usize,
+    /// Springs from the surface inward, or across thin parts; none in a shell.
+    pub brace_springs: usize,
+    /// Springs across surface edges, against bending; none in a solid.
+    pub bending_springs: usize,
+    /// Springs between the open edges of a piece and the next piece; none in a solid.
+    pub seam_springs: usize,
+    /// Particles of a solid with fewer than four springs, or held in some direction by less than a
+    /// quarter of one spring: those of a flat body, or of one too small for its lattice. 0 in a
+    /// shell.
+    pub loose_particles: usize,
+    /// Enclosed volume, cubic metres; 0 for an open mesh.
+    pub volume: f64,
+    /// Spacing of the interior lattice, metres; 0 for a shell.
+    pub spacing: f64,
+}
+
+impl core::fmt::Display for BodyReport {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let kind = if self.solid { "solid" } else { "shell" };
+        write!(
+            f,
+            "{kind}: {} surface and {} interior particles; {} edge, {} lattice, {} brace, {} \
+             bending and {} seam springs; {} loose particles",
+            self.surface_particles,
+            self.interior_particles,
+            self.edge_springs,
+            self.lattice_springs,
+            self.brace_springs,
+            self.bending_springs,
+            self.seam_springs,
+            self.loose_particles
+        )
+    }
+}
+
+/// Builds a body from a mesh, the centre of its bounding box at the origin.
+///
+/// Every vertex becomes a particle, every edge a spring. A solid gets a cubic lattice inside with
+/// springs to 26 neighbours, and braces from each surface particle to the nearest lattice points
+/// or, in thin parts, across. A shell gets a bending spring across each edge that two faces share,
+/// and seams: its pieces, like the spout of a teapot, are joined where the open edge of one comes
+/// within a mean edge length of another. Each spring is as long as it is at rest.
+///
+/// # Errors
+/// An option outside its domain; a solid of a mesh that is not closed, with the number of its open
+/// edges; a lattice too fine.
+///
+/// # Panics
+/// If a triangle names no vertex, or there are texture coordinates of fewer triangles: no [`Mesh`]
+/// that was read or parsed is so.
+pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), MeshError> {
+    let solid = check(mesh, options)?;
+    let mut points = place(&mesh.positions, options.size);
+    let mut report = BodyReport { solid, surface_particles: points.len(), ..Default::default() };
+    if mesh.is_closed() {
+        report.volume = volume(&points, &mesh.triangles);
+    }
+    let springs = if solid {
+        solid_springs(mesh, options, &mut points, &mut report)?
+    } else {
+        shell_springs(mesh, &points, &mut report)
+    };
+    let surface =
+        surface(&points[..report.surface_particles], &mesh.triangles, mesh.uvs.as_deref(), !solid);
+    let mass = options.mass / points.len() as f64;
+    let particle = |&position| Particle { position, velocity: DVec3::ZERO, mass };
+    let bending = report.edge_springs..report.edge_springs + report.bending_springs;
+    let spring = |(row, &ends): (usize, &[usize; 2])| {
+        let fraction = if bending.contains(&row) { options.bending } else { 1.0 };
+        let rest_length = points[ends[0]].distance(points[ends[1]]);
+        let (stiffness, damping) = (fraction * options.stiffness, fraction * options.damping);
+        Spring { ends, rest_length, stiffness, damping }
+    };
+    let springs = springs.iter().enumerate().map(spring).collect();
+    Ok((Part { particles: points.iter().map(particle).collect(), springs, surface }, report))
+}
+
+/// Estimates, from above, the particles and springs of a body that is not built yet.
+///
+/// # Errors
+/// See [`body`].
+pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], MeshError> {
+    let solid = check(mesh, options)?;
+    let points = place(&mesh.positions, options.size);
+    let (edges, mean) = edge_springs(mesh, &points);
+    let (surface, edges) = (points.len() as u128, edges.len() as u128);
+    if !solid {
+        // A bending spring across every edge, seams from every particle.
+        return Ok([surface, 2 * edges + SEAMS as u128 * surface]);
+    }
+    let spacing = spacing(options, &points, mean);
+    check_spacing(&points, spacing, &mesh.name)?;
+    // A lattice point per cell of the volume, with 13 springs; braces from the surface.
+    let cell = spacing * spacing * spacing;
+    let inside = (volume(&points, &mesh.triangles).abs() / cell).ceil() as u128;
+    Ok([surface + inside, edges + 13 * inside + 4 * surface])
+}
+
+/// Checks the options; returns whether the body is a solid.
+fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
+    check_options(options)?;
+    let solid = match options.filling {
+        Filling::Auto => mesh.is_closed(),
+        Filling::Solid => true,
+        Filling::Shell => false,
+    };
+    if solid && !mesh.is_closed() {
+        return Err(MeshError::NotClosed {
+            file: mesh.name.clone(),
+            open_edges: mesh.report.open_edges,
+            non_manifold_edges: mesh.report.non_manifold_edges,
+        });
+    }
+    Ok(solid)
+}
+
+fn check_options(options: &MeshOptions) -> Result<(), MeshError> {
+    let positive = |quantity, value: f64| {
+        // A NaN fails both comparisons.
+        let ok = 0.0 < value && value <= 1e9;
+        let expected = "positive and at most 1e9";
+        if ok { Ok(()) } else { Err(MeshError::Option { quantity, value, expected }) }
+    };
+    let not_negative = |quantity, value: f64| {
+        let ok = 0.0 <= value && value.is_finite();
+        let expected = "finite and not negative";
+        if ok { Ok(()) } else { Err(MeshError::Option { quantity, value, expected }) }
+    };
+    positive("size", options.size.unwrap_or(1.0))?;
+    positive("spacing", options.spacing.unwrap_or(1.0))?;
+    positive("mass", options.mass)?;
+    not_negative("stiffness", options.stiffness)?;
+    not_negative("damping", options.damping)?;
+    not_negative("bending fraction", options.bending)
+}
+
+/// Scales positions to the size asked for, centred on the origin.
+fn place(positions: &[DVec3], size: Option<f64>) -> Vec<DVec3> {
+    let low = positions.iter().copied().fold(DVec3::MAX, DVec3::min);
+    let high = positions.iter().copied().fold(DVec3::MIN, DVec3::max);
+    let scale = size.map_or(1.0, |size| size / (high - low).max_element());
+    positions.iter().map(|&position| scale * (position - (low + high) / 2.0)).collect()
+}
+
+/// The surface edges as springs, and their mean length.
+fn edge_springs(mesh: &Mesh, points: &[DVec3]) -> (Vec<[usize; 2]>, f64) {
+    let sides = sides(&mesh.triangles);
+    let springs: Vec<_> = edges(&sides).map(|edge| edge[0].ends.map(|end| end as usize)).collect();
+    let length: f64 = springs.iter().map(|&[a, b]| points[a].distance(points[b])).sum();
+    let mean = length / springs.len() as f64;
+    (springs, mean)
+}
+
+/// Spacing of the lattice inside, by the mean length of the surface edges if it is not given.
+fn spacing(options: &MeshOptions, points: &[DVec3], mean: f64) -> f64 {
+    let extent = points.iter().fold(0.0, |extent: f64, p| extent.max(p.abs().max_element()));
+    let automatic = (1.2 * mean).clamp(2.0 * extent / 48.0, 2.0 * extent / 6.0);
+    options.spacing.unwrap_or(automatic)
+}
+
+fn solid_springs(
+    mesh: &Mesh,
+    options: &MeshOptions,
+    points: &mut Vec<DVec3>,
+    report: &mut BodyReport,
+) -> Result<Vec<[usize; 2]>, MeshError> {
+    let (mut springs, mean) = edge_springs(mesh, points);
+    let vertices = points.clone();
+    let spacing = spacing(options, points, mean);
+    let inside = Inside::new(&vertices, &mesh.triangles);
+    let lattice = fill((&vertices, &mesh.triangles), &inside, spacing, &mesh.name)?;
+    let first = vertices.len();
+    points.extend(&lattice.points);
+    report.spacing = spacing;
+    report.interior_particles = lattice.points.len();
+    report.edge_springs = springs.len();
+    let pieces = pieces(&vertices, &mesh.triangles, &lattice.points);
+    let inner = lattice.springs.iter().map(|ends| ends.map(|end| first + end));
+    springs.extend(inner.filter(|&[a, b]| pieces[a] == pieces[b]));
+    report.lattice_springs = springs.len() - report.edge_springs;
+    let frame = Frame {
+        points,
+        surface: first,
+        normals: &normals(&vertices, &mesh.triangles),
+        pieces: &pieces,
+        inside: &inside,
+        spacing,
+        joined: springs.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect(),
+    };
+    let (braces, loose) = frame.brace();
+    report.loose_particles = loose;
+    report.brace_springs = braces.len();
+    springs.extend(braces);
+    Ok(springs)
+}
+
+fn shell_springs(mesh: &Mesh, points: &[DVec3], report: &mut BodyReport) -> Vec<[usize; 2]> {
+    let (mut springs, mean) = edge_springs(mesh, points);
+    report.edge_springs = springs.len();
+    let mut joined: BTreeSet<[usize; 2]> = springs.iter().copied().collect();
+    let sides = sides(&mesh.triangles);
+    for edge in edges(&sides) {
+        // Two of the faces at an edge with more than two still resist bending.
+        let &[a, b, ..] = edge else { continue };
+        let (a, b) = (a.opposite as usize, b.opposite as usize);
+        let pair = [a.min(b), a.max(b)];
+        if a != b && joined.insert(pair) {
+            springs.push(pair);
+        }
+    }
+    report.bending_springs = springs.len() - report.edge_springs;
+    for pair in seams(mesh, points, mean) {
+        if joined.insert(pair) {
+            springs.push(pair);
+            report.seam_springs += 1;
+        }
+    }
+    springs
+}
+
+/// Pairs across the gaps between the pieces of a mesh, from each open edge.
+fn seams(mesh: &Mesh, points: &[DVec3], reach: f64) -> Vec<[usize; 2]> {
+    let (pieces, count) = components(points.len(), &mesh.triangles);
+    if count < 2 {
+        return Vec::new();
+    }
+    let sides = sides(&mesh.triangles);
+    let open = edges(&sides).filter(|edge| edge.len() == 1);
+    let border: BTreeSet<u32> = open.flat_map(|edge| edge[0].ends).collect();
+    let nearby = Nearby::new(points, reach);
+    let mut pairs = Vec::new();
+    for from in border.into_iter().map(|vertex| vertex as usize) {
+        let near = nearby.within(points[from], reach).into_iter();
+        let across = near.filter(|&to| pieces[to] != pieces[from]).take(SEAMS);
+        pairs.extend(across.map(|to| [from.min(to), from.max(to)]));
+    }
+    pairs
+}
+
+/// Outward directions at the vertices, weighted by area.
+fn normals(points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; points.len()];
+    for corners in triangles {
+        let [a, b, c] = corners.map(|corner| points[corner as usize]);
+        for &corner in corners {
+            normals[corner as usize] += (b - a).cross(c - a);
+        }
+    }
+    normals.into_iter().map(DVec3::normalize_or_zero).collect()
+}

@@ -1,0 +1,28 @@
+//! Meshes: OBJ, STL, PLY and glTF in; particles and springs out.
+//!
+//! [`read`] or [`parse`] gives a [`Mesh`]: duplicate vertices welded, degenerate faces dropped,
+//! faces turned outward, and a [`MeshReport`] that says how many. [`body`] turns the mesh into a
+//! [`Part`](msd_core::Part): a solid with an interior lattice if it is closed, else a shell.
+//!
+//! ```
+//! use msd_scene::mesh::{self, Format, MeshOptions};
+//!
+//! let tetrahedron = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+//! let mesh = mesh::parse(tetrahedron, Format::Obj, "tetrahedron.obj")?;
+//! assert!(mesh.is_closed());
+//! let (part, report) = mesh::body(&mesh, &MeshOptions::default())?;
+//! assert_eq!(part.particles.len(), report.surface_particles + report.interior_particles);
+//! # Ok::<(), mesh::MeshError>(())
+//! ```
+
+mod error;
+mod raw;
+mod clean;
+mod read;
+mod import;
+mod fill;
+
+pub use error::{MeshError, Row};
+pub(crate) use fill::estimate;
+pub use fill::{BodyReport, Filling, MeshOptions, body};
+pub use import::{Format, Mesh, MeshReport, parse, read};

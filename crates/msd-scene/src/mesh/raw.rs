@@ -1,0 +1,114 @@
+//! Raw triangles: what a file holds before it is cleaned.
+
+use crate::mesh::error::{MeshError, Row, one_line};
+use glam::DVec3;
+use msd_core::MAX_PARTICLES;
+
+/// The longest file that is read, bytes.
+pub(crate) const LONGEST: u64 = 1 << 30;
+
+/// A bound, not `is_finite`: the square of a length overflows long before a coordinate does.
+pub(crate) const EXTENT: f64 = 1e9;
+
+/// Texture coordinates of the three corners of a triangle.
+pub(crate) type CornerUvs = [[f32; 2]; 3];
+
+/// Triangles as read; every corner is an index into `positions`.
+#[derive(Debug, Default)]
+pub(crate) struct Raw {
+    /// Positions in file units.
+    pub(crate) positions: Vec<DVec3>,
+    /// Corners.
+    pub(crate) triangles: Vec<[u32; 3]>,
+    /// Texture coordinates; used only if there are as many as triangles.
+    pub(crate) uvs: Vec<CornerUvs>,
+    /// Vertices in the file, used or not.
+    pub(crate) vertices_read: usize,
+}
+
+impl Raw {
+    /// Cuts a polygon into a fan of triangles around its first corner and appends them.
+    ///
+    /// # Errors
+    /// Fewer than three corners, or a corner that names no vertex.
+    pub(crate) fn add_polygon(
+        &mut self,
+        (file, row): (&str, Row),
+        corners: &[i64],
+        uvs: Option<&[[f32; 2]]>,
+    ) -> Result<(), MeshError> {
+        if corners.len() < 3 {
+            return Err(out_of_domain(
+                (file, row),
+                "the number of corners",
+                corners.len().to_string(),
+                "at least 3",
+            ));
+        }
+        let count = self.positions.len();
+        let mut indices = Vec::with_capacity(corners.len());
+        for &corner in corners {
+            let index = u32::try_from(corner).ok().filter(|&index| (index as usize) < count);
+            indices.push(index.ok_or_else(|| {
+                let expected = format!("from 0 to less than {count}");
+                out_of_domain((file, row), "a vertex index", corner.to_string(), expected)
+            })?);
+        }
+        for i in 1..indices.len() - 1 {
+            self.triangles.push([indices[0], indices[i], indices[i + 1]]);
+            if let Some(uvs) = uvs {
+                self.uvs.push([uvs[0], uvs[i], uvs[i + 1]]);
+            }
+        }
+        Ok(())
+    }
+
+    /// Checks that every coordinate is a usable number and that the mesh is not too large.
+    ///
+    /// # Errors
+    /// The first vertex with a coordinate that is not finite or beyond [`EXTENT`].
+    pub(crate) fn check(&self, file: &str) -> Result<(), MeshError> {
+        check_count(file, "the number of vertices", self.positions.len() as u128)?;
+        check_count(file, "the number of triangles", self.triangles.len() as u128)?;
+        for (row, position) in self.positions.iter().enumerate() {
+            for (quantity, value) in ["x", "y", "z"].into_iter().zip(position.to_array()) {
+                check_coordinate((file, Row { item: "vertex", row }), quantity, value)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Checks one coordinate.
+pub(crate) fn check_coordinate(
+    at: (&str, Row),
+    quantity: &'static str,
+    value: f64,
+) -> Result<(), MeshError> {
+    // Written so that a NaN fails.
+    if value.abs() <= EXTENT {
+        return Ok(());
+    }
+    Err(out_of_domain(at, quantity, value.to_string(), format!("finite and within ±{EXTENT:e}")))
+}
+
+/// Checks that a count fits what a scene can hold.
+pub(crate) fn check_count(file: &str, what: &'static str, count: u128) -> Result<(), MeshError> {
+    // A closed mesh has about twice as many triangles as vertices; one limit serves both.
+    let limit = 2 * MAX_PARTICLES as u128;
+    if count <= limit {
+        return Ok(());
+    }
+    Err(MeshError::TooLarge { file: file.into(), what, count, limit })
+}
+
+/// A value outside its domain, with its place.
+pub(crate) fn out_of_domain(
+    (file, row): (&str, Row),
+    quantity: &'static str,
+    value: String,
+    expected: impl Into<String>,
+) -> MeshError {
+    let (value, expected) = (one_line(&value), expected.into());
+    MeshError::OutOfDomain { file: file.into(), row, quantity, value, expected }
+}

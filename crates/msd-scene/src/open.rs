@@ -1,0 +1,300 @@
+//! Opening by name: a built-in scene, a scene file, a mesh or a saved run.
+
+use crate::builtin::{BUILTINS, carried};
+use crate::error::{FileError, nearest};
+use crate::file::schema::SceneFile;
+use crate::file::tree::Source;
+use crate::file::{MeshReader, SceneFormat, decode, ending, format_of, read_text, understand};
+use crate::loaded::Loaded;
+use crate::mesh::{self, Mesh, MeshError};
+use crate::precision::Precision;
+use crate::shown::shown_path;
+use crate::storage::{self, load_saved};
+use msd_core::Simulation;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// Endings of mesh files.
+const MESH_ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
+
+/// Opens a scene by what a user writes: a built-in name, a `.toml` or `.json` scene file, a mesh, a
+/// saved run (`.msd`).
+///
+/// A mesh becomes a body 2 m long that drops on the ground. The name of a built-in scene means that
+/// scene even beside a file or folder of the same name, which `./` reaches; `bunny.obj` and
+/// `teapot.obj` mean a file where there is one, else the mesh that the crate carries.
+///
+/// # Errors
+/// A name that stands for nothing, with the nearest one; everything that [`load`] refuses.
+pub fn open(name: impl AsRef<Path>) -> Result<Loaded, FileError> {
+    let name = name.as_ref();
+    if ending(name) == storage::ENDING {
+        let loaded = load_saved(name)?;
+        return Ok(Loaded { files: vec![name.into()], ..loaded });
+    }
+    let draft = Draft::open(name, Path::new(""))?;
+    draft.load(&draft.source()?)
+}
+
+/// Loads a scene file, TOML or JSON by its ending.
+///
+/// # Errors
+/// A file that cannot be read; everything that [`parse`] refuses.
+pub fn load(path: &Path) -> Result<Loaded, FileError> {
+    let draft = Draft::read(path)?;
+    draft.load(&draft.source()?)
+}
+
+/// Parses the text of a scene file; touches no file, so meshes can only be those that the crate
+/// carries.
+///
+/// # Errors
+/// Text that does not follow its format, an unknown key, a value outside its domain: each names the
+/// line where it is known, and the key.
+pub fn parse(text: &str, format: SceneFormat, name: &str) -> Result<Loaded, FileError> {
+    parse_with(text, format, name, &|file| carried(file).unwrap_or_else(|| no_mesh(file)))
+}
+
+/// Reads the rows of a scene file as they were written, to be changed and written again.
+///
+/// # Errors
+/// Text that does not follow its format, or an unknown key; values are not checked.
+pub fn read(text: &str, format: SceneFormat, name: &str) -> Result<SceneFile, FileError> {
+    decode(&Source::parse(text, format, name)?)
+}
+
+/// The text of a scene file, to be changed and written again.
+///
+/// # Errors
+/// [`FileError::Unwritable`] for a number that the format cannot hold.
+pub fn write(file: &SceneFile, format: SceneFormat) -> Result<String, FileError> {
+    let refused = |reason: String| FileError::Unwritable { file: "scene".into(), reason };
+    match format {
+        SceneFormat::Toml => toml::to_string(file).map_err(|e| refused(e.to_string())),
+        SceneFormat::Json => serde_json::to_string_pretty(file).map_err(|e| refused(e.to_string())),
+    }
+}
+
+/// A scene that has been read and whose values may still be replaced before it is understood.
+pub struct Draft {
+    /// What the user calls the scene, with the folder it was found in.
+    pub name: String,
+    text: Cow<'static, str>,
+    format: SceneFormat,
+    origin: Origin,
+    /// The file that was read, if one was.
+    files: Vec<PathBuf>,
+    /// Meshes read so far, by the name that the scene gives.
+    meshes: Mutex<BTreeMap<String, Result<Mesh, MeshError>>>,
+}
+
+/// Where a scene comes from, and so where its meshes are.
+enum Origin {
+    Builtin,
+    /// A scene file in this folder.
+    File(PathBuf),
+    /// A bare mesh.
+    Mesh,
+}
+
+impl Draft {
+    /// Reads what [`open`] would open, files relative to a folder.
+    pub fn open(name: &Path, folder: &Path) -> Result<Self, FileError> {
+        let path = folder.join(name);
+        let shown = shown_path(&path);
+        let ending = ending(&path);
+        if matches!(ending.as_str(), "toml" | "json") {
+            return Draft::read(&path);
+        }
+        if MESH_ENDINGS.contains(&ending.as_str()) {
+            // Read first: an error should name this file, not the scene around it.
+            let mesh = read_mesh(&path, &name.to_string_lossy())?;
+            let mut draft = Draft::new(shown, MESH_SCENE, SceneFormat::Toml, Origin::Mesh);
+            draft.files.push(path);
+            draft.keep(MESH_FILE, Ok(mesh));
+            return Ok(draft);
+        }
+        if let Some(builtin) = BUILTINS.iter().find(|builtin| Path::new(builtin.name) == name) {
+            return Ok(Draft::new(builtin.name, builtin.text, SceneFormat::Toml, Origin::Builtin));
+        }
+        Err(unknown_scene(&shown_path(name), &path))
+    }
+
+    /// Reads a scene file, TOML or JSON by its ending.
+    fn read(path: &Path) -> Result<Self, FileError> {
+        let name = shown_path(path);
+        let format = format_of(path);
+        let text = read_text(path, &name)?;
+        let folder = path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let mut draft = Draft::new(name, text, format, Origin::File(folder));
+        draft.files.push(path.into());
+        Ok(draft)
+    }
+
+    fn new(
+        name: impl Into<String>,
+        text: impl Into<Cow<'static, str>>,
+        format: SceneFormat,
+        origin: Origin,
+    ) -> Self {
+        let (name, text, files) = (name.into(), text.into(), Vec::new());
+        Draft { name, text, format, origin, files, meshes: Mutex::default() }
+    }
+
+    /// The tree of the scene file.
+    pub fn source(&self) -> Result<Source<'_>, FileError> {
+        Source::parse(&self.text, self.format, &self.name)
+    }
+
+    /// Understands the tree, changed or not.
+    pub fn load(&self, source: &Source<'_>) -> Result<Loaded, FileError> {
+        let mut loaded = finish(source, &|file| self.mesh(file))?;
+        if matches!(self.origin, Origin::Mesh) {
+            drop_mesh(&mut loaded, source)?;
+        }
+        loaded.files = self.files();
+        Ok(loaded)
+    }
+
+    /// A mesh that the scene names; each is read once.
+    pub fn mesh(&self, file: &str) -> Result<Mesh, MeshError> {
+        let known = self.meshes.lock().unwrap_or_else(PoisonError::into_inner).get(file).cloned();
+        known.unwrap_or_else(|| {
+            let mesh = match &self.origin {
+                Origin::File(folder) => read_mesh(&folder.join(file), file),
+                Origin::Builtin | Origin::Mesh => carried(file).unwrap_or_else(|| no_mesh(file)),
+            };
+            self.keep(file, mesh.clone());
+            mesh
+        })
+    }
+
+    /// The files that were read so far; a mesh that the crate carries is none.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files = self.files.clone();
+        if let Origin::File(folder) = &self.origin {
+            let meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
+            files.extend(meshes.keys().map(|file| folder.join(file)).filter(|file| file.exists()));
+        }
+        files
+    }
+
+    fn keep(&self, file: &str, mesh: Result<Mesh, MeshError>) {
+        let mut meshes = self.meshes.lock().unwrap_or_else(PoisonError::into_inner);
+        meshes.insert(file.into(), mesh);
+    }
+}
+
+/// Why nothing is opened by this name.
+fn unknown_scene(name: &str, path: &Path) -> FileError {
+    if path.is_dir() {
+        let reason = "it is a folder; a scene is a file".into();
+        return FileError::Unreadable { file: name.into(), reason };
+    }
+    let known = match ending(path).as_str() {
+        storage::ENDING => Some("a saved run has no keys that could be set"),
+        "msdrec" => Some("it is a recording, which msd run --replay takes"),
+        _ => None,
+    };
+    if let Some(reason) = known {
+        return FileError::Unreadable { file: name.into(), reason: reason.into() };
+    }
+    if path.is_file() {
+        let reason = format!(
+            "its ending tells no format; a scene file ends in .toml or .json, a saved run in .msd, \
+             a mesh in .{}",
+            MESH_ENDINGS.join(", .")
+        );
+        return FileError::Unreadable { file: name.into(), reason };
+    }
+    let names = BUILTINS.map(|builtin| builtin.name);
+    let hint = match nearest(name, names) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!(
+            "it is no file ending in .toml, .json, .msd or as a mesh does; the built-in scenes \
+             are {}",
+            names.join(", ")
+        ),
+    };
+    FileError::UnknownScene { name: name.into(), hint }
+}
+
+fn parse_with(
+    text: &str,
+    format: SceneFormat,
+    name: &str,
+    read_mesh: &MeshReader<'_>,
+) -> Result<Loaded, FileError> {
+    finish(&Source::parse(text, format, name)?, read_mesh)
+}
+
+fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, FileError> {
+    let understood = understand(source, read_mesh)?;
+    // In messages and in saved runs both are a part of a line.
+    let line = |text: &str| text.replace(char::is_control, " ");
+    let name = line(&Path::new(source.name).file_stem().unwrap_or_default().to_string_lossy());
+    Ok(Loaded {
+        title: understood.title.map_or_else(|| name.clone(), |title| line(&title)),
+        name,
+        scene: understood.scene,
+        settings: understood.settings,
+        precision: understood.precision,
+        notes: understood.notes,
+        files: Vec::new(),
+        progress: None,
+    })
+}
+
+/// The scene that a bare mesh drops into.
+const MESH_SCENE: &str = include_str!("../scenes/mesh.toml");
+/// What it calls the mesh.
+const MESH_FILE: &str = "the mesh that was named";
+/// How far above the ground a bare mesh starts, metres.
+const DROP: f64 = 0.3;
+/// The most substeps that a bare mesh is given: beyond it another stiffness is the better answer.
+const MAX_SUBSTEPS: f64 = 1000.0;
+
+/// Puts a mesh that nobody made a scene for just above the ground, and gives it as many substeps as
+/// it needs unless the `source` says how many.
+fn drop_mesh(loaded: &mut Loaded, source: &Source<'_>) -> Result<(), FileError> {
+    loaded.title = format!("{} dropped on the ground", loaded.name);
+    for body in &mut loaded.scene.bodies {
+        body.name.clone_from(&loaded.name);
+    }
+    let particles = &mut loaded.scene.particles;
+    let lowest = particles.iter().map(|particle| particle.position.y).fold(f64::MAX, f64::min);
+    particles.iter_mut().for_each(|particle| particle.position.y += DROP - lowest);
+    if source.holds("solver.substeps") {
+        return Ok(());
+    }
+    let core = |error| FileError::Core { file: source.name.into(), source: Box::new(error) };
+    let stable = stable_substep(loaded).map_err(core)?;
+    // A squashed body is stiffer than one at rest: the margin covers that.
+    let substeps = (loaded.settings.step / (0.6 * stable)).ceil().clamp(1.0, MAX_SUBSTEPS);
+    loaded.settings.substeps = substeps as u32;
+    Ok(())
+}
+
+/// The largest stable substep at the start, seconds.
+fn stable_substep(loaded: &Loaded) -> Result<f64, msd_core::Error> {
+    let Loaded { scene, settings, precision, .. } = loaded;
+    Ok(match precision {
+        Precision::F32 => Simulation::<f32>::new(scene, *settings)?.stable_substep(),
+        Precision::F64 => Simulation::<f64>::new(scene, *settings)?.stable_substep(),
+    })
+}
+
+/// Reads a mesh file; if there is none, one that the crate carries may stand in by its bare name.
+fn read_mesh(path: &Path, file: &str) -> Result<Mesh, MeshError> {
+    match carried(file) {
+        Some(mesh) if !path.exists() => mesh,
+        _ => mesh::read(path),
+    }
+}
+
+fn no_mesh(file: &str) -> Result<Mesh, MeshError> {
+    let reason = "only a scene that is loaded from a file can name mesh files".into();
+    Err(MeshError::Unreadable { file: file.into(), reason })
+}

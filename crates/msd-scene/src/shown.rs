@@ -1,0 +1,22 @@
+//! Text from outside as a message shows it: without what would break its line.
+
+use std::path::Path;
+
+/// Makes what was read from a file fit to be quoted: a control character would break the line or
+/// move the cursor of a terminal.
+pub fn tame(text: &str) -> String {
+    let mut tame = String::with_capacity(text.len());
+    for character in text.chars() {
+        if character.is_control() {
+            tame.extend(character.escape_default());
+        } else {
+            tame.push(character);
+        }
+    }
+    tame
+}
+
+/// A path as a message shows it: a name may hold control characters, and bytes that are no text.
+pub fn shown_path(path: &Path) -> String {
+    tame(&path.display().to_string())
+}

@@ -1,0 +1,49 @@
+//! Saved runs, which go on from where they were to the last bit.
+//!
+//! A file ending in `.msd` holds everything that a step reads: see `docs/files.md`.
+
+use crate::disk::Output;
+use crate::error::FileError;
+use crate::loaded::Loaded;
+use crate::shown::shown_path;
+use crate::storage::envelope::{FileKind, Found};
+use std::path::Path;
+
+/// How the name of a saved run ends.
+pub(crate) const ENDING: &str = "msd";
+
+/// Raised whenever what is written changes its form.
+const KIND: FileKind = FileKind { what: "saved run", format: 3 };
+
+/// Writes a run into a file that appears whole, or stays the old one, whatever
+/// happens meanwhile.
+///
+/// # Errors
+/// [`FileError::Unwritable`].
+pub fn write_saved(loaded: &Loaded, mut output: Output) -> Result<(), FileError> {
+    KIND.begin(&mut output, loaded)?;
+    output.finish_safely()
+}
+
+/// Reads a saved run from a file.
+///
+/// # Errors
+/// A file that cannot be read; everything that [`read_saved`] refuses.
+pub fn load_saved(path: &Path) -> Result<Loaded, FileError> {
+    read_saved(&KIND.load(path)?, &shown_path(path))
+}
+
+/// Reads a saved run from the bytes of a file called `name`. What it says is checked
+/// where it becomes a run, as with any scene.
+///
+/// # Errors
+/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are no
+/// saved run, are cut short or do not fit their checksum.
+pub fn read_saved(bytes: &[u8], name: &str) -> Result<Loaded, FileError> {
+    let mut frames = KIND.frames(bytes, name)?;
+    let loaded: Loaded = frames.expect()?;
+    match frames.next_frame() {
+        Found::End if loaded.is_saved() => Ok(loaded),
+        _ => Err(frames.damaged()),
+    }
+}

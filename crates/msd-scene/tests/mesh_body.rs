@@ -1,0 +1,292 @@
+//! Facts about bodies built from meshes.
+
+use msd_core::glam::{DMat3, DVec3};
+use msd_core::{Friction, Part, Plane, Scene, Settings, Simulation};
+use msd_scene::mesh::{self, Filling, Format, Mesh, MeshError, MeshOptions};
+use std::path::Path;
+
+fn load(name: &str) -> Mesh {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("meshes");
+    mesh::read(&folder.join(name)).unwrap()
+}
+
+/// The volume that the surface of a part encloses.
+fn volume(part: &Part, positions: &[DVec3]) -> f64 {
+    let at = |corner: u32| positions[part.surface.corners[corner as usize].particle as usize];
+    let tetrahedra = part.surface.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c))));
+    tetrahedra.sum::<f64>() / 6.0
+}
+
+fn positions(part: &Part) -> Vec<DVec3> {
+    part.particles.iter().map(|particle| particle.position).collect()
+}
+
+fn extent(positions: &[DVec3]) -> DVec3 {
+    let low = positions.iter().copied().fold(DVec3::MAX, DVec3::min);
+    positions.iter().copied().fold(DVec3::MIN, DVec3::max) - low
+}
+
+/// The sets of particles that springs join: the lowest member of each, by particle.
+fn sets(part: &Part) -> Vec<usize> {
+    let mut sets: Vec<usize> = (0..part.particles.len()).collect();
+    loop {
+        let before = sets.clone();
+        for spring in &part.springs {
+            let low = sets[spring.ends[0]].min(sets[spring.ends[1]]);
+            spring.ends.into_iter().for_each(|end| sets[end] = low);
+        }
+        if sets == before {
+            return sets;
+        }
+    }
+}
+
+/// Asserts that at least four springs hold every particle, against every direction.
+fn assert_held(part: &Part) {
+    let mut counts = vec![0; part.particles.len()];
+    let mut sums = vec![DMat3::ZERO; part.particles.len()];
+    for spring in &part.springs {
+        let [a, b] = spring.ends.map(|end| part.particles[end].position);
+        let d = (b - a).normalize();
+        for end in spring.ends {
+            counts[end] += 1;
+            sums[end] += DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+        }
+    }
+    assert!(counts.iter().all(|&count| 4 <= count));
+    // The determinant is the product of the three stiffnesses, in units of one spring; with four
+    // springs and a least one of 0.25 it is at least 0.25³.
+    assert!(sums.iter().all(|sum| 0.25f64.powi(3) <= sum.determinant()));
+}
+
+/// Drops a part from 1 m above the ground and returns where its particles are after each time.
+fn drop_on_ground(part: &Part, times: &[f64]) -> Vec<Vec<DVec3>> {
+    let lowest = part.particles.iter().map(|p| p.position.y).fold(f64::MAX, f64::min);
+    let mut fallen = part.clone();
+    fallen.place(DMat3::IDENTITY, DVec3::Y * (1.0 - lowest));
+    let mut scene = Scene::default();
+    scene.add("part", fallen);
+    let friction = Friction::Coulomb(0.5);
+    scene.planes.push(Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction });
+    let settings = Settings { substeps: 60, ..Settings::default() };
+    let mut simulation = Simulation::<f32>::new(&scene, settings).unwrap();
+    assert!(settings.substep() < simulation.stable_substep());
+    let mut reached = Vec::new();
+    for time in times {
+        while simulation.time() < *time {
+            simulation.step().unwrap();
+        }
+        reached.push(simulation.positions().map(|x| x.as_dvec3()).collect());
+    }
+    reached
+}
+
+/// Gershgorin's bound of the largest squared frequency, per second squared.
+fn largest_w2(part: &Part) -> f64 {
+    let mut sums = vec![0.0; part.particles.len()];
+    for spring in &part.springs {
+        spring
+            .ends
+            .into_iter()
+            .for_each(|end| sums[end] += spring.stiffness / part.particles[end].mass);
+    }
+    let pairs = part.springs.iter().map(|s| sums[s.ends[0]] + sums[s.ends[1]]);
+    pairs.fold(0.0, f64::max)
+}
+
+/// Root mean square of the relative change of the distance between pairs of surface particles.
+fn distortion(part: &Part, surface: usize, x: &[DVec3]) -> f64 {
+    let before = |i: usize| part.particles[i].position;
+    let pairs = (0..surface).flat_map(|a| (a + 1..surface).step_by(7).map(move |b| (a, b)));
+    let squares = pairs.map(|(a, b)| {
+        let rest = before(a).distance(before(b));
+        (x[a].distance(x[b]) / rest - 1.0).powi(2)
+    });
+    let squares: Vec<f64> = squares.collect();
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+#[test]
+fn the_bunny_is_a_solid_in_one_piece_that_holds_every_particle() {
+    let mesh = load("bunny.obj");
+    let (part, report) = mesh::body(&mesh, &MeshOptions::default()).unwrap();
+    assert!(report.solid && !part.surface.two_sided);
+    assert_eq!(report.loose_particles, 0);
+    assert_eq!(report.surface_particles, 1839);
+    // The volume over the cube of the spacing, less what stands too near to the surface.
+    let filling = report.volume / report.spacing.powi(3);
+    let count = report.interior_particles as f64;
+    assert!(0.5 * filling <= count && count <= filling);
+    assert_held(&part);
+    assert!(sets(&part).iter().all(|&set| set == 0));
+    assert_eq!(
+        part.springs.len(),
+        report.edge_springs + report.lattice_springs + report.brace_springs
+    );
+}
+
+#[test]
+fn the_volume_is_the_sum_of_the_tetrahedra_under_the_surface() {
+    let (part, report) = mesh::body(&load("bunny.obj"), &MeshOptions::default()).unwrap();
+    // Sums of 3674 terms in two orders: 1e-12 is four thousand roundings.
+    let volume = volume(&part, &positions(&part));
+    assert!((volume - report.volume).abs() <= 1e-12 * volume);
+}
+
+#[test]
+fn no_pair_of_particles_is_joined_twice_and_every_spring_is_at_rest() {
+    for name in ["bunny.obj", "teapot.obj"] {
+        let (part, _) = mesh::body(&load(name), &MeshOptions::default()).unwrap();
+        let mut pairs: Vec<_> = part
+            .springs
+            .iter()
+            .map(|s| [s.ends[0].min(s.ends[1]), s.ends[0].max(s.ends[1])])
+            .collect();
+        pairs.sort_unstable();
+        assert!(pairs.windows(2).all(|pair| pair[0] != pair[1]), "{name}");
+        for spring in &part.springs {
+            let [a, b] = spring.ends.map(|end| part.particles[end].position);
+            assert!(0.0 < spring.rest_length && spring.rest_length == a.distance(b));
+        }
+    }
+}
+
+#[test]
+fn the_bunny_keeps_its_shape_when_it_falls_one_metre() {
+    let (part, report) = mesh::body(&load("bunny.obj"), &MeshOptions::default()).unwrap();
+    let before = volume(&part, &positions(&part));
+    // In the deepest crash, and settled.
+    let bounds = [(0.55, 0.9, 0.15), (1.8, 0.97, 0.06)];
+    let reached = drop_on_ground(&part, &bounds.map(|(seconds, ..)| seconds));
+    for (x, (seconds, volume_kept, distorted)) in reached.into_iter().zip(bounds) {
+        let kept = volume(&part, &x) / before;
+        assert!(volume_kept <= kept && kept <= 2.0 - volume_kept, "volume {kept}");
+        let distortion = distortion(&part, report.surface_particles, &x);
+        assert!(distortion <= distorted, "distortion {distortion} after {seconds} s");
+    }
+}
+
+#[test]
+fn two_bodies_in_one_file_are_not_tied_together() {
+    let mut text = String::new();
+    for x in [0.0, 1.01] {
+        text += &format!("v {x} 0 0\nv {} 0 0\nv {x} 1 0\nv {x} 0 1\n", x + 1.0);
+    }
+    text += "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nf 5 7 6\nf 5 6 8\nf 5 8 7\nf 6 7 8\n";
+    let mesh = mesh::parse(text.as_bytes(), Format::Obj, "two").unwrap();
+    let options = MeshOptions { spacing: Some(0.04), ..MeshOptions::default() };
+    let (part, report) = mesh::body(&mesh, &options).unwrap();
+    assert_held(&part);
+    let sets = sets(&part);
+    assert_eq!(sets.iter().enumerate().filter(|&(i, &set)| i == set).count(), 2);
+    assert_eq!(report.loose_particles, 0);
+}
+
+#[test]
+fn the_teapot_is_a_shell_whose_spout_and_handle_stay_on() {
+    let mesh = load("teapot.obj");
+    let (part, report) = mesh::body(&mesh, &MeshOptions::default()).unwrap();
+    assert!(!report.solid && part.surface.two_sided);
+    assert_eq!(report.interior_particles, 0);
+    assert_eq!(report.volume, 0.0);
+    // Each edge with two faces bends.
+    assert_eq!(report.bending_springs, 1456);
+    assert_eq!(mesh.report.components, 3);
+    assert!(sets(&part).iter().all(|&set| set == 0));
+}
+
+#[test]
+fn a_solid_of_the_teapot_is_refused_with_the_number_of_its_open_edges() {
+    let options = MeshOptions { filling: Filling::Solid, ..MeshOptions::default() };
+    let error = mesh::body(&load("teapot.obj"), &options).unwrap_err();
+    assert!(matches!(error, MeshError::NotClosed { open_edges: 64, .. }));
+    assert_eq!(
+        error.to_string(),
+        "teapot.obj: not closed, so it has no inside: 64 open edges, 0 edges with more than two \
+         faces; ask for a shell instead"
+    );
+}
+
+#[test]
+fn the_masses_are_equal_and_add_up_to_the_mass_of_the_body() {
+    for (name, mass) in [("bunny.obj", 2.5), ("teapot.obj", 0.3)] {
+        let options = MeshOptions { mass, ..MeshOptions::default() };
+        let (part, _) = mesh::body(&load(name), &options).unwrap();
+        let sum: f64 = part.particles.iter().map(|particle| particle.mass).sum();
+        // One rounding of each of n additions, at most.
+        let tolerance = part.particles.len() as f64 * f64::EPSILON * mass;
+        assert!((sum - mass).abs() <= tolerance);
+        assert!(part.particles.iter().all(|p| p.mass == part.particles[0].mass));
+    }
+}
+
+#[test]
+fn the_longest_side_has_the_size_asked_for_and_is_centred() {
+    let mesh = load("bunny.obj");
+    let options = MeshOptions { size: Some(0.4), ..MeshOptions::default() };
+    let (part, report) = mesh::body(&mesh, &options).unwrap();
+    let x = &positions(&part)[..report.surface_particles];
+    assert!((extent(x).max_element() - 0.4).abs() <= 1e-15);
+    let low = x.iter().copied().fold(DVec3::MAX, DVec3::min);
+    let high = x.iter().copied().fold(DVec3::MIN, DVec3::max);
+    assert!((low + high).length() <= 1e-15);
+    let options = MeshOptions { size: None, ..MeshOptions::default() };
+    let (part, report) = mesh::body(&mesh, &options).unwrap();
+    let x = &positions(&part)[..report.surface_particles];
+    assert!((extent(x) - extent(&mesh.positions)).length() <= 1e-14);
+}
+
+#[test]
+fn a_coarse_box_has_a_lattice_that_reaches_its_corners() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\
+                f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+    let mesh = mesh::parse(text.as_bytes(), Format::Obj, "box").unwrap();
+    let (part, report) = mesh::body(&mesh, &MeshOptions::default()).unwrap();
+    // Six steps of 1/6 from face to face; the layers in the faces themselves are left out.
+    assert_eq!(report.interior_particles, 5 * 5 * 5);
+    assert!((report.volume - 1.0).abs() <= 1e-14);
+    assert_held(&part);
+    assert!(sets(&part).iter().all(|&set| set == 0));
+    let mut scene = Scene::default();
+    scene.add("box", part);
+    assert!(Simulation::<f32>::new(&scene, Settings::default()).is_ok());
+}
+
+#[test]
+fn texture_coordinates_lie_in_the_unit_square() {
+    for name in ["bunny.obj", "teapot.obj"] {
+        let (part, _) = mesh::body(&load(name), &MeshOptions::default()).unwrap();
+        let uvs = part.surface.corners.iter().flat_map(|corner| corner.uv);
+        assert!(uvs.into_iter().all(|value| (0.0..=1.0).contains(&value)));
+    }
+}
+
+#[test]
+fn options_outside_their_domain_are_refused_by_name() {
+    let mesh = load("teapot.obj");
+    let refused = |options: MeshOptions| mesh::body(&mesh, &options).unwrap_err().to_string();
+    let default = MeshOptions::default();
+    assert_eq!(
+        refused(MeshOptions { mass: -1.0, ..default }),
+        "mass of the mesh body is -1; it must be positive and at most 1e9"
+    );
+    assert!(refused(MeshOptions { size: Some(f64::NAN), ..default }).starts_with("size"));
+    assert!(refused(MeshOptions { spacing: Some(0.0), ..default }).starts_with("spacing"));
+    assert!(refused(MeshOptions { stiffness: -1.0, ..default }).starts_with("stiffness"));
+    assert!(refused(MeshOptions { damping: f64::INFINITY, ..default }).starts_with("damping"));
+    assert!(refused(MeshOptions { bending: -0.5, ..default }).starts_with("bending"));
+    let fine = MeshOptions { spacing: Some(1e-6), ..default };
+    let error = mesh::body(&load("bunny.obj"), &fine).unwrap_err();
+    assert!(matches!(error, MeshError::TooFine { .. }));
+}
+
+#[test]
+fn the_bunny_is_well_conditioned() {
+    let (part, _) = mesh::body(&load("bunny.obj"), &MeshOptions::default()).unwrap();
+    // A regular lattice of 26 springs each has a bound of 52 k/m; twice that is the price of an
+    // irregular surface.
+    let spring = part.springs[0];
+    let unit = spring.stiffness / part.particles[0].mass;
+    assert!(largest_w2(&part) <= 104.0 * unit, "{}", largest_w2(&part) / unit);
+    assert!(part.springs.iter().all(|s| s.stiffness == spring.stiffness));
+}

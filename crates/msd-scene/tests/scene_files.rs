@@ -1,0 +1,279 @@
+//! Scene files: what they say is what they mean, and what does not is refused by name.
+
+use msd_core::{Error, Friction, Integrator, Neighbours, Real, Scene, Settings, Simulation};
+use msd_scene::domain::{DOMAINS, Domain};
+use msd_scene::mesh::{Format, MeshOptions, parse as parse_mesh};
+use msd_scene::schema::SceneFile;
+use msd_scene::{BUILTINS, Loaded, Precision, SceneFormat, open, parse, read, write};
+use std::collections::BTreeMap;
+
+fn toml(text: &str) -> Result<Loaded, String> {
+    parse(text, SceneFormat::Toml, "s.toml").map_err(|error| error.to_string())
+}
+
+/// A scene of one body with these lines besides its kind.
+fn body(lines: &str) -> String {
+    format!("version = 1\n[[bodies]]\n{lines}")
+}
+
+const ROPE: &str = "kind = 'rope'\nsize = [3]\n";
+
+/// Takes some steps; returns the largest stable substep at the start, seconds.
+fn run(loaded: &Loaded, steps: usize) -> Result<f64, Error> {
+    fn run_in<R: Real>(loaded: &Loaded, steps: usize) -> Result<f64, Error> {
+        let mut simulation = Simulation::<R>::new(&loaded.scene, loaded.settings)?;
+        let stable = simulation.stable_substep();
+        (0..steps).try_for_each(|_| simulation.step())?;
+        Ok(stable)
+    }
+    match loaded.precision {
+        Precision::F32 => run_in::<f32>(loaded, steps),
+        Precision::F64 => run_in::<f64>(loaded, steps),
+    }
+}
+
+fn scene(lines: &str) -> Scene {
+    toml(&body(lines)).expect(lines).scene
+}
+
+#[test]
+fn what_is_left_out_takes_its_default() {
+    let loaded = toml(&body(ROPE)).expect("a rope");
+    assert_eq!(loaded.settings, Settings::default());
+    assert_eq!(loaded.precision, Precision::F32);
+    assert_eq!(loaded.title, "s");
+    let Scene { world, particles, springs, .. } = loaded.scene;
+    assert_eq!(world, msd_core::World::default());
+    assert_eq!(particles.iter().map(|p| p.position.x).collect::<Vec<_>>(), [-1.0, 0.0, 1.0]);
+    assert!(particles.iter().all(|particle| particle.mass == 1.0));
+    assert!(springs.iter().all(|s| (s.stiffness, s.damping, s.rest_length) == (1000.0, 0.0, 1.0)));
+    let plane =
+        toml(&format!("{}[[world.planes]]\n", body(ROPE))).expect("a plane").scene.planes[0];
+    assert_eq!(plane.normal.to_array(), [0.0, 1.0, 0.0]);
+    assert_eq!((plane.offset, plane.restitution), (0.0, 0.0));
+    assert_eq!(plane.friction, Friction::Coulomb(0.5));
+}
+
+#[test]
+fn the_solver_says_how_the_scene_is_stepped() {
+    let text = "version = 1\n[solver]\nintegrator = 'rk4'\nsteps_per_second = 120\nsubsteps = 3\n\
+                precision = 'f64'\n[[bodies]]\nkind = 'rope'\nsize = [2]\n";
+    let loaded = toml(text).expect("a rope");
+    let expected = Settings {
+        integrator: Integrator::Rk4,
+        step: 1.0 / 120.0,
+        substeps: 3,
+        ..Settings::default()
+    };
+    assert_eq!((loaded.settings, loaded.precision), (expected, Precision::F64));
+}
+
+#[test]
+fn a_body_is_turned_then_put_and_spins_about_its_centre() {
+    let lines = "rotation = { axis = [0, 0, 2], angle_deg = 90 }\nposition = [5, 6, 7]\n\
+                 velocity = [1, 0, 0]\nspin = { axis = [0, 0, 3], speed = 2 }\n";
+    let scene = scene(&format!("{ROPE}{lines}"));
+    let [low, middle, high] = [0, 1, 2].map(|row| scene.particles[row]);
+    assert!((low.position - glam::DVec3::new(5.0, 5.0, 7.0)).length() < 1e-15);
+    assert_eq!(middle.position.to_array(), [5.0, 6.0, 7.0]);
+    // v + w x r with r = (0, 1, 0) and w = (0, 0, 2).
+    assert!((high.velocity - glam::DVec3::new(-1.0, 0.0, 0.0)).length() < 1e-15);
+    assert_eq!(middle.velocity.to_array(), [1.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_random_axis_is_the_same_everywhere() {
+    let scene = scene(&format!("{ROPE}spin = {{ random_axis_seed = 6, speed = 15 }}\n"));
+    let spun = scene.particles[2].velocity;
+    // Recorded: the bits must be these on every machine.
+    assert_eq!(spun.to_array().map(f64::to_bits), RECORDED);
+}
+
+const RECORDED: [u64; 3] = [0, 0x401c_4ecc_4ec1_7e9d, 0x402a_5d0b_400c_5d0b];
+
+#[test]
+fn pins_are_named_by_particle_by_place_and_by_every() {
+    let cloth = "kind = 'cloth'\nsize = [2, 4]\n";
+    let pins = |lines: &str| -> Vec<usize> {
+        let scene = scene(&format!("{ROPE}[[bodies]]\n{cloth}[[pins]]\nbody = 1\n{lines}"));
+        scene.pins.iter().map(|pin| pin.particle).collect()
+    };
+    assert_eq!(pins("particle = 2"), [5]);
+    assert_eq!(pins("at = [1, 3, 0]"), [10]);
+    assert_eq!(pins("every = 3"), [7, 10]);
+}
+
+#[test]
+fn neighbours_are_counted_as_the_reader_does() {
+    for (lines, springs) in [
+        ("kind = 'cloth'\nsize = [2, 2]\nneighbours = 4", 4),
+        ("kind = 'cloth'\nsize = [2, 2]\nneighbours = 8", 6),
+        ("kind = 'block'\nsize = [2, 2, 2]\nneighbours = 6", 12),
+        ("kind = 'block'\nsize = [2, 2, 2]\nneighbours = 26", 28),
+        ("kind = 'rope'\nsize = [2]\nneighbours = 2", 1),
+    ] {
+        assert_eq!(scene(lines).springs.len(), springs, "{lines}");
+    }
+    assert_eq!(Neighbours::default(), Neighbours::All);
+}
+
+#[test]
+fn an_explicit_body_takes_the_distance_of_its_ends_for_rest_length() {
+    let lines = "kind = 'explicit'\nstiffness = 7\nparticles = [{ position = [0, 0, 0] }, \
+                 { position = [3, 4, 0], mass = 2 }]\nsprings = [{ ends = [0, 1] }]\n";
+    let scene = scene(lines);
+    assert_eq!(scene.springs[0].rest_length, 5.0);
+    assert_eq!((scene.springs[0].stiffness, scene.particles[1].mass), (7.0, 2.0));
+}
+
+#[test]
+fn json_says_the_same_as_toml() {
+    let json = r#"{"version": 1, "bodies": [{"kind": "rope", "size": [3], "spin": [0, 1, 0]}],
+                   "pins": [{"particle": 0}]}"#;
+    let json = parse(json, SceneFormat::Json, "s.json").expect("JSON").scene;
+    assert_eq!(json, scene(&format!("{ROPE}spin = [0, 1, 0]\n[[pins]]\nparticle = 0\n")));
+}
+
+#[test]
+fn every_built_in_scene_is_the_same_after_writing_it_and_reading_it_again() {
+    for builtin in BUILTINS {
+        let rows: SceneFile = read(builtin.text, SceneFormat::Toml, builtin.name).expect("rows");
+        for format in [SceneFormat::Toml, SceneFormat::Json] {
+            let text = write(&rows, format).expect("text");
+            assert_eq!(read(&text, format, builtin.name).expect(&text), rows);
+        }
+    }
+}
+
+#[test]
+fn the_documentation_has_every_key_of_the_schema() {
+    let docs = include_str!("../../../docs/scenes.md");
+    let source = include_str!("../src/file/schema.rs");
+    let field = |line: &str| {
+        let rest = line.strip_prefix("    pub ")?;
+        rest.split_once(": ").map(|(key, _)| key.to_string())
+    };
+    let keys: Vec<String> = source.lines().filter_map(field).collect();
+    assert!(40 < keys.len());
+    for key in keys {
+        assert!(docs.contains(&format!("| `{key}` |")), "docs/scenes.md lacks `{key}`");
+    }
+    for builtin in BUILTINS {
+        assert!(open(builtin.name).is_ok());
+    }
+}
+
+/// The tables of `docs/scenes.md`: what stands in the column of the domain, by heading and key.
+fn documented_domains() -> BTreeMap<String, String> {
+    let tables = [
+        ("The top", ""),
+        ("[solver]", "solver."),
+        ("[world]", "world."),
+        ("[[world.planes]]", "world.planes."),
+        ("[[bodies]]", "bodies."),
+        ("rotation", "bodies.rotation."),
+        ("spin as a table", "bodies.spin."),
+        ("particles of an explicit body", "bodies.particles."),
+        ("springs of an explicit body", "bodies.springs."),
+        ("[[pins]]", "pins."),
+    ];
+    let (mut found, mut table, mut column) = (BTreeMap::new(), None, None);
+    for line in include_str!("../../../docs/scenes.md").lines() {
+        let line = line.replace('`', "");
+        if let Some(heading) = line.strip_prefix('#') {
+            let heading = heading.trim_start_matches('#').trim();
+            table = tables.iter().find(|row| row.0 == heading).map(|row| row.1);
+        }
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        column = cells.iter().position(|cell| *cell == "domain").or(column);
+        if let (Some(table), Some(column), true) = (table, column, 3 < cells.len()) {
+            found.insert(format!("{table}{}", cells[1]), cells[column].to_owned());
+        }
+    }
+    found
+}
+
+#[test]
+fn the_documentation_has_the_domains_that_are_checked() {
+    let documented = documented_domains();
+    for (key, domain) in DOMAINS {
+        let words = domain.words();
+        let told = documented.get(key).unwrap_or_else(|| panic!("no row of {key}"));
+        let whole = [format!("whole, {words}"), format!("whole, {words} each")];
+        assert!(told == words || whole.contains(told), "{key}: {told}; checked is {words}");
+    }
+}
+
+#[test]
+fn what_lies_in_its_domain_runs_and_what_does_not_is_refused_by_its_words() {
+    let scene = |precision: &str, key: &str, value: f64| {
+        let (table, key) = key.split_once('.').expect("a table and a key");
+        let line =
+            |of: &str| if of == table { format!("{key} = {value:e}\n") } else { String::new() };
+        toml(&format!(
+            "version = 1\n[solver]\nsubsteps = 1\nprecision = '{precision}'\n{}[[bodies]]\n\
+             {ROPE}{}",
+            line("solver"),
+            line("bodies")
+        ))
+    };
+    for (precision, key, inside, outside) in [
+        ("f32", "bodies.mass", 3e-39, 2.9e-39),
+        ("f64", "bodies.mass", 6e-309, 5.9e-309),
+        ("f32", "bodies.mass", 3.4e38, 3.5e38),
+        ("f32", "solver.step", 4e-23, 3.9e-23),
+        ("f64", "solver.step", 3e-162, 2.9e-162),
+        ("f64", "solver.step", 1e6, 1.1e6),
+        ("f64", "solver.steps_per_second", 1e-6, 0.9e-6),
+        ("f32", "solver.steps_per_second", 2e22, 3e22),
+        ("f64", "solver.tolerance", 1.0, 1.1),
+        ("f64", "bodies.stiffness", 0.0, -1e-300),
+    ] {
+        let run = run(&scene(precision, key, inside).expect("in its domain"), 0);
+        assert!(run.is_ok(), "{key} = {inside:e}: {}", run.unwrap_err());
+        let message = scene(precision, key, outside).expect_err(key).to_string();
+        let words = Domain::of(key).words();
+        let told = message.contains(words) || message.contains("at most 3.4e38");
+        assert!(told, "{key} = {outside:e}: {message}");
+    }
+    // A mesh shares its mass among its particles.
+    let light = "version = 1\n[[bodies]]\nkind = 'mesh'\nfile = 'bunny.obj'\nmass = 1e-38\n";
+    let message = toml(light).expect_err("too light").to_string();
+    assert!(
+        message.contains("bodies[0].mass is 1e-38; it must be so large that each"),
+        "{message}"
+    );
+}
+
+#[test]
+fn the_documentation_has_the_defaults_of_meshes() {
+    let docs = include_str!("../../../docs/scenes.md");
+    let defaults = |file: &str, faces: &str| {
+        let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{faces}");
+        let mesh = parse_mesh(text.as_bytes(), Format::Obj, file).expect("a mesh");
+        MeshOptions::for_mesh(&mesh)
+    };
+    let closed = defaults("closed.obj", "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    let open = defaults("open.obj", "f 1 3 2\nf 1 2 4\nf 1 4 3\n");
+    let solid = scene("kind = 'rope'\nsize = [2]").springs[0];
+    for (plain, closed, open) in [
+        (solid.stiffness, closed.stiffness, open.stiffness),
+        (solid.damping, closed.damping, open.damping),
+    ] {
+        let told = format!("| {plain}; of a closed mesh {closed}, of an open mesh {open} |");
+        assert!(docs.contains(&told), "{told}");
+    }
+    let shell = scene("kind = 'mesh'\nfile = 'teapot.obj'");
+    assert!(shell.springs.iter().all(|s| (s.stiffness, s.damping) == (1000.0, 0.2)));
+    let bunny = scene("kind = 'mesh'\nfile = 'bunny.obj'");
+    assert!(bunny.springs.iter().all(|s| (s.stiffness, s.damping) == (200.0, 0.04)));
+}
+
+#[test]
+fn the_example_of_the_documentation_runs() {
+    let docs = include_str!("../../../docs/scenes.md");
+    let example = docs.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next());
+    let loaded = toml(example.expect("an example")).expect("the example");
+    let stable = run(&loaded, 60).expect("a run");
+    assert!(loaded.settings.substep() <= 0.7 * stable);
+}

@@ -1,0 +1,305 @@
+//! The worth of each part of the model, switched off one at a time: how much the answer changes,
+//! and how much time that saves.
+
+use crate::measure::clock::CpuClock;
+use crate::measure::errors::rms_distance;
+use crate::measure::reference::size_of;
+use crate::measure::trial::state;
+use msd_core::{Body, Error, Scene, Settings, Spring, State};
+use msd_run::Runner;
+use msd_scene::{Loaded, Precision};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
+
+/// What a part of the model is worth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TermRow {
+    /// The part.
+    pub term: String,
+    /// How far the run without it is off at the end, root mean square over the particles, metres;
+    /// none if that run diverged.
+    pub change: Option<f64>,
+    /// The largest such distance after any step, metres.
+    pub worst: Option<f64>,
+    /// `change` as a fraction of the size of the scene.
+    pub relative: Option<f64>,
+    /// What the part costs, percent of the time of the whole run; negative where the run without it
+    /// takes longer; none if it diverged.
+    pub cost_percent: Option<f64>,
+    /// All of that in plain words.
+    pub words: String,
+}
+
+/// Time of the processor after which costs are not measured again, seconds.
+const PATIENCE: f64 = 2.0;
+/// The fewest and the most runs of which the fastest counts.
+const ROUNDS: (usize, usize) = (3, 25);
+/// How far a rest length may be off that of a lattice, as a fraction of the spacing.
+const SLACK: f64 = 1e-3;
+
+/// A scene with a part switched off.
+struct Variant {
+    term: &'static str,
+    /// What was done, as the subject of a sentence.
+    act: String,
+    scene: Scene,
+    precision: Precision,
+}
+
+/// Switches off every part that a scene has, one at a time, and compares the runs with that of the
+/// whole scene, over `duration` seconds, at the scene's own settings.
+///
+/// Damping; face and space diagonals of regular bodies; bending springs of shells, which are told
+/// by the triangles that they bridge; drag; contact; values of each spring against their mean; and
+/// the precision against the other one. Costs are the best of several runs that take turns, so that
+/// a busy machine hits them all.
+///
+/// # Errors
+/// A scene that a simulation refuses; a scene that diverges as it is.
+pub fn terms(loaded: &Loaded, duration: f64) -> Result<Vec<TermRow>, Error> {
+    let settings = loaded.settings;
+    let steps = (duration / settings.step).round().max(1.0) as u64;
+    let size = size_of(&loaded.scene)?;
+    let (act, precision) = (String::new(), loaded.precision);
+    let whole = Variant { term: "", act, scene: loaded.scene.clone(), precision };
+    let mut right = Vec::new();
+    whole.run(settings, steps, |state| right.push(state))?;
+    let variants = variants(loaded);
+    let compare = |variant: &Variant| -> Result<[f64; 2], Error> {
+        let (mut change, mut rows) = ([0.0f64; 2], right.iter());
+        variant.run(settings, steps, |state| {
+            change[0] = rows.next().map_or(0.0, |right| rms_distance(&state, right));
+            change[1] = change[1].max(change[0]);
+        })?;
+        Ok(change)
+    };
+    let changes: Vec<_> = variants.iter().map(compare).collect();
+    let mut all = vec![whole];
+    all.extend(variants);
+    let seconds = race(&all, settings, steps);
+    let rows = all[1..].iter().zip(&changes).zip(&seconds[1..]);
+    Ok(rows
+        .map(|((variant, change), &time)| row(variant, change, (time, seconds[0]), size))
+        .collect())
+}
+
+/// The best time of the processor that each variant takes for its steps, seconds.
+fn race(variants: &[Variant], settings: Settings, steps: u64) -> Vec<f64> {
+    let mut best = vec![f64::INFINITY; variants.len()];
+    let clock = CpuClock::start();
+    for round in 0..ROUNDS.1 {
+        if ROUNDS.0 <= round && PATIENCE < clock.seconds() {
+            break;
+        }
+        for (best, variant) in best.iter_mut().zip(variants) {
+            let seconds = variant.run(settings, steps, |_| {});
+            *best = best.min(seconds.unwrap_or(f64::INFINITY));
+        }
+    }
+    best
+}
+
+impl Variant {
+    /// Runs `steps` steps, showing the state after each, and returns the time of the processor that
+    /// the steps took, seconds.
+    fn run(
+        &self,
+        settings: Settings,
+        steps: u64,
+        mut see: impl FnMut(State<f64>),
+    ) -> Result<f64, Error> {
+        let mut runner = Runner::new(&self.scene, settings, self.precision)?;
+        let mut seconds = 0.0;
+        for _ in 0..steps {
+            let clock = CpuClock::start();
+            runner.step()?;
+            seconds += clock.seconds();
+            see(state(&runner));
+        }
+        Ok(seconds)
+    }
+}
+
+fn row(
+    Variant { term, act, .. }: &Variant,
+    change: &Result<[f64; 2], Error>,
+    (time, whole): (f64, f64),
+    size: f64,
+) -> TermRow {
+    let term = (*term).to_owned();
+    let [end, worst] = match change {
+        Ok(change) => *change,
+        Err(error) => {
+            let words = format!("{act} makes the run fail: {error}");
+            let (change, worst, relative, cost_percent) = (None, None, None, None);
+            return TermRow { term, change, worst, relative, cost_percent, words };
+        }
+    };
+    let cost = 100.0 * (1.0 - time / whole);
+    // Costs of a run repeat within one or two percent.
+    let saving = match cost {
+        cost if cost.abs() < 2.0 => "saves no time that can be measured".into(),
+        cost if cost < 0.0 => format!("takes {:.0} % more time", -cost),
+        cost => format!("saves {cost:.0} % of the time"),
+    };
+    let change = match 100.0 * end / size {
+        0.0 => "does not change the answer".into(),
+        percent if percent < 0.01 => format!("changes the answer by {percent:.0e} % of its size"),
+        percent => format!("changes the answer by {} % of its size", two_digits(percent)),
+    };
+    TermRow {
+        term,
+        change: Some(end),
+        worst: Some(worst),
+        relative: Some(end / size),
+        cost_percent: Some(cost),
+        words: format!("{act} {change} and {saving}"),
+    }
+}
+
+/// A positive number with two digits that count, and no exponent.
+fn two_digits(value: f64) -> String {
+    let before = value.log10().floor() as i32;
+    let decimals = (1 - before).max(0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// The scene without each part that it has.
+fn variants(loaded: &Loaded) -> Vec<Variant> {
+    let (scene, precision) = (&loaded.scene, loaded.precision);
+    let mut found = Vec::new();
+    let mut off = |term, scene| {
+        found.push(Variant { term, act: format!("switching off {term}"), scene, precision });
+    };
+    if scene.springs.iter().any(|spring| spring.damping != 0.0) {
+        off("damping", with_springs(scene, |spring| Spring { damping: 0.0, ..*spring }));
+    }
+    let diagonals = diagonals(scene);
+    for (term, kind) in [("face diagonals", 2), ("space diagonals", 3)] {
+        if diagonals.contains(&kind) {
+            off(term, without(scene, &|spring| diagonals[spring] == kind));
+        }
+    }
+    let bending = bending(scene);
+    if !bending.is_empty() {
+        off("bending springs", without(scene, &|spring| bending.contains(&spring)));
+    }
+    if scene.world.drag != 0.0 {
+        let mut calm = scene.clone();
+        calm.world.drag = 0.0;
+        off("drag", calm);
+    }
+    if !scene.planes.is_empty() {
+        off("contact", Scene { planes: Vec::new(), ..scene.clone() });
+    }
+    let uniform = uniform(scene);
+    if uniform != *scene {
+        let (term, act) = ("values of each spring", "giving all springs the mean stiffness");
+        found.push(Variant { term, act: format!("{act} and damping"), scene: uniform, precision });
+    }
+    let (term, other, act) = match precision {
+        Precision::F64 => ("double precision", Precision::F32, "running in single precision"),
+        Precision::F32 => ("single precision", Precision::F64, "running in double precision"),
+    };
+    found.push(Variant { term, act: act.into(), scene: scene.clone(), precision: other });
+    found
+}
+
+fn with_springs(scene: &Scene, change: impl Fn(&Spring) -> Spring) -> Scene {
+    let mut scene = scene.clone();
+    scene.springs.iter_mut().for_each(|spring| *spring = change(spring));
+    scene
+}
+
+/// Every spring with the mean stiffness and damping.
+fn uniform(scene: &Scene) -> Scene {
+    let mean = |of: fn(&Spring) -> f64| {
+        let first = scene.springs.first().map_or(0.0, of);
+        // A mean of equal values that is not that value would be a difference that is none.
+        if scene.springs.iter().all(|spring| of(spring) == first) {
+            return first;
+        }
+        scene.springs.iter().map(of).sum::<f64>() / scene.springs.len() as f64
+    };
+    let (stiffness, damping) = (mean(|spring| spring.stiffness), mean(|spring| spring.damping));
+    with_springs(scene, |spring| Spring { stiffness, damping, ..*spring })
+}
+
+/// The scene without some of its springs.
+fn without(scene: &Scene, leave_out: &dyn Fn(usize) -> bool) -> Scene {
+    // The row that each spring will have, and the number of springs that will be left.
+    let mut rows = vec![0];
+    for spring in 0..scene.springs.len() {
+        rows.push(rows[spring] + usize::from(!leave_out(spring)));
+    }
+    let mut scene = scene.clone();
+    let mut spring = 0..scene.springs.len();
+    scene.springs.retain(|_| spring.next().is_none_or(|spring| !leave_out(spring)));
+    for body in &mut scene.bodies {
+        body.springs = rows[body.springs.start]..rows[body.springs.end];
+    }
+    scene
+}
+
+/// Of each spring 2 for a face diagonal, 3 for a space diagonal, 1 for any other: the square of its
+/// rest length over that of the shortest spring of its body, if that is 1, 2 or 3 for all of them.
+fn diagonals(scene: &Scene) -> Vec<u8> {
+    let mut kinds = vec![1; scene.springs.len()];
+    for body in &scene.bodies {
+        let springs = &scene.springs[body.springs.clone()];
+        let spacing = springs.iter().map(|spring| spring.rest_length).fold(f64::MAX, f64::min);
+        let kind = |spring: &Spring| {
+            let length = spring.rest_length / spacing;
+            (1..=3u8).find(|&kind| (length - f64::from(kind).sqrt()).abs() <= SLACK)
+        };
+        let found: Option<Vec<u8>> = springs.iter().map(kind).collect();
+        if let Some(found) = found {
+            kinds[body.springs.clone()].copy_from_slice(&found);
+        }
+    }
+    kinds
+}
+
+/// The springs of shells that bridge the edge between two triangles.
+fn bending(scene: &Scene) -> BTreeSet<usize> {
+    let mut found = BTreeSet::new();
+    let lattice = diagonals(scene);
+    for body in &scene.bodies {
+        // A regular sheet is a shell too, but both its diagonals lie in it.
+        let regular = lattice[body.springs.clone()].iter().any(|&kind| kind != 1);
+        if !body.surface.two_sided || regular {
+            continue;
+        }
+        let (edges, bridges) = edges_and_bridges(body);
+        for row in body.springs.clone() {
+            let ends = sorted(scene.springs[row].ends);
+            if bridges.contains(&ends) && !edges.contains(&ends) {
+                found.insert(row);
+            }
+        }
+    }
+    found
+}
+
+/// Pairs of particles along the edges of triangles, and across them.
+fn edges_and_bridges(body: &Body) -> (BTreeSet<[usize; 2]>, BTreeSet<[usize; 2]>) {
+    let particle = |corner: u32| body.surface.corners[corner as usize].particle as usize;
+    let mut sides: Vec<([usize; 2], usize)> = Vec::new();
+    for corners in &body.surface.triangles {
+        let [a, b, c] = corners.map(particle);
+        sides.extend([(sorted([a, b]), c), (sorted([b, c]), a), (sorted([c, a]), b)]);
+    }
+    sides.sort_unstable();
+    let edges = sides.iter().map(|&(edge, _)| edge).collect();
+    let mut bridges = BTreeSet::new();
+    for group in sides.chunk_by(|a, b| a.0 == b.0) {
+        for (row, &(_, a)) in group.iter().enumerate() {
+            bridges.extend(group[row + 1..].iter().map(|&(_, b)| sorted([a, b])));
+        }
+    }
+    (edges, bridges)
+}
+
+fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
+    [a.min(b), a.max(b)]
+}

@@ -1,0 +1,30 @@
+//! What accuracy costs: a scene stepped in many ways, each compared with what is right.
+//!
+//! Read in this order: a [`Choice`](choice::Choice) of method, fineness and precision; the
+//! [`Reference`](reference::Reference) it is compared with; the [`Trial`](trial::Trial), which is
+//! its cost and its [`Errors`](errors::Errors). A [`Study`] is many trials, made by
+//! [`conduct`](conduct::study); [`tune`](tune::tune) searches for one choice, [`sweep`] runs a scene
+//! over a grid of its keys, [`live_error`] estimates the error of a run while it goes on.
+//!
+//! ```
+//! use msd_study::tune::{Goal, tune};
+//! let scene = msd_scene::open("chain")?.scene;
+//! let tuned = tune(&scene, 0.1, Goal::MaxError(0.1), &mut |_| {})?;
+//! assert!(tuned.met && tuned.best.trial.error() <= 0.1);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod candidates;
+mod measure;
+mod behaviour;
+mod study;
+pub mod tune;
+pub mod live_error;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod sweep;
+
+pub use behaviour::{audit, limits, terms};
+pub use candidates::{choice, ladder};
+pub use measure::{clock, errors, machine, reference, trial};
+pub use study::{ReferenceNote, Study, conduct, words};

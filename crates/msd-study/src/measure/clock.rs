@@ -1,0 +1,26 @@
+//! A stopwatch of processor time, so that a busy machine does not choose for us.
+
+/// A stopwatch of the time that the processor gave to this thread.
+#[derive(Clone, Copy, Debug)]
+pub struct CpuClock {
+    #[cfg(not(target_arch = "wasm32"))]
+    start: cpu_time::ThreadTime,
+    #[cfg(target_arch = "wasm32")]
+    start: web_time::Instant,
+}
+
+impl CpuClock {
+    /// Starts the watch; in a browser, which does not tell, it shows the time of the wall.
+    pub fn start() -> Self {
+        #[cfg(not(target_arch = "wasm32"))]
+        let start = cpu_time::ThreadTime::now();
+        #[cfg(target_arch = "wasm32")]
+        let start = web_time::Instant::now();
+        CpuClock { start }
+    }
+
+    /// Time since the start, seconds.
+    pub fn seconds(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
+    }
+}

@@ -1,0 +1,95 @@
+//! Trials: cost and error of one choice, from a run against the reference.
+
+use crate::candidates::choice::Choice;
+use crate::measure::clock::CpuClock;
+use crate::measure::errors::{Errors, compare};
+use crate::measure::reference::Reference;
+use msd_core::{Error, Scene, Settings, Simulation, State};
+use msd_run::{Runner, on};
+use msd_scene::AnyState;
+use serde::{Deserialize, Serialize};
+
+/// What came of a choice.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// The choice.
+    pub choice: Choice,
+    /// Time of the processor per simulated second, the best of all runs, seconds.
+    pub cost: f64,
+    /// Errors over the samples at which particles can be compared; none for a run that diverged.
+    pub errors: Option<Errors>,
+    /// Kinetic, elastic and gravitational energy at each sample, joules.
+    pub energies: Vec<f64>,
+    /// Why the run ended early, in words: it left the world, or its tolerance was out of reach.
+    pub diverged: Option<String>,
+}
+
+impl Trial {
+    /// The error that choices are judged by, metres: infinite for a run that diverged.
+    pub fn error(&self) -> f64 {
+        self.errors.map_or(f64::INFINITY, |errors| errors.rms)
+    }
+}
+
+/// Runs a choice and compares it with the reference, at `reliable` samples particle by particle and
+/// at the others by energy and centre of mass only.
+///
+/// # Errors
+/// What [`Runner::new`] refuses. A run that diverges is a result, not an error.
+pub fn try_choice(
+    scene: &Scene,
+    choice: Choice,
+    reference: &Reference,
+    reliable: usize,
+) -> Result<Trial, Error> {
+    let system = Simulation::<f64>::new(scene, Settings::default())?;
+    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
+    let (mut seconds, mut worst, mut energies) = (0.0, Errors::default(), Vec::new());
+    for (row, (&frame, right)) in reference.frames.iter().zip(&reference.states).enumerate() {
+        let clock = CpuClock::start();
+        let stepped = step_to(&mut runner, frame);
+        seconds += clock.seconds();
+        if let Err(error) = stepped {
+            // Per second that it got through, and the step that it did not.
+            let reached = runner.time() + runner.settings().step;
+            let (diverged, cost) = (Some(error.to_string()), seconds / reached);
+            return Ok(Trial { choice, cost, errors: None, energies, diverged });
+        }
+        let errors = compare(&system, &state(&runner), &right.state());
+        let Errors { centre, energy, penetration, .. } = errors;
+        let coarse = Errors { centre, energy, penetration, ..Errors::default() };
+        worst = worst.worse(if row < reliable { &errors } else { &coarse });
+        let energy = on!(&runner, simulation => simulation.energy());
+        energies.push(energy.total() - energy.dissipated);
+    }
+    let cost = seconds / reference.duration();
+    Ok(Trial { choice, cost, errors: Some(worst), energies, diverged: None })
+}
+
+/// Runs a choice once more for its cost alone: time of the processor per simulated second, seconds;
+/// infinite for a run that diverges.
+///
+/// # Errors
+/// What [`Runner::new`] refuses.
+pub fn time_choice(scene: &Scene, choice: Choice, frames: u64) -> Result<f64, Error> {
+    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
+    let clock = CpuClock::start();
+    let stepped = step_to(&mut runner, frames);
+    let seconds = clock.seconds();
+    Ok(if stepped.is_ok() { seconds / runner.time() } else { f64::INFINITY })
+}
+
+fn step_to(runner: &mut Runner, frame: u64) -> Result<(), Error> {
+    while runner.steps() < frame {
+        runner.step()?;
+    }
+    Ok(())
+}
+
+/// The state of a run in double precision.
+pub fn state(runner: &Runner) -> State<f64> {
+    match runner.state() {
+        AnyState::F32(state) => state.convert(),
+        AnyState::F64(state) => state,
+    }
+}

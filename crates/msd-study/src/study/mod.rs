@@ -1,0 +1,87 @@
+//! Studies: the cost of a scene at every accuracy, from every choice worth trying.
+
+pub mod words;
+pub mod conduct;
+
+use crate::behaviour::audit::Audit;
+use crate::behaviour::limits::Limit;
+use crate::measure::trial::Trial;
+use msd_core::Integrator;
+use serde::{Deserialize, Serialize};
+
+/// What came of a study: all that its report shows.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Study {
+    /// Name of the scene, and one line on what is seen.
+    pub scene: String,
+    /// One line on what is seen.
+    pub title: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// Size of the scene, metres: what relative errors are relative to.
+    pub size: f64,
+    /// Time simulated, seconds.
+    pub duration: f64,
+    /// The error that the words are about, metres.
+    pub wanted: f64,
+    /// What the trials were compared with.
+    pub reference: ReferenceNote,
+    /// Times of the samples, seconds.
+    pub times: Vec<f64>,
+    /// Kinetic, elastic and gravitational energy of the reference at those times, joules.
+    pub energies: Vec<f64>,
+    /// The trials.
+    pub trials: Vec<Trial>,
+    /// What was not tried, and why, one line each.
+    pub left_out: Vec<String>,
+    /// Largest stable substeps, predicted and observed.
+    pub limits: Vec<Limit>,
+    /// What stiffness and damping each method delivers.
+    pub audit: Vec<Audit>,
+    /// What it all means, in plain words.
+    pub words: String,
+    /// The machine, in words.
+    pub machine: String,
+    /// When, as year-month-day.
+    pub date: String,
+}
+
+/// What the trials of a study were compared with.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReferenceNote {
+    /// Tolerance of Dormand-Prince; 0 where a closed form was used.
+    pub tolerance: f64,
+    /// Uncertainty over the time compared, metres.
+    pub uncertainty: f64,
+    /// Time up to which particles were compared, seconds; later only energy and centre of mass.
+    pub reliable_until: f64,
+    /// Where the scene becomes chaotic at the wanted error, seconds.
+    pub horizon: Option<f64>,
+    /// Time of the processor that it took, seconds.
+    pub seconds: f64,
+}
+
+impl Study {
+    /// Rows of the trials that no other trial beats in both cost and error, cheapest first; below
+    /// the uncertainty of the reference errors are alike.
+    pub fn front(&self) -> Vec<usize> {
+        let mut rows: Vec<usize> = (0..self.trials.len()).collect();
+        rows.retain(|&row| self.trials[row].errors.is_some());
+        rows.sort_by(|&a, &b| self.trials[a].cost.total_cmp(&self.trials[b].cost));
+        let mut best = f64::INFINITY;
+        rows.retain(|&row| {
+            let error = self.trials[row].error().max(self.reference.uncertainty);
+            let better = error < best;
+            best = best.min(error);
+            better
+        });
+        rows
+    }
+
+    /// The trials of one method, in the order they were tried.
+    pub fn of(&self, integrator: Integrator) -> impl Iterator<Item = &Trial> {
+        self.trials.iter().filter(move |trial| trial.choice.integrator == integrator)
+    }
+}

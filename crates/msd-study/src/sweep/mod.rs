@@ -1,0 +1,26 @@
+//! Sweeps of a scene over a grid of its keys. Every cell is a run of its own with a file of its
+//! own, so that a sweep can be stopped, resumed and spread over machines, see `docs/sweeps.md`.
+//!
+//! ```no_run
+//! use msd_study::sweep::{Store, Sweep};
+//! let sweep = Sweep::open("cloth-sweep.toml".as_ref())?;
+//! let store = Store::of(&sweep, None);
+//! msd_study::sweep::run(&sweep, &store, (0..sweep.len(), 1), &|event| println!("{event}"))?;
+//! store.collect(&sweep)?.0.write("cloth.csv".as_ref(), msd_study::sweep::TableFormat::Csv)?;
+//! # Ok::<(), msd_scene::FileError>(())
+//! ```
+
+mod key;
+mod value;
+mod table;
+mod file;
+mod measure;
+mod plan;
+mod row;
+mod store;
+mod run;
+
+pub use plan::{Cell, Sweep};
+pub use run::{Event, Summary, run};
+pub use store::Store;
+pub use table::{Column, Datum, Kind, Table, TableFormat};

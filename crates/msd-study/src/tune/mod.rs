@@ -1,0 +1,357 @@
+//! Tuning: the cheapest choice within an error, or the most accurate within a budget, searched by
+//! measuring, method by method, and verified against the reference.
+
+mod slope;
+mod solver_section;
+
+use crate::candidates::choice::{Choice, FRAME, Fineness};
+use crate::candidates::ladder::{Ladder, ladders};
+use crate::measure::reference::{Reference, Wish, frames_of, reference, size_of};
+use crate::measure::trial::{Trial, time_choice, try_choice};
+use crate::tune::slope::{is_coarsest, is_stuck, order, predict, scaled};
+use msd_core::{Error, Integrator, Scene};
+use msd_scene::Precision;
+use serde::Serialize;
+
+pub use solver_section::with_choice;
+
+/// What is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Goal {
+    /// The cheapest choice whose error is at most this, metres.
+    MaxError(f64),
+    /// The most accurate choice that takes at most this time of the processor per frame, seconds.
+    Budget(f64),
+}
+
+/// A choice with what was predicted of it and what was found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The trial that verified it.
+    pub trial: Trial,
+    /// Error predicted from the trials of its method before it, metres; of the first one from a
+    /// trial of twice the fineness. None where those blew up.
+    pub predicted_error: Option<f64>,
+}
+
+/// What came of tuning.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuned {
+    /// What was asked for.
+    pub goal: Goal,
+    /// The choice, or the nearest where nothing meets the goal.
+    pub best: Found,
+    /// The second choice of another method or precision; none where only one was found.
+    pub runner_up: Option<Found>,
+    /// Whether the choice meets the goal.
+    pub met: bool,
+    /// Uncertainty of the reference, metres.
+    pub uncertainty: f64,
+    /// Time simulated, seconds.
+    pub duration: f64,
+    /// Time up to which particles could be compared, seconds: further on the reference is not
+    /// certain enough, or the scene is chaotic.
+    pub compared: f64,
+    /// Where the scene becomes chaotic at the error delivered, seconds; none if it does not.
+    pub horizon: Option<f64>,
+    /// Tolerance of the reference; 0 where it is a closed form.
+    pub reference_tolerance: f64,
+    /// How many choices were tried.
+    pub tried: usize,
+}
+
+/// How much better than asked the search aims: what is left of the reference's own error must fit.
+const AIM: f64 = 0.8;
+/// A method is given up where another is as good at this part of its cost.
+const HOPELESS: f64 = 4.0;
+/// Time of the processor that a trial may take however quick the reference was, seconds.
+const LEAST_PATIENCE: f64 = 0.05;
+/// The most trials of one method.
+const TRIALS: usize = 8;
+
+/// Tunes a scene over some seconds. `tell` hears of each trial.
+///
+/// # Errors
+/// What the core refuses of the scene.
+pub fn tune(
+    scene: &Scene,
+    duration: f64,
+    goal: Goal,
+    tell: &mut dyn FnMut(Choice),
+) -> Result<Tuned, Error> {
+    let tuned = tune_by(scene, (duration, 0.02), goal, tell)?;
+    if tuned.met || matches!(goal, Goal::Budget(_)) {
+        return Ok(tuned);
+    }
+    // Dormand-Prince cannot be judged near the tolerance of its reference: a tighter one lets it
+    // try what the first did not.
+    let again = tune_by(scene, (duration, 0.0002), goal, tell)?;
+    Ok(if again.met { again } else { tuned })
+}
+
+/// Tunes by a reference that is certain to a part of the wish.
+fn tune_by(
+    scene: &Scene,
+    (duration, part): (f64, f64),
+    goal: Goal,
+    tell: &mut dyn FnMut(Choice),
+) -> Result<Tuned, Error> {
+    let size = size_of(scene)?;
+    let wanted = match goal {
+        Goal::MaxError(error) => error,
+        // What a budget buys is not known yet: a reference good enough for most of it.
+        Goal::Budget(_) => 1e-6 * size,
+    };
+    let uncertainty = (part * wanted / size).clamp(1e-11, 1e-4);
+    let right = reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;
+    let (certain, reliable) = match goal {
+        Goal::MaxError(error) => (0 < right.reliable(0.25 * error), right.comparable(0.25 * error)),
+        Goal::Budget(_) => (true, right.comparable(2.0 * right.uncertainty())),
+    };
+    let mut search = Search {
+        scene,
+        right: &right,
+        reliable,
+        goal,
+        certain,
+        found: Vec::new(),
+        seen: Vec::new(),
+    };
+    for ladder in in_order_of_merit(ladders(scene)?) {
+        search.climb(ladder, tell)?;
+    }
+    search.decide()
+}
+
+/// Ladders with what always arrives first and then what wins most often: the others can be given up
+/// early.
+fn in_order_of_merit(mut ladders: Vec<Ladder>) -> Vec<Ladder> {
+    let merit = |integrator| match integrator {
+        Integrator::VelocityVerlet => 1,
+        Integrator::SymplecticEuler => 2,
+        Integrator::Rk4 => 3,
+        Integrator::ImplicitMidpoint => 4,
+        Integrator::BackwardEuler => 5,
+        Integrator::DormandPrince => 0,
+        Integrator::Xpbd => 6,
+        Integrator::ExplicitEuler => 7,
+        // A method that nobody has tuned by yet.
+        _ => 8,
+    };
+    ladders.sort_by_key(|ladder| (merit(ladder.integrator), ladder.precision == Precision::F64));
+    ladders
+}
+
+/// A search under way.
+struct Search<'a> {
+    scene: &'a Scene,
+    right: &'a Reference,
+    reliable: usize,
+    goal: Goal,
+    /// Whether the reference is good enough to tell at all.
+    certain: bool,
+    /// The best of each ladder.
+    found: Vec<Found>,
+    /// Cost and error of every trial.
+    seen: Vec<(f64, f64)>,
+}
+
+impl Search<'_> {
+    /// Looks for the best choice of one method and precision.
+    fn climb(&mut self, ladder: Ladder, tell: &mut dyn FnMut(Choice)) -> Result<(), Error> {
+        let Some(mut fineness) = self.start(&ladder)? else { return Ok(()) };
+        let mut trials: Vec<Trial> = Vec::new();
+        let mut predicted: Vec<Option<f64>> = Vec::new();
+        while trials.len() < TRIALS {
+            if matches!(fineness, Fineness::Tolerance(t) if t < self.right.least_tolerance()) {
+                break;
+            }
+            let choice = ladder.choice(fineness);
+            if trials.iter().any(|trial| trial.choice == choice) || self.is_hopeless(&trials) {
+                break;
+            }
+            tell(choice);
+            // A precision that cannot hold the scene is no choice for it.
+            let Ok(trial) = try_choice(self.scene, choice, self.right, self.reliable) else {
+                break;
+            };
+            self.seen.push((trial.cost, trial.error()));
+            predicted.push(predict(&trials, fineness, ladder));
+            trials.push(trial);
+            let Some(next) = self.next(&trials, ladder) else { break };
+            fineness = next;
+        }
+        let rows = trials.into_iter().zip(predicted);
+        if let Some((trial, predicted)) = rows.min_by(|a, b| self.compare(&a.0, &b.0)) {
+            let predicted_error = predicted.or_else(|| self.double(&trial, ladder));
+            self.found.push(Found { trial, predicted_error });
+        }
+        Ok(())
+    }
+
+    /// The coarsest fineness that is worth a trial.
+    fn start(&self, ladder: &Ladder) -> Result<Option<Fineness>, Error> {
+        if ladder.integrator.is_adaptive() {
+            let tolerance = match self.goal {
+                Goal::MaxError(error) => error / self.right.size,
+                Goal::Budget(_) => 1e-4,
+            };
+            return Ok(Some(Fineness::Tolerance(tolerance.clamp(1e-12, 1e-2))));
+        }
+        let Some(fewest) = ladder.fewest else { return Ok(None) };
+        let Goal::Budget(budget) = self.goal else {
+            return Ok(Some(Fineness::Substeps(fewest)));
+        };
+        // As fine as the budget allows, from what a few frames of the coarsest cost.
+        let frames = frames_of(self.right.duration()).min(6);
+        let Ok(cost) = time_choice(self.scene, ladder.choice(Fineness::Substeps(fewest)), frames)
+        else {
+            return Ok(None);
+        };
+        // What takes much longer than the reference is below its uncertainty: nothing to choose by.
+        let patience = (2.0 * self.right.seconds).max(0.5) / self.right.duration();
+        let factor = (budget / FRAME).min(patience) / cost;
+        let substeps = (f64::from(fewest) * factor).floor().min(1e6) as u32;
+        // Where even the coarsest is too dear it is still the nearest.
+        Ok(Some(Fineness::Substeps(substeps.max(fewest))))
+    }
+
+    /// Whether all that is left of a ladder costs too much: more than what was found already, much
+    /// more than what is as good, or so much that the reference itself was cheaper.
+    fn is_hopeless(&self, trials: &[Trial]) -> bool {
+        let (Goal::MaxError(_), Some(last)) = (self.goal, trials.last()) else { return false };
+        if self.meets(last) {
+            return false;
+        }
+        let best = self.found.iter().filter(|found| self.meets(&found.trial));
+        let best = best.map(|found| found.trial.cost).fold(f64::INFINITY, f64::min);
+        let beats =
+            |&(cost, error): &(f64, f64)| error < last.error() && HOPELESS * cost < last.cost;
+        let patience = self.right.seconds.max(LEAST_PATIENCE);
+        1.2 * best < last.cost
+            || self.seen.iter().any(beats)
+            || patience < last.cost * self.right.duration()
+    }
+
+    fn meets(&self, trial: &Trial) -> bool {
+        match self.goal {
+            Goal::MaxError(error) => self.certain && trial.error() <= error,
+            Goal::Budget(budget) => trial.errors.is_some() && trial.cost * FRAME <= budget,
+        }
+    }
+
+    /// Which of two trials serves the goal better.
+    fn compare(&self, a: &Trial, b: &Trial) -> std::cmp::Ordering {
+        let (meets_a, meets_b) = (self.meets(a), self.meets(b));
+        let by_cost = a.cost.total_cmp(&b.cost);
+        let by_error = a.error().total_cmp(&b.error());
+        meets_b.cmp(&meets_a).then(match (self.goal, meets_a) {
+            (Goal::MaxError(_), true) | (Goal::Budget(_), false) => by_cost,
+            _ => by_error,
+        })
+    }
+
+    /// The next fineness to try on a ladder.
+    fn next(&self, trials: &[Trial], ladder: Ladder) -> Option<Fineness> {
+        let last = trials.last()?;
+        let finer = match self.goal {
+            // It blew up although it was predicted not to: contact made it stiffer.
+            _ if last.error() == f64::INFINITY => 1.5,
+            Goal::MaxError(error) => {
+                let off = (last.error() / (AIM * error)).max(1e-12);
+                if self.meets(last) && (0.8 < off || is_coarsest(last.choice, ladder)) {
+                    return None;
+                }
+                // No better for being much finer: rounding or contact rules.
+                let patient = ladder.integrator.is_adaptive() && ladder.precision == Precision::F64;
+                if !patient && is_stuck(trials, error) {
+                    return None;
+                }
+                // A tolerance ten times as tight costs little; ten times the substeps cost tenfold.
+                let most = if ladder.integrator.is_adaptive() { 1e3 } else { 8.0 };
+                off.powf(1.0 / order(trials, ladder)).clamp(0.1, most)
+            }
+            Goal::Budget(budget) => {
+                let patience = (2.0 * self.right.seconds).max(0.5) / self.right.duration();
+                let share = (budget / FRAME).min(patience) / last.cost;
+                if share < 1.0 && is_coarsest(last.choice, ladder) {
+                    return None;
+                }
+                let late = trials.len() > 3;
+                if (0.85..=1.0).contains(&share) || (late && share <= 1.0) {
+                    return None;
+                }
+                // The cost of an adaptive method goes as the fifth root of its tolerance.
+                let power = if ladder.integrator.is_adaptive() { 5 } else { 1 };
+                (0.97 * share).powi(power)
+            }
+        };
+        Some(scaled(last.choice.fineness, finer, ladder))
+    }
+
+    /// The error that a trial of twice the fineness predicts for the first one of a ladder, metres:
+    /// step doubling.
+    fn double(&self, first: &Trial, ladder: Ladder) -> Option<f64> {
+        let finer = ladder.choice(scaled(first.choice.fineness, 2.0, ladder));
+        let finer = try_choice(self.scene, finer, self.right, self.reliable).ok()?;
+        predict(&[finer], first.choice.fineness, ladder)
+    }
+
+    /// Times the best of all ladders again, in turn, and chooses.
+    fn decide(mut self) -> Result<Tuned, Error> {
+        let frames = frames_of(self.right.duration());
+        // In a budget what missed it by a little may have been unlucky.
+        let good = |row: &usize| {
+            let trial = &self.found[*row].trial;
+            let near =
+                matches!(self.goal, Goal::Budget(budget) if trial.cost * FRAME < 1.3 * budget);
+            self.meets(trial) || (near && trial.errors.is_some())
+        };
+        let good: Vec<usize> = (0..self.found.len()).filter(good).collect();
+        let cost = |found: &Found| found.trial.cost;
+        let least = good.iter().map(|&row| cost(&self.found[row])).fold(f64::INFINITY, f64::min);
+        let rounds = (0.3 / (least * self.right.duration())).clamp(1.0, 9.0) as usize;
+        for _ in 0..rounds {
+            for &row in &good {
+                let trial = &mut self.found[row].trial;
+                if trial.cost < 3.0 * least || matches!(self.goal, Goal::Budget(_)) {
+                    trial.cost = trial.cost.min(time_choice(self.scene, trial.choice, frames)?);
+                }
+            }
+        }
+        let mut found = std::mem::take(&mut self.found);
+        found.sort_by(|a, b| self.compare(&a.trial, &b.trial));
+        found.retain(|found| found.trial.errors.is_some());
+        let mut found = found.into_iter();
+        let Some(best) = found.next() else { return Err(nothing_runs(self.scene)) };
+        let reliable = self.reliable.min(self.right.frames.len());
+        let moved = self.right.moved[..reliable].iter().copied();
+        Ok(Tuned {
+            goal: self.goal,
+            met: self.meets(&best.trial),
+            duration: self.right.duration(),
+            horizon: self.right.horizon(best.trial.error().max(1e-9 * self.right.size)),
+            reference_tolerance: self.right.tolerance,
+            runner_up: found.next().filter(|second| self.meets(&second.trial)),
+            best,
+            uncertainty: moved.fold(0.0, f64::max),
+            compared: self.right.frames[reliable - 1] as f64 * FRAME,
+            tried: self.seen.len(),
+        })
+    }
+}
+
+/// The error of the most patient method tells best why a scene cannot be run.
+fn nothing_runs(scene: &Scene) -> Error {
+    let choice = Choice {
+        integrator: Integrator::DormandPrince,
+        fineness: Fineness::Tolerance(1e-4),
+        precision: Precision::F64,
+    };
+    let run = || -> Result<(), Error> {
+        let mut simulation = msd_core::Simulation::<f64>::new(scene, choice.settings())?;
+        (0..60).try_for_each(|_| simulation.step())
+    };
+    run().err().unwrap_or(Error::Empty)
+}

@@ -1,0 +1,218 @@
+//! The reference is right, errors are what they say, and tuning delivers.
+
+use msd_core::glam::DVec3;
+use msd_core::{Friction, Integrator, Material, Particle, Plane, Scene, Spring, World, shape};
+use msd_run::Runner;
+use msd_scene::{Loaded, Precision};
+use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::conduct::{Plan, study};
+use msd_study::live_error::{Estimator, calibrate};
+use msd_study::reference::{Wish, make_reference};
+use msd_study::trial::try_choice;
+use msd_study::tune::{Goal, tune};
+
+fn weightless() -> World {
+    World { gravity: DVec3::ZERO, ..World::default() }
+}
+
+/// Two masses on a spring of rest length 1, stretched by `stretch`.
+fn two_masses(stiffness: f64, damping: f64, stretch: f64) -> Scene {
+    let particle =
+        |x: f64| Particle { position: DVec3::new(x, 0.0, 0.0), velocity: DVec3::ZERO, mass: 1.0 };
+    Scene {
+        world: weightless(),
+        particles: vec![particle(0.0), particle(1.0 + stretch)],
+        springs: vec![Spring { ends: [0, 1], rest_length: 1.0, stiffness, damping }],
+        ..Scene::default()
+    }
+}
+
+fn cloth() -> Loaded {
+    let material = Material { mass: 1.0, stiffness: 500.0, damping: 1.0 };
+    let mut loaded = msd_scene::open("chain").unwrap();
+    let pins = vec![msd_core::Pin { particle: 0, velocity: DVec3::ZERO }];
+    let part = shape::cloth([5, 5], 1.0, material).unwrap();
+    loaded.scene = Scene { pins, ..Scene::of("cloth", part) };
+    loaded.name = "cloth".into();
+    loaded
+}
+
+#[test]
+fn the_reference_is_the_closed_form_within_its_own_uncertainty() {
+    let (k, b, a) = (300.0, 4.0, 0.2);
+    let wish = Wish { uncertainty: 1e-9, ..Wish::default() };
+    let reference = make_reference(&two_masses(k, b, a), wish).unwrap();
+    assert!(reference.uncertainty() <= 1e-9 * reference.size);
+    // Relative motion: m/2 y'' + b y' + k y = 0, from y = a at rest.
+    let (decay, w2) = (b, 2.0 * k);
+    let w = (w2 - decay * decay).sqrt();
+    for (&frame, state) in reference.frames.iter().zip(&reference.states) {
+        let t = frame as f64 * FRAME;
+        let y = a * (-decay * t).exp() * ((w * t).cos() + decay / w * (w * t).sin());
+        let length = state.positions[1].x - state.positions[0].x;
+        // The uncertainty is of the position of each, root mean square.
+        assert!((length - 1.0 - y).abs() <= 4.0 * reference.uncertainty(), "t = {t}");
+    }
+}
+
+#[test]
+fn free_fall_has_a_reference_in_closed_form() {
+    let mut scene = two_masses(0.0, 0.0, 0.0);
+    scene.springs.clear();
+    scene.world = World::default();
+    scene.particles[1].velocity = DVec3::new(1.0, 2.0, 3.0);
+    let reference = make_reference(&scene, Wish { duration: 2.0, ..Wish::default() }).unwrap();
+    assert_eq!((reference.tolerance, reference.uncertainty()), (0.0, 0.0));
+    let last = reference.states.last().unwrap();
+    assert!((last.positions[0].y + 0.5 * 9.82 * 4.0).abs() < 1e-12);
+    assert!((last.positions[1].x - 3.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_tower_that_falls_is_told_to_be_unpredictable_and_a_pendulum_is_not() {
+    // A chain stood on its end grows a sideways perturbation by e every √(l/g): here e¹² in 1 s
+    // or so, which takes 1e-12 to about 1e-7.
+    let material = Material { mass: 1.0, stiffness: 1e4, damping: 0.0 };
+    let mut part = shape::rope(6, 0.1, material).unwrap();
+    for (row, particle) in part.particles.iter_mut().enumerate() {
+        particle.position = DVec3::new(0.0, 0.1 * row as f64, 0.0);
+    }
+    let pins = vec![msd_core::Pin { particle: 0, velocity: DVec3::ZERO }];
+    let tower = Scene { pins, ..Scene::of("tower", part) };
+    let wish = Wish { duration: 1.5, uncertainty: 1e-9, ..Wish::default() };
+    let reference = make_reference(&tower, wish).unwrap();
+    let grown = reference.grown.last().unwrap() / (1e-12 * reference.size);
+    assert!(1e3 < grown, "grew {grown:.1e} times");
+    let (early, late) = (reference.grown[5], *reference.grown.last().unwrap());
+    assert!(reference.horizon(0.5 * (early + late)).is_some());
+    assert!(reference.reliable(0.5 * (early + late)) < reference.frames.len());
+    let calm = make_reference(&two_masses(10.0, 1.0, 0.1), wish).unwrap();
+    assert_eq!(calm.horizon(1e-6), None);
+}
+
+#[test]
+fn errors_shrink_at_the_order_of_the_method() {
+    let scene = cloth().scene;
+    let wish = Wish { duration: 0.5, uncertainty: 1e-12, ..Wish::default() };
+    let right = make_reference(&scene, wish).unwrap();
+    let precision = Precision::F64;
+    for (integrator, substeps) in [
+        (Integrator::SymplecticEuler, 64),
+        (Integrator::VelocityVerlet, 16),
+        (Integrator::Rk4, 4),
+        (Integrator::BackwardEuler, 64),
+    ] {
+        let error = |substeps| {
+            let choice = Choice { integrator, fineness: Fineness::Substeps(substeps), precision };
+            try_choice(&scene, choice, &right, right.frames.len()).unwrap().error()
+        };
+        let order = (error(substeps) / error(2 * substeps)).log2();
+        // The next term is a fraction of about h w of the leading one: w = 60, h w < 0.3.
+        assert!((order - f64::from(integrator.order())).abs() < 0.3, "{integrator}: {order:.2}");
+    }
+}
+
+#[test]
+fn tuning_delivers_what_is_asked_and_no_coarser_choice_would() {
+    let scene = cloth().scene;
+    let tight = Wish { duration: 0.5, uncertainty: 1e-10, ..Wish::default() };
+    let right = make_reference(&scene, tight).unwrap();
+    for fraction in [1e-2, 1e-4, 1e-6] {
+        let asked = fraction * right.size;
+        let tuned = tune(&scene, 0.5, Goal::MaxError(asked), &mut |_| {}).unwrap();
+        assert!(tuned.met);
+        let choice = tuned.best.trial.choice;
+        let delivered = try_choice(&scene, choice, &right, right.frames.len()).unwrap().error();
+        assert!(delivered <= asked, "{choice}: {delivered:.1e} of {asked:.1e}");
+        // Predicted from another trial of the same method, by its order: a factor, not a digit.
+        let ratio = tuned.best.predicted_error.unwrap() / delivered;
+        assert!((0.05..20.0).contains(&ratio), "{choice}: predicted {ratio:.2} times what came");
+        if let (Fineness::Substeps(substeps), true) = (choice.fineness, fraction < 1e-3) {
+            // A choice of half the substeps would do if the search had not looked for the coarsest.
+            let coarse = Choice { fineness: Fineness::Substeps((substeps / 2).max(1)), ..choice };
+            let coarse = try_choice(&scene, coarse, &right, right.frames.len()).unwrap();
+            assert!(asked < coarse.error() || substeps == 1, "{choice} is finer than needed");
+        }
+    }
+}
+
+#[test]
+fn tuning_says_so_when_nothing_meets_the_wish() {
+    let scene = cloth().scene;
+    assert!(!tune(&scene, 0.2, Goal::Budget(1e-12), &mut |_| {}).unwrap().met);
+    let tuned = tune(&scene, 0.2, Goal::MaxError(1e-30), &mut |_| {}).unwrap();
+    assert!(!tuned.met);
+    assert!(tuned.best.trial.error() < 1e-3);
+}
+
+#[test]
+fn a_study_has_a_front_that_falls_and_words_that_name_its_choice() {
+    let plan = Plan { duration: 0.3, budget: 3.0, fresh: true, ..Plan::default() };
+    let studied = study(&cloth(), plan, &mut |_| {}).unwrap();
+    let front: Vec<_> = studied.front().into_iter().map(|row| &studied.trials[row]).collect();
+    assert!(1 < front.len());
+    for pair in front.windows(2) {
+        assert!(pair[0].cost <= pair[1].cost && pair[1].error() < pair[0].error());
+    }
+    let beaten = |trial: &&msd_study::trial::Trial| {
+        front.iter().any(|best| best.cost < trial.cost && best.error() < trial.error())
+    };
+    assert!(studied.trials.iter().filter(beaten).count() < studied.trials.len());
+    let chosen = msd_study::words::cheapest(&studied, studied.wanted).unwrap();
+    assert!(studied.words.contains(chosen.choice.integrator.name()), "{}", studied.words);
+    // Every method was tried in both precisions, or it is said why not.
+    for integrator in Integrator::ALL {
+        let tried = studied.of(integrator).count();
+        let told = studied.left_out.iter().any(|line| line.contains(integrator.name()));
+        assert!(0 < tried || told, "{integrator}");
+    }
+}
+
+#[test]
+fn the_live_estimate_is_near_the_truth_without_contact() {
+    let mut loaded = cloth();
+    loaded.precision = Precision::F64;
+    for (integrator, substeps) in
+        [(Integrator::SymplecticEuler, 16), (Integrator::VelocityVerlet, 8)]
+    {
+        loaded.settings.integrator = integrator;
+        loaded.settings.substeps = substeps;
+        for calibration in calibrate(&loaded, &[0.0, 0.5], 15).unwrap() {
+            let ratio = calibration.estimated / calibration.true_error;
+            // Richardson's estimate leaves a relative error of about h w, here at most 0.3.
+            assert!((0.7..1.4).contains(&ratio), "{integrator}: {calibration:?}");
+        }
+    }
+}
+
+#[test]
+fn an_estimate_comes_at_the_end_of_each_window_and_costs_nothing_between() {
+    let mut runner = Runner::open(&cloth()).unwrap();
+    let mut estimator = Estimator::new(3, 10);
+    let mut found = Vec::new();
+    for step in 1..=25 {
+        estimator.before_step(&runner);
+        runner.step().unwrap();
+        if let Some(estimate) = estimator.after_step(&runner) {
+            assert_eq!(estimate.particles.len(), 25);
+            assert!(estimate.rms <= estimate.worst().1);
+            found.push(step);
+        }
+    }
+    assert_eq!(found, [3, 13, 23]);
+}
+
+#[test]
+fn contact_leaves_the_reference_certain_and_penetration_is_measured() {
+    let material = Material { mass: 1.0, stiffness: 300.0, damping: 0.5 };
+    let mut part = shape::block([2, 2, 2], 1.0, material).unwrap();
+    part.particles.iter_mut().for_each(|particle| particle.position.y += 1.2);
+    let friction = Friction::Coulomb(0.3);
+    let floor = Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.5, friction };
+    let scene = Scene { planes: vec![floor], ..Scene::of("block", part) };
+    let wish = Wish { uncertainty: 1e-6, ..Wish::default() };
+    let right = make_reference(&scene, wish).unwrap();
+    assert!(right.uncertainty() < 1e-4 * right.size, "{:.1e}", right.uncertainty());
+    let lowest = right.states.iter().flat_map(|state| &state.positions).map(|x| x.y);
+    assert!(-1e-9 <= lowest.fold(f64::MAX, f64::min), "the reference stays out of the floor");
+}

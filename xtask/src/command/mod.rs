@@ -1,0 +1,40 @@
+//! The commands of the program, and how one fails.
+
+pub mod extremes;
+
+use std::fmt::Display;
+use std::path::Path;
+use xtask::stability_table::{euler_steps, stability_table};
+
+/// Why a command ended early.
+#[derive(Debug)]
+pub struct Failure {
+    /// What is wrong.
+    pub message: String,
+    /// The exit code.
+    pub code: u8,
+}
+
+impl Failure {
+    /// Bad input or usage, or a file that could not be written.
+    pub fn input(message: impl Display) -> Self {
+        Failure { message: message.to_string(), code: 2 }
+    }
+
+    /// A run that broke what is promised.
+    pub fn broken(message: impl Display) -> Self {
+        Failure { message: message.to_string(), code: 3 }
+    }
+}
+
+/// Prints the stability table of a scene.
+pub fn run_stability_table(scene: &Path, json: bool) -> Result<(), Failure> {
+    let loaded = msd_scene::open(scene).map_err(Failure::input)?;
+    let table = euler_steps(&loaded.scene).and_then(|steps| stability_table(&loaded.scene, steps));
+    let table = table.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    match json {
+        true => println!("{}", serde_json::to_string_pretty(&table).map_err(Failure::input)?),
+        false => print!("{}", table.text()),
+    }
+    Ok(())
+}

@@ -1,0 +1,89 @@
+//! Outcomes of a run: what is right, what is reported, and what must never be.
+
+use serde::Serialize;
+
+/// What became of a run, from good to bad.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// Within a tenth of the answer.
+    Accurate,
+    /// Finite to the end, and without more energy than it had.
+    Bounded,
+    /// Finite to the end, with energy that the method added, which the witness saw.
+    Growing,
+    /// A method said that its tolerance is out of reach, or that it cannot solve for a step.
+    Unreachable,
+    /// Left the world; the run stopped and said so.
+    Diverged,
+    /// A number out of its domain, said before the first step.
+    Refused,
+    /// Failure: more energy at the end than at the start, and nobody said so.
+    HiddenGain,
+    /// Failure: a step succeeded, and its state or energy is NaN.
+    NotANumber,
+    /// Failure: not done when its time was up.
+    Hang,
+    /// Failure: a panic.
+    Panic,
+}
+
+impl Outcome {
+    /// Every outcome, from good to bad.
+    pub const ALL: [Outcome; 10] = [
+        Outcome::Accurate,
+        Outcome::Bounded,
+        Outcome::Growing,
+        Outcome::Unreachable,
+        Outcome::Diverged,
+        Outcome::Refused,
+        Outcome::HiddenGain,
+        Outcome::NotANumber,
+        Outcome::Hang,
+        Outcome::Panic,
+    ];
+
+    /// Whether this must never be.
+    pub fn is_failure(self) -> bool {
+        Outcome::HiddenGain <= self
+    }
+
+    /// Whether the method kept what it was given: neither stopped nor fed with energy.
+    pub fn is_kept(self) -> bool {
+        self <= Outcome::Bounded
+    }
+
+    /// What a reader is shown.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::Accurate => "accurate",
+            Outcome::Bounded => "bounded",
+            Outcome::Growing => "gains energy, told",
+            Outcome::Unreachable => "tolerance out of reach, told",
+            Outcome::Diverged => "diverged, told",
+            Outcome::Refused => "refused",
+            Outcome::HiddenGain => "GAINS ENERGY UNTOLD",
+            Outcome::NotANumber => "NOT A NUMBER",
+            Outcome::Hang => "HANGS",
+            Outcome::Panic => "PANICS",
+        }
+    }
+}
+
+/// What became of a run, and how wrong it was.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// What became of it.
+    pub outcome: Outcome,
+    /// The measure of the run, see its scene; none if it did not get to its end.
+    pub error: Option<f64>,
+    /// What was said where it ended early.
+    pub said: Option<String>,
+}
+
+impl Verdict {
+    /// A run that ended early.
+    pub fn ended(outcome: Outcome, said: String) -> Self {
+        Verdict { outcome, error: None, said: Some(said) }
+    }
+}

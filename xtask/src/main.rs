@@ -1,0 +1,52 @@
+//! The program of `cargo run --release -p xtask`: what checks msd itself.
+
+mod command;
+
+use clap::{Parser, Subcommand};
+use command::Failure;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// What checks msd itself and is no tool for a scene of your own.
+#[derive(Debug, Parser)]
+#[command(name = "xtask")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Takes every method to the extremes: maps of what is accurate, bounded or blows up
+    Extremes(command::extremes::ExtremesArguments),
+    /// Finds how stiff a scene may be under each method, as the report of 2014 did
+    StabilityTable {
+        /// A built-in scene, a scene file, a mesh or a saved run
+        scene: PathBuf,
+        /// Print one JSON object instead of a table
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// Runs a command: 0 done, 2 bad input or usage or a file that could not be written, 3 a run that
+/// broke what is promised.
+fn main() -> ExitCode {
+    match run(Arguments::parse().command) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure { message, code }) => {
+            eprintln!("error: {message}");
+            ExitCode::from(code)
+        }
+    }
+}
+
+fn run(command: Command) -> Result<(), Failure> {
+    // Many runs at once, or costs that are compared: each on one thread.
+    let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
+    alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
+    match command {
+        Command::Extremes(arguments) => command::extremes::run_extremes(&arguments),
+        Command::StabilityTable { scene, json } => command::run_stability_table(&scene, json),
+    }
+}

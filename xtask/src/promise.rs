@@ -1,0 +1,192 @@
+//! The promise of tuning, kept over generated scenes: what it delivers, and what it costs beside
+//! the best setting that an exhaustive search finds.
+
+use msd_core::glam::{DQuat, DVec3};
+use msd_core::{Error, Friction, Material, Pin, Plane, Scene, shape};
+use msd_study::choice::{Choice, Fineness};
+use msd_study::ladder::ladders;
+use msd_study::reference::{Reference, Wish, frames_of, make_reference, size_of};
+use msd_study::trial::{time_choice, try_choice};
+use msd_study::tune::{Goal, tune};
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::Rng;
+
+/// Time of the processor that a reference, or a trial of the search, may take, seconds: of hundreds
+/// of scenes the hardest would take hours.
+const PATIENCE: f64 = 2.0;
+
+/// One scene, tuned and searched.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Case {
+    /// The error asked for, metres.
+    pub asked: f64,
+    /// The error delivered, against a reference of its own, metres.
+    pub delivered: f64,
+    /// What tuning chose; none if it said that nothing meets the wish.
+    pub chosen: Option<Choice>,
+    /// The cheapest choice that an exhaustive search found within the error; none if none is.
+    pub best: Option<Choice>,
+    /// Cost of what was chosen over cost of the best, timed in turn.
+    pub cost_ratio: f64,
+}
+
+impl Case {
+    /// Whether what was delivered is what was asked for; where tuning said that nothing meets the
+    /// wish, whether that is so.
+    pub fn kept(&self) -> bool {
+        match self.chosen {
+            Some(_) => self.delivered <= self.asked,
+            None => self.best.is_none(),
+        }
+    }
+
+    /// Whether it cost at most 1.5 times the best.
+    pub fn is_cheap(&self) -> bool {
+        match (self.chosen, self.best) {
+            (Some(_), _) => self.cost_ratio <= 1.5,
+            (None, best) => best.is_none(),
+        }
+    }
+}
+
+/// Tunes a scene for an error of `fraction` of its size, and searches all choices beside it.
+///
+/// # Errors
+/// What the core refuses of the scene.
+pub fn keep(scene: &Scene, duration: f64, fraction: f64) -> Result<Case, Error> {
+    let size = size_of(scene)?;
+    let asked = fraction * size;
+    let tuned = tune(scene, duration, Goal::MaxError(asked), &mut |_| {})?;
+    let right = independent(scene, duration, tuned.reference_tolerance)?;
+    let reliable = right.reliable(0.25 * asked).max(1);
+    let best = search(scene, (&right, reliable), asked)?;
+    let chosen = tuned.met.then_some(tuned.best.trial.choice);
+    // What the search of fewer steps passed by may be the best all the same.
+    let best = best.or(chosen);
+    let delivered = match chosen {
+        Some(choice) => try_choice(scene, choice, &right, reliable)?.error(),
+        None => f64::INFINITY,
+    };
+    let cost_ratio = match (chosen, best) {
+        (Some(chosen), Some(best)) if chosen != best => {
+            compare_costs(scene, duration, chosen, best)?
+        }
+        _ => 1.0,
+    };
+    Ok(Case { asked, delivered, chosen, best, cost_ratio })
+}
+
+/// A reference that is not that of tuning, whose errors it would share: a hundred times as tight,
+/// where that is in reach.
+fn independent(scene: &Scene, duration: f64, tolerance: f64) -> Result<Reference, Error> {
+    let mut wish = Wish { duration, patience: PATIENCE, ..Wish::default() };
+    loop {
+        let right = make_reference(scene, wish)?;
+        if right.tolerance <= 0.011 * tolerance || wish.uncertainty < 1e-12 {
+            return Ok(right);
+        }
+        wish.uncertainty *= 0.01;
+    }
+}
+
+/// The cheapest choice within an error: every method and precision, each substep count a fifth
+/// more than the one before it, as long as it is cheaper than the best so far.
+fn search(
+    scene: &Scene,
+    (right, reliable): (&Reference, usize),
+    asked: f64,
+) -> Result<Option<Choice>, Error> {
+    let mut best: Option<(f64, Choice)> = None;
+    let frames = right.frames.last().copied().unwrap_or(1);
+    let mut ladders = ladders(scene)?;
+    // What always arrives first: it bounds what the others may cost.
+    ladders.sort_by_key(|ladder| !ladder.integrator.is_adaptive());
+    for ladder in ladders {
+        for fineness in finenesses(ladder.fewest, ladder.integrator.is_adaptive()) {
+            let choice = ladder.choice(fineness);
+            if matches!(fineness, Fineness::Tolerance(t) if t < right.least_tolerance()) {
+                break;
+            }
+            let Ok(trial) = try_choice(scene, choice, right, reliable) else { break };
+            let cheapest = best.map_or(f64::INFINITY, |(cost, _)| cost);
+            let took = trial.cost * right.duration();
+            // Dormand-Prince is a choice too: what takes longer than the reference is no best.
+            let longest = right.seconds.min(PATIENCE);
+            if trial.errors.is_some() && (1.3 * cheapest < trial.cost || longest < took) {
+                break;
+            }
+            if trial.error() <= asked {
+                let again = (0..3).map(|_| time_choice(scene, choice, frames));
+                let cost = again.flatten().fold(trial.cost, f64::min);
+                if cost < cheapest {
+                    best = Some((cost, choice));
+                }
+                break;
+            }
+        }
+    }
+    Ok(best.map(|(_, choice)| choice))
+}
+
+fn finenesses(fewest: Option<u32>, adaptive: bool) -> Vec<Fineness> {
+    if adaptive {
+        return (2..24)
+            .map(|half| Fineness::Tolerance(10f64.powf(-0.5 * f64::from(half))))
+            .collect();
+    }
+    let Some(fewest) = fewest else { return Vec::new() };
+    let mut all = vec![fewest];
+    while let Some(&last) = all.last().filter(|&&last| last < 20_000) {
+        all.push((last + 1).max((1.2 * f64::from(last)).round() as u32));
+    }
+    all.into_iter().map(Fineness::Substeps).collect()
+}
+
+/// The cost of one choice over that of another, the best of runs in turn.
+fn compare_costs(scene: &Scene, duration: f64, a: Choice, b: Choice) -> Result<f64, Error> {
+    let frames = frames_of(duration);
+    let (mut best_a, mut best_b) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..7 {
+        best_a = best_a.min(time_choice(scene, a, frames)?);
+        best_b = best_b.min(time_choice(scene, b, frames)?);
+    }
+    Ok(best_a / best_b)
+}
+
+/// A random lattice: a rope, cloth or block with stiffness over six decades, with and without
+/// dampers, pins, and a plane that it falls on.
+///
+/// # Errors
+/// None that is known: every number is inside its domain.
+pub fn random_scene(seed: u64) -> Result<Scene, Error> {
+    let mut random = Pcg64::new(seed.into(), 7);
+    let mut unit = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let spacing = 10f64.powf(-1.5 * unit());
+    let stiffness = 10f64.powf(1.0 + 6.0 * unit());
+    let mass = 10f64.powf(-2.0 * unit());
+    let ratio = if unit() < 0.25 { 0.0 } else { 0.3 * unit() };
+    let damping = 2.0 * ratio * (stiffness * mass).sqrt();
+    let material = Material { mass, stiffness, damping };
+    let mut upto = |low: usize, high: usize| low + ((high - low) as f64 * unit()) as usize;
+    let mut part = match upto(0, 3) {
+        0 => shape::rope(upto(3, 30), spacing, material)?,
+        1 => shape::cloth([upto(3, 12), upto(3, 12)], spacing, material)?,
+        _ => shape::block([upto(2, 6), upto(2, 6), upto(2, 6)], spacing, material)?,
+    };
+    let axis = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5).normalize_or(DVec3::X);
+    let turn = DQuat::from_axis_angle(axis, 3.0 * unit());
+    let velocity = DVec3::new(unit() - 0.5, unit() - 0.5, unit() - 0.5) * 2.0;
+    part.particles.iter_mut().for_each(|p| p.position = turn * p.position);
+    part.set_motion(velocity, axis * unit());
+    let lowest = part.particles.iter().map(|p| p.position.y).fold(f64::MAX, f64::min);
+    let mut scene = Scene::of("random", part);
+    if unit() < 0.5 {
+        let friction = Friction::Coulomb(unit());
+        let offset = lowest - 0.2 * unit();
+        let restitution = unit();
+        scene.planes = vec![Plane { normal: DVec3::Y, offset, restitution, friction }];
+    } else {
+        scene.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
+    }
+    Ok(scene)
+}
