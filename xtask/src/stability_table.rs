@@ -1,9 +1,9 @@
 //! The table of marginal stiffness: the experiment of the source report, repeated correctly.
 //!
 //! All springs are made stiffer until a method is marginally stable, by running (see
-//! [`msd_study::limits`]) and from the spectrum: at 4 steps per frame, at the steps of the report (7 of
-//! Runge-Kutta, 44 of Euler), and at the steps of Euler that take as long as 7 of Runge-Kutta here.
-//! Theory for undamped springs: symplectic Euler bears h w = 2 and RK4 2 √2, hence twice the
+//! [`msd_study::limits`]) and from the spectrum: at 4 steps per frame, at the steps of the report
+//! (7 of Runge-Kutta, 44 of Euler), and at the steps of Euler that take as long as 7 of Runge-Kutta
+//! here. Theory for undamped springs: symplectic Euler bears h w = 2 and RK4 2 √2, hence twice the
 //! stiffness at an equal step. The report's "Runge-Kutta" weighs its stages by 1, 3, 3, 1; with the
 //! stages of RK4 that is a method of second order which bears h w = √7, 1.75 times the stiffness.
 

@@ -94,9 +94,9 @@ pub fn load_recording(path: &Path) -> Result<Recording, FileError> {
 /// checked when they are replayed. One without its end is taken, if what is there is whole.
 ///
 /// # Errors
-/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are no
-/// recording, end before its first event or within one, do not fit their checksum, or go on after
-/// the end of the recording.
+/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are
+/// no recording, end before its first event or within one, do not fit their checksum, or go on
+/// after the end of the recording.
 pub fn read_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> {
     match salvage(bytes, name)? {
         (recording, None) => Ok(recording),
@@ -116,8 +116,8 @@ pub fn load_salvaged(path: &Path) -> Result<Recording, FileError> {
 /// that is not: [`Recording::lost_bytes`] is how much is left out.
 ///
 /// # Errors
-/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are no
-/// recording, or whose start is not whole.
+/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are
+/// no recording, or whose start is not whole.
 pub fn salvage_recording(bytes: &[u8], name: &str) -> Result<Recording, FileError> {
     salvage(bytes, name).map(|(recording, _)| recording)
 }
@@ -182,8 +182,8 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Begins a recording with the run as it is now, see [`Runner::to_loaded`]. The file is there from now
-    /// on and grows with the events.
+    /// Begins a recording with the run as it is now, see [`Runner::to_loaded`]. The file is there
+    /// from now on and grows with the events.
     ///
     /// # Errors
     /// [`FileError::Unwritable`]; an older file of the name is as it was then.

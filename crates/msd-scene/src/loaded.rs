@@ -21,8 +21,8 @@ pub struct Loaded {
     /// What was done to the input, one line each: welded vertices and the like. Not saved.
     #[serde(skip)]
     pub notes: Vec<String>,
-    /// The files that [`crate::open::open`] read it from, which nothing should be written over: a scene
-    /// file and its meshes, or a saved run. Not saved.
+    /// The files that [`open()`](crate::open()) read it from, which nothing should be written over:
+    /// a scene file and its meshes, or a saved run. Not saved.
     #[serde(skip)]
     pub files: Vec<PathBuf>,
     /// Of a saved run: how far it is, and what holds it. The scene alone is how it stands then.

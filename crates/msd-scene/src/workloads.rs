@@ -64,8 +64,8 @@ pub fn block(side: usize) -> Result<Scene, FileError> {
     Ok(scene)
 }
 
-/// Makes an unstructured block of `count` particles at random places in a cube, which drops from 1 m on the
-/// plane of [`block`].
+/// Makes an unstructured block of `count` particles at random places in a cube, which drops from 1
+/// m on the plane of [`block`].
 ///
 /// Unit masses, on average one in a cubic metre, in no order; each is joined to its 14 nearest, or
 /// to all others if there are fewer, no two of them twice: about 8 springs per particle. As long at

@@ -3,8 +3,8 @@
 //! Read in this order: a [`Choice`](choice::Choice) of method, fineness and precision; the
 //! [`Reference`](reference::Reference) it is compared with; the [`Trial`](trial::Trial), which is
 //! its cost and its [`Errors`](errors::Errors). A [`Study`] is many trials, made by
-//! [`conduct`](conduct::study); [`tune`](tune::tune) searches for one choice, [`sweep`] runs a scene
-//! over a grid of its keys, [`live_error`] estimates the error of a run while it goes on.
+//! [`conduct`](conduct::study); [`tune`](tune::tune) searches for one choice, [`sweep`] runs a
+//! scene over a grid of its keys, [`live_error`] estimates the error of a run while it goes on.
 //!
 //! ```
 //! use msd_study::tune::{Goal, tune};

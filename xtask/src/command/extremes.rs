@@ -28,7 +28,8 @@ pub struct ExtremesArguments {
     #[arg(long)]
     quick: bool,
     /// Runs at once [default: as many as there are cores]
-    #[arg(short, long, value_name = "CORES", value_parser = clap::value_parser!(u16).range(1..=4096))]
+    #[arg(short, long, value_name = "CORES")]
+    #[arg(value_parser = clap::value_parser!(u16).range(1..=4096))]
     jobs: Option<u16>,
     /// Print one JSON object instead of a summary
     #[arg(long)]

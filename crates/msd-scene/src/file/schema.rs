@@ -1,7 +1,7 @@
 //! The rows of a scene file, schema version 1; `docs/scenes.md` explains every key.
 //!
-//! A key that is left out is `None` or empty here and takes its default in [`crate::open`], so
-//! that a file that is read and written again says what its author said and no more.
+//! A key that is left out is `None` or empty here and takes its default where the scene is built,
+//! so that a file that is read and written again says what its author said and no more.
 
 use crate::mesh::Filling;
 use crate::precision::Precision;

@@ -52,8 +52,8 @@ impl<'t> Source<'t> {
     /// Reads a text.
     ///
     /// # Errors
-    /// [`FileError::Malformed`] where the text does not follow the format; [`FileError::Unreadable`]
-    /// where reading it would take too much memory.
+    /// [`FileError::Malformed`] where the text does not follow the format;
+    /// [`FileError::Unreadable`] where reading it would take too much memory.
     pub fn parse(text: &'t str, format: SceneFormat, name: &'t str) -> Result<Self, FileError> {
         check_memory(text, format, name)?;
         let root = match format {

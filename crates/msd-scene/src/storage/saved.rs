@@ -37,8 +37,8 @@ pub fn load_saved(path: &Path) -> Result<Loaded, FileError> {
 /// where it becomes a run, as with any scene.
 ///
 /// # Errors
-/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are no
-/// saved run, are cut short or do not fit their checksum.
+/// [`FileError::Format`] for a file of another format; [`FileError::Malformed`] for bytes that are
+/// no saved run, are cut short or do not fit their checksum.
 pub fn read_saved(bytes: &[u8], name: &str) -> Result<Loaded, FileError> {
     let mut frames = KIND.frames(bytes, name)?;
     let loaded: Loaded = frames.expect()?;
