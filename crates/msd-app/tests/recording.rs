@@ -1,10 +1,10 @@
-//! Does all that a person does in the window happen again from its recording, to the last bit?
+//! Recordings of sessions: all that a user does in the window happens again, to the last bit.
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use msd_app::session::Session;
-use msd_app::viewer::Viewer;
-use msd_app::{catalogue, panel, theme};
+use msd_app::panel::{self, theme};
+use msd_app::session::{MaterialEdit, Session, Tuning};
+use msd_app::viewer::{Viewer, catalogue};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator};
 use msd_lab::{Changes, Precision, Recording, Replay, load_recording, open, state_hash};
@@ -82,10 +82,10 @@ fn a_throw_is_replayed_to_the_bit() {
 fn sliders_pins_and_solvers_are_replayed_to_the_bit() {
     happens_again(session("cloth"), |session| {
         run(session, 5);
-        session.set_stiffness(700.0);
-        session.set_damping(0.3);
-        session.set_gravity(5.0);
-        session.set_rest_scale(1.1);
+        session.edit(MaterialEdit::Stiffness(700.0));
+        session.edit(MaterialEdit::Damping(0.3));
+        session.edit(MaterialEdit::Gravity(5.0));
+        session.edit(MaterialEdit::RestScale(1.1));
         session.pin_toggle(40);
         run(session, 5);
         // A pin that is dragged moves at a velocity of its own in each step.
@@ -96,19 +96,19 @@ fn sliders_pins_and_solvers_are_replayed_to_the_bit() {
         session.release();
         session.freeze();
         for integrator in Integrator::ALL {
-            session.set_substeps(40);
-            session.set_integrator(integrator);
+            session.tune(Tuning::Substeps(40));
+            session.tune(Tuning::Integrator(integrator));
             run(session, 2);
         }
-        session.set_integrator(Integrator::VelocityVerlet);
-        session.set_precision(Precision::F64);
+        session.tune(Tuning::Integrator(Integrator::VelocityVerlet));
+        session.tune(Tuning::Precision(Precision::F64));
         run(session, 3);
-        session.set_precision(Precision::F32);
-        session.set_mass(0.2);
+        session.tune(Tuning::Precision(Precision::F32));
+        session.edit(MaterialEdit::Mass(0.2));
         // Refused, and so not recorded.
-        session.set_mass(-1.0);
-        session.set_substeps(0);
-        session.set_mass(0.2);
+        session.edit(MaterialEdit::Mass(-1.0));
+        session.tune(Tuning::Substeps(0));
+        session.edit(MaterialEdit::Mass(0.2));
         run(session, 3);
     });
 }
@@ -119,13 +119,13 @@ fn steps_back_are_replayed_to_the_bit() {
     run(&mut session, 10);
     happens_again(session, |session| {
         run(session, 5);
-        session.set_friction(Friction::Coulomb(0.1));
+        session.edit(MaterialEdit::Friction(Friction::Coulomb(0.1)));
         (0..3).for_each(|_| assert!(session.step_back()));
-        session.set_stiffness(300.0);
+        session.edit(MaterialEdit::Stiffness(300.0));
         session.step_forward();
         // Beyond the start of the recording.
         (0..6).for_each(|_| assert!(session.step_back()));
-        session.set_precision(Precision::F64);
+        session.tune(Tuning::Precision(Precision::F64));
         assert!(session.step_back());
         session.step_forward();
         session.toggle_pause();
@@ -137,11 +137,11 @@ fn steps_back_are_replayed_to_the_bit() {
 fn restarts_divergence_and_other_scenes_are_replayed_to_the_bit() {
     happens_again(session("jelly"), |session| {
         run(session, 10);
-        session.set_stiffness(3000.0);
+        session.edit(MaterialEdit::Stiffness(3000.0));
         session.restart();
         run(session, 10);
-        session.set_substeps(1);
-        session.set_stiffness(1e6);
+        session.tune(Tuning::Substeps(1));
+        session.edit(MaterialEdit::Stiffness(1e6));
         run(session, 200);
         assert!(session.failure().is_some());
         session.restart_stable();

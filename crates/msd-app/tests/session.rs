@@ -1,13 +1,13 @@
-//! The session by itself: what a person can do, without a window.
+//! The session by itself: what a user can do, without a window.
 
-use msd_app::session::Session;
+use msd_app::session::{MaterialEdit, Session, Tuning};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Real, Select, Vector};
 use msd_lab::{AnyState, Loaded, Precision, on};
 
 const FRAME: f64 = 1.0 / 60.0;
 /// Steps until there is an estimate of the error.
-const WINDOW: usize = msd_app::accuracy::WINDOW as usize;
+const WINDOW: usize = msd_app::session::ERROR_WINDOW as usize;
 
 fn loaded(name: &str) -> Loaded {
     msd_lab::open(name).expect("a built-in scene")
@@ -91,7 +91,7 @@ fn a_step_back_past_an_edit_knows_what_was_dissipated_before_it() {
     }
     assert!(touches(&session), "it touches the floor");
     let before = session.energy();
-    session.set_gravity(1.6);
+    session.edit(MaterialEdit::Gravity(1.6));
     run(&mut session, 10);
     (0..10).for_each(|_| assert!(session.step_back()));
     // On the moon the same state has less energy, which nothing took away.
@@ -113,9 +113,9 @@ fn the_first_state_is_the_end_of_stepping_back() {
 fn a_restart_keeps_what_was_set_and_forgets_what_was_done() {
     let mut session = session("jelly");
     let start = session.runner().state();
-    session.set_stiffness(1234.0);
-    session.set_substeps(11);
-    session.set_integrator(Integrator::Rk4);
+    session.edit(MaterialEdit::Stiffness(1234.0));
+    session.tune(Tuning::Substeps(11));
+    session.tune(Tuning::Integrator(Integrator::Rk4));
     run(&mut session, 10);
     session.freeze();
     session.pin_toggle(3);
@@ -126,7 +126,7 @@ fn a_restart_keeps_what_was_set_and_forgets_what_was_done() {
     assert_eq!(session.runner().integrator(), Integrator::Rk4);
     assert!(!session.is_pinned(3));
     assert_eq!(session.steps_back(), 0);
-    session.reset_values();
+    session.reset_material();
     assert_eq!(stiffness(&session, 0), 2200.0);
 }
 
@@ -137,15 +137,15 @@ fn sliders_act_on_one_body_or_all() {
     two.scene.add("rope", part);
     let mut session = Session::new(two).expect("a valid scene");
     let last = session.runner().spring_count() - 1;
-    session.set_select(Select::Body(1));
-    session.set_stiffness(50.0);
+    session.select(Select::Body(1));
+    session.edit(MaterialEdit::Stiffness(50.0));
     assert_eq!((stiffness(&session, 0), stiffness(&session, last)), (2200.0, 50.0));
-    session.set_select(Select::All);
-    assert!(session.shown().stiffness.is_some_and(|value| value.mixed));
-    session.set_stiffness(70.0);
+    session.select(Select::All);
+    assert!(session.material().values().stiffness.is_some_and(|value| value.mixed));
+    session.edit(MaterialEdit::Stiffness(70.0));
     assert_eq!((stiffness(&session, 0), stiffness(&session, last)), (70.0, 70.0));
     assert_eq!(
-        session.shown().stiffness.map(|value| (value.first, value.mixed)),
+        session.material().values().stiffness.map(|value| (value.first, value.mixed)),
         Some((70.0, false))
     );
 }
@@ -153,9 +153,9 @@ fn sliders_act_on_one_body_or_all() {
 #[test]
 fn the_world_is_set_as_a_whole() {
     let mut session = session("jelly");
-    session.set_gravity(3.0);
-    session.set_restitution(0.25);
-    session.set_friction(Friction::Coulomb(0.7));
+    session.edit(MaterialEdit::Gravity(3.0));
+    session.edit(MaterialEdit::Restitution(0.25));
+    session.edit(MaterialEdit::Friction(Friction::Coulomb(0.7)));
     let (gravity, planes) = on!(session.runner(), simulation => {
         let model = simulation.model();
         let law = |plane: usize| {
@@ -166,9 +166,9 @@ fn the_world_is_set_as_a_whole() {
     assert!((gravity - DVec3::new(0.0, -3.0, 0.0)).length() < 1e-6);
     assert_eq!(planes, [(0.25, Friction::Coulomb(0.7)); 2]);
     // Weightlessness keeps the way down for later.
-    session.set_gravity(0.0);
-    session.set_gravity(5.0);
-    assert_eq!(session.shown().gravity, 5.0);
+    session.edit(MaterialEdit::Gravity(0.0));
+    session.edit(MaterialEdit::Gravity(5.0));
+    assert_eq!(session.material().values().gravity, 5.0);
 }
 
 #[test]
@@ -176,7 +176,7 @@ fn precision_changes_and_the_state_stays() {
     let mut session = session("jelly");
     run(&mut session, 20);
     let AnyState::F32(before) = session.runner().state() else { panic!("jelly runs in f32") };
-    session.set_precision(Precision::F64);
+    session.tune(Tuning::Precision(Precision::F64));
     let AnyState::F64(after) = session.runner().state() else { panic!("f64 was asked for") };
     assert_eq!(before.positions[7].as_dvec3(), after.positions[7]);
     assert_eq!(session.runner().steps(), 20);
@@ -187,18 +187,18 @@ fn precision_changes_and_the_state_stays() {
 #[test]
 fn a_refused_number_is_told_and_changes_nothing() {
     let mut session = session("jelly");
-    session.set_mass(-1.0);
+    session.edit(MaterialEdit::Mass(-1.0));
     assert!(session.refusal().is_some_and(|text| text.contains("mass")));
-    assert_eq!(session.shown().mass.map(|value| value.first), Some(1.0));
-    session.set_mass(2.0);
+    assert_eq!(session.material().values().mass.map(|value| value.first), Some(1.0));
+    session.edit(MaterialEdit::Mass(2.0));
     assert_eq!(session.refusal(), None);
 }
 
 #[test]
 fn divergence_pauses_at_the_last_good_state_and_names_substeps_that_work() {
     let mut session = session("jelly");
-    session.set_substeps(1);
-    session.set_stiffness(1e6);
+    session.tune(Tuning::Substeps(1));
+    session.edit(MaterialEdit::Stiffness(1e6));
     run(&mut session, 600);
     let failure = session.failure().cloned().expect("one substep is far too long");
     assert!(session.is_paused() && failure.text.contains("diverged"));
@@ -216,12 +216,12 @@ fn divergence_pauses_at_the_last_good_state_and_names_substeps_that_work() {
 #[test]
 fn the_substeps_that_are_offered_follow_the_sliders() {
     let mut session = session("jelly");
-    session.set_substeps(1);
-    session.set_stiffness(1e5);
+    session.tune(Tuning::Substeps(1));
+    session.edit(MaterialEdit::Stiffness(1e5));
     run(&mut session, 600);
     let substeps = |session: &Session| session.failure().and_then(|failure| failure.substeps);
     let before = substeps(&session).expect("a way out");
-    session.set_stiffness(1e6);
+    session.edit(MaterialEdit::Stiffness(1e6));
     assert!(before < substeps(&session).expect("a way out"));
     session.restart_stable();
     run(&mut session, 60);
@@ -231,10 +231,10 @@ fn the_substeps_that_are_offered_follow_the_sliders() {
 #[test]
 fn the_margin_follows_the_settings() {
     let mut session = session("jelly");
-    let before = session.margin().expect("predicted in the first frame");
-    session.set_substeps(session.runner().settings().substeps * 2);
+    let before = session.stability_share().expect("predicted in the first frame");
+    session.tune(Tuning::Substeps(session.runner().settings().substeps * 2));
     session.advance(FRAME, &|| 0.0);
-    let after = session.margin().expect("predicted");
+    let after = session.stability_share().expect("predicted");
     assert!((after / before - 0.5).abs() < 0.05, "{before} {after}");
 }
 
@@ -321,7 +321,7 @@ fn freezing_leaves_no_elastic_energy() {
 fn every_method_runs() {
     for integrator in Integrator::ALL {
         let mut session = session("square");
-        session.set_integrator(integrator);
+        session.tune(Tuning::Integrator(integrator));
         run(&mut session, 30);
         assert_eq!(session.failure(), None, "{integrator}");
         assert_eq!(session.runner().steps(), 30, "{integrator}");
@@ -335,12 +335,12 @@ fn every_method_runs() {
 #[test]
 fn tolerance_and_newton_iterations_are_set_and_kept() {
     let mut session = session("chain");
-    session.set_tolerance(1e-7);
-    session.set_newton(3);
+    session.tune(Tuning::Tolerance(1e-7));
+    session.tune(Tuning::Newton(3));
     session.restart();
     let settings = session.runner().settings();
     assert_eq!((settings.tolerance, settings.newton), (1e-7, 3));
-    session.set_tolerance(0.0);
+    session.tune(Tuning::Tolerance(0.0));
     assert!(session.refusal().is_some_and(|text| text.contains("tolerance")));
     assert_eq!(session.runner().settings(), settings);
 }
@@ -349,22 +349,26 @@ fn tolerance_and_newton_iterations_are_set_and_kept() {
 fn only_explicit_methods_have_a_limit() {
     let mut session = session("chain");
     for integrator in Integrator::ALL {
-        session.set_integrator(integrator);
+        session.tune(Tuning::Integrator(integrator));
         session.advance(FRAME, &|| 0.0);
         let limited = Integrator::EXPLICIT.contains(&integrator);
-        assert_eq!(session.margin().is_some_and(|share| 0.0 < share), limited, "{integrator}");
+        assert_eq!(
+            session.stability_share().is_some_and(|share| 0.0 < share),
+            limited,
+            "{integrator}"
+        );
     }
 }
 
 /// The last estimate of the error: root mean square, metres.
 fn estimate(session: &Session) -> Option<f64> {
-    session.accuracy()?.last().map(|last| last.error.rms)
+    session.live_error()?.last().map(|last| last.error.rms)
 }
 
 /// A session in double precision whose error is estimated.
 fn measured(name: &str) -> Session {
     let mut session = session(name);
-    session.set_precision(Precision::F64);
+    session.tune(Tuning::Precision(Precision::F64));
     session.set_estimating(true);
     session
 }
@@ -373,7 +377,7 @@ fn measured(name: &str) -> Session {
 fn the_estimate_appears_after_a_window_and_shrinks_with_the_substep() {
     let error = |substeps: u32| {
         let mut session = measured("chain");
-        session.set_substeps(substeps);
+        session.tune(Tuning::Substeps(substeps));
         run(&mut session, WINDOW - 1);
         assert_eq!(estimate(&session), None);
         run(&mut session, 1);
@@ -389,7 +393,7 @@ fn the_estimate_appears_after_a_window_and_shrinks_with_the_substep() {
 fn the_estimate_appears_for_every_method() {
     for integrator in Integrator::ALL {
         let mut session = measured("chain");
-        session.set_integrator(integrator);
+        session.tune(Tuning::Integrator(integrator));
         run(&mut session, WINDOW);
         let error = estimate(&session).expect("a window has passed");
         // So calm is the chain that an adaptive run and its copy both take whole steps.
@@ -404,9 +408,9 @@ fn whatever_replaces_the_state_or_the_settings_restarts_the_estimate() {
     let changes: [(&str, Change); 7] = [
         ("step back", |session| assert!(session.step_back())),
         ("restart", Session::restart),
-        ("substeps", |session| session.set_substeps(9)),
-        ("method", |session| session.set_integrator(Integrator::Rk4)),
-        ("precision", |session| session.set_precision(Precision::F32)),
+        ("substeps", |session| session.tune(Tuning::Substeps(9))),
+        ("method", |session| session.tune(Tuning::Integrator(Integrator::Rk4))),
+        ("precision", |session| session.tune(Tuning::Precision(Precision::F32))),
         ("off and on", |session| {
             session.set_estimating(false);
             session.set_estimating(true);
@@ -417,12 +421,12 @@ fn whatever_replaces_the_state_or_the_settings_restarts_the_estimate() {
         let mut session = measured("chain");
         // Into the second window.
         run(&mut session, 125);
-        assert!(session.accuracy().is_some_and(|accuracy| accuracy.is_measuring()), "{name}");
+        assert!(session.live_error().is_some_and(|meter| meter.is_measuring()), "{name}");
         change(&mut session);
-        let accuracy = session.accuracy().expect("it stays on");
-        assert!(accuracy.last().is_none() && !accuracy.is_measuring(), "{name}");
+        let meter = session.live_error().expect("it stays on");
+        assert!(meter.last().is_none() && !meter.is_measuring(), "{name}");
         (0..WINDOW).for_each(|_| session.step_forward());
-        let last = session.accuracy().and_then(|accuracy| accuracy.last()).expect(name);
+        let last = session.live_error().and_then(|meter| meter.last()).expect(name);
         assert_eq!(last.error.at, session.time(), "{name}");
     }
 }
@@ -430,13 +434,13 @@ fn whatever_replaces_the_state_or_the_settings_restarts_the_estimate() {
 #[test]
 fn a_divergence_restarts_the_estimate() {
     let mut session = measured("jelly");
-    session.set_substeps(1);
+    session.tune(Tuning::Substeps(1));
     run(&mut session, 1);
-    session.set_stiffness(1e6);
+    session.edit(MaterialEdit::Stiffness(1e6));
     run(&mut session, 600);
     assert!(session.failure().is_some());
-    let accuracy = session.accuracy().expect("it stays on");
-    assert!(accuracy.last().is_none() && !accuracy.is_measuring());
+    let meter = session.live_error().expect("it stays on");
+    assert!(meter.last().is_none() && !meter.is_measuring());
 }
 
 #[test]
@@ -452,27 +456,27 @@ fn estimating_changes_no_bit_of_the_run_and_off_copies_nothing() {
             run(session, 1);
         }
         session.release();
-        session.set_rest_scale(1.1);
+        session.edit(MaterialEdit::RestScale(1.1));
         run(session, 20);
     }
-    assert!(plain.accuracy().is_none() && estimate(&watched).is_some());
+    assert!(plain.live_error().is_none() && estimate(&watched).is_some());
     assert_eq!(plain.runner().state(), watched.runner().state());
     assert_eq!(plain.energy(), watched.energy());
     watched.set_estimating(false);
-    assert!(watched.accuracy().is_none());
+    assert!(watched.live_error().is_none());
 }
 
 #[test]
 fn what_a_hand_does_is_no_error() {
     let mut session = measured("chain");
-    session.set_substeps(40);
+    session.tune(Tuning::Substeps(40));
     let start = session.position(0);
     session.grab(0, start);
     for frame in 0..WINDOW {
         session.move_grab(start + DVec3::Y * (frame as f64 / WINDOW as f64));
         if frame == 20 {
             session.pin_toggle(2);
-            session.set_rest_scale(1.2);
+            session.edit(MaterialEdit::RestScale(1.2));
         }
         run(&mut session, 1);
     }
@@ -486,7 +490,7 @@ fn what_a_hand_does_is_no_error() {
 fn the_worst_particle_is_told() {
     let mut session = measured("chain");
     run(&mut session, WINDOW);
-    let last = session.accuracy().and_then(|accuracy| accuracy.last()).expect("a window");
+    let last = session.live_error().and_then(|meter| meter.last()).expect("a window");
     let (particle, error) = last.worst;
     assert_eq!(last.error.particles[particle], error);
     assert!(last.error.particles.iter().all(|&other| other <= error));

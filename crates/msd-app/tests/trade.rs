@@ -1,4 +1,4 @@
-//! Do `msd study` and `msd tune` do what the README says? The real binary, in folders of its own.
+//! `msd study` and `msd tune` as the README describes them: the real binary, in folders of its own.
 
 mod common;
 

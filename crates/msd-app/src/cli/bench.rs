@@ -1,12 +1,11 @@
-//! `msd bench`: how fast is the work done on which engines are compared?
+//! `msd bench`: the speed of the work on which engines are compared.
 
 use super::arguments::{BenchArguments, Work};
 use super::failure::{Failure, say};
 use super::places::Places;
-use super::prepare::is_endless;
-use super::report::evaluations;
-use super::run::explain_divergence;
+use super::run::{evaluations, explain_divergence, is_endless};
 use cpu_time::ProcessTime;
+use msd_app::quantity::{number, quantity};
 use msd_core::{Error, Integrator, Scene, Settings};
 use msd_lab::trade::trial::state;
 use msd_lab::{LabError, Output, Precision, Runner, peers, shown_path};
@@ -28,7 +27,7 @@ const MEASURED: f64 = 1.0;
 
 /// What was measured; the keys of `--json`, as those of `msd run` where they mean the same.
 #[derive(Debug, Serialize)]
-struct Report {
+struct BenchReport {
     scene: String,
     /// Particles along each side.
     size: usize,
@@ -75,14 +74,14 @@ struct Times {
     frames_per_batch: u64,
 }
 
-/// Measures, writes positions if asked, and tells what came of it.
+/// Measures, writes positions if asked, and prints the result.
 pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
     let BenchArguments { integrator, substeps, threads, .. } = *arguments;
     if is_endless(FRAMES as f64 * f64::from(substeps)) {
         return Err(Failure::input(format!("--substeps {substeps} would take weeks")));
     }
     let settings = Settings { integrator, substeps, ..peers::settings() };
-    // Opened first: a folder that is not there is no news for the end.
+    // Opened first: that a folder is missing should be known before the work.
     let places = |path: &PathBuf| Places::default().write("--positions", path);
     arguments.positions.iter().try_for_each(places)?;
     let output = arguments.positions.as_deref().map(Output::create).transpose();
@@ -131,7 +130,7 @@ fn explain(arguments: &BenchArguments, error: Error) -> Failure {
     Failure { message, ..explain_divergence(&name, error) }
 }
 
-fn measure(arguments: &BenchArguments, settings: Settings) -> Result<Report, Failure> {
+fn measure(arguments: &BenchArguments, settings: Settings) -> Result<BenchReport, Failure> {
     let mut runner = start(arguments, settings)?;
     let Times { walls, cpus, frames_per_batch } =
         time(&mut runner).map_err(|error| explain(arguments, error))?;
@@ -141,7 +140,7 @@ fn measure(arguments: &BenchArguments, settings: Settings) -> Result<Report, Fai
     let updates = evaluations_per_frame(settings).map(|count| count as f64 * springs as f64);
     let best = walls.iter().copied().fold(f64::INFINITY, f64::min);
     let (batches, wall) = (walls.len(), median(walls));
-    Ok(Report {
+    Ok(BenchReport {
         scene: name(arguments),
         size: arguments.size,
         particles: runner.particle_count(),
@@ -227,9 +226,9 @@ fn write_positions(
     output.finish().map_err(Failure::input)
 }
 
-fn summary(report: &Report, arguments: &BenchArguments, written: bool) -> String {
-    let Report { scene, particles, springs, integrator, precision, .. } = report;
-    let Report { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
+fn summary(report: &BenchReport, arguments: &BenchArguments, written: bool) -> String {
+    let BenchReport { scene, particles, springs, integrator, precision, .. } = report;
+    let BenchReport { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
     let count = |count: u64, what: &str| match count {
         1 => format!("1 {what}"),
         _ => format!("{count} {what}s"),
@@ -241,18 +240,18 @@ fn summary(report: &Report, arguments: &BenchArguments, written: bool) -> String
          {substeps} per frame, {threads}"
     )];
     lines.extend(report.updates_per_second.as_ref().map(|Updates { best, median }| {
-        let [best, median] = [best, median].map(|updates| 1e-9 * updates);
-        format!("{median:.4} G spring updates/s (median), {best:.4} G (best)")
+        let [best, median] = [best, median].map(|updates| number(1e-9 * updates));
+        format!("{median} G spring updates/s (median), {best} G (best)")
     }));
-    let FrameTime { wall, cpu } = ms_per_frame;
+    let [wall, cpu] = [ms_per_frame.wall, ms_per_frame.cpu].map(|ms| quantity(1e-3 * ms, "s"));
     let frames = count(*frames_per_batch, "frame");
-    lines.push(format!(
-        "{wall:.4} ms per frame, {cpu:.4} ms of processor time ({batches} batches of {frames})"
-    ));
-    lines.extend(report.peak_memory_bytes.map(|bytes| {
-        let megabytes = 1e-6 * bytes as f64;
-        format!("{megabytes:.1} MB of memory at most")
-    }));
+    lines
+        .push(format!("{wall} per frame, {cpu} of processor time ({batches} batches of {frames})"));
+    lines.extend(
+        report
+            .peak_memory_bytes
+            .map(|bytes| format!("{} MB of memory at most", number(1e-6 * bytes as f64))),
+    );
     lines.extend(arguments.positions.as_ref().filter(|_| written).map(|path| {
         let path = shown_path(path);
         format!("positions at t = 1 s in {path}")

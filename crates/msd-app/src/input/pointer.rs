@@ -1,8 +1,8 @@
-//! What does the mouse do in the 3D view? Decided when a button is pressed, held until release.
+//! The pointer over the 3D view: what a press begins goes on until release.
 
-use crate::gesture::{Action, Gesture};
-use crate::viewer::Viewer;
-use egui::{PointerButton, Pos2, Response, Ui};
+use super::picking::pick;
+use crate::viewer::{Action, Gesture, Viewer};
+use egui::{Context, PointerButton, Pos2};
 
 /// Turn per point of motion, radians: half a turn over some 400 points.
 const TURN: f32 = 0.008;
@@ -22,8 +22,12 @@ const BUTTONS: [PointerButton; 3] =
     [PointerButton::Primary, PointerButton::Secondary, PointerButton::Middle];
 
 /// Applies what pointer, wheel and fingers did over the 3D view since the last frame.
-pub(crate) fn handle(ui: &Ui, viewer: &mut Viewer, view: &Response) {
-    let pointer = ui.input(|input| Pointer {
+///
+/// Before anything is laid out, so by the place that the view had in the last frame, which is also
+/// what egui goes by.
+pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
+    let Some(view) = ctx.read_response(Viewer::view_id()) else { return };
+    let pointer = ctx.input(|input| Pointer {
         pressed: BUTTONS.into_iter().find(|&button| input.pointer.button_pressed(button)),
         origin: input.pointer.press_origin(),
         latest: input.pointer.latest_pos(),
@@ -36,7 +40,7 @@ pub(crate) fn handle(ui: &Ui, viewer: &mut Viewer, view: &Response) {
     {
         start(viewer, button, origin, pointer.shift);
     }
-    if let Some(touch) = ui.input(|input| input.multi_touch()) {
+    if let Some(touch) = ctx.input(|input| input.multi_touch()) {
         end(viewer);
         viewer.camera.zoom(1.0 / touch.zoom_delta);
         let way = touch.translation_delta / viewer.rect.height();
@@ -46,29 +50,29 @@ pub(crate) fn handle(ui: &Ui, viewer: &mut Viewer, view: &Response) {
         follow(viewer, latest);
     }
     let is_down = |button| BUTTONS.iter().zip(pointer.down).any(|(&b, down)| b == button && down);
-    // After the motion: what was let go of keeps the speed of the last one.
+    // After the motion: what is let go keeps the speed of the last one.
     if viewer.gesture.is_some_and(|gesture| !is_down(gesture.button)) {
         end(viewer);
     }
     if view.hovered() {
-        zoom(ui, viewer);
+        zoom(ctx, viewer);
     }
     let idle = viewer.gesture.is_none() && view.hovered();
     let at = pointer.latest.filter(|_| idle);
-    viewer.hovered = at.and_then(|at| viewer.lens().pick(viewer.session.runner(), at));
+    viewer.hovered = at.and_then(|at| pick(&viewer.viewport(), viewer.session.runner(), at));
 }
 
 fn start(viewer: &mut Viewer, button: PointerButton, at: Pos2, shift: bool) {
-    let lens = viewer.lens();
-    let wants_hold = button == PointerButton::Primary && !shift;
-    let picked = if wants_hold { lens.pick(viewer.session.runner(), at) } else { None };
+    let viewport = viewer.viewport();
+    let wants_grab = button == PointerButton::Primary && !shift;
+    let picked = if wants_grab { pick(&viewport, viewer.session.runner(), at) } else { None };
     let action = match (button, picked) {
         (_, Some(particle)) => {
             let position = viewer.session.position(particle);
             let through = position.as_vec3();
             viewer.session.grab(particle, position);
             viewer.hint = false;
-            Action::Hold { through, offset: through - lens.drag_point(at, through) }
+            Action::Grab { through, offset: through - viewport.drag_point(at, through) }
         }
         (PointerButton::Middle, _) => Action::Pan,
         _ if shift => Action::Pan,
@@ -78,7 +82,7 @@ fn start(viewer: &mut Viewer, button: PointerButton, at: Pos2, shift: bool) {
 }
 
 fn follow(viewer: &mut Viewer, latest: Pos2) {
-    let lens = viewer.lens();
+    let viewport = viewer.viewport();
     let Some(gesture) = &mut viewer.gesture else { return };
     let way = latest - gesture.last;
     gesture.last = latest;
@@ -88,20 +92,20 @@ fn follow(viewer: &mut Viewer, latest: Pos2) {
             let way = way / viewer.rect.height();
             viewer.camera.pan(way.x, way.y);
         }
-        Action::Hold { through, offset } => {
-            let target = lens.drag_point(latest, through) + offset;
+        Action::Grab { through, offset } => {
+            let target = viewport.drag_point(latest, through) + offset;
             viewer.session.move_grab(target.as_dvec3());
         }
     }
 }
 
 fn end(viewer: &mut Viewer) {
-    if let Some(Gesture { action: Action::Hold { .. }, .. }) = viewer.gesture.take() {
+    if let Some(Gesture { action: Action::Grab { .. }, .. }) = viewer.gesture.take() {
         viewer.session.release();
     }
 }
 
-fn zoom(ui: &Ui, viewer: &mut Viewer) {
-    let (scroll, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+fn zoom(ctx: &Context, viewer: &mut Viewer) {
+    let (scroll, pinch) = ctx.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
     viewer.camera.zoom((-scroll * ZOOM).exp() / pinch);
 }

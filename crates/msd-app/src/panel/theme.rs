@@ -1,4 +1,4 @@
-//! How does the window look?
+//! Colours, sizes and fonts of the window.
 
 use egui::{Color32, Context, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Theme, vec2};
 

@@ -1,4 +1,4 @@
-//! How many steps are due this frame, and did the machine keep up?
+//! A fixed-step clock: the steps that are due in a frame, and averages of how it keeps up.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,4 @@
-//! How wrong is the run right now? A finer copy runs along for a while, then both rest.
+//! A live estimate of the error of the run: a finer copy runs along for a while, then rests.
 
 use msd_core::{Interaction, Settings};
 use msd_lab::Runner;
@@ -12,38 +12,39 @@ const REST: u32 = 90;
 /// The same where the clock fell behind during a window.
 const LONG_REST: u32 = 570;
 
-/// Estimates the error of a run in windows of time. A session has one only while it is asked for.
+/// Estimates the error of a run in windows of time. A session has one only while the user wants
+/// it.
 #[derive(Clone, Debug)]
-pub struct Accuracy {
+pub struct LiveErrorMeter {
     estimator: Estimator,
     /// Steps of the present window taken, and steps until the next one opens.
     taken: u32,
     rest: u32,
     /// What was done since the last step, for the copy.
-    told: Vec<Interaction>,
+    pending: Vec<Interaction>,
     /// Whether the clock fell behind during this window.
     late: bool,
-    last: Option<Reading>,
-    /// Whether the copy of the last window came to no end.
+    last: Option<ErrorReading>,
+    /// Whether the copy of the last window did not reach its end.
     lost: bool,
 }
 
 /// An estimate and what is shown of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Reading {
+pub struct ErrorReading {
     /// The estimate.
     pub error: LiveError,
     /// The particle that is most wrong, and its error in metres.
     pub worst: (usize, f64),
 }
 
-impl Default for Accuracy {
+impl Default for LiveErrorMeter {
     fn default() -> Self {
-        Accuracy {
+        LiveErrorMeter {
             estimator: Estimator::new(WINDOW, WINDOW),
             taken: 0,
             rest: 0,
-            told: Vec::new(),
+            pending: Vec::new(),
             late: false,
             last: None,
             lost: false,
@@ -51,9 +52,9 @@ impl Default for Accuracy {
     }
 }
 
-impl Accuracy {
+impl LiveErrorMeter {
     /// The last estimate; none before the first and after something was replaced.
-    pub fn last(&self) -> Option<&Reading> {
+    pub fn last(&self) -> Option<&ErrorReading> {
         self.last.as_ref()
     }
 
@@ -70,18 +71,18 @@ impl Accuracy {
     /// Forgets everything and measures from the next step on: state, settings or precision were
     /// replaced.
     pub(crate) fn restart(&mut self) {
-        *self = Accuracy::default();
+        *self = LiveErrorMeter::default();
     }
 
-    /// Hears of something that was done to the run, which steps with these settings. Between
-    /// windows it does not matter: the next copy is made of what is there then.
-    pub(crate) fn hear(&mut self, interaction: Interaction, settings: Settings) {
+    /// Passes on an interaction with the run, which steps with these settings. Between windows it
+    /// does not matter: the next copy is made of what is there then.
+    pub(crate) fn follow(&mut self, interaction: Interaction, settings: Settings) {
         if self.is_measuring() {
-            self.told.push(as_felt(interaction, settings.substep()));
+            self.pending.push(as_felt(interaction, settings.substep()));
         }
     }
 
-    /// Hears that the run fell behind the clock.
+    /// Takes note that the run fell behind the clock.
     pub(crate) fn fall_behind(&mut self) {
         self.late |= self.is_measuring();
     }
@@ -91,17 +92,17 @@ impl Accuracy {
         if 0 < self.rest {
             return;
         }
-        if self.told.is_empty() {
+        if self.pending.is_empty() {
             return self.estimator.before_step(runner);
         }
-        // The window does what a hand wants at once, for the eye; a copy of the run gets it in its
-        // queue, where the estimator looks for it.
-        let mut heard = runner.clone();
-        for interaction in self.told.drain(..) {
+        // The window applies what the user does at once, for the eye; a copy of the run gets it in
+        // its queue, where the estimator looks for it.
+        let mut followed = runner.clone();
+        for interaction in self.pending.drain(..) {
             // The run has accepted it.
-            heard.queue(interaction).ok();
+            followed.queue(interaction).ok();
         }
-        self.estimator.before_step(&heard);
+        self.estimator.before_step(&followed);
     }
 
     /// Follows a step of the run.
@@ -115,10 +116,10 @@ impl Accuracy {
         if self.taken < WINDOW {
             return;
         }
-        // Without a copy the estimator still tells of the window before.
+        // Without a copy the estimator still reports the window before.
         let found = found.filter(|error| error.at == runner.time());
         self.lost = found.is_none();
-        self.last = found.map(|error| Reading { worst: error.worst(), error });
+        self.last = found.map(|error| ErrorReading { worst: error.worst(), error });
         self.rest = if self.late { LONG_REST } else { REST };
         (self.taken, self.late) = (0, false);
     }
@@ -137,43 +138,43 @@ mod tests {
             .expect("a valid scene")
     }
 
-    fn step(accuracy: &mut Accuracy, runner: &mut Runner) {
-        accuracy.before_step(runner);
+    fn step(meter: &mut LiveErrorMeter, runner: &mut Runner) {
+        meter.before_step(runner);
         runner.step().expect("a calm rope");
-        accuracy.after_step(runner);
+        meter.after_step(runner);
     }
 
     #[test]
     fn a_window_ends_with_an_estimate_and_is_followed_by_a_rest() {
-        let (mut accuracy, mut runner) = (Accuracy::default(), rope());
-        (1..WINDOW).for_each(|_| step(&mut accuracy, &mut runner));
-        assert!(accuracy.is_measuring() && accuracy.last().is_none());
-        step(&mut accuracy, &mut runner);
-        let at = |accuracy: &Accuracy| accuracy.last().map(|last| last.error.at);
-        assert_eq!(at(&accuracy), Some(runner.time()));
+        let (mut meter, mut runner) = (LiveErrorMeter::default(), rope());
+        (1..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        assert!(meter.is_measuring() && meter.last().is_none());
+        step(&mut meter, &mut runner);
+        let at = |meter: &LiveErrorMeter| meter.last().map(|last| last.error.at);
+        assert_eq!(at(&meter), Some(runner.time()));
         (0..REST).for_each(|_| {
-            assert!(!accuracy.is_measuring());
-            step(&mut accuracy, &mut runner);
+            assert!(!meter.is_measuring());
+            step(&mut meter, &mut runner);
         });
-        (0..WINDOW).for_each(|_| step(&mut accuracy, &mut runner));
-        assert_eq!(at(&accuracy), Some(runner.time()));
+        (0..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        assert_eq!(at(&meter), Some(runner.time()));
     }
 
     #[test]
     fn falling_behind_in_a_window_makes_the_rest_long() {
-        let (mut accuracy, mut runner) = (Accuracy::default(), rope());
-        accuracy.fall_behind();
-        (0..WINDOW).for_each(|_| step(&mut accuracy, &mut runner));
+        let (mut meter, mut runner) = (LiveErrorMeter::default(), rope());
+        meter.fall_behind();
+        (0..WINDOW).for_each(|_| step(&mut meter, &mut runner));
         // No copy ran when it fell behind.
-        assert_eq!(accuracy.rest, REST);
-        (0..REST + 1).for_each(|_| step(&mut accuracy, &mut runner));
-        accuracy.fall_behind();
-        (1..WINDOW).for_each(|_| step(&mut accuracy, &mut runner));
-        assert_eq!(accuracy.rest, LONG_REST);
+        assert_eq!(meter.rest, REST);
+        (0..REST + 1).for_each(|_| step(&mut meter, &mut runner));
+        meter.fall_behind();
+        (1..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        assert_eq!(meter.rest, LONG_REST);
     }
 
     #[test]
-    fn the_copy_feels_the_hand_that_the_run_feels() {
+    fn the_copy_feels_the_grab_that_the_run_feels() {
         let (h, mut runner) = (Settings::default().substep(), rope());
         let grab = Interaction::Grab {
             particle: 2,

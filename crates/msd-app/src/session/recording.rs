@@ -1,71 +1,58 @@
-//! How is what happens in the window written down, so that it can happen again?
+//! A recording of what happens in the window, from which a replay makes it happen again.
 
-use crate::session::Session;
 use msd_lab::recording::Event;
-use msd_lab::{LabError, Loaded, Recorder};
+use msd_lab::{LabError, Loaded, Recorder, Runner};
 use std::path::Path;
 
-impl Session {
-    /// Begins to record from the present state on, into a file that grows. Ends a recording that
-    /// was being made.
-    pub fn start_recording(&mut self, path: &Path) {
-        self.stop_recording();
-        match Recorder::begin(path, &self.now()) {
-            Ok(recorder) => self.recorder = Some(recorder),
-            Err(error) => self.refusal = Some(error.to_string()),
-        }
-    }
+/// A recording, while one is being made. One that cannot be written any more ends by itself.
+#[derive(Debug, Default)]
+pub struct SessionRecording(Option<Recorder>);
 
-    /// Ends the recording, if one is being made.
-    pub fn stop_recording(&mut self) {
-        let Some(recorder) = self.recorder.take() else { return };
-        let ended = recorder.finish(&self.runner);
-        self.refusal = ended.err().map(|error| error.to_string());
-    }
-
+impl SessionRecording {
     /// The file that is being recorded into.
-    pub fn recording(&self) -> Option<&str> {
-        self.recorder.as_ref().map(Recorder::name)
+    pub fn name(&self) -> Option<&str> {
+        self.0.as_ref().map(Recorder::name)
     }
 
-    /// The run as it is now.
-    fn now(&self) -> Loaded {
-        Loaded::of(&self.loaded.name, &self.loaded.title, &self.runner)
+    /// Whether a recording is being made.
+    pub fn is_on(&self) -> bool {
+        self.0.is_some()
     }
 
-    /// Writes something down. Where that fails the recording ends, and the person is told.
-    pub(crate) fn note(&mut self, write: impl FnOnce(&mut Recorder) -> Result<(), LabError>) {
-        let Some(recorder) = &mut self.recorder else { return };
-        if let Err(error) = write(recorder) {
-            self.recorder = None;
-            self.refusal = Some(error.to_string());
+    /// Begins to record from a run as it is now, into a file that grows.
+    pub(super) fn begin(&mut self, path: &Path, now: &Loaded) -> Result<(), LabError> {
+        self.0 = Some(Recorder::begin(path, now)?);
+        Ok(())
+    }
+
+    /// Ends the recording with the state of the run.
+    pub(super) fn finish(&mut self, runner: &Runner) -> Result<(), LabError> {
+        self.0.take().map_or(Ok(()), |recorder| recorder.finish(runner))
+    }
+
+    /// Records a step.
+    pub(super) fn step(&mut self) -> Result<(), LabError> {
+        self.write(Recorder::step)
+    }
+
+    /// Records something other than a step.
+    pub(super) fn event(&mut self, event: &Event) -> Result<(), LabError> {
+        self.write(|recorder| recorder.add(event))
+    }
+
+    /// Records that a step was taken back; `now` gives the run as it is after that.
+    pub(super) fn back(&mut self, now: impl Fn() -> Loaded) -> Result<(), LabError> {
+        self.write(|recorder| recorder.back(now))
+    }
+
+    fn write(
+        &mut self,
+        write: impl FnOnce(&mut Recorder) -> Result<(), LabError>,
+    ) -> Result<(), LabError> {
+        let written = self.0.as_mut().map_or(Ok(()), write);
+        if written.is_err() {
+            self.0 = None;
         }
-    }
-
-    /// Writes down what has happened.
-    pub(crate) fn note_event(&mut self, event: Event) {
-        self.note(|recorder| recorder.add(&event));
-    }
-
-    /// Writes down that the run was replaced.
-    pub(crate) fn note_start(&mut self) {
-        if self.recorder.is_some() {
-            self.note_event(Event::Start(Box::new(self.now())));
-        }
-    }
-
-    /// Writes down that a step was taken back.
-    pub(crate) fn note_back(&mut self) {
-        let Some(mut recorder) = self.recorder.take() else { return };
-        let noted = recorder.back(|| self.now());
-        self.recorder = Some(recorder);
-        self.note(|_| noted);
-    }
-}
-
-/// Ends the recording of a window that is closed.
-impl Drop for Session {
-    fn drop(&mut self) {
-        self.stop_recording();
+        written
     }
 }

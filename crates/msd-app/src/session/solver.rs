@@ -1,72 +1,63 @@
-//! What can a person choose of how the scene is stepped, and of what is told about it?
+//! Solver settings that the user changes while a scene runs, and the way out of a divergence.
 
-use crate::accuracy::Accuracy;
-use crate::session::Session;
-use msd_core::{Integrator, Settings};
-use msd_lab::Precision;
+use msd_core::{Error, Integrator, Settings};
 use msd_lab::recording::Event;
+use msd_lab::{Precision, Runner};
 
-impl Session {
-    /// Changes the method.
-    pub fn set_integrator(&mut self, integrator: Integrator) {
-        self.set_settings(Settings { integrator, ..self.runner.settings() });
-    }
+/// The most substeps that can be chosen.
+pub const MOST_SUBSTEPS: u32 = 1000;
 
-    /// Changes the substeps per step.
-    pub fn set_substeps(&mut self, substeps: u32) {
-        self.set_settings(Settings { substeps, ..self.runner.settings() });
-    }
+/// Part of the longest stable substep that is aimed at after a divergence: springs that turn and
+/// stretch move the limit.
+const CAUTION: f64 = 0.8;
 
-    /// Changes the error that an adaptive method allows, as a fraction of the size of the scene.
-    pub fn set_tolerance(&mut self, tolerance: f64) {
-        self.set_settings(Settings { tolerance, ..self.runner.settings() });
-    }
+/// A change of how the scene is stepped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tuning {
+    /// The method.
+    Integrator(Integrator),
+    /// Substeps per step.
+    Substeps(u32),
+    /// The error that an adaptive method allows, as a fraction of the size of the scene.
+    Tolerance(f64),
+    /// Newton iterations per substep of an implicit method.
+    Newton(u32),
+    /// The precision; the state stays, rounded once.
+    Precision(Precision),
+}
 
-    /// Changes the Newton iterations per substep of an implicit method.
-    pub fn set_newton(&mut self, newton: u32) {
-        self.set_settings(Settings { newton, ..self.runner.settings() });
-    }
-
-    fn set_settings(&mut self, settings: Settings) {
-        self.refusal = self.runner.set_settings(settings).err().map(|error| error.to_string());
-        if self.refusal.is_none() {
-            self.note_event(Event::Settings(settings));
-        }
-        self.remeasure();
-        self.touch();
-    }
-
-    /// Changes the precision; the state stays, rounded once.
-    pub fn set_precision(&mut self, precision: Precision) {
-        match self.runner.convert(precision) {
-            Ok(runner) => {
-                self.runner = runner;
-                self.note_event(Event::Precision(precision));
+impl Tuning {
+    /// Applies the change to a run; returns what a recording notes of it.
+    pub(super) fn apply(self, runner: &mut Runner) -> Result<Event, Error> {
+        let now = runner.settings();
+        let settings = match self {
+            Tuning::Integrator(integrator) => Settings { integrator, ..now },
+            Tuning::Substeps(substeps) => Settings { substeps, ..now },
+            Tuning::Tolerance(tolerance) => Settings { tolerance, ..now },
+            Tuning::Newton(newton) => Settings { newton, ..now },
+            Tuning::Precision(precision) => {
+                *runner = runner.convert(precision)?;
+                return Ok(Event::Precision(precision));
             }
-            Err(error) => self.refusal = Some(error.to_string()),
-        }
-        self.remeasure();
-        self.touch();
+        };
+        runner.set_settings(settings)?;
+        Ok(Event::Settings(settings))
     }
+}
 
-    /// Begins or ends to estimate the error; while it is off nothing is copied.
-    pub fn set_estimating(&mut self, on: bool) {
-        if on != self.accuracy.is_some() {
-            self.accuracy = on.then(Accuracy::default);
-        }
-    }
+/// Why a run stopped by itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunFailure {
+    /// The error of the step.
+    pub text: String,
+    /// Substeps per step that are predicted to be stable, if any number is.
+    pub substeps: Option<u32>,
+}
 
-    /// Energy that the integrator has added for good since a hand did something, joules; none if
-    /// it added none.
-    pub fn energy_gain(&self) -> Option<f64> {
-        Some(self.witness.gain()).filter(|&gain| 0.0 < gain)
-    }
-
-    /// Forgets what was measured: it is of another state or of other settings.
-    pub(crate) fn remeasure(&mut self) {
-        self.witness.restart();
-        if let Some(accuracy) = &mut self.accuracy {
-            accuracy.restart();
-        }
-    }
+/// More substeps than now that are predicted to be stable, given the longest stable substep,
+/// seconds.
+pub(super) fn stable_substeps(settings: Settings, stable: f64) -> Option<u32> {
+    let needed = (settings.step / (CAUTION * stable)).ceil();
+    let count = (needed <= f64::from(MOST_SUBSTEPS)).then_some((needed as u32).max(1));
+    count.filter(|&count| settings.substeps < count)
 }

@@ -1,19 +1,19 @@
-//! How often may a person be told what costs time to find out?
+//! A throttle for readings that cost time: they take a bounded share of steps and wall clock.
 
-/// The largest share of the time of steps that it may take.
+/// The largest share of the time of steps that readings may take.
 const OF_STEPS: f64 = 0.03;
 /// The largest share of the wall clock, where that is more: a light scene has time to spare.
 const OF_CLOCK: f64 = 0.005;
 
-/// Time put aside for something until there is enough for it.
+/// Time saved up for a reading until it can be afforded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Ration {
+pub struct Throttle {
     saved: f64,
     /// What it took the last two times, seconds.
     costs: [f64; 2],
 }
 
-impl Ration {
+impl Throttle {
     /// Lets `real` seconds of wall clock pass, `spent` of them on steps.
     pub fn save(&mut self, real: f64, spent: f64) {
         self.saved += (OF_STEPS * spent).max(OF_CLOCK * real.max(0.0));
@@ -29,7 +29,7 @@ impl Ration {
     pub fn spend<T>(&mut self, stopwatch: &impl Fn() -> f64, act: impl FnOnce() -> T) -> T {
         let start = stopwatch();
         let result = act();
-        *self = Ration { saved: 0.0, costs: [self.costs[1], stopwatch() - start] };
+        *self = Throttle { saved: 0.0, costs: [self.costs[1], stopwatch() - start] };
         result
     }
 }
@@ -42,11 +42,11 @@ mod tests {
     /// Frames of 1/60 s with steps of `spent` seconds, out of 6000, in which something is done
     /// that costs `cost` seconds.
     fn done(spent: f64, cost: f64) -> u32 {
-        let (mut ration, now, mut done) = (Ration::default(), Cell::new(0.0), 0);
+        let (mut throttle, now, mut done) = (Throttle::default(), Cell::new(0.0), 0);
         for _ in 0..6000 {
-            ration.save(1.0 / 60.0, spent);
-            if ration.is_enough() {
-                ration.spend(&|| now.get(), || now.set(now.get() + cost));
+            throttle.save(1.0 / 60.0, spent);
+            if throttle.is_enough() {
+                throttle.spend(&|| now.get(), || now.set(now.get() + cost));
                 done += 1;
             }
         }
@@ -62,13 +62,13 @@ mod tests {
 
     #[test]
     fn a_single_time_that_took_long_is_not_waited_for() {
-        let mut ration = Ration::default();
+        let mut throttle = Throttle::default();
         for cost in [1e-3, 1e-3, 9.0] {
             let now = Cell::new(0.0);
-            ration.spend(&|| now.get(), || now.set(cost));
+            throttle.spend(&|| now.get(), || now.set(cost));
         }
-        ration.save(1.0, 1.0);
-        assert!(ration.is_enough());
+        throttle.save(1.0, 1.0);
+        assert!(throttle.is_enough());
     }
 
     #[test]

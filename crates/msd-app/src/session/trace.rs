@@ -1,4 +1,4 @@
-//! What did the energy do over the last seconds?
+//! Energy samples of the last seconds, for the plot.
 
 use msd_core::Energy;
 use std::collections::VecDeque;

@@ -1,4 +1,4 @@
-//! What does the mouse do in the 3D view, from press to release?
+//! A mouse gesture over the 3D view, from press to release.
 
 use egui::{PointerButton, Pos2};
 use glam::Vec3;
@@ -21,12 +21,12 @@ pub(crate) enum Action {
     Orbit,
     /// Moves the camera sideways.
     Pan,
-    /// Drags in the plane through `through` that faces the camera; the hand stays `offset` away
-    /// from the pointer, as it was when it closed.
-    Hold {
+    /// Drags a particle in the plane through `through` that faces the camera; its target stays
+    /// `offset` away from the pointer, as it was when the particle was taken.
+    Grab {
         /// Where the particle was when it was taken, metres.
         through: Vec3,
-        /// From the pointer to the hand, metres.
+        /// From the pointer to the target, metres.
         offset: Vec3,
     },
 }

@@ -1,8 +1,15 @@
-//! What does the window show of a session, and what do commands do to both?
+//! A session and how it is looked at: camera, view settings, the list of scenes, commands.
 
-use crate::gesture::Gesture;
-use crate::keys::Command;
-use crate::lens::Lens;
+mod catalogue;
+mod command;
+mod gesture;
+mod viewport;
+
+pub use catalogue::{Catalogue, Entry, catalogue};
+pub use command::Command;
+pub(crate) use gesture::{Action, Gesture};
+pub use viewport::Viewport;
+
 use crate::session::Session;
 use egui::Rect;
 use glam::Vec3;
@@ -12,24 +19,6 @@ use msd_lab::{Loaded, on};
 use msd_render::{Camera, Style};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
-
-/// A scene in the list.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Entry {
-    /// What it is opened by.
-    pub name: &'static str,
-    /// One line on what is seen.
-    pub title: &'static str,
-}
-
-/// The scenes of the list and how one is opened.
-#[derive(Clone, Debug)]
-pub struct Catalogue {
-    /// The scenes, in the order of the list.
-    pub entries: Vec<Entry>,
-    /// Opens one by its name; the error is a line for the person.
-    pub open: fn(&str) -> Result<Loaded, String>,
-}
 
 /// The session and how it is looked at. Drawn by [`crate::panel::show`].
 #[derive(Debug)]
@@ -48,7 +37,7 @@ pub struct Viewer {
     pub help: bool,
     /// Whether the hint for new users is shown: until something was grabbed.
     pub hint: bool,
-    /// Whether the person asked to close the window.
+    /// Whether the user asked to close the window.
     pub quit: bool,
     /// Where recordings go: the folder that the program was started in.
     pub folder: PathBuf,
@@ -64,14 +53,14 @@ pub struct Viewer {
     unframed: bool,
     /// The scene that is not in the catalogue: of a file or a mesh.
     opened: Option<Loaded>,
-    /// The entry of the catalogue that runs; none for the opened one.
+    /// The entry of the catalogue that runs; `None` for the opened one.
     current: Option<usize>,
-    /// Where the camera was left looking, and how far beside everything the person moved it.
+    /// Where the camera was left looking, and how far beside everything the user moved it.
     aimed: Vec3,
     beside: Vec3,
 }
 
-/// Whether a scene is shown with its springs, coloured by strain, unless the person says otherwise:
+/// Whether a scene is shown with its springs, coloured by strain, unless the user says otherwise:
 /// in the flat squares the springs are what there is to see.
 pub fn shows_springs(name: &str) -> bool {
     matches!(name, "square" | "square4")
@@ -116,8 +105,20 @@ impl Viewer {
     }
 
     /// The camera and where its picture is.
-    pub fn lens(&self) -> Lens {
-        Lens { camera: self.camera, rect: self.rect }
+    pub fn viewport(&self) -> Viewport {
+        Viewport { camera: self.camera, rect: self.rect }
+    }
+
+    /// Lets `real` seconds of wall clock pass: steps, and has the camera follow; `stopwatch` gives
+    /// the seconds spent in this frame.
+    pub fn advance(&mut self, real: f64, stopwatch: &impl Fn() -> f64) {
+        self.session.advance(real, stopwatch);
+        self.look(real);
+    }
+
+    /// The name of the 3D view among egui's widgets.
+    pub(crate) fn view_id() -> egui::Id {
+        egui::Id::unique("view")
     }
 
     /// Does what a key or a button asks for.
@@ -175,8 +176,8 @@ impl Viewer {
         self.frame_once();
     }
 
-    /// Ends a hold: what was held may be gone.
-    fn let_go(&mut self) {
+    /// Ends a gesture: what it held may be gone.
+    pub(crate) fn let_go(&mut self) {
         self.gesture = None;
         self.hovered = None;
     }
@@ -210,7 +211,7 @@ impl Viewer {
         self.opened.as_ref()
     }
 
-    /// The entry of the catalogue that runs; none for the opened scene.
+    /// The entry of the catalogue that runs; `None` for the opened scene.
     pub fn current(&self) -> Option<usize> {
         self.current
     }
@@ -230,7 +231,7 @@ impl Viewer {
             Ok(()) => {
                 self.current = index;
                 let springs = shows_springs(&self.session.loaded().name);
-                // What the person chose stays between scenes of the same kind.
+                // What the user chose stays between scenes of the same kind.
                 if springs != before {
                     self.style.springs = springs;
                 }
@@ -238,7 +239,7 @@ impl Viewer {
                 self.unframed = true;
                 self.frame_once();
             }
-            Err(error) => self.session.refusal = Some(error),
+            Err(error) => self.session.refuse(Err(error)),
         }
     }
 
@@ -286,8 +287,8 @@ impl Viewer {
     /// Lets the camera keep up, once per frame, after the steps; `real` is the wall-clock time of
     /// the frame in seconds.
     ///
-    /// It turns to the middle of everything, not only as far as that moved: what a hand carried
-    /// away comes back into the picture. A person who moves the camera aside keeps it aside.
+    /// It turns to the middle of everything, not only as far as that moved: what was dragged
+    /// away comes back into the picture. A camera that the user moved aside stays aside.
     pub fn look(&mut self, real: f64) {
         self.beside += self.camera.target - self.aimed;
         self.aimed = self.camera.target;
@@ -295,7 +296,7 @@ impl Viewer {
             self.beside = Vec3::ZERO;
             return;
         }
-        // In the hand of a person the picture stays still.
+        // While something is held the picture stays still.
         if self.session.held().is_some() {
             return;
         }

@@ -1,13 +1,27 @@
-//! The shell: how do window events become frames?
+//! The window: winit's events become frames, and a frame reads input, steps and draws.
 
-use crate::canvas::{Canvas, Painting};
-use crate::keys;
+mod surface;
+mod error;
+#[cfg(not(target_arch = "wasm32"))]
+mod status_file;
+#[cfg(not(target_arch = "wasm32"))]
+mod native;
+#[cfg(target_arch = "wasm32")]
+mod web;
+
+pub use error::{Missing, ViewError};
+#[cfg(not(target_arch = "wasm32"))]
+pub use native::{view, view_as};
+#[cfg(target_arch = "wasm32")]
+pub use web::start_web;
+
+use crate::input::{read_pointer, take_commands};
 use crate::panel;
-use crate::theme;
 use crate::viewer::Viewer;
 use msd_render::{Gpu, RenderError};
 use std::sync::Arc;
 use std::time::Duration;
+use surface::{Painting, WindowSurface};
 use web_time::Instant;
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
@@ -27,7 +41,7 @@ pub(crate) enum Trouble {
     Window(String),
 }
 
-/// Hears of every frame, for tests.
+/// Is shown every frame, for tests.
 pub(crate) type Watcher = Box<dyn FnMut(&Viewer, f32)>;
 
 /// The window and what it shows.
@@ -37,7 +51,7 @@ pub(crate) struct Shell {
     context: egui::Context,
     window: Option<Arc<Window>>,
     input: Option<egui_winit::State>,
-    canvas: Option<Canvas>,
+    surface: Option<WindowSurface>,
     last_frame: Instant,
     hidden: bool,
     watcher: Option<Watcher>,
@@ -51,14 +65,14 @@ impl Shell {
         watcher: Option<Watcher>,
     ) -> Self {
         let context = egui::Context::default();
-        theme::apply(&context);
+        panel::theme::apply(&context);
         Shell {
             viewer,
             proxy,
             context,
             window: None,
             input: None,
-            canvas: None,
+            surface: None,
             last_frame: Instant::now(),
             hidden: false,
             watcher,
@@ -107,35 +121,43 @@ impl Shell {
         event_loop.exit();
     }
 
+    /// One frame: reads input, steps, draws.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
-        let (Some(window), Some(input), Some(canvas)) =
-            (&self.window, &mut self.input, &mut self.canvas)
+        let (Some(window), Some(input), Some(surface)) =
+            (&self.window, &mut self.input, &mut self.surface)
         else {
             return;
         };
         let start = Instant::now();
         let real = start.duration_since(self.last_frame).as_secs_f64();
         self.last_frame = start;
-        if !canvas.is_visible() {
+        if !surface.is_visible() {
             return;
         }
         let viewer = &mut self.viewer;
-        viewer.session.advance(real, &|| start.elapsed().as_secs_f64());
-        viewer.look(real);
-        let stepped = start.elapsed();
         let mut raw = input.take_egui_input(window);
-        for command in keys::take_commands(&mut raw, self.context.egui_wants_keyboard_input()) {
+        for command in take_commands(&mut raw, self.context.egui_wants_keyboard_input()) {
             viewer.command(command);
         }
-        let output = self.context.run_ui(raw, |ui| panel::show(ui, viewer));
+        let mut stepped = None;
+        let output = self.context.run_ui(raw, |ui| {
+            // egui may lay out a frame twice: the pointer acts and time passes once.
+            if stepped.is_none() {
+                read_pointer(ui.ctx(), viewer);
+                viewer.advance(real, &|| start.elapsed().as_secs_f64());
+                stepped = Some(start.elapsed());
+            }
+            panel::show(ui, viewer);
+        });
         input.handle_platform_output(window, output.platform_output);
         let pixels_per_point = output.pixels_per_point;
         let primitives = self.context.tessellate(output.shapes, pixels_per_point);
         let textures = output.textures_delta;
         let laid_out = start.elapsed();
-        canvas.paint(viewer, Painting { primitives, textures, pixels_per_point });
+        surface.paint(viewer, Painting { primitives, textures, pixels_per_point });
+        let stepped = stepped.unwrap_or_default();
         let parts = [stepped, laid_out - stepped, start.elapsed() - laid_out];
-        log::trace!("steps, panels, painting took {parts:.1?}");
+        log::trace!("input and steps, panels, painting took {parts:.1?}");
         if let Some(watch) = &mut self.watcher {
             watch(viewer, pixels_per_point);
         }
@@ -189,13 +211,13 @@ impl ApplicationHandler<Arrival> for Shell {
             Ok(pair) => pair,
             Err(error) => return self.fail(event_loop, Trouble::Graphics(error)),
         };
-        let Some(canvas) = Canvas::new(window.clone(), gpu, surface) else {
+        let Some(surface) = WindowSurface::new(window.clone(), gpu, surface) else {
             let text = "the graphics adapter cannot draw on this window".to_owned();
             return self.fail(event_loop, Trouble::Window(text));
         };
-        input.set_max_texture_side(canvas.longest_side());
-        log::info!("drawing with {}", canvas.adapter());
-        self.canvas = Some(canvas);
+        input.set_max_texture_side(surface.longest_side());
+        log::info!("drawing with {}", surface.adapter());
+        self.surface = Some(surface);
         self.last_frame = Instant::now();
         window.request_redraw();
     }
@@ -209,8 +231,8 @@ impl ApplicationHandler<Arrival> for Shell {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
-                if let Some(canvas) = &mut self.canvas {
-                    canvas.resize();
+                if let Some(surface) = &mut self.surface {
+                    surface.resize();
                 }
                 window.request_redraw();
             }

@@ -1,4 +1,5 @@
-//! What did the window just show? A line of JSON per frame, for tests that drive it from outside.
+//! The status file: what each frame showed, a line of JSON, for tests that drive the window from
+//! outside.
 //!
 //! Places are in pixels of the window. Keys: `frame`, `scene`, `time`, `steps`, `paused`, `speed`,
 //! `real_time_factor`, `step_ms`, `frame_rate`, `held` (particle or null), `held_position`,
@@ -8,9 +9,9 @@
 //! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and `landmarks`
 //! (rectangles: left, top, width, height).
 
-use crate::accuracy::Reading;
+use super::Watcher;
+use crate::session::ErrorReading;
 use crate::viewer::Viewer;
-use crate::window::Watcher;
 use egui::{Pos2, Rect};
 use glam::Vec3;
 use msd_core::Vector;
@@ -38,7 +39,7 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     let session = &viewer.session;
     let (pace, held) = (session.pace(), session.held());
     let position = |particle: usize| session.position(particle);
-    let screen = |point: Vec3| viewer.lens().place(point).map(|at| pixels(at, scale));
+    let screen = |point: Vec3| viewer.viewport().project(point).map(|at| pixels(at, scale));
     let landmarks: BTreeMap<_, _> =
         viewer.landmarks.iter().map(|(name, rect)| (name, area(*rect, scale))).collect();
     json!({
@@ -53,16 +54,16 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "frame_rate": pace.frame_rate,
         "held": held,
         "held_position": held.map(|particle| position(particle).to_array()),
-        "held_target": session.hold_target().map(|target| target.to_array()),
+        "held_target": session.grab_target().map(|target| target.to_array()),
         "held_screen": held.and_then(|particle| screen(position(particle).as_vec3())),
         "selected": session.selected(),
         "pinned": session.selected().map(|particle| session.is_pinned(particle)),
         "hovered": viewer.hovered,
-        "error": session.accuracy().and_then(|accuracy| accuracy.last()).map(error),
+        "error": session.live_error().and_then(|meter| meter.last()).map(error),
         "aim": aim(viewer).map(|(particle, at)| {
             json!({ "particle": particle, "screen": pixels(at, scale) })
         }),
-        "stiffness": session.shown().stiffness.map(|value| value.first),
+        "stiffness": session.material().values().stiffness.map(|value| value.first),
         "wireframe": viewer.style.wireframe,
         "camera": {
             "yaw": viewer.camera.yaw,
@@ -75,7 +76,7 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     })
 }
 
-fn error(reading: &Reading) -> Value {
+fn error(reading: &ErrorReading) -> Value {
     let (error, (particle, worst)) = (&reading.error, reading.worst);
     json!({
         "at": error.at,
@@ -101,5 +102,5 @@ fn aim(viewer: &Viewer) -> Option<(usize, Pos2)> {
         let points = simulation.positions().map(|position| position.to_f32());
         points.enumerate().min_by(|a, b| depth(a.1).total_cmp(&depth(b.1)))
     })?;
-    Some((particle, viewer.lens().place(point)?))
+    Some((particle, viewer.viewport().project(point)?))
 }

@@ -1,4 +1,4 @@
-//! How does a frame get onto the window? The surface, the renderer of the scene, and egui's.
+//! The surface of the window: a frame is drawn by the renderer of the scene, then by egui's.
 
 use crate::viewer::Viewer;
 use egui::{ClippedPrimitive, TexturesDelta};
@@ -17,7 +17,7 @@ pub(crate) struct Painting {
 }
 
 /// A window that can be drawn on.
-pub(crate) struct Canvas {
+pub(crate) struct WindowSurface {
     window: Arc<Window>,
     gpu: Gpu,
     surface: wgpu::Surface<'static>,
@@ -26,7 +26,7 @@ pub(crate) struct Canvas {
     panels: egui_wgpu::Renderer,
 }
 
-impl Canvas {
+impl WindowSurface {
     /// Prepares to draw on a window; `None` if the adapter cannot draw on it after all.
     pub(crate) fn new(
         window: Arc<Window>,
@@ -44,9 +44,9 @@ impl Canvas {
         let scene = Renderer::new(&gpu.device, config.format);
         let panels =
             egui_wgpu::Renderer::new(&gpu.device, config.format, RendererOptions::default());
-        let mut canvas = Canvas { window, gpu, surface, config, scene, panels };
-        canvas.resize();
-        Some(canvas)
+        let mut surface = WindowSurface { window, gpu, surface, config, scene, panels };
+        surface.resize();
+        Some(surface)
     }
 
     /// The longest side of a texture, pixels.

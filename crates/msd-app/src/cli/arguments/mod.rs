@@ -1,83 +1,96 @@
-//! What may be written on the command line?
+//! The arguments of every command.
 
-use super::failure::{Failure, say};
-use super::values::{
-    Step, cores, duration, finite, integrator, newton, not_negative, positive, precision, side,
-    size, step, substeps, tasks, threads, tolerance,
-};
-use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+mod values;
+mod mistakes;
+
+pub use mistakes::explain;
+pub use values::Step;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;
-use msd_lab::{Precision, nearest, tame};
+use msd_lab::Precision;
 use std::path::PathBuf;
+use values::{
+    cores, duration, finite, integrator, newton, not_negative, positive, precision, side, size,
+    step, substeps, tasks, threads, tolerance,
+};
 
-/// Elastic things as particles joined by springs and dampers: see them, grab them, run them.
+/// Simulate elastic bodies as particles joined by springs and dampers
 ///
 /// SCENE is the name of a built-in scene (see `msd scenes`), a scene file (.toml or .json), a mesh
-/// (.obj, .stl, .ply, .gltf or .glb) or a saved run (.msd), which goes on where it was saved.
+/// (.obj, .stl, .ply, .gltf or .glb), or a saved run (.msd), which continues where it was saved.
 #[derive(Debug, Parser)]
 #[command(name = "msd", version, args_conflicts_with_subcommands = true)]
 #[command(
-    after_help = "Exit codes: 0 done, 1 the display of the window went away, 2 bad input or \
-                        usage, or a file that could not be written, 3 diverged."
+    after_help = "Exit codes: 0 success, 1 the display of the window went away, 2 bad input or \
+                        usage, or a file that could not be written, 3 the simulation diverged."
 )]
 pub struct Arguments {
     #[command(subcommand)]
-    pub command: Option<Command>,
-    /// The scene to show in the window [default: jelly]
+    pub command: Option<CliCommand>,
+    /// Scene to show in the window [default: jelly]
     pub scene: Option<PathBuf>,
 }
 
 /// The commands.
 #[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Shows a scene in the window; this is also what `msd SCENE` does
+pub enum CliCommand {
+    /// Show a scene in the window; `msd SCENE` does the same
     View {
-        /// The scene [default: jelly]
+        /// Scene to show [default: jelly]
         scene: Option<PathBuf>,
     },
-    /// Lists the built-in scenes
+    /// List the built-in scenes
     Scenes,
-    /// Runs a scene without a window and tells what came of it
+    /// Run a scene without a window and report the result
     Run(RunArguments),
-    /// Draws a scene to a PNG picture; needs no display
+    /// Render a scene to a PNG picture; needs no display
     Render(RenderArguments),
-    /// Measures what a scene costs at every accuracy, and writes a report
+    /// Measure what every accuracy costs on a scene, and write a report
     Study(StudyArguments),
-    /// Finds the cheapest setting within an error, or the most accurate within a budget
+    /// Find the fastest setting within an error, or the most accurate within a time budget
     Tune(TuneArguments),
-    /// Runs a scene over a grid of its keys, one file per cell; resumes what was interrupted
+    /// Run a scene over a grid of its keys, one file per cell; resumes where it was interrupted
     Sweep(SweepArguments),
     /// Takes every method to the extremes: maps of what is accurate, bounded or blows up
     Extremes(ExtremesArguments),
-    /// Measures how fast the work is done on which engines are compared
+    /// Measure the speed of the workloads on which engines are compared
     Bench(BenchArguments),
 }
 
+/// Headings of `--help`.
+const SOLVER: &str = "Solver";
+const OUTPUT: &str = "Output";
+const REPLAY: &str = "Recording and replay";
+const CAMERA: &str = "Camera";
+const DRAWN: &str = "What is drawn";
+const CELLS: &str = "Cells (default: all)";
+
 /// How a scene is stepped; what is left out is as the scene says.
 #[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Solver (default: as in the scene)")]
 pub struct SolverArguments {
-    /// Method: explicit-euler, symplectic-euler, velocity-verlet, rk4, dormand-prince,
+    /// Integration method: explicit-euler, symplectic-euler, velocity-verlet, rk4, dormand-prince,
     /// backward-euler, implicit-midpoint or xpbd
     #[arg(long, value_name = "NAME", value_parser = integrator)]
     pub integrator: Option<Integrator>,
-    /// Length of an integration step, seconds; `auto` takes 0.9 of the longest stable one
+    /// Length of an integration step, seconds; `auto` is 0.9 of the longest stable one
     #[arg(long, value_name = "SECONDS|auto", value_parser = step, allow_hyphen_values = true)]
     #[arg(conflicts_with = "substeps")]
     pub step: Option<Step>,
-    /// Integration steps per 1/60 s, instead of --step
+    /// Integration steps per frame of 1/60 s, instead of --step
     #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
     pub substeps: Option<u32>,
-    /// Local error that dormand-prince allows, as a fraction of the size of the scene
+    /// Local error of dormand-prince, as a fraction of the size of the scene
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,
-    /// Newton iterations of backward-euler and implicit-midpoint per step
+    /// Newton iterations per step of backward-euler and implicit-midpoint
     #[arg(long, value_name = "N", value_parser = newton, allow_hyphen_values = true)]
     pub newton: Option<u32>,
-    /// Precision: f32 or f64
+    /// Floating-point precision: f32 or f64
     #[arg(long, value_name = "NAME", value_parser = precision)]
     pub precision: Option<Precision>,
-    /// Start from this state file instead of the start of the scene
+    /// Start from this state file
     #[arg(long, value_name = "STATE.csv")]
     pub from: Option<PathBuf>,
 }
@@ -85,7 +98,7 @@ pub struct SolverArguments {
 /// Arguments of `msd run`.
 #[derive(Debug, Args)]
 pub struct RunArguments {
-    /// A built-in scene, a scene file, a mesh or a saved run
+    /// Built-in scene, scene file, mesh or saved run
     #[arg(required_unless_present = "replay")]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
@@ -94,45 +107,46 @@ pub struct RunArguments {
     #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
     #[arg(default_value = "10")]
     pub duration: f64,
-    /// Write the last state to this file
-    #[arg(long, value_name = "STATE.csv")]
+    /// Write the final state to this file
+    #[arg(long, value_name = "STATE.csv", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
-    /// Save the run at its end to this file, which a later run takes for its SCENE
-    #[arg(long, value_name = "FILE.msd")]
+    /// Save the run at its end to this file, which can be given as SCENE to continue
+    #[arg(long, value_name = "FILE.msd", help_heading = OUTPUT)]
     pub save: Option<PathBuf>,
-    /// Save it also whenever so much simulated time has passed, seconds
+    /// Save it also every so much simulated time, seconds
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
-    #[arg(requires = "save")]
+    #[arg(requires = "save", help_heading = OUTPUT)]
     pub save_every: Option<f64>,
     /// Record the run to this file, to be replayed
-    #[arg(long, value_name = "FILE.msdrec", conflicts_with = "replay")]
+    #[arg(long, value_name = "FILE.msdrec", conflicts_with = "replay", help_heading = REPLAY)]
     pub record: Option<PathBuf>,
-    /// Replay this recording, made by --record or in the window, instead of a scene; with another
-    /// solver beside it, tell how far the two drift apart
-    #[arg(long, value_name = "FILE.msdrec")]
+    /// Replay this recording (made by --record or in the window) instead of running a scene; with
+    /// another solver, report how far the two drift apart
+    #[arg(long, value_name = "FILE.msdrec", help_heading = REPLAY)]
     #[arg(conflicts_with_all = ["scene", "duration", "step", "from", "save_every"])]
     pub replay: Option<PathBuf>,
-    /// Replay what is whole of a recording that is damaged, and tell how much is lost
-    #[arg(long, requires = "replay")]
+    /// Replay the intact part of a damaged recording, and report how much is lost
+    #[arg(long, requires = "replay", help_heading = REPLAY)]
     pub salvage: bool,
-    /// Write how far the replay is from the recorded run after each step to this file
-    #[arg(long, value_name = "DISTANCES.csv", requires = "replay")]
+    /// Write the distance between replay and recorded run after each step to this file
+    #[arg(long, value_name = "DISTANCES.csv", requires = "replay", help_heading = REPLAY)]
     pub distances: Option<PathBuf>,
     /// Write energy and momentum after each step to this file
-    #[arg(long, value_name = "TRACE.csv")]
+    #[arg(long, value_name = "TRACE.csv", help_heading = OUTPUT)]
     pub trace: Option<PathBuf>,
-    /// Particles whose positions the trace tells too, such as 0,4
+    /// Add the positions of these particles to the trace, such as 0,4
     #[arg(long, value_name = "PARTICLES", value_delimiter = ',', requires = "trace")]
+    #[arg(help_heading = OUTPUT)]
     pub watch: Vec<usize>,
     /// Print one JSON object instead of a summary
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 
 /// Arguments of `msd render`.
 #[derive(Debug, Args)]
 pub struct RenderArguments {
-    /// A built-in scene, a scene file or a mesh
+    /// Built-in scene, scene file or mesh
     pub scene: PathBuf,
     #[command(flatten)]
     pub solver: SolverArguments,
@@ -142,62 +156,64 @@ pub struct RenderArguments {
     pub time: f64,
     /// Size of the picture, pixels
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
-    #[arg(default_value = "1280x720")]
+    #[arg(default_value = "1280x720", help_heading = OUTPUT)]
     pub size: [u32; 2],
-    /// The picture [default: SCENE.png]
-    #[arg(long, value_name = "FILE.png")]
+    /// Write the picture to this file [default: SCENE.png]
+    #[arg(long, value_name = "FILE.png", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
-    /// Turn of the camera about the vertical, degrees
+    /// Azimuth of the camera about the vertical, degrees
     #[arg(long, value_name = "DEGREES", value_parser = finite, allow_hyphen_values = true)]
+    #[arg(help_heading = CAMERA)]
     pub yaw_deg: Option<f64>,
-    /// Height of the camera above the horizon, degrees
+    /// Elevation of the camera above the horizon, degrees
     #[arg(long, value_name = "DEGREES", value_parser = finite, allow_hyphen_values = true)]
+    #[arg(help_heading = CAMERA)]
     pub pitch_deg: Option<f64>,
     /// Draw the edges of the surface
-    #[arg(long)]
+    #[arg(long, help_heading = DRAWN)]
     pub wireframe: bool,
-    /// Draw the springs, green at rest to red with strain
-    #[arg(long)]
+    /// Draw the springs, coloured by strain from green to red
+    #[arg(long, help_heading = DRAWN)]
     pub springs: bool,
     /// Draw the particles
-    #[arg(long)]
+    #[arg(long, help_heading = DRAWN)]
     pub particles: bool,
-    /// Draw no surfaces
-    #[arg(long)]
+    /// Leave out the surfaces
+    #[arg(long, help_heading = DRAWN)]
     pub no_surfaces: bool,
 }
 
 /// Arguments of `msd study`.
 #[derive(Debug, Args)]
 pub struct StudyArguments {
-    /// A built-in scene, a scene file or a mesh
+    /// Built-in scene, scene file or mesh
     pub scene: PathBuf,
-    /// Time to simulate, seconds; brought to whole frames of 1/60 s
+    /// Time to simulate, seconds; rounded to whole frames of 1/60 s
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
     pub duration: f64,
-    /// The error that the advice is about, metres [default: a thousandth of the size]
+    /// Error that the advice is about, metres [default: a thousandth of the size of the scene]
     #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
     pub max_error: Option<f64>,
-    /// Processor time to spend on trials, seconds; the reference comes on top
+    /// Processor time to spend on trials, seconds, not counting the reference
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
     #[arg(default_value = "60")]
     pub time: f64,
-    /// The folder of the report [default: SCENE-study]
-    #[arg(long, value_name = "FOLDER")]
+    /// Write the report to this folder [default: SCENE-study]
+    #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
-    /// Tell instead what each part of the model is worth: what it costs, what it changes
+    /// Report instead what each part of the model costs, and what it changes
     #[arg(long, conflicts_with_all = ["stability_table", "max_error", "time", "out", "fresh"])]
     pub terms: bool,
     /// Tell instead how stiff the scene may be under Euler and Runge-Kutta, beside the report of
     /// 2014
     #[arg(long, conflicts_with_all = ["duration", "max_error", "time", "out", "fresh"])]
     pub stability_table: bool,
-    /// Start anew instead of going on with an interrupted study
+    /// Start afresh instead of resuming an interrupted study
     #[arg(long)]
     pub fresh: bool,
     /// Print the study as one JSON object instead of a summary
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 
@@ -205,9 +221,9 @@ pub struct StudyArguments {
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("goal").required(true)))]
 pub struct TuneArguments {
-    /// A built-in scene, a scene file or a mesh
+    /// Built-in scene, scene file or mesh
     pub scene: PathBuf,
-    /// The largest error, metres: root mean square distance of the particles from the reference
+    /// Largest error, metres: root mean square distance of the particles from the reference
     #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
     #[arg(group = "goal")]
     pub max_error: Option<f64>,
@@ -215,42 +231,43 @@ pub struct TuneArguments {
     #[arg(long, value_name = "MS", value_parser = positive, allow_hyphen_values = true)]
     #[arg(group = "goal")]
     pub budget: Option<f64>,
-    /// Time over which errors are measured, seconds; brought to whole frames of 1/60 s
+    /// Time over which errors are measured, seconds; rounded to whole frames of 1/60 s
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
     pub duration: f64,
-    /// Write the choice into the solver section of the scene file
-    #[arg(long)]
+    /// Write the result into the solver section of the scene file
+    #[arg(long, help_heading = OUTPUT)]
     pub write: bool,
     /// Print one JSON object instead of a summary
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 
 /// Arguments of `msd sweep`; without a choice of cells all of them are run.
 #[derive(Debug, Args)]
 pub struct SweepArguments {
-    /// The sweep file: a scene, a duration and the values that keys of the scene take
+    /// Sweep file: a scene, a duration and the values that keys of the scene take
     #[arg(value_name = "SWEEP.toml")]
     pub sweep: PathBuf,
     /// List the cells: number, hash, whether it is done, values
-    #[arg(long, group = "what")]
+    #[arg(long, group = "what", help_heading = CELLS)]
     pub list: bool,
     /// Run this cell only
     #[arg(long, value_name = "N", group = "what", allow_hyphen_values = true)]
+    #[arg(help_heading = CELLS)]
     pub task: Option<usize>,
     /// Run the cells from A to B, both included
     #[arg(long, value_name = "A-B", group = "what", value_parser = tasks)]
-    #[arg(allow_hyphen_values = true)]
+    #[arg(allow_hyphen_values = true, help_heading = CELLS)]
     pub tasks: Option<(usize, usize)>,
     /// Run nothing; write the cells that are done to this table
-    #[arg(long, value_name = "FILE.parquet|FILE.csv", group = "what")]
+    #[arg(long, value_name = "FILE.parquet|FILE.csv", group = "what", help_heading = CELLS)]
     pub collect: Option<PathBuf>,
-    /// Cells run at once
+    /// Cells to run at once
     #[arg(short, long, value_name = "CORES", default_value = "1", value_parser = cores)]
     #[arg(allow_hyphen_values = true)]
     pub jobs: usize,
-    /// Folder of the files [default: as the sweep file says, else its name without ending]
+    /// Write the files to this folder [default: as in the sweep file, else its name without ending]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 }
@@ -288,58 +305,32 @@ pub enum Work {
 /// Arguments of `msd bench`.
 #[derive(Debug, Args)]
 pub struct BenchArguments {
-    /// The work
+    /// Workload
     #[arg(value_name = "cloth|block")]
     pub work: Work,
     /// Particles along each side
     #[arg(value_name = "N", value_parser = side, allow_negative_numbers = true)]
     pub size: usize,
-    /// Method, as for `msd run`
+    /// Integration method, as for `msd run`
     #[arg(long, value_name = "NAME", value_parser = integrator)]
-    #[arg(default_value = "symplectic-euler")]
+    #[arg(default_value = "symplectic-euler", help_heading = SOLVER)]
     pub integrator: Integrator,
-    /// Precision: f32 or f64
+    /// Floating-point precision: f32 or f64
     #[arg(long, value_name = "NAME", value_parser = precision, default_value = "f32")]
+    #[arg(help_heading = SOLVER)]
     pub precision: Precision,
     /// Integration steps per frame of 1/60 s
     #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
-    #[arg(default_value = "12")]
+    #[arg(default_value = "12", help_heading = SOLVER)]
     pub substeps: u32,
     /// Threads that share the work
     #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
-    #[arg(default_value = "1")]
+    #[arg(default_value = "1", help_heading = SOLVER)]
     pub threads: usize,
     /// Write the positions at t = 1 s to this file: x, y, z of each particle, little-endian f64
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub positions: Option<PathBuf>,
     /// Print one JSON object instead of a summary
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
-}
-
-/// Answers a call for help, or tells in one line what is wrong with the arguments.
-pub fn explain(error: &clap::Error, first: Option<String>) -> Result<(), Failure> {
-    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
-        return say(error.to_string().trim_end());
-    }
-    let text = error.to_string();
-    let told = text.lines().take_while(|line| !line.starts_with("Usage:"));
-    let told: Vec<&str> = told.map(str::trim).filter(|line| !line.is_empty()).collect();
-    let told = told.into_iter().filter(|line| !line.starts_with("For more information"));
-    let mut message = tame(&told.collect::<Vec<_>>().join("; ").replace(":; ", ": "));
-    if let Some(rest) = message.strip_prefix("error: ") {
-        message = rest.into();
-    }
-    let commands = Arguments::command();
-    let names: Vec<&str> = commands.get_subcommands().map(clap::Command::get_name).collect();
-    let first = first.unwrap_or_default();
-    // A misspelt command is taken for the scene of the window, and what follows it for too much.
-    let too_much = matches!(error.kind(), ErrorKind::UnknownArgument | ErrorKind::ArgumentConflict);
-    if too_much && !first.starts_with('-') && !names.contains(&first.as_str()) {
-        message = match nearest(&first, names.iter().copied()) {
-            Some(near) => format!("there is no command `{first}`; did you mean `{near}`?"),
-            None => format!("there is no command `{first}`; there are {}", names.join(", ")),
-        };
-    }
-    Err(Failure::input(format!("{message}; see msd --help")))
 }

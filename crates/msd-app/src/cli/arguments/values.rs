@@ -1,4 +1,4 @@
-//! What may an option of the command line be? Read from text, or refused in a few words.
+//! Values of options: read from text, or refused in a few words.
 
 use msd_core::Integrator;
 use msd_lab::domain::MOST_NEWTON;

@@ -1,17 +1,17 @@
-//! Which files does a run write, and when?
+//! The files that a run writes: opened before it, followed step by step, ended after it.
 
-use super::arguments::RunArguments;
-use super::failure::{Failure, tell};
-use super::places::Places;
 use super::prepare::Prepared;
+use crate::cli::arguments::RunArguments;
+use crate::cli::failure::{Failure, tell};
+use crate::cli::places::Places;
 use msd_core::Settings;
 use msd_lab::twin::{Apart, HEADER};
 use msd_lab::{LabError, Loaded, Output, Recorder, Runner, Trace, write_saved, write_state};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// The files that were asked for, opened before the run: a folder that is not there is no news for
-/// its end.
+/// The files that were asked for, opened before the run: that a folder is missing should be known
+/// before the work.
 ///
 /// One that fails on the way is given up and named; the run and the other files go on.
 pub struct Files {

@@ -1,13 +1,23 @@
-//! `msd run`: how does a scene run without a window?
+//! `msd run`: a scene runs without a window.
+
+mod prepare;
+mod report;
+mod watch;
+mod files;
+mod replay;
+
+pub use prepare::{Prepared, is_endless, prepare};
+pub use replay::replay;
+pub use report::evaluations;
 
 use super::arguments::RunArguments;
 use super::failure::{Failure, say, tell};
-use super::files::Files;
-use super::prepare::{Prepared, advise, prepare};
-use super::report::{Done, Report};
-use super::watch::Watch;
+use files::Files;
 use msd_core::{Divergence, Error};
+use prepare::advise;
+use report::{Done, RunReport};
 use std::path::Path;
+use watch::Watch;
 use web_time::{Duration, Instant};
 
 /// Runs a scene, writes what was asked for and tells what came of it.
@@ -31,12 +41,12 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         gain: watch.gain,
         solved: watch.solved,
     };
-    tell_report(&Report::new(prepared, done), arguments, (diverged, unwritten))
+    tell_report(&RunReport::new(prepared, done), arguments, (diverged, unwritten))
 }
 
 /// Tells what came of a run, where it diverged, and which files could not be written.
 pub fn tell_report(
-    report: &Report,
+    report: &RunReport,
     arguments: &RunArguments,
     (diverged, unwritten): (Option<Error>, Vec<String>),
 ) -> Result<(), Failure> {

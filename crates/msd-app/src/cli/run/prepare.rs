@@ -1,9 +1,9 @@
-//! How does a scene become a run? Opened, given the solver of the command line and a state.
+//! From a scene to a run: opened, given the solver of the command line and a state.
 
-use super::arguments::SolverArguments;
-use super::failure::{Failure, tell};
-use super::progress::patiently;
-use super::values::Step;
+use crate::cli::arguments::{SolverArguments, Step};
+use crate::cli::failure::{Failure, tell};
+use crate::cli::progress::SlowNotice;
+use msd_app::quantity::{estimate, number, quantity};
 use msd_core::{Integrator, Settings};
 use msd_lab::{Loaded, Rounding, Runner, load_state, plain, shown_path};
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ pub struct Prepared {
     pub is_resumed: bool,
     /// The run.
     pub runner: Runner,
-    /// The largest stable substep predicted at its start, seconds.
+    /// The longest stable substep predicted at its start, seconds.
     pub stable: f64,
     /// Steps to take.
     pub steps: u64,
@@ -40,23 +40,23 @@ pub struct Prepared {
     pub warnings: Vec<String>,
 }
 
-/// Opens a scene.
-pub fn open(scene: &Path) -> Result<Loaded, Failure> {
-    msd_lab::open(scene).map_err(Failure::input)
-}
-
-/// Opens a scene and makes it ready to run for some seconds; tells warnings.
+/// Opens a scene and makes it ready to run for some seconds; prints warnings.
 pub fn prepare(
     scene: &Path,
     solver: &SolverArguments,
     (flag, duration): (&str, f64),
 ) -> Result<Prepared, Failure> {
-    let mut loaded = patiently(&format!("reading {}", shown_path(scene)), || open(scene))?;
-    choose(&mut loaded, solver);
-    check_read(loaded.settings.integrator, solver)?;
+    let notice = SlowNotice::new(format!("reading {}", shown_path(scene)));
+    let loaded = msd_lab::open(scene).map_err(Failure::input)?;
+    drop(notice);
+    let settings = chosen(loaded.settings, solver);
+    check_read(settings.integrator, solver)?;
+    let precision = solver.precision.unwrap_or(loaded.precision);
     let count = loaded.scene.particles.len();
-    let made = patiently(&format!("making {count} particles ready"), || loaded.runner());
-    let mut runner = made.map_err(|error| {
+    let notice = SlowNotice::new(format!("preparing {count} particles"));
+    let runner = loaded.runner_with(settings, precision);
+    drop(notice);
+    let mut runner = runner.map_err(|error| {
         // The file is right in its own precision.
         let asked = solver.precision.map(|precision| format!(" in {precision}"));
         Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
@@ -74,10 +74,10 @@ pub fn prepare(
     let (steps, short) = count_steps(settings, duration);
     if is_endless(steps as f64 * f64::from(settings.substeps)) {
         return Err(Failure::input(format!(
-            "{flag} {} s would take more than {MAX_STEPS:e} steps of {:.3e} s; shorten it or \
-             lengthen the step",
+            "{flag} {} s would take more than {} steps of {}; shorten it or lengthen the step",
             plain(duration),
-            settings.substep()
+            number(MAX_STEPS),
+            quantity(settings.substep(), "s")
         )));
     }
     let stable = predict(&runner);
@@ -87,7 +87,7 @@ pub fn prepare(
     warnings.extend(short.then(|| {
         let time = steps as f64 * settings.step;
         let duration = plain(duration);
-        format!("{flag} {duration} s is no multiple of the step; the run takes {time:.6} s")
+        format!("{flag} {duration} s is not a multiple of the step; the run takes {time:.6} s")
     }));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let Loaded { name, title, notes, files, progress, .. } = loaded;
@@ -95,11 +95,12 @@ pub fn prepare(
     Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
 }
 
-/// The largest stable substep, seconds; of a million particles that takes a while.
+/// The longest stable substep, seconds; of a million particles that takes a while.
 fn predict(runner: &Runner) -> f64 {
     let count = runner.particle_count();
-    let what = format!("predicting the longest stable step of {count} particles");
-    patiently(&what, || runner.stable_substep())
+    let _notice =
+        SlowNotice::new(format!("predicting the longest stable step of {count} particles"));
+    runner.stable_substep()
 }
 
 /// Whether so many integration steps would not be done in weeks.
@@ -107,8 +108,8 @@ pub fn is_endless(steps: f64) -> bool {
     MAX_STEPS < steps
 }
 
-fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
-    let settings = &mut loaded.settings;
+/// The solver of the scene, and what the command line says instead.
+fn chosen(mut settings: Settings, solver: &SolverArguments) -> Settings {
     settings.integrator = solver.integrator.unwrap_or(settings.integrator);
     match solver.step {
         Some(Step::Seconds(step)) => (settings.step, settings.substeps) = (step, 1),
@@ -121,7 +122,7 @@ fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
     }
     settings.tolerance = solver.tolerance.unwrap_or(settings.tolerance);
     settings.newton = solver.newton.unwrap_or(settings.newton);
-    loaded.precision = solver.precision.unwrap_or(loaded.precision);
+    settings
 }
 
 /// Sets the longest step that is at most [`AUTO`] of the longest stable one and ends a run of
@@ -129,13 +130,14 @@ fn choose(loaded: &mut Loaded, solver: &SolverArguments) {
 fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
     let (integrator, stable) = (runner.integrator(), predict(runner));
     if stable == 0.0 {
-        let message = format!("--step auto: {integrator} is predicted unstable here at any step");
+        let message =
+            format!("--step auto: {integrator} is predicted to be unstable here at any step");
         return Err(Failure::input(message));
     }
     if stable == f64::INFINITY {
         return Err(Failure::input(format!(
-            "--step auto: no step is too long for {integrator} here; give its length in seconds, \
-             or ask msd tune"
+            "--step auto: {integrator} is stable here at any step; give its length in seconds, or \
+             let msd tune find one"
         )));
     }
     let longest = AUTO * stable;
@@ -155,9 +157,11 @@ fn check_read(integrator: Integrator, solver: &SolverArguments) -> Result<(), Fa
     for (option, given, reads) in options {
         if given && !reads(integrator) {
             let readers = Integrator::ALL.into_iter().filter(|&method| reads(method));
-            let readers = readers.map(Integrator::name).collect::<Vec<_>>().join(" and ");
+            let readers: Vec<&str> = readers.map(Integrator::name).collect();
+            let do_so = if readers.len() == 1 { "does" } else { "do" };
             return Err(Failure::input(format!(
-                "{option} means nothing to {integrator}; it belongs to {readers}"
+                "{integrator} does not use {option}; only {} {do_so}",
+                readers.join(" and ")
             )));
         }
     }
@@ -173,19 +177,21 @@ fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
     (steps as u64, short)
 }
 
-/// A warning where a step is longer than the largest stable one.
+/// A warning where a step is longer than the longest stable one.
 pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
     let (integrator, h) = (settings.integrator, settings.substep());
     if h <= stable {
         return None;
     }
     if stable == 0.0 {
-        return Some(format!("{integrator} is predicted unstable here at any step"));
+        return Some(format!("{integrator} is predicted to be unstable here at any step"));
     }
     let advice = advise(stable);
     Some(format!(
-        "the step of {h:.3e} s is longer than {stable:.3e} s, the largest predicted stable for \
-         {integrator}; {advice}"
+        "the step of {} is longer than {}, the longest predicted to be stable for {integrator}; \
+         {advice}",
+        quantity(h, "s"),
+        quantity(stable, "s")
     ))
 }
 
@@ -194,15 +200,18 @@ fn warn_of_rounding(rounding: &Rounding) -> Option<String> {
     let Rounding { distance, spacing, energy, stake } = *rounding;
     rounding.shows().then(|| {
         format!(
-            "{distance:.3e} m from the origin single precision rounds positions to {spacing:.1e} \
-             m; that alone puts about {energy:.1e} J into the springs, {:.1} % of the energy at \
-             stake; take --precision f64 or move the scene to the origin",
+            "{} from the origin, single precision rounds positions to {}; that alone puts about \
+             {} into the springs, {:.1} % of the energy at stake; use --precision f64 or move the \
+             scene to the origin",
+            quantity(distance, "m"),
+            estimate(spacing, "m"),
+            estimate(energy, "J"),
             100.0 * energy / stake
         )
     })
 }
 
-/// Substeps that keep a little away from the largest stable step.
+/// Substeps that keep a little away from the longest stable step.
 pub fn advise(stable: f64) -> String {
     match (FRAME / (AUTO * stable)).ceil() {
         substeps if substeps <= f64::from(u32::MAX) => {

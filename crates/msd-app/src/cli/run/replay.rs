@@ -1,12 +1,11 @@
-//! `msd run --replay`: how does a recorded run happen again, and how far from it is one that is
-//! stepped otherwise?
+//! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
 
-use super::arguments::{RunArguments, SolverArguments};
-use super::failure::{Failure, tell};
 use super::files::Files;
 use super::prepare::{Prepared, is_endless, warn_of_step};
-use super::report::{Comparison, Distance, Done, Report};
-use super::run::tell_report;
+use super::report::{Comparison, Distance, Done, RunReport};
+use super::tell_report;
+use crate::cli::arguments::{RunArguments, SolverArguments};
+use crate::cli::failure::{Failure, tell};
 use msd_core::Error;
 use msd_lab::twin::Apart;
 use msd_lab::{
@@ -41,7 +40,7 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     prepared.warnings.extend(unwritten.clone());
     prepared.runner = course.runner().clone();
     done.diverged = diverged.is_some();
-    let mut report = Report::new(prepared, done);
+    let mut report = RunReport::new(prepared, done);
     report.replay = Some(course.compare(&recording, done.diverged));
     let told = tell_report(&report, arguments, (diverged, unwritten));
     let elsewhere = report.replay.is_some_and(|replay| replay.same_bits == Some(false));
@@ -71,7 +70,7 @@ fn changes(solver: &SolverArguments) -> Changes {
     Changes { integrator, substeps, tolerance, newton, precision }
 }
 
-/// What a replay is told as: a run that is about to start.
+/// A replay as a run that is about to start, for its report.
 fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> {
     let (settings, steps, start) = (runner.settings(), recording.steps(), &recording.start);
     let work = recording.substeps().max(steps as f64 * f64::from(settings.substeps));
@@ -111,7 +110,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    /// The run that is told of: that with changes, if there is one.
+    /// The run that is reported: that with changes, if there is one.
     fn runner(&self) -> &Runner {
         match self {
             Course::Alone(replay) => replay.runner(),

@@ -1,6 +1,7 @@
-//! What is told after a run?
+//! The report of a run: a summary, or one JSON object.
 
 use super::prepare::Prepared;
+use msd_app::quantity::{number, quantity, rounded};
 use msd_core::methods::Solved;
 use msd_core::{Contacts, Energy, Integrator, Momentum};
 use msd_lab::{Precision, state_hash};
@@ -8,7 +9,7 @@ use serde::Serialize;
 
 /// What came of a run; the keys of `--json`.
 #[derive(Debug, Serialize)]
-pub struct Report {
+pub struct RunReport {
     /// Name of the scene.
     pub scene: String,
     /// Number of particles.
@@ -58,7 +59,7 @@ pub struct Report {
     pub energy_gain: Option<Gain>,
     /// How far the solves of an implicit method got, the worst of the run; null for others.
     pub solved: Option<Solved>,
-    /// Whether the run left the world; what is told is then the last good state.
+    /// Whether the run diverged; what is reported is then the last good state.
     pub diverged: bool,
     /// What was done to the input, and what the user should know.
     pub notes: Vec<String>,
@@ -119,10 +120,10 @@ pub struct Distance {
     pub noticeable_at: Option<f64>,
 }
 
-/// Energy that nothing gave.
+/// Energy that nothing supplied.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Gain {
-    /// The most that was seen, joules; null where it is no number any more.
+    /// The most that was seen, joules; null where it is NaN or infinite.
     joules: f64,
     /// When it was first seen, simulated seconds.
     since: f64,
@@ -137,12 +138,14 @@ impl Gain {
         }
     }
 
-    /// What a person is told.
+    /// The warning of it.
     pub fn warning(&self, integrator: Integrator) -> String {
         let Gain { joules, since } = self;
         format!(
-            "{integrator} is adding energy: {joules:.3e} J that nothing gave, seen from t = \
-             {since:.3} s on; shorten the step or use another integrator"
+            "{integrator} is adding energy: {} that nothing supplied, first seen at t = {}; shorten \
+             the step or use another integrator",
+            quantity(*joules, "J"),
+            quantity(*since, "s")
         )
     }
 }
@@ -167,13 +170,8 @@ impl From<Energy> for EnergyReport {
 impl EnergyReport {
     fn summary(&self) -> String {
         let EnergyReport { kinetic, elastic, gravitational, dissipated, total } = *self;
-        // A run that diverged has energies of many digits.
-        let short = |joules: f64| match joules.abs() {
-            size if 1e9 <= size => format!("{joules:.3e}"),
-            _ => format!("{joules:.4}"),
-        };
         let [kinetic, elastic, gravitational, dissipated, total] =
-            [kinetic, elastic, gravitational, dissipated, total].map(short);
+            [kinetic, elastic, gravitational, dissipated, total].map(number);
         format!(
             "energy, J: kinetic {kinetic}, elastic {elastic}, gravitational {gravitational}, \
              dissipated {dissipated}, total {total}"
@@ -191,13 +189,17 @@ impl Comparison {
             };
         };
         let Distance { recorded_integrator, rms, max, particle, size, noticeable_at } = apart;
+        let size = quantity(*size, "m");
         let noticed = match noticeable_at {
-            Some(time) => format!("1 % of the size of {size:.3} m was passed at {time:.3} s"),
-            None => format!("never more than 1 % of the size of {size:.3} m"),
+            Some(time) => {
+                format!("1 % of the size of {size} was passed at {}", quantity(*time, "s"))
+            }
+            None => format!("never more than 1 % of the size of {size}"),
         };
+        let [rms, max] = [rms, max].map(|&length| quantity(length, "m"));
         format!(
-            "from the recorded run ({recorded_integrator}): {rms:.3e} m rms, {max:.3e} m at most \
-             (particle {particle}); {noticed}"
+            "from the recorded run ({recorded_integrator}): {rms} rms, {max} at most (particle \
+             {particle}); {noticed}"
         )
     }
 }
@@ -214,7 +216,7 @@ pub fn evaluations(integrator: Integrator) -> Option<u64> {
     }
 }
 
-impl Report {
+impl RunReport {
     /// Collects what came of a run.
     pub fn new(prepared: Prepared, done: Done) -> Self {
         let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
@@ -225,7 +227,7 @@ impl Report {
         let springs = runner.spring_count() as u64;
         let updates = evaluations(settings.integrator).map(|each| (steps * each * springs) as f64);
         let per_wall_second = |amount: f64| (0.0 < done.wall).then_some(amount / done.wall);
-        Report {
+        RunReport {
             scene: name,
             particles: runner.particle_count(),
             springs: runner.spring_count(),
@@ -260,27 +262,27 @@ impl Report {
         serde_json::to_string_pretty(self)
     }
 
-    /// A summary for a person.
+    /// A summary for the user.
     pub fn summary(&self) -> String {
         let mut lines = self.notes.clone();
-        let Report { scene, particles, springs, integrator, precision, .. } = self;
+        let RunReport { scene, particles, springs, integrator, precision, .. } = self;
         lines.push(format!(
             "{scene}: {particles} particles, {springs} springs, {integrator} in {precision}"
         ));
         let stable = match self.stable_step {
-            Some(0.0) => "none predicted stable".into(),
-            Some(stable) => format!("predicted stable up to {:.3} ms", 1e3 * stable),
-            None => "any is stable".into(),
+            Some(0.0) => "no step is predicted to be stable".into(),
+            Some(stable) => format!("predicted to be stable up to {}", quantity(stable, "s")),
+            None => "any step is stable".into(),
         };
-        let (steps, step_ms) = (self.steps, 1e3 * self.step);
-        lines.push(format!("{steps} steps of {step_ms:.3} ms ({stable})"));
-        let factor = self
-            .real_time_factor
-            .map(|factor| format!(" in {:.3} s: {factor:.1} x real time", self.wall_seconds));
+        lines.push(format!("{} steps of {} ({stable})", self.steps, quantity(self.step, "s")));
+        let factor = self.real_time_factor.map(|factor| {
+            format!(" in {}: {} x real time", quantity(self.wall_seconds, "s"), rounded(factor, 2))
+        });
         let updates = self.spring_updates_per_second;
-        let updates = updates.map(|updates| format!(", {:.3} G spring updates/s", 1e-9 * updates));
+        let updates =
+            updates.map(|updates| format!(", {} G spring updates/s", number(1e-9 * updates)));
         let speed = factor.unwrap_or_default() + &updates.unwrap_or_default();
-        lines.push(format!("{:.3} s simulated{speed}", self.duration));
+        lines.push(format!("{} simulated{speed}", quantity(self.duration, "s")));
         lines.push(self.energy.summary());
         lines.push(format!("state hash {}", self.state_hash));
         lines.extend(self.replay.iter().map(Comparison::summary));

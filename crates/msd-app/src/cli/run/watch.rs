@@ -1,8 +1,9 @@
-//! What may go wrong with a run as it goes on? A limit of stability that moves, energy that nothing
-//! gave, and solves that do not get there.
+//! A watch over a run as it goes on: a limit of stability that moves, energy that the integrator
+//! adds, and solves that do not converge.
 
 use super::prepare::warn_of_step;
 use super::report::{Gain, evaluations};
+use msd_app::quantity::{quantity, rounded};
 use msd_core::methods::Solved;
 use msd_core::stability::Estimator;
 use msd_core::{Integrator, Model, Real, Settings, Witness};
@@ -64,19 +65,21 @@ impl Watch {
         self.predict(runner);
     }
 
-    /// What a person is told.
+    /// The warnings to print.
     pub fn warnings(&self, settings: Settings) -> Vec<String> {
         let (least, time) = self.least;
         let moved = (least < self.stable).then(|| warn_of_step(settings, least)).flatten();
-        let moved = moved.map(|warning| format!("from {time:.3} s on at the latest {warning}"));
+        let moved = moved
+            .map(|warning| format!("at the latest from t = {} on, {warning}", quantity(time, "s")));
         let gained = self.gain.map(|gain| gain.warning(settings.integrator));
         let poor =
             self.solved.filter(Solved::is_poor).map(|Solved { residual, tolerance, .. }| {
                 format!(
-                    "solves of {} left up to {residual:.1e} of what they had to cancel instead of \
-                 {tolerance:.0e}: slow motions among stiff ones may be lost; use f64 or more \
-                 substeps",
-                    settings.integrator
+                    "the solver of {} stopped at a relative residual of up to {}, not {}: slow \
+                     motions among stiff ones may be lost; use f64 or more substeps",
+                    settings.integrator,
+                    rounded(residual, 2),
+                    rounded(tolerance, 1)
                 )
             });
         moved.into_iter().chain(gained).chain(poor).collect()
