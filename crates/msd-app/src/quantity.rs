@@ -2,8 +2,7 @@
 //!
 //! Files and `--json` keep all digits; these are for reading.
 
-/// SI prefixes from the largest on, and the units that take those above one: nobody says
-/// kiloseconds.
+/// SI prefixes from the largest on.
 const PREFIXES: [(f64, &str); 8] = [
     (1e12, "T"),
     (1e9, "G"),
@@ -14,6 +13,7 @@ const PREFIXES: [(f64, &str); 8] = [
     (1e-6, "µ"),
     (1e-9, "n"),
 ];
+/// The units that take the prefixes above one: a time in kiloseconds would not read well.
 const LARGE: [&str; 1] = ["J"];
 
 /// A quantity in an SI unit, to four digits: `1.389 ms`.

@@ -202,9 +202,9 @@ fn a_particle_is_dragged_and_thrown() {
     let to = from + Vec2::new(0.0, -120.0);
     harness.hover_at(to);
     harness.run_steps(1);
-    // The hand is where the pointer is, whatever the particle does.
-    let hand = harness.state().session.grab_target().expect("held").as_vec3();
-    let shown = harness.state().viewport().project(hand).expect("in view");
+    // The target is where the pointer is, whatever the particle does.
+    let target = harness.state().session.grab_target().expect("held").as_vec3();
+    let shown = harness.state().viewport().project(target).expect("in view");
     assert!(shown.distance(to) < 1.0, "{shown:?} {to:?}");
     let still = on!(harness.state().session.runner(), simulation => {
         simulation.velocity(corner).to_f64()
@@ -238,7 +238,7 @@ fn a_drag_beside_the_body_turns_the_camera_and_a_slider_does_not() {
 }
 
 #[test]
-fn a_divergence_is_told_with_ways_out() {
+fn a_divergence_shows_ways_out() {
     let mut harness = harness();
     let session = &mut harness.state_mut().session;
     session.tune(Tuning::Substeps(1));
@@ -299,7 +299,7 @@ fn what_was_carried_away_comes_back_into_the_picture() {
     let viewer = harness.state_mut();
     viewer.look(0.0);
     viewer.session.toggle_pause();
-    // As a hand leaves it: everything is far to the right of where the camera looks.
+    // As a long drag leaves it: everything is far to the right of where the camera looks.
     viewer.camera.target -= viewer.camera.right() * 20.0;
     viewer.follow = false;
     viewer.look(0.0);

@@ -181,7 +181,7 @@ fn a_session_that_ends_ends_its_recording() {
 }
 
 #[test]
-fn a_file_that_cannot_be_made_is_told_and_nothing_is_recorded() {
+fn a_file_that_cannot_be_made_is_reported_and_nothing_is_recorded() {
     let mut session = session("chain");
     session.start_recording(Path::new("no/such/folder/run.msdrec"));
     assert_eq!(session.recording(), None);

@@ -185,7 +185,7 @@ fn precision_changes_and_the_state_stays() {
 }
 
 #[test]
-fn a_refused_number_is_told_and_changes_nothing() {
+fn a_refused_number_is_reported_and_changes_nothing() {
     let mut session = session("jelly");
     session.edit(MaterialEdit::Mass(-1.0));
     assert!(session.refusal().is_some_and(|text| text.contains("mass")));
@@ -214,6 +214,22 @@ fn divergence_pauses_at_the_last_good_state_and_names_substeps_that_work() {
 }
 
 #[test]
+fn a_failing_step_ends_the_frame_and_is_not_counted() {
+    let mut session = session("jelly");
+    session.tune(Tuning::Substeps(1));
+    session.edit(MaterialEdit::Stiffness(1e6));
+    let mut steps = 0;
+    // A fifth of a second owes twelve steps.
+    while session.failure().is_none() {
+        steps += u64::from(session.advance(0.2, &|| 0.0).steps);
+        assert!(steps < 600, "one substep is far too long");
+    }
+    assert_eq!(steps, session.runner().steps());
+    assert!(!steps.is_multiple_of(12), "it failed within a frame");
+    assert_eq!(session.advance(0.2, &|| 0.0).steps, 0);
+}
+
+#[test]
 fn the_substeps_that_are_offered_follow_the_sliders() {
     let mut session = session("jelly");
     session.tune(Tuning::Substeps(1));
@@ -229,7 +245,7 @@ fn the_substeps_that_are_offered_follow_the_sliders() {
 }
 
 #[test]
-fn the_margin_follows_the_settings() {
+fn the_stability_light_follows_the_settings() {
     let mut session = session("jelly");
     let before = session.stability_share().expect("predicted in the first frame");
     session.tune(Tuning::Substeps(session.runner().settings().substeps * 2));
@@ -239,7 +255,7 @@ fn the_margin_follows_the_settings() {
 }
 
 #[test]
-fn a_hand_lifts_a_whole_body_and_throws_it() {
+fn a_grab_lifts_a_whole_body_and_throws_it() {
     for name in ["jelly", "cloth", "chain", "mattress", "teapot", "foam", "bunny"] {
         let mut session = session(name);
         run(&mut session, 60);
@@ -260,12 +276,12 @@ fn a_hand_lifts_a_whole_body_and_throws_it() {
             run(&mut session, 1);
         }
         run(&mut session, 90);
-        assert!(session.failure().is_none(), "{name} blew up in the hand");
+        assert!(session.failure().is_none(), "{name} blew up while held");
         if !rest {
             let left = (session.position(particle) - (start + way)).length();
             assert!(
                 left < 0.4 * size,
-                "{name}: the particle is {left} m from the hand of {size} m"
+                "{name}: the particle is {left} m from the mouse, of a size of {size} m"
             );
         }
         session.release();
@@ -275,7 +291,7 @@ fn a_hand_lifts_a_whole_body_and_throws_it() {
 }
 
 #[test]
-fn a_pinned_particle_follows_the_hand_and_stays_where_it_is_left() {
+fn a_pinned_particle_follows_the_mouse_and_stays_where_it_is_left() {
     let mut session = session("cloth");
     let pin = (0..session.runner().particle_count())
         .find(|&particle| session.is_pinned(particle))
@@ -292,7 +308,7 @@ fn a_pinned_particle_follows_the_hand_and_stays_where_it_is_left() {
 }
 
 #[test]
-fn a_particle_pinned_in_the_hand_stays_there() {
+fn a_particle_pinned_while_held_stays_there() {
     let mut session = session("jelly");
     session.grab(5, session.position(5));
     run(&mut session, 10);
@@ -467,7 +483,7 @@ fn estimating_changes_no_bit_of_the_run_and_off_copies_nothing() {
 }
 
 #[test]
-fn what_a_hand_does_is_no_error() {
+fn what_the_user_does_is_no_error() {
     let mut session = measured("chain");
     session.tune(Tuning::Substeps(40));
     let start = session.position(0);
@@ -487,7 +503,7 @@ fn what_a_hand_does_is_no_error() {
 }
 
 #[test]
-fn the_worst_particle_is_told() {
+fn the_worst_particle_is_named() {
     let mut session = measured("chain");
     run(&mut session, WINDOW);
     let last = session.live_error().and_then(|meter| meter.last()).expect("a window");

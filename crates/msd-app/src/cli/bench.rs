@@ -47,7 +47,7 @@ struct BenchReport {
     ms_per_frame: FrameTime,
     batches: usize,
     frames_per_batch: u64,
-    /// The most memory that the process has held; null where the system does not tell.
+    /// The most memory that the process has held; null where the system does not report it.
     peak_memory_bytes: Option<u64>,
 }
 
@@ -159,7 +159,7 @@ fn measure(arguments: &BenchArguments, settings: Settings) -> Result<BenchReport
     })
 }
 
-/// How often each spring is evaluated in a frame; none where that depends on the motion.
+/// How often each spring is evaluated in a frame; `None` where that depends on the motion.
 fn evaluations_per_frame(settings: Settings) -> Option<u64> {
     let Settings { integrator, substeps, .. } = settings;
     let first = u64::from(integrator == Integrator::VelocityVerlet);

@@ -21,7 +21,7 @@ use msd_lab::shown_path;
 use places::Places;
 use std::path::PathBuf;
 
-/// The scene of the window that nobody chose.
+/// The scene that the window shows where none is named.
 const DEFAULT_SCENE: &str = "jelly";
 
 /// Runs the command that was asked for.

@@ -34,7 +34,7 @@ struct TuneReport {
 struct Row {
     integrator: String,
     precision: String,
-    /// Length of an integration step, seconds; none for adaptive methods.
+    /// Length of an integration step, seconds; null for adaptive methods.
     step: Option<f64>,
     substeps: Option<u32>,
     tolerance: Option<f64>,

@@ -57,7 +57,7 @@ fn purpose(integrator: Integrator) -> &'static str {
         Integrator::SymplecticEuler => "what most programs call Euler: robust, rough",
         Integrator::VelocityVerlet => "the default: the best for the price nearly always",
         Integrator::Rk4 => "for errors of 1/100 000 of the size and less",
-        Integrator::DormandPrince => "as accurate as you ask: it chooses its own substeps",
+        Integrator::DormandPrince => "as accurate as you ask; chooses its own substeps",
         Integrator::BackwardEuler => "for a few very stiff springs: it calms motion",
         Integrator::ImplicitMidpoint => "for stiff springs that go on swinging",
         Integrator::Xpbd => "cheap and never blows up: wrong by 5 % or more",

@@ -53,7 +53,7 @@ impl Default for LiveErrorMeter {
 }
 
 impl LiveErrorMeter {
-    /// The last estimate; none before the first and after something was replaced.
+    /// The last estimate; `None` before the first and after something was replaced.
     pub fn last(&self) -> Option<&ErrorReading> {
         self.last.as_ref()
     }

@@ -14,7 +14,7 @@ mod solver;
 mod grab;
 mod recording;
 
-pub use clock::{BUDGET, Clock, Frame, Pace};
+pub use clock::{BUDGET, Frame, Pace};
 pub use energy::EnergyReadings;
 pub use live_error::{ErrorReading, LiveErrorMeter, WINDOW as ERROR_WINDOW};
 pub use material::{Material, MaterialEdit, MaterialValues, MixedValue};
@@ -22,6 +22,7 @@ pub use solver::{MOST_SUBSTEPS, RunFailure, Tuning};
 pub use throttle::Throttle;
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 
+use clock::Clock;
 use glam::DVec3;
 use grab::{Grab, Held};
 use msd_core::{Energy, Error, Interaction, Select, Vector};
@@ -103,10 +104,12 @@ impl Session {
     pub fn advance(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
         let mut frame = Frame::default();
         if !self.paused {
-            let step = self.runner.settings().step;
-            let mut clock = std::mem::take(&mut self.clock);
-            frame = clock.run(real, step, stopwatch, || self.take_step());
-            self.clock = clock;
+            let mut open = self.clock.begin(real, self.runner.settings().step, stopwatch);
+            let mut steps = 0;
+            while self.clock.takes_step(&mut open, stopwatch) && self.take_step() {
+                steps += 1;
+            }
+            frame = self.clock.end(open, steps, stopwatch);
             if 0.0 < frame.dropped
                 && let Some(meter) = &mut self.live_error
             {
@@ -127,7 +130,7 @@ impl Session {
         if let Some(meter) = &mut self.live_error {
             meter.before_step(&self.runner);
         }
-        if let Err(error) = self.runner.step() {
+        if let Err(error) = on!(&mut self.runner, simulation => simulation.step()) {
             self.fail(&error);
             return false;
         }

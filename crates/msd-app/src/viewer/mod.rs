@@ -109,13 +109,6 @@ impl Viewer {
         Viewport { camera: self.camera, rect: self.rect }
     }
 
-    /// Lets `real` seconds of wall clock pass: steps, and has the camera follow; `stopwatch` gives
-    /// the seconds spent in this frame.
-    pub fn advance(&mut self, real: f64, stopwatch: &impl Fn() -> f64) {
-        self.session.advance(real, stopwatch);
-        self.look(real);
-    }
-
     /// The name of the 3D view among egui's widgets.
     pub(crate) fn view_id() -> egui::Id {
         egui::Id::unique("view")

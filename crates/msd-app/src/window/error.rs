@@ -6,7 +6,7 @@ use msd_render::RenderError;
 #[derive(Debug, thiserror::Error)]
 #[error("{what}\n{}", headless(scene))]
 pub struct ViewError {
-    /// The scene that was to be shown, as the person named it: a name or a file.
+    /// The scene that was to be shown, as the user named it: a name or a file.
     pub scene: String,
     /// What is missing.
     pub what: Missing,

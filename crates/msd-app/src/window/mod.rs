@@ -144,7 +144,8 @@ impl Shell {
             // egui may lay out a frame twice: the pointer acts and time passes once.
             if stepped.is_none() {
                 read_pointer(ui.ctx(), viewer);
-                viewer.advance(real, &|| start.elapsed().as_secs_f64());
+                viewer.session.advance(real, &|| start.elapsed().as_secs_f64());
+                viewer.look(real);
                 stepped = Some(start.elapsed());
             }
             panel::show(ui, viewer);

@@ -29,7 +29,7 @@ struct Saver {
     path: PathBuf,
     /// The file of the next time.
     next: Option<Output>,
-    /// Steps from one time to the next; none for the end alone.
+    /// Steps from one time to the next; `None` for the end alone.
     every: Option<u64>,
     /// Whether it failed the last time.
     failed: bool,

@@ -20,7 +20,7 @@ use std::path::Path;
 use watch::Watch;
 use web_time::{Duration, Instant};
 
-/// Runs a scene, writes what was asked for and tells what came of it.
+/// Runs a scene, writes what was asked for and prints the result.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let scene = arguments.scene.as_deref().unwrap_or(Path::new(""));
     let mut prepared = prepare(scene, &arguments.solver, ("--duration", arguments.duration))?;

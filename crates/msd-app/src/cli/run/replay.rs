@@ -15,7 +15,7 @@ use msd_lab::{
 use std::path::Path;
 use web_time::{Duration, Instant};
 
-/// Replays a recording, writes what was asked for and tells what came of it.
+/// Replays a recording, writes what was asked for and prints the result.
 pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let recording = load(path, arguments.salvage)?;
     let file = shown_path(path);

@@ -55,7 +55,7 @@ pub struct RunReport {
     pub stable_step: Option<f64>,
     /// Hash of the last state, hexadecimal.
     pub state_hash: String,
-    /// Energy that the integrator has added; null if none was seen.
+    /// Energy that the integrator has added; null if it added none.
     pub energy_gain: Option<Gain>,
     /// How far the solves of an implicit method got, the worst of the run; null for others.
     pub solved: Option<Solved>,
@@ -81,7 +81,7 @@ pub struct Done {
     pub wall: f64,
     /// Whether it left the world.
     pub diverged: bool,
-    /// Energy that the integrator has added; none if none was seen.
+    /// Energy that the integrator has added; `None` if it added none.
     pub gain: Option<Gain>,
     /// How far the solves of an implicit method got.
     pub solved: Option<Solved>,
@@ -205,7 +205,7 @@ impl Comparison {
 }
 
 /// How often each spring is evaluated in an integration step, without the evaluation that starts a
-/// step of Verlet; none where that depends on the motion.
+/// step of Verlet; `None` where that depends on the motion.
 pub fn evaluations(integrator: Integrator) -> Option<u64> {
     match integrator {
         Integrator::Rk4 => Some(4),

@@ -16,7 +16,7 @@ const COST: f64 = 300.0;
 /// What it costs besides where dampers couple motions, in springs evaluated.
 const COUPLED_COST: f64 = 8e6;
 
-/// Predicts the largest stable substep every so many steps, and looks at the energy after each.
+/// Predicts the longest stable substep every so many steps, and reads the energy after each.
 #[derive(Debug)]
 pub struct Watch {
     estimator: Estimator,
