@@ -190,9 +190,15 @@ fn arguments_outside_their_domain_are_refused() {
         (&["--from", "nan.csv"], "nan.csv: row 2: vy is \"NaN\""),
         (&["--from", "far.csv"], "far.csv: position of particle 1"),
         (&["--from", "good.toml"], "good.toml: the header is"),
-        (&["--durration", "1"], "there is no option --durration; did you mean --duration?"),
-        (&["--gravity", "0"], "no option --gravity; `gravity` is a key of world in the scene file"),
-        (&["--colour", "red"], "there is no option --colour; see msd --help"),
+        (
+            &["--durration", "1"],
+            "there is no option --durration of msd run; did you mean --duration?",
+        ),
+        (
+            &["--gravity", "0"],
+            "; gravity is set in the scene file, as world.gravity; see msd --help",
+        ),
+        (&["--colour", "red"], "there is no option --colour of msd run; see msd --help"),
     ] {
         let run = ["run", "good.toml", "--out", "s.csv"];
         refuse(folder.path(), &[&run, arguments].concat(), &[told]);
@@ -205,6 +211,8 @@ fn a_command_that_is_none_is_refused_with_the_nearest() {
     refuse(folder.path(), &["rnu", "jelly"], &["there is no command `rnu`; did you mean `run`?"]);
     refuse(folder.path(), &["run"], &["required arguments were not provided: <SCENE>"]);
     refuse(folder.path(), &["jely"], &["did you mean `jelly`?"]);
+    let told = "there is no option --duration; it belongs to msd run, msd study";
+    refuse(folder.path(), &["jelly", "--duration", "1"], &[told]);
 }
 
 #[test]

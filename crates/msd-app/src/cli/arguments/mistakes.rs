@@ -19,25 +19,28 @@ pub fn explain(error: &clap::Error) -> Result<(), Failure> {
     let command = program.get_subcommands().find(|command| command.get_name() == first);
     // A misspelt command is taken for the scene of the window, and what follows it for too much.
     let too_much = matches!(error.kind(), ErrorKind::UnknownArgument | ErrorKind::ArgumentConflict);
-    let message = if too_much && command.is_none() && !first.starts_with('-') {
-        unknown_command(&first, &program)
+    let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
+    let mistaken = too_much && command.is_none() && !first.starts_with('-');
+    let meant = nearest(&first, names.iter().copied()).filter(|_| mistaken);
+    let message = if let Some(near) = meant {
+        format!("there is no command `{first}`; did you mean `{near}`?")
+    } else if let Some(message) = unknown_option(error, command, &program) {
+        message
+    } else if mistaken {
+        format!("there is no command `{first}`; there are {}", names.join(", "))
     } else {
-        let unknown = unknown_option(error, command.unwrap_or(&program));
-        unknown.unwrap_or_else(|| in_one_line(error))
+        in_one_line(error)
     };
     Err(Failure::input(format!("{}; see msd --help", tame(&message))))
 }
 
-fn unknown_command(written: &str, program: &Command) -> String {
-    let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
-    match nearest(written, names.iter().copied()) {
-        Some(near) => format!("there is no command `{written}`; did you mean `{near}`?"),
-        None => format!("there is no command `{written}`; there are {}", names.join(", ")),
-    }
-}
-
-/// What to write instead of an option that there is not; `None` for another mistake.
-fn unknown_option(error: &clap::Error, command: &Command) -> Option<String> {
+/// What to write instead of an option that a command, or the window, does not have; `None` for
+/// another mistake.
+fn unknown_option(
+    error: &clap::Error,
+    command: Option<&Command>,
+    program: &Command,
+) -> Option<String> {
     let Some(ContextValue::String(written)) = error.get(ContextKind::InvalidArg) else {
         return None;
     };
@@ -46,16 +49,26 @@ fn unknown_option(error: &clap::Error, command: &Command) -> Option<String> {
     let keys = DOMAINS.iter().filter_map(|(path, _)| path.rsplit_once('.'));
     // Of keys of one name the one nearest to the top of the file.
     let known = keys.filter(|(_, last)| *last == key).min_by_key(|(table, _)| table.len());
-    if let Some((table, key)) = known {
-        return Some(format!(
-            "there is no option {written}; `{key}` is a key of {table} in the scene file"
-        ));
-    }
-    let options = command.get_arguments().filter_map(|argument| argument.get_long());
-    Some(match nearest(name, options) {
-        Some(near) => format!("there is no option {written}; did you mean --{near}?"),
-        None => format!("there is no option {written}"),
-    })
+    let options = |command: &Command| -> Vec<String> {
+        command
+            .get_arguments()
+            .filter_map(|argument| argument.get_long().map(String::from))
+            .collect()
+    };
+    let own = options(command.unwrap_or(program));
+    let others = program.get_subcommands().filter(|other| options(other).iter().any(|o| o == name));
+    let others: Vec<String> = others.map(|other| format!("msd {}", other.get_name())).collect();
+    let advice = if let Some((table, key)) = known {
+        format!("; {key} is set in the scene file, as {table}.{key}")
+    } else if !others.is_empty() {
+        format!("; it belongs to {}", others.join(", "))
+    } else if let Some(near) = nearest(name, own.iter().map(String::as_str)) {
+        format!("; did you mean --{near}?")
+    } else {
+        String::new()
+    };
+    let place = command.map_or(String::new(), |command| format!(" of msd {}", command.get_name()));
+    Some(format!("there is no option {written}{place}{advice}"))
 }
 
 /// The message of the argument parser without usage and advice.

@@ -91,7 +91,7 @@ pub struct SolverArguments {
     #[arg(long, value_name = "NAME", value_parser = precision)]
     pub precision: Option<Precision>,
     /// Start from this state file
-    #[arg(long, value_name = "STATE.csv")]
+    #[arg(long, value_name = "STATE.csv", help_heading = None)]
     pub from: Option<PathBuf>,
 }
 
@@ -105,7 +105,7 @@ pub struct RunArguments {
     pub solver: SolverArguments,
     /// Time to simulate, seconds
     #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
-    #[arg(default_value = "10")]
+    #[arg(default_value = "10", help_heading = None)]
     pub duration: f64,
     /// Write the final state to this file
     #[arg(long, value_name = "STATE.csv", help_heading = OUTPUT)]
@@ -152,7 +152,7 @@ pub struct RenderArguments {
     pub solver: SolverArguments,
     /// Time to simulate before the picture is taken, seconds
     #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
-    #[arg(default_value = "1")]
+    #[arg(default_value = "1", help_heading = None)]
     pub time: f64,
     /// Size of the picture, pixels
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
