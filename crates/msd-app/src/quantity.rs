@@ -43,7 +43,7 @@ fn scaled(value: f64, unit: &str, digits: usize) -> String {
 
 /// At least so many digits, without zeros at the end; an exponent where a decimal would be long.
 pub fn rounded(value: f64, digits: usize) -> String {
-    // As it is written with an exponent, so that 9.9996 is a number with one digit before the point.
+    // As written with an exponent: 9.99996 rounds to 10, which has two digits before the point.
     let text = format!("{value:.*e}", digits.saturating_sub(1));
     let Some((mantissa, exponent)) = text.split_once('e') else { return text };
     let exponent: i32 = exponent.parse().unwrap_or_default();

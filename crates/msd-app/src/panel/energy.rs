@@ -23,7 +23,7 @@ const CURVES: [Curve; 5] = [
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     heading(ui, "Energy");
     let session = &viewer.session;
-    let (now, trace) = (session.time(), session.energy_readings().trace());
+    let (now, trace) = (session.runner().time(), session.energy().trace());
     let largest = trace.samples().map(magnitude).fold(0.0, f64::max);
     let (unit, scale) = unit(largest);
     let height = (ui.available_height() - 48.0).clamp(110.0, 220.0);
@@ -55,7 +55,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             ui.label(RichText::new(text).small().color(colour));
         }
         ui.label(RichText::new(format!("{unit}, over time in s")).small().color(theme::FAINT));
-        if let Some(gain) = session.energy_readings().gain() {
+        if let Some(gain) = session.energy().gain() {
             let text = format!("{} added by the integrator", quantity(gain, "J"));
             ui.label(RichText::new(text).small().color(theme::BAD));
         }

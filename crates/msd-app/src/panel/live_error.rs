@@ -43,7 +43,7 @@ fn describe(session: &Session) -> Option<(String, Color32)> {
 
 /// Whether an estimate is of about now.
 pub(super) fn is_fresh(session: &Session, reading: &ErrorReading) -> bool {
-    session.time() - reading.error.at <= FRESH
+    session.runner().time() - reading.error.at <= FRESH
 }
 
 /// An estimate in words, for a scene of a size in metres.

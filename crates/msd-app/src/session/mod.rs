@@ -1,7 +1,7 @@
 //! A running scene and everything that a user does to it: the window's logic without a window.
 //!
 //! [`Session`] is the one object that acts. Its parts are types of their own, which know a
-//! [`Runner`] at most and nothing of each other; read them in the order below.
+//! [`Runner`] at most and parts above them; read them in the order below.
 
 mod clock;
 mod throttle;
@@ -25,7 +25,7 @@ pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 use clock::Clock;
 use glam::DVec3;
 use grab::{Grab, Held};
-use msd_core::{Energy, Error, Interaction, Select, Vector};
+use msd_core::{Error, Interaction, Select, Vector};
 use msd_lab::history::History;
 use msd_lab::recording::Event;
 use msd_lab::{Loaded, Runner, on};
@@ -432,11 +432,6 @@ impl Session {
         &self.runner
     }
 
-    /// Simulated time, seconds.
-    pub fn time(&self) -> f64 {
-        self.runner.time()
-    }
-
     /// Where a particle is, metres.
     pub fn position(&self, particle: usize) -> DVec3 {
         on!(&self.runner, simulation => simulation.position(particle).to_f64())
@@ -447,13 +442,8 @@ impl Session {
         on!(&self.runner, simulation => simulation.model().is_pinned(particle))
     }
 
-    /// Where the energy is.
-    pub fn energy(&self) -> Energy {
-        self.runner.energy()
-    }
-
     /// The energy of the last seconds, and what the integrator added.
-    pub fn energy_readings(&self) -> &EnergyReadings {
+    pub fn energy(&self) -> &EnergyReadings {
         &self.energy
     }
 

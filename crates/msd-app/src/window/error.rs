@@ -1,4 +1,4 @@
-//! Why no window could be shown: what is missing, and what works without one.
+//! Errors of opening the window: what is missing, and what works without one.
 
 use msd_render::RenderError;
 

@@ -45,7 +45,7 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     json!({
         "frame": frame,
         "scene": session.loaded().name,
-        "time": session.time(),
+        "time": session.runner().time(),
         "steps": session.runner().steps(),
         "paused": session.is_paused(),
         "speed": session.speed(),

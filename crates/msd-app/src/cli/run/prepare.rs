@@ -3,7 +3,7 @@
 use crate::cli::arguments::{SolverArguments, Step};
 use crate::cli::failure::{Failure, tell};
 use crate::cli::progress::SlowNotice;
-use msd_app::quantity::{estimate, number, quantity};
+use msd_app::quantity::{estimate, number, quantity, rounded};
 use msd_core::{Integrator, Settings};
 use msd_lab::{Loaded, Rounding, Runner, load_state, plain, shown_path};
 use std::path::{Path, PathBuf};
@@ -87,7 +87,9 @@ pub fn prepare(
     warnings.extend(short.then(|| {
         let time = steps as f64 * settings.step;
         let duration = plain(duration);
-        format!("{flag} {duration} s is not a multiple of the step; the run takes {time:.6} s")
+        // More digits than elsewhere, as it may be nearly a multiple.
+        let time = rounded(time, 7);
+        format!("{flag} {duration} s is not a multiple of the step; the run takes {time} s")
     }));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let Loaded { name, title, notes, files, progress, .. } = loaded;

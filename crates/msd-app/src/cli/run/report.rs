@@ -142,8 +142,8 @@ impl Gain {
     pub fn warning(&self, integrator: Integrator) -> String {
         let Gain { joules, since } = self;
         format!(
-            "{integrator} is adding energy: {} that nothing supplied, first seen at t = {}; shorten \
-             the step or use another integrator",
+            "{integrator} is adding energy: {} that nothing supplied, first seen at t = {}; \
+             shorten the step or use another integrator",
             quantity(*joules, "J"),
             quantity(*since, "s")
         )
