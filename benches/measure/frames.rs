@@ -7,7 +7,7 @@ use msd::core::glam::{DVec3, Vec3};
 use msd::core::{Integrator, Interaction, Pin, Scene, Settings, Simulation, Vector, Witness};
 use msd::run::{History, Moment};
 use msd::scene::AnyState;
-use msd_app::ration::Ration;
+use msd_app::session::Throttle;
 use std::cell::RefCell;
 use std::fmt::Write;
 use std::hint::black_box;
@@ -45,7 +45,7 @@ const COSTS: [Cost; 8] = [
     Cost { name: PLANE, beside: STEP, planes: true, frames: plain },
     Cost { name: HAND, beside: STEP, planes: false, frames: held },
     Cost { name: "the hand moves", beside: HAND, planes: false, frames: moved },
-    Cost { name: "the energy, now and then", beside: PLANE, planes: true, frames: rationed },
+    Cost { name: "the energy, now and then", beside: PLANE, planes: true, frames: throttled },
     Cost { name: "positions to draw", beside: PLANE, planes: true, frames: drawn },
     Cost { name: "a state to step back to", beside: PLANE, planes: true, frames: kept },
     Cost { name: "the energy in every frame", beside: PLANE, planes: true, frames: watched },
@@ -213,16 +213,17 @@ fn act(simulation: &mut Simulation, interaction: Interaction) {
 }
 
 /// The readings of the window when it has no processor time to spare.
-fn rationed(_: &Simulation) -> Frames {
-    let (mut witness, mut ration, clock) = (Witness::default(), Ration::default(), Instant::now());
+fn throttled(_: &Simulation) -> Frames {
+    let (mut witness, mut throttle, clock) =
+        (Witness::default(), Throttle::default(), Instant::now());
     let stopwatch = move || clock.elapsed().as_secs_f64();
     Box::new(move |simulation, frames| {
         let mut start = stopwatch();
         take(simulation, frames, |simulation| {
             let spent = stopwatch() - start;
-            ration.save(spent, spent);
-            if ration.is_enough() {
-                ration.spend(&stopwatch, || black_box(witness.watch(simulation)));
+            throttle.save(spent, spent);
+            if throttle.is_enough() {
+                throttle.spend(&stopwatch, || black_box(witness.watch(simulation)));
             }
             start = stopwatch();
         });

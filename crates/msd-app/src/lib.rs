@@ -1,38 +1,20 @@
-//! The window: a scene that runs, and a hand that plays with it.
+//! The window of msd: a scene that runs, and a user who plays with it.
 //!
-//! Three layers. [`session`] and what lies above it is logic: it knows no window, and its tests
-//! need none. [`viewer`] and [`panel`] are egui: they draw a session and let a person act on it.
-//! `window` is the shell: winit, the surface, the frames.
+//! [`session`] is logic: it knows no window, and its tests need none. [`viewer`] adds how a session
+//! is looked at, [`input`] what mouse and keys do to both, [`panel`] draws them with egui, and
+//! [`window`] is the shell: winit, the surface, the frames.
 #![forbid(unsafe_code)]
 
-pub mod clock;
-pub mod trace;
-pub mod margin;
-pub mod ration;
-pub mod accuracy;
-pub mod edits;
-pub mod hand;
+pub mod quantity;
 pub mod session;
-mod reading;
-mod tuning;
-mod stepping;
-mod grasp;
-mod taping;
-pub mod keys;
-pub mod lens;
-mod gesture;
 pub mod viewer;
-mod pointing;
-pub mod theme;
+pub mod input;
 pub mod panel;
-mod canvas;
-mod window;
-#[cfg(not(target_arch = "wasm32"))]
-pub mod report;
-pub mod start;
+pub mod window;
 
+pub use viewer::catalogue;
 #[cfg(target_arch = "wasm32")]
-pub use start::start_web;
-pub use start::{Missing, ViewError, catalogue};
+pub use window::start_web;
+pub use window::{Missing, ViewError};
 #[cfg(not(target_arch = "wasm32"))]
-pub use start::{ViewOptions, view, view_as, view_with};
+pub use window::{view, view_as};

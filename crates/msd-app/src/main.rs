@@ -4,11 +4,21 @@
 #[cfg(not(target_arch = "wasm32"))]
 mod cli;
 
+/// Runs the program and returns its exit code: 0 done, 2 bad input or usage or a file that could
+/// not be written, 3 diverged. The window ends with 1 where its display goes away: the library of
+/// X11 prints why and ends the program.
 #[cfg(not(target_arch = "wasm32"))]
 fn main() -> std::process::ExitCode {
-    cli::run_program()
+    // Silent unless asked: one clear line is the whole message of an error.
+    let environment = env_logger::Env::default().default_filter_or("off");
+    env_logger::Builder::from_env(environment).init();
+    let done = match <cli::Arguments as clap::Parser>::try_parse() {
+        Ok(arguments) => cli::run_command(arguments),
+        Err(error) => cli::explain(&error),
+    };
+    cli::exit_code(done)
 }
 
-/// A browser starts the window from a page, see `msd_app::start`.
+/// A browser starts the window from a page, see `msd_app::start_web`.
 #[cfg(target_arch = "wasm32")]
 fn main() {}

@@ -1,4 +1,4 @@
-//! Does `msd bench` measure the work that it says, and write where it leads?
+//! `msd bench`: the work that it measures, and the positions that it writes.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Is bad input refused in one clear line, with exit code 2 and nothing written?
+//! Bad input: refused in one clear line, with exit code 2 and nothing written.
 
 mod common;
 
@@ -99,20 +99,20 @@ fn a_scene_that_is_none_is_refused() {
 }
 
 #[test]
-fn an_option_that_the_method_does_not_read_is_refused_and_told_which_do() {
+fn an_option_that_the_method_does_not_use_is_refused_with_the_methods_that_do() {
     let folder = folder();
     for (arguments, told) in [
         (
             &["--tolerance", "1e-6"][..],
-            "--tolerance means nothing to velocity-verlet; it belongs to dormand-prince",
+            "velocity-verlet does not use --tolerance; only dormand-prince does",
         ),
         (
             &["--newton", "2", "--integrator", "rk4"],
-            "--newton means nothing to rk4; it belongs to backward-euler and implicit-midpoint",
+            "rk4 does not use --newton; only backward-euler and implicit-midpoint do",
         ),
         (
             &["--newton", "2", "--integrator", "dormand-prince"],
-            "--newton means nothing to dormand-prince; it belongs to",
+            "dormand-prince does not use --newton; only",
         ),
     ] {
         let run = ["run", "chain", "--duration", "0.1"];
@@ -190,7 +190,15 @@ fn arguments_outside_their_domain_are_refused() {
         (&["--from", "nan.csv"], "nan.csv: row 2: vy is \"NaN\""),
         (&["--from", "far.csv"], "far.csv: position of particle 1"),
         (&["--from", "good.toml"], "good.toml: the header is"),
-        (&["--durration", "1"], "unexpected argument '--durration'"),
+        (
+            &["--durration", "1"],
+            "there is no option --durration of msd run; did you mean --duration?",
+        ),
+        (
+            &["--gravity", "0"],
+            "; gravity is set in the scene file, as world.gravity; see msd --help",
+        ),
+        (&["--colour", "red"], "there is no option --colour of msd run; see msd --help"),
     ] {
         let run = ["run", "good.toml", "--out", "s.csv"];
         refuse(folder.path(), &[&run, arguments].concat(), &[told]);
@@ -203,6 +211,8 @@ fn a_command_that_is_none_is_refused_with_the_nearest() {
     refuse(folder.path(), &["rnu", "jelly"], &["there is no command `rnu`; did you mean `run`?"]);
     refuse(folder.path(), &["run"], &["required arguments were not provided: <SCENE>"]);
     refuse(folder.path(), &["jely"], &["did you mean `jelly`?"]);
+    let told = "there is no option --duration; it belongs to msd run, msd study";
+    refuse(folder.path(), &["jelly", "--duration", "1"], &[told]);
 }
 
 #[test]
@@ -221,7 +231,7 @@ fn an_output_without_a_place_is_refused_before_the_run() {
     let render = ["render", "good.toml", "--time", "1e7", "--out"];
     for (name, told) in [
         ("nowhere/p.png", "nowhere/p.png: cannot be written: there is no folder"),
-        ("p.jpg", "let its name end in .png"),
+        ("p.jpg", "end the name in .png"),
     ] {
         refuse(folder.path(), &[&render[..], &[name]].concat(), &[told]);
     }

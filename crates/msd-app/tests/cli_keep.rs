@@ -1,4 +1,4 @@
-//! Does the program save, go on, record and replay to the last bit, even when it is killed?
+//! Saving, going on, recording and replaying, to the last bit, even when the program is killed.
 
 mod common;
 

@@ -1,7 +1,6 @@
-//! Does a scene that is shown at another frame rate go another way?
+//! Frame rates: a scene goes the same way at every one of them.
 
-use msd_app::clock::BUDGET;
-use msd_app::session::Session;
+use msd_app::session::{BUDGET, Session};
 use msd_run::Runner;
 use msd_scene::{open, state_hash};
 use rand_pcg::Pcg32;

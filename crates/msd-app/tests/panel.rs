@@ -1,22 +1,28 @@
-//! The panel by itself: widgets found by their names, clicked and dragged without a window.
+//! The panels by themselves: widgets found by their names, clicked and dragged without a window.
 
 use egui::Vec2;
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use msd_app::keys::Command;
-use msd_app::viewer::Viewer;
-use msd_app::{catalogue, panel, theme};
+use msd_app::input::read_pointer;
+use msd_app::panel::{self, theme};
+use msd_app::session::{MaterialEdit, Tuning};
+use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
 use msd_run::on;
 use msd_scene::Precision;
 
+/// A frame as the window has it, without time.
+fn frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
+    read_pointer(ui.ctx(), viewer);
+    panel::show(ui, viewer);
+}
+
 fn harness() -> Harness<'static, Viewer> {
     let loaded = msd_scene::open("jelly").expect("a built-in scene");
     let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
-    let mut harness = Harness::builder()
-        .with_size(Vec2::new(1280.0, 800.0))
-        .build_ui_state(|ui, viewer: &mut Viewer| panel::show(ui, viewer), viewer);
+    let mut harness =
+        Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(frame, viewer);
     theme::apply(&harness.ctx);
     harness.run_steps(3);
     harness
@@ -123,7 +129,7 @@ fn every_method_can_be_chosen_and_runs() {
 fn a_method_has_the_controls_that_it_reads() {
     let mut harness = harness();
     for integrator in Integrator::ALL {
-        harness.state_mut().session.set_integrator(integrator);
+        harness.state_mut().session.tune(Tuning::Integrator(integrator));
         harness.state_mut().session.advance(0.0, &|| 0.0);
         harness.run_steps(3);
         let there = |label| harness.query_by_role_and_label(Role::Slider, label).is_some();
@@ -143,7 +149,7 @@ fn a_method_has_the_controls_that_it_reads() {
 #[test]
 fn dragging_the_tolerance_sets_it() {
     let mut harness = harness();
-    harness.state_mut().session.set_integrator(Integrator::DormandPrince);
+    harness.state_mut().session.tune(Tuning::Integrator(Integrator::DormandPrince));
     harness.run_steps(3);
     let tolerance =
         |harness: &Harness<'_, Viewer>| harness.state().session.runner().settings().tolerance;
@@ -159,7 +165,7 @@ fn the_error_is_estimated_on_demand() {
     let mut harness = harness();
     let says =
         |harness: &Harness<'_, Viewer>, text: &str| harness.query_by_label_contains(text).is_some();
-    assert!(!says(&harness, "measuring") && harness.state().session.accuracy().is_none());
+    assert!(!says(&harness, "measuring") && harness.state().session.live_error().is_none());
     click(&mut harness, Role::CheckBox, "Estimate error");
     assert!(says(&harness, "measuring"));
     for _ in 0..30 {
@@ -188,7 +194,7 @@ fn a_particle_is_dragged_and_thrown() {
     let depth = |particle: usize| viewer.camera.depth(viewer.session.position(particle).as_vec3());
     let corner = (0..1000).min_by(|&a, &b| depth(a).total_cmp(&depth(b))).expect("particles");
     let at = viewer.session.position(corner).as_vec3();
-    let from = viewer.lens().place(at).expect("in view");
+    let from = viewer.viewport().project(at).expect("in view");
     harness.hover_at(from);
     harness.run_steps(2);
     harness.drag_at(from);
@@ -197,9 +203,9 @@ fn a_particle_is_dragged_and_thrown() {
     let to = from + Vec2::new(0.0, -120.0);
     harness.hover_at(to);
     harness.run_steps(1);
-    // The hand is where the pointer is, whatever the particle does.
-    let hand = harness.state().session.hold_target().expect("held").as_vec3();
-    let shown = harness.state().lens().place(hand).expect("in view");
+    // The target is where the pointer is, whatever the particle does.
+    let target = harness.state().session.grab_target().expect("held").as_vec3();
+    let shown = harness.state().viewport().project(target).expect("in view");
     assert!(shown.distance(to) < 1.0, "{shown:?} {to:?}");
     let still = on!(harness.state().session.runner(), simulation => {
         simulation.velocity(corner).to_f64()
@@ -229,15 +235,15 @@ fn a_drag_beside_the_body_turns_the_camera_and_a_slider_does_not() {
     drag(&mut harness, rect.center(), rect.center() - Vec2::new(500.0, 0.0));
     assert_eq!(harness.state().camera, after);
     assert_eq!(harness.state().session.held(), None);
-    assert_eq!(harness.state().session.shown().gravity, 0.0);
+    assert_eq!(harness.state().session.material().values().gravity, 0.0);
 }
 
 #[test]
-fn a_divergence_is_told_with_ways_out() {
+fn a_divergence_shows_ways_out() {
     let mut harness = harness();
     let session = &mut harness.state_mut().session;
-    session.set_substeps(1);
-    session.set_stiffness(1e6);
+    session.tune(Tuning::Substeps(1));
+    session.edit(MaterialEdit::Stiffness(1e6));
     session.advance(0.0, &|| 0.0);
     (0..600).for_each(|_| {
         session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
@@ -294,15 +300,16 @@ fn what_was_carried_away_comes_back_into_the_picture() {
     let viewer = harness.state_mut();
     viewer.look(0.0);
     viewer.session.toggle_pause();
-    // As a hand leaves it: everything is far to the right of where the camera looks.
+    // As a long drag leaves it: everything is far to the right of where the camera looks.
     viewer.camera.target -= viewer.camera.right() * 20.0;
     viewer.follow = false;
     viewer.look(0.0);
     viewer.follow = true;
     (0..60).for_each(|_| viewer.look(1.0 / 60.0));
-    let lens = viewer.lens();
+    let viewport = viewer.viewport();
     for particle in 0..viewer.session.runner().particle_count() {
-        let place = lens.place(viewer.session.position(particle).as_vec3()).expect("in front");
+        let place =
+            viewport.project(viewer.session.position(particle).as_vec3()).expect("in front");
         assert!(viewer.rect.contains(place), "{place:?}");
     }
 }

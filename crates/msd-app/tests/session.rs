@@ -1,6 +1,6 @@
-//! The session by itself: what a person can do, without a window.
+//! The session by itself: what a user can do, without a window.
 
-use msd_app::session::Session;
+use msd_app::session::{MaterialEdit, Session, Tuning};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Real, Select, Vector};
 use msd_run::on;
@@ -8,7 +8,7 @@ use msd_scene::{AnyState, Loaded, Precision};
 
 const FRAME: f64 = 1.0 / 60.0;
 /// Steps until there is an estimate of the error.
-const WINDOW: usize = msd_app::accuracy::WINDOW as usize;
+const WINDOW: usize = msd_app::session::ERROR_WINDOW as usize;
 
 fn loaded(name: &str) -> Loaded {
     msd_scene::open(name).expect("a built-in scene")
@@ -69,7 +69,7 @@ fn slow_motion_takes_the_same_steps_less_often() {
 fn a_step_back_returns_to_the_very_state() {
     let mut session = session("jelly");
     run(&mut session, 40);
-    let (state, energy) = (session.runner().state(), session.energy());
+    let (state, energy) = (session.runner().state(), session.runner().energy());
     session.step_forward();
     session.step_forward();
     assert_ne!(session.runner().state(), state);
@@ -77,7 +77,10 @@ fn a_step_back_returns_to_the_very_state() {
     assert_eq!(session.runner().state(), state);
     assert_eq!(session.runner().steps(), 40);
     // Summed in another order: one rounding of the sum.
-    assert!((session.energy().dissipated - energy.dissipated).abs() <= 1e-9 * energy.total().abs());
+    assert!(
+        (session.runner().energy().dissipated - energy.dissipated).abs()
+            <= 1e-9 * energy.total().abs()
+    );
     assert!(session.is_paused());
 }
 
@@ -91,12 +94,12 @@ fn a_step_back_past_an_edit_knows_what_was_dissipated_before_it() {
         }
     }
     assert!(touches(&session), "it touches the floor");
-    let before = session.energy();
-    session.set_gravity(1.6);
+    let before = session.runner().energy();
+    session.edit(MaterialEdit::Gravity(1.6));
     run(&mut session, 10);
     (0..10).for_each(|_| assert!(session.step_back()));
     // On the moon the same state has less energy, which nothing took away.
-    let after = session.energy();
+    let after = session.runner().energy();
     assert!(after.gravitational < 0.5 * before.gravitational, "{after:?}");
     assert!((after.dissipated - before.dissipated).abs() <= 1e-9 * before.total().abs());
 }
@@ -107,16 +110,16 @@ fn the_first_state_is_the_end_of_stepping_back() {
     session.step_forward();
     assert!(session.step_back());
     assert!(!session.step_back());
-    assert_eq!(session.time(), 0.0);
+    assert_eq!(session.runner().time(), 0.0);
 }
 
 #[test]
 fn a_restart_keeps_what_was_set_and_forgets_what_was_done() {
     let mut session = session("jelly");
     let start = session.runner().state();
-    session.set_stiffness(1234.0);
-    session.set_substeps(11);
-    session.set_integrator(Integrator::Rk4);
+    session.edit(MaterialEdit::Stiffness(1234.0));
+    session.tune(Tuning::Substeps(11));
+    session.tune(Tuning::Integrator(Integrator::Rk4));
     run(&mut session, 10);
     session.freeze();
     session.pin_toggle(3);
@@ -127,7 +130,7 @@ fn a_restart_keeps_what_was_set_and_forgets_what_was_done() {
     assert_eq!(session.runner().integrator(), Integrator::Rk4);
     assert!(!session.is_pinned(3));
     assert_eq!(session.steps_back(), 0);
-    session.reset_values();
+    session.reset_material();
     assert_eq!(stiffness(&session, 0), 2200.0);
 }
 
@@ -138,15 +141,15 @@ fn sliders_act_on_one_body_or_all() {
     two.scene.add("rope", part);
     let mut session = Session::new(two).expect("a valid scene");
     let last = session.runner().spring_count() - 1;
-    session.set_select(Select::Body(1));
-    session.set_stiffness(50.0);
+    session.select(Select::Body(1));
+    session.edit(MaterialEdit::Stiffness(50.0));
     assert_eq!((stiffness(&session, 0), stiffness(&session, last)), (2200.0, 50.0));
-    session.set_select(Select::All);
-    assert!(session.shown().stiffness.is_some_and(|value| value.mixed));
-    session.set_stiffness(70.0);
+    session.select(Select::All);
+    assert!(session.material().values().stiffness.is_some_and(|value| value.mixed));
+    session.edit(MaterialEdit::Stiffness(70.0));
     assert_eq!((stiffness(&session, 0), stiffness(&session, last)), (70.0, 70.0));
     assert_eq!(
-        session.shown().stiffness.map(|value| (value.first, value.mixed)),
+        session.material().values().stiffness.map(|value| (value.first, value.mixed)),
         Some((70.0, false))
     );
 }
@@ -154,9 +157,9 @@ fn sliders_act_on_one_body_or_all() {
 #[test]
 fn the_world_is_set_as_a_whole() {
     let mut session = session("jelly");
-    session.set_gravity(3.0);
-    session.set_restitution(0.25);
-    session.set_friction(Friction::Coulomb(0.7));
+    session.edit(MaterialEdit::Gravity(3.0));
+    session.edit(MaterialEdit::Restitution(0.25));
+    session.edit(MaterialEdit::Friction(Friction::Coulomb(0.7)));
     let (gravity, planes) = on!(session.runner(), simulation => {
         let model = simulation.model();
         let law = |plane: usize| {
@@ -167,9 +170,9 @@ fn the_world_is_set_as_a_whole() {
     assert!((gravity - DVec3::new(0.0, -3.0, 0.0)).length() < 1e-6);
     assert_eq!(planes, [(0.25, Friction::Coulomb(0.7)); 2]);
     // Weightlessness keeps the way down for later.
-    session.set_gravity(0.0);
-    session.set_gravity(5.0);
-    assert_eq!(session.shown().gravity, 5.0);
+    session.edit(MaterialEdit::Gravity(0.0));
+    session.edit(MaterialEdit::Gravity(5.0));
+    assert_eq!(session.material().values().gravity, 5.0);
 }
 
 #[test]
@@ -177,7 +180,7 @@ fn precision_changes_and_the_state_stays() {
     let mut session = session("jelly");
     run(&mut session, 20);
     let AnyState::F32(before) = session.runner().state() else { panic!("jelly runs in f32") };
-    session.set_precision(Precision::F64);
+    session.tune(Tuning::Precision(Precision::F64));
     let AnyState::F64(after) = session.runner().state() else { panic!("f64 was asked for") };
     assert_eq!(before.positions[7].as_dvec3(), after.positions[7]);
     assert_eq!(session.runner().steps(), 20);
@@ -186,20 +189,20 @@ fn precision_changes_and_the_state_stays() {
 }
 
 #[test]
-fn a_refused_number_is_told_and_changes_nothing() {
+fn a_refused_number_is_reported_and_changes_nothing() {
     let mut session = session("jelly");
-    session.set_mass(-1.0);
+    session.edit(MaterialEdit::Mass(-1.0));
     assert!(session.refusal().is_some_and(|text| text.contains("mass")));
-    assert_eq!(session.shown().mass.map(|value| value.first), Some(1.0));
-    session.set_mass(2.0);
+    assert_eq!(session.material().values().mass.map(|value| value.first), Some(1.0));
+    session.edit(MaterialEdit::Mass(2.0));
     assert_eq!(session.refusal(), None);
 }
 
 #[test]
 fn divergence_pauses_at_the_last_good_state_and_names_substeps_that_work() {
     let mut session = session("jelly");
-    session.set_substeps(1);
-    session.set_stiffness(1e6);
+    session.tune(Tuning::Substeps(1));
+    session.edit(MaterialEdit::Stiffness(1e6));
     run(&mut session, 600);
     let failure = session.failure().cloned().expect("one substep is far too long");
     assert!(session.is_paused() && failure.text.contains("diverged"));
@@ -215,14 +218,30 @@ fn divergence_pauses_at_the_last_good_state_and_names_substeps_that_work() {
 }
 
 #[test]
+fn a_failing_step_ends_the_frame_and_is_not_counted() {
+    let mut session = session("jelly");
+    session.tune(Tuning::Substeps(1));
+    session.edit(MaterialEdit::Stiffness(1e6));
+    let mut steps = 0;
+    // A fifth of a second owes twelve steps.
+    while session.failure().is_none() {
+        steps += u64::from(session.advance(0.2, &|| 0.0).steps);
+        assert!(steps < 600, "one substep is far too long");
+    }
+    assert_eq!(steps, session.runner().steps());
+    assert!(!steps.is_multiple_of(12), "it failed within a frame");
+    assert_eq!(session.advance(0.2, &|| 0.0).steps, 0);
+}
+
+#[test]
 fn the_substeps_that_are_offered_follow_the_sliders() {
     let mut session = session("jelly");
-    session.set_substeps(1);
-    session.set_stiffness(1e5);
+    session.tune(Tuning::Substeps(1));
+    session.edit(MaterialEdit::Stiffness(1e5));
     run(&mut session, 600);
     let substeps = |session: &Session| session.failure().and_then(|failure| failure.substeps);
     let before = substeps(&session).expect("a way out");
-    session.set_stiffness(1e6);
+    session.edit(MaterialEdit::Stiffness(1e6));
     assert!(before < substeps(&session).expect("a way out"));
     session.restart_stable();
     run(&mut session, 60);
@@ -230,17 +249,17 @@ fn the_substeps_that_are_offered_follow_the_sliders() {
 }
 
 #[test]
-fn the_margin_follows_the_settings() {
+fn the_stability_light_follows_the_settings() {
     let mut session = session("jelly");
-    let before = session.margin().expect("predicted in the first frame");
-    session.set_substeps(session.runner().settings().substeps * 2);
+    let before = session.stability_share().expect("predicted in the first frame");
+    session.tune(Tuning::Substeps(session.runner().settings().substeps * 2));
     session.advance(FRAME, &|| 0.0);
-    let after = session.margin().expect("predicted");
+    let after = session.stability_share().expect("predicted");
     assert!((after / before - 0.5).abs() < 0.05, "{before} {after}");
 }
 
 #[test]
-fn a_hand_lifts_a_whole_body_and_throws_it() {
+fn a_grab_lifts_a_whole_body_and_throws_it() {
     for name in ["jelly", "cloth", "chain", "mattress", "teapot", "foam", "bunny"] {
         let mut session = session(name);
         run(&mut session, 60);
@@ -261,12 +280,12 @@ fn a_hand_lifts_a_whole_body_and_throws_it() {
             run(&mut session, 1);
         }
         run(&mut session, 90);
-        assert!(session.failure().is_none(), "{name} blew up in the hand");
+        assert!(session.failure().is_none(), "{name} blew up while held");
         if !rest {
             let left = (session.position(particle) - (start + way)).length();
             assert!(
                 left < 0.4 * size,
-                "{name}: the particle is {left} m from the hand of {size} m"
+                "{name}: the particle is {left} m from the mouse, of a size of {size} m"
             );
         }
         session.release();
@@ -276,7 +295,7 @@ fn a_hand_lifts_a_whole_body_and_throws_it() {
 }
 
 #[test]
-fn a_pinned_particle_follows_the_hand_and_stays_where_it_is_left() {
+fn a_pinned_particle_follows_the_mouse_and_stays_where_it_is_left() {
     let mut session = session("cloth");
     let pin = (0..session.runner().particle_count())
         .find(|&particle| session.is_pinned(particle))
@@ -293,7 +312,7 @@ fn a_pinned_particle_follows_the_hand_and_stays_where_it_is_left() {
 }
 
 #[test]
-fn a_particle_pinned_in_the_hand_stays_there() {
+fn a_particle_pinned_while_held_stays_there() {
     let mut session = session("jelly");
     session.grab(5, session.position(5));
     run(&mut session, 10);
@@ -311,23 +330,23 @@ fn a_particle_pinned_in_the_hand_stays_there() {
 fn freezing_leaves_no_elastic_energy() {
     let mut session = session("jelly");
     run(&mut session, 120);
-    assert!(1.0 < session.energy().elastic);
+    assert!(1.0 < session.runner().energy().elastic);
     session.toggle_pause();
     session.freeze();
     // Lengths are rounded to single precision: a relative 1e-7 of some metres, squared.
-    assert!(session.energy().elastic < 1e-3);
+    assert!(session.runner().energy().elastic < 1e-3);
 }
 
 #[test]
 fn every_method_runs() {
     for integrator in Integrator::ALL {
         let mut session = session("square");
-        session.set_integrator(integrator);
+        session.tune(Tuning::Integrator(integrator));
         run(&mut session, 30);
         assert_eq!(session.failure(), None, "{integrator}");
         assert_eq!(session.runner().steps(), 30, "{integrator}");
         // It falls freely so far, 9.82/2 · 0.5² m from 2 m: within the first-order term h g t.
-        let height = session.energy().gravitational / (16.0 * 9.82);
+        let height = session.runner().energy().gravitational / (16.0 * 9.82);
         let late = 9.82 * session.runner().settings().substep() * 0.5;
         assert!((height - (2.0 - 1.2275)).abs() <= late, "{integrator}: {height} m");
     }
@@ -336,12 +355,12 @@ fn every_method_runs() {
 #[test]
 fn tolerance_and_newton_iterations_are_set_and_kept() {
     let mut session = session("chain");
-    session.set_tolerance(1e-7);
-    session.set_newton(3);
+    session.tune(Tuning::Tolerance(1e-7));
+    session.tune(Tuning::Newton(3));
     session.restart();
     let settings = session.runner().settings();
     assert_eq!((settings.tolerance, settings.newton), (1e-7, 3));
-    session.set_tolerance(0.0);
+    session.tune(Tuning::Tolerance(0.0));
     assert!(session.refusal().is_some_and(|text| text.contains("tolerance")));
     assert_eq!(session.runner().settings(), settings);
 }
@@ -350,22 +369,26 @@ fn tolerance_and_newton_iterations_are_set_and_kept() {
 fn only_explicit_methods_have_a_limit() {
     let mut session = session("chain");
     for integrator in Integrator::ALL {
-        session.set_integrator(integrator);
+        session.tune(Tuning::Integrator(integrator));
         session.advance(FRAME, &|| 0.0);
         let limited = Integrator::EXPLICIT.contains(&integrator);
-        assert_eq!(session.margin().is_some_and(|share| 0.0 < share), limited, "{integrator}");
+        assert_eq!(
+            session.stability_share().is_some_and(|share| 0.0 < share),
+            limited,
+            "{integrator}"
+        );
     }
 }
 
 /// The last estimate of the error: root mean square, metres.
 fn estimate(session: &Session) -> Option<f64> {
-    session.accuracy()?.last().map(|last| last.error.rms)
+    session.live_error()?.last().map(|last| last.error.rms)
 }
 
 /// A session in double precision whose error is estimated.
 fn measured(name: &str) -> Session {
     let mut session = session(name);
-    session.set_precision(Precision::F64);
+    session.tune(Tuning::Precision(Precision::F64));
     session.set_estimating(true);
     session
 }
@@ -374,7 +397,7 @@ fn measured(name: &str) -> Session {
 fn the_estimate_appears_after_a_window_and_shrinks_with_the_substep() {
     let error = |substeps: u32| {
         let mut session = measured("chain");
-        session.set_substeps(substeps);
+        session.tune(Tuning::Substeps(substeps));
         run(&mut session, WINDOW - 1);
         assert_eq!(estimate(&session), None);
         run(&mut session, 1);
@@ -390,7 +413,7 @@ fn the_estimate_appears_after_a_window_and_shrinks_with_the_substep() {
 fn the_estimate_appears_for_every_method() {
     for integrator in Integrator::ALL {
         let mut session = measured("chain");
-        session.set_integrator(integrator);
+        session.tune(Tuning::Integrator(integrator));
         run(&mut session, WINDOW);
         let error = estimate(&session).expect("a window has passed");
         // So calm is the chain that an adaptive run and its copy both take whole steps.
@@ -405,9 +428,9 @@ fn whatever_replaces_the_state_or_the_settings_restarts_the_estimate() {
     let changes: [(&str, Change); 7] = [
         ("step back", |session| assert!(session.step_back())),
         ("restart", Session::restart),
-        ("substeps", |session| session.set_substeps(9)),
-        ("method", |session| session.set_integrator(Integrator::Rk4)),
-        ("precision", |session| session.set_precision(Precision::F32)),
+        ("substeps", |session| session.tune(Tuning::Substeps(9))),
+        ("method", |session| session.tune(Tuning::Integrator(Integrator::Rk4))),
+        ("precision", |session| session.tune(Tuning::Precision(Precision::F32))),
         ("off and on", |session| {
             session.set_estimating(false);
             session.set_estimating(true);
@@ -418,26 +441,26 @@ fn whatever_replaces_the_state_or_the_settings_restarts_the_estimate() {
         let mut session = measured("chain");
         // Into the second window.
         run(&mut session, 125);
-        assert!(session.accuracy().is_some_and(|accuracy| accuracy.is_measuring()), "{name}");
+        assert!(session.live_error().is_some_and(|meter| meter.is_measuring()), "{name}");
         change(&mut session);
-        let accuracy = session.accuracy().expect("it stays on");
-        assert!(accuracy.last().is_none() && !accuracy.is_measuring(), "{name}");
+        let meter = session.live_error().expect("it stays on");
+        assert!(meter.last().is_none() && !meter.is_measuring(), "{name}");
         (0..WINDOW).for_each(|_| session.step_forward());
-        let last = session.accuracy().and_then(|accuracy| accuracy.last()).expect(name);
-        assert_eq!(last.error.at, session.time(), "{name}");
+        let last = session.live_error().and_then(|meter| meter.last()).expect(name);
+        assert_eq!(last.error.at, session.runner().time(), "{name}");
     }
 }
 
 #[test]
 fn a_divergence_restarts_the_estimate() {
     let mut session = measured("jelly");
-    session.set_substeps(1);
+    session.tune(Tuning::Substeps(1));
     run(&mut session, 1);
-    session.set_stiffness(1e6);
+    session.edit(MaterialEdit::Stiffness(1e6));
     run(&mut session, 600);
     assert!(session.failure().is_some());
-    let accuracy = session.accuracy().expect("it stays on");
-    assert!(accuracy.last().is_none() && !accuracy.is_measuring());
+    let meter = session.live_error().expect("it stays on");
+    assert!(meter.last().is_none() && !meter.is_measuring());
 }
 
 #[test]
@@ -453,27 +476,27 @@ fn estimating_changes_no_bit_of_the_run_and_off_copies_nothing() {
             run(session, 1);
         }
         session.release();
-        session.set_rest_scale(1.1);
+        session.edit(MaterialEdit::RestScale(1.1));
         run(session, 20);
     }
-    assert!(plain.accuracy().is_none() && estimate(&watched).is_some());
+    assert!(plain.live_error().is_none() && estimate(&watched).is_some());
     assert_eq!(plain.runner().state(), watched.runner().state());
-    assert_eq!(plain.energy(), watched.energy());
+    assert_eq!(plain.runner().energy(), watched.runner().energy());
     watched.set_estimating(false);
-    assert!(watched.accuracy().is_none());
+    assert!(watched.live_error().is_none());
 }
 
 #[test]
-fn what_a_hand_does_is_no_error() {
+fn what_the_user_does_is_no_error() {
     let mut session = measured("chain");
-    session.set_substeps(40);
+    session.tune(Tuning::Substeps(40));
     let start = session.position(0);
     session.grab(0, start);
     for frame in 0..WINDOW {
         session.move_grab(start + DVec3::Y * (frame as f64 / WINDOW as f64));
         if frame == 20 {
             session.pin_toggle(2);
-            session.set_rest_scale(1.2);
+            session.edit(MaterialEdit::RestScale(1.2));
         }
         run(&mut session, 1);
     }
@@ -484,10 +507,10 @@ fn what_a_hand_does_is_no_error() {
 }
 
 #[test]
-fn the_worst_particle_is_told() {
+fn the_worst_particle_is_named() {
     let mut session = measured("chain");
     run(&mut session, WINDOW);
-    let last = session.accuracy().and_then(|accuracy| accuracy.last()).expect("a window");
+    let last = session.live_error().and_then(|meter| meter.last()).expect("a window");
     let (particle, error) = last.worst;
     assert_eq!(last.error.particles[particle], error);
     assert!(last.error.particles.iter().all(|&other| other <= error));

@@ -1,4 +1,4 @@
-//! Does `msd sweep` run on one machine or many, at once or in pieces, to the same result?
+//! `msd sweep` on one machine or many, at once or in pieces: the same result.
 
 mod common;
 

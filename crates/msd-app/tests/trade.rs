@@ -1,4 +1,4 @@
-//! Do `msd study` and `msd tune` do what the README says? The real binary, in folders of its own.
+//! `msd study` and `msd tune` as the README describes them: the real binary, in folders of its own.
 
 mod common;
 
@@ -125,7 +125,7 @@ fn a_scene_that_leaves_the_world_has_no_reference_and_that_is_said() {
 }
 
 #[test]
-fn terms_are_told() {
+fn terms_are_reported() {
     let folder = folder();
     let told = done(msd(folder.path(), &["study", "square", "--terms", "--duration", "0.2"]));
     assert!(told.contains("damping") && told.contains('%'), "{told}");

@@ -1,5 +1,6 @@
 //! The window through real input: a virtual display, a synthetic mouse and keyboard, and the
-//! simulation behind it, which the window reports line by line (see `msd_app::report`).
+//! simulation behind it, which the window reports line by line (see `MSD_STATUS` of
+//! `msd_app::view_as`).
 //!
 //! Needs Xvfb, xdotool and a Vulkan driver (`mesa-vulkan-drivers` will do). Where one is missing
 //! the test says so and passes, unless `MSD_REQUIRE_WINDOW` is set.

@@ -1,4 +1,4 @@
-//! Where do the columns lie on the device? In buffers that grow with what is drawn.
+//! Buffers on the device, which grow with what is drawn.
 
 use wgpu::{Buffer, BufferUsages, Device, Queue};
 

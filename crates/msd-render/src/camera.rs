@@ -1,4 +1,4 @@
-//! From where is the scene seen? An orbit camera: a target, a distance and two angles.
+//! An orbit camera: a target, a distance and two angles.
 
 use crate::math::is_drawable;
 use glam::camera::rh::{proj::directx, view::look_to_mat4};

@@ -1,4 +1,4 @@
-//! Which colour has a body, and which a strain?
+//! Colours of bodies and of strain.
 
 /// Colours of bodies, in the order of the bodies, sRGB.
 const PALETTE: [[f32; 3]; 8] = [

@@ -1,4 +1,4 @@
-//! What does a snapshot show in a view? Fills the columns of one picture, kind by kind.
+//! The columns of one picture, filled from a snapshot kind by kind.
 
 use crate::geometry::Geometry;
 use crate::pick::bounds;

@@ -1,4 +1,4 @@
-//! What can go wrong between a snapshot and a picture?
+//! Errors between a snapshot and a picture.
 
 /// Why there is no picture.
 #[derive(Debug, thiserror::Error)]

@@ -1,4 +1,4 @@
-//! How does a letter look where there is no font? Five by seven dots, only what a legend needs.
+//! A font of five by seven dots, with only the letters that a legend needs.
 
 /// Columns of dots of a letter.
 pub(crate) const COLUMNS: u32 = 5;

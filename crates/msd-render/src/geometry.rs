@@ -1,4 +1,4 @@
-//! What is uploaded for one picture? Columns of vertices and instances, filled from a snapshot.
+//! Columns of vertices and instances that are uploaded for one picture.
 
 use crate::math::is_drawable;
 use bytemuck::{Pod, Zeroable};

@@ -1,4 +1,4 @@
-//! Where are pictures computed? An adapter and a device, with or without a window.
+//! The graphics device: an adapter and a device, with or without a window.
 
 use crate::error::RenderError;
 use wgpu::{Adapter, Device, Instance, InstanceDescriptor, Limits, Queue, Surface};

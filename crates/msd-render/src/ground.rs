@@ -1,4 +1,4 @@
-//! Which planes does a picture show, and what does the light see?
+//! The planes that a picture shows, and what the light sees.
 
 use crate::geometry::{Geometry, Patch};
 use crate::math::{direction_or, is_drawable, tangents};

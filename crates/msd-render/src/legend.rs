@@ -1,4 +1,4 @@
-//! What do the colours of springs mean? A small scale with labels in a corner of the picture.
+//! The legend of strain: a small scale with labels in a corner of the picture.
 
 use crate::colour::{bytes, strain_colour};
 use crate::font;

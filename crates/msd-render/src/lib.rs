@@ -1,4 +1,4 @@
-//! How does a moment of a simulation look? Draws a read-only [`msd_core::Snapshot`] with wgpu, in
+//! A renderer for moments of a simulation: draws a read-only [`msd_core::Snapshot`] with wgpu, in
 //! a window or off screen.
 //!
 //! The renderer never sees the system, only the snapshot. It uses vertex and instance buffers and

@@ -1,4 +1,4 @@
-//! Which lines and points does a picture show? Springs, particles, pins and grabs.
+//! Lines and points of a picture: springs, particles, pins and grabs.
 
 use crate::colour::{body_colour, bytes, mix, strain_colour};
 use crate::geometry::{Geometry, Line, Point, owners};

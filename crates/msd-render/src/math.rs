@@ -1,4 +1,4 @@
-//! Which positions can be drawn?
+//! Positions that can be drawn.
 
 use glam::Vec3;
 

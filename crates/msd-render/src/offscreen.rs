@@ -1,4 +1,4 @@
-//! How does a picture get into memory? Drawn into a texture and read back.
+//! Pictures in memory: drawn into a texture and read back.
 
 use crate::error::RenderError;
 use crate::gpu::Gpu;

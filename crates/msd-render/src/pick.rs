@@ -1,4 +1,4 @@
-//! What is under the pointer, and where does dragging take it?
+//! Picking and dragging: the particle under the pointer, and where it is dragged to.
 
 use crate::camera::{Camera, Ray};
 use crate::math::is_drawable;

@@ -1,4 +1,4 @@
-//! How is each kind of thing drawn? One pipeline per kind.
+//! Render pipelines, one for each kind of thing.
 
 use crate::shaders;
 use crate::targets::{DEPTH_FORMAT, SAMPLES};

@@ -1,4 +1,4 @@
-//! How does a snapshot become a picture? Uploaded once, then drawn in two passes: shadow, scene.
+//! The renderer: a snapshot is uploaded once, then drawn in two passes, shadow and scene.
 
 use crate::buffers::Rows;
 use crate::compose::set_geometry;

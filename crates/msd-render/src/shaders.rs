@@ -1,4 +1,4 @@
-//! Which programs run on the device? The WGSL sources, each complete in itself.
+//! WGSL sources of the programs that run on the device, each complete in itself.
 
 macro_rules! with_common {
     ($file:literal) => {

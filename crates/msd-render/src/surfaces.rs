@@ -1,4 +1,4 @@
-//! Which triangles does a picture show? Surfaces with smooth normals, and their edges.
+//! Triangles of a picture: surfaces with smooth normals, and their edges.
 
 use crate::colour::{body_colour, bytes, mix};
 use crate::geometry::{Geometry, Line, SurfaceVertex};

@@ -1,4 +1,4 @@
-//! Into which textures is a picture drawn before it reaches its target?
+//! Textures into which a picture is drawn before it reaches its target.
 
 use wgpu::{Device, TextureFormat, TextureUsages, TextureView};
 

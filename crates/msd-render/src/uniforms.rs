@@ -1,4 +1,4 @@
-//! What is the same for everything in a picture? Camera, light and switches.
+//! Uniforms: camera, light and switches, the same for everything in a picture.
 
 use crate::view::View;
 use bytemuck::{Pod, Zeroable};

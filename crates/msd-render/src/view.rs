@@ -1,4 +1,4 @@
-//! What of a snapshot is shown, and how?
+//! View settings: what of a snapshot is shown, and how.
 
 use crate::camera::Camera;
 use glam::Vec3;

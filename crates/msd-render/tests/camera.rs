@@ -1,4 +1,4 @@
-//! Does the camera see what it should, and does the pointer find what it sees?
+//! The camera, and the pointer that finds what it sees.
 
 mod scenes;
 

@@ -1,4 +1,4 @@
-//! How do the pictures look? Writes a gallery for the eye: not a test by itself.
+//! A gallery of pictures, written for the eye: not a test by itself.
 //!
 //! `MSD_GALLERY=pictures cargo test -p msd-render --test gallery -- --ignored`
 

@@ -1,4 +1,4 @@
-//! Do pictures show what the snapshot says? Facts about pixels, drawn without a window.
+//! Pictures show what the snapshot says: facts about pixels, drawn without a window.
 //!
 //! Without any graphics adapter, not even a software one, each test says that it skips.
 

@@ -1,4 +1,4 @@
-//! Are the WGSL sources valid? Checked by naga, without any adapter.
+//! The WGSL sources, checked by naga without any adapter.
 
 use msd_render::shaders::ALL;
 use naga::valid::{Capabilities, ValidationFlags, Validator};

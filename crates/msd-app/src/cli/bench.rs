@@ -1,12 +1,11 @@
-//! `msd bench`: how fast is the work done on which engines are compared?
+//! `msd bench`: the speed of the work on which engines are compared.
 
 use super::arguments::{BenchArguments, Work};
 use super::failure::{Failure, say};
 use super::places::Places;
-use super::prepare::is_endless;
-use super::report::evaluations;
-use super::run::explain_divergence;
+use super::run::{evaluations, explain_divergence, is_endless};
 use cpu_time::ProcessTime;
+use msd_app::quantity::{number, quantity};
 use msd_core::{Error, Integrator, Scene, Settings};
 use msd_run::Runner;
 use msd_scene::{FileError, Output, Precision, shown_path, workloads};
@@ -29,7 +28,7 @@ const MEASURED: f64 = 1.0;
 
 /// What was measured; the keys of `--json`, as those of `msd run` where they mean the same.
 #[derive(Debug, Serialize)]
-struct Report {
+struct BenchReport {
     scene: String,
     /// Particles along each side.
     size: usize,
@@ -49,7 +48,7 @@ struct Report {
     ms_per_frame: FrameTime,
     batches: usize,
     frames_per_batch: u64,
-    /// The most memory that the process has held; null where the system does not tell.
+    /// The most memory that the process has held; null where the system does not report it.
     peak_memory_bytes: Option<u64>,
 }
 
@@ -76,14 +75,14 @@ struct Times {
     frames_per_batch: u64,
 }
 
-/// Measures, writes positions if asked, and tells what came of it.
+/// Measures, writes positions if asked, and prints the result.
 pub fn run_bench(arguments: &BenchArguments) -> Result<(), Failure> {
     let BenchArguments { integrator, substeps, threads, .. } = *arguments;
     if is_endless(FRAMES as f64 * f64::from(substeps)) {
         return Err(Failure::input(format!("--substeps {substeps} would take weeks")));
     }
     let settings = Settings { integrator, substeps, ..workloads::settings() };
-    // Opened first: a folder that is not there is no news for the end.
+    // Opened first: that a folder is missing should be known before the work.
     let places = |path: &PathBuf| Places::default().write("--positions", path);
     arguments.positions.iter().try_for_each(places)?;
     let output = arguments.positions.as_deref().map(Output::create).transpose();
@@ -132,7 +131,7 @@ fn explain(arguments: &BenchArguments, error: Error) -> Failure {
     Failure { message, ..explain_divergence(&name, error) }
 }
 
-fn measure(arguments: &BenchArguments, settings: Settings) -> Result<Report, Failure> {
+fn measure(arguments: &BenchArguments, settings: Settings) -> Result<BenchReport, Failure> {
     let mut runner = start(arguments, settings)?;
     let Times { walls, cpus, frames_per_batch } =
         time(&mut runner).map_err(|error| explain(arguments, error))?;
@@ -142,7 +141,7 @@ fn measure(arguments: &BenchArguments, settings: Settings) -> Result<Report, Fai
     let updates = evaluations_per_frame(settings).map(|count| count as f64 * springs as f64);
     let best = walls.iter().copied().fold(f64::INFINITY, f64::min);
     let (batches, wall) = (walls.len(), median(walls));
-    Ok(Report {
+    Ok(BenchReport {
         scene: name(arguments),
         size: arguments.size,
         particles: runner.particle_count(),
@@ -161,7 +160,7 @@ fn measure(arguments: &BenchArguments, settings: Settings) -> Result<Report, Fai
     })
 }
 
-/// How often each spring is evaluated in a frame; none where that depends on the motion.
+/// How often each spring is evaluated in a frame; `None` where that depends on the motion.
 fn evaluations_per_frame(settings: Settings) -> Option<u64> {
     let Settings { integrator, substeps, .. } = settings;
     let first = u64::from(integrator == Integrator::VelocityVerlet);
@@ -228,9 +227,9 @@ fn write_positions(
     output.finish().map_err(Failure::input)
 }
 
-fn summary(report: &Report, arguments: &BenchArguments, written: bool) -> String {
-    let Report { scene, particles, springs, integrator, precision, .. } = report;
-    let Report { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
+fn summary(report: &BenchReport, arguments: &BenchArguments, written: bool) -> String {
+    let BenchReport { scene, particles, springs, integrator, precision, .. } = report;
+    let BenchReport { substeps, threads, batches, frames_per_batch, ms_per_frame, .. } = report;
     let count = |count: u64, what: &str| match count {
         1 => format!("1 {what}"),
         _ => format!("{count} {what}s"),
@@ -242,18 +241,18 @@ fn summary(report: &Report, arguments: &BenchArguments, written: bool) -> String
          {substeps} per frame, {threads}"
     )];
     lines.extend(report.updates_per_second.as_ref().map(|Updates { best, median }| {
-        let [best, median] = [best, median].map(|updates| 1e-9 * updates);
-        format!("{median:.4} G spring updates/s (median), {best:.4} G (best)")
+        let [best, median] = [best, median].map(|updates| number(1e-9 * updates));
+        format!("{median} G spring updates/s (median), {best} G (best)")
     }));
-    let FrameTime { wall, cpu } = ms_per_frame;
+    let [wall, cpu] = [ms_per_frame.wall, ms_per_frame.cpu].map(|ms| quantity(1e-3 * ms, "s"));
     let frames = count(*frames_per_batch, "frame");
-    lines.push(format!(
-        "{wall:.4} ms per frame, {cpu:.4} ms of processor time ({batches} batches of {frames})"
-    ));
-    lines.extend(report.peak_memory_bytes.map(|bytes| {
-        let megabytes = 1e-6 * bytes as f64;
-        format!("{megabytes:.1} MB of memory at most")
-    }));
+    lines
+        .push(format!("{wall} per frame, {cpu} of processor time ({batches} batches of {frames})"));
+    lines.extend(
+        report
+            .peak_memory_bytes
+            .map(|bytes| format!("{} MB of memory at most", number(1e-6 * bytes as f64))),
+    );
     lines.extend(arguments.positions.as_ref().filter(|_| written).map(|path| {
         let path = shown_path(path);
         format!("positions at t = 1 s in {path}")

@@ -1,7 +1,8 @@
-//! What is said where a command cannot do what it was asked?
+//! Failures of a command: messages, exit codes, and what is printed where.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
 
 /// Exit code of bad input or usage, and of a file that could not be written.
 const BAD_INPUT: u8 = 2;
@@ -23,7 +24,7 @@ impl Failure {
         Failure { message: message.to_string(), code: BAD_INPUT }
     }
 
-    /// A run that left the world.
+    /// A run that diverged.
     pub fn diverged(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: DIVERGED }
     }
@@ -36,16 +37,18 @@ impl Failure {
         let messages: Vec<String> = failures.into_iter().map(|failure| failure.message).collect();
         Err(Failure { message: messages.join("\nerror: "), code })
     }
+}
 
-    /// Writes the message to the standard error.
-    pub fn tell(&self) {
-        tell(&format!("error: {}", self.message));
-    }
+/// The exit code of a command; writes the message of a failure to the standard error.
+pub fn exit_code(done: Result<(), Failure>) -> ExitCode {
+    let Err(failure) = done else { return ExitCode::SUCCESS };
+    tell(&format!("error: {}", failure.message));
+    ExitCode::from(failure.code)
 }
 
 /// Writes a line to the standard error.
 pub fn tell(line: &str) {
-    // Where nobody listens there is nobody to tell, and `eprintln!` would panic.
+    // Where the standard error is closed, `eprintln!` would panic.
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 

@@ -1,84 +1,55 @@
-//! What does the command line do? Reads the arguments, calls a command, tells what went wrong.
+//! The command line: commands, their arguments, and what they print.
 
 mod failure;
-mod values;
 mod arguments;
 mod places;
 mod progress;
-mod prepare;
-mod report;
-mod watch;
-mod files;
 mod run;
-mod replay;
 mod render;
 mod study;
 mod tune;
 mod sweep;
 mod bench;
 
-use arguments::{Arguments, Command};
-use clap::Parser;
+pub use arguments::{Arguments, explain};
+pub use failure::exit_code;
+
+use arguments::CliCommand;
 use failure::{Failure, say};
 use msd_scene::shown_path;
 use places::Places;
 use std::path::PathBuf;
-use std::process::ExitCode;
 
-/// The scene of the window that nobody chose.
+/// The scene that the window shows where none is named.
 const DEFAULT_SCENE: &str = "jelly";
 
-/// Runs the program and returns its exit code: 0 done, 2 bad input or usage or a file that could
-/// not be written, 3 diverged. The window ends with 1 where its display goes away: the library of
-/// X11 says so and ends the program.
-pub fn run_program() -> ExitCode {
-    // Silent unless asked: one clear line is the whole message of an error.
-    let environment = env_logger::Env::default().default_filter_or("off");
-    env_logger::Builder::from_env(environment).init();
-    let done = match Arguments::try_parse() {
-        Ok(arguments) => run_command(arguments),
-        Err(error) => {
-            // `args` panics on what is no Unicode; a file may have any name.
-            let first = std::env::args_os().nth(1);
-            let first = first.map(|first| first.to_string_lossy().into_owned());
-            arguments::explain(&error, first)
-        }
-    };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            failure.tell();
-            ExitCode::from(failure.code)
-        }
-    }
-}
-
-fn run_command(arguments: Arguments) -> Result<(), Failure> {
-    // These tell what a setting costs, or run many things at once: each on one thread.
-    use Command::{Study, Sweep, Tune};
+/// Runs the command that was asked for.
+pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
+    // These measure what a setting costs, or run many things at once: each on one thread.
+    use CliCommand::{Study, Sweep, Tune};
     if let Some(Study(_) | Tune(_) | Sweep(_)) = arguments.command {
         let alone = rayon::ThreadPoolBuilder::new().num_threads(1).build_global();
         alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
     }
     match arguments.command {
-        Some(Command::View { scene }) => view(scene),
+        Some(CliCommand::View { scene }) => view(scene),
         None => view(arguments.scene),
-        Some(Command::Scenes) => list_scenes(),
-        Some(Command::Run(arguments)) => match &arguments.replay {
-            Some(recording) => replay::replay(&arguments, recording),
+        Some(CliCommand::Scenes) => list_scenes(),
+        Some(CliCommand::Run(arguments)) => match &arguments.replay {
+            Some(recording) => run::replay(&arguments, recording),
             None => run::run(&arguments),
         },
-        Some(Command::Render(arguments)) => render::render(&arguments),
-        Some(Command::Study(arguments)) => study::run_study(&arguments),
-        Some(Command::Tune(arguments)) => tune::run_tune(&arguments),
-        Some(Command::Sweep(arguments)) => sweep::run_sweep(&arguments),
-        Some(Command::Bench(arguments)) => bench::run_bench(&arguments),
+        Some(CliCommand::Render(arguments)) => render::render(&arguments),
+        Some(CliCommand::Study(arguments)) => study::run_study(&arguments),
+        Some(CliCommand::Tune(arguments)) => tune::run_tune(&arguments),
+        Some(CliCommand::Sweep(arguments)) => sweep::run_sweep(&arguments),
+        Some(CliCommand::Bench(arguments)) => bench::run_bench(&arguments),
     }
 }
 
 fn view(scene: Option<PathBuf>) -> Result<(), Failure> {
     let scene = scene.unwrap_or_else(|| DEFAULT_SCENE.into());
-    let loaded = prepare::open(&scene)?;
+    let loaded = msd_scene::open(&scene).map_err(Failure::input)?;
     let mut places = Places::default();
     loaded.files.iter().for_each(|file| places.read("SCENE", file));
     let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);

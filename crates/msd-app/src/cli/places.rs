@@ -1,4 +1,4 @@
-//! Does a command write over what it reads, or one file over another? Asked before it begins.
+//! A check that no command writes over what it reads, nor one file over another.
 
 use super::failure::Failure;
 use msd_scene::{FileError, FileId, Output, shown_path};
@@ -45,7 +45,7 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
     output.finish()
 }
 
-/// Makes a folder for files that come later: one that cannot be made is no news for their end.
+/// Makes a folder for files that come later: that it cannot be made should be known first.
 pub fn make_folder(folder: &Path) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::input(format!("{}: {error}", shown_path(folder))))

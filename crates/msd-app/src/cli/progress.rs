@@ -1,34 +1,36 @@
-//! How far is a long command? Told on the standard error, where a person watches.
+//! The progress of a long command, on the standard error.
 
 use super::failure::tell;
 use indicatif::{ProgressBar, ProgressStyle};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
-/// After so long a person asks what is being done.
+/// After so long the user wonders what is being done.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Does something, and says what if it takes long.
-pub fn patiently<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    watched(PATIENCE, || tell(&format!("{what} ...")), work)
+/// Says what is being done if it takes long: if this is not dropped within a second.
+pub struct SlowNotice {
+    _dropped: Sender<()>,
 }
 
-/// Does something, and something else meanwhile if it takes longer than that.
-fn watched<T>(patience: Duration, ask: impl FnOnce() + Send, work: impl FnOnce() -> T) -> T {
-    let (done, end) = channel::<()>();
-    std::thread::scope(|scope| {
-        scope.spawn(move || {
-            if end.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
-                ask();
+impl SlowNotice {
+    /// Begins to wait.
+    pub fn new(what: String) -> Self {
+        SlowNotice::after(PATIENCE, move || tell(&format!("{what} ...")))
+    }
+
+    fn after(patience: Duration, notice: impl FnOnce() + Send + 'static) -> Self {
+        let (sender, receiver) = channel();
+        std::thread::spawn(move || {
+            if receiver.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
+                notice();
             }
         });
-        let result = work();
-        drop(done);
-        result
-    })
+        SlowNotice { _dropped: sender }
+    }
 }
 
-/// A line that says what is being done; silent where nobody watches.
+/// A line that says what is being done; silent where the standard error is no terminal.
 pub struct Bar(ProgressBar);
 
 impl Bar {
@@ -56,19 +58,22 @@ impl Bar {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
     #[test]
-    fn what_takes_long_is_told_while_it_is_done_and_what_does_not_is_not() {
-        let told = AtomicBool::new(false);
-        let tell = || told.store(true, Ordering::Relaxed);
-        assert_eq!(watched(Duration::from_secs(3600), tell, || 1), 1);
-        assert!(!told.load(Ordering::Relaxed));
-        let wait = || {
-            while !told.load(Ordering::Relaxed) {
-                std::thread::yield_now();
-            }
+    fn what_takes_long_is_announced_while_it_is_done_and_what_does_not_is_not() {
+        let announced = Arc::new(AtomicBool::new(false));
+        let announce = || {
+            let announced = announced.clone();
+            move || announced.store(true, Ordering::Relaxed)
         };
-        watched(Duration::from_millis(1), tell, wait);
+        drop(SlowNotice::after(Duration::from_secs(3600), announce()));
+        assert!(!announced.load(Ordering::Relaxed));
+        let notice = SlowNotice::after(Duration::from_millis(1), announce());
+        while !announced.load(Ordering::Relaxed) {
+            std::thread::yield_now();
+        }
+        drop(notice);
     }
 }

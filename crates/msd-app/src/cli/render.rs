@@ -1,12 +1,12 @@
-//! `msd render`: how does a scene become a picture without a display?
+//! `msd render`: a scene becomes a picture without a display.
 
 use super::arguments::RenderArguments;
 use super::failure::{Failure, say};
 use super::places::Places;
-use super::prepare::{Prepared, prepare};
-use super::run::explain_divergence;
+use super::run::{Prepared, explain_divergence, prepare};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use msd_app::quantity::quantity;
 use msd_app::viewer::shows_springs;
 use msd_render::{Gpu, Image, Offscreen, RenderError, Style, View, bounds};
 use msd_run::on;
@@ -22,7 +22,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
         let path = shown_path(&path);
         return Err(Failure::input(format!(
-            "{path}: the picture is a PNG; let its name end in .png"
+            "{path}: pictures are written as PNG; end the name in .png"
         )));
     }
     let mut places = Places::default();
@@ -45,9 +45,9 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let written = encoder.write_image(&rgba, width, height, ExtendedColorType::Rgba8);
     written.map_err(|error| Failure::input(format!("{}: {error}", shown_path(&path))))?;
     output.finish().map_err(Failure::input)?;
-    let (name, time) = (&prepared.name, prepared.runner.time());
+    let (name, time) = (&prepared.name, quantity(prepared.runner.time(), "s"));
     let path = shown_path(&path);
-    say(&format!("{path}: {name} after {time:.3} s, {width}x{height} pixels"))
+    say(&format!("{path}: {name} after {time}, {width}x{height} pixels"))
 }
 
 fn draw(

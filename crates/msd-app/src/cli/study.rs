@@ -1,22 +1,22 @@
-//! `msd study`: what does a scene cost at every accuracy?
+//! `msd study`: what a scene costs at every accuracy.
 
 use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::places::{Places, make_folder, write_file};
-use super::prepare::open;
 use super::progress::Bar;
 use super::run::explain_divergence;
+use msd_app::quantity::{estimate, quantity, rounded};
 use msd_scene::{Loaded, shown_path};
 use msd_study::Study;
 use msd_study::choice::FRAME;
 use msd_study::conduct::{Plan, Progress, study};
 use msd_study::terms::terms;
-use msd_study::words::{metres, milliseconds, off, short, told};
+use msd_study::words::{off, told};
 use std::path::{Path, PathBuf};
 
 /// Studies a scene and writes the report.
 pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
-    let loaded = open(&arguments.scene)?;
+    let loaded = msd_scene::open(&arguments.scene).map_err(Failure::input)?;
     if arguments.terms {
         return tell_terms(&loaded, arguments);
     }
@@ -34,7 +34,8 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     };
     let bar = Bar::new();
     let studied = study(&loaded, plan, &mut |Progress { now, done, left }| {
-        let left = left.map_or(String::new(), |left| format!(", at most {} s left", short(left)));
+        let left =
+            left.map_or(String::new(), |left| format!(", at most {} s left", rounded(left, 2)));
         bar.tell(&format!("{done} trials done{left}: {now}"));
     });
     bar.end();
@@ -74,16 +75,17 @@ fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure
 fn summary(study: &Study, folder: &Path) -> String {
     let Study { scene, particles, springs, size, duration, .. } = study;
     let mut lines = vec![format!(
-        "{scene}: {particles} particles, {springs} springs, {} across, {duration:.3} s",
-        metres(*size)
+        "{scene}: {particles} particles, {springs} springs, {} across, {}",
+        quantity(*size, "m"),
+        quantity(*duration, "s")
     )];
     lines.push(study.words.clone());
-    lines.push("what no other choice beats:".into());
+    lines.push("settings that no other beats:".into());
     for row in study.front() {
         let trial = &study.trials[row];
         lines.push(format!(
             "  {:>9} per frame  {:<36}  {}",
-            milliseconds(trial.cost * FRAME),
+            estimate(trial.cost * FRAME, "s"),
             told(trial),
             off(study, trial)
         ));

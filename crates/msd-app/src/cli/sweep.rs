@@ -1,4 +1,4 @@
-//! `msd sweep`: what comes of a scene over a grid of its keys?
+//! `msd sweep`: a scene over a grid of its keys.
 
 use super::arguments::SweepArguments;
 use super::failure::{Failure, say, tell};

@@ -1,21 +1,20 @@
-//! `msd tune`: which setting is the cheapest within an error, or the best within a budget?
+//! `msd tune`: the cheapest setting within an error, or the most accurate within a budget.
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
 use super::places::write_file;
-use super::prepare::open;
 use super::progress::Bar;
 use super::run::explain_divergence;
+use msd_app::quantity::{estimate, quantity};
 use msd_scene::{SceneFormat, shown_path};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::tune::{Found, Goal, Tuned, tune, with_choice};
-use msd_study::words::{metres, milliseconds};
 use serde::Serialize;
 use std::path::Path;
 
 /// What tuning found; the keys of `--json`.
 #[derive(Debug, Serialize)]
-struct Report {
+struct TuneReport {
     scene: String,
     duration: f64,
     compared_until: f64,
@@ -35,7 +34,7 @@ struct Report {
 struct Row {
     integrator: String,
     precision: String,
-    /// Length of an integration step, seconds; none for adaptive methods.
+    /// Length of an integration step, seconds; null for adaptive methods.
     step: Option<f64>,
     substeps: Option<u32>,
     tolerance: Option<f64>,
@@ -65,9 +64,9 @@ impl Row {
     }
 }
 
-/// Tunes a scene and tells, or writes, what came of it.
+/// Tunes a scene and prints, or writes, the result.
 pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
-    let loaded = open(&arguments.scene)?;
+    let loaded = msd_scene::open(&arguments.scene).map_err(Failure::input)?;
     let path = &arguments.scene;
     let format = writable(path, arguments.write)?;
     let goal = match (arguments.max_error, arguments.budget) {
@@ -89,7 +88,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         let lines = summary(&loaded.name, &tuned, written.as_deref(), arguments.write);
         return Failure::all(unwritten.into_iter().chain(say(&lines).err()));
     }
-    let report = Report {
+    let report = TuneReport {
         scene: loaded.name,
         duration: tuned.duration,
         compared_until: tuned.compared,
@@ -106,7 +105,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
     Failure::all(unwritten.into_iter().chain(said.err()))
 }
 
-/// The format of a scene file that may be written to; none if that is not wanted.
+/// The format of a scene file that may be written to; `None` if that is not wanted.
 fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failure> {
     if !wanted {
         return Ok(None);
@@ -115,7 +114,7 @@ fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failure> {
         Some("toml") => Ok(Some(SceneFormat::Toml)),
         Some("json") => Ok(Some(SceneFormat::Json)),
         _ => Err(Failure::input(format!(
-            "--write changes a scene file (.toml or .json), and {} is none",
+            "--write changes a scene file (.toml or .json); {} is not one",
             shown_path(path)
         ))),
     }
@@ -132,12 +131,16 @@ fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), 
 fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: bool) -> String {
     let Tuned { goal, best, runner_up, met, .. } = tuned;
     let wish = match goal {
-        Goal::MaxError(error) => format!("an error of at most {}", metres(*error)),
-        Goal::Budget(seconds) => format!("at most {} per frame", milliseconds(*seconds)),
+        Goal::MaxError(error) => format!("an error of at most {}", estimate(*error, "m")),
+        Goal::Budget(seconds) => format!("at most {} per frame", estimate(*seconds, "s")),
     };
-    let verdict = if *met { "use" } else { "nothing meets it; the nearest is" };
+    let verdict = if *met { "use" } else { "no setting meets it; the nearest is" };
     let mut lines = vec![
-        format!("{name}, {:.3} s, {wish}: {verdict} {}", tuned.duration, best.trial.choice),
+        format!(
+            "{name}, {}, {wish}: {verdict} {}",
+            quantity(tuned.duration, "s"),
+            best.trial.choice
+        ),
         format!("  {}", line(best)),
     ];
     if let Some(second) = runner_up {
@@ -145,22 +148,22 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
         lines.push(format!("  {}", line(second)));
     }
     lines.push(format!(
-        "{} choices tried; the reference is certain to {}",
+        "{} settings tried; the reference is certain to {}",
         tuned.tried,
-        metres(tuned.uncertainty)
+        estimate(tuned.uncertainty, "m")
     ));
     if tuned.compared < tuned.duration - 1e-9 {
         lines.push(format!(
-            "compared up to t = {:.3} s only: {}",
-            tuned.compared,
+            "compared only up to t = {}: {}",
+            quantity(tuned.compared, "s"),
             match tuned.horizon {
-                Some(time) => format!("the scene is chaotic after t = {time:.3} s"),
-                None => "further on the reference is not certain enough".into(),
+                Some(time) => format!("the scene is chaotic after t = {}", quantity(time, "s")),
+                None => "after that the reference is not certain enough".into(),
             }
         ));
     }
     if !met && asked_to_write {
-        lines.push("not written, for it does not meet the wish".into());
+        lines.push("not written, as it does not meet the goal".into());
     }
     lines.extend(written.map(|file| format!("written to the solver section of {file}")));
     lines.join("\n")
@@ -169,8 +172,8 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
 fn line(found: &Found) -> String {
     format!(
         "error {} (predicted {}), {} of processor time per frame",
-        metres(found.trial.error()),
-        found.predicted_error.map_or("nothing".into(), metres),
-        milliseconds(found.trial.cost * FRAME)
+        estimate(found.trial.error(), "m"),
+        found.predicted_error.map_or("nothing".into(), |error| estimate(error, "m")),
+        estimate(found.trial.cost * FRAME, "s")
     )
 }

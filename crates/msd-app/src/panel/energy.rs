@@ -1,8 +1,8 @@
-//! Where did the energy go?
+//! The energy plot, and its legend with the present values.
 
-use super::heading;
-use crate::theme;
-use crate::trace::{Sample, WINDOW};
+use super::{heading, theme};
+use crate::quantity::quantity;
+use crate::session::{Sample, TRACE_WINDOW as WINDOW};
 use crate::viewer::Viewer;
 use egui::{Color32, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
@@ -23,7 +23,7 @@ const CURVES: [Curve; 5] = [
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     heading(ui, "Energy");
     let session = &viewer.session;
-    let (now, trace) = (session.time(), session.trace());
+    let (now, trace) = (session.runner().time(), session.energy().trace());
     let largest = trace.samples().map(magnitude).fold(0.0, f64::max);
     let (unit, scale) = unit(largest);
     let height = (ui.available_height() - 48.0).clamp(110.0, 220.0);
@@ -55,13 +55,14 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             ui.label(RichText::new(text).small().color(colour));
         }
         ui.label(RichText::new(format!("{unit}, over time in s")).small().color(theme::FAINT));
-        if let Some(gain) = session.energy_gain() {
-            let text = format!("{}\u{a0}{unit} added by the integrator", short(gain / scale));
+        if let Some(gain) = session.energy().gain() {
+            let text = format!("{} added by the integrator", quantity(gain, "J"));
             ui.label(RichText::new(text).small().color(theme::BAD));
         }
     });
 }
 
+/// With a fixed number of decimals, so that the legend keeps still while it runs.
 fn short(value: f64) -> String {
     if value.abs() < 1e5 { format!("{value:.1}") } else { format!("{value:.1e}") }
 }

@@ -1,11 +1,8 @@
-//! What are the bodies made of, and what acts on them?
+//! Sliders for the material of bodies and for the world.
 
-use super::{heading, slider};
-use crate::edits::Value;
-use crate::keys::Command;
-use crate::session::Session;
-use crate::theme;
-use crate::viewer::Viewer;
+use super::{heading, slider, theme};
+use crate::session::{MaterialEdit, MixedValue, Session};
+use crate::viewer::{Command, Viewer};
 use egui::{Button, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
 use msd_core::{Friction, Select};
 use msd_run::on;
@@ -25,11 +22,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             viewer.command(Command::Freeze);
         }
         let reset = Button::new("Reset values");
-        let edited = viewer.session.is_edited();
+        let edited = viewer.session.material().is_edited();
         let hover = "Material and world as the scene has them, and restart";
         if ui.add_enabled(edited, reset).on_hover_text(hover).clicked() {
-            viewer.gesture = None;
-            viewer.session.reset_values();
+            viewer.let_go();
+            viewer.session.reset_material();
         }
     });
     heading(ui, "World");
@@ -44,7 +41,7 @@ fn bodies(ui: &mut Ui, session: &mut Session) {
     if names.len() < 2 {
         return;
     }
-    let select = session.select();
+    let select = session.material().values().select;
     let text = |select| match select {
         Select::Body(body) => names.get(body).map_or("?", |name| name.as_str()),
         _ => "all bodies",
@@ -63,7 +60,7 @@ fn bodies(ui: &mut Ui, session: &mut Session) {
         });
         shown.response.labelled_by(name.id);
         if let Some(choice) = shown.inner.flatten() {
-            session.set_select(choice);
+            session.select(choice);
         }
     });
 }
@@ -72,12 +69,12 @@ fn bodies(ui: &mut Ui, session: &mut Session) {
 fn change(
     ui: &mut Ui,
     (label, unit): (&str, &str),
-    value: Value,
+    value: MixedValue,
     range: RangeInclusive<f64>,
     least: f64,
 ) -> (Option<f64>, Rect) {
     let mut number = value.first;
-    // A scene may be outside the range of the slider: only a hand is kept inside.
+    // A scene may be outside the range of the slider: only what the user drags is kept inside.
     let widget = Slider::new(&mut number, range)
         .clamping(SliderClamping::Edits)
         .logarithmic(0.0 < least)
@@ -98,51 +95,51 @@ fn change(
 }
 
 fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
-    let shown = *session.shown();
+    let shown = *session.material().values();
     if let Some(mass) = shown.mass
         && let (Some(value), _) = change(ui, ("Mass", " kg"), mass, 0.01..=100.0, 0.01)
     {
-        session.set_mass(value);
+        session.edit(MaterialEdit::Mass(value));
     }
     let (Some(stiffness), Some(damping)) = (shown.stiffness, shown.damping) else { return None };
     let (value, rect) = change(ui, ("Stiffness", " N/m"), stiffness, 0.0..=1e6, 0.1);
     if let Some(value) = value {
-        session.set_stiffness(value);
+        session.edit(MaterialEdit::Stiffness(value));
     }
     if let (Some(value), _) = change(ui, ("Damping", " N s/m"), damping, 0.0..=1e3, 1e-3) {
-        session.set_damping(value);
+        session.edit(MaterialEdit::Damping(value));
     }
-    let scale = Value { first: shown.rest_scale, mixed: false };
+    let scale = MixedValue { first: shown.rest_scale, mixed: false };
     if let (Some(value), _) = change(ui, ("Rest length", " ×"), scale, 0.25..=4.0, 0.25) {
-        session.set_rest_scale(value);
+        session.edit(MaterialEdit::RestScale(value));
     }
     Some(rect)
 }
 
 fn world(ui: &mut Ui, session: &mut Session) {
-    let shown = *session.shown();
-    let gravity = Value { first: shown.gravity, mixed: false };
+    let shown = *session.material().values();
+    let gravity = MixedValue { first: shown.gravity, mixed: false };
     if let (Some(value), _) = change(ui, ("Gravity", " m/s²"), gravity, 0.0..=100.0, 0.1) {
-        session.set_gravity(value);
+        session.edit(MaterialEdit::Gravity(value));
     }
     let (Some(restitution), Some(friction)) = (shown.restitution, shown.friction) else {
         ui.label(RichText::new("no planes in this scene").small().color(theme::FAINT));
         return;
     };
     if let (Some(value), _) = change(ui, ("Restitution", ""), restitution, 0.0..=1.0, 0.0) {
-        session.set_restitution(value);
+        session.edit(MaterialEdit::Restitution(value));
     }
     let (value, most) = match friction {
         Friction::Coulomb(factor) => (factor, 2.0),
         Friction::TangentialLoss(loss) => (loss, 1.0),
     };
-    let value = Value { first: value, mixed: false };
+    let value = MixedValue { first: value, mixed: false };
     let law: fn(f64) -> Friction = match friction {
         Friction::Coulomb(_) => Friction::Coulomb,
         Friction::TangentialLoss(_) => Friction::TangentialLoss,
     };
     if let (Some(value), _) = change(ui, ("Friction", ""), value, 0.0..=most, 0.0) {
-        session.set_friction(law(value));
+        session.edit(MaterialEdit::Friction(law(value)));
     }
     laws(ui, session, friction);
 }
@@ -157,12 +154,12 @@ fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
         };
         let hover = "At most this factor times the normal impulse";
         if ui.selectable_label(coulomb, "Coulomb").on_hover_text(hover).clicked() {
-            session.set_friction(Friction::Coulomb(value));
+            session.edit(MaterialEdit::Friction(Friction::Coulomb(value)));
         }
         let hover =
             "This part of the tangential speed in each contact substep: depends on the step";
         if ui.selectable_label(!coulomb, "Loss").on_hover_text(hover).clicked() {
-            session.set_friction(Friction::TangentialLoss(value.min(1.0)));
+            session.edit(MaterialEdit::Friction(Friction::TangentialLoss(value.min(1.0))));
         }
     });
 }

@@ -1,17 +1,16 @@
-//! What is in the window? Scenes and toggles on the left, numbers on the right, a status line
-//! below, and the 3D view in what is left.
+//! The panels: scenes and toggles on the left, numbers on the right, a status line below, and the
+//! 3D view between them.
 
-mod accuracy;
-mod energy;
-mod material;
-mod overlay;
-mod run;
+pub mod theme;
 mod scenes;
+mod run;
+mod material;
 mod solver;
+mod live_error;
+mod energy;
 mod status;
+mod overlay;
 
-use crate::pointing;
-use crate::theme;
 use crate::viewer::Viewer;
 use egui::{
     Align, CursorIcon, Frame, Layout, Panel, Response, RichText, ScrollArea, Sense, Slider, Ui,
@@ -25,7 +24,7 @@ const RIGHT: f32 = 292.0;
 /// Width of the names of sliders and choices, points.
 const COLUMN: f32 = 70.0;
 
-/// Shows everything, and lets mouse and widgets act on the viewer.
+/// Lays out everything, and lets widgets act on the viewer.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let frame = Frame::new().fill(theme::PANEL).inner_margin(10.0);
     let line = Frame::new().fill(theme::PANEL).inner_margin(egui::Margin::symmetric(10, 5));
@@ -38,7 +37,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
             run::show(ui, viewer);
             material::show(ui, viewer);
             solver::show(ui, viewer);
-            accuracy::show(ui, viewer);
+            live_error::show(ui, viewer);
             energy::show(ui, viewer);
         });
     });
@@ -50,14 +49,13 @@ fn scrolled(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
     ScrollArea::vertical().id_salt(name).auto_shrink([false, false]).show(ui, contents);
 }
 
-/// The 3D view as a widget: egui decides which presses are its own.
+/// The 3D view as a widget: egui decides which presses are its own, for
+/// [`crate::input::read_pointer`].
 fn view(ui: &mut Ui, viewer: &mut Viewer) {
     let rect = ui.available_rect_before_wrap();
     viewer.rect = rect;
     viewer.frame_once();
-    let id = ui.scope_id().with("view");
-    let response = ui.interact(rect, id, Sense::click_and_drag());
-    pointing::handle(ui, viewer, &response);
+    ui.interact(rect, Viewer::view_id(), Sense::click_and_drag());
     if viewer.session.held().is_some() {
         ui.set_cursor_icon(CursorIcon::Grabbing);
     } else if viewer.hovered.is_some() {

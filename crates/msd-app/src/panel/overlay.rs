@@ -1,10 +1,10 @@
-//! What lies over the 3D view? The hint, the legend, the marks of particles, the banner, the help.
+//! What lies over the 3D view: the hint, the legend, the marks of particles, the banner, the help.
 
-use super::accuracy::is_fresh;
-use crate::accuracy::Reading;
-use crate::keys::KEYS;
-use crate::theme;
-use crate::viewer::Viewer;
+use super::live_error::is_fresh;
+use super::theme;
+use crate::input::KEYS;
+use crate::session::ErrorReading;
+use crate::viewer::{Command, Viewer};
 use egui::{
     Align2, Area, Color32, FontId, Frame, Grid, Mesh, Order, Painter, Pos2, Rect, RichText, Stroke,
     Ui, pos2, vec2,
@@ -37,7 +37,7 @@ fn marks(painter: &Painter, viewer: &Viewer) {
             let there = particle < simulation.model().particle_count();
             there.then(|| simulation.position(particle).to_f32())
         })?;
-        viewer.lens().place(position)
+        viewer.viewport().project(position)
     };
     let ring = |particle: Option<usize>, radius: f32, colour: Color32| {
         if let Some(at) = particle.and_then(place) {
@@ -49,8 +49,8 @@ fn marks(painter: &Painter, viewer: &Viewer) {
             painter.circle_stroke(at, radius, Stroke::new(2.0, colour));
         }
     };
-    let last = viewer.session.accuracy().and_then(|accuracy| accuracy.last());
-    let shown = |last: &&Reading| is_fresh(&viewer.session, last) && 0.0 < last.worst.1;
+    let last = viewer.session.live_error().and_then(|meter| meter.last());
+    let shown = |last: &&ErrorReading| is_fresh(&viewer.session, last) && 0.0 < last.worst.1;
     let worst = last.filter(shown).map(|last| last.worst.0);
     ring(worst, 10.0, theme::BAD);
     if let Some(at) = worst.and_then(place) {
@@ -130,7 +130,7 @@ fn banner(ui: &Ui, viewer: &mut Viewer) {
             ui.label(RichText::new(failure.text).color(theme::TEXT));
             ui.horizontal(|ui| {
                 if ui.button("Restart").clicked() {
-                    viewer.command(crate::keys::Command::Restart);
+                    viewer.command(Command::Restart);
                 }
                 let Some(substeps) = failure.substeps else { return };
                 if ui.button(format!("Restart with {substeps} substeps")).clicked() {

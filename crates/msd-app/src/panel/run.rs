@@ -1,7 +1,6 @@
-//! Does it run, how fast, and one step at a time?
+//! The title of the scene and the transport: pause, steps, restart, speed, recording.
 
-use crate::keys::Command;
-use crate::viewer::Viewer;
+use crate::viewer::{Command, Viewer};
 use egui::{Button, ComboBox, Label, RichText, Ui};
 
 /// Speeds to choose from, simulated seconds per second: fewer steps per second, not other steps.
@@ -70,6 +69,6 @@ fn speed(ui: &mut Ui, viewer: &mut Viewer) {
         ui.label(RichText::new("of real time").weak());
     });
     if let Some(refusal) = viewer.session.refusal() {
-        ui.label(RichText::new(refusal).small().color(crate::theme::BAD));
+        ui.label(RichText::new(refusal).small().color(super::theme::BAD));
     }
 }

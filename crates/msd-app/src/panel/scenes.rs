@@ -1,8 +1,7 @@
-//! Which scenes are there, and what of them is shown?
+//! The left panel: the list of scenes, what is drawn, the camera, the selected particle.
 
 use super::heading;
-use crate::keys::Command;
-use crate::viewer::Viewer;
+use crate::viewer::{Command, Viewer};
 use egui::{Button, RichText, Ui};
 
 /// The left panel.

@@ -1,8 +1,8 @@
-//! By which method is it stepped, how finely, and how near is that to the limit of stability?
+//! The solver: method, substeps or tolerance, precision, and the stability light.
 
-use super::{heading, slider};
-use crate::session::{MOST_SUBSTEPS, Session};
-use crate::theme;
+use super::{heading, slider, theme};
+use crate::quantity::{quantity, rounded};
+use crate::session::{MOST_SUBSTEPS, Session, Tuning};
 use crate::viewer::Viewer;
 use egui::{Color32, ComboBox, RichText, Slider, SliderClamping, Ui};
 use msd_core::Integrator;
@@ -14,7 +14,7 @@ const TOLERANCES: RangeInclusive<f64> = 1e-10..=1e-1;
 /// Bounds of the slider of Newton iterations: more have never been seen to help.
 const NEWTON: RangeInclusive<u32> = 1..=10;
 
-/// Method, what it is set by, precision and the margin.
+/// Method, what it is set by, precision and the stability light.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Solver");
     let session = &mut viewer.session;
@@ -29,7 +29,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         newton(ui, session);
     }
     precision(ui, session);
-    margin(ui, session);
+    stability_light(ui, session);
 }
 
 fn integrator(ui: &mut Ui, session: &mut Session) {
@@ -41,7 +41,7 @@ fn integrator(ui: &mut Ui, session: &mut Session) {
             for integrator in Integrator::ALL {
                 let choice = ui.selectable_label(integrator == now, integrator.name());
                 if choice.on_hover_text(purpose(integrator)).clicked() {
-                    session.set_integrator(integrator);
+                    session.tune(Tuning::Integrator(integrator));
                 }
             }
         });
@@ -57,7 +57,7 @@ fn purpose(integrator: Integrator) -> &'static str {
         Integrator::SymplecticEuler => "what most programs call Euler: robust, rough",
         Integrator::VelocityVerlet => "the default: the best for the price nearly always",
         Integrator::Rk4 => "for errors of 1/100 000 of the size and less",
-        Integrator::DormandPrince => "as exact as wanted: it chooses its own substeps",
+        Integrator::DormandPrince => "as accurate as you ask; chooses its own substeps",
         Integrator::BackwardEuler => "for a few very stiff springs: it calms motion",
         Integrator::ImplicitMidpoint => "for stiff springs that go on swinging",
         Integrator::Xpbd => "cheap and never blows up: wrong by 5 % or more",
@@ -72,7 +72,7 @@ fn substeps(ui: &mut Ui, session: &mut Session) {
         .clamping(SliderClamping::Edits)
         .suffix(" / step");
     if slider(ui, "Substeps", widget).changed() {
-        session.set_substeps(substeps);
+        session.tune(Tuning::Substeps(substeps));
     }
 }
 
@@ -82,18 +82,13 @@ fn tolerance(ui: &mut Ui, session: &mut Session) {
         .logarithmic(true)
         .smallest_positive(*TOLERANCES.start())
         .clamping(SliderClamping::Edits)
-        .custom_formatter(|value, _| scientific(value))
+        .custom_formatter(|value, _| rounded(value, 2))
         .suffix(" × size");
     let hover = "Error allowed in each substep, as a fraction of the size of the scene.\n\
                  In f32 rounding ends what can be reached near 1e-5.";
     if slider(ui, "Tolerance", widget).on_hover_text(hover).changed() {
-        session.set_tolerance(tolerance);
+        session.tune(Tuning::Tolerance(tolerance));
     }
-}
-
-/// A number as a power of ten with at most two digits.
-fn scientific(value: f64) -> String {
-    format!("{value:.1e}").replace(".0e", "e")
 }
 
 fn newton(ui: &mut Ui, session: &mut Session) {
@@ -103,7 +98,7 @@ fn newton(ui: &mut Ui, session: &mut Session) {
     let hover = "Newton iterations in each substep: 1 takes forces as linear, which is mostly \
                  enough; more follow large turns within a substep";
     if slider(ui, "Newton", widget).on_hover_text(hover).changed() {
-        session.set_newton(newton);
+        session.tune(Tuning::Newton(newton));
     }
 }
 
@@ -116,13 +111,13 @@ fn precision(ui: &mut Ui, session: &mut Session) {
         {
             let label = ui.selectable_label(precision == now, precision.name());
             if label.on_hover_text(hover).clicked() && precision != now {
-                session.set_precision(precision);
+                session.tune(Tuning::Precision(precision));
             }
         }
     });
 }
 
-fn margin(ui: &mut Ui, session: &Session) {
+fn stability_light(ui: &mut Ui, session: &Session) {
     let settings = session.runner().settings();
     if settings.integrator.is_adaptive() {
         let hover = "Each substep is as long as its error allows, and ends at every impact";
@@ -130,16 +125,15 @@ fn margin(ui: &mut Ui, session: &Session) {
         ui.label(text).on_hover_text(hover);
         return;
     }
-    let h = settings.substep() * 1e3;
-    let (text, colour) = describe(session.margin());
+    let (text, colour) = describe(session.stability_share());
     let hover = if Integrator::EXPLICIT.contains(&settings.integrator) {
         "The longest stable substep is predicted from the fastest motion"
     } else {
-        "Nothing blows up however long the step; how exact that is, the estimate tells"
+        "Stable at any step; turn on the error estimate to see how accurate it is"
     };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        ui.label(format!("h = {h:.3} ms"));
+        ui.label(format!("h = {}", quantity(settings.substep(), "s")));
         ui.label(RichText::new(text).color(colour)).on_hover_text(hover);
     });
 }
@@ -165,18 +159,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_margin_is_coloured_from_nine_tenths_on() {
+    fn the_light_changes_from_nine_tenths_on() {
         assert_eq!(describe(Some(0.43)), ("is 43 % of the limit".to_owned(), theme::GOOD));
         assert_eq!(describe(Some(0.95)).1, theme::WARN);
         assert_eq!(describe(Some(1.3)).1, theme::BAD);
         assert_eq!(describe(Some(f64::INFINITY)).0, "no step is stable");
         assert_eq!(describe(Some(0.0)).0, "any step is stable");
-    }
-
-    #[test]
-    fn a_tolerance_is_short() {
-        assert_eq!(scientific(1e-4), "1e-4");
-        assert_eq!(scientific(3.27e-9), "3.3e-9");
     }
 
     #[test]

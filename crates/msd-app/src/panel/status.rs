@@ -1,6 +1,6 @@
-//! Does it keep up, and what does a step cost? One line, always there.
+//! The status line: pace, cost of a step, size of the scene, simulated time.
 
-use crate::theme;
+use super::theme;
 use crate::viewer::Viewer;
 use egui::{Color32, Label, RichText, Ui};
 
@@ -19,9 +19,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             let text = format!("dropped {:.1} s", pace.dropped);
             item(text, theme::WARN, "Simulated time given up because the machine was busy");
         }
-        if session.energy_gain().is_some() {
-            let hover = "More energy than there was, and nothing gave it: take a shorter step or \
-                         another method";
+        if session.energy().gain().is_some() {
+            let hover = "The energy has grown although nothing supplied any: shorten the step or \
+                         use another method";
             item("the integrator is adding energy".to_owned(), theme::BAD, hover);
         }
         let text = format!("{:.1} steps/frame", pace.steps_per_frame);
@@ -32,7 +32,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         let text = format!("{} particles", grouped(runner.particle_count()));
         item(text, theme::FAINT, "Particles");
         item(format!("{} springs", grouped(runner.spring_count())), theme::FAINT, "Springs");
-        let text = format!("t = {:.2} s", session.time());
+        let text = format!("t = {:.2} s", runner.time());
         item(text, theme::TEXT, "Simulated time");
         item(format!("step {}", grouped(runner.steps() as usize)), theme::FAINT, "Steps so far");
     });

@@ -1,4 +1,4 @@
-//! Which scenes do the tests draw? Built by hand, so that they need only the core's description.
+//! Scenes that the tests draw, built by hand so that they need only the description of the core.
 
 #![allow(dead_code, reason = "each test file uses some of the scenes")]
 

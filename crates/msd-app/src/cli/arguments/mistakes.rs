@@ -1,0 +1,81 @@
+//! Help, and mistakes on the command line explained in a line.
+
+use super::Arguments;
+use crate::cli::failure::{Failure, say};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+use clap::{Command, CommandFactory};
+use msd_scene::domain::DOMAINS;
+use msd_scene::{nearest, tame};
+
+/// Prints the help that was asked for, or says in one line what is wrong with the arguments.
+pub fn explain(error: &clap::Error) -> Result<(), Failure> {
+    if matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) {
+        return say(error.to_string().trim_end());
+    }
+    let program = Arguments::command();
+    // `args` panics on what is no Unicode; a file may have any name.
+    let first = std::env::args_os().nth(1).unwrap_or_default();
+    let first = first.to_string_lossy();
+    let command = program.get_subcommands().find(|command| command.get_name() == first);
+    // A misspelt command is taken for the scene of the window, and what follows it for too much.
+    let too_much = matches!(error.kind(), ErrorKind::UnknownArgument | ErrorKind::ArgumentConflict);
+    let names: Vec<&str> = program.get_subcommands().map(Command::get_name).collect();
+    let mistaken = too_much && command.is_none() && !first.starts_with('-');
+    let meant = nearest(&first, names.iter().copied()).filter(|_| mistaken);
+    let message = if let Some(near) = meant {
+        format!("there is no command `{first}`; did you mean `{near}`?")
+    } else if let Some(message) = unknown_option(error, command, &program) {
+        message
+    } else if mistaken {
+        format!("there is no command `{first}`; there are {}", names.join(", "))
+    } else {
+        in_one_line(error)
+    };
+    Err(Failure::input(format!("{}; see msd --help", tame(&message))))
+}
+
+/// What to write instead of an option that a command, or the window, does not have; `None` for
+/// another mistake.
+fn unknown_option(
+    error: &clap::Error,
+    command: Option<&Command>,
+    program: &Command,
+) -> Option<String> {
+    let Some(ContextValue::String(written)) = error.get(ContextKind::InvalidArg) else {
+        return None;
+    };
+    let name = written.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
+    let key = name.replace('-', "_");
+    let keys = DOMAINS.iter().filter_map(|(path, _)| path.rsplit_once('.'));
+    // Of keys of one name the one nearest to the top of the file.
+    let known = keys.filter(|(_, last)| *last == key).min_by_key(|(table, _)| table.len());
+    let options = |command: &Command| -> Vec<String> {
+        command
+            .get_arguments()
+            .filter_map(|argument| argument.get_long().map(String::from))
+            .collect()
+    };
+    let own = options(command.unwrap_or(program));
+    let others = program.get_subcommands().filter(|other| options(other).iter().any(|o| o == name));
+    let others: Vec<String> = others.map(|other| format!("msd {}", other.get_name())).collect();
+    let advice = if let Some((table, key)) = known {
+        format!("; {key} is set in the scene file, as {table}.{key}")
+    } else if !others.is_empty() {
+        format!("; it belongs to {}", others.join(", "))
+    } else if let Some(near) = nearest(name, own.iter().map(String::as_str)) {
+        format!("; did you mean --{near}?")
+    } else {
+        String::new()
+    };
+    let place = command.map_or(String::new(), |command| format!(" of msd {}", command.get_name()));
+    Some(format!("there is no option {written}{place}{advice}"))
+}
+
+/// The message of the argument parser without usage and advice.
+fn in_one_line(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let lines = text.lines().take_while(|line| !line.starts_with("Usage:")).map(str::trim);
+    let is_news = |line: &&str| !line.is_empty() && !line.starts_with("For more information");
+    let message = lines.filter(is_news).collect::<Vec<_>>().join("; ").replace(":; ", ": ");
+    message.strip_prefix("error: ").unwrap_or(&message).to_owned()
+}

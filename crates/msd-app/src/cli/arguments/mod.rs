@@ -1,0 +1,309 @@
+//! The arguments of every command.
+
+mod values;
+mod mistakes;
+
+pub use mistakes::explain;
+pub use values::Step;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use msd_core::Integrator;
+use msd_scene::Precision;
+use std::path::PathBuf;
+use values::{
+    cores, duration, finite, integrator, newton, not_negative, positive, precision, side, size,
+    step, substeps, tasks, threads, tolerance,
+};
+
+/// Simulate elastic bodies as particles joined by springs and dampers
+///
+/// SCENE is the name of a built-in scene (see `msd scenes`), a scene file (.toml or .json), a mesh
+/// (.obj, .stl, .ply, .gltf or .glb), or a saved run (.msd), which continues where it was saved.
+#[derive(Debug, Parser)]
+#[command(name = "msd", version, args_conflicts_with_subcommands = true)]
+#[command(
+    after_help = "Exit codes: 0 success, 1 the display of the window went away, 2 bad input or \
+                        usage, or a file that could not be written, 3 the simulation diverged."
+)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Option<CliCommand>,
+    /// Scene to show in the window [default: jelly]
+    pub scene: Option<PathBuf>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum CliCommand {
+    /// Show a scene in the window; `msd SCENE` does the same
+    View {
+        /// Scene to show [default: jelly]
+        scene: Option<PathBuf>,
+    },
+    /// List the built-in scenes
+    Scenes,
+    /// Run a scene without a window and report the result
+    Run(RunArguments),
+    /// Render a scene to a PNG picture; needs no display
+    Render(RenderArguments),
+    /// Measure what every accuracy costs on a scene, and write a report
+    Study(StudyArguments),
+    /// Find the fastest setting within an error, or the most accurate within a time budget
+    Tune(TuneArguments),
+    /// Run a scene over a grid of its keys, one file per cell; resumes where it was interrupted
+    Sweep(SweepArguments),
+    /// Measure the speed of the workloads on which engines are compared
+    Bench(BenchArguments),
+}
+
+/// Headings of `--help`.
+const SOLVER: &str = "Solver";
+const OUTPUT: &str = "Output";
+const REPLAY: &str = "Recording and replay";
+const CAMERA: &str = "Camera";
+const DRAWN: &str = "What is drawn";
+const CELLS: &str = "Cells (default: all)";
+
+/// How a scene is stepped; what is left out is as the scene says.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Solver (default: as in the scene)")]
+pub struct SolverArguments {
+    /// Integration method: explicit-euler, symplectic-euler, velocity-verlet, rk4, dormand-prince,
+    /// backward-euler, implicit-midpoint or xpbd
+    #[arg(long, value_name = "NAME", value_parser = integrator)]
+    pub integrator: Option<Integrator>,
+    /// Length of an integration step, seconds; `auto` is 0.9 of the longest stable one
+    #[arg(long, value_name = "SECONDS|auto", value_parser = step, allow_hyphen_values = true)]
+    #[arg(conflicts_with = "substeps")]
+    pub step: Option<Step>,
+    /// Integration steps per frame of 1/60 s, instead of --step
+    #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
+    pub substeps: Option<u32>,
+    /// Local error of dormand-prince, as a fraction of the size of the scene
+    #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_hyphen_values = true)]
+    pub tolerance: Option<f64>,
+    /// Newton iterations per step of backward-euler and implicit-midpoint
+    #[arg(long, value_name = "N", value_parser = newton, allow_hyphen_values = true)]
+    pub newton: Option<u32>,
+    /// Floating-point precision: f32 or f64
+    #[arg(long, value_name = "NAME", value_parser = precision)]
+    pub precision: Option<Precision>,
+    /// Start from this state file
+    #[arg(long, value_name = "STATE.csv", help_heading = None)]
+    pub from: Option<PathBuf>,
+}
+
+/// Arguments of `msd run`.
+#[derive(Debug, Args)]
+pub struct RunArguments {
+    /// Built-in scene, scene file, mesh or saved run
+    #[arg(required_unless_present = "replay")]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub solver: SolverArguments,
+    /// Time to simulate, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
+    #[arg(default_value = "10", help_heading = None)]
+    pub duration: f64,
+    /// Write the final state to this file
+    #[arg(long, value_name = "STATE.csv", help_heading = OUTPUT)]
+    pub out: Option<PathBuf>,
+    /// Save the run at its end to this file, which can be given as SCENE to continue
+    #[arg(long, value_name = "FILE.msd", help_heading = OUTPUT)]
+    pub save: Option<PathBuf>,
+    /// Save it also every so much simulated time, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(requires = "save", help_heading = OUTPUT)]
+    pub save_every: Option<f64>,
+    /// Record the run to this file, to be replayed
+    #[arg(long, value_name = "FILE.msdrec", conflicts_with = "replay", help_heading = REPLAY)]
+    pub record: Option<PathBuf>,
+    /// Replay this recording (made by --record or in the window) instead of running a scene; with
+    /// another solver, report how far the two drift apart
+    #[arg(long, value_name = "FILE.msdrec", help_heading = REPLAY)]
+    #[arg(conflicts_with_all = ["scene", "duration", "step", "from", "save_every"])]
+    pub replay: Option<PathBuf>,
+    /// Replay the intact part of a damaged recording, and report how much is lost
+    #[arg(long, requires = "replay", help_heading = REPLAY)]
+    pub salvage: bool,
+    /// Write the distance between replay and recorded run after each step to this file
+    #[arg(long, value_name = "DISTANCES.csv", requires = "replay", help_heading = REPLAY)]
+    pub distances: Option<PathBuf>,
+    /// Write energy and momentum after each step to this file
+    #[arg(long, value_name = "TRACE.csv", help_heading = OUTPUT)]
+    pub trace: Option<PathBuf>,
+    /// Add the positions of these particles to the trace, such as 0,4
+    #[arg(long, value_name = "PARTICLES", value_delimiter = ',', requires = "trace")]
+    #[arg(help_heading = OUTPUT)]
+    pub watch: Vec<usize>,
+    /// Print one JSON object instead of a summary
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+}
+
+/// Arguments of `msd render`.
+#[derive(Debug, Args)]
+pub struct RenderArguments {
+    /// Built-in scene, scene file or mesh
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub solver: SolverArguments,
+    /// Time to simulate before the picture is taken, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
+    #[arg(default_value = "1", help_heading = None)]
+    pub time: f64,
+    /// Size of the picture, pixels
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
+    #[arg(default_value = "1280x720", help_heading = OUTPUT)]
+    pub size: [u32; 2],
+    /// Write the picture to this file [default: SCENE.png]
+    #[arg(long, value_name = "FILE.png", help_heading = OUTPUT)]
+    pub out: Option<PathBuf>,
+    /// Azimuth of the camera about the vertical, degrees
+    #[arg(long, value_name = "DEGREES", value_parser = finite, allow_hyphen_values = true)]
+    #[arg(help_heading = CAMERA)]
+    pub yaw_deg: Option<f64>,
+    /// Elevation of the camera above the horizon, degrees
+    #[arg(long, value_name = "DEGREES", value_parser = finite, allow_hyphen_values = true)]
+    #[arg(help_heading = CAMERA)]
+    pub pitch_deg: Option<f64>,
+    /// Draw the edges of the surface
+    #[arg(long, help_heading = DRAWN)]
+    pub wireframe: bool,
+    /// Draw the springs, coloured by strain from green to red
+    #[arg(long, help_heading = DRAWN)]
+    pub springs: bool,
+    /// Draw the particles
+    #[arg(long, help_heading = DRAWN)]
+    pub particles: bool,
+    /// Leave out the surfaces
+    #[arg(long, help_heading = DRAWN)]
+    pub no_surfaces: bool,
+}
+
+/// Arguments of `msd study`.
+#[derive(Debug, Args)]
+pub struct StudyArguments {
+    /// Built-in scene, scene file or mesh
+    pub scene: PathBuf,
+    /// Time to simulate, seconds; rounded to whole frames of 1/60 s
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
+    #[arg(default_value = "1")]
+    pub duration: f64,
+    /// Error that the advice is about, metres [default: a thousandth of the size of the scene]
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
+    pub max_error: Option<f64>,
+    /// Processor time to spend on trials, seconds, not counting the reference
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(default_value = "60")]
+    pub time: f64,
+    /// Write the report to this folder [default: SCENE-study]
+    #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
+    pub out: Option<PathBuf>,
+    /// Report instead what each part of the model costs, and what it changes
+    #[arg(long, conflicts_with_all = ["max_error", "time", "out", "fresh"])]
+    pub terms: bool,
+    /// Start afresh instead of resuming an interrupted study
+    #[arg(long)]
+    pub fresh: bool,
+    /// Print the study as one JSON object instead of a summary
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+}
+
+/// Arguments of `msd tune`.
+#[derive(Debug, Args)]
+#[command(group(clap::ArgGroup::new("goal").required(true)))]
+pub struct TuneArguments {
+    /// Built-in scene, scene file or mesh
+    pub scene: PathBuf,
+    /// Largest error, metres: root mean square distance of the particles from the reference
+    #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(group = "goal")]
+    pub max_error: Option<f64>,
+    /// Processor time per frame of 1/60 s, milliseconds
+    #[arg(long, value_name = "MS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(group = "goal")]
+    pub budget: Option<f64>,
+    /// Time over which errors are measured, seconds; rounded to whole frames of 1/60 s
+    #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
+    #[arg(default_value = "1")]
+    pub duration: f64,
+    /// Write the result into the solver section of the scene file
+    #[arg(long, help_heading = OUTPUT)]
+    pub write: bool,
+    /// Print one JSON object instead of a summary
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+}
+
+/// Arguments of `msd sweep`; without a choice of cells all of them are run.
+#[derive(Debug, Args)]
+pub struct SweepArguments {
+    /// Sweep file: a scene, a duration and the values that keys of the scene take
+    #[arg(value_name = "SWEEP.toml")]
+    pub sweep: PathBuf,
+    /// List the cells: number, hash, whether it is done, values
+    #[arg(long, group = "what", help_heading = CELLS)]
+    pub list: bool,
+    /// Run this cell only
+    #[arg(long, value_name = "N", group = "what", allow_hyphen_values = true)]
+    #[arg(help_heading = CELLS)]
+    pub task: Option<usize>,
+    /// Run the cells from A to B, both included
+    #[arg(long, value_name = "A-B", group = "what", value_parser = tasks)]
+    #[arg(allow_hyphen_values = true, help_heading = CELLS)]
+    pub tasks: Option<(usize, usize)>,
+    /// Run nothing; write the cells that are done to this table
+    #[arg(long, value_name = "FILE.parquet|FILE.csv", group = "what", help_heading = CELLS)]
+    pub collect: Option<PathBuf>,
+    /// Cells to run at once
+    #[arg(short, long, value_name = "CORES", default_value = "1", value_parser = cores)]
+    #[arg(allow_hyphen_values = true)]
+    pub jobs: usize,
+    /// Write the files to this folder [default: as in the sweep file, else its name without ending]
+    #[arg(long, value_name = "FOLDER")]
+    pub out: Option<PathBuf>,
+}
+
+/// What `msd bench` steps.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Work {
+    /// A cloth of N x N particles that swings from two corners
+    Cloth,
+    /// A block of N x N x N particles that drops on a plane
+    Block,
+}
+
+/// Arguments of `msd bench`.
+#[derive(Debug, Args)]
+pub struct BenchArguments {
+    /// Workload
+    #[arg(value_name = "cloth|block")]
+    pub work: Work,
+    /// Particles along each side
+    #[arg(value_name = "N", value_parser = side, allow_negative_numbers = true)]
+    pub size: usize,
+    /// Integration method, as for `msd run`
+    #[arg(long, value_name = "NAME", value_parser = integrator)]
+    #[arg(default_value = "symplectic-euler", help_heading = SOLVER)]
+    pub integrator: Integrator,
+    /// Floating-point precision: f32 or f64
+    #[arg(long, value_name = "NAME", value_parser = precision, default_value = "f32")]
+    #[arg(help_heading = SOLVER)]
+    pub precision: Precision,
+    /// Integration steps per frame of 1/60 s
+    #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
+    #[arg(default_value = "12", help_heading = SOLVER)]
+    pub substeps: u32,
+    /// Threads that share the work
+    #[arg(long, value_name = "N", value_parser = threads, allow_hyphen_values = true)]
+    #[arg(default_value = "1", help_heading = SOLVER)]
+    pub threads: usize,
+    /// Write the positions at t = 1 s to this file: x, y, z of each particle, little-endian f64
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    pub positions: Option<PathBuf>,
+    /// Print one JSON object instead of a summary
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+}

@@ -1,0 +1,123 @@
+//! Values of options: read from text, or refused in a few words.
+
+use msd_core::Integrator;
+use msd_scene::domain::MOST_NEWTON;
+use msd_scene::{Precision, nearest};
+
+/// The length of an integration step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// 0.9 of the longest that is predicted stable.
+    Auto,
+    /// Seconds.
+    Seconds(f64),
+}
+
+/// Two cells of a sweep, `A-B`.
+pub fn tasks(text: &str) -> Result<(usize, usize), String> {
+    let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    let ends = ends.filter(|(a, b)| a <= b);
+    ends.ok_or_else(|| "must be A-B, two whole numbers in ascending order, as in 0-99".into())
+}
+
+/// The most threads: far more than any machine has cores.
+const MAX_CORES: usize = 4096;
+
+/// The most particles along a side; memory ends long before.
+const MAX_SIDE: usize = 1_000_000;
+
+/// The most threads that one system is shared among.
+const MAX_THREADS: usize = 1024;
+
+/// A number of cores.
+pub fn cores(text: &str) -> Result<usize, String> {
+    let cores = text.parse().ok().filter(|cores| (1..=MAX_CORES).contains(cores));
+    cores.ok_or_else(|| format!("must be a whole number from 1 to {MAX_CORES}"))
+}
+
+/// The name of a method.
+pub fn integrator(text: &str) -> Result<Integrator, String> {
+    text.parse().map_err(|_| {
+        let names = Integrator::ALL.map(Integrator::name);
+        match nearest(text, names) {
+            Some(near) => format!("must be one of {}; did you mean `{near}`?", names.join(", ")),
+            None => format!("must be one of {}", names.join(", ")),
+        }
+    })
+}
+
+/// The name of a precision.
+pub fn precision(text: &str) -> Result<Precision, String> {
+    let known = [Precision::F32, Precision::F64].into_iter().find(|known| known.name() == text);
+    known.ok_or_else(|| "must be f32 or f64".into())
+}
+
+fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|&number: &f64| number.is_finite() && ok(number));
+    number.ok_or_else(|| format!("must be {expected}"))
+}
+
+/// A positive number.
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text, |number| 0.0 < number, "a number, positive and finite")
+}
+
+/// The length of a step: `auto` or seconds.
+pub fn step(text: &str) -> Result<Step, String> {
+    let seconds = || positive(text).map(Step::Seconds);
+    if text == "auto" { Ok(Step::Auto) } else { seconds() }
+        .map_err(|_| "must be `auto` or a number, positive and finite".into())
+}
+
+/// A time to simulate, seconds.
+pub fn duration(text: &str) -> Result<f64, String> {
+    number(text, |number| 0.0 < number && number <= 1e5, "a number, positive and at most 1e5")
+}
+
+/// A local error, as a fraction.
+pub fn tolerance(text: &str) -> Result<f64, String> {
+    number(text, |number| 0.0 < number && number <= 1.0, "a number, positive and at most 1")
+}
+
+/// A number from 0 on.
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |number| 0.0 <= number, "a number, finite and not negative")
+}
+
+/// Any number.
+pub fn finite(text: &str) -> Result<f64, String> {
+    number(text, |_| true, "a finite number")
+}
+
+/// A count from 1 on.
+pub fn substeps(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|&number| 0 < number);
+    number.ok_or_else(|| format!("must be a whole number from 1 to {}", u32::MAX))
+}
+
+/// A number of Newton iterations.
+pub fn newton(text: &str) -> Result<u32, String> {
+    let number = text.parse().ok().filter(|number| (1..=MOST_NEWTON).contains(number));
+    number.ok_or_else(|| format!("must be a whole number from 1 to {MOST_NEWTON}"))
+}
+
+/// Particles along a side of what is measured.
+pub fn side(text: &str) -> Result<usize, String> {
+    let side = text.parse().ok().filter(|side| (2..=MAX_SIDE).contains(side));
+    side.ok_or_else(|| format!("must be a whole number from 2 to {MAX_SIDE}"))
+}
+
+/// Threads of what is measured.
+pub fn threads(text: &str) -> Result<usize, String> {
+    let threads = text.parse().ok().filter(|threads| (1..=MAX_THREADS).contains(threads));
+    threads.ok_or_else(|| format!("must be a whole number from 1 to {MAX_THREADS}"))
+}
+
+/// The size of a picture, `WxH`.
+pub fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(width, height)| {
+        Some([width.parse::<u32>().ok()?, height.parse::<u32>().ok()?])
+    });
+    let sides = sides.filter(|sides| sides.iter().all(|side| (1..=16384).contains(side)));
+    sides.ok_or_else(|| "must be WIDTHxHEIGHT, each from 1 to 16384 pixels, as in 1280x720".into())
+}

@@ -1,0 +1,194 @@
+//! The files that a run writes: opened before it, followed step by step, ended after it.
+
+use super::prepare::Prepared;
+use crate::cli::arguments::RunArguments;
+use crate::cli::failure::{Failure, tell};
+use crate::cli::places::Places;
+use msd_core::Settings;
+use msd_run::recording::Recorder;
+use msd_run::twin::{Apart, HEADER};
+use msd_run::{Runner, Trace};
+use msd_scene::{FileError, Output, write_saved, write_state};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// The files that were asked for, opened before the run: that a folder is missing should be known
+/// before the work.
+///
+/// One that fails on the way is given up and named; the run and the other files go on.
+pub struct Files {
+    out: Option<Output>,
+    save: Option<Saver>,
+    trace: Option<Trace>,
+    recorder: Option<Recorder>,
+    distances: Option<Output>,
+    /// What could not be written, a line each.
+    failures: Vec<String>,
+}
+
+/// Where the run is saved, and how often.
+struct Saver {
+    path: PathBuf,
+    /// The file of the next time.
+    next: Option<Output>,
+    /// Steps from one time to the next; `None` for the end alone.
+    every: Option<u64>,
+    /// Whether it failed the last time.
+    failed: bool,
+    name: String,
+    title: String,
+}
+
+impl Files {
+    /// Opens what was asked for.
+    pub fn open(arguments: &RunArguments, prepared: &Prepared) -> Result<Self, Failure> {
+        check_places(arguments, prepared)?;
+        let Prepared { name, title, runner, .. } = prepared;
+        let count = runner.particle_count();
+        if let Some(particle) = arguments.watch.iter().find(|&&particle| count <= particle) {
+            return Err(Failure::input(format!(
+                "--watch names particle {particle}; it must be from 0 to {}",
+                count - 1
+            )));
+        }
+        let mut failures = Vec::new();
+        let mut open = |path: &Option<PathBuf>| opened(path, Output::create, &mut failures);
+        let out = open(&arguments.out);
+        let trace = open(&arguments.trace);
+        let save = open(&arguments.save).zip(arguments.save.clone()).map(|(next, path)| {
+            let every = arguments.save_every.map(|seconds| steps_in(runner.settings(), seconds));
+            let (name, title) = (name.clone(), title.clone());
+            Saver { path, next: Some(next), every, failed: false, name, title }
+        });
+        let distances = open(&arguments.distances);
+        Failure::all(failures.drain(..).map(Failure::input))?;
+        // Last, as from here on an older recording is gone.
+        let begin = |path: &Path| Recorder::begin(path, &runner.to_loaded(name, title));
+        let recorder = opened(&arguments.record, begin, &mut failures);
+        Failure::all(failures.drain(..).map(Failure::input))?;
+        let mut files = Files { out, save, trace: None, recorder, distances, failures };
+        files.trace = trace.and_then(|output| files.begin_trace(output, &arguments.watch, runner));
+        files.attempt(|files| &mut files.distances, |output| line(output, HEADER));
+        Ok(files)
+    }
+
+    fn begin_trace(&mut self, output: Output, watch: &[usize], runner: &Runner) -> Option<Trace> {
+        let begun = Trace::begin(output, watch.to_vec());
+        let begun = begun.and_then(|mut trace| trace.add(runner).map(|()| trace));
+        begun.map_err(|error| self.give_up(&error)).ok()
+    }
+
+    /// Follows a step, the `taken`th of this run.
+    pub fn follow(&mut self, runner: &Runner, taken: u64) {
+        self.attempt(|files| &mut files.trace, |trace| trace.add(runner));
+        self.attempt(|files| &mut files.recorder, Recorder::step);
+        if let Some(saver) = &mut self.save
+            && saver.every.is_some_and(|every| taken.is_multiple_of(every))
+        {
+            saver.save_on_the_way(runner);
+        }
+    }
+
+    /// Writes down how far two runs are apart.
+    pub fn add_distance(&mut self, apart: Option<Apart>) {
+        let Some(apart) = apart else { return };
+        self.attempt(|files| &mut files.distances, |output| line(output, &apart.line()));
+    }
+
+    /// Ends every file, and returns what could not be written, a line each.
+    pub fn finish(self, runner: &Runner) -> Vec<String> {
+        let Files { out, save, trace, recorder, distances, mut failures } = self;
+        let state = |mut output: Output| {
+            write_state(&runner.state(), &mut output)?;
+            output.finish()
+        };
+        let ended = [
+            out.map(state),
+            save.map(|mut saver| saver.save(runner)),
+            trace.map(Trace::finish),
+            recorder.map(|recorder| recorder.finish(runner)),
+            distances.map(Output::finish),
+        ];
+        let errors = ended.into_iter().flatten().filter_map(Result::err);
+        failures.extend(errors.map(|error| error.to_string()));
+        failures
+    }
+
+    /// Writes to one of the files, if it is being written; gives it up where that fails.
+    fn attempt<T>(
+        &mut self,
+        file: impl Fn(&mut Files) -> &mut Option<T>,
+        write: impl FnOnce(&mut T) -> Result<(), FileError>,
+    ) {
+        if let Some(Err(error)) = file(self).as_mut().map(write) {
+            *file(self) = None;
+            self.give_up(&error);
+        }
+    }
+
+    fn give_up(&mut self, error: &FileError) {
+        tell(&format!("warning: {error}; the run goes on without it"));
+        self.failures.push(error.to_string());
+    }
+}
+
+impl Saver {
+    fn save(&mut self, runner: &Runner) -> Result<(), FileError> {
+        let output = self.next.take().map_or_else(|| Output::create(&self.path), Ok)?;
+        write_saved(&runner.to_loaded(&self.name, &self.title), output)
+    }
+
+    /// Saves; where that fails there is a next time, and the end.
+    fn save_on_the_way(&mut self, runner: &Runner) {
+        let saved = self.save(runner);
+        if let (Err(error), false) = (&saved, self.failed) {
+            tell(&format!("warning: {error}; the run goes on, and is saved again later"));
+        }
+        self.failed = saved.is_err();
+    }
+}
+
+/// Opens a file that may have been asked for, or adds why that cannot be.
+fn opened<T>(
+    path: &Option<PathBuf>,
+    open: impl Fn(&Path) -> Result<T, FileError>,
+    failures: &mut Vec<String>,
+) -> Option<T> {
+    let file = open(path.as_deref()?);
+    file.map_err(|error| failures.push(error.to_string())).ok()
+}
+
+fn line(output: &mut Output, text: &str) -> Result<(), FileError> {
+    writeln!(output, "{text}").map_err(|error| output.refused(&error))
+}
+
+/// The number of steps nearest to a time, at least one.
+fn steps_in(settings: Settings, seconds: f64) -> u64 {
+    (seconds / settings.step).round().max(1.0) as u64
+}
+
+/// Refuses a file that would be written over another of the same run.
+fn check_places(arguments: &RunArguments, prepared: &Prepared) -> Result<(), Failure> {
+    let RunArguments { out, save, trace, record, distances, replay, solver, .. } = arguments;
+    let (option, files) = match replay {
+        Some(recording) => ("--replay", std::slice::from_ref(recording)),
+        None => ("SCENE", &prepared.files[..]),
+    };
+    let mut places = Places::default();
+    let read = |places: &mut Places| files.iter().for_each(|file| places.read(option, file));
+    // A saved run may be saved over itself: it is the same run further on.
+    if !prepared.is_resumed {
+        read(&mut places);
+    }
+    solver.from.iter().for_each(|state| places.read("--from", state));
+    save.iter().try_for_each(|path| places.write("--save", path))?;
+    if prepared.is_resumed {
+        read(&mut places);
+    }
+    let named =
+        [("--out", out), ("--trace", trace), ("--record", record), ("--distances", distances)];
+    for (option, path) in named {
+        path.iter().try_for_each(|path| places.write(option, path))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,225 @@
+//! From a scene to a run: opened, given the solver of the command line and a state.
+
+use crate::cli::arguments::{SolverArguments, Step};
+use crate::cli::failure::{Failure, tell};
+use crate::cli::progress::SlowNotice;
+use msd_app::quantity::{estimate, number, quantity, rounded};
+use msd_core::{Integrator, Settings};
+use msd_run::{Rounding, Runner};
+use msd_scene::{Loaded, load_state, plain, shown_path};
+use std::path::{Path, PathBuf};
+
+/// A frame of the command line, seconds: `--substeps` divides it.
+const FRAME: f64 = 1.0 / 60.0;
+
+/// Part of the longest stable step that `--step auto` takes: springs that turn and stretch move the
+/// limit.
+const AUTO: f64 = 0.9;
+
+/// The most integration steps of a run: weeks on any machine.
+const MAX_STEPS: f64 = 1e10;
+
+/// A run that is about to start.
+pub struct Prepared {
+    /// The name of the scene.
+    pub name: String,
+    /// One line on what is seen.
+    pub title: String,
+    /// What was done to its input.
+    pub notes: Vec<String>,
+    /// The files that it was read from.
+    pub files: Vec<PathBuf>,
+    /// Whether it is a saved run that goes on.
+    pub is_resumed: bool,
+    /// The run.
+    pub runner: Runner,
+    /// The longest stable substep predicted at its start, seconds.
+    pub stable: f64,
+    /// Steps to take.
+    pub steps: u64,
+    /// What the user should know, one line each.
+    pub warnings: Vec<String>,
+}
+
+/// Opens a scene and makes it ready to run for some seconds; prints warnings.
+pub fn prepare(
+    scene: &Path,
+    solver: &SolverArguments,
+    (flag, duration): (&str, f64),
+) -> Result<Prepared, Failure> {
+    let notice = SlowNotice::new(format!("reading {}", shown_path(scene)));
+    let loaded = msd_scene::open(scene).map_err(Failure::input)?;
+    drop(notice);
+    let settings = chosen(loaded.settings, solver);
+    check_read(settings.integrator, solver)?;
+    let precision = solver.precision.unwrap_or(loaded.precision);
+    let count = loaded.scene.particles.len();
+    let notice = SlowNotice::new(format!("preparing {count} particles"));
+    let runner = Runner::open_with(&loaded, settings, precision);
+    drop(notice);
+    let mut runner = runner.map_err(|error| {
+        // The file is right in its own precision.
+        let asked = solver.precision.map(|precision| format!(" in {precision}"));
+        Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
+    })?;
+    if let Some(path) = &solver.from {
+        let count = runner.particle_count();
+        let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
+        let refused = |error| Failure::input(format!("{}: {error}", shown_path(path)));
+        runner.set_state(&state, 0).map_err(refused)?;
+    }
+    if solver.step == Some(Step::Auto) {
+        choose_step(&mut runner, duration)?;
+    }
+    let settings = runner.settings();
+    let (steps, short) = count_steps(settings, duration);
+    if is_endless(steps as f64 * f64::from(settings.substeps)) {
+        return Err(Failure::input(format!(
+            "{flag} {} s would take more than {} steps of {}; shorten it or lengthen the step",
+            plain(duration),
+            number(MAX_STEPS),
+            quantity(settings.substep(), "s")
+        )));
+    }
+    let stable = predict(&runner);
+    let mut warnings = Vec::new();
+    warnings.extend(warn_of_step(settings, stable));
+    warnings.extend(warn_of_rounding(&Rounding::of(&loaded.scene, runner.precision())));
+    warnings.extend(short.then(|| {
+        let time = steps as f64 * settings.step;
+        let duration = plain(duration);
+        // More digits than elsewhere, as it may be nearly a multiple.
+        let time = rounded(time, 7);
+        format!("{flag} {duration} s is not a multiple of the step; the run takes {time} s")
+    }));
+    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    let Loaded { name, title, notes, files, progress, .. } = loaded;
+    let is_resumed = progress.is_some();
+    Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
+}
+
+/// The longest stable substep, seconds; of a million particles that takes a while.
+fn predict(runner: &Runner) -> f64 {
+    let count = runner.particle_count();
+    let _notice =
+        SlowNotice::new(format!("predicting the longest stable step of {count} particles"));
+    runner.stable_substep()
+}
+
+/// Whether so many integration steps would not be done in weeks.
+pub fn is_endless(steps: f64) -> bool {
+    MAX_STEPS < steps
+}
+
+/// The solver of the scene, and what the command line says instead.
+fn chosen(mut settings: Settings, solver: &SolverArguments) -> Settings {
+    settings.integrator = solver.integrator.unwrap_or(settings.integrator);
+    match solver.step {
+        Some(Step::Seconds(step)) => (settings.step, settings.substeps) = (step, 1),
+        // Chosen when the state is known; of Verlet it matters that it is one substep.
+        Some(Step::Auto) => settings.substeps = 1,
+        None => {}
+    }
+    if let Some(substeps) = solver.substeps {
+        (settings.step, settings.substeps) = (FRAME, substeps);
+    }
+    settings.tolerance = solver.tolerance.unwrap_or(settings.tolerance);
+    settings.newton = solver.newton.unwrap_or(settings.newton);
+    settings
+}
+
+/// Sets the longest step that is at most [`AUTO`] of the longest stable one and ends a run of
+/// `duration` seconds on time.
+fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
+    let (integrator, stable) = (runner.integrator(), predict(runner));
+    if stable == 0.0 {
+        let message =
+            format!("--step auto: {integrator} is predicted to be unstable here at any step");
+        return Err(Failure::input(message));
+    }
+    if stable == f64::INFINITY {
+        return Err(Failure::input(format!(
+            "--step auto: {integrator} is stable here at any step; give its length in seconds, or \
+             let msd tune find one"
+        )));
+    }
+    let longest = AUTO * stable;
+    let steps = (duration / longest).ceil().max(1.0);
+    let step = if 0.0 < duration { duration / steps } else { longest };
+    let settings = Settings { step, substeps: 1, ..runner.settings() };
+    runner.set_settings(settings).map_err(Failure::input)
+}
+
+/// Refuses what the method would not read: it would have no effect silently.
+fn check_read(integrator: Integrator, solver: &SolverArguments) -> Result<(), Failure> {
+    type Reads = fn(Integrator) -> bool;
+    let options: [(&str, bool, Reads); 2] = [
+        ("--tolerance", solver.tolerance.is_some(), Integrator::is_adaptive),
+        ("--newton", solver.newton.is_some(), Integrator::is_implicit),
+    ];
+    for (option, given, reads) in options {
+        if given && !reads(integrator) {
+            let readers = Integrator::ALL.into_iter().filter(|&method| reads(method));
+            let readers: Vec<&str> = readers.map(Integrator::name).collect();
+            let do_so = if readers.len() == 1 { "does" } else { "do" };
+            return Err(Failure::input(format!(
+                "{integrator} does not use {option}; only {} {do_so}",
+                readers.join(" and ")
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The number of steps nearest to a duration, at least one unless it is 0; whether they miss it.
+fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
+    let exact = duration / settings.step;
+    let steps = if 0.0 < duration { exact.round().max(1.0) } else { 0.0 };
+    // Rounding of the quotient stays far below a millionth of a step.
+    let short = 1e-6 < (exact - steps).abs();
+    (steps as u64, short)
+}
+
+/// A warning where a step is longer than the longest stable one.
+pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
+    let (integrator, h) = (settings.integrator, settings.substep());
+    if h <= stable {
+        return None;
+    }
+    if stable == 0.0 {
+        return Some(format!("{integrator} is predicted to be unstable here at any step"));
+    }
+    let advice = advise(stable);
+    Some(format!(
+        "the step of {} is longer than {}, the longest predicted to be stable for {integrator}; \
+         {advice}",
+        quantity(h, "s"),
+        quantity(stable, "s")
+    ))
+}
+
+/// A warning where a scene is so far from the origin that rounding shows.
+fn warn_of_rounding(rounding: &Rounding) -> Option<String> {
+    let Rounding { distance, spacing, energy, stake } = *rounding;
+    rounding.shows().then(|| {
+        format!(
+            "{} from the origin, single precision rounds positions to {}; that alone puts about \
+             {} into the springs, {:.1} % of the energy at stake; use --precision f64 or move the \
+             scene to the origin",
+            quantity(distance, "m"),
+            estimate(spacing, "m"),
+            estimate(energy, "J"),
+            100.0 * energy / stake
+        )
+    })
+}
+
+/// Substeps that keep a little away from the longest stable step.
+pub fn advise(stable: f64) -> String {
+    match (FRAME / (AUTO * stable)).ceil() {
+        substeps if substeps <= f64::from(u32::MAX) => {
+            format!("try --substeps {substeps} or --step auto")
+        }
+        _ => "try --step auto".into(),
+    }
+}

@@ -1,0 +1,187 @@
+//! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
+
+use super::files::Files;
+use super::prepare::{Prepared, is_endless, warn_of_step};
+use super::report::{Comparison, Distance, Done, RunReport};
+use super::tell_report;
+use crate::cli::arguments::{RunArguments, SolverArguments};
+use crate::cli::failure::{Failure, tell};
+use msd_core::Error;
+use msd_run::Runner;
+use msd_run::recording::{Recording, load_recording, load_salvaged};
+use msd_run::replay::{Changes, Replay};
+use msd_run::twin::{Apart, Twin};
+use msd_scene::{plain, shown_path, state_hash};
+use std::path::Path;
+use web_time::{Duration, Instant};
+
+/// Replays a recording, writes what was asked for and prints the result.
+pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
+    let recording = load(path, arguments.salvage)?;
+    let file = shown_path(path);
+    let changes = changes(&arguments.solver);
+    let refused = |error: Error| Failure::input(format!("{file}: {error}"));
+    let mut course = Course::new(&recording, changes).map_err(refused)?;
+    if changes.is_none() && arguments.distances.is_some() {
+        let reason = "--distances needs another solver to compare with, as by --precision f64";
+        return Err(Failure::input(reason));
+    }
+    let mut prepared = prepare(&recording, course.runner())?;
+    let mut files = Files::open(arguments, &prepared)?;
+    let mut done = Done::default();
+    let diverged = step_all(&mut course, &mut done, &mut files);
+    // What is no divergence is an event that does not fit: nothing is written then.
+    let diverged = match diverged {
+        Some(error) if error.is_of_step() => Some(error),
+        Some(error) => return Err(refused(error)),
+        None => None,
+    };
+    let unwritten = files.finish(course.runner());
+    prepared.warnings.extend(unwritten.clone());
+    prepared.runner = course.runner().clone();
+    done.diverged = diverged.is_some();
+    let mut report = RunReport::new(prepared, done);
+    report.replay = Some(course.compare(&recording, done.diverged));
+    let told = tell_report(&report, arguments, (diverged, unwritten));
+    let elsewhere = report.replay.is_some_and(|replay| replay.same_bits == Some(false));
+    let elsewhere = elsewhere.then(|| {
+        Failure::input(format!(
+            "{file}: the replay did not end in the state that was recorded; was it recorded by \
+             another version of msd?"
+        ))
+    });
+    Failure::all(told.err().into_iter().chain(elsewhere))
+}
+
+/// Reads a recording, or what is whole of it.
+fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
+    if salvage {
+        return load_salvaged(path).map_err(Failure::input);
+    }
+    load_recording(path).map_err(|error| {
+        let some_is_whole = load_salvaged(path).is_ok();
+        let advice = if some_is_whole { "; --salvage replays what is whole" } else { "" };
+        Failure::input(format!("{error}{advice}"))
+    })
+}
+
+fn changes(solver: &SolverArguments) -> Changes {
+    let SolverArguments { integrator, substeps, tolerance, newton, precision, .. } = *solver;
+    Changes { integrator, substeps, tolerance, newton, precision }
+}
+
+/// A replay as a run that is about to start, for its report.
+fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> {
+    let (settings, steps, start) = (runner.settings(), recording.steps(), &recording.start);
+    let work = recording.substeps().max(steps as f64 * f64::from(settings.substeps));
+    if is_endless(work) {
+        let work = plain(work);
+        return Err(Failure::input(format!("{}: {work} steps would take weeks", start.name)));
+    }
+    let stable = runner.stable_substep();
+    let mut warnings = Vec::from_iter(warn_of_step(settings, stable));
+    if 0 < recording.lost_bytes {
+        warnings.push(format!(
+            "the recording is damaged after step {steps}; its last {} bytes are lost",
+            recording.lost_bytes
+        ));
+    } else if recording.is_cut_short {
+        let told = "the end of the recording is missing; it is replayed as far as it goes";
+        warnings.push(told.into());
+    }
+    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    let (name, title, notes) = (start.name.clone(), start.title.clone(), start.notes.clone());
+    let (files, is_resumed, runner) = (Vec::new(), false, runner.clone());
+    Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
+}
+
+/// A replay alone, or beside one with changes.
+enum Course<'a> {
+    Alone(Box<Replay<'a>>),
+    Beside(Box<Twin<'a>>),
+}
+
+impl<'a> Course<'a> {
+    fn new(recording: &'a Recording, changes: Changes) -> Result<Self, Error> {
+        if changes.is_none() {
+            Ok(Course::Alone(Box::new(Replay::new(recording, changes)?)))
+        } else {
+            Ok(Course::Beside(Box::new(Twin::new(recording, changes)?)))
+        }
+    }
+
+    /// The run that is reported: that with changes, if there is one.
+    fn runner(&self) -> &Runner {
+        match self {
+            Course::Alone(replay) => replay.runner(),
+            Course::Beside(twin) => twin.changed().runner(),
+        }
+    }
+
+    /// Takes the next step and returns whether there was one, and how far apart two runs are then.
+    fn advance(&mut self) -> Result<(bool, Option<Apart>), Error> {
+        match self {
+            Course::Alone(replay) => Ok((replay.advance()?, None)),
+            Course::Beside(twin) => twin.advance().map(|apart| (apart.is_some(), apart)),
+        }
+    }
+
+    fn compare(&self, recording: &Recording, diverged: bool) -> Comparison {
+        let apart = match self {
+            Course::Alone(_) => None,
+            Course::Beside(twin) => Some(distance(twin)),
+        };
+        let recorded = match self {
+            Course::Alone(replay) => replay.runner(),
+            Course::Beside(twin) => twin.recorded().runner(),
+        };
+        let hash = state_hash(&recorded.state());
+        Comparison {
+            recorded_hash: recording.hash().map(|hash| format!("{hash:016x}")),
+            same_bits: recording.hash().filter(|_| !diverged).map(|recorded| recorded == hash),
+            cut_short: recording.is_cut_short,
+            lost_bytes: recording.lost_bytes,
+            apart,
+        }
+    }
+}
+
+fn distance(twin: &Twin<'_>) -> Distance {
+    let Apart { rms, max, particle, .. } = twin.last();
+    Distance {
+        recorded_integrator: twin.recorded().runner().integrator(),
+        rms,
+        max,
+        particle,
+        size: twin.size(),
+        noticeable_at: twin.noticed().map(|apart| apart.time),
+    }
+}
+
+/// Replays all steps, or as many as stay in the world; only the steps are timed.
+fn step_all(course: &mut Course<'_>, done: &mut Done, files: &mut Files) -> Option<Error> {
+    let mut wall = Duration::ZERO;
+    // Time and steps before steps had the present length.
+    let (mut before, mut since, mut length) = (0.0, 0, course.runner().settings().step);
+    let error = loop {
+        let start = Instant::now();
+        let advanced = course.advance();
+        wall += start.elapsed();
+        let apart = match advanced {
+            Err(error) => break Some(error),
+            Ok((false, _)) => break None,
+            Ok((true, apart)) => apart,
+        };
+        done.steps += 1;
+        // Steps times their length, and not a running sum; another scene or step may come.
+        let step = course.runner().settings().step;
+        if step != length {
+            (before, since, length) = (done.simulated, done.steps - 1, step);
+        }
+        done.simulated = before + (done.steps - since) as f64 * length;
+        files.follow(course.runner(), done.steps);
+        files.add_distance(apart);
+    };
+    done.wall = wall.as_secs_f64();
+    error
+}

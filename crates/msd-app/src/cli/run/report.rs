@@ -1,0 +1,291 @@
+//! The report of a run: a summary, or one JSON object.
+
+use super::prepare::Prepared;
+use msd_app::quantity::{number, quantity, rounded};
+use msd_core::methods::Solved;
+use msd_core::{Contacts, Energy, Integrator, Momentum};
+use msd_scene::{Precision, state_hash};
+use serde::Serialize;
+
+/// What came of a run; the keys of `--json`.
+#[derive(Debug, Serialize)]
+pub struct RunReport {
+    /// Name of the scene.
+    pub scene: String,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// The method.
+    pub integrator: Integrator,
+    /// Length of an integration step, seconds; of an adaptive method, which divides it as it
+    /// needs, that of a step of the scene.
+    pub step: f64,
+    /// Integration steps per row of the trace.
+    pub substeps: u32,
+    /// Local error that an adaptive method allows, as a fraction of the size; null for others.
+    pub tolerance: Option<f64>,
+    /// Newton iterations per substep of an implicit method; null for others.
+    pub newton: Option<u32>,
+    /// Precision.
+    pub precision: Precision,
+    /// Time simulated, seconds.
+    pub duration: f64,
+    /// Time of the scene at the end, seconds: more than the duration for a saved run that goes on.
+    pub time: f64,
+    /// Integration steps taken.
+    pub steps: u64,
+    /// Time that the steps took, seconds.
+    pub wall_seconds: f64,
+    /// Springs times force evaluations of the integration steps (without the one that velocity
+    /// Verlet starts a step with) per second of the wall clock; null without a step and for methods
+    /// that choose their own number of evaluations.
+    pub spring_updates_per_second: Option<f64>,
+    /// Time simulated by time taken; null without a step.
+    pub real_time_factor: Option<f64>,
+    /// Energy at the end, joules.
+    pub energy: EnergyReport,
+    /// What obstacles did: contacts, the energy that they took away and that they added, and the
+    /// work of surfaces that move, joules.
+    pub contacts: Contacts,
+    /// Momentum at the end.
+    pub momentum: Momentum,
+    /// The longest integration step predicted stable at the start, seconds: 0 if none is, null if
+    /// every one is.
+    pub stable_step: Option<f64>,
+    /// Hash of the last state, hexadecimal.
+    pub state_hash: String,
+    /// Energy that the integrator has added; null if it added none.
+    pub energy_gain: Option<Gain>,
+    /// How far the solves of an implicit method got, the worst of the run; null for others.
+    pub solved: Option<Solved>,
+    /// Whether the run diverged; what is reported is then the last good state.
+    pub diverged: bool,
+    /// What was done to the input, and what the user should know.
+    pub notes: Vec<String>,
+    /// What may be wrong.
+    pub warnings: Vec<String>,
+    /// Of a replay only: how it compares with what was recorded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub replay: Option<Comparison>,
+}
+
+/// What was done in a run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Done {
+    /// Steps taken.
+    pub steps: u64,
+    /// Time simulated, seconds.
+    pub simulated: f64,
+    /// Time that the steps took, seconds.
+    pub wall: f64,
+    /// Whether it left the world.
+    pub diverged: bool,
+    /// Energy that the integrator has added; `None` if it added none.
+    pub gain: Option<Gain>,
+    /// How far the solves of an implicit method got.
+    pub solved: Option<Solved>,
+}
+
+/// How a replay compares with what was recorded.
+#[derive(Debug, Serialize)]
+pub struct Comparison {
+    /// Hash of the last state recorded, hexadecimal; null where the recording was cut short.
+    pub recorded_hash: Option<String>,
+    /// Whether the recorded run ended in that state again; null where the recording was cut short
+    /// or the replay diverged.
+    pub same_bits: Option<bool>,
+    /// Whether the end of the recording is missing.
+    pub cut_short: bool,
+    /// Bytes at its end that were left out, as `--salvage` allows; else 0.
+    pub lost_bytes: usize,
+    /// Of a replay with another solver: how far it is from the recorded run at the end.
+    pub apart: Option<Distance>,
+}
+
+/// How far two runs are apart.
+#[derive(Debug, Serialize)]
+pub struct Distance {
+    /// The solver of the recorded run.
+    pub recorded_integrator: Integrator,
+    /// Root of the mean square distance of the particles, metres.
+    pub rms: f64,
+    /// The largest distance of a particle, metres.
+    pub max: f64,
+    /// That particle.
+    pub particle: usize,
+    /// Size of the scene, metres.
+    pub size: f64,
+    /// When the root mean square distance passed a hundredth of the size, seconds; null if never.
+    pub noticeable_at: Option<f64>,
+}
+
+/// Energy that nothing supplied.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Gain {
+    /// The most that was seen, joules; null where it is NaN or infinite.
+    joules: f64,
+    /// When it was first seen, simulated seconds.
+    since: f64,
+}
+
+impl Gain {
+    /// What is known after another look.
+    pub fn now(before: Option<Gain>, joules: f64, time: f64) -> Option<Gain> {
+        match before {
+            None if 0.0 < joules => Some(Gain { joules, since: time }),
+            known => known.map(|gain| Gain { joules: gain.joules.max(joules), ..gain }),
+        }
+    }
+
+    /// The warning of it.
+    pub fn warning(&self, integrator: Integrator) -> String {
+        let Gain { joules, since } = self;
+        format!(
+            "{integrator} is adding energy: {} that nothing supplied, first seen at t = {}; \
+             shorten the step or use another integrator",
+            quantity(*joules, "J"),
+            quantity(*since, "s")
+        )
+    }
+}
+
+/// Energy, joules.
+#[derive(Debug, Serialize)]
+pub struct EnergyReport {
+    kinetic: f64,
+    elastic: f64,
+    gravitational: f64,
+    dissipated: f64,
+    total: f64,
+}
+
+impl From<Energy> for EnergyReport {
+    fn from(energy: Energy) -> Self {
+        let Energy { kinetic, elastic, gravitational, dissipated, .. } = energy;
+        EnergyReport { kinetic, elastic, gravitational, dissipated, total: energy.total() }
+    }
+}
+
+impl EnergyReport {
+    fn summary(&self) -> String {
+        let EnergyReport { kinetic, elastic, gravitational, dissipated, total } = *self;
+        let [kinetic, elastic, gravitational, dissipated, total] =
+            [kinetic, elastic, gravitational, dissipated, total].map(number);
+        format!(
+            "energy, J: kinetic {kinetic}, elastic {elastic}, gravitational {gravitational}, \
+             dissipated {dissipated}, total {total}"
+        )
+    }
+}
+
+impl Comparison {
+    fn summary(&self) -> String {
+        let Some(apart) = &self.apart else {
+            return match self.same_bits {
+                Some(true) => "replayed to the same bits".into(),
+                Some(false) => "replayed to another state".into(),
+                None => "replayed as far as it goes".into(),
+            };
+        };
+        let Distance { recorded_integrator, rms, max, particle, size, noticeable_at } = apart;
+        let size = quantity(*size, "m");
+        let noticed = match noticeable_at {
+            Some(time) => {
+                format!("1 % of the size of {size} was passed at {}", quantity(*time, "s"))
+            }
+            None => format!("never more than 1 % of the size of {size}"),
+        };
+        let [rms, max] = [rms, max].map(|&length| quantity(length, "m"));
+        format!(
+            "from the recorded run ({recorded_integrator}): {rms} rms, {max} at most (particle \
+             {particle}); {noticed}"
+        )
+    }
+}
+
+/// How often each spring is evaluated in an integration step, without the evaluation that starts a
+/// step of Verlet; `None` where that depends on the motion.
+pub fn evaluations(integrator: Integrator) -> Option<u64> {
+    match integrator {
+        Integrator::Rk4 => Some(4),
+        Integrator::DormandPrince | Integrator::BackwardEuler | Integrator::ImplicitMidpoint => {
+            None
+        }
+        _ => Some(1),
+    }
+}
+
+impl RunReport {
+    /// Collects what came of a run.
+    pub fn new(prepared: Prepared, done: Done) -> Self {
+        let Prepared { name, notes, runner, stable, warnings, .. } = prepared;
+        let settings = runner.settings();
+        let adaptive = settings.integrator.is_adaptive();
+        let substeps = if adaptive { 1 } else { settings.substeps };
+        let steps = done.steps * u64::from(substeps);
+        let springs = runner.spring_count() as u64;
+        let updates = evaluations(settings.integrator).map(|each| (steps * each * springs) as f64);
+        let per_wall_second = |amount: f64| (0.0 < done.wall).then_some(amount / done.wall);
+        RunReport {
+            scene: name,
+            particles: runner.particle_count(),
+            springs: runner.spring_count(),
+            integrator: settings.integrator,
+            step: settings.step / f64::from(substeps),
+            substeps,
+            tolerance: adaptive.then_some(settings.tolerance),
+            newton: settings.integrator.is_implicit().then_some(settings.newton),
+            precision: runner.precision(),
+            duration: done.simulated,
+            time: runner.time(),
+            steps,
+            wall_seconds: done.wall,
+            spring_updates_per_second: updates.and_then(per_wall_second),
+            real_time_factor: per_wall_second(done.simulated),
+            energy: runner.energy().into(),
+            contacts: runner.contacts(),
+            momentum: runner.momentum(),
+            stable_step: stable.is_finite().then_some(stable),
+            state_hash: format!("{:016x}", state_hash(&runner.state())),
+            energy_gain: done.gain,
+            solved: done.solved,
+            diverged: done.diverged,
+            notes,
+            warnings,
+            replay: None,
+        }
+    }
+
+    /// One JSON object.
+    pub fn json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(self)
+    }
+
+    /// A summary for the user.
+    pub fn summary(&self) -> String {
+        let mut lines = self.notes.clone();
+        let RunReport { scene, particles, springs, integrator, precision, .. } = self;
+        lines.push(format!(
+            "{scene}: {particles} particles, {springs} springs, {integrator} in {precision}"
+        ));
+        let stable = match self.stable_step {
+            Some(0.0) => "no step is predicted to be stable".into(),
+            Some(stable) => format!("predicted to be stable up to {}", quantity(stable, "s")),
+            None => "any step is stable".into(),
+        };
+        lines.push(format!("{} steps of {} ({stable})", self.steps, quantity(self.step, "s")));
+        let factor = self.real_time_factor.map(|factor| {
+            format!(" in {}: {} x real time", quantity(self.wall_seconds, "s"), rounded(factor, 2))
+        });
+        let updates = self.spring_updates_per_second;
+        let updates =
+            updates.map(|updates| format!(", {} G spring updates/s", number(1e-9 * updates)));
+        let speed = factor.unwrap_or_default() + &updates.unwrap_or_default();
+        lines.push(format!("{} simulated{speed}", quantity(self.duration, "s")));
+        lines.push(self.energy.summary());
+        lines.push(format!("state hash {}", self.state_hash));
+        lines.extend(self.replay.iter().map(Comparison::summary));
+        lines.join("\n")
+    }
+}

@@ -1,0 +1,126 @@
+//! Keys: the commands that they stand for.
+
+use crate::viewer::Command;
+use egui::{Event, Key, Modifiers, RawInput};
+
+/// The keys and what they do, in the order of use, for the help.
+pub const KEYS: [(&str, &str); 12] = [
+    ("Space", "pause or go on"),
+    (".  and  ,", "one step forward, one step back"),
+    ("R", "restart"),
+    ("P", "pin or free the particle under the pointer"),
+    ("F", "freeze: the present shape becomes the shape at rest"),
+    ("F9", "record to a file, or end the recording"),
+    ("Tab", "wireframe"),
+    ("A  or  Home", "bring everything into view"),
+    ("1 to 9", "scenes"),
+    ("Esc", "let go, deselect"),
+    ("F1", "this help"),
+    ("Ctrl + Q", "quit"),
+];
+
+const DIGITS: [Key; 9] = [
+    Key::Num1,
+    Key::Num2,
+    Key::Num3,
+    Key::Num4,
+    Key::Num5,
+    Key::Num6,
+    Key::Num7,
+    Key::Num8,
+    Key::Num9,
+];
+
+/// Takes the keys that are commands out of the input, unless a text field has the keyboard.
+///
+/// Before egui sees them: it would move the focus on Tab, and then have the keyboard.
+pub fn take_commands(input: &mut RawInput, typing: bool) -> Vec<Command> {
+    let mut commands = Vec::new();
+    input.events.retain(|event| {
+        let &Event::Key { key, pressed: true, repeat, modifiers, .. } = event else { return true };
+        let Some(command) = command(key, modifiers, typing) else { return true };
+        // Held down, a key steps on and on, but it does not pause and go on.
+        if !repeat || matches!(command, Command::StepForward | Command::StepBack) {
+            commands.push(command);
+        }
+        false
+    });
+    commands
+}
+
+fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
+    if key == Key::Q && modifiers.command {
+        return Some(Command::Quit);
+    }
+    if key == Key::F1 {
+        return Some(Command::Help);
+    }
+    if key == Key::F9 && modifiers.is_none() {
+        return Some(Command::Record);
+    }
+    if typing || modifiers.any() {
+        return None;
+    }
+    let digit = DIGITS.iter().position(|&digit| digit == key);
+    Some(match key {
+        Key::Space => Command::TogglePause,
+        Key::Period => Command::StepForward,
+        Key::Comma => Command::StepBack,
+        Key::R => Command::Restart,
+        Key::F => Command::Freeze,
+        Key::P => Command::Pin,
+        Key::Tab => Command::Wireframe,
+        Key::A | Key::Home => Command::FrameAll,
+        Key::Escape => Command::Escape,
+        _ => Command::Scene(digit?),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn press(key: Key, modifiers: Modifiers, repeat: bool) -> RawInput {
+        let event = Event::Key { key, physical_key: None, pressed: true, repeat, modifiers };
+        RawInput { events: vec![event], ..RawInput::default() }
+    }
+
+    fn commands(key: Key, modifiers: Modifiers, repeat: bool, typing: bool) -> Vec<Command> {
+        take_commands(&mut press(key, modifiers, repeat), typing)
+    }
+
+    #[test]
+    fn keys_are_taken_out_of_the_input() {
+        let mut input = press(Key::Tab, Modifiers::NONE, false);
+        assert_eq!(take_commands(&mut input, false), [Command::Wireframe]);
+        assert!(input.events.is_empty());
+    }
+
+    #[test]
+    fn typing_keeps_its_keys() {
+        for key in [Key::Space, Key::R, Key::Num1, Key::Tab, Key::Escape, Key::Period] {
+            let mut input = press(key, Modifiers::NONE, false);
+            assert!(take_commands(&mut input, true).is_empty());
+            assert_eq!(input.events.len(), 1);
+        }
+        assert_eq!(commands(Key::Q, Modifiers::COMMAND, false, true), [Command::Quit]);
+    }
+
+    #[test]
+    fn escape_and_plain_q_do_not_quit() {
+        assert_eq!(commands(Key::Escape, Modifiers::NONE, false, false), [Command::Escape]);
+        assert!(commands(Key::Q, Modifiers::NONE, false, false).is_empty());
+    }
+
+    #[test]
+    fn a_held_key_repeats_steps_only() {
+        assert_eq!(commands(Key::Period, Modifiers::NONE, true, false), [Command::StepForward]);
+        assert!(commands(Key::Space, Modifiers::NONE, true, false).is_empty());
+        assert!(commands(Key::R, Modifiers::CTRL, false, false).is_empty());
+    }
+
+    #[test]
+    fn digits_open_scenes() {
+        assert_eq!(commands(Key::Num3, Modifiers::NONE, false, false), [Command::Scene(2)]);
+    }
+}

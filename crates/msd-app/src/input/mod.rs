@@ -1,0 +1,8 @@
+//! User input: keys become commands, and the pointer over the 3D view turns, pans, zooms and grabs.
+
+mod keys;
+mod picking;
+mod pointer;
+
+pub use keys::{KEYS, take_commands};
+pub use pointer::read_pointer;

@@ -1,0 +1,106 @@
+//! Picking: the particle under a point of the window.
+
+use crate::viewer::Viewport;
+use egui::Pos2;
+use glam::Vec3;
+use msd_core::{Real, Snapshot, Vector};
+use msd_render::Ray;
+use msd_run::{Runner, on};
+
+/// How near to a particle a click must be, points.
+const REACH: f32 = 18.0;
+
+/// The particle under a point of the window: the nearest corner of the surface there, or a
+/// particle close by.
+pub(super) fn pick(viewport: &Viewport, runner: &Runner, at: Pos2) -> Option<usize> {
+    on!(runner, simulation => pick_in(viewport, &simulation.snapshot(), at))
+}
+
+fn pick_in<R: Real>(viewport: &Viewport, snapshot: &Snapshot<'_, R>, at: Pos2) -> Option<usize> {
+    let position = |particle: usize| snapshot.position(particle).to_f32();
+    let ray = viewport.ray(at);
+    let hit = nearest_triangle(snapshot, &ray);
+    let Viewport { camera, rect } = viewport;
+    let pointer = at - rect.min;
+    let (pointer, size) = ([pointer.x, pointer.y], [rect.width(), rect.height()]);
+    let close = msd_render::pick(snapshot, camera, pointer, size, REACH);
+    let Some((corners, distance)) = hit else { return close };
+    // A particle in front of the surface, as of a rope, wins over the surface.
+    let depth = camera.depth(ray.origin + ray.direction * distance);
+    let in_front = close.filter(|&particle| camera.depth(position(particle)) < depth);
+    in_front.or_else(|| {
+        let away = |&particle: &usize| {
+            viewport.project(position(particle)).map_or(f32::INFINITY, |place| place.distance(at))
+        };
+        corners.into_iter().min_by(|a, b| away(a).total_cmp(&away(b)))
+    })
+}
+
+/// The particles of the triangle that a ray meets first, and how far along it.
+fn nearest_triangle<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<([usize; 3], f32)> {
+    let surfaces = snapshot.bodies.iter().map(|body| &body.surface);
+    let triangles = surfaces.flat_map(|surface| {
+        let particle = |corner: u32| surface.corners[corner as usize].particle as usize;
+        surface.triangles.iter().map(move |triangle| triangle.map(particle))
+    });
+    let hits = triangles.filter_map(|particles| {
+        let corners = particles.map(|particle| snapshot.position(particle).to_f32());
+        Some((particles, crossing(ray, corners)?))
+    });
+    hits.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// How far along a ray a triangle is met (Möller and Trumbore, 1997).
+fn crossing(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
+    let (ab, ac) = (b - a, c - a);
+    let normal = ray.direction.cross(ac);
+    let determinant = ab.dot(normal);
+    if determinant == 0.0 {
+        return None;
+    }
+    let from_a = ray.origin - a;
+    let u = from_a.dot(normal) / determinant;
+    let across = from_a.cross(ab);
+    let v = ray.direction.dot(across) / determinant;
+    let distance = ac.dot(across) / determinant;
+    (0.0 <= u && 0.0 <= v && u + v <= 1.0 && 0.0 < distance).then_some(distance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::{Rect, pos2};
+    use msd_core::{Material, Scene, Settings, shape};
+    use msd_render::Camera;
+    use msd_scene::Precision;
+
+    fn viewport() -> Viewport {
+        let rect = Rect::from_min_max(pos2(170.0, 20.0), pos2(970.0, 620.0));
+        Viewport { camera: Camera::default(), rect }
+    }
+
+    fn block() -> Runner {
+        let part = shape::block([3, 3, 3], 2.0, Material::default()).expect("a valid size");
+        Runner::new(&Scene::of("block", part), Settings::default(), Precision::F32)
+            .expect("a valid scene")
+    }
+
+    #[test]
+    fn the_middle_of_a_face_belongs_to_a_corner_of_that_face() {
+        // Close up, so that the corners are far from the pointer.
+        let mut viewport = viewport();
+        viewport.camera = Camera { distance: 6.0, yaw: 0.0, pitch: 0.0, ..viewport.camera };
+        let front = Vec3::new(0.9, 0.9, 2.0);
+        let at = viewport.project(front).expect("in front");
+        let runner = block();
+        let picked = pick(&viewport, &runner, at).expect("the face is under the pointer");
+        let position = on!(&runner, simulation => simulation.position(picked).to_f64().as_vec3());
+        assert_eq!(position.z, 2.0);
+        assert!(position.x.abs() <= 2.0 && (position - front).length() < 2.0);
+    }
+
+    #[test]
+    fn beside_the_body_there_is_nothing() {
+        assert_eq!(pick(&viewport(), &block(), pos2(175.0, 25.0)), None);
+    }
+}

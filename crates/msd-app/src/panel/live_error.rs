@@ -1,0 +1,91 @@
+//! The live estimate of the error: a switch, and the estimate in words.
+
+use super::theme;
+use crate::quantity::{estimate, rounded};
+use crate::session::{ErrorReading, Session};
+use crate::viewer::Viewer;
+use egui::{Color32, RichText, Ui};
+use msd_run::on;
+
+/// How long an estimate counts as fresh, simulated seconds.
+const FRESH: f64 = 4.0;
+
+/// How it is estimated.
+const METHOD: &str = "For half a second at a time a copy of the run goes along in double \
+    precision, with twice the substeps (of an adaptive method: at a hundredth of the tolerance). \
+    How far apart the two are at the end is the error made in that time (step doubling). It costs \
+    about three quarters as much as the run itself. docs/trade.md compares it with true errors.";
+
+/// The switch, and the last estimate.
+pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    let session = &mut viewer.session;
+    let mut on = session.live_error().is_some();
+    if ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD).changed() {
+        session.set_estimating(on);
+    }
+    if let Some((text, colour)) = describe(session) {
+        ui.label(RichText::new(text).small().color(colour)).on_hover_text(METHOD);
+    }
+}
+
+/// The estimate in words; `None` while it is off.
+fn describe(session: &Session) -> Option<(String, Color32)> {
+    let meter = session.live_error()?;
+    let Some(last) = meter.last() else {
+        let text =
+            if meter.is_lost() { "no estimate: the finer copy diverged" } else { "measuring…" };
+        return Some((text.to_owned(), theme::FAINT));
+    };
+    let size = on!(session.runner(), simulation => simulation.model().size());
+    let colour = if is_fresh(session, last) { theme::TEXT } else { theme::FAINT };
+    Some((sentence(last, size), colour))
+}
+
+/// Whether an estimate is of about now.
+pub(super) fn is_fresh(session: &Session, reading: &ErrorReading) -> bool {
+    session.runner().time() - reading.error.at <= FRESH
+}
+
+/// An estimate in words, for a scene of a size in metres.
+fn sentence(reading: &ErrorReading, size: f64) -> String {
+    let (particle, error) = reading.worst;
+    let over = rounded(reading.error.over, 2);
+    if error == 0.0 {
+        // As of a scene at rest, or of an adaptive method whose substeps fill whole steps.
+        return format!(
+            "error over the last {over} s: too small to see, the copy ended at the same place"
+        );
+    }
+    format!(
+        "error over the last {over} s: {} ({} of the size); worst particle {particle}: {}",
+        estimate(reading.error.rms, "m"),
+        share(reading.error.rms / size),
+        estimate(error, "m")
+    )
+}
+
+/// A part of a whole, as a percentage while that has few zeros.
+fn share(part: f64) -> String {
+    if part < 1e-5 { rounded(part, 2) } else { format!("{} %", rounded(100.0 * part, 2)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_study::live_error::LiveError;
+
+    #[test]
+    fn an_estimate_is_worded_in_units_that_read_well() {
+        let error = LiveError { over: 0.5, at: 2.0, rms: 1.23e-3, particles: vec![] };
+        let reading = ErrorReading { error, worst: (417, 4.5e-3) };
+        assert_eq!(
+            sentence(&reading, 4.0),
+            "error over the last 0.5 s: 1.2 mm (0.031 % of the size); worst particle 417: 4.5 mm"
+        );
+        let none = ErrorReading {
+            error: LiveError { over: 0.5, ..LiveError::default() },
+            worst: (0, 0.0),
+        };
+        assert!(sentence(&none, 4.0).contains("too small to see"));
+    }
+}

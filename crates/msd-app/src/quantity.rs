@@ -1,0 +1,109 @@
+//! Numbers and quantities as they are printed, on the command line and in the panels.
+//!
+//! Files and `--json` keep all digits; these are for reading.
+
+/// SI prefixes from the largest on.
+const PREFIXES: [(f64, &str); 8] = [
+    (1e12, "T"),
+    (1e9, "G"),
+    (1e6, "M"),
+    (1e3, "k"),
+    (1.0, ""),
+    (1e-3, "m"),
+    (1e-6, "µ"),
+    (1e-9, "n"),
+];
+/// The units that take the prefixes above one: a time in kiloseconds would not read well.
+const LARGE: [&str; 1] = ["J"];
+
+/// A quantity in an SI unit, to four digits: `1.389 ms`.
+pub fn quantity(value: f64, unit: &str) -> String {
+    scaled(value, unit, 4)
+}
+
+/// A quantity that is only known roughly, as an error or a cost, to two digits: `1.4 ms`.
+pub fn estimate(value: f64, unit: &str) -> String {
+    scaled(value, unit, 2)
+}
+
+/// A number to four digits: `0.1`, `1e-10`, `1835`, `5.271e6`.
+pub fn number(value: f64) -> String {
+    rounded(value, 4)
+}
+
+fn scaled(value: f64, unit: &str, digits: usize) -> String {
+    let fits = |&&(scale, _): &&(f64, &str)| {
+        scale <= value.abs() && value.is_finite() && (scale <= 1.0 || LARGE.contains(&unit))
+    };
+    match PREFIXES.iter().find(fits) {
+        Some((scale, prefix)) => format!("{} {prefix}{unit}", rounded(value / scale, digits)),
+        None => format!("{} {unit}", rounded(value, digits)),
+    }
+}
+
+/// At least so many digits, without zeros at the end; an exponent where a decimal would be long.
+pub fn rounded(value: f64, digits: usize) -> String {
+    // As written with an exponent: 9.99996 rounds to 10, which has two digits before the point.
+    let text = format!("{value:.*e}", digits.saturating_sub(1));
+    let Some((mantissa, exponent)) = text.split_once('e') else { return text };
+    let exponent: i32 = exponent.parse().unwrap_or_default();
+    let trimmed = |text: &str| match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text.to_owned(),
+    };
+    if value == 0.0 {
+        "0".into()
+    } else if !(-4..6).contains(&exponent) {
+        format!("{}e{exponent}", trimmed(mantissa))
+    } else {
+        let decimals = (digits as i32 - 1 - exponent).max(0) as usize;
+        trimmed(&format!("{value:.decimals$}"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_short_as_they_can_be() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1.0000000000000002e-10, "1e-10"),
+            (3.27e-9, "3.27e-9"),
+            (0.1, "0.1"),
+            (0.000_123_456, "0.0001235"),
+            (5.271, "5.271"),
+            (9.99996, "10"),
+            (-12.345_67, "-12.35"),
+            (123_456.7, "123457"),
+            (1_234_567.0, "1.235e6"),
+            (1e10, "1e10"),
+            (f64::INFINITY, "inf"),
+            (f64::NAN, "NaN"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+    }
+
+    #[test]
+    fn a_quantity_has_the_prefix_that_reads_best() {
+        for (value, unit, text) in [
+            (0.0, "m", "0 m"),
+            (5.271, "m", "5.271 m"),
+            (0.05, "s", "50 ms"),
+            (1.0 / 720.0, "s", "1.389 ms"),
+            (1500.0, "s", "1500 s"),
+            (400.0, "m", "400 m"),
+            (2.5e-7, "m", "250 nm"),
+            (1e-12, "m", "1e-12 m"),
+            (98_200.0, "J", "98.2 kJ"),
+            (-3.5e-3, "J", "-3.5 mJ"),
+            (f64::INFINITY, "J", "inf J"),
+        ] {
+            assert_eq!(quantity(value, unit), text);
+        }
+        assert_eq!(estimate(1.26e-3, "m"), "1.3 mm");
+        assert_eq!(estimate(0.123, "m"), "123 mm");
+    }
+}

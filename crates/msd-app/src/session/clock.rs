@@ -1,0 +1,255 @@
+//! A fixed-step clock: the steps that are due in a frame, and averages of how it keeps up.
+
+use std::collections::VecDeque;
+
+/// The most simulated time that may be owed, seconds. What a longer pause of the machine leaves
+/// is dropped, not caught up with.
+const LARGEST_DEBT: f64 = 0.25;
+
+/// The most wall-clock time that one frame may spend on steps, seconds.
+///
+/// A bound on time, not only on the number of steps: where a step costs more than it simulates,
+/// catching up would owe more after every frame than before it.
+pub const BUDGET: f64 = 1.0 / 30.0;
+
+/// How far back the averages of the status line look, seconds.
+const AVERAGED: f64 = 1.0;
+
+/// How long dropped time stays on the status line, seconds.
+const SHOWN: f64 = 4.0;
+
+/// What one frame did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Frame {
+    /// Wall-clock time since the frame before, seconds.
+    pub real: f64,
+    /// Steps taken.
+    pub steps: u32,
+    /// Simulated time of those steps, seconds.
+    pub simulated: f64,
+    /// Wall-clock time those steps took, seconds.
+    pub spent: f64,
+    /// Simulated time given up, seconds.
+    pub dropped: f64,
+}
+
+/// A frame that is not over yet.
+#[derive(Clone, Copy, Debug)]
+pub struct OpenFrame {
+    frame: Frame,
+    /// Whether it follows a pause.
+    fresh: bool,
+    /// Length of a step, seconds.
+    step: f64,
+    /// The stopwatch at its beginning, seconds.
+    start: f64,
+}
+
+/// Averages over the last frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pace {
+    /// Simulated seconds per second of wall clock; 0 when nothing was measured.
+    pub real_time_factor: f64,
+    /// Steps per frame.
+    pub steps_per_frame: f64,
+    /// Wall-clock time of a step, milliseconds; 0 without steps.
+    pub step_ms: f64,
+    /// Frames per second.
+    pub frame_rate: f64,
+    /// Simulated time dropped lately, seconds.
+    pub dropped: f64,
+}
+
+/// A fixed-step clock: turns wall-clock time into whole steps and never into a longer step.
+#[derive(Clone, Debug)]
+pub struct Clock {
+    /// Simulated seconds per second, 1 for real time.
+    speed: f64,
+    /// Simulated time that is due but not stepped yet, seconds.
+    owed: f64,
+    /// Whether the next frame follows a pause that is not the simulation's to catch up with.
+    fresh: bool,
+    frames: VecDeque<Frame>,
+}
+
+impl Default for Clock {
+    fn default() -> Self {
+        Clock { speed: 1.0, owed: 0.0, fresh: true, frames: VecDeque::new() }
+    }
+}
+
+impl Clock {
+    /// Simulated seconds per second of wall clock that are aimed at.
+    pub fn speed(&self) -> f64 {
+        self.speed
+    }
+
+    /// Chooses how fast simulated time runs; not the length of a step.
+    pub fn set_speed(&mut self, speed: f64) {
+        self.speed = speed;
+        self.resume();
+    }
+
+    /// Forgets the time up to the next frame: it was a pause.
+    pub fn resume(&mut self) {
+        self.fresh = true;
+        self.owed = 0.0;
+        self.frames.clear();
+    }
+
+    /// Begins a frame, `real` seconds of wall clock after the one before.
+    ///
+    /// `step` is the length of a step in seconds; `stopwatch` gives the seconds spent in this
+    /// frame. To be followed by [`Clock::takes_step`] until that says no, and by [`Clock::end`].
+    pub fn begin(&mut self, real: f64, step: f64, stopwatch: &impl Fn() -> f64) -> OpenFrame {
+        let fresh = std::mem::take(&mut self.fresh);
+        self.owed += if fresh { 0.0 } else { real.max(0.0) * self.speed };
+        // After the scaling: a bound on wall-clock time alone would let fast motion burst. A step
+        // longer than the bound must still become due.
+        let largest = LARGEST_DEBT.max(2.0 * step);
+        let dropped = (self.owed - largest).max(0.0);
+        self.owed -= dropped;
+        OpenFrame {
+            frame: Frame { real, dropped, ..Frame::default() },
+            fresh,
+            step,
+            start: stopwatch(),
+        }
+    }
+
+    /// Whether another step is due and the budget allows it; that step is owed no longer.
+    pub fn takes_step(&mut self, open: &mut OpenFrame, stopwatch: &impl Fn() -> f64) -> bool {
+        let step = open.step;
+        if self.owed < step {
+            return false;
+        }
+        if BUDGET <= stopwatch() - open.start {
+            let late = (self.owed / step).floor() * step;
+            self.owed -= late;
+            open.frame.dropped += late;
+            return false;
+        }
+        self.owed -= step;
+        true
+    }
+
+    /// Ends a frame in which so many steps were taken.
+    pub fn end(&mut self, open: OpenFrame, steps: u32, stopwatch: &impl Fn() -> f64) -> Frame {
+        let OpenFrame { mut frame, fresh, step, start } = open;
+        frame.steps = steps;
+        frame.spent = stopwatch() - start;
+        frame.simulated = f64::from(steps) * step;
+        // The time before a first frame is nothing to average.
+        if !fresh {
+            self.frames.push_back(frame);
+            let mut span: f64 = self.frames.iter().map(|frame| frame.real).sum();
+            while SHOWN < span && 1 < self.frames.len() {
+                span -= self.frames.pop_front().map_or(0.0, |frame| frame.real);
+            }
+        }
+        frame
+    }
+
+    /// Averages over about the last second; dropped time over the last four.
+    pub fn pace(&self) -> Pace {
+        let (mut sum, mut count) = (Frame::default(), 0.0);
+        for frame in self.frames.iter().rev() {
+            count += 1.0;
+            sum.real += frame.real;
+            sum.steps += frame.steps;
+            sum.simulated += frame.simulated;
+            sum.spent += frame.spent;
+            if AVERAGED <= sum.real {
+                break;
+            }
+        }
+        let per = |value: f64, of: f64| if of == 0.0 { 0.0 } else { value / of };
+        let steps = f64::from(sum.steps);
+        Pace {
+            real_time_factor: per(sum.simulated, sum.real),
+            steps_per_frame: per(steps, count),
+            step_ms: per(sum.spent * 1e3, steps),
+            frame_rate: per(count, sum.real),
+            dropped: self.frames.iter().map(|frame| frame.dropped).sum(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    const STEP: f64 = 1.0 / 60.0;
+
+    /// Runs frames of `real` seconds with steps that cost `cost` seconds each.
+    fn run(clock: &mut Clock, frames: usize, real: f64, cost: f64) -> u32 {
+        let now = Cell::new(0.0);
+        let stopwatch = || now.get();
+        let frame = |clock: &mut Clock| {
+            let (mut open, mut steps) = (clock.begin(real, STEP, &stopwatch), 0);
+            while clock.takes_step(&mut open, &stopwatch) {
+                now.set(now.get() + cost);
+                steps += 1;
+            }
+            clock.end(open, steps, &stopwatch).steps
+        };
+        (0..frames).map(|_| frame(clock)).sum()
+    }
+
+    fn started() -> Clock {
+        let mut clock = Clock::default();
+        run(&mut clock, 1, 5.0, 0.0);
+        clock
+    }
+
+    #[test]
+    fn steps_follow_the_wall_clock_whatever_the_frame_rate() {
+        for rate in [24.0, 60.0, 144.0] {
+            let steps = run(&mut started(), rate as usize * 10, 1.0 / rate, 0.0);
+            // Whole steps only: the last one may still be owed.
+            assert!((599..=600).contains(&steps), "{steps} steps at {rate} frames per second");
+        }
+    }
+
+    #[test]
+    fn the_first_frame_owes_nothing() {
+        let mut clock = Clock::default();
+        assert_eq!(run(&mut clock, 1, 3600.0, 0.0), 0);
+        assert_eq!(clock.pace().dropped, 0.0);
+    }
+
+    #[test]
+    fn slow_motion_takes_fewer_steps() {
+        let mut clock = started();
+        clock.set_speed(0.1);
+        run(&mut clock, 1, STEP, 0.0);
+        let steps = run(&mut clock, 600, STEP, 0.0);
+        assert!((59..=60).contains(&steps), "{steps}");
+        assert!((clock.pace().real_time_factor - 0.1).abs() < 0.02);
+    }
+
+    #[test]
+    fn a_pause_of_the_machine_is_dropped_and_said() {
+        let mut clock = started();
+        run(&mut clock, 60, STEP, 0.0);
+        let steps = run(&mut clock, 1, 1.05, 0.0);
+        assert!(steps <= 15, "{steps} steps burst out of a pause");
+        assert!((clock.pace().dropped - 0.8).abs() < 0.02);
+        assert!(clock.pace().real_time_factor < 0.5);
+        run(&mut clock, 300, STEP, 0.0);
+        assert_eq!(clock.pace().dropped, 0.0);
+    }
+
+    #[test]
+    fn steps_that_cost_more_than_they_simulate_do_not_spiral() {
+        let mut clock = started();
+        // A step of 1/60 s takes 1/20 s: a third of real time at best, one step per frame.
+        let steps = run(&mut clock, 100, 0.05, 0.05);
+        assert!((95..=100).contains(&steps), "{steps}");
+        let pace = clock.pace();
+        assert!((pace.real_time_factor - 1.0 / 3.0).abs() < 0.03);
+        assert!((pace.step_ms - 50.0).abs() < 1e-6);
+        assert!(0.0 < pace.dropped);
+    }
+}

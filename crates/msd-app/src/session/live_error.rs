@@ -1,0 +1,206 @@
+//! A live estimate of the error of the run: a finer copy runs along for a while, then rests.
+
+use msd_core::{Interaction, Settings};
+use msd_run::Runner;
+use msd_run::replay::as_felt;
+use msd_study::live_error::{Estimator, LiveError};
+
+/// Steps of a window: half a second at 60 steps per second.
+pub const WINDOW: u32 = 30;
+/// Steps from the end of a window to the next: the copy costs three steps in every four.
+const REST: u32 = 90;
+/// The same where the clock fell behind during a window.
+const LONG_REST: u32 = 570;
+
+/// Estimates the error of a run in windows of time. A session has one only while the user wants
+/// it.
+#[derive(Clone, Debug)]
+pub struct LiveErrorMeter {
+    estimator: Estimator,
+    /// Steps of the present window taken, and steps until the next one opens.
+    taken: u32,
+    rest: u32,
+    /// What was done since the last step, for the copy.
+    pending: Vec<Interaction>,
+    /// Whether the clock fell behind during this window.
+    late: bool,
+    last: Option<ErrorReading>,
+    /// Whether the copy of the last window did not reach its end.
+    lost: bool,
+}
+
+/// An estimate and what is shown of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorReading {
+    /// The estimate.
+    pub error: LiveError,
+    /// The particle that is most wrong, and its error in metres.
+    pub worst: (usize, f64),
+}
+
+impl Default for LiveErrorMeter {
+    fn default() -> Self {
+        LiveErrorMeter {
+            estimator: Estimator::new(WINDOW, WINDOW),
+            taken: 0,
+            rest: 0,
+            pending: Vec::new(),
+            late: false,
+            last: None,
+            lost: false,
+        }
+    }
+}
+
+impl LiveErrorMeter {
+    /// The last estimate; `None` before the first and after something was replaced.
+    pub fn last(&self) -> Option<&ErrorReading> {
+        self.last.as_ref()
+    }
+
+    /// Whether the finer copy of the last window blew up or gave up: then there is no estimate.
+    pub fn is_lost(&self) -> bool {
+        self.lost
+    }
+
+    /// Whether a copy runs along with the steps of now.
+    pub fn is_measuring(&self) -> bool {
+        0 < self.taken
+    }
+
+    /// Forgets everything and measures from the next step on: state, settings or precision were
+    /// replaced.
+    pub(crate) fn restart(&mut self) {
+        *self = LiveErrorMeter::default();
+    }
+
+    /// Passes on an interaction with the run, which steps with these settings. Between windows it
+    /// does not matter: the next copy is made of what is there then.
+    pub(crate) fn follow(&mut self, interaction: Interaction, settings: Settings) {
+        if self.is_measuring() {
+            self.pending.push(as_felt(interaction, settings.substep()));
+        }
+    }
+
+    /// Takes note that the run fell behind the clock.
+    pub(crate) fn fall_behind(&mut self) {
+        self.late |= self.is_measuring();
+    }
+
+    /// Gets ready for the next step of the run.
+    pub(crate) fn before_step(&mut self, runner: &Runner) {
+        if 0 < self.rest {
+            return;
+        }
+        if self.pending.is_empty() {
+            return self.estimator.before_step(runner);
+        }
+        // The window applies what the user does at once, for the eye; a copy of the run gets it in
+        // its queue, where the estimator looks for it.
+        let mut followed = runner.clone();
+        for interaction in self.pending.drain(..) {
+            // The run has accepted it.
+            followed.queue(interaction).ok();
+        }
+        self.estimator.before_step(&followed);
+    }
+
+    /// Follows a step of the run.
+    pub(crate) fn after_step(&mut self, runner: &Runner) {
+        if 0 < self.rest {
+            self.rest -= 1;
+            return;
+        }
+        self.taken += 1;
+        let found = self.estimator.after_step(runner).cloned();
+        if self.taken < WINDOW {
+            return;
+        }
+        // Without a copy the estimator still reports the window before.
+        let found = found.filter(|error| error.at == runner.time());
+        self.lost = found.is_none();
+        self.last = found.map(|error| ErrorReading { worst: error.worst(), error });
+        self.rest = if self.late { LONG_REST } else { REST };
+        (self.taken, self.late) = (0, false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use msd_core::{Material, Real, Scene, shape};
+    use msd_run::on;
+    use msd_scene::Precision;
+
+    fn rope() -> Runner {
+        let part = shape::rope(5, 1.0, Material::default()).expect("a valid rope");
+        Runner::new(&Scene::of("rope", part), Settings::default(), Precision::F64)
+            .expect("a valid scene")
+    }
+
+    fn step(meter: &mut LiveErrorMeter, runner: &mut Runner) {
+        meter.before_step(runner);
+        runner.step().expect("a calm rope");
+        meter.after_step(runner);
+    }
+
+    #[test]
+    fn a_window_ends_with_an_estimate_and_is_followed_by_a_rest() {
+        let (mut meter, mut runner) = (LiveErrorMeter::default(), rope());
+        (1..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        assert!(meter.is_measuring() && meter.last().is_none());
+        step(&mut meter, &mut runner);
+        let at = |meter: &LiveErrorMeter| meter.last().map(|last| last.error.at);
+        assert_eq!(at(&meter), Some(runner.time()));
+        (0..REST).for_each(|_| {
+            assert!(!meter.is_measuring());
+            step(&mut meter, &mut runner);
+        });
+        (0..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        assert_eq!(at(&meter), Some(runner.time()));
+    }
+
+    #[test]
+    fn falling_behind_in_a_window_makes_the_rest_long() {
+        let (mut meter, mut runner) = (LiveErrorMeter::default(), rope());
+        meter.fall_behind();
+        (0..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        // No copy ran when it fell behind.
+        assert_eq!(meter.rest, REST);
+        (0..REST + 1).for_each(|_| step(&mut meter, &mut runner));
+        meter.fall_behind();
+        (1..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        assert_eq!(meter.rest, LONG_REST);
+    }
+
+    #[test]
+    fn the_copy_feels_the_grab_that_the_run_feels() {
+        let (h, mut runner) = (Settings::default().substep(), rope());
+        let grab = Interaction::Grab {
+            particle: 2,
+            target: DVec3::ONE,
+            frequency: 900.0,
+            damping_ratio: 3.0,
+            max_force: 100.0,
+        };
+        runner.queue(grab).expect("a valid grab");
+        runner.apply_queued().expect("room for it");
+        let mut copy = rope();
+        let Settings { substeps, .. } = copy.settings();
+        let finer = Settings { substeps: 2 * substeps, ..copy.settings() };
+        copy.set_settings(finer).expect("valid settings");
+        copy.queue(as_felt(grab, h)).expect("a valid grab");
+        copy.apply_queued().expect("room for it");
+        let held = |runner: &Runner| {
+            on!(runner, simulation => {
+                let grab = &simulation.model().grabs()[0];
+                [grab.stiffness.to_f64(), grab.damping.to_f64()]
+            })
+        };
+        for (run, copy) in held(&runner).into_iter().zip(held(&copy)) {
+            // A product more or less: a few roundings.
+            assert!((run - copy).abs() <= 1e-12 * run, "{run} {copy}");
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Material and world: what the user has set, and what the sliders show.
+
+use glam::DVec3;
+use msd_core::{Friction, Interaction, Model, Real, Scene, Select, Vector};
+use msd_run::{Runner, on};
+
+/// A number of the selected bodies, or of the world, that the user sets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MaterialEdit {
+    /// Mass of each selected particle, kilograms.
+    Mass(f64),
+    /// Stiffness of the selected springs, newtons per metre.
+    Stiffness(f64),
+    /// Damping of the selected springs, newton seconds per metre.
+    Damping(f64),
+    /// Rest lengths of the selected springs, as a multiple of the scene's.
+    RestScale(f64),
+    /// Strength of gravity, metres per second squared; its direction stays.
+    Gravity(f64),
+    /// Restitution of every plane, 0 to 1.
+    Restitution(f64),
+    /// Friction of every plane.
+    Friction(Friction),
+}
+
+/// What was set since the scene was loaded, and the values that resulted.
+#[derive(Clone, Debug, Default)]
+pub struct Material {
+    /// The edits that still count, oldest first, to be applied again after a restart.
+    kept: Vec<Interaction>,
+    values: MaterialValues,
+}
+
+impl Material {
+    /// What the sliders show.
+    pub fn values(&self) -> &MaterialValues {
+        &self.values
+    }
+
+    /// Whether a number was set that a restart keeps.
+    pub fn is_edited(&self) -> bool {
+        !self.kept.is_empty()
+    }
+
+    /// The edits that still count, oldest first.
+    pub(super) fn kept(&self) -> &[Interaction] {
+        &self.kept
+    }
+
+    /// Forgets the edits, as the scene is to have its own values again.
+    pub(super) fn forget(&mut self) {
+        self.kept.clear();
+    }
+
+    /// Chooses what the sliders act on: all, or one body.
+    pub(super) fn select(&mut self, select: Select) {
+        self.values.select = select;
+        // Each body may have been scaled on its own: the slider starts over.
+        self.values.rest_scale = 1.0;
+    }
+
+    /// Makes the present rest lengths those that the slider counts from.
+    pub(super) fn reset_rest_scale(&mut self) {
+        self.values.rest_scale = 1.0;
+    }
+
+    /// Reads the values of a run again.
+    pub(super) fn read(&mut self, runner: &Runner) {
+        let MaterialValues { select, rest_scale, .. } = self.values;
+        let values = on!(runner, simulation => read(simulation.model(), select));
+        self.values = MaterialValues { rest_scale, ..values };
+    }
+
+    /// What an edit of a run of `scene` does to the simulation.
+    pub(super) fn interactions(
+        &self,
+        edit: MaterialEdit,
+        runner: &Runner,
+        scene: &Scene,
+    ) -> Vec<Interaction> {
+        let MaterialValues { select, rest_scale, .. } = self.values;
+        vec![match edit {
+            MaterialEdit::Mass(value) => Interaction::SetMass { particles: select, value },
+            MaterialEdit::Stiffness(value) => Interaction::SetStiffness { springs: select, value },
+            MaterialEdit::Damping(value) => Interaction::SetDamping { springs: select, value },
+            MaterialEdit::RestScale(scale) => {
+                Interaction::ScaleRestLength { springs: select, factor: scale / rest_scale }
+            }
+            MaterialEdit::Gravity(value) => {
+                let now = on!(runner, simulation => simulation.model().gravity().to_f64());
+                let known = if now == DVec3::ZERO { scene.world.gravity } else { now };
+                let direction = known.try_normalize().unwrap_or(DVec3::NEG_Y);
+                Interaction::SetGravity { value: direction * value }
+            }
+            MaterialEdit::Restitution(restitution) => {
+                return set_planes(runner, |_, friction| (restitution, friction));
+            }
+            MaterialEdit::Friction(friction) => {
+                return set_planes(runner, |restitution, _| (restitution, friction));
+            }
+        }]
+    }
+
+    /// Keeps what was done for an edit, instead of the edits that it replaces.
+    pub(super) fn keep(&mut self, edit: MaterialEdit, done: Interaction) {
+        if let MaterialEdit::RestScale(scale) = edit {
+            // The rest lengths of the scene come back with a restart.
+            self.values.rest_scale = scale;
+            return;
+        }
+        self.kept.retain(|old| !replaces(&done, old));
+        self.kept.push(done);
+    }
+}
+
+/// Sets restitution and friction of every plane to a function of the present ones.
+fn set_planes(
+    runner: &Runner,
+    change: impl Fn(f64, Friction) -> (f64, Friction),
+) -> Vec<Interaction> {
+    let set = |(plane, (restitution, friction)): (usize, (f64, Friction))| {
+        let (restitution, friction) = change(restitution, friction);
+        Interaction::SetPlane { plane, restitution, friction }
+    };
+    on!(runner, simulation => {
+        let planes = simulation.model().planes().iter();
+        let laws = planes.map(|plane| (plane.restitution(), plane.friction()));
+        laws.enumerate().map(set).collect()
+    })
+}
+
+/// Whether an old edit has no effect any more after a new one.
+fn replaces(new: &Interaction, old: &Interaction) -> bool {
+    use Interaction::*;
+    let covers = |new: &Select, old: &Select| *new == Select::All || new == old;
+    match (new, old) {
+        (SetStiffness { springs: new, .. }, SetStiffness { springs: old, .. })
+        | (SetDamping { springs: new, .. }, SetDamping { springs: old, .. })
+        | (SetMass { particles: new, .. }, SetMass { particles: old, .. }) => covers(new, old),
+        (SetGravity { .. }, SetGravity { .. }) => true,
+        (SetPlane { plane: new, .. }, SetPlane { plane: old, .. }) => new == old,
+        _ => false,
+    }
+}
+
+/// A number of the chosen particles or springs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct MixedValue {
+    /// That of the first.
+    pub first: f64,
+    /// Whether others differ.
+    pub mixed: bool,
+}
+
+impl MixedValue {
+    fn of(mut values: impl Iterator<Item = f64>) -> Option<Self> {
+        let first = values.next()?;
+        Some(MixedValue { first, mixed: values.any(|value| value != first) })
+    }
+}
+
+/// What the sliders show. Read from the model after each change, not in each frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialValues {
+    /// What the sliders of the material act on.
+    pub select: Select,
+    /// Mass of a particle, kilograms; `None` without particles.
+    pub mass: Option<MixedValue>,
+    /// Stiffness, newtons per metre; `None` without springs.
+    pub stiffness: Option<MixedValue>,
+    /// Damping, newton seconds per metre; `None` without springs.
+    pub damping: Option<MixedValue>,
+    /// Rest lengths as a multiple of the scene's, or of the frozen ones.
+    pub rest_scale: f64,
+    /// Gravity, metres per second squared.
+    pub gravity: f64,
+    /// Restitution of the first plane; `None` without planes.
+    pub restitution: Option<MixedValue>,
+    /// Friction of the first plane; `None` without planes.
+    pub friction: Option<Friction>,
+}
+
+impl Default for MaterialValues {
+    fn default() -> Self {
+        MaterialValues {
+            select: Select::All,
+            mass: None,
+            stiffness: None,
+            damping: None,
+            rest_scale: 1.0,
+            gravity: 0.0,
+            restitution: None,
+            friction: None,
+        }
+    }
+}
+
+/// Reads what the sliders show for a selection.
+fn read<R: Real>(model: &Model<R>, select: Select) -> MaterialValues {
+    let (particles, springs) = match select {
+        Select::Body(body) => {
+            let body = &model.bodies()[body];
+            (body.particles.clone(), body.springs.clone())
+        }
+        _ => (0..model.particle_count(), 0..model.ends().len()),
+    };
+    let springs = springs.filter(|&spring| !model.is_cut(spring));
+    let planes = model.planes();
+    MaterialValues {
+        select,
+        mass: MixedValue::of(particles.map(|particle| model.masses()[particle].to_f64())),
+        stiffness: MixedValue::of(springs.clone().map(|row| model.stiffness(row).to_f64())),
+        damping: MixedValue::of(springs.map(|row| model.damping(row).to_f64())),
+        rest_scale: 1.0,
+        gravity: model.gravity().to_f64().length(),
+        restitution: MixedValue::of(planes.iter().map(|plane| plane.restitution())),
+        friction: planes.first().map(|plane| plane.friction()),
+    }
+}

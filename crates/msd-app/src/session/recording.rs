@@ -1,0 +1,59 @@
+//! A recording of what happens in the window, from which a replay makes it happen again.
+
+use msd_run::Runner;
+use msd_run::recording::{Event, Recorder};
+use msd_scene::{FileError, Loaded};
+use std::path::Path;
+
+/// A recording, while one is being made. One that cannot be written any more ends by itself.
+#[derive(Debug, Default)]
+pub struct SessionRecording(Option<Recorder>);
+
+impl SessionRecording {
+    /// The file that is being recorded into.
+    pub fn name(&self) -> Option<&str> {
+        self.0.as_ref().map(Recorder::name)
+    }
+
+    /// Whether a recording is being made.
+    pub fn is_on(&self) -> bool {
+        self.0.is_some()
+    }
+
+    /// Begins to record from a run as it is now, into a file that grows.
+    pub(super) fn begin(&mut self, path: &Path, now: &Loaded) -> Result<(), FileError> {
+        self.0 = Some(Recorder::begin(path, now)?);
+        Ok(())
+    }
+
+    /// Ends the recording with the state of the run.
+    pub(super) fn finish(&mut self, runner: &Runner) -> Result<(), FileError> {
+        self.0.take().map_or(Ok(()), |recorder| recorder.finish(runner))
+    }
+
+    /// Records a step.
+    pub(super) fn step(&mut self) -> Result<(), FileError> {
+        self.write(Recorder::step)
+    }
+
+    /// Records something other than a step.
+    pub(super) fn event(&mut self, event: &Event) -> Result<(), FileError> {
+        self.write(|recorder| recorder.add(event))
+    }
+
+    /// Records that a step was taken back; `now` gives the run as it is after that.
+    pub(super) fn back(&mut self, now: impl Fn() -> Loaded) -> Result<(), FileError> {
+        self.write(|recorder| recorder.back(now))
+    }
+
+    fn write(
+        &mut self,
+        write: impl FnOnce(&mut Recorder) -> Result<(), FileError>,
+    ) -> Result<(), FileError> {
+        let written = self.0.as_mut().map_or(Ok(()), write);
+        if written.is_err() {
+            self.0 = None;
+        }
+        written
+    }
+}

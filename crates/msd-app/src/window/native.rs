@@ -1,0 +1,102 @@
+//! The window on a desktop.
+
+use super::{Arrival, Missing, Shell, Trouble, ViewError, status_file};
+use crate::viewer::{Viewer, catalogue};
+use msd_scene::Loaded;
+use std::path::{Path, PathBuf};
+
+/// Shows a scene in a window until it is closed.
+///
+/// # Errors
+/// See [`view_as`].
+pub fn view(loaded: Loaded) -> Result<(), ViewError> {
+    let called = loaded.name.clone();
+    view_as(loaded, &called)
+}
+
+/// Shows a scene in a window until it is closed; `called` is how the user named it, for errors.
+///
+/// The environment variable `MSD_STATUS` names a file that gets a line of JSON per frame: a
+/// debugging aid, and how tests see what the window did.
+///
+/// # Errors
+/// A display, a graphics adapter or a library is missing, or the scene is out of its domain.
+pub fn view_as(loaded: Loaded, called: &str) -> Result<(), ViewError> {
+    let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
+    show(loaded, status.as_deref()).map_err(|what| ViewError { scene: called.to_owned(), what })
+}
+
+fn show(loaded: Loaded, status: Option<&Path>) -> Result<(), Missing> {
+    let viewer = Viewer::new(loaded, catalogue())?;
+    let watcher = status.map(status_file::watcher).transpose().map_err(Missing::Status)?;
+    let event_loop = event_loop()?;
+    let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
+    let ended = event_loop.run_app(&mut shell);
+    match shell.trouble.take() {
+        Some(Trouble::Graphics(error)) => Err(Missing::Graphics(Box::new(error))),
+        Some(Trouble::Window(text)) => Err(Missing::Window(text)),
+        None => ended.map_err(|error| Missing::Window(error.to_string())),
+    }
+}
+
+/// Connects to the display. winit panics where a library of X11 is missing that it loads late;
+/// that is reported like any other reason.
+fn event_loop() -> Result<winit::event_loop::EventLoop<Arrival>, Missing> {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(|_| {}));
+    let built = std::panic::catch_unwind(|| {
+        let mut builder = winit::event_loop::EventLoop::<Arrival>::with_user_event();
+        #[cfg(target_os = "linux")]
+        if is_wayland_gone() {
+            winit::platform::x11::EventLoopBuilderExtX11::with_x11(&mut builder);
+        }
+        builder.build()
+    });
+    std::panic::set_hook(hook);
+    match built {
+        Ok(built) => built.map_err(|error| Missing::Display(plain(&error.to_string()))),
+        Err(panic) => Err(Missing::Display(panic_text(&*panic))),
+    }
+}
+
+/// Whether a name of a Wayland display is left over while an X display may be there: winit would
+/// take the name for the display and give up.
+#[cfg(target_os = "linux")]
+fn is_wayland_gone() -> bool {
+    let variable = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    let Some(wayland) = variable("WAYLAND_DISPLAY") else { return false };
+    if variable("DISPLAY").is_none() || variable("WAYLAND_SOCKET").is_some() {
+        return false;
+    }
+    // An absolute name takes the place of the folder.
+    let folder = PathBuf::from(variable("XDG_RUNTIME_DIR").unwrap_or_default());
+    std::os::unix::net::UnixStream::connect(folder.join(wayland)).is_err()
+}
+
+fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    plain(text.unwrap_or("a library of the window system is missing"))
+}
+
+/// One line without the place in winit's source, which is of no use to the user.
+fn plain(text: &str) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    let told = line.rsplit_once("rs:").and_then(|(_, rest)| rest.split_once(": "));
+    told.map_or(line, |(_, rest)| rest).trim_end_matches('.').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_place_in_the_source_is_left_out() {
+        let text = "os error at /home/u/winit/src/linux/mod.rs:765: neither A nor B is set.";
+        assert_eq!(plain(text), "neither A nor B is set");
+        assert_eq!(
+            plain("Library libx.so could not be loaded."),
+            "Library libx.so could not be loaded"
+        );
+    }
+}

@@ -1,0 +1,106 @@
+//! The status file: what each frame showed, a line of JSON, for tests that drive the window from
+//! outside.
+//!
+//! Places are in pixels of the window. Keys: `frame`, `scene`, `time`, `steps`, `paused`, `speed`,
+//! `real_time_factor`, `step_ms`, `frame_rate`, `held` (particle or null), `held_position`,
+//! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is),
+//! `hovered`, `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`,
+//! `worst_error`), `aim` (a particle in plain view: `particle`, `screen`), `stiffness`,
+//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and `landmarks`
+//! (rectangles: left, top, width, height).
+
+use super::Watcher;
+use crate::session::ErrorReading;
+use crate::viewer::Viewer;
+use egui::{Pos2, Rect};
+use glam::Vec3;
+use msd_core::Vector;
+use msd_run::on;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, LineWriter, Write};
+use std::path::Path;
+
+/// Opens the status file and returns what writes it.
+pub(crate) fn watcher(path: &Path) -> io::Result<Watcher> {
+    let mut file = LineWriter::new(File::create(path)?);
+    let mut frame = 0u64;
+    Ok(Box::new(move |viewer, pixels_per_point| {
+        frame += 1;
+        let line = report(viewer, pixels_per_point, frame);
+        if let Err(error) = writeln!(file, "{line}") {
+            log::warn!("the status file cannot be written: {error}");
+        }
+    }))
+}
+
+fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
+    let session = &viewer.session;
+    let (pace, held) = (session.pace(), session.held());
+    let position = |particle: usize| session.position(particle);
+    let screen = |point: Vec3| viewer.viewport().project(point).map(|at| pixels(at, scale));
+    let landmarks: BTreeMap<_, _> =
+        viewer.landmarks.iter().map(|(name, rect)| (name, area(*rect, scale))).collect();
+    json!({
+        "frame": frame,
+        "scene": session.loaded().name,
+        "time": session.runner().time(),
+        "steps": session.runner().steps(),
+        "paused": session.is_paused(),
+        "speed": session.speed(),
+        "real_time_factor": pace.real_time_factor,
+        "step_ms": pace.step_ms,
+        "frame_rate": pace.frame_rate,
+        "held": held,
+        "held_position": held.map(|particle| position(particle).to_array()),
+        "held_target": session.grab_target().map(|target| target.to_array()),
+        "held_screen": held.and_then(|particle| screen(position(particle).as_vec3())),
+        "selected": session.selected(),
+        "pinned": session.selected().map(|particle| session.is_pinned(particle)),
+        "hovered": viewer.hovered,
+        "error": session.live_error().and_then(|meter| meter.last()).map(error),
+        "aim": aim(viewer).map(|(particle, at)| {
+            json!({ "particle": particle, "screen": pixels(at, scale) })
+        }),
+        "stiffness": session.material().values().stiffness.map(|value| value.first),
+        "wireframe": viewer.style.wireframe,
+        "camera": {
+            "yaw": viewer.camera.yaw,
+            "pitch": viewer.camera.pitch,
+            "distance": viewer.camera.distance,
+            "target": viewer.camera.target.to_array(),
+        },
+        "view": area(viewer.rect, scale),
+        "landmarks": landmarks,
+    })
+}
+
+fn error(reading: &ErrorReading) -> Value {
+    let (error, (particle, worst)) = (&reading.error, reading.worst);
+    json!({
+        "at": error.at,
+        "over": error.over,
+        "rms": error.rms,
+        "worst": particle,
+        "worst_error": worst,
+    })
+}
+
+fn pixels(at: Pos2, scale: f32) -> [f32; 2] {
+    [at.x * scale, at.y * scale]
+}
+
+fn area(rect: Rect, scale: f32) -> [f32; 4] {
+    [rect.left(), rect.top(), rect.width(), rect.height()].map(|side| side * scale)
+}
+
+/// The particle nearest to the eye, and where a click on it lands.
+fn aim(viewer: &Viewer) -> Option<(usize, Pos2)> {
+    let depth = |point: Vec3| viewer.camera.depth(point);
+    let (particle, point) = on!(viewer.session.runner(), simulation => {
+        let points = simulation.positions().map(|position| position.to_f32());
+        points.enumerate().min_by(|a, b| depth(a.1).total_cmp(&depth(b.1)))
+    })?;
+    Some((particle, viewer.viewport().project(point)?))
+}
