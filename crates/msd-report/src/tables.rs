@@ -1,4 +1,4 @@
-//! What a report says beside its figures, in HTML: its head, its tables and its notes.
+//! The head, the tables and the notes of a report, in HTML.
 
 use crate::figure::relative;
 use crate::ink;

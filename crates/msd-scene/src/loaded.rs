@@ -1,4 +1,4 @@
-//! What is ready to run: a scene at its start, or a run that was saved on its way.
+//! Scenes that are ready to run: at their start, or saved on their way.
 
 use crate::precision::Precision;
 use msd_core::{Progress, Scene, Settings};

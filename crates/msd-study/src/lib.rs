@@ -1,4 +1,4 @@
-//! What accuracy costs: a scene stepped in many ways, each compared with what is right.
+//! The cost of accuracy: a scene stepped in many ways, each compared with what is right.
 //!
 //! Read in this order: a [`Choice`](choice::Choice) of method, fineness and precision; the
 //! [`Reference`](reference::Reference) it is compared with; the [`Trial`](trial::Trial), which is

@@ -1,4 +1,4 @@
-//! What a study means, in plain words.
+//! The meaning of a study, in plain words.
 
 use crate::measure::trial::Trial;
 use crate::study::Study;
