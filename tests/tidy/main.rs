@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 /// Folders that do not follow the younger rules yet, those of [`names`] and the order within
 /// folders. To be emptied.
-const LATER: [&str; 2] = ["crates/msd-app", "crates/msd-render"];
+const LATER: [&str; 1] = ["crates/msd-render"];
 
 /// Every folder that has source files.
 const FOLDERS: [&str; 8] =

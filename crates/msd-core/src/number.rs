@@ -161,7 +161,10 @@ pub trait Vector:
 }
 
 macro_rules! impl_real {
-    ($scalar:ident, $vector:ident, $shortest:expr, $faint_root:expr, $sqrt:ident, $as_f32:expr, $which:tt) => {
+    (
+        $scalar:ident, $vector:ident, $shortest:expr, $faint_root:expr, $sqrt:ident, $as_f32:expr,
+        $which:tt
+    ) => {
         impl Real for $scalar {
             type Vec3 = $vector;
             type Bytes = [u8; size_of::<$scalar>()];

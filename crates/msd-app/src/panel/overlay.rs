@@ -1,4 +1,4 @@
-//! What lies over the 3D view: the hint, the legend, the marks of particles, the banner, the help.
+//! Overlay of the 3D view: the hint, the legend, the marks of particles, the banner, the help.
 
 use super::live_error::is_fresh;
 use super::theme;

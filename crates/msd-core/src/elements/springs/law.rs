@@ -28,8 +28,8 @@ impl<R: Real> Law<R> {
 ///
 /// With d from there to here, L = |d|, u = d/L and v the velocity of here as seen from there:
 /// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.
-/// A damper takes no notice of motions so slow that the numbers would be subnormal, see [`Real::FAINT`].
-/// Each argument is a position and a velocity. The fast twin is in `sweep.rs`.
+/// A damper takes no notice of motions so slow that the numbers would be subnormal, see
+/// [`Real::FAINT`]. Each argument is a position and a velocity. The fast twin is in `sweep.rs`.
 #[inline(always)]
 pub fn pull<R: Real>(here: [R::Vec3; 2], there: [R::Vec3; 2], law: Law<R>) -> Option<(R::Vec3, R)> {
     let (d, u) = (here[0] - there[0], here[1] - there[1]);
