@@ -189,9 +189,10 @@ impl<R: Real> Touch<R> {
     /// With a the acceleration into the surface, s the distance from it at which a was evaluated
     /// and κ the stiffness by mass along the normal, u² = U² − 2 a d − κ s²: at the end of the
     /// substep the springs at a particle at the depth s = d have stored κ d²/2 of its energy, and
-    /// an acceleration of the start is by κ s too small, which comes to the same. All springs count as
-    /// if they were along the normal and their other ends stood still, so that a bounce may take
-    /// energy out of a stiff body but adds none, and less with the square of the substep.
+    /// an acceleration of the start is by κ s too small, which comes to the same. All springs
+    /// count as if they were along the normal and their other ends stood still, so that a bounce
+    /// rather takes energy out of a stiff body than adds some; both fall with the square of the
+    /// substep.
     #[inline(always)]
     fn impact(&self, span: &Span<R>) -> (R, R) {
         let pull = self.along_normal(self.pull);
