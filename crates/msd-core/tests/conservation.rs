@@ -296,8 +296,8 @@ fn a_return_takes_back_what_was_dissipated_since() {
     }
 }
 
-/// By how much the total energy of a stiff die has changed after two seconds between walls that give
-/// all speed back, as a fraction of its kinetic energy at the start.
+/// The change of the total energy of a stiff die in two seconds between walls that give all speed
+/// back, as a fraction of its kinetic energy at the start.
 fn change_of_a_die(integrator: Integrator, substeps: u32, seed: u64) -> f64 {
     let material = Material { mass: 1.0, stiffness: 1e5, damping: 20.0 };
     let mut scene = Scene::of("die", shape::block([3; 3], 1.0, material).expect("a lattice"));
