@@ -65,13 +65,12 @@ pub trait Real:
     ///
     /// Below it the reciprocal of the square overflows or the direction is rounding noise.
     const SHORTEST_SQUARED: Self;
-    /// A number below which products with ordinary numbers may be subnormal.
+    /// A motion d·v so slow that dampers take no notice of it, m²/s: its square, which their power
+    /// is made of, would be subnormal.
     ///
-    /// Many processors take a hundred cycles for one of those, and where a motion spreads into a
-    /// body at rest, damper by damper, whole shells of particles would have them.
-    const FAINT: Self;
-    /// The same of a number that is multiplied by itself.
-    const FAINT_ROOT: Self;
+    /// Many processors take a hundred cycles for a subnormal number, and where a motion spreads
+    /// into a body at rest, damper by damper, whole shells of particles would have them.
+    const FAINTEST: Self;
 
     /// Rounds a double to this scalar.
     fn of(value: f64) -> Self;
@@ -162,7 +161,7 @@ pub trait Vector:
 
 macro_rules! impl_real {
     (
-        $scalar:ident, $vector:ident, $shortest:expr, $faint_root:expr, $sqrt:ident, $as_f32:expr,
+        $scalar:ident, $vector:ident, $shortest:expr, $faintest:expr, $sqrt:ident, $as_f32:expr,
         $which:tt
     ) => {
         impl Real for $scalar {
@@ -175,8 +174,7 @@ macro_rules! impl_real {
             const LARGEST: Self = $scalar::MAX;
             const EPSILON: Self = $scalar::EPSILON;
             const SHORTEST_SQUARED: Self = $shortest;
-            const FAINT: Self = $scalar::MIN_POSITIVE * (1u64 << 40) as $scalar;
-            const FAINT_ROOT: Self = $faint_root;
+            const FAINTEST: Self = $faintest;
 
             #[inline]
             fn of(value: f64) -> Self {

@@ -6,6 +6,9 @@ use msd_scene::Precision;
 /// The part of the energy at stake from which on rounding is reported: every substep rounds anew,
 /// and dampers burn what that adds, many times as much in a second.
 const SMALL: f64 = 1e-3;
+/// The stretch of a spring, as a part of its rest length, that is at stake in any scene: one that
+/// has come to rest without gravity has no other energy.
+const STRETCH: f64 = 1e-3;
 
 /// What rounding does to the coordinates of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,8 +19,8 @@ pub struct Rounding {
     pub spacing: f64,
     /// The energy of the springs when each is stretched by that, joules.
     pub energy: f64,
-    /// The energy at stake: of motion and of the springs at the start, and of a fall through the
-    /// size of the scene, joules.
+    /// The energy at stake: of motion and of the springs at the start, of a fall through the size
+    /// of the scene, and of springs stretched by a thousandth, joules.
     pub stake: f64,
 }
 
@@ -39,7 +42,8 @@ impl Rounding {
             let [a, b] = spring.ends.map(|end| scene.particles[end].position);
             let stretch = (b - a).length() - spring.rest_length;
             energy += 0.5 * spring.stiffness * spacing * spacing;
-            stake += 0.5 * spring.stiffness * stretch * stretch;
+            let least = STRETCH * spring.rest_length;
+            stake += 0.5 * spring.stiffness * (stretch * stretch + least * least);
         }
         let fall = scene.world.gravity.length() * (high - low).length();
         for particle in &scene.particles {
@@ -74,7 +78,9 @@ mod tests {
         let delta = 2f64.powi(-23) * loss.distance;
         let energy = 0.5 * block.springs.len() as f64 * 2000.0 * delta * delta;
         // A fall through its diagonal, 0.75 √3 m, at 9.82 m/s²; its springs are at rest.
-        let stake = 6.4 * 9.82 * 0.75 * 3f64.sqrt();
+        let fall = 6.4 * 9.82 * 0.75 * 3f64.sqrt();
+        let least = |spring: &msd_core::Spring| 1e3 * (1e-3 * spring.rest_length).powi(2);
+        let stake = fall + block.springs.iter().map(least).sum::<f64>();
         assert!((loss.energy / energy - 1.0).abs() < 1e-12, "{loss:?}");
         assert!((loss.stake / stake - 1.0).abs() < 1e-9, "{loss:?}");
     }
@@ -86,5 +92,8 @@ mod tests {
         assert!(Rounding::of(&block(1e4), Precision::F32).shows());
         assert!(!Rounding::of(&block(1e6), Precision::F64).shows());
         assert!(!Rounding::of(&Scene::default(), Precision::F32).shows());
+        let mut at_rest = block(1.0);
+        at_rest.world.gravity = DVec3::ZERO;
+        assert!(!Rounding::of(&at_rest, Precision::F32).shows());
     }
 }

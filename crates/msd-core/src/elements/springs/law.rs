@@ -29,7 +29,7 @@ impl<R: Real> Law<R> {
 /// With d from there to here, L = |d|, u = d/L and v the velocity of here as seen from there:
 /// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.
 /// A damper takes no notice of motions so slow that the numbers would be subnormal, see
-/// [`Real::FAINT`]. Each argument is a position and a velocity. The fast twin is in `sweep.rs`.
+/// [`Real::FAINTEST`]. Each argument is a position and a velocity. The fast twin is in `sweep.rs`.
 #[inline(always)]
 pub fn pull<R: Real>(here: [R::Vec3; 2], there: [R::Vec3; 2], law: Law<R>) -> Option<(R::Vec3, R)> {
     let (d, u) = (here[0] - there[0], here[1] - there[1]);
@@ -41,16 +41,11 @@ pub fn pull<R: Real>(here: [R::Vec3; 2], there: [R::Vec3; 2], law: Law<R>) -> Op
     }
     let length = square.sqrt();
     let inverse = R::ONE / length;
-    let along = d.dot(u);
-    let drag = or_zero(R::FAINT, (along * law.damping) * (inverse * inverse));
+    let motion = d.dot(u);
+    let along = if motion.abs() < R::FAINTEST { R::ZERO } else { motion };
+    let drag = (along * law.damping) * (inverse * inverse);
     let scale = (length - law.rest) * law.stiffness * inverse + drag;
-    Some((d * scale, or_zero(R::FAINT_ROOT, along) * drag))
-}
-
-/// The value, or zero if its magnitude is below the least; NaN stays.
-#[inline(always)]
-fn or_zero<R: Real>(least: R, value: R) -> R {
-    if value.abs() < least { R::ZERO } else { value }
+    Some((d * scale, along * drag))
 }
 
 /// The elastic energy of a spring of some length, joules: k (length − rest)² / 2.

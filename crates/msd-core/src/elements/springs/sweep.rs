@@ -379,12 +379,10 @@ pub(crate) fn pull<S: Simd, V: SimdFloat<S, Element = R>, R: Real, const DAMPED:
         square.simd_ge(V::splat(simd, R::SHORTEST_SQUARED)) & V::Mask::from_bitmask(simd, mask);
     let (scale, power) = if DAMPED {
         let u = zip(v, v_there, |a, b| a - b);
-        let along = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
-        let or_zero =
-            |least, value: V| value.abs().simd_lt(V::splat(simd, least)).select(zero, value);
-        let drag = or_zero(R::FAINT, (along * damping) * (inverse * inverse));
-        let power = or_zero(R::FAINT_ROOT, along) * drag;
-        (on.select(tension + drag, zero), on.select(power, zero))
+        let motion = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
+        let along = motion.abs().simd_lt(V::splat(simd, R::FAINTEST)).select(zero, motion);
+        let drag = (along * damping) * (inverse * inverse);
+        (on.select(tension + drag, zero), on.select(along * drag, zero))
     } else {
         (on.select(tension, zero), zero)
     };
