@@ -136,7 +136,9 @@ fn area(positions: &[DVec3]) -> f64 {
 
 #[test]
 fn the_square_with_diagonals_keeps_its_shape_and_the_one_without_collapses() {
-    for (name, least, most) in [("square", 0.9 * 9.0, 1.1 * 9.0), ("square4", 0.0, 0.25 * 9.0)] {
+    // The square comes to rest under its weight; Dormand-Prince with a tolerance of 1e-8 ends with
+    // an area of 7.684 m². What is left of its bounces after 10 s is less than a hundredth of that.
+    for (name, least, most) in [("square", 7.61, 7.76), ("square4", 0.0, 0.25 * 9.0)] {
         let mut runner = runner(name);
         assert!((area(&positions(&runner)) - 9.0).abs() < 1e-4);
         run(&mut runner, 10.0);
