@@ -26,7 +26,7 @@ mod open;
 pub mod workloads;
 
 pub use builtin::{BUILTINS, Builtin};
-pub use disk::{FileId, Output};
+pub use disk::{FileId, Output, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
 pub use file::{SceneFormat, decode, domain, format_of, read_text, schema, tree};
 pub use loaded::Loaded;

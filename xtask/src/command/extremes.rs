@@ -3,10 +3,10 @@
 use super::Failure;
 use clap::Args;
 use msd_core::Integrator;
-use msd_scene::{FileError, FileId, Output, shown_path};
+use msd_scene::{FileError, FileId, shown_path, write_file};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use xtask::extremes::conduct::{Extremes, Plan, conduct};
@@ -95,13 +95,6 @@ pub fn run_extremes(arguments: &ExtremesArguments) -> Result<(), Failure> {
             Err(Failure::broken(format!("{count} runs failed: {all}")))
         }
     }
-}
-
-/// Writes a file, whole or not at all.
-fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let mut output = Output::create(path)?;
-    output.write_all(bytes).map_err(|error| output.refused(&error))?;
-    output.finish()
 }
 
 fn available() -> usize {

@@ -1,8 +1,7 @@
 //! A check that no command writes over what it reads, nor one file over another.
 
 use super::failure::Failure;
-use msd_scene::{FileError, FileId, Output, shown_path};
-use std::io::Write;
+use msd_scene::{FileId, shown_path};
 use std::path::Path;
 
 /// The files of a command, by what names them on the command line.
@@ -36,13 +35,6 @@ impl Places {
         self.0.push((option.into(), id));
         Ok(())
     }
-}
-
-/// Writes a file, whole or not at all.
-pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
-    let mut output = Output::create(path)?;
-    output.write_all(bytes).map_err(|error| output.refused(&error))?;
-    output.finish()
 }
 
 /// Makes a folder for files that come later: that it cannot be made should be known first.

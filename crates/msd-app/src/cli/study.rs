@@ -2,11 +2,11 @@
 
 use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
-use super::places::{Places, make_folder, write_file};
+use super::places::{Places, make_folder};
 use super::progress::Bar;
 use super::run::explain_divergence;
 use msd_app::quantity::{estimate, quantity, rounded};
-use msd_scene::{Loaded, shown_path};
+use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::Study;
 use msd_study::choice::FRAME;
 use msd_study::conduct::{Plan, Progress, study};

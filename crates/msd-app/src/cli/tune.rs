@@ -2,11 +2,10 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
-use super::places::write_file;
 use super::progress::Bar;
 use super::run::explain_divergence;
 use msd_app::quantity::{estimate, quantity};
-use msd_scene::{SceneFormat, shown_path};
+use msd_scene::{SceneFormat, shown_path, write_file};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::tune::{Found, Goal, Tuned, tune, with_choice};
 use serde::Serialize;

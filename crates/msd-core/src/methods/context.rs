@@ -57,11 +57,8 @@ pub(crate) struct Done {
     pub(crate) counted: f64,
     /// The effect of obstacles.
     pub(crate) contacts: Contacts,
-    /// Whether anything touched an obstacle, and whether it did in the last substep.
+    /// Whether anything touched an obstacle.
     pub(crate) touched: bool,
-    pub(crate) last_met: bool,
-    /// Whether anything bounced at the end of the last substep.
-    pub(crate) last_bounced: bool,
     /// Energy that user-defined elements have driven into the system, joules.
     pub(crate) given: f64,
     /// Why the method gave up, if it did.
@@ -238,13 +235,12 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);
     }
 
-    /// Ends a substep, the displacement of which was made as `way` says; returns whether anything
-    /// touched an obstacle.
-    pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> bool {
+    /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles did.
+    pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
         self.finished += 1;
         self.done.given -= self.scratch.springs.own_power.min(0.0) * self.settings.substep();
         if self.model.obstacles.is_empty() {
-            return false;
+            return Contacts::default();
         }
         let length = self.settings.substep();
         let Scratch { forces, columns, .. } = &*self.scratch;
@@ -256,9 +252,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         let time = self.start + f64::from(self.finished) * length;
         let substep = Substep { h, time, lag: h * R::of(lag), starts, evaluated };
         let contacts = self.model.resolve(self.level, self.state, forces, substep);
-        self.done.last_met = 0 < contacts.count;
-        self.done.last_bounced = contacts.bounced;
         self.done.meet(contacts);
-        self.done.last_met
+        contacts
     }
 }

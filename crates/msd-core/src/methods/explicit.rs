@@ -78,7 +78,7 @@ const PREDICTED: usize = 2;
 pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
     let is_damped = step.model.is_damped_at_all();
-    let mut real = 1.0;
+    let (mut real, mut met) = (1.0, false);
     for _ in 0..step.substeps() {
         if !step.scratch.warm {
             step.scratch.power = step.set_forces(step.time());
@@ -100,14 +100,14 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         if step.finished == 0 && 0.0 <= before && before < power {
             real = before / power;
         }
-        let met = step.finish(Way::Kicked(0.5), Evaluated::AtEnd);
-        step.scratch.warm = !step.done.last_bounced;
+        let contacts = step.finish(Way::Kicked(0.5), Evaluated::AtEnd);
+        step.scratch.warm = !contacts.bounced;
+        met = 0 < contacts.count;
         let taken = 0.5 * (before + power) * h.to_f64();
         step.done.counted += if met { taken * real } else { taken };
     }
     // Kept only where the next step would compute the same to the bit.
-    let lasts = step.model.pushes.0.is_empty() && !is_damped && !step.done.last_met;
-    step.scratch.warm = lasts;
+    step.scratch.warm = step.model.pushes.0.is_empty() && !is_damped && !met;
 }
 
 #[inline(always)]
@@ -191,7 +191,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         energy += step.set_forces(time + length);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
         // A particle on an obstacle falls a little in all stages but the first.
-        let met = step.finish(Way::Kept, Evaluated::AtEnd);
+        let met = 0 < step.finish(Way::Kept, Evaluated::AtEnd).count;
         step.done.counted += if met { first * h.to_f64() } else { energy * sixth.to_f64() };
     }
 }

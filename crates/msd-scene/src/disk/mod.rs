@@ -6,4 +6,4 @@ mod output;
 
 pub use file_id::FileId;
 pub(crate) use input::open_regular;
-pub use output::Output;
+pub use output::{Output, write_file};

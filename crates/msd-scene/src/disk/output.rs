@@ -31,6 +31,16 @@ enum Way {
     Stream,
 }
 
+/// Writes a file, whole or not at all.
+///
+/// # Errors
+/// See [`Output::create`] and [`Output::finish`].
+pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    let mut output = Output::create(path)?;
+    output.write_all(bytes).map_err(|error| output.refused(&error))?;
+    output.finish()
+}
+
 impl Output {
     /// Opens a file beside `path`, so that a folder that cannot be written to is found before a
     /// long run and not after it. Removes what a killed program left of the same file.

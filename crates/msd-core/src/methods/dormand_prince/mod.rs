@@ -75,7 +75,6 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     let kept = step.scratch.dormand_prince.take();
     let mut scratch = kept.unwrap_or_else(|| Box::new(Scratch::new(&step.model.slots)));
     step.done.failure = scratch.run(step).err().map(Failure::Tolerance);
-    step.done.last_met = step.done.touched;
     step.scratch.dormand_prince = Some(scratch);
 }
 
