@@ -67,17 +67,20 @@ fn set_share<R: Real>(
 
 #[inline(always)]
 fn set_dragged<R: Real>(weights: &[R], drag: R, velocities: &[R], forces: &mut [R]) -> f64 {
-    let mut powers = [0.0; LANES];
-    let rows = forces.as_chunks_mut::<LANES>().0.iter_mut();
-    let others = weights.as_chunks::<LANES>().0.iter().zip(velocities.as_chunks::<LANES>().0);
-    for (forces, (weights, velocities)) in rows.zip(others) {
-        for lane in 0..LANES {
-            let (velocity, weight) = (velocities[lane], weights[lane]);
-            forces[lane] = weight - velocity * drag;
-            powers[lane] += (drag * (velocity * velocity)).to_f64();
+    // Squares are summed over a particle's axes before they are widened: three times as fast.
+    let mut squares = [0.0; LANES];
+    let records = forces.as_chunks_mut::<RECORD>().0.iter_mut();
+    let others = weights.as_chunks::<RECORD>().0.iter().zip(velocities.as_chunks::<RECORD>().0);
+    for (forces, (weights, velocities)) in records.zip(others) {
+        for number in 0..RECORD {
+            forces[number] = weights[number] - velocities[number] * drag;
+        }
+        for (lane, sum) in squares.iter_mut().enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|axis| velocities[axis * LANES + lane]);
+            *sum += (x * x + y * y + z * z).to_f64();
         }
     }
-    powers.iter().sum()
+    drag.to_f64() * squares.iter().sum::<f64>()
 }
 
 impl<R: Real> Element<R> for Fields<R> {
