@@ -65,6 +65,11 @@ impl Watch {
         self.predict(runner);
     }
 
+    /// The change of the total energy that nothing explains, joules.
+    pub fn imbalance(&self) -> f64 {
+        self.witness.imbalance()
+    }
+
     /// The warnings to print.
     pub fn warnings(&self, settings: Settings) -> Vec<String> {
         let (least, time) = self.least;
