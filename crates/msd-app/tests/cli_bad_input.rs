@@ -213,6 +213,10 @@ fn a_command_that_is_none_is_refused_with_the_nearest() {
     refuse(folder.path(), &["jely"], &["did you mean `jelly`?"]);
     let told = "there is no option --duration; it belongs to msd run, msd study";
     refuse(folder.path(), &["jelly", "--duration", "1"], &[told]);
+    // Solver options of the window are refused before it opens.
+    let told = "velocity-verlet does not use --tolerance; only dormand-prince does";
+    refuse(folder.path(), &["view", "jelly", "--tolerance", "1e-3"], &[told]);
+    refuse(folder.path(), &["jelly", "--tolerance", "1e-3"], &[told]);
 }
 
 #[test]

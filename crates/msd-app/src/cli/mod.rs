@@ -14,11 +14,14 @@ mod bench;
 pub use arguments::{Arguments, explain};
 pub use failure::exit_code;
 
-use arguments::CliCommand;
+use arguments::{CliCommand, SolverArguments, Step, ViewArguments};
 use failure::{Failure, say};
 use msd_scene::shown_path;
 use places::Places;
 use std::path::PathBuf;
+
+/// The time of a picture, which `--step auto` divides, seconds.
+const FRAME: f64 = 1.0 / 60.0;
 
 /// Runs the command that was asked for.
 pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
@@ -29,8 +32,8 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
         alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
     }
     match arguments.command {
-        Some(CliCommand::View { scene }) => view(scene),
-        None => view(arguments.scene),
+        Some(CliCommand::View(arguments)) => view(arguments),
+        None => view(arguments.view),
         Some(CliCommand::Scenes) => list_scenes(),
         Some(CliCommand::Run(arguments)) => match &arguments.replay {
             Some(recording) => run::replay(&arguments, recording),
@@ -44,11 +47,17 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
     }
 }
 
-fn view(scene: Option<PathBuf>) -> Result<(), Failure> {
+fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failure> {
     let scene = scene.unwrap_or_else(|| msd_scene::BUILTINS[0].name.into());
-    let loaded = msd_scene::open(&scene).map_err(Failure::input)?;
+    let loaded = if solver == SolverArguments::default() {
+        msd_scene::open(&scene).map_err(Failure::input)?
+    } else {
+        let frame = if solver.step == Some(Step::Auto) { FRAME } else { 0.0 };
+        run::prepare(&scene, &solver, ("--step", frame))?.into_loaded()
+    };
     let mut places = Places::default();
     loaded.files.iter().for_each(|file| places.read("SCENE", file));
+    solver.from.iter().for_each(|state| places.read("--from", state));
     let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
     status.iter().try_for_each(|status| places.write("MSD_STATUS", status))?;
     msd_app::view_as(loaded, &shown_path(&scene)).map_err(Failure::input)

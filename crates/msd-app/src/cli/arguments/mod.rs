@@ -28,18 +28,15 @@ use values::{
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Option<CliCommand>,
-    /// Scene to show in the window [default: jelly]
-    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub view: ViewArguments,
 }
 
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum CliCommand {
     /// Show a scene in the window; `msd SCENE` does the same
-    View {
-        /// Scene to show [default: jelly]
-        scene: Option<PathBuf>,
-    },
+    View(ViewArguments),
     /// List the built-in scenes
     Scenes,
     /// Run a scene without a window and report the result
@@ -64,8 +61,17 @@ const CAMERA: &str = "Camera";
 const DRAWN: &str = "What is drawn";
 const CELLS: &str = "Cells (default: all)";
 
+/// Arguments of `msd view`, and of `msd` without a command.
+#[derive(Debug, Args)]
+pub struct ViewArguments {
+    /// Scene to show in the window [default: cube]
+    pub scene: Option<PathBuf>,
+    #[command(flatten)]
+    pub solver: SolverArguments,
+}
+
 /// How a scene is stepped; what is left out is as the scene says.
-#[derive(Debug, Default, Args)]
+#[derive(Debug, Default, PartialEq, Args)]
 #[command(next_help_heading = "Solver (default: as in the scene)")]
 pub struct SolverArguments {
     /// Integration method: explicit-euler, symplectic-euler, velocity-verlet, rk4, dormand-prince,

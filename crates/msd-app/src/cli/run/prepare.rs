@@ -41,6 +41,14 @@ pub struct Prepared {
     pub warnings: Vec<String>,
 }
 
+impl Prepared {
+    /// The run, to be opened by the window.
+    pub fn into_loaded(self) -> Loaded {
+        let Prepared { name, title, notes, files, runner, .. } = self;
+        Loaded { notes, files, ..runner.to_loaded(&name, &title) }
+    }
+}
+
 /// Opens a scene and makes it ready to run for some seconds; prints warnings.
 pub fn prepare(
     scene: &Path,
@@ -221,5 +229,31 @@ pub fn advise(stable: f64) -> String {
             format!("try --substeps {substeps} or --step auto")
         }
         _ => "try --step auto".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_scene::Precision;
+
+    #[test]
+    fn the_window_opens_what_the_command_line_asks_for() {
+        let solver = SolverArguments {
+            integrator: Some(Integrator::Rk4),
+            step: Some(Step::Auto),
+            precision: Some(Precision::F64),
+            ..SolverArguments::default()
+        };
+        let prepared = prepare(Path::new("cloth"), &solver, ("--step", FRAME));
+        let prepared = prepared.unwrap_or_else(|failure| panic!("{}", failure.message));
+        let stable = prepared.stable;
+        let runner = Runner::open(&prepared.into_loaded()).expect("a valid scene");
+        let settings = runner.settings();
+        assert_eq!((settings.integrator, runner.precision()), (Integrator::Rk4, Precision::F64));
+        // Whole steps of a frame, as few as stay within nine tenths.
+        let count = FRAME / settings.step;
+        assert!((count - count.round()).abs() < 1e-9, "{count}");
+        assert!(settings.step <= AUTO * stable && AUTO * stable < FRAME / (count - 1.0));
     }
 }
