@@ -1,7 +1,7 @@
 //! The legend of strain: a small scale with labels in a corner of the picture.
 
-use crate::colour::{bytes, strain_colour};
-use crate::font;
+use crate::picture::colour::{bytes, strain_colour};
+use crate::picture::font;
 use bytemuck::{Pod, Zeroable};
 
 /// A rectangle over the picture; the layout of `overlay.wgsl`.
