@@ -7,5 +7,5 @@ mod surfaces;
 mod marks;
 pub(crate) mod ground;
 pub(crate) mod compose;
-mod font;
+mod text;
 pub(crate) mod legend;
