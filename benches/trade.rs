@@ -12,9 +12,9 @@ use msd::study::choice::FRAME;
 use msd::study::conduct::{Plan, study};
 use msd::study::ladder::PRECISIONS;
 use msd::study::live_error::calibrate;
+use msd::study::quantity::{estimate, rounded};
 use msd::study::terms::terms;
 use msd::study::trial::Trial;
-use msd::study::words::{metres, milliseconds, short};
 use std::fmt::Write;
 use std::path::Path;
 use xtask::stability_table::{euler_steps, stability_table};
@@ -88,9 +88,9 @@ fn front(study: &Study) -> String {
             choice.integrator,
             choice.fineness(),
             choice.precision,
-            milliseconds(cost * FRAME),
-            metres(error),
-            short(error / study.size),
+            estimate(cost * FRAME, "s"),
+            estimate(error, "m"),
+            rounded(error / study.size, 2),
         );
     }
     table
@@ -123,8 +123,8 @@ fn beside_the_design(study: &Study) -> String {
         let _ = writeln!(
             table,
             "| {integrator} | {substeps} | {} | {} | {error:.1e} | {wrong:.1e} |",
-            short(cost),
-            short(here)
+            rounded(cost, 2),
+            rounded(here, 2)
         );
     }
     table
@@ -189,7 +189,7 @@ fn precisions(studies: &[Study]) -> String {
             study.scene,
             least_32 / size,
             least_64 / size,
-            short(ratio)
+            rounded(ratio, 2)
         );
     }
     table
@@ -217,7 +217,7 @@ fn all_terms() -> Result<String> {
     for name in ["jelly", "cloth", "teapot", "bunny"] {
         for row in terms(&msd::scene::open(name)?, 1.0)? {
             let change = row.relative.map_or("it diverges".into(), |part| {
-                format!("{} % of the size", short(100.0 * part))
+                format!("{} % of the size", rounded(100.0 * part, 2))
             });
             let saves = row.cost_percent.map_or("-".into(), |percent| format!("{percent:.0} %"));
             let _ = writeln!(table, "| {name} | {} | {change} | {saves} |", row.term);
@@ -232,8 +232,8 @@ fn calibrations() -> Result<String> {
             .to_owned();
     for builtin in &BUILTINS {
         for c in calibrate(&msd::scene::open(builtin.name)?, &[0.0, 1.0, 2.0], 30)? {
-            let (estimated, right) = (metres(c.estimated), metres(c.true_error));
-            let ratio = short(c.estimated / c.true_error);
+            let (estimated, right) = (estimate(c.estimated, "m"), estimate(c.true_error, "m"));
+            let ratio = rounded(c.estimated / c.true_error, 2);
             let _ = writeln!(
                 table,
                 "| {} | {:.1} | {estimated} | {right} | {ratio} |",

@@ -6,10 +6,6 @@ mod order;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Folders that do not follow the younger rules yet, those of [`names`] and the order within
-/// folders. To be emptied.
-const LATER: [&str; 1] = ["crates/msd-render"];
-
 /// Every folder that has source files.
 const FOLDERS: [&str; 8] =
     ["bare", "crates", "src", "tests", "benches", "examples", "fuzz", "xtask"];

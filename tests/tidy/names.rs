@@ -1,16 +1,11 @@
 //! Names: first lines of modules, names of types, homes of methods, sizes of folders.
 
-use super::{CRATES, FOLDERS, LATER, root, sources};
+use super::{CRATES, FOLDERS, root, sources};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::path::Path;
 
 /// Words with which a question begins, or a riddle.
 const QUESTIONS: &str = "What How When Where Which Who Whose Why Whether Does Do Is Are Can May By";
-
-fn is_later(file: &Path) -> bool {
-    LATER.iter().any(|folder| file.starts_with(root().join(folder)))
-}
 
 #[test]
 fn the_first_line_of_a_module_names_what_it_holds() {
@@ -20,14 +15,14 @@ fn the_first_line_of_a_module_names_what_it_holds() {
         let opening: String = docs.take_while(|line| !line.is_empty()).collect();
         let first = opening.split_whitespace().next().unwrap_or("");
         let asks = opening.contains('?') || QUESTIONS.split(' ').any(|word| word == first);
-        assert!(!asks || is_later(&file), "{} asks:{opening}", file.display());
+        assert!(!asks, "{} asks:{opening}", file.display());
     }
 }
 
-/// The crates that follow these rules: folder, and files with the code that is no test.
-fn tidy_crates() -> Vec<(String, Vec<(String, String)>)> {
-    let mut tidy = Vec::new();
-    for folder in CRATES.into_iter().filter(|folder| !LATER.contains(folder)) {
+/// The crates: folder, and files with the code that is no test.
+fn crates() -> Vec<(String, Vec<(String, String)>)> {
+    let mut crates = Vec::new();
+    for folder in CRATES {
         let source = root().join(folder).join("src");
         let mut files = Vec::new();
         for file in sources(&source) {
@@ -36,9 +31,9 @@ fn tidy_crates() -> Vec<(String, Vec<(String, String)>)> {
             let name = file.strip_prefix(&source).expect("a file of the folder");
             files.push((name.to_string_lossy().into_owned(), code));
         }
-        tidy.push((folder.to_owned(), files));
+        crates.push((folder.to_owned(), files));
     }
-    tidy
+    crates
 }
 
 /// The type that a line declares.
@@ -76,7 +71,7 @@ const NAMESAKES: [(&str, &str); 11] = [
 #[test]
 fn a_name_is_given_to_one_type_of_a_crate() {
     let mut found = BTreeSet::new();
-    for (krate, files) in &tidy_crates() {
+    for (krate, files) in &crates() {
         let mut homes = BTreeMap::new();
         for (file, code) in files {
             for name in code.lines().filter_map(declared) {
@@ -114,7 +109,7 @@ fn implemented(code: &str) -> Vec<&str> {
 fn methods_stand_in_the_folder_of_their_type() {
     let code = "\nimpl<R: Real> Own<R> {\n}\nimpl Debug for Other {\n}\nimpl a::Third {\n}";
     assert_eq!(implemented(code), ["Own", "Third"]);
-    for (krate, files) in &tidy_crates() {
+    for (krate, files) in &crates() {
         let room = |file: &str| file.split(['/', '.']).next().unwrap_or("").to_owned();
         let mut rooms: BTreeMap<&str, BTreeSet<String>> = BTreeMap::new();
         for (file, code) in files {
@@ -137,7 +132,7 @@ fn a_folder_has_at_most_fourteen_files() {
     for file in FOLDERS.iter().flat_map(|folder| sources(&root().join(folder))) {
         let folder = file.parent().expect("a folder").to_owned();
         // Cargo looks for test programs in one folder of a crate.
-        if !folder.ends_with("tests") && !is_later(&file) {
+        if !folder.ends_with("tests") {
             *counts.entry(folder).or_insert(0) += 1;
         }
     }

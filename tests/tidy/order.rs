@@ -3,7 +3,7 @@
 //! Crates are read in the order of `lib.rs`, folders in that of `mod.rs`. A file may name the
 //! modules that are declared above it, its own, and what its parents declare themselves.
 
-use super::{CRATES, LATER, root};
+use super::{CRATES, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -136,8 +136,7 @@ fn knots(folder: &str) -> BTreeSet<(String, String)> {
                 let branch = name.get(shared)?;
                 siblings.iter().position(|sibling| sibling == branch)
             };
-            let is_checked = shared == 1 && path[0] == "crate" || !LATER.contains(&folder);
-            if is_checked && place(from).zip(place(&to)).is_some_and(|(from, to)| from < to) {
+            if place(from).zip(place(&to)).is_some_and(|(from, to)| from < to) {
                 knots.insert((from.join("::"), to.join("::")));
             }
         }

@@ -5,7 +5,6 @@
 //! [`window`] is the shell: winit, the surface, the frames.
 #![forbid(unsafe_code)]
 
-pub mod quantity;
 pub mod session;
 pub mod viewer;
 pub mod input;

@@ -10,35 +10,24 @@
 #![forbid(unsafe_code)]
 
 mod math;
-pub mod colour;
-pub mod camera;
-pub mod view;
-pub mod pick;
 pub mod error;
-pub mod gpu;
-mod geometry;
-mod surfaces;
-mod marks;
-mod ground;
-mod compose;
-mod font;
-mod legend;
-mod buffers;
-mod uniforms;
-pub mod shaders;
-mod targets;
-mod pipelines;
+mod viewing;
+mod picture;
+mod device;
 mod renderer;
 #[cfg(not(target_arch = "wasm32"))]
 mod offscreen;
 
-pub use camera::{Camera, Ray};
-pub use colour::{body_colour, strain_colour};
+pub use device::gpu::Gpu;
+pub use device::{gpu, shaders};
 pub use error::RenderError;
-pub use gpu::Gpu;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::{Image, Offscreen, render_image};
-pub use pick::{bounds, drag_point, pick};
+pub use picture::colour;
+pub use picture::colour::{body_colour, strain_colour};
 pub use renderer::Renderer;
-pub use view::{Style, View};
+pub use viewing::camera::{Camera, Ray};
+pub use viewing::pick::{bounds, drag_point, pick};
+pub use viewing::view::{Style, View};
+pub use viewing::{camera, pick, view};
 pub use wgpu;

@@ -1,9 +1,9 @@
 //! Pictures in memory: drawn into a texture and read back.
 
+use crate::device::gpu::Gpu;
 use crate::error::RenderError;
-use crate::gpu::Gpu;
 use crate::renderer::Renderer;
-use crate::view::View;
+use crate::viewing::view::View;
 use msd_core::{Real, Snapshot};
 use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
 

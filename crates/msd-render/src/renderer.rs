@@ -1,14 +1,14 @@
 //! The renderer: a snapshot is uploaded once, then drawn in two passes, shadow and scene.
 
-use crate::buffers::Rows;
-use crate::compose::set_geometry;
-use crate::geometry::Geometry;
-use crate::ground::{light_direction, light_matrix};
-use crate::legend::{self, legend};
-use crate::pipelines::Pipelines;
-use crate::targets::{DEPTH_FORMAT, Targets, texture};
-use crate::uniforms::{Globals, Light, SHADOW_SIZE};
-use crate::view::View;
+use crate::device::buffers::Rows;
+use crate::device::pipelines::Pipelines;
+use crate::device::targets::{DEPTH_FORMAT, Targets, texture};
+use crate::device::uniforms::{Globals, Light, SHADOW_SIZE};
+use crate::picture::compose::set_geometry;
+use crate::picture::geometry::Geometry;
+use crate::picture::ground::{light_direction, light_matrix};
+use crate::picture::legend::{self, legend};
+use crate::viewing::view::View;
 use msd_core::{Real, Snapshot};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, Device, Queue, RenderPass};
 use wgpu::{RenderPipeline, TextureFormat, TextureView};

@@ -4,8 +4,9 @@ use crate::energy_figure::{self, energy_over_time};
 use crate::figure::{self, Spot, relative, work_precision};
 use crate::ink::{self, Ink};
 use crate::pen::WIDTH;
-use crate::tables::{self, escaped};
+use crate::tables::{self, clean};
 use crate::{raster, units};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use msd_core::Integrator;
 use msd_study::Study;
 use msd_study::choice::{FRAME, Fineness};
@@ -20,7 +21,6 @@ const PICTURE_WIDTH: u32 = 1920;
 
 /// The report: one page that needs nothing beside it.
 pub fn html(study: &Study) -> String {
-    let scene = escaped(&study.scene);
     let sections = [
         ("Error against cost", tables::chart(&costs(study))),
         ("The best trade-offs", tables::front(study)),
@@ -32,22 +32,32 @@ pub fn html(study: &Study) -> String {
         ("How it was measured", tables::reference(study)),
         ("How to read this", tables::glossary()),
     ];
-    let mut body = String::new();
-    for (title, section) in sections.iter().filter(|(_, section)| !section.is_empty()) {
-        let _ = writeln!(body, "<section>\n<h2>{title}</h2>\n{section}</section>");
-    }
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n\
-         <title>{scene}: what accuracy costs</title>\n<style>\n{}{}</style>\n</head>\n<body>\n\
-         <main>\n{}{body}</main>\n<div id=\"tip\" hidden></div>\n<script>\n{}</script>\n\
-         </body>\n</html>\n",
-        include_str!("report.css"),
-        inks(),
-        tables::head(study),
-        include_str!("report.js"),
-    )
+    let filled = sections.iter().filter(|(_, section)| !section.0.is_empty());
+    let page = html! {
+        (DOCTYPE) "\n"
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="color-scheme" content="light dark";
+                title { (clean(&study.scene)) ": what accuracy costs" }
+                style { (PreEscaped(include_str!("report.css"))) (PreEscaped(inks())) }
+            }
+            "\n"
+            body {
+                main {
+                    (tables::head(study))
+                    @for (title, section) in filled {
+                        "\n"
+                        section { h2 { (title) } "\n" (section) }
+                    }
+                }
+                div #tip hidden {}
+                script { (PreEscaped(include_str!("report.js"))) }
+            }
+        }
+    };
+    page.into_string()
 }
 
 /// The work-precision diagram as a drawing; what a point is shows where it is pointed at.
@@ -136,17 +146,17 @@ fn costs(study: &Study) -> String {
     let front = study.front();
     // The best last, so that nothing hides them from the pointer.
     spots.sort_by_key(|spot| front.contains(&spot.row));
-    let mut targets = String::from("<g class=\"spots\" fill=\"none\" pointer-events=\"all\">\n");
-    for spot in &spots {
-        targets.push_str(&target(study, spot, front.contains(&spot.row)));
-    }
-    targets.push_str("</g>\n</svg>\n");
-    drawing.replacen("</svg>\n", &targets, 1)
+    let targets = html! {
+        g.spots fill="none" pointer-events="all" {
+            @for spot in &spots { (target(study, spot, front.contains(&spot.row))) "\n" }
+        }
+    };
+    drawing.replacen("</svg>", &(targets.into_string() + "</svg>"), 1)
 }
 
-fn energies(study: &Study) -> String {
+fn energies(study: &Study) -> Markup {
     if study.energies.is_empty() {
-        return String::new();
+        return html! {};
     }
     let label = format!("{}: energy over time", study.scene);
     let drawing = drawing(energy_figure::HEIGHT, &label, |surface| {
@@ -154,10 +164,13 @@ fn energies(study: &Study) -> String {
         let drawn = energy_over_time(study, surface);
         debug_assert!(drawn.is_ok());
     });
-    let note = "<p class=\"note\">Of each method the trial whose error is nearest to the wanted \
-                one. Where a line hides the broad one of the reference, its energy is right; a \
-                cross ends a run that diverged.</p>\n";
-    tables::chart(&drawing) + note
+    html! {
+        (tables::chart(&drawing))
+        p.note {
+            "Of each method the trial whose error is nearest to the wanted one. Where a line hides "
+            "the broad one of the reference, its energy is right; a cross ends a run that diverged."
+        }
+    }
 }
 
 /// Draws with plotters and gives the drawing the size of the page.
@@ -166,17 +179,26 @@ pub fn drawing(height: f64, label: &str, draw: impl FnOnce(SVGBackend<'_>)) -> S
     let (width, dots) = (WIDTH * DOTS, height * DOTS);
     draw(SVGBackend::with_string(&mut text, (width as u32, dots as u32)));
     let inside = text.split_once('>').map_or("", |(_, inside)| inside);
-    format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{WIDTH}\" height=\"{height}\" \
-         viewBox=\"0 0 {width} {dots}\" role=\"img\" aria-label=\"{}\" \
-         stroke-linejoin=\"round\" stroke-linecap=\"round\">{}</svg>\n",
-        escaped(label),
-        inside.trim_end().trim_end_matches("</svg>"),
-    )
+    let drawing = html! {
+        svg
+            xmlns="http://www.w3.org/2000/svg"
+            width=(WIDTH)
+            height=(height)
+            viewBox=(format_args!("0 0 {width} {dots}"))
+            role="img"
+            aria-label=(clean(label))
+            stroke-linejoin="round"
+            stroke-linecap="round"
+        {
+            (PreEscaped(inside.trim_end().trim_end_matches("</svg>")))
+        }
+        "\n"
+    };
+    drawing.into_string()
 }
 
 /// What the pointer finds where a trial is.
-fn target(study: &Study, spot: &Spot, on_front: bool) -> String {
+fn target(study: &Study, spot: &Spot, on_front: bool) -> Markup {
     let trial = &study.trials[spot.row];
     let mut said = trial.choice.to_string();
     if let Some(diverged) = &trial.diverged {
@@ -195,16 +217,17 @@ fn target(study: &Study, spot: &Spot, on_front: bool) -> String {
     if on_front {
         said.push_str("\non the Pareto front");
     }
-    format!(
-        "<circle data-row=\"{}\" data-method=\"{}\" cx=\"{:.0}\" cy=\"{:.0}\" r=\"{:.0}\">\
-         <title>{}</title></circle>\n",
-        spot.row,
-        trial.choice.integrator,
-        DOTS * spot.at.0,
-        DOTS * spot.at.1,
-        DOTS * 10.0,
-        escaped(&said)
-    )
+    html! {
+        circle
+            data-row=(spot.row)
+            data-method=(trial.choice.integrator.name())
+            cx=(format_args!("{:.0}", DOTS * spot.at.0))
+            cy=(format_args!("{:.0}", DOTS * spot.at.1))
+            r=(10.0 * DOTS)
+        {
+            title { (clean(&said)) }
+        }
+    }
 }
 
 /// Styles by the colours of a drawing: those of a dark screen, and one method above the others.

@@ -4,6 +4,7 @@ use crate::figure::relative;
 use crate::ink;
 use crate::pen::shown;
 use crate::units::{change, number, percent, quantity};
+use maud::{Markup, PreEscaped, html};
 use msd_core::Integrator;
 use msd_scene::Precision;
 use msd_study::audit::Audit;
@@ -11,23 +12,10 @@ use msd_study::choice::{Choice, FRAME};
 use msd_study::limits::Limit;
 use msd_study::trial::Trial;
 use msd_study::{Study, words};
-use std::fmt::Write;
 
-/// Text as HTML and SVG show it letter by letter.
-pub fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            '\n' => safe.push('\n'),
-            _ => safe.push(shown(letter)),
-        }
-    }
-    safe
+/// Text without the letters that no document may hold; its lines stay.
+pub fn clean(text: &str) -> String {
+    text.chars().map(|letter| if letter == '\n' { letter } else { shown(letter) }).collect()
 }
 
 /// How fast it runs, times real time: `39.2×`.
@@ -36,12 +24,12 @@ pub fn speed(cost: f64) -> String {
 }
 
 /// A drawing on the page.
-pub fn chart(drawing: &str) -> String {
-    format!("<figure>{drawing}</figure>\n")
+pub fn chart(drawing: &str) -> Markup {
+    html! { figure { (PreEscaped(drawing)) } }
 }
 
 /// Title, facts and what it all means.
-pub fn head(study: &Study) -> String {
+pub fn head(study: &Study) -> Markup {
     let facts = [
         counted(study.particles, "particle"),
         counted(study.springs, "spring"),
@@ -51,25 +39,17 @@ pub fn head(study: &Study) -> String {
         study.machine.clone(),
         study.date.clone(),
     ];
-    let facts: Vec<String> = facts
-        .iter()
-        .filter(|fact| !fact.is_empty())
-        .map(|fact| format!("<li>{}</li>", escaped(fact)))
-        .collect();
-    let paragraphs: Vec<String> = study
-        .words
-        .split("\n\n")
-        .filter(|words| !words.trim().is_empty())
-        .map(|words| format!("<p>{}</p>\n", escaped(words)))
-        .collect();
-    format!(
-        "<header>\n<h1>{}</h1>\n<p class=\"title\">{}</p>\n<ul class=\"facts\">{}</ul>\n</header>\n\
-         <div class=\"words\">\n{}</div>\n",
-        escaped(&study.scene),
-        escaped(&study.title),
-        facts.concat(),
-        paragraphs.concat()
-    )
+    let paragraphs = study.words.split("\n\n").filter(|words| !words.trim().is_empty());
+    html! {
+        header {
+            h1 { (clean(&study.scene)) }
+            p.title { (clean(&study.title)) }
+            ul.facts {
+                @for fact in facts.iter().filter(|fact| !fact.is_empty()) { li { (clean(fact)) } }
+            }
+        }
+        div.words { @for words in paragraphs { p { (clean(words)) } } }
+    }
 }
 
 fn counted(count: usize, noun: &str) -> String {
@@ -77,59 +57,63 @@ fn counted(count: usize, noun: &str) -> String {
 }
 
 /// What no other trial beats, cheapest first.
-pub fn front(study: &Study) -> String {
+pub fn front(study: &Study) -> Markup {
     let rows = study.front();
     if rows.is_empty() {
         let why = if study.trials.is_empty() { "was tried" } else { "stayed in the world" };
-        return format!("<p>Nothing {why}.</p>\n");
+        return html! { p { "Nothing " (why) "." } };
     }
     let chosen = words::cheapest(study, study.wanted);
-    let mut body = String::new();
-    for row in rows {
-        let trial = &study.trials[row];
-        let class = if chosen.is_some_and(|chosen| std::ptr::eq(chosen, trial)) {
-            " class=\"chosen\""
-        } else {
-            ""
-        };
-        let _ = writeln!(body, "<tr data-row=\"{row}\"{class}>{}</tr>", short_cells(study, trial));
-    }
+    let is_chosen = |trial| chosen.is_some_and(|chosen| std::ptr::eq(chosen, trial));
+    let body = html! {
+        @for row in rows {
+            @let trial = &study.trials[row];
+            tr data-row=(row) class=[is_chosen(trial).then_some("chosen")] {
+                (short_cells(study, trial))
+            }
+            "\n"
+        }
+    };
     let heads =
         ["Method", "Setting", "Precision", "Per frame", "Times real time", "Error", "Of the size"];
-    let mut said = table(&heads, 3, &body);
-    said.push_str("<p class=\"note\">No trial was both cheaper and more accurate than one of ");
-    said.push_str(if chosen.is_some() {
-        "these. The one in bold is the cheapest within the wanted error.</p>\n"
-    } else {
-        "these. None is within the wanted error.</p>\n"
-    });
-    said
+    html! {
+        (table(&heads, 3, &body))
+        p.note {
+            "No trial was both cheaper and more accurate than one of these. "
+            @if chosen.is_some() {
+                "The one in bold is the cheapest within the wanted error."
+            } @else {
+                "None is within the wanted error."
+            }
+        }
+    }
 }
 
 /// Every trial, folded away.
-pub fn trials(study: &Study) -> String {
+pub fn trials(study: &Study) -> Markup {
     if study.trials.is_empty() {
-        return String::new();
+        return html! {};
     }
-    let mut body = String::new();
-    for (row, trial) in study.trials.iter().enumerate() {
-        let _ = write!(body, "<tr data-row=\"{row}\">{}", short_cells(study, trial));
-        match (&trial.diverged, trial.errors) {
-            (None, Some(errors)) => {
-                let cells = [
-                    quantity(errors.max, "m"),
-                    quantity(errors.velocity, "m/s"),
-                    quantity(errors.energy, "J"),
-                ];
-                cells.iter().for_each(|cell| body.push_str(&format!("<td>{cell}</td>")));
+    let body = html! {
+        @for (row, trial) in study.trials.iter().enumerate() {
+            tr data-row=(row) {
+                (short_cells(study, trial))
+                @match (&trial.diverged, trial.errors) {
+                    (None, Some(errors)) => {
+                        td { (quantity(errors.max, "m")) }
+                        td { (quantity(errors.velocity, "m/s")) }
+                        td { (quantity(errors.energy, "J")) }
+                    }
+                    (diverged, _) => {
+                        td.text colspan="3" {
+                            (clean(diverged.as_deref().unwrap_or("not compared")))
+                        }
+                    }
+                }
             }
-            (diverged, _) => {
-                let why = diverged.as_deref().unwrap_or("not compared");
-                let _ = write!(body, "<td colspan=\"3\" class=\"text\">{}</td>", escaped(why));
-            }
+            "\n"
         }
-        body.push_str("</tr>\n");
-    }
+    };
     let heads = [
         "Method",
         "Setting",
@@ -142,11 +126,15 @@ pub fn trials(study: &Study) -> String {
         "Velocity error",
         "Energy error",
     ];
-    let count = counted(study.trials.len(), "trial");
-    format!("<details>\n<summary>{count}</summary>\n{}</details>\n", table(&heads, 3, &body))
+    html! {
+        details {
+            summary { (counted(study.trials.len(), "trial")) }
+            (table(&heads, 3, &body))
+        }
+    }
 }
 
-fn short_cells(study: &Study, trial: &Trial) -> String {
+fn short_cells(study: &Study, trial: &Trial) -> Markup {
     let both = |error: f64| (quantity(error, "m"), percent(relative(study, error)));
     let (error, part) = match trial.errors {
         // Closer to the reference than that is known to be right.
@@ -157,88 +145,100 @@ fn short_cells(study: &Study, trial: &Trial) -> String {
         Some(errors) => both(errors.rms),
         None => ("diverged".into(), "–".into()),
     };
-    format!(
-        "{}<td>{}</td><td>{}</td><td>{error}</td><td>{part}</td>",
-        choice_cells(&trial.choice),
-        quantity(FRAME * trial.cost, "s"),
-        speed(trial.cost),
-    )
+    html! {
+        (choice_cells(&trial.choice))
+        td { (quantity(FRAME * trial.cost, "s")) }
+        td { (speed(trial.cost)) }
+        td { (error) }
+        td { (part) }
+    }
 }
 
-fn choice_cells(choice: &Choice) -> String {
-    format!(
-        "<th scope=\"row\">{}{}</th><td class=\"text\">{}</td><td class=\"text\">{}</td>",
-        mark(choice.integrator, choice.precision == Precision::F64),
-        choice.integrator,
-        choice.fineness(),
-        choice.precision
-    )
+fn choice_cells(choice: &Choice) -> Markup {
+    html! {
+        th scope="row" {
+            (mark(choice.integrator, choice.precision == Precision::F64))
+            (choice.integrator.name())
+        }
+        td.text { (choice.fineness()) }
+        td.text { (choice.precision.name()) }
+    }
 }
 
 /// The mark of a method, as the figure shows it.
-fn mark(integrator: Integrator, filled: bool) -> String {
+fn mark(integrator: Integrator, filled: bool) -> Markup {
     let corners = ink::mark(integrator).into_iter();
     let points: Vec<String> = corners.map(|(x, y)| format!("{x:.2},{y:.2}")).collect();
     let fill = if filled { "currentColor" } else { "none" };
-    format!(
-        "<svg class=\"mark {integrator}\" viewBox=\"-1.6 -1.6 3.2 3.2\" aria-hidden=\"true\">\
-         <polygon points=\"{}\" fill=\"{fill}\" stroke=\"currentColor\" stroke-width=\"0.35\"/>\
-         </svg>",
-        points.join(" ")
-    )
+    html! {
+        svg.mark.(integrator.name()) viewBox="-1.6 -1.6 3.2 3.2" aria-hidden="true" {
+            polygon
+                points=(points.join(" "))
+                fill=(fill)
+                stroke="currentColor"
+                stroke-width="0.35" {}
+        }
+    }
 }
 
 /// A table whose first columns are words.
-fn table(heads: &[&str], words: usize, body: &str) -> String {
-    let mut head = String::new();
-    for (column, title) in heads.iter().enumerate() {
-        let class = if column < words { " class=\"text\"" } else { "" };
-        let _ = write!(head, "<th scope=\"col\"{class}>{title}</th>");
+fn table(heads: &[&str], words: usize, body: &Markup) -> Markup {
+    html! {
+        div.scroll {
+            table {
+                thead {
+                    tr {
+                        @for (column, title) in heads.iter().enumerate() {
+                            th scope="col" class=[(column < words).then_some("text")] { (title) }
+                        }
+                    }
+                }
+                tbody { (body) }
+            }
+        }
     }
-    format!(
-        "<div class=\"scroll\"><table>\n<thead><tr>{head}</tr></thead>\n\
-         <tbody>\n{body}</tbody>\n</table></div>\n"
-    )
 }
 
 /// Largest stable substeps, predicted and observed.
-pub fn limits(study: &Study) -> String {
+pub fn limits(study: &Study) -> Markup {
     if study.limits.is_empty() {
-        return String::new();
+        return html! {};
     }
     let substep = |seconds: f64| match seconds {
-        0.0 => "none: no substep is stable".into(),
-        _ if seconds.is_infinite() => "none: every substep is stable".into(),
-        _ if 0.0 < seconds => {
-            let count = (FRAME / seconds).ceil();
-            format!("{} <small>{count} per frame</small>", quantity(seconds, "s"))
-        }
-        _ => "–".to_owned(),
+        0.0 => html! { "none: no substep is stable" },
+        _ if seconds.is_infinite() => html! { "none: every substep is stable" },
+        _ if 0.0 < seconds => html! {
+            (quantity(seconds, "s")) " " small { ((FRAME / seconds).ceil()) " per frame" }
+        },
+        _ => html! { "–" },
     };
-    let mut body = String::new();
-    for &Limit { integrator, predicted, observed } in &study.limits {
-        let foreseen = substep(predicted);
-        let seen = observed.map_or("not looked for".into(), substep);
-        let ratio = observed.map_or(f64::NAN, |observed| observed / predicted);
-        let ratio = if ratio.is_finite() && 0.0 < ratio { number(ratio) } else { "–".into() };
-        let _ = writeln!(
-            body,
-            "<tr><th scope=\"row\">{}{integrator}</th><td>{foreseen}</td><td>{seen}</td>\
-             <td>{ratio}</td></tr>",
-            mark(integrator, true)
-        );
-    }
+    let body = html! {
+        @for &Limit { integrator, predicted, observed } in &study.limits {
+            @let ratio = observed.map_or(f64::NAN, |observed| observed / predicted);
+            tr {
+                th scope="row" { (mark(integrator, true)) (integrator.name()) }
+                td { (substep(predicted)) }
+                td { @if let Some(seen) = observed { (substep(seen)) } @else { "not looked for" } }
+                td { @if ratio.is_finite() && 0.0 < ratio { (number(ratio)) } @else { "–" } }
+            }
+            "\n"
+        }
+    };
     let heads = ["Method", "Limit predicted", "Limit observed", "Observed / predicted"];
-    table(&heads, 1, &body)
-        + "<p class=\"note\">The largest substep at which a method stays bounded: predicted from \
-           the stiffest motion at the start, and observed by trying. Not looked for is what \
-           grows too slowly to be seen in some hundred substeps.</p>\n"
+    html! {
+        (table(&heads, 1, &body))
+        p.note {
+            "The largest substep at which a method stays bounded: predicted from the stiffest "
+            "motion at the start, and observed by trying. Not looked for is what grows too slowly "
+            "to be seen in some hundred substeps."
+        }
+    }
 }
 
 /// What stiffness, damping and period each method delivers, the worst of each marked.
-pub fn audit(study: &Study) -> String {
+pub fn audit(study: &Study) -> Markup {
     if study.audit.is_empty() {
-        return String::new();
+        return html! {};
     }
     let of: [fn(&Audit) -> f64; 4] =
         [|audit| audit.stiffness - 1.0, |audit| audit.damping - 1.0, |_| 0.0, |audit| audit.period];
@@ -246,28 +246,38 @@ pub fn audit(study: &Study) -> String {
         let sizes = study.audit.iter().map(|audit| off(audit).abs());
         sizes.filter(|size| !size.is_nan()).fold(0.0, f64::max)
     });
-    let mut body = String::new();
-    for row in &study.audit {
-        let _ = write!(body, "<tr>{}", choice_cells(&row.choice));
-        let percents = [in_percent(row.stiffness), in_percent(row.damping)];
-        let said = percents
-            .into_iter()
-            .chain([change(row.added_damping, 4, ""), change(100.0 * row.period, 2, " %")]);
-        for ((said, off), worst) in said.zip(of).zip(worst) {
-            // Half a percent is nothing to warn of.
-            let bad = 0.005 <= off(row).abs() && worst <= off(row).abs();
-            let class = if bad { " class=\"worst\"" } else { "" };
-            let _ = write!(body, "<td{class}>{said}</td>");
+    let said = |row: &Audit| {
+        [
+            in_percent(row.stiffness),
+            in_percent(row.damping),
+            change(row.added_damping, 4, ""),
+            change(100.0 * row.period, 2, " %"),
+        ]
+    };
+    // Half a percent is nothing to warn of.
+    let is_bad = |off: f64, worst: f64| 0.005 <= off && worst <= off;
+    let body = html! {
+        @for row in &study.audit {
+            tr {
+                (choice_cells(&row.choice))
+                @for ((said, off), worst) in said(row).into_iter().zip(of).zip(worst) {
+                    td class=[is_bad(off(row).abs(), worst).then_some("worst")] { (said) }
+                }
+            }
+            "\n"
         }
-        body.push_str("</tr>\n");
-    }
+    };
     let heads =
         ["Method", "Setting", "Precision", "Stiffness", "Damping", "Damping ratio added", "Period"];
-    table(&heads, 3, &body)
-        + "<p class=\"note\">A weight hung on springs and a plucked string, against what the \
-           formulas say: 100 % is exact, for the period 0 %. A method that damps what should \
-           swing makes it look duller; one that takes damping away, livelier. The worst of each \
-           column is marked where it is off by half a percent or more.</p>\n"
+    html! {
+        (table(&heads, 3, &body))
+        p.note {
+            "A weight hung on springs and a plucked string, against what the formulas say: 100 % "
+            "is exact, for the period 0 %. A method that damps what should swing makes it look "
+            "duller; one that takes damping away, livelier. The worst of each column is marked "
+            "where it is off by half a percent or more."
+        }
+    }
 }
 
 fn in_percent(ratio: f64) -> String {
@@ -280,52 +290,48 @@ fn in_percent(ratio: f64) -> String {
 }
 
 /// What was not tried, and why.
-pub fn left_out(study: &Study) -> String {
+pub fn left_out(study: &Study) -> Markup {
     if study.left_out.is_empty() {
-        return String::new();
+        return html! {};
     }
-    let lines = study.left_out.iter().map(|line| format!("<li>{}</li>\n", escaped(line)));
-    format!("<ul>\n{}</ul>\n", lines.collect::<String>())
+    html! { ul { @for line in &study.left_out { li { (clean(line)) } "\n" } } }
 }
 
 /// How the trials were judged.
-pub fn reference(study: &Study) -> String {
+pub fn reference(study: &Study) -> Markup {
     let note = &study.reference;
-    let made = if note.tolerance == 0.0 {
-        "Where the particles should be is given by a closed form, exact but for rounding.".into()
-    } else {
-        format!(
-            "Where the particles should be was found by Dormand-Prince in double precision, its \
-             tolerance tightened tenfold to {:e}; the last tightening moved the particles by {} \
-             ({} of the size). It took {} of processor time.",
-            note.tolerance,
-            quantity(note.uncertainty, "m"),
-            percent(relative(study, note.uncertainty)),
-            quantity(note.seconds, "s"),
-        )
-    };
-    let mut said = format!("<p>{made}</p>\n");
-    if let Some(horizon) = note.horizon {
-        let _ = writeln!(
-            said,
-            "<p>The scene is chaotic after t = {} s: from there on a change too small to measure \
-             grows beyond the wanted error.</p>",
-            number(horizon)
-        );
+    html! {
+        p {
+            @if note.tolerance == 0.0 {
+                "Where the particles should be is given by a closed form, exact but for rounding."
+            } @else {
+                "Where the particles should be was found by Dormand-Prince in double precision, "
+                "its tolerance tightened tenfold to " (format_args!("{:e}", note.tolerance))
+                "; the last tightening moved the particles by " (quantity(note.uncertainty, "m"))
+                " (" (percent(relative(study, note.uncertainty))) " of the size). It took "
+                (quantity(note.seconds, "s")) " of processor time."
+            }
+        }
+        @if let Some(horizon) = note.horizon {
+            p {
+                "The scene is chaotic after t = " (number(horizon)) " s: from there on a change "
+                "too small to measure grows beyond the wanted error."
+            }
+        }
+        @if note.reliable_until < study.duration - 1e-9 {
+            p {
+                "Particles were compared one by one up to t = " (number(note.reliable_until))
+                " s; later only energy, centre of mass and depth in planes."
+            }
+        }
+        p {
+            "Cost is the time of the processor, best of all runs, on one core: it leaves out "
+            "drawing and reading files."
+        }
     }
-    if note.reliable_until < study.duration - 1e-9 {
-        let _ = writeln!(
-            said,
-            "<p>Particles were compared one by one up to t = {} s; later only energy, centre of \
-             mass and depth in planes.</p>",
-            number(note.reliable_until)
-        );
-    }
-    said + "<p>Cost is the time of the processor, best of all runs, on one core: it leaves out \
-            drawing and reading files.</p>\n"
 }
 
 /// What the words of the report mean.
-pub fn glossary() -> String {
-    include_str!("report_glossary.html").into()
+pub fn glossary() -> Markup {
+    PreEscaped(include_str!("report_glossary.html").into())
 }

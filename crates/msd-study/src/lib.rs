@@ -5,6 +5,7 @@
 //! its cost and its [`Errors`](errors::Errors). A [`Study`] is many trials, made by
 //! [`conduct`](conduct::study); [`tune`](tune::tune) searches for one choice, [`sweep`] runs a
 //! scene over a grid of its keys, [`live_error`] estimates the error of a run while it goes on.
+//! [`quantity`] prints errors and costs in sentences.
 //!
 //! ```
 //! use msd_study::tune::{Goal, tune};
@@ -15,6 +16,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod quantity;
 mod candidates;
 mod measure;
 mod behaviour;

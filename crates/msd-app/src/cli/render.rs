@@ -6,11 +6,11 @@ use super::places::Places;
 use super::run::{Prepared, explain_divergence, prepare};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
-use msd_app::quantity::quantity;
 use msd_app::viewer::shows_springs;
 use msd_render::{Gpu, Image, Offscreen, RenderError, Style, View, bounds};
 use msd_run::on;
 use msd_scene::{Output, shown_path};
+use msd_study::quantity::quantity;
 use std::path::PathBuf;
 
 /// Runs a scene for a while and draws it.

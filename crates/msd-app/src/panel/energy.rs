@@ -1,12 +1,12 @@
 //! The energy plot, and its legend with the present values.
 
 use super::{heading, theme};
-use crate::quantity::quantity;
 use crate::session::{Sample, TRACE_WINDOW as WINDOW};
 use crate::viewer::Viewer;
 use egui::{Color32, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 use msd_core::Energy;
+use msd_study::quantity::quantity;
 
 /// A curve: its name, its colour, and how it is read.
 type Curve = (&'static str, Color32, fn(&Energy) -> f64);

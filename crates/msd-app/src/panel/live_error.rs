@@ -1,11 +1,11 @@
 //! The live estimate of the error: a switch, and the estimate in words.
 
 use super::theme;
-use crate::quantity::{estimate, rounded};
 use crate::session::{ErrorReading, Session};
 use crate::viewer::Viewer;
 use egui::{Color32, RichText, Ui};
 use msd_run::on;
+use msd_study::quantity::{estimate, rounded};
 
 /// How long an estimate counts as fresh, simulated seconds.
 const FRESH: f64 = 4.0;

@@ -1,12 +1,12 @@
 //! The solver: method, substeps or tolerance, precision, and the stability light.
 
 use super::{heading, slider, theme};
-use crate::quantity::{quantity, rounded};
 use crate::session::{MOST_SUBSTEPS, Session, Tuning};
 use crate::viewer::Viewer;
 use egui::{Color32, ComboBox, RichText, Slider, SliderClamping, Ui};
 use msd_core::Integrator;
 use msd_scene::Precision;
+use msd_study::quantity::{quantity, rounded};
 use std::ops::RangeInclusive;
 
 /// Bounds of the tolerance slider, as fractions of the size of the scene.

@@ -5,6 +5,7 @@ use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
 use crate::measure::reference::size_of;
 use crate::measure::trial::state;
+use crate::quantity::rounded;
 use msd_core::{Body, Error, Scene, Settings, Spring, State};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
@@ -145,7 +146,7 @@ fn row(
     let change = match 100.0 * end / size {
         0.0 => "does not change the answer".into(),
         percent if percent < 0.01 => format!("changes the answer by {percent:.0e} % of its size"),
-        percent => format!("changes the answer by {} % of its size", two_digits(percent)),
+        percent => format!("changes the answer by {} % of its size", rounded(percent, 2)),
     };
     TermRow {
         term,
@@ -155,13 +156,6 @@ fn row(
         cost_percent: Some(cost),
         words: format!("{act} {change} and {saving}"),
     }
-}
-
-/// A positive number with two digits that count, and no exponent.
-fn two_digits(value: f64) -> String {
-    let before = value.log10().floor() as i32;
-    let decimals = (1 - before).max(0) as usize;
-    format!("{value:.decimals$}")
 }
 
 /// The scene without each part that it has.

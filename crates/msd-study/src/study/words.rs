@@ -1,6 +1,7 @@
 //! The meaning of a study, in plain words.
 
 use crate::measure::trial::Trial;
+use crate::quantity::{estimate, rounded};
 use crate::study::Study;
 use msd_core::Integrator;
 use msd_scene::Precision;
@@ -32,9 +33,9 @@ fn recommendation(study: &Study, wanted: f64) -> String {
     match cheapest(study, wanted) {
         Some(trial) => format!(
             "For an error of {} use {}: {} per frame, {}.",
-            metres(wanted),
+            estimate(wanted, "m"),
             told(trial),
-            milliseconds(trial.cost / 60.0),
+            estimate(trial.cost / 60.0, "s"),
             off(study, trial)
         ),
         None => {
@@ -43,7 +44,7 @@ fn recommendation(study: &Study, wanted: f64) -> String {
             let nearest = best.map_or("nothing stayed in the world".into(), |trial| {
                 format!("the nearest is {}, {}", told(trial), off(study, trial))
             });
-            format!("Nothing that was tried comes within {}; {nearest}.", metres(wanted))
+            format!("Nothing that was tried comes within {}; {nearest}.", estimate(wanted, "m"))
         }
     }
 }
@@ -57,8 +58,8 @@ fn twice_as_accurate(study: &Study, chosen: &Trial) -> Option<String> {
     let gain = chosen.error() / better.error().max(study.reference.uncertainty);
     Some(format!(
         "{} as accurate costs {} times as much ({}).",
-        if gain < 3.0 { "Twice".into() } else { format!("{} times", short(gain)) },
-        short(ratio),
+        if gain < 3.0 { "Twice".into() } else { format!("{} times", rounded(gain, 2)) },
+        rounded(ratio, 2),
         told(better)
     ))
 }
@@ -71,7 +72,7 @@ fn default_method(study: &Study, chosen: &Trial) -> Option<String> {
     let usual = cheapest_of(study.of(method), study.wanted)?;
     let ratio = usual.cost / chosen.cost;
     let usual = told(usual);
-    Some(format!("The default method costs {} times as much ({usual}).", short(ratio)))
+    Some(format!("The default method costs {} times as much ({usual}).", rounded(ratio, 2)))
 }
 
 fn implicit(study: &Study, chosen: &Trial) -> Option<String> {
@@ -93,7 +94,7 @@ fn implicit(study: &Study, chosen: &Trial) -> Option<String> {
         }
         Some(best) => format!(
             "Implicit never pays here: the cheapest that is as good costs {} times as much.",
-            short(best.cost / chosen.cost)
+            rounded(best.cost / chosen.cost, 2)
         ),
         None => "Implicit never pays here: none that was tried is as good.".into(),
     })
@@ -109,7 +110,7 @@ fn single(study: &Study, chosen: &Trial) -> Option<String> {
     Some(match other_trial {
         Some(trial) => format!(
             "In {other} the same error costs {} times as much.",
-            short(trial.cost / chosen.cost)
+            rounded(trial.cost / chosen.cost, 2)
         ),
         None => format!("In {other} no choice that was tried is as good."),
     })
@@ -127,11 +128,13 @@ fn caveats(study: &Study) -> Vec<String> {
         said.push(format!(
             "After t = {} s particles cannot be compared any more ({}); from there on only the \
              energy and the centre of mass were.",
-            short(note.reliable_until),
+            rounded(note.reliable_until, 2),
             match note.horizon {
-                Some(time) => format!("the scene is chaotic after t = {} s", short(time)),
-                None =>
-                    format!("the reference itself is only certain to {}", metres(note.uncertainty)),
+                Some(time) => format!("the scene is chaotic after t = {} s", rounded(time, 2)),
+                None => format!(
+                    "the reference itself is only certain to {}",
+                    estimate(note.uncertainty, "m")
+                ),
             }
         ));
     }
@@ -142,9 +145,12 @@ fn caveats(study: &Study) -> Vec<String> {
 pub fn off(study: &Study, trial: &Trial) -> String {
     let uncertainty = study.reference.uncertainty;
     if trial.error() < uncertainty {
-        format!("less than {} off, which is what the reference is known to", metres(uncertainty))
+        format!(
+            "less than {} off, which is what the reference is known to",
+            estimate(uncertainty, "m")
+        )
     } else {
-        format!("{} off", metres(trial.error()))
+        format!("{} off", estimate(trial.error(), "m"))
     }
 }
 
@@ -152,39 +158,4 @@ pub fn off(study: &Study, trial: &Trial) -> String {
 pub fn told(trial: &Trial) -> String {
     let choice = trial.choice;
     format!("{} with {} in {}", choice.integrator, choice.fineness(), choice.precision)
-}
-
-/// A length in the unit that reads best.
-pub fn metres(length: f64) -> String {
-    let units = [(1.0, "m"), (1e-3, "mm"), (1e-6, "µm"), (1e-9, "nm")];
-    let fits = |(unit, _): &&(f64, &str)| *unit <= length;
-    match units.iter().find(fits) {
-        Some((unit, name)) => format!("{} {name}", short(length / unit)),
-        None if length == 0.0 => "0 m".into(),
-        None => format!("{length:.1e} m"),
-    }
-}
-
-/// A time of the processor in milliseconds or microseconds.
-pub fn milliseconds(seconds: f64) -> String {
-    if seconds < 1e-4 {
-        format!("{} µs", short(1e6 * seconds))
-    } else {
-        format!("{} ms", short(1e3 * seconds))
-    }
-}
-
-/// A number with two or three digits.
-pub fn short(value: f64) -> String {
-    match value.abs() {
-        0.0 => "0".into(),
-        size if !size.is_finite() => format!("{value}"),
-        size if !(1e-3..1e5).contains(&size) => format!("{value:.1e}"),
-        size if size < 1.0 => {
-            let digits = (1.0 - size.log10().floor()) as usize;
-            format!("{value:.digits$}")
-        }
-        size if size < 10.0 => format!("{value:.1}"),
-        _ => format!("{value:.0}"),
-    }
 }

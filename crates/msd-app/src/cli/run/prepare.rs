@@ -3,10 +3,10 @@
 use crate::cli::arguments::{SolverArguments, Step};
 use crate::cli::failure::{Failure, tell};
 use crate::cli::progress::SlowNotice;
-use msd_app::quantity::{estimate, number, quantity, rounded};
 use msd_core::{Integrator, Settings};
 use msd_run::{Rounding, Runner};
 use msd_scene::{Loaded, load_state, plain, shown_path};
+use msd_study::quantity::{estimate, number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
 /// A frame of the command line, seconds: `--substeps` divides it.

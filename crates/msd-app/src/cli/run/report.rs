@@ -1,10 +1,10 @@
 //! The report of a run: a summary, or one JSON object.
 
 use super::prepare::Prepared;
-use msd_app::quantity::{number, quantity, rounded};
 use msd_core::methods::Solved;
 use msd_core::{Contacts, Energy, Integrator, Momentum};
 use msd_scene::{Precision, state_hash};
+use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
 
 /// What came of a run; the keys of `--json`.

@@ -3,11 +3,11 @@
 
 use super::prepare::warn_of_step;
 use super::report::{Gain, evaluations};
-use msd_app::quantity::{quantity, rounded};
 use msd_core::methods::Solved;
 use msd_core::stability::Estimator;
 use msd_core::{Integrator, Model, Real, Settings, Witness};
 use msd_run::Runner;
+use msd_study::quantity::{quantity, rounded};
 
 /// The largest share of the work of a run that predictions may take.
 const SHARE: f64 = 0.02;

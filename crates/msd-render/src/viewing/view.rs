@@ -1,6 +1,6 @@
 //! View settings: what of a snapshot is shown, and how.
 
-use crate::camera::Camera;
+use crate::viewing::camera::Camera;
 use glam::Vec3;
 
 /// A camera and a style: all that a picture needs besides the snapshot.

@@ -1,9 +1,9 @@
 //! Lines and points of a picture: springs, particles, pins and grabs.
 
-use crate::colour::{body_colour, bytes, mix, strain_colour};
-use crate::geometry::{Geometry, Line, Point, owners};
 use crate::math::is_drawable;
-use crate::view::View;
+use crate::picture::colour::{body_colour, bytes, mix, strain_colour};
+use crate::picture::geometry::{Geometry, Line, Point, owners};
+use crate::viewing::view::View;
 use msd_core::{Body, Real, Snapshot, Vector};
 
 /// Colour of what belongs to no body.

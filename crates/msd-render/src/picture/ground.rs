@@ -1,8 +1,8 @@
 //! The planes that a picture shows, and what the light sees.
 
-use crate::geometry::{Geometry, Patch};
 use crate::math::{direction_or, is_drawable, tangents};
-use crate::view::View;
+use crate::picture::geometry::{Geometry, Patch};
+use crate::viewing::view::View;
 use glam::camera::rh::{proj::directx, view::look_to_mat4};
 use glam::{Mat4, Vec3};
 use msd_core::{Real, Snapshot, Vector};

@@ -1,7 +1,7 @@
 //! Picking and dragging: the particle under the pointer, and where it is dragged to.
 
-use crate::camera::{Camera, Ray};
 use crate::math::is_drawable;
+use crate::viewing::camera::{Camera, Ray};
 use glam::Vec3;
 use msd_core::{Real, Snapshot, Vector};
 

@@ -1,6 +1,6 @@
 //! Uniforms: camera, light and switches, the same for everything in a picture.
 
-use crate::view::View;
+use crate::viewing::view::View;
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3};
 

@@ -1,7 +1,7 @@
 //! The legend of strain: a small scale with labels in a corner of the picture.
 
-use crate::colour::{bytes, strain_colour};
-use crate::font;
+use crate::picture::colour::{bytes, strain_colour};
+use crate::picture::text;
 use bytemuck::{Pod, Zeroable};
 
 /// A rectangle over the picture; the layout of `overlay.wgsl`.
@@ -16,8 +16,10 @@ pub(crate) struct Rect {
     pub upper: [u8; 4],
 }
 
-/// Size of a dot of a letter, points.
-const DOT: f32 = 1.5;
+/// Size of the letters, points.
+const LETTERS: f32 = 13.0;
+/// Height of a digit, a fraction of the size of its letters.
+const DIGIT: f32 = 0.73;
 /// Size of the whole legend, points.
 pub(crate) const SIZE: [f32; 2] = [96.0, 150.0];
 const INK: [u8; 4] = [38, 44, 56, 255];
@@ -39,15 +41,19 @@ pub(crate) fn legend(full_scale: f32, scale: f32) -> Vec<Rect> {
         let area = [bar_left, bar_bottom + slice as f32 * height, bar_width, height];
         add(area, colour(slice), colour(slice + 1));
     }
+    let mut words = Vec::new();
     for tick in 0..=2 {
         let share = tick as f32 * 0.5;
         let y = bar_bottom + share * bar_height;
         add([bar_left + bar_width, y - 0.5, 4.0, 1.0], INK, INK);
         let text = percent(full_scale * share);
-        let lower = y - 0.5 * DOT * font::ROWS as f32;
-        add_text(&text, [bar_left + bar_width + 9.0, lower], &mut add);
+        words.push((text, [bar_left + bar_width + 9.0, y - 0.5 * DIGIT * LETTERS]));
     }
-    add_text("strain", [bar_left, bottom + SIZE[1] - 22.0], &mut add);
+    words.push(("strain".to_owned(), [bar_left, bottom + SIZE[1] - 22.0]));
+    for (words, at) in words {
+        let pixels = text::pixels(&words, LETTERS * scale, at.map(|place| place * scale));
+        rects.extend(pixels.into_iter().map(dot));
+    }
     rects
 }
 
@@ -67,31 +73,11 @@ fn percent(strain: f32) -> String {
     }
 }
 
-fn add_text(text: &str, at: [f32; 2], add: &mut impl FnMut([f32; 4], [u8; 4], [u8; 4])) {
-    for (place, letter) in text.chars().enumerate() {
-        let left = at[0] + place as f32 * DOT * (font::COLUMNS + 1) as f32;
-        for (row, bits) in font::rows(letter).into_iter().enumerate() {
-            let y = at[1] + (font::ROWS as usize - 1 - row) as f32 * DOT;
-            add_dots(bits, [left, y], add);
-        }
-    }
-}
-
-/// Adds one row of a letter; neighbouring dots become one rectangle without a seam.
-fn add_dots(bits: u8, at: [f32; 2], add: &mut impl FnMut([f32; 4], [u8; 4], [u8; 4])) {
-    let is_set = |column: u32| column < font::COLUMNS && bits >> (4 - column) & 1 == 1;
-    let mut column = 0;
-    while column < font::COLUMNS {
-        let first = column;
-        while is_set(column) {
-            column += 1;
-        }
-        if first < column {
-            let area = [at[0] + first as f32 * DOT, at[1], (column - first) as f32 * DOT, DOT];
-            add(area, INK, INK);
-        }
-        column += 1;
-    }
+/// A pixel of a letter.
+fn dot(([left, lower], cover): text::Pixel) -> Rect {
+    let [red, green, blue, _] = INK;
+    let ink = [red, green, blue, (255.0 * cover).round() as u8];
+    Rect { area: [left, lower, 1.0, 1.0], lower: ink, upper: ink }
 }
 
 #[cfg(test)]

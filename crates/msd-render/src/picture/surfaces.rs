@@ -1,9 +1,9 @@
 //! Triangles of a picture: surfaces with smooth normals, and their edges.
 
-use crate::colour::{body_colour, bytes, mix};
-use crate::geometry::{Geometry, Line, SurfaceVertex};
 use crate::math::direction_or;
-use crate::view::View;
+use crate::picture::colour::{body_colour, bytes, mix};
+use crate::picture::geometry::{Geometry, Line, SurfaceVertex};
+use crate::viewing::view::View;
 use glam::Vec3;
 use msd_core::{Body, Real, Snapshot};
 

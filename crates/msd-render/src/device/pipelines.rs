@@ -1,7 +1,7 @@
 //! Render pipelines, one for each kind of thing.
 
-use crate::shaders;
-use crate::targets::{DEPTH_FORMAT, SAMPLES};
+use crate::device::shaders;
+use crate::device::targets::{DEPTH_FORMAT, SAMPLES};
 use wgpu::{BindGroupLayout, Device, RenderPipeline, TextureFormat, VertexAttribute};
 
 const SURFACE: [VertexAttribute; 4] =

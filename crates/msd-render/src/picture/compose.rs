@@ -1,9 +1,9 @@
 //! The columns of one picture, filled from a snapshot kind by kind.
 
-use crate::geometry::Geometry;
-use crate::pick::bounds;
-use crate::view::View;
-use crate::{ground, marks, surfaces};
+use crate::picture::geometry::Geometry;
+use crate::picture::{ground, marks, surfaces};
+use crate::viewing::pick::bounds;
+use crate::viewing::view::View;
 use glam::Vec3;
 use msd_core::{Real, Snapshot, Vector};
 

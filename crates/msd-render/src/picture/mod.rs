@@ -1,0 +1,11 @@
+//! The content of a picture: triangles, lines, points, planes and the legend, in columns as the
+//! device takes them.
+
+pub mod colour;
+pub(crate) mod geometry;
+mod surfaces;
+mod marks;
+pub(crate) mod ground;
+pub(crate) mod compose;
+mod text;
+pub(crate) mod legend;
