@@ -196,8 +196,8 @@ impl Witness {
         *self = Witness::default();
     }
 
-    /// The change of [`Energy::total`] since the first sample or the last restart, joules, less what
-    /// added up in a body at rest: the error of the method in the balance of the energy.
+    /// The change of [`Energy::total`] since the first sample or the last restart, joules, less
+    /// what added up in a body at rest: the error of the method in the balance of the energy.
     pub fn imbalance(&self) -> f64 {
         self.balance.change
     }
