@@ -6,6 +6,8 @@
 #![forbid(unsafe_code)]
 
 pub mod quantity;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod drivers;
 pub mod session;
 pub mod viewer;
 pub mod input;
