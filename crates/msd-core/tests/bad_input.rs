@@ -8,11 +8,13 @@ use msd_core::{
     Body, Error, Friction, Integrator, Interaction, Material, Particle, Pin, Plane, Real, Scene,
     Settings, Simulation, Spring, State, Vector, shape,
 };
-use std::f64::{INFINITY as INF, NAN};
 use std::ops::Range;
 
-/// A change to a valid scene.
-type Change = fn(&mut Scene);
+const NAN: f64 = f64::NAN;
+const INF: f64 = f64::INFINITY;
+
+/// A change to what is valid.
+type Change<T> = fn(&mut T);
 
 const PLANE: Plane =
     Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.5, friction: Friction::Coulomb(0.5) };
@@ -22,7 +24,7 @@ fn body(particles: Range<usize>) -> Body {
 }
 
 /// What single precision refuses, and in which words.
-const ROWS: [(Change, &str); 27] = [
+const ROWS: [(Change<Scene>, &str); 27] = [
     (|s| s.particles[1].mass = 0.0, "mass of particle 1 is 0; it must be positive and finite"),
     (|s| s.particles[1].mass = -1.0, "mass of particle 1 is -1; it must be positive and finite"),
     (|s| s.particles[1].mass = NAN, "mass of particle 1 is NaN; it must be positive and finite"),
@@ -110,7 +112,7 @@ const ROWS: [(Change, &str); 27] = [
 ];
 
 /// What is refused of the settings, and in which words.
-const SETTINGS: [(fn(&mut Settings), &str); 8] = [
+const SETTINGS: [(Change<Settings>, &str); 8] = [
     (|s| s.step = 0.0, "step of setting 0 is 0; it must be positive, finite and at most 1e6 s"),
     (|s| s.step = -1.0, "step of setting 0 is -1; it must be positive, finite and at most 1e6 s"),
     (|s| s.step = NAN, "step of setting 0 is NaN; it must be positive, finite and at most 1e6 s"),
@@ -276,7 +278,7 @@ fn a_count_of_steps_that_is_not_exact_as_a_number_is_refused() {
 }
 
 /// What single precision cannot hold, and what is told.
-const TOO_LARGE: [(Change, &str); 5] = [
+const TOO_LARGE: [(Change<Scene>, &str); 5] = [
     (
         |s| s.springs[0].rest_length = 1e300,
         "rest length of spring 0 is 1e300; it must be finite and not negative",
