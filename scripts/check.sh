@@ -22,31 +22,32 @@ test_release() {
         --test stability --test limits
 }
 
-# Every example but the window, which tests/window.rs of the app drives in its stead.
+# Every example but the window, which tests/window.rs of the app drives in its stead. Not optimised
+# beyond the core, as the tests have compiled all that they need.
 examples() {
     local out
     out=$(mktemp -d)
-    cargo build --release --examples
+    cargo build --examples
     for example in hello_spring own_element own_obstacle own_method grow half_stiffer no_std_step; do
-        "target/release/examples/$example" >"$out/$example.txt"
+        "target/debug/examples/$example" >"$out/$example.txt"
         [ -s "$out/$example.txt" ]
     done
-    target/release/examples/soak chain 120 >"$out/soak.txt"
+    target/debug/examples/soak chain 120 >"$out/soak.txt"
     grep -q '^2,' "$out/soak.txt"
     for example in chain_plot falling_square stability_table; do
-        "target/release/examples/$example" "$out/$example.svg"
+        "target/debug/examples/$example" "$out/$example.svg"
         grep -q '</svg>' "$out/$example.svg"
     done
     rm -r "$out"
 }
 
-# Each benchmark once: that it runs, not how fast. And the instructions of a step, counted.
+# Each benchmark once: that it runs, not how fast, and so as the tests were compiled. And the
+# instructions of a step, counted, optimised.
 bench() {
-    cargo bench --bench step -- --test
-    cargo bench --bench performance -- --test
-    cargo bench --bench stability -- --test
-    MSD_CACHE= cargo bench --bench promise -- --test
-    MSD_CACHE= cargo bench --bench trade -- --test
+    local name
+    for name in step performance stability promise trade; do
+        MSD_CACHE= cargo bench --profile dev --bench "$name" -- --test
+    done
     cargo bench --bench instructions
 }
 
@@ -83,7 +84,7 @@ elsewhere() {
     fi
     for target in "$neon" "$plain"; do
         CARGO_TARGET_AARCH64_UNKNOWN_LINUX_MUSL_RUNNER=qemu-aarch64 \
-            cargo test -p msd-core --test kernel --target "$target" --target-dir target/elsewhere \
+            cargo test -p msd-core --test kernel --target "$target" \
             --config "target.$target.linker='rust-lld'" \
             --config "target.$target.rustflags=['-Clink-self-contained=yes']"
     done
@@ -102,15 +103,15 @@ miri() {
         -- forces_have lattices_of_all
 }
 
-# Every library must stay fit for the browser, and the core for one with registers of 128 bits.
+# Every library must stay fit for the browser, without warnings, and the core for one with registers
+# of 128 bits.
 wasm() {
     (
         eval "$(sh scripts/wasm-toolchain.sh .toolchain)"
-        cargo check --lib -p msd -p msd-core -p msd-scene -p msd-run -p msd-study \
-            -p msd-report -p msd-render -p msd-app \
-            --target-dir target/wasm $WASM_CARGO_ARGS
+        RUSTFLAGS=-Dwarnings cargo check --lib -p msd -p msd-core -p msd-scene -p msd-run -p msd-study \
+            -p msd-report -p msd-render -p msd-app $WASM_CARGO_ARGS
         RUSTFLAGS=-Ctarget-feature=+simd128 cargo build --lib -p msd-core \
-            --target-dir target/simd128 $WASM_CARGO_ARGS
+            --config profile.dev.package.msd-core.opt-level=1 $WASM_CARGO_ARGS
     )
 }
 
@@ -123,11 +124,11 @@ deny() {
     fi
 }
 
+# With the seconds that processors worked: the wall clock of a busy machine says little.
 run() {
-    local began=$SECONDS
     echo "check: $1"
-    "$2"
-    echo "check: $1 took $((SECONDS - began)) s"
+    local TIMEFORMAT="check: $1 took %0R s, in which processors worked %0U s, and %0S s for the system"
+    time "$2"
 }
 
 steps=("$@")

@@ -6,7 +6,8 @@
 # Needs a nightly compiler, a C++ compiler and `cargo install cargo-fuzz`. New inputs are kept in
 # fuzz/found/TARGET (not in the repository), those that fail in fuzz/artifacts/TARGET. To keep the
 # best of what was found as seeds: cd fuzz && cargo +nightly fuzz cmin TARGET corpus/TARGET ...
-# CI needs none of this: `scripts/check.sh test` runs mutations of the corpus in a plain test.
+# CI needs none of this: `scripts/check.sh test` runs mutations of the corpus and random bytes in a
+# plain test.
 set -euo pipefail
 cd "$(dirname "$0")/../fuzz"
 

@@ -1,8 +1,8 @@
 //! Works on which a step is measured, named `scene/size`.
 
-use msd::core::glam::DVec3;
-use msd::core::{Friction, Plane, Scene};
-use msd::scene::workloads;
+use msd_core::glam::DVec3;
+use msd_core::{Friction, Plane, Scene};
+use msd_scene::workloads;
 
 /// Makes a scene by its name: `cloth/SIDE` and `irregular/PARTICLES`, whose springs have numbers of
 /// their own, or `block/SIDE`, whose springs are alike; `own-block/SIDE` is a block with numbers of

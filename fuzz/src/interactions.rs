@@ -21,10 +21,15 @@ pub fn check(bytes: &[u8]) {
 }
 
 fn stream(u: &mut Unstructured) -> Result<()> {
-    let double = u.arbitrary()?;
+    let first: u8 = u.arbitrary()?;
     let settings = world::settings(u)?;
-    let scene = world::scene(u)?;
-    if double { drive::<f64>(u, &scene, settings) } else { drive::<f32>(u, &scene, settings) }
+    let mut scene = world::scene(u)?;
+    world::spoil(&mut scene, first >> 1);
+    if first & 1 == 1 {
+        drive::<f64>(u, &scene, settings)
+    } else {
+        drive::<f32>(u, &scene, settings)
+    }
 }
 
 fn drive<R: Real>(u: &mut Unstructured, scene: &Scene, settings: Settings) -> Result<()> {

@@ -10,7 +10,7 @@
 
 mod promise;
 mod numbers;
-mod world;
+pub mod world;
 pub mod interactions;
 pub mod meshes;
 pub mod runs;

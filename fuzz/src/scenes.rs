@@ -6,7 +6,7 @@ use msd_scene::schema::{BodyRow, Kind, SceneFile};
 use msd_scene::{SceneFormat, parse, read, write};
 
 /// The largest scene that is built and run, particles.
-const LARGEST: u128 = 500;
+const LARGEST: u128 = 1000;
 /// Scenes with more particles are refused for their size before they are built.
 const REFUSED: u128 = 1 << 24;
 

@@ -2,9 +2,11 @@
 
 use super::numbers::{any, decade, index, positive, vector};
 use arbitrary::{Result, Unstructured};
+use core::ops::Range;
 use msd_core::glam::DVec3;
 use msd_core::{
-    Body, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Spring, Surface, World,
+    Body, Corner, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Spring, Surface,
+    World,
 };
 
 /// The methods that take a step in a time known before.
@@ -19,7 +21,7 @@ const FIXED: [Integrator; 7] = [
 ];
 
 /// A scene of a few rows, mostly valid ones.
-pub(crate) fn scene(u: &mut Unstructured) -> Result<Scene> {
+pub fn scene(u: &mut Unstructured) -> Result<Scene> {
     let (particles, springs) = (u.int_in_range(1..=6)?, u.int_in_range(0..=8)?);
     let mut scene = Scene { world: world(u)?, ..Scene::default() };
     for place in 0..particles {
@@ -50,6 +52,28 @@ pub(crate) fn scene(u: &mut Unstructured) -> Result<Scene> {
         });
     }
     Ok(scene)
+}
+
+/// Breaks what holds a scene together, or leaves it as it is: most often.
+pub(crate) fn spoil(scene: &mut Scene, choice: u8) {
+    let body = |particles, surface| {
+        let name = "spoilt".into();
+        Body { name, particles, springs: 0..0, surface }
+    };
+    let corners = |particle| vec![Corner { particle, uv: [0.0; 2] }];
+    let surface = |corners, triangles| Surface { corners, triangles, two_sided: true };
+    match choice % 32 {
+        1 => scene.particles.clear(),
+        2 => {
+            let (ends, rest_length) = ([0, 0], 1.0);
+            scene.springs.push(Spring { ends, rest_length, stiffness: 1.0, damping: 0.0 });
+        }
+        3 => scene.bodies.push(body(Range { start: 1, end: 0 }, Surface::default())),
+        4 => scene.bodies.push(body(0..1, surface(corners(u32::MAX), Vec::new()))),
+        5 => scene.bodies.push(body(0..1, surface(corners(0), vec![[0, 0, 1]]))),
+        6 => scene.bodies.push(body(0..1, surface(corners(0), vec![[0, 0, 0]]))),
+        _ => (),
+    }
 }
 
 /// A particle near its place on a row along x, or anywhere.

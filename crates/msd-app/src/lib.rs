@@ -5,6 +5,8 @@
 //! [`window`] is the shell: winit, the surface, the frames.
 #![forbid(unsafe_code)]
 
+#[cfg(not(target_arch = "wasm32"))]
+pub mod drivers;
 pub mod session;
 pub mod viewer;
 pub mod input;

@@ -27,7 +27,7 @@ fn folder(sweep: &str) -> TempDir {
 
 fn msd(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = common::msd(folder, &[&["sweep", "small.toml"], arguments].concat());
-    command.env("XDG_RUNTIME_DIR", folder).env("MSD_CACHE", folder.join("cache"));
+    command.env("MSD_CACHE", folder.join("cache"));
     command
 }
 

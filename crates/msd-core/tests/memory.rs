@@ -97,7 +97,7 @@ fn every_method_is_among_those_whose_allocations_are_counted() {
 }
 
 /// An unstructured body of particles and springs, so soft that it hardly moves, above a floor.
-fn tangle([particles, springs]: [usize; 2], own_material: bool) -> Scene {
+fn unstructured([particles, springs]: [usize; 2], own_material: bool) -> Scene {
     let particle = |row: usize| Particle {
         position: DVec3::new(row as f64, 0.0, 0.0),
         velocity: DVec3::ZERO,
@@ -167,12 +167,13 @@ fn cost<R: Real>(integrator: Integrator, scene: &Scene) -> i64 {
 #[test]
 fn memory_is_what_the_documents_say() {
     let mut table = String::from(
-        "| method | cloth, f32 | cloth, f64 | tangle, f32 | tangle, f64 |\n|---|---|---|---|---|\n",
+        "| method | cloth, f32 | cloth, f64 | unstructured, f32 | unstructured, f64 |\n\
+         |---|---|---|---|---|\n",
     );
-    let (cloth, tangle) = (cloth(), tangle([COUNT, 8 * COUNT], false));
+    let (cloth, other) = (cloth(), unstructured([COUNT, 8 * COUNT], false));
     for integrator in Integrator::ALL {
         let [a, b] = [cost::<f32>(integrator, &cloth), cost::<f64>(integrator, &cloth)];
-        let [c, d] = [cost::<f32>(integrator, &tangle), cost::<f64>(integrator, &tangle)];
+        let [c, d] = [cost::<f32>(integrator, &other), cost::<f64>(integrator, &other)];
         writeln!(table, "| {integrator} | {a} | {b} | {c} | {d} |").expect("a string has room");
     }
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/endurance.md");
@@ -183,7 +184,7 @@ fn memory_is_what_the_documents_say() {
 #[test]
 fn springs_pay_for_a_material_of_their_own_alone() {
     let springs = 8 * COUNT as i64;
-    let scenes = [false, true].map(|own| tangle([COUNT, 8 * COUNT], own));
+    let scenes = [false, true].map(|own| unstructured([COUNT, 8 * COUNT], own));
     for integrator in Integrator::ALL {
         // A stiffness and a damping per spring are two numbers of the model and two in rows of the
         // kernel, of which up to a quarter of the lanes are empty.

@@ -1,18 +1,22 @@
-//! The targets of `fuzz/` on their corpora, and on many mutations of them, without libFuzzer, on
-//! the same inputs on every machine, and within a fixed memory.
+//! Any bytes at every boundary of msd: the targets of `fuzz/` on their corpora, on mutations of
+//! these and on random bytes, without libFuzzer, on the same inputs on every machine, and within a
+//! fixed memory.
 //!
-//! `MSD_MUTATIONS=3000` runs as many per target instead of the default of 300.
+//! `MSD_MUTATIONS=3000` runs as many of either per target instead of the default of 500.
 
 #[path = "../../../fuzz/src/lib.rs"]
 mod targets;
 
+use arbitrary::Unstructured;
 use cap::Cap;
+use msd_core::{Settings, Simulation};
+use msd_scene::BUILTINS;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use std::alloc::System;
 use std::fs;
 use std::path::{Path, PathBuf};
-use targets::TARGETS;
+use targets::{TARGETS, world};
 
 /// No input of some kilobytes may ask for more, bytes; a header that promises a gigabyte of rows
 /// would. The tests run side by side.
@@ -32,12 +36,17 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz")
 }
 
-/// The seeds of a target in the order of their names, so that every machine makes the same inputs.
+/// The seeds of a target in the order of their names, so that every machine makes the same inputs,
+/// and the built-in scenes.
 fn corpus(target: &str) -> Vec<Vec<u8>> {
     let entries = fs::read_dir(folder().join("corpus").join(target)).expect("a corpus");
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
-    paths.iter().map(|path| fs::read(path).expect("a seed")).collect()
+    let mut seeds: Vec<_> = paths.iter().map(|path| fs::read(path).expect("a seed")).collect();
+    if target == "scenes" {
+        seeds.extend(BUILTINS.map(|builtin| builtin.text.into()));
+    }
+    seeds
 }
 
 /// A number below `limit`, which is not 0.
@@ -69,7 +78,16 @@ fn mutate(lot: &mut Pcg32, seeds: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-/// Runs a target on its corpus and on mutations of it.
+/// Random bytes behind the start of a seed, which may be empty.
+fn random(lot: &mut Pcg32, seeds: &[Vec<u8>]) -> Vec<u8> {
+    let seed = &seeds[below(lot, seeds.len())];
+    let kept = if below(lot, 2) == 0 { 0 } else { below(lot, seed.len().min(LONGEST) + 1) };
+    let mut tail = vec![0; below(lot, 512)];
+    lot.fill_bytes(&mut tail);
+    [&seed[..kept], &tail].concat()
+}
+
+/// Runs a target on its corpus, on mutations of it and on random bytes.
 fn rehearse(target: &str) {
     let (_, check) = TARGETS.into_iter().find(|(name, _)| *name == target).expect("a target");
     let seeds = corpus(target);
@@ -78,11 +96,12 @@ fn rehearse(target: &str) {
     // Any seed would do; a fixed one fails alike everywhere.
     let mut lot = Pcg32::new(2014, 0xa02b_dbf7_bb3c_0a7a);
     let mutations = std::env::var("MSD_MUTATIONS").ok().and_then(|count| count.parse().ok());
-    for _ in 0..mutations.unwrap_or(300) {
-        let bytes = mutate(&mut lot, &seeds);
-        // Shown only where the check panics.
-        println!("{target}: b\"{}\"", bytes.escape_ascii());
-        check(&bytes);
+    for _ in 0..mutations.unwrap_or(500) {
+        for bytes in [mutate(&mut lot, &seeds), random(&mut lot, &seeds)] {
+            // Shown only where the check panics.
+            println!("{target}: b\"{}\"", bytes.escape_ascii());
+            check(&bytes);
+        }
     }
 }
 
@@ -104,6 +123,21 @@ fn meshes_are_refused_or_made_bodies() {
 #[test]
 fn interactions_are_refused_or_leave_a_state_in_the_world() {
     rehearse("interactions");
+}
+
+#[test]
+fn a_fair_share_of_the_scenes_made_of_random_bytes_is_valid() {
+    let mut lot = Pcg32::new(2014, 0xa02b_dbf7_bb3c_0a7a);
+    let mut is_valid = |_: &usize| {
+        let mut bytes = [0; 512];
+        lot.fill_bytes(&mut bytes);
+        let scene = world::scene(&mut Unstructured::new(&bytes)).expect("enough bytes");
+        Simulation::<f32>::new(&scene, Settings::default()).is_ok()
+    };
+    let valid = (0..400).filter(|row| is_valid(row)).count();
+    // A test of refusals alone would pass whatever a step does, one of valid scenes alone whatever
+    // the checks let in. Of the mutations of seeds more are valid.
+    assert!((40..320).contains(&valid), "{valid} of 400");
 }
 
 #[test]

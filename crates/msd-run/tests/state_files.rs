@@ -173,6 +173,22 @@ fn many_write_one_file_at_once_and_none_takes_the_part_of_another() {
 }
 
 #[test]
+fn writers_that_come_and_go_clear_away_no_part_that_is_in_use() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("state.csv");
+    let write = || {
+        for _ in 0..300 {
+            let mut output = Output::create(&path).expect("a part of its own");
+            write!(output, "whole").expect("room on the disk");
+            output.finish().expect("its part is still there");
+        }
+    };
+    std::thread::scope(|threads| (0..4).for_each(|_| drop(threads.spawn(write))));
+    assert_eq!(std::fs::read_to_string(&path).expect("the file"), "whole");
+    assert_eq!(folder.path().read_dir().expect("a folder").count(), 1);
+}
+
+#[test]
 fn an_output_without_a_place_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     for (path, told) in [

@@ -6,6 +6,7 @@ use super::places::Places;
 use super::run::{Prepared, explain_divergence, prepare};
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
+use msd_app::drivers::quietly;
 use msd_app::viewer::shows_springs;
 use msd_render::{Gpu, Image, Offscreen, RenderError, Style, View, bounds};
 use msd_run::on;
@@ -32,7 +33,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut output = Output::create(&path).map_err(Failure::input)?;
     // Asked for before the run: without a driver, or for a picture that is too large for it, the
     // steps would be in vain.
-    let gpu = pollster::block_on(Gpu::headless()).map_err(Failure::input)?;
+    let gpu = quietly(|| pollster::block_on(Gpu::headless())).map_err(Failure::input)?;
     let [width, height] = arguments.size;
     let mut screen = Offscreen::new(&gpu, width, height).map_err(Failure::input)?;
     for _ in 0..prepared.steps {

@@ -15,6 +15,8 @@ pub use native::{view, view_as};
 #[cfg(target_arch = "wasm32")]
 pub use web::start_web;
 
+#[cfg(not(target_arch = "wasm32"))]
+use crate::drivers;
 use crate::input::{read_pointer, take_commands};
 use crate::panel;
 use crate::viewer::Viewer;
@@ -24,22 +26,12 @@ use std::time::Duration;
 use surface::{Painting, WindowSurface};
 use web_time::Instant;
 use winit::application::ApplicationHandler;
-use winit::dpi::LogicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
 /// What arrives from outside the window system: the graphics device, which a browser gives later.
 pub(crate) type Arrival = Box<Result<(Gpu, wgpu::Surface<'static>), RenderError>>;
-
-/// Why the window could not be shown.
-#[derive(Debug)]
-pub(crate) enum Trouble {
-    /// No graphics.
-    Graphics(RenderError),
-    /// No window.
-    Window(String),
-}
 
 /// Is shown every frame, for tests.
 pub(crate) type Watcher = Box<dyn FnMut(&Viewer, f32)>;
@@ -55,7 +47,8 @@ pub(crate) struct Shell {
     last_frame: Instant,
     hidden: bool,
     watcher: Option<Watcher>,
-    pub(crate) trouble: Option<Trouble>,
+    /// Why the window could not be shown; a browser finds it in the log.
+    pub(crate) missing: Option<Missing>,
 }
 
 impl Shell {
@@ -76,7 +69,7 @@ impl Shell {
             last_frame: Instant::now(),
             hidden: false,
             watcher,
-            trouble: None,
+            missing: None,
         }
     }
 
@@ -86,8 +79,8 @@ impl Shell {
         // In a browser the page chooses the size.
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = attributes
-            .with_inner_size(LogicalSize::new(1280.0, 800.0))
-            .with_min_inner_size(LogicalSize::new(640.0, 400.0));
+            .with_inner_size(winit::dpi::LogicalSize::new(1280.0, 800.0))
+            .with_min_inner_size(winit::dpi::LogicalSize::new(640.0, 400.0));
         #[cfg(target_arch = "wasm32")]
         let attributes =
             winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
@@ -109,15 +102,15 @@ impl Shell {
             proxy.send_event(arrival).ok();
         };
         #[cfg(not(target_arch = "wasm32"))]
-        pollster::block_on(arrive);
+        drivers::quietly(|| pollster::block_on(arrive));
         #[cfg(target_arch = "wasm32")]
         wasm_bindgen_futures::spawn_local(arrive);
         Ok(())
     }
 
-    fn fail(&mut self, event_loop: &ActiveEventLoop, trouble: Trouble) {
-        log::error!("{trouble:?}");
-        self.trouble = Some(trouble);
+    fn fail(&mut self, event_loop: &ActiveEventLoop, what: Missing) {
+        log::error!("{what}");
+        self.missing = Some(what);
         event_loop.exit();
     }
 
@@ -202,7 +195,7 @@ impl ApplicationHandler<Arrival> for Shell {
             return;
         }
         if let Err(error) = self.open(event_loop) {
-            self.fail(event_loop, Trouble::Window(error.to_string()));
+            self.fail(event_loop, Missing::Window(error.to_string()));
         }
     }
 
@@ -210,11 +203,11 @@ impl ApplicationHandler<Arrival> for Shell {
         let (Some(window), Some(input)) = (self.window.clone(), &mut self.input) else { return };
         let (gpu, surface) = match *arrival {
             Ok(pair) => pair,
-            Err(error) => return self.fail(event_loop, Trouble::Graphics(error)),
+            Err(error) => return self.fail(event_loop, Missing::Graphics(Box::new(error))),
         };
         let Some(surface) = WindowSurface::new(window.clone(), gpu, surface) else {
             let text = "the graphics adapter cannot draw on this window".to_owned();
-            return self.fail(event_loop, Trouble::Window(text));
+            return self.fail(event_loop, Missing::Window(text));
         };
         input.set_max_texture_side(surface.longest_side());
         log::info!("drawing with {}", surface.adapter());

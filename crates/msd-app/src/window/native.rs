@@ -1,6 +1,6 @@
 //! The window on a desktop.
 
-use super::{Arrival, Missing, Shell, Trouble, ViewError, status_file};
+use super::{Arrival, Missing, Shell, ViewError, status_file};
 use crate::viewer::{Viewer, catalogue};
 use msd_scene::Loaded;
 use std::path::{Path, PathBuf};
@@ -32,9 +32,8 @@ fn show(loaded: Loaded, status: Option<&Path>) -> Result<(), Missing> {
     let event_loop = event_loop()?;
     let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
     let ended = event_loop.run_app(&mut shell);
-    match shell.trouble.take() {
-        Some(Trouble::Graphics(error)) => Err(Missing::Graphics(Box::new(error))),
-        Some(Trouble::Window(text)) => Err(Missing::Window(text)),
+    match shell.missing.take() {
+        Some(what) => Err(what),
         None => ended.map_err(|error| Missing::Window(error.to_string())),
     }
 }

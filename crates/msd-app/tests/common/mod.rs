@@ -6,10 +6,12 @@ use std::path::Path;
 use std::process::{Command, Output};
 use tempfile::TempDir;
 
-/// The program in a folder, which logs nothing.
+/// The program in a folder, which logs nothing. Without a folder of the session graphics drivers
+/// have something to complain about on the standard error.
 pub fn msd(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
-    command.current_dir(folder).args(arguments).env_remove("RUST_LOG");
+    command.current_dir(folder).args(arguments);
+    command.env_remove("RUST_LOG").env_remove("XDG_RUNTIME_DIR");
     command
 }
 

@@ -189,11 +189,11 @@ fn open_part(place: &Path, old: Option<&Metadata>) -> io::Result<(File, TempPath
     for part in parts {
         match new_file(&part, old) {
             Ok(file) => {
-                let path = TempPath::try_from_path(&part)?;
                 // Where files cannot be locked nothing clears them away either.
                 let locked = !matches!(file.try_lock(), Err(std::fs::TryLockError::WouldBlock));
-                if locked && is_at(&file, &part)? {
-                    return Ok((file, path));
+                // Another may have cleared it away before it was locked, and put its own there.
+                if locked && is_at(&file, &part).unwrap_or(false) {
+                    return Ok((file, TempPath::try_from_path(&part)?));
                 }
             }
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}

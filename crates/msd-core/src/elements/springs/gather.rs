@@ -19,6 +19,7 @@ pub(crate) const NEAR_BYTES: usize = 1 << 19;
 
 /// Distance of the prefetch, rows times bytes of a number: enough to cover the latency of memory,
 /// and no more than the nearest cache holds.
+#[cfg(target_arch = "x86_64")]
 const AHEAD: usize = 64;
 
 /// Transposes between points and columns.

@@ -1,0 +1,45 @@
+//! Notes of graphics drivers, kept off the standard error.
+
+/// Runs `open`, which starts graphics drivers, without what these print on the standard error.
+///
+/// The libraries of OpenGL and Vulkan write there what they tried and did not find, such as the
+/// Wayland display that `XDG_RUNTIME_DIR` would name; what matters is in the result. With `RUST_LOG`
+/// at `warn` or more their notes appear, and after a panic as well.
+pub fn quietly<T>(open: impl FnOnce() -> T) -> T {
+    #[cfg(unix)]
+    let _aside = if log::log_enabled!(log::Level::Warn) { None } else { aside::Aside::new().ok() };
+    open()
+}
+
+#[cfg(unix)]
+mod aside {
+    use rustix::stdio::dup2_stderr;
+    use std::fs::File;
+    use std::io::{self, Seek};
+    use std::os::fd::{AsFd, OwnedFd};
+
+    /// The standard error of the process, put aside for a file without a name.
+    pub(super) struct Aside {
+        kept: OwnedFd,
+        notes: File,
+    }
+
+    impl Aside {
+        pub(super) fn new() -> io::Result<Self> {
+            let notes = tempfile::tempfile()?;
+            let kept = io::stderr().as_fd().try_clone_to_owned()?;
+            dup2_stderr(&notes)?;
+            Ok(Aside { kept, notes })
+        }
+    }
+
+    impl Drop for Aside {
+        fn drop(&mut self) {
+            // Without a standard error there is nobody to tell.
+            dup2_stderr(&self.kept).ok();
+            if std::thread::panicking() && self.notes.rewind().is_ok() {
+                io::copy(&mut self.notes, &mut io::stderr()).ok();
+            }
+        }
+    }
+}
