@@ -235,14 +235,14 @@ fn what_is_offered_follows_the_sliders() {
 #[test]
 fn a_second_of_history_helps_where_a_hand_was_to_blame() {
     let mut small = block();
-    small.scene.world.extent = 8.0;
+    small.scene.world.extent = 15.0;
     let mut session = Session::new(small).expect("a valid scene");
     (0..120).for_each(|_| session.step_forward());
-    // Lifted from the floor at -5 m, at 5 m/s, out of the world.
-    let start = session.position(0);
-    session.grab(0, start);
+    // Lifted by its middle, from the floor at -5 m, at 4 m/s, out of the world.
+    let start = session.position(21);
+    session.grab(21, start);
     let is_lost = (1..600).any(|step| {
-        session.move_grab(start + DVec3::Y * 5.0 * f64::from(step) * FRAME);
+        session.move_grab(start + DVec3::Y * 4.0 * f64::from(step) * FRAME);
         blows_up(&mut session, 1)
     });
     assert!(is_lost);

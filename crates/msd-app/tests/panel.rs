@@ -241,7 +241,7 @@ fn a_drag_beside_the_body_turns_the_camera_and_a_slider_does_not() {
 
 /// Whether a percentage of the limit is shown.
 fn shows_limit(harness: &Harness<'_, Viewer>) -> bool {
-    harness.query_by_label_contains("of the limit").is_some()
+    harness.query_by_label_contains("the limit").is_some()
         || harness.query_by_label_contains("step is stable").is_some()
 }
 

@@ -18,26 +18,27 @@ mod recording;
 mod failure;
 
 pub use clock::{BUDGET, Frame, Pace};
-pub use energy::EnergyReadings;
-pub use failure::{RunFailure, WaysOut};
-pub use live_error::{ErrorNow, ErrorReading, LiveErrorMeter, WINDOW as ERROR_WINDOW};
+pub use failure::RunFailure;
+pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
 pub use material::{Material, MaterialEdit, MaterialValues, MixedValue};
 pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Tuning};
-pub use stability_light::{REFRESH, StabilityLight};
 pub use throttle::Throttle;
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 
 use clock::Clock;
-use failure::Origins;
+use energy::EnergyReadings;
+use failure::{Origins, WaysOut};
 use glam::DVec3;
 use grab::{Grab, Held};
+use live_error::LiveErrorMeter;
 use msd_core::{Energy, Error, Interaction, Select, Vector};
 use msd_run::recording::Event;
 use msd_run::rescue::{Offer, Origin, Remedy, debris};
 use msd_run::{History, Runner, on};
 use msd_scene::Loaded;
 use recording::SessionRecording;
+use stability_light::StabilityLight;
 use std::fmt::Display;
 use std::path::Path;
 

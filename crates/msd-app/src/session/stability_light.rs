@@ -5,7 +5,7 @@ use msd_core::Integrator;
 use msd_core::stability::Estimator;
 
 /// Shortest time between two predictions for a run that goes on, seconds.
-pub const REFRESH: f64 = 1.0;
+const REFRESH: f64 = 1.0;
 /// The largest share of the wall clock that predictions may take.
 const SHARE: f64 = 0.005;
 /// The same while none is shown, as the run was changed.
