@@ -34,12 +34,14 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
 fn limit(ui: &mut Ui, session: &Session) {
     let substep = quantity(session.runner().settings().substep(), "s");
     let (text, colour) = solver::describe(session.stability().map(|(share, _)| share));
+    let between = if text.starts_with("is ") { " " } else { ": " };
     let marked = if session.fastest_springs().is_empty() {
         ""
     } else {
-        " The springs that move fastest are marked."
+        ". The springs that move fastest are marked."
     };
-    ui.label(RichText::new(format!("The substep of {substep}: {text}.{marked}")).color(colour));
+    let text = format!("The substep of {substep}{between}{text}{marked}");
+    ui.label(RichText::new(text).color(colour));
 }
 
 /// A button for each way out.

@@ -8,8 +8,9 @@ use msd_run::rescue::{Offer, Origin, Rescue};
 use msd_run::{History, Runner, on};
 use msd_scene::Loaded;
 
-/// The time of a frame that the search for ways out may take, seconds.
-const SEARCH: f64 = 0.02;
+/// The time that the search for ways out takes of each frame, seconds: half of the last one, as far
+/// as it is in this range.
+const SEARCH: [f64; 2] = [0.02, 0.25];
 /// The time that a way out must last on a copy of the run, simulated seconds.
 const LASTING: f64 = 2.0;
 /// The most springs that are marked.
@@ -28,15 +29,15 @@ impl RunFailure {
     /// What an error says; `gone_back` is whether the run shows an earlier state, that of `time`
     /// seconds.
     pub(super) fn new(error: &Error, gone_back: bool, time: f64) -> Self {
+        // A number and its unit stay together.
+        let at = |time: f64| quantity(time, "s").replace(' ', "\u{a0}");
         let text = match error {
             Error::Diverged(Divergence { particle, step, time, .. }) => {
-                let time = quantity(*time, "s");
-                format!("Particle {particle} left the world in step {step}, at {time}.")
+                format!("Particle {particle} left the world in step {step}, at {}.", at(*time))
             }
             other => format!("{other}."),
         };
-        let time = quantity(time, "s");
-        let shown = format!(" Shown is the last state that held together, at {time}.");
+        let shown = format!(" Shown is the last state that held together, at {}.", at(time));
         RunFailure { text: if gone_back { text + &shown } else { text } }
     }
 }
@@ -118,11 +119,12 @@ impl WaysOut {
     }
 
     /// Goes on with the search, or begins anew for a run that was changed since; `stable` is its
-    /// longest stable substep, seconds.
+    /// longest stable substep, and `real` the wall-clock time of a frame, seconds.
     pub(super) fn search(
         &mut self,
         (run, stable): (&Run, f64),
         origins: &Origins<'_>,
+        real: f64,
         stopwatch: &impl Fn() -> f64,
     ) {
         if self.rescue.as_ref().is_none_or(|rescue| rescue.of(run).is_none()) {
@@ -132,7 +134,9 @@ impl WaysOut {
             self.fastest = Some(Reading::new(fastest_springs(run.runner()), run));
         }
         if let Some(rescue) = self.rescue.as_mut().and_then(|rescue| rescue.of_mut(run)) {
-            rescue.work(&|origin| origins.copy(origin).ok(), SEARCH, stopwatch);
+            let [least, most] = SEARCH;
+            let budget = (0.5 * real).clamp(least, most);
+            rescue.work(&|origin| origins.copy(origin).ok(), budget, stopwatch);
         }
     }
 }

@@ -114,7 +114,7 @@ impl Session {
         let frame = if self.paused { Frame::default() } else { self.take_steps(real, stopwatch) };
         self.energy.follow(&self.run, Frame { real, ..frame }, stopwatch);
         self.stability_light.refresh(&self.run, real, stopwatch);
-        self.search_ways_out(stopwatch);
+        self.search_ways_out(real, stopwatch);
         frame
     }
 
@@ -398,11 +398,11 @@ impl Session {
 
 /// The ways out of a run that stopped by itself.
 impl Session {
-    fn search_ways_out(&mut self, stopwatch: &impl Fn() -> f64) {
+    fn search_ways_out(&mut self, real: f64, stopwatch: &impl Fn() -> f64) {
         let stable = self.stability_light.stable(&self.run);
         let (Some(_), Some(stable)) = (&self.failure, stable) else { return };
         let mut ways_out = std::mem::take(&mut self.ways_out);
-        ways_out.search((&self.run, stable), &self.origins(), stopwatch);
+        ways_out.search((&self.run, stable), &self.origins(), real, stopwatch);
         self.ways_out = ways_out;
     }
 
