@@ -1,5 +1,5 @@
-//! What the session shows is true: no number outlives what it was computed from, and each way out
-//! of a run that blew up leads to one that stays up.
+//! Honesty of the session: no number outlives what it was computed from, and each way out of a run
+//! that blew up leads to one that stays up.
 
 use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning};
 use msd_core::glam::DVec3;
@@ -198,7 +198,8 @@ fn substeps(session: &Session) -> Offer {
 fn a_run_that_blew_up_rests_at_a_state_that_holds_together() {
     let mut session = blown_up();
     let longest = on!(session.runner(), simulation => {
-        (0..simulation.model().spring_count()).map(|spring| simulation.length(spring)).fold(0.0, f64::max)
+        let springs = 0..simulation.model().spring_count();
+        springs.map(|spring| simulation.length(spring)).fold(0.0, f64::max)
     });
     // The longest at the start are the diagonals of its cubes.
     assert!(longest < 3.0 * 3f64.sqrt(), "{longest} m");

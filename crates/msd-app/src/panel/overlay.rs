@@ -41,7 +41,11 @@ fn place(viewer: &Viewer, particle: usize) -> Option<Pos2> {
 /// The springs that carry the fastest motion of a run that blew up.
 fn fastest_springs(painter: &Painter, viewer: &Viewer) {
     let session = &viewer.session;
-    let ends = |&spring: &usize| on!(session.runner(), simulation => simulation.model().ends().get(spring).copied());
+    let ends = |&spring: &usize| {
+        on!(session.runner(), simulation => {
+            simulation.model().ends().get(spring).copied()
+        })
+    };
     for ends in session.fastest_springs().iter().filter_map(ends) {
         if let [Some(a), Some(b)] = ends.map(|end| place(viewer, end as usize)) {
             painter.line_segment([a, b], Stroke::new(5.0, Color32::from_black_alpha(120)));

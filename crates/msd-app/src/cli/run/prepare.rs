@@ -85,12 +85,9 @@ pub fn prepare(
         )));
     }
     let stable = predict(&runner);
-    let mut warnings = Vec::new();
-    let over = warn_of_step(settings, stable);
+    let over = warn_with_advice(&runner, FRAME, stable, duration.min(LASTING));
     let is_advised = over.is_some();
-    let advise =
-        |over| format!("{over}; {}", advise(&runner, FRAME, stable, duration.min(LASTING)));
-    warnings.extend(over.map(advise));
+    let mut warnings = Vec::from_iter(over);
     warnings.extend(warn_of_rounding(&Rounding::of(&loaded.scene, runner.precision())));
     warnings.extend(short.then(|| {
         let time = steps as f64 * settings.step;
@@ -196,6 +193,14 @@ fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
     // Rounding of the quotient stays far below a millionth of a step.
     let short = 1e-6 < (exact - steps).abs();
     (steps as u64, short)
+}
+
+/// A warning where the step of a run is longer than the longest stable one, with options to use
+/// instead, which lasted for so many simulated seconds; `frame` is the time that `--substeps`
+/// divides, seconds.
+pub fn warn_with_advice(start: &Runner, frame: f64, stable: f64, lasting: f64) -> Option<String> {
+    let over = warn_of_step(start.settings(), stable)?;
+    Some(format!("{over}; {}", advise(start, frame, stable, lasting)))
 }
 
 /// A warning where a step is longer than the longest stable one.

@@ -1,9 +1,9 @@
 //! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
 
-use super::advice::{LASTING, advise};
+use super::advice::LASTING;
 use super::explain_divergence;
 use super::files::Files;
-use super::prepare::{Prepared, is_endless, warn_of_step};
+use super::prepare::{Prepared, is_endless, warn_with_advice};
 use super::report::{Comparison, Distance, Done, RunReport};
 use super::tell_report;
 use crate::cli::arguments::{RunArguments, SolverArguments};
@@ -83,11 +83,10 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
         return Err(Failure::input(format!("{}: {work} steps would take weeks", start.name)));
     }
     let stable = runner.stable_substep();
-    let over = warn_of_step(settings, stable);
-    let is_advised = over.is_some();
     // The substeps of a replay are those of a recorded step.
-    let advise = |over| format!("{over}; {}", advise(runner, settings.step, stable, LASTING));
-    let mut warnings = Vec::from_iter(over.map(advise));
+    let over = warn_with_advice(runner, settings.step, stable, LASTING);
+    let is_advised = over.is_some();
+    let mut warnings = Vec::from_iter(over);
     if 0 < recording.lost_bytes {
         warnings.push(format!(
             "the recording is damaged after step {steps}; its last {} bytes are lost",
