@@ -4,7 +4,7 @@ use crate::history::History;
 use crate::on;
 use crate::runner::Runner;
 use msd_core::glam::DVec3;
-use msd_core::{Integrator, Settings, Vector, Witness};
+use msd_core::{Energy, Integrator, Settings, Vector, Witness};
 use msd_scene::AnyState;
 use std::collections::VecDeque;
 
@@ -22,6 +22,10 @@ const PATIENCE: f64 = 1.0;
 const TIMED: u32 = 5;
 /// Their length as a part of the usual one, lest they diverge: an explicit step costs the same.
 const SHORT: f64 = 1e-3;
+
+/// A run that gains more than this part of the most that was in motion will blow up, but later;
+/// bounces of a stiff body add a few per cent.
+const GAIN: f64 = 0.5;
 
 /// How far back a state is looked for that is no debris, simulated seconds.
 const SOUND: f64 = 2.0;
@@ -98,8 +102,10 @@ pub struct Offer {
 struct Dry {
     offer: Offer,
     run: Runner,
-    /// Watches for energy that the method adds: a run that will blow up, but later.
+    /// Watches for energy that the method adds.
     witness: Witness,
+    /// The most kinetic and elastic energy so far, joules.
+    most: f64,
     taken: u64,
     /// The wall-clock time of its steps, seconds.
     spent: f64,
@@ -194,8 +200,8 @@ impl Rescue {
         }
         let offer = Offer { remedy, origin, is_tried: false, cost: None };
         let mut witness = Witness::default();
-        run.show_to(&mut witness);
-        self.dry = Some(Box::new(Dry { offer, run, witness, taken: 0, spent: 0.0 }));
+        let most = moving(run.show_to(&mut witness));
+        self.dry = Some(Box::new(Dry { offer, run, witness, most, taken: 0, spent: 0.0 }));
     }
 
     /// Takes a step of a trial, and ends it where it has failed or lasted.
@@ -207,8 +213,8 @@ impl Rescue {
         if stepped.is_err() {
             return;
         }
-        dry.run.show_to(&mut dry.witness);
-        if 0.0 < dry.witness.gain() {
+        dry.most = dry.most.max(moving(dry.run.show_to(&mut dry.witness)));
+        if GAIN * dry.most < dry.witness.gain() {
             return;
         }
         let step = dry.run.settings().step;
@@ -222,6 +228,11 @@ impl Rescue {
             self.dry = Some(dry);
         }
     }
+}
+
+/// The kinetic and the elastic energy, joules.
+fn moving(energy: Energy) -> f64 {
+    energy.kinetic + energy.elastic
 }
 
 /// Settings of the same method that are finer, or of an adaptive one that can be kept.

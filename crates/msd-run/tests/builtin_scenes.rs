@@ -54,7 +54,7 @@ macro_rules! ten_seconds {
 }
 
 ten_seconds! {
-    jelly bunny cloth dice foam mattress snake spinner waffle teapot chain square square4
+    cube jelly bunny cloth dice foam mattress snake spinner waffle teapot chain square square4
 }
 
 #[test]
@@ -64,9 +64,38 @@ fn every_built_in_scene_runs_for_ten_seconds() {
 
 #[test]
 fn the_list_has_the_titles_of_the_files_and_the_default_first() {
-    assert_eq!(BUILTINS[0].name, "jelly");
+    assert_eq!(BUILTINS[0].name, "cube");
     for builtin in BUILTINS {
         assert_eq!(open(builtin.name).expect(builtin.name).title, builtin.title);
+    }
+}
+
+/// A cell turns inside out at a corner where its three edges there, taken in order, form a frame of
+/// the other hand.
+#[test]
+fn the_default_scene_keeps_every_cell_the_right_way_out() {
+    let mut runner = runner(BUILTINS[0].name);
+    let side = 10;
+    for _ in 0..100 {
+        run(&mut runner, 0.1);
+        let positions = positions(&runner);
+        let at = |[i, j, k]: [usize; 3]| positions[(i * side + j) * side + k];
+        let cells = (0..(side - 1).pow(3)).flat_map(|cell| {
+            let cell = [cell / 81, cell / 9 % 9, cell % 9];
+            (0..8).map(move |corner| (cell, [corner >> 2, corner >> 1 & 1, corner & 1]))
+        });
+        for (cell, corner) in cells {
+            let corner_of = |turned: Option<usize>| {
+                let place = |axis| corner[axis] ^ usize::from(turned == Some(axis));
+                at([0, 1, 2].map(|axis| cell[axis] + place(axis)))
+            };
+            let edges = [0, 1, 2].map(|axis| corner_of(Some(axis)) - corner_of(None));
+            // The axes along which a block is numbered are a left-handed frame.
+            let sign = if corner.iter().sum::<usize>() % 2 == 0 { -1.0 } else { 1.0 };
+            // The lattice may be numbered along the axes in either sense.
+            let volume = sign * edges[0].cross(edges[1]).dot(edges[2]);
+            assert!(0.2 < volume, "{volume} m3 of 1 at {cell:?} {corner:?}, {} s", runner.time());
+        }
     }
 }
 

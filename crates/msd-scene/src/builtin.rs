@@ -24,7 +24,8 @@ macro_rules! builtin {
 }
 
 /// The built-in scenes, the default first.
-pub const BUILTINS: [Builtin; 13] = [
+pub const BUILTINS: [Builtin; 14] = [
+    builtin!("cube", "a cube of firm jelly, turned and dropped"),
     builtin!("jelly", "a cube of jelly, spun and dropped"),
     builtin!("bunny", "a soft bunny hops, squashes as it lands and stands up again"),
     builtin!("cloth", "a cloth hung up by three points of its top row"),

@@ -20,9 +20,6 @@ use msd_scene::shown_path;
 use places::Places;
 use std::path::PathBuf;
 
-/// The scene that the window shows where none is named.
-const DEFAULT_SCENE: &str = "jelly";
-
 /// Runs the command that was asked for.
 pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
     // These measure what a setting costs, or run many things at once: each on one thread.
@@ -48,7 +45,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
 }
 
 fn view(scene: Option<PathBuf>) -> Result<(), Failure> {
-    let scene = scene.unwrap_or_else(|| DEFAULT_SCENE.into());
+    let scene = scene.unwrap_or_else(|| msd_scene::BUILTINS[0].name.into());
     let loaded = msd_scene::open(&scene).map_err(Failure::input)?;
     let mut places = Places::default();
     loaded.files.iter().for_each(|file| places.read("SCENE", file));

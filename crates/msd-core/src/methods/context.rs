@@ -235,7 +235,8 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);
     }
 
-    /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles did.
+    /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles
+    /// did.
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
         self.finished += 1;
         self.done.given -= self.scratch.springs.own_power.min(0.0) * self.settings.substep();

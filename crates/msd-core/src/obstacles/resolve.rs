@@ -6,6 +6,7 @@ use super::{Obstacle, Obstacles, PlaneColumn};
 use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD, single};
 use crate::number::{Real, Vector, at_level};
+use core::ops::Range;
 use fearless_simd::Level;
 
 /// The state at the end of a substep, as contact needs it.
@@ -90,31 +91,75 @@ pub(crate) fn resolve<R: Real>(
 fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>) -> Contacts {
     let mut tally = Tally::default();
     let mut few = Batch::default();
-    for record in 0..bodies.positions.len() / RECORD {
-        let inside = inside(obstacles, &bodies, record);
-        if inside == 0 {
+    let records = bodies.positions.len() / RECORD;
+    for first in (0..records).step_by(AT_ONCE) {
+        let some = first..records.min(first + AT_ONCE);
+        if !are_near(obstacles, &bodies, some.clone()) {
             continue;
         }
-        if MANY <= inside.count_ones() {
-            let mut batch = Batch::of_record(&bodies, record);
-            batch.meet(obstacles, &bodies.substep, &mut tally);
-            batch.leave(&mut bodies);
-            continue;
+        for record in some {
+            meet_record(obstacles, (&mut bodies, &mut few), record, &mut tally);
         }
-        let mut left = inside;
-        while left != 0 {
-            few.add(&bodies, record * RECORD + left.trailing_zeros() as usize);
-            left &= left - 1;
-            if few.count == LANES {
-                few.meet(obstacles, &bodies.substep, &mut tally);
-                few.leave(&mut bodies);
-                few = Batch::default();
+    }
+    if 0 < few.count {
+        few.meet(obstacles, &bodies.substep, &mut tally);
+        few.leave(&mut bodies);
+    }
+    tally.contacts()
+}
+
+/// Lets the particles of a record that are inside an obstacle meet it, or gathers them with the few
+/// of other records.
+#[inline(always)]
+fn meet_record<R: Real>(
+    obstacles: &Obstacles<R>,
+    (bodies, few): (&mut Bodies<'_, R>, &mut Batch<R>),
+    record: usize,
+    tally: &mut Tally,
+) {
+    let mut left = inside(obstacles, bodies, record);
+    if MANY <= left.count_ones() {
+        let mut batch = Batch::of_record(bodies, record);
+        batch.meet(obstacles, &bodies.substep, tally);
+        batch.leave(bodies);
+        return;
+    }
+    while left != 0 {
+        few.add(bodies, record * RECORD + left.trailing_zeros() as usize);
+        left &= left - 1;
+        if few.count == LANES {
+            few.meet(obstacles, &bodies.substep, tally);
+            few.leave(bodies);
+            *few = Batch::default();
+        }
+    }
+}
+
+/// Records that are compared with a plane before anything is decided.
+const AT_ONCE: usize = 4;
+
+/// Whether a particle of these records is inside a plane, or there are other obstacles.
+#[inline(always)]
+fn are_near<R: Real>(
+    obstacles: &Obstacles<R>,
+    bodies: &Bodies<'_, R>,
+    records: Range<usize>,
+) -> bool {
+    let mut any = [u32::from(!obstacles.own.is_empty()); LANES];
+    for plane in &obstacles.planes {
+        for record in records.clone() {
+            let x = record_of(bodies, record);
+            for (lane, any) in any.iter_mut().enumerate() {
+                *any |= u32::from(R::ZERO < depth(plane, x, lane));
             }
         }
     }
-    few.meet(obstacles, &bodies.substep, &mut tally);
-    few.leave(&mut bodies);
-    tally.contacts()
+    any.iter().fold(0, |all, any| all | any) != 0
+}
+
+#[inline(always)]
+fn record_of<'a, R: Real>(bodies: &'a Bodies<'_, R>, record: usize) -> &'a [R; RECORD] {
+    bodies.positions[record * RECORD..].first_chunk().expect("a record")
 }
 
 /// The number of particles inside from which on the whole record is computed.
@@ -127,17 +172,9 @@ fn inside<R: Real>(obstacles: &Obstacles<R>, bodies: &Bodies<'_, R>, record: usi
     if !obstacles.own.is_empty() {
         return (1 << LANES) - 1;
     }
-    let x: &[R; RECORD] = bodies.positions[record * RECORD..].first_chunk().expect("a record");
+    let x = record_of(bodies, record);
     let mut bits = 0;
     for plane in &obstacles.planes {
-        // Most records are far from all planes.
-        let mut any = 0u32;
-        for lane in 0..LANES {
-            any |= u32::from(R::ZERO < depth(plane, x, lane));
-        }
-        if any == 0 {
-            continue;
-        }
         let mut below = [0u32; LANES];
         for (lane, below) in below.iter_mut().enumerate() {
             *below = u32::from(R::ZERO < depth(plane, x, lane)) << lane;

@@ -90,7 +90,9 @@ impl<R: Real> Simulation<R> {
     /// Overwrites `to` with all positions in single precision, metres.
     pub fn copy_positions(&self, to: &mut Vec<[f32; 3]>) {
         to.clear();
-        to.extend(self.positions().map(|position| position.to_f32().to_array()));
+        to.reserve(self.model.particle_count());
+        // Not `extend`: what is nested is walked faster from inside.
+        self.positions().for_each(|position| to.push(position.to_f32().to_array()));
     }
 
     /// The forces on all particles in the order of the scene, newtons, and the power dissipated,

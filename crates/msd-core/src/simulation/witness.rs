@@ -18,8 +18,15 @@
 //!
 //! The reference follows the energy down, never up, so a gain after long damping shows as well. The
 //! net energy that obstacles have added by their own account, see [`Simulation::contacts`], is
-//! checked separately, since dampers may dissipate it at once. The detector does not see energy
-//! that a method adds more slowly than dampers dissipate it, nor any before the second window.
+//! checked separately, since dampers may dissipate it at once.
+//!
+//! What dampers dissipate as fast as it is added is found by the balance: [`Energy::total`], which
+//! only an error of the method changes, see [`Witness::imbalance`]. A gain is reported where even
+//! the lowest total of a window is above that of the first by more than a twentieth of the largest
+//! kinetic and elastic energy so far. What adds up in a body at rest is left out: there methods
+//! book falls within a substep, which take nothing.
+//!
+//! The detector sees no gain before the second window.
 
 use super::Simulation;
 use crate::energy::Energy;
@@ -29,6 +36,11 @@ use crate::number::Real;
 const WINDOW: u32 = 16;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
+
+/// The part of the largest kinetic and elastic energy so far by which the total may rise.
+const IMBALANCE: f64 = 0.05;
+/// The part of it below which the kinetic energy is that of a body at rest.
+const REST: f64 = 1e-6;
 
 /// The part of the largest kinetic and elastic energy so far below which nothing is reported: the
 /// remainder of a motion that has died out is the error of the method, and comes and goes.
@@ -50,7 +62,48 @@ pub struct Witness {
     /// The step of the last look.
     seen: u64,
     window: Window,
+    balance: Balance,
     gain: f64,
+}
+
+/// The change of the total.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Balance {
+    /// The total of the last sample, joules.
+    last: Option<f64>,
+    /// Since the first sample, joules: now, and at the end of the last window.
+    change: f64,
+    settled: f64,
+    /// The lowest change of this window and of the first one, joules.
+    lowest: f64,
+    start: Option<f64>,
+    /// The largest kinetic energy of this window, joules.
+    kinetic: f64,
+    /// What rounding can have added since the first sample, joules.
+    rounding: f64,
+}
+
+impl Balance {
+    /// Takes a sample, the first of a window or not.
+    fn take(&mut self, energy: Energy, rounding: f64, is_first: bool) {
+        let total = energy.total();
+        self.change += self.last.map_or(0.0, |last| total - last);
+        self.last = Some(total);
+        self.rounding += rounding;
+        let (lowest, kinetic) =
+            if is_first { (self.change, 0.0) } else { (self.lowest, self.kinetic) };
+        self.lowest = lowest.min(self.change);
+        self.kinetic = kinetic.max(energy.kinetic);
+    }
+
+    /// Ends a window and returns by how much its lowest is above that of the first.
+    fn conclude(&mut self, most: f64) -> f64 {
+        if self.kinetic <= REST * most {
+            (self.change, self.lowest) = (self.settled, self.settled);
+        }
+        self.settled = self.change;
+        self.lowest - *self.start.get_or_insert(self.lowest)
+    }
 }
 
 /// The samples since the last verdict.
@@ -81,7 +134,10 @@ impl Witness {
             let steps = if self.reference.is_none() { 0 } else { steps };
             let contacts = simulation.contacts();
             self.fed = contacts.added - contacts.taken;
-            let undriven = Energy { own: energy.own - simulation.given(), ..energy };
+            // What is driven in counts as dissipated too, with the other sign.
+            let given = simulation.given();
+            let (own, dissipated) = (energy.own - given, energy.dissipated + given);
+            let undriven = Energy { own, dissipated, ..energy };
             self.see(undriven, rounding * substeps * steps as f64);
             self.seen = simulation.steps();
         }
@@ -95,6 +151,7 @@ impl Witness {
         let now = moving + energy.gravitational + energy.own;
         let reference = *self.reference.get_or_insert(now);
         let window = &mut self.window;
+        self.balance.take(energy, rounding, window.count == 0);
         if window.count == 0 || now < window.lowest {
             (window.lowest, window.moving) = (now, moving);
         }
@@ -124,6 +181,10 @@ impl Witness {
         // Dampers may dissipate what contact adds, so that is checked separately.
         let gained = Real::max(gained, self.fed);
         self.gain = if allowed < gained { gained } else { 0.0 };
+        let risen = self.balance.conclude(self.most);
+        if IMBALANCE * self.most + self.balance.rounding < risen {
+            self.gain = Real::max(self.gain, risen);
+        }
         if highest < reference {
             (self.reference, self.rounding) = (Some(highest), 0.0);
         }
@@ -133,6 +194,12 @@ impl Witness {
     /// Starts anew, as after user input has changed the energy.
     pub fn restart(&mut self) {
         *self = Witness::default();
+    }
+
+    /// The change of [`Energy::total`] since the first sample or the last restart, joules, less what
+    /// added up in a body at rest: the error of the method in the balance of the energy.
+    pub fn imbalance(&self) -> f64 {
+        self.balance.change
     }
 
     /// Energy that the integrator has added for good, joules: 0 if none was seen, infinite if the

@@ -57,6 +57,9 @@ pub struct RunReport {
     pub state_hash: String,
     /// Energy that the integrator has added; null if it added none.
     pub energy_gain: Option<Gain>,
+    /// Change of the total energy, joules, which is the error of the method and of contact in it;
+    /// what adds up in a body at rest is left out. Null for a replay, in which a user does work.
+    pub imbalance: Option<f64>,
     /// How far the solves of an implicit method got, the worst of the run; null for others.
     pub solved: Option<Solved>,
     /// Whether the run diverged; what is reported is then the last good state.
@@ -83,6 +86,8 @@ pub struct Done {
     pub diverged: bool,
     /// Energy that the integrator has added; `None` if it added none.
     pub gain: Option<Gain>,
+    /// Change of the total energy that nothing explains, joules.
+    pub imbalance: Option<f64>,
     /// How far the solves of an implicit method got.
     pub solved: Option<Solved>,
 }
@@ -249,6 +254,7 @@ impl RunReport {
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),
             energy_gain: done.gain,
+            imbalance: done.imbalance,
             solved: done.solved,
             diverged: done.diverged,
             notes,
@@ -283,7 +289,11 @@ impl RunReport {
             updates.map(|updates| format!(", {} G spring updates/s", number(1e-9 * updates)));
         let speed = factor.unwrap_or_default() + &updates.unwrap_or_default();
         lines.push(format!("{} simulated{speed}", quantity(self.duration, "s")));
-        lines.push(self.energy.summary());
+        let imbalance = self.imbalance.map(|change| {
+            let sign = if change < 0.0 { '-' } else { '+' };
+            format!(" ({sign}{} by errors of the method)", number(change.abs()))
+        });
+        lines.push(self.energy.summary() + &imbalance.unwrap_or_default());
         lines.push(format!("state hash {}", self.state_hash));
         lines.extend(self.replay.iter().map(Comparison::summary));
         lines.join("\n")

@@ -65,6 +65,11 @@ impl Watch {
         self.predict(runner);
     }
 
+    /// The change of the total energy that nothing explains, joules.
+    pub fn imbalance(&self) -> f64 {
+        self.witness.imbalance()
+    }
+
     /// The smallest prediction yet, seconds.
     pub fn least(&self) -> f64 {
         self.least.0
