@@ -10,6 +10,7 @@ use msd_app::session::{MaterialEdit, Tuning};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
 use msd_run::on;
+use msd_run::rescue::{Offer, Remedy};
 use msd_scene::Precision;
 
 /// A frame as the window has it, without time.
@@ -165,7 +166,7 @@ fn the_error_is_estimated_on_demand() {
     let mut harness = harness();
     let says =
         |harness: &Harness<'_, Viewer>, text: &str| harness.query_by_label_contains(text).is_some();
-    assert!(!says(&harness, "measuring") && harness.state().session.live_error().is_none());
+    assert!(!says(&harness, "measuring") && harness.state().session.error().is_none());
     click(&mut harness, Role::CheckBox, "Estimate error");
     assert!(says(&harness, "measuring"));
     for _ in 0..30 {
@@ -238,8 +239,41 @@ fn a_drag_beside_the_body_turns_the_camera_and_a_slider_does_not() {
     assert_eq!(harness.state().session.material().values().gravity, 0.0);
 }
 
+/// Whether a percentage of the limit is shown.
+fn shows_limit(harness: &Harness<'_, Viewer>) -> bool {
+    harness.query_by_label_contains("the limit").is_some()
+        || harness.query_by_label_contains("step is stable").is_some()
+}
+
 #[test]
-fn a_divergence_shows_ways_out() {
+fn the_percentage_is_gone_in_the_very_next_frame() {
+    let mut harness = harness();
+    let predict = |harness: &mut Harness<'_, Viewer>| {
+        harness.state_mut().session.advance(0.0, &|| 0.0);
+        harness.run_steps(1);
+        assert!(shows_limit(harness));
+    };
+    predict(&mut harness);
+    click(&mut harness, Role::ComboBox, "Method");
+    assert!(shows_limit(&harness));
+    // Chosen in one frame, gone in the next.
+    harness.get_by_role_and_label(Role::Button, "explicit-euler").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().session.runner().integrator(), Integrator::ExplicitEuler);
+    assert!(!shows_limit(&harness));
+    assert!(harness.query_by_label("working it out…").is_some());
+    predict(&mut harness);
+    harness.state_mut().session.edit(MaterialEdit::Stiffness(3e5));
+    harness.run_steps(1);
+    assert!(!shows_limit(&harness));
+    // The energy of the old springs is gone too.
+    assert!(harness.query_by_label("elastic\u{a0}…").is_some());
+    predict(&mut harness);
+    assert!(harness.query_by_label("elastic\u{a0}…").is_none());
+}
+
+#[test]
+fn a_divergence_shows_ways_out_and_what_the_panel_shows() {
     let mut harness = harness();
     let session = &mut harness.state_mut().session;
     session.tune(Tuning::Substeps(1));
@@ -248,12 +282,45 @@ fn a_divergence_shows_ways_out() {
     (0..600).for_each(|_| {
         session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
     });
-    let substeps = session.failure().and_then(|failure| failure.substeps).expect("a way out");
+    let offers = session.offers().to_vec();
     harness.run_steps(3);
-    click(&mut harness, Role::Button, &format!("Restart with {substeps} substeps"));
+    // The box and the panel name the same share of the limit.
+    let share = harness.query_all_by_label_contains("× the limit").count()
+        + harness.query_all_by_label_contains("% of the limit").count();
+    assert_eq!(share, 2);
+    assert!(harness.query_by_label("The scene's own values").is_some());
+    let method = |offer: &Offer| matches!(offer.remedy, Remedy::Method(_));
+    assert!(offers.iter().any(method));
+    let substeps = offers.iter().find_map(|offer| match offer.remedy {
+        Remedy::Substeps(substeps) => Some(substeps),
+        _ => None,
+    });
+    let substeps = substeps.expect("a number of substeps");
+    click(&mut harness, Role::Button, &format!("{substeps} substeps"));
     let session = &harness.state().session;
     assert!(session.failure().is_none() && !session.is_paused());
     assert_eq!(session.runner().settings().substeps, substeps);
+}
+
+#[test]
+fn the_camera_does_not_follow_debris() {
+    let mut harness = harness();
+    let viewer = harness.state_mut();
+    viewer.session.tune(Tuning::Substeps(1));
+    viewer.session.edit(MaterialEdit::Stiffness(1e6));
+    viewer.session.advance(0.0, &|| 0.0);
+    for _ in 0..600 {
+        viewer.session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+        viewer.look(1.0 / 60.0);
+    }
+    assert!(viewer.session.failure().is_some());
+    harness.run_steps(2);
+    let viewer = harness.state();
+    for particle in 0..viewer.session.runner().particle_count() {
+        let at = viewer.session.position(particle).as_vec3();
+        let place = viewer.viewport().project(at).expect("in front");
+        assert!(viewer.rect.contains(place), "{place:?}");
+    }
 }
 
 #[test]

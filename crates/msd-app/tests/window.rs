@@ -200,6 +200,7 @@ fn mouse_and_keyboard_act_on_the_simulation() {
     a_grabbed_particle_follows_the_pointer(&desk);
     a_slider_changes_k(&desk);
     keys_and_drags_change_the_view(&desk);
+    a_run_that_blows_up_is_mended_by_a_click(&desk);
     a_tiny_window_is_survived(&desk);
     only_ctrl_q_quits(&mut desk);
     a_display_that_goes_away_is_told_in_a_line(&mut desk);
@@ -268,11 +269,37 @@ fn keys_and_drags_change_the_view(desk: &Desk) {
     desk.xdotool("key 3");
     let third = msd_app::catalogue().entries[2].name;
     desk.wait("3 opens the third scene", |now| now["scene"] == third);
+    // Fails where no window has that title; a dot stands for the space.
+    desk.xdotool(&format!("search --onlyvisible --name ^msd:.{third}$"));
     let steps = |now: &Value| now["steps"].as_u64().unwrap_or(0);
     // Enough steps that a slow frame after the restart has fewer.
     let before = steps(&desk.wait("it runs", |now| 60 < steps(now)));
     desk.xdotool("key r");
     desk.wait("R restarts", |now| now["steps"].is_u64() && steps(now) < before);
+}
+
+fn a_run_that_blows_up_is_mended_by_a_click(desk: &Desk) {
+    desk.xdotool("key 1");
+    let sound = desk.wait("the first scene runs", |now| {
+        now["stability"].as_f64().is_some_and(|share| share < 1.0) && now["paused"] == false
+    });
+    let [left, top, width, height]: [f64; 4] = numbers(&sound["landmarks"]["stiffness"]);
+    let y = top + 0.5 * height;
+    // Once stiff, never the share of the soft springs again: nothing, or one over the limit.
+    desk.drag(1, [left + 30.0, y], [left + width, y]);
+    let stiff = desk.wait("k is huge", |now| now["stiffness"].as_f64().is_some_and(|k| 1e5 < k));
+    assert!(stiff["stability"].as_f64().is_none_or(|share| 1.0 < share), "{stiff}");
+    let failed = desk.wait("it blows up", |now| now["failed"] == true);
+    assert!(failed["stability"].as_f64().is_none_or(|share| 1.0 < share), "{failed}");
+    let found = desk.wait("a way out is found", |now| !now["landmarks"]["way out"].is_null());
+    let aim: [f64; 3] = numbers(&found["camera"]["target"]);
+    assert!(distance(aim, numbers(&sound["camera"]["target"])) < 100.0, "{found}");
+    let [left, top, width, height]: [f64; 4] = numbers(&found["landmarks"]["way out"]);
+    desk.move_to([left + 0.5 * width, top + 0.5 * height]);
+    desk.xdotool("click 1");
+    let steps = |now: &Value| now["steps"].as_u64().unwrap_or(0);
+    let mended = desk.wait("it goes on", |now| now["failed"] == false && now["paused"] == false);
+    desk.wait("it takes steps", |now| steps(&mended) < steps(now));
 }
 
 fn a_tiny_window_is_survived(desk: &Desk) {

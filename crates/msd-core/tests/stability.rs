@@ -182,6 +182,22 @@ fn two_masses_have_the_spectrum_of_their_reduced_mass() {
 }
 
 #[test]
+fn the_fastest_motion_is_that_of_the_stiffest_spring() {
+    let mut rope = scene(shape::rope(6, 1.0, SPRING).unwrap());
+    rope.springs[2].stiffness *= 1e4;
+    let [a, b] = rope.springs[2].ends;
+    let motion = Simulation::<f64>::new(&rope, Settings::default()).unwrap().fastest_motion();
+    assert!((motion[a] + motion[b]).length() < 1e-3, "{motion:?}");
+    assert!((motion[a].length() - 1.0).abs() < 1e-3, "{motion:?}");
+    // Others follow by the ratio of stiffness.
+    let others = (0..6).filter(|&particle| particle != a && particle != b);
+    others.for_each(|other| assert!(motion[other].length() < 1e-3, "{motion:?}"));
+    rope.springs.iter_mut().for_each(|spring| spring.stiffness = 0.0);
+    let slack = Simulation::<f64>::new(&rope, Settings::default()).unwrap();
+    assert!(slack.fastest_motion().is_empty());
+}
+
+#[test]
 fn the_regions_are_those_of_the_textbooks() {
     let limit = |integrator, zeta: f64| {
         Mode { stiffness: 1.0, damping: 2.0 * zeta }.largest_substep(integrator, 1)

@@ -46,6 +46,11 @@ impl History {
         Some(latest)
     }
 
+    /// The state of so many steps before the present one, at least 1.
+    pub fn nth_back(&self, steps: usize) -> Option<&Moment> {
+        self.moments.len().checked_sub(steps).and_then(|at| self.moments.get(at))
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
         *self = History::default();
@@ -79,6 +84,8 @@ mod tests {
         let mut history = History::default();
         (0..1000).for_each(|steps| history.push(moment(1, steps)));
         assert_eq!(history.len(), MOST_STATES);
+        let at = |back| history.nth_back(back).map(|moment| moment.steps);
+        assert_eq!([at(0), at(1), at(MOST_STATES)], [None, Some(999), Some(400)]);
         assert_eq!(history.pop().map(|latest| latest.steps), Some(999));
     }
 

@@ -13,6 +13,7 @@ mod runner;
 mod rounding;
 mod history;
 mod trace;
+pub mod rescue;
 pub mod recording;
 pub mod replay;
 pub mod twin;

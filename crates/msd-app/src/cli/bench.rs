@@ -124,11 +124,9 @@ fn start(arguments: &BenchArguments, settings: Settings) -> Result<Runner, Failu
     runner.map_err(|error| explain(arguments, error))
 }
 
-/// What happened, without the advice to use an option that there is not.
+/// What happened, without advice to use an option that there is not.
 fn explain(arguments: &BenchArguments, error: Error) -> Failure {
-    let name = name(arguments);
-    let message = format!("{name}: {error}");
-    Failure { message, ..explain_divergence(&name, error) }
+    explain_divergence(&name(arguments), error, None)
 }
 
 fn measure(arguments: &BenchArguments, settings: Settings) -> Result<BenchReport, Failure> {

@@ -38,7 +38,8 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut screen = Offscreen::new(&gpu, width, height).map_err(Failure::input)?;
     for _ in 0..prepared.steps {
         let stepped = prepared.runner.step();
-        stepped.map_err(|error| explain_divergence(&prepared.name, error))?;
+        let advice = prepared.is_advised.then_some("");
+        stepped.map_err(|error| explain_divergence(&prepared.name, error, advice))?;
     }
     let image = draw(&mut screen, &prepared, arguments).map_err(Failure::input)?;
     let Image { width, height, rgba } = image;

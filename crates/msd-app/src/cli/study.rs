@@ -39,7 +39,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         bar.tell(&format!("{done} trials done{left}: {now}"));
     });
     bar.end();
-    let studied = studied.map_err(|error| explain_divergence(&loaded.name, error))?;
+    let studied = studied.map_err(|error| explain_divergence(&loaded.name, error, None))?;
     let json = serde_json::to_string_pretty(&studied).map_err(Failure::input)?;
     let contents = [
         msd_report::html(&studied).into_bytes(),

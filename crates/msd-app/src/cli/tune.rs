@@ -78,7 +78,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         bar.tell(&choice.to_string());
     });
     bar.end();
-    let tuned = tuned.map_err(|error| explain_divergence(&loaded.name, error))?;
+    let tuned = tuned.map_err(|error| explain_divergence(&loaded.name, error, None))?;
     let write = |format| write_choice(path, format, tuned.best.trial.choice);
     let done = format.filter(|_| tuned.met).map(write);
     let written = matches!(done, Some(Ok(()))).then(|| shown_path(path));

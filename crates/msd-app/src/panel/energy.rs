@@ -23,7 +23,7 @@ const CURVES: [Curve; 5] = [
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     heading(ui, "Energy");
     let session = &viewer.session;
-    let (now, trace) = (session.runner().time(), session.energy().trace());
+    let (now, trace) = (session.runner().time(), session.trace());
     let largest = trace.samples().map(magnitude).fold(0.0, f64::max);
     let (unit, scale) = unit(largest);
     let height = (ui.available_height() - 48.0).clamp(110.0, 220.0);
@@ -46,16 +46,16 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             }
             plot.set_plot_bounds_x((now - WINDOW).max(0.0)..=now.max(WINDOW));
         });
-    let energy = trace.samples().last().map(|sample| sample.energy).unwrap_or_default();
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 8.0;
         for (name, colour, value) in CURVES {
             // Space that does not break: a name and its number stay together.
-            let text = format!("{name}\u{a0}{}", short(value(&energy) / scale));
+            let value = session.energy().map(|energy| short(value(&energy) / scale));
+            let text = format!("{name}\u{a0}{}", value.as_deref().unwrap_or(theme::VOID));
             ui.label(RichText::new(text).small().color(colour));
         }
         ui.label(RichText::new(format!("{unit}, over time in s")).small().color(theme::FAINT));
-        if let Some(gain) = session.energy().gain() {
+        if let Some(gain) = session.energy_gain() {
             let text = format!("{} added by the integrator", quantity(gain, "J"));
             ui.label(RichText::new(text).small().color(theme::BAD));
         }

@@ -1,7 +1,7 @@
 //! The live estimate of the error: a switch, and the estimate in words.
 
 use super::theme;
-use crate::session::{ErrorReading, Session};
+use crate::session::{ErrorNow, ErrorReading, Session};
 use crate::viewer::Viewer;
 use egui::{Color32, RichText, Ui};
 use msd_run::on;
@@ -19,7 +19,7 @@ const METHOD: &str = "For half a second at a time a copy of the run goes along i
 /// The switch, and the last estimate.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let session = &mut viewer.session;
-    let mut on = session.live_error().is_some();
+    let mut on = session.error().is_some();
     if ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD).changed() {
         session.set_estimating(on);
     }
@@ -30,11 +30,12 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
 
 /// The estimate in words; `None` while it is off.
 fn describe(session: &Session) -> Option<(String, Color32)> {
-    let meter = session.live_error()?;
-    let Some(last) = meter.last() else {
-        let text =
-            if meter.is_lost() { "no estimate: the finer copy diverged" } else { "measuring…" };
-        return Some((text.to_owned(), theme::FAINT));
+    let last = match session.error()? {
+        ErrorNow::Measuring => return Some(("measuring…".to_owned(), theme::FAINT)),
+        ErrorNow::Lost => {
+            return Some(("no estimate: the finer copy diverged".to_owned(), theme::FAINT));
+        }
+        ErrorNow::Known(last) => last,
     };
     let size = on!(session.runner(), simulation => simulation.model().size());
     let colour = if is_fresh(session, last) { theme::TEXT } else { theme::FAINT };

@@ -10,6 +10,7 @@ mod live_error;
 mod energy;
 mod status;
 mod overlay;
+mod failure;
 
 use crate::viewer::Viewer;
 use egui::{
@@ -43,6 +44,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     });
     view(ui, viewer);
     overlay::show(ui, viewer);
+    failure::show(ui, viewer);
 }
 
 fn scrolled(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {

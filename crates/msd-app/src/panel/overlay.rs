@@ -1,13 +1,12 @@
-//! Overlay of the 3D view: the hint, the legend, the marks of particles, the banner, the help.
+//! Overlay of the 3D view: the hint, the legend, the marks of particles and springs, the help.
 
 use super::live_error::is_fresh;
 use super::theme;
 use crate::input::KEYS;
-use crate::session::ErrorReading;
-use crate::viewer::{Command, Viewer};
+use crate::session::ErrorNow;
+use crate::viewer::Viewer;
 use egui::{
-    Align2, Area, Color32, FontId, Frame, Grid, Mesh, Order, Painter, Pos2, Rect, RichText, Stroke,
-    Ui, pos2, vec2,
+    Align2, Color32, FontId, Grid, Mesh, Painter, Pos2, Rect, RichText, Stroke, Ui, pos2, vec2,
 };
 use msd_core::Vector;
 use msd_run::on;
@@ -15,6 +14,7 @@ use msd_run::on;
 /// Shows what lies over the 3D view.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let painter = ui.painter().with_clip_rect(viewer.rect);
+    fastest_springs(&painter, viewer);
     marks(&painter, viewer);
     if viewer.style.springs {
         legend(&painter, viewer);
@@ -24,21 +24,39 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             "drag a particle to throw it  ·  drag beside it to turn  ·  wheel to zoom  ·  F1 help";
         hint(&painter, viewer.rect, text);
     }
-    banner(ui, viewer);
     if viewer.help {
         help(ui, viewer);
     }
 }
 
+/// The place of a particle in the window.
+fn place(viewer: &Viewer, particle: usize) -> Option<Pos2> {
+    let position = on!(viewer.session.runner(), simulation => {
+        let there = particle < simulation.model().particle_count();
+        there.then(|| simulation.position(particle).to_f32())
+    })?;
+    viewer.viewport().project(position)
+}
+
+/// The springs that carry the fastest motion of a run that blew up.
+fn fastest_springs(painter: &Painter, viewer: &Viewer) {
+    let session = &viewer.session;
+    let ends = |&spring: &usize| {
+        on!(session.runner(), simulation => {
+            simulation.model().ends().get(spring).copied()
+        })
+    };
+    for ends in session.fastest_springs().iter().filter_map(ends) {
+        if let [Some(a), Some(b)] = ends.map(|end| place(viewer, end as usize)) {
+            painter.line_segment([a, b], Stroke::new(5.0, Color32::from_black_alpha(120)));
+            painter.line_segment([a, b], Stroke::new(2.5, theme::BAD));
+        }
+    }
+}
+
 /// Rings around the particle under the pointer, the selected one and the one most wrong.
 fn marks(painter: &Painter, viewer: &Viewer) {
-    let place = |particle: usize| -> Option<Pos2> {
-        let position = on!(viewer.session.runner(), simulation => {
-            let there = particle < simulation.model().particle_count();
-            there.then(|| simulation.position(particle).to_f32())
-        })?;
-        viewer.viewport().project(position)
-    };
+    let place = |particle: usize| place(viewer, particle);
     let ring = |particle: Option<usize>, radius: f32, colour: Color32| {
         if let Some(at) = particle.and_then(place) {
             painter.circle_stroke(
@@ -49,9 +67,11 @@ fn marks(painter: &Painter, viewer: &Viewer) {
             painter.circle_stroke(at, radius, Stroke::new(2.0, colour));
         }
     };
-    let last = viewer.session.live_error().and_then(|meter| meter.last());
-    let shown = |last: &&ErrorReading| is_fresh(&viewer.session, last) && 0.0 < last.worst.1;
-    let worst = last.filter(shown).map(|last| last.worst.0);
+    let worst = match viewer.session.error() {
+        Some(ErrorNow::Known(last)) if is_fresh(&viewer.session, last) => last.worst,
+        _ => (0, 0.0),
+    };
+    let worst = (0.0 < worst.1).then_some(worst.0);
     ring(worst, 10.0, theme::BAD);
     if let Some(at) = worst.and_then(place) {
         let font = FontId::proportional(11.0);
@@ -112,33 +132,6 @@ fn legend(painter: &Painter, viewer: &Viewer) {
         let at = pos2(egui::lerp(bar.x_range(), share), bar.bottom() + 4.0);
         text(at, anchor, &format!("{:.0} %", share * full * 100.0));
     }
-}
-
-/// Why the run stopped, and ways out.
-fn banner(ui: &Ui, viewer: &mut Viewer) {
-    let Some(failure) = viewer.session.failure().cloned() else { return };
-    let at = pos2(viewer.rect.center().x, viewer.rect.top() + 16.0);
-    let width = (viewer.rect.width() - 80.0).clamp(200.0, 560.0);
-    let area = Area::new(egui::Id::unique("failure")).order(Order::Foreground).fixed_pos(at);
-    area.pivot(Align2::CENTER_TOP).show(ui.ctx(), |ui| {
-        let frame = Frame::popup(ui.style()).fill(Color32::from_rgb(66, 30, 32)).inner_margin(12.0);
-        frame.show(ui, |ui| {
-            ui.set_width(width);
-            let adaptive = viewer.session.runner().integrator().is_adaptive();
-            let what = if adaptive { "cannot go on" } else { "blew up" };
-            ui.label(RichText::new(format!("The simulation {what} and is paused")).strong());
-            ui.label(RichText::new(failure.text).color(theme::TEXT));
-            ui.horizontal(|ui| {
-                if ui.button("Restart").clicked() {
-                    viewer.command(Command::Restart);
-                }
-                let Some(substeps) = failure.substeps else { return };
-                if ui.button(format!("Restart with {substeps} substeps")).clicked() {
-                    viewer.restart_stable();
-                }
-            });
-        });
-    });
 }
 
 const MOUSE: [(&str, &str); 5] = [

@@ -125,11 +125,16 @@ fn stability_light(ui: &mut Ui, session: &Session) {
         ui.label(text).on_hover_text(hover);
         return;
     }
-    let (text, colour) = describe(session.stability_share());
+    let (text, colour) = describe(session.stability().map(|(share, _)| share));
     let hover = if Integrator::EXPLICIT.contains(&settings.integrator) {
-        "The longest stable substep is predicted from the fastest motion"
+        let age = session.stability().map_or(0.0, |(_, age)| age);
+        format!(
+            "The longest stable substep is predicted from the fastest motion, for the state of \
+             {age:.1} s ago. More substeps, softer or heavier springs or less damping take the \
+             step further from it."
+        )
     } else {
-        "Stable at any step; turn on the error estimate to see how accurate it is"
+        "Stable at any step; turn on the error estimate to see how accurate it is".to_owned()
     };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
@@ -138,20 +143,21 @@ fn stability_light(ui: &mut Ui, session: &Session) {
     });
 }
 
-fn describe(share: Option<f64>) -> (String, Color32) {
-    let Some(share) = share else { return (String::new(), theme::FAINT) };
-    let percent = share * 100.0;
-    if share == f64::INFINITY {
-        ("no step is stable".to_owned(), theme::BAD)
-    } else if share == 0.0 {
-        ("any step is stable".to_owned(), theme::GOOD)
-    } else if 1.0 < share {
-        (format!("is {percent:.0} % of the limit"), theme::BAD)
-    } else if 0.9 < share {
-        (format!("is {percent:.0} % of the limit"), theme::WARN)
-    } else {
-        (format!("is {percent:.0} % of the limit"), theme::GOOD)
-    }
+/// The substep as a share of the longest stable one, in words.
+pub(super) fn describe(share: Option<f64>) -> (String, Color32) {
+    let Some(share) = share else { return ("working it out…".to_owned(), theme::FAINT) };
+    let colour = match share {
+        _ if 1.0 < share => theme::BAD,
+        _ if 0.8 < share => theme::WARN,
+        _ => theme::GOOD,
+    };
+    let text = match share {
+        0.0 => "any step is stable".to_owned(),
+        f64::INFINITY => "no step is stable".to_owned(),
+        _ if 10.0 < share => format!("is {} × the limit", rounded(share, 2)),
+        _ => format!("is {:.0} % of the limit", 100.0 * share),
+    };
+    (text, colour)
 }
 
 #[cfg(test)]
@@ -159,9 +165,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_light_changes_from_nine_tenths_on() {
+    fn the_light_changes_from_four_fifths_on() {
         assert_eq!(describe(Some(0.43)), ("is 43 % of the limit".to_owned(), theme::GOOD));
-        assert_eq!(describe(Some(0.95)).1, theme::WARN);
+        assert_eq!(describe(None), ("working it out…".to_owned(), theme::FAINT));
+        assert_eq!(describe(Some(0.85)).1, theme::WARN);
+        assert_eq!(describe(Some(1234.0)).0, "is 1234 × the limit");
         assert_eq!(describe(Some(1.3)).1, theme::BAD);
         assert_eq!(describe(Some(f64::INFINITY)).0, "no step is stable");
         assert_eq!(describe(Some(0.0)).0, "any step is stable");

@@ -1,6 +1,7 @@
 //! The status line: pace, cost of a step, size of the scene, simulated time.
 
 use super::theme;
+use crate::session::Pace;
 use crate::viewer::Viewer;
 use egui::{Color32, Label, RichText, Ui};
 
@@ -13,21 +14,30 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         let mut item = |text: String, colour: Color32, hover: &str| {
             ui.add(Label::new(RichText::new(text).small().color(colour))).on_hover_text(hover);
         };
-        let (state, colour) = state(session.is_paused(), pace.real_time_factor, session.speed());
+        let factor = pace.map(|pace| pace.real_time_factor);
+        let (state, colour) = state(session.is_paused(), factor, session.speed());
         item(state, colour, "Simulated seconds per second");
-        if 0.05 <= pace.dropped && !session.is_paused() {
+        if let Some(pace) = pace
+            && 0.05 <= pace.dropped
+        {
             let text = format!("dropped {:.1} s", pace.dropped);
             item(text, theme::WARN, "Simulated time given up because the machine was busy");
         }
-        if session.energy().gain().is_some() {
+        if session.energy_gain().is_some() {
             let hover = "The energy has grown although nothing supplied any: shorten the step or \
                          use another method";
             item("the integrator is adding energy".to_owned(), theme::BAD, hover);
         }
-        let text = format!("{:.1} steps/frame", pace.steps_per_frame);
+        let number = |decimals: usize, value: fn(&Pace) -> f64| {
+            let text = |pace| format!("{:.decimals$}", value(&pace));
+            pace.map_or(theme::VOID.to_owned(), text)
+        };
+        let text = format!("{} steps/frame", number(1, |pace| pace.steps_per_frame));
         item(text, theme::TEXT, "Steps per picture");
-        item(format!("{:.2} ms/step", pace.step_ms), theme::TEXT, "Wall clock for a step");
-        item(format!("{:.0} frames/s", pace.frame_rate), theme::TEXT, "Pictures per second");
+        let text = format!("{} ms/step", number(2, |pace| pace.step_ms));
+        item(text, theme::TEXT, "Wall clock for a step");
+        let text = format!("{} frames/s", number(0, |pace| pace.frame_rate));
+        item(text, theme::TEXT, "Pictures per second");
         let runner = session.runner();
         let text = format!("{} particles", grouped(runner.particle_count()));
         item(text, theme::FAINT, "Particles");
@@ -38,13 +48,17 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     });
 }
 
-fn state(paused: bool, factor: f64, speed: f64) -> (String, Color32) {
-    if paused {
-        return (format!("paused, {factor:.2} × real time"), theme::WARN);
+/// The pace in words: nothing where it is not measured.
+fn state(paused: bool, factor: Option<f64>, speed: f64) -> (String, Color32) {
+    match factor {
+        _ if paused => ("paused".to_owned(), theme::WARN),
+        None => (format!("{} × real time", theme::VOID), theme::FAINT),
+        // A tenth below what was asked for is noise of the frame rate.
+        Some(factor) => {
+            let colour = if factor < 0.9 * speed { theme::WARN } else { theme::GOOD };
+            (format!("{factor:.2} × real time"), colour)
+        }
     }
-    // A tenth below what was asked for is noise of the frame rate.
-    let colour = if factor < 0.9 * speed { theme::WARN } else { theme::GOOD };
-    (format!("{factor:.2} × real time"), colour)
 }
 
 /// A number with narrow spaces between groups of three digits.
@@ -73,8 +87,9 @@ mod tests {
 
     #[test]
     fn falling_behind_is_marked() {
-        assert_eq!(state(false, 0.98, 1.0).1, theme::GOOD);
-        assert_eq!(state(false, 0.5, 1.0).1, theme::WARN);
-        assert_eq!(state(false, 0.1, 0.1).1, theme::GOOD);
+        assert_eq!(state(false, Some(0.98), 1.0).1, theme::GOOD);
+        assert_eq!(state(false, Some(0.5), 1.0).1, theme::WARN);
+        assert_eq!(state(false, Some(0.1), 0.1).1, theme::GOOD);
+        assert_eq!(state(false, None, 1.0), ("… × real time".to_owned(), theme::FAINT));
     }
 }

@@ -21,6 +21,9 @@ pub const WARN: Color32 = Color32::from_rgb(240, 180, 80);
 /// What went wrong.
 pub const BAD: Color32 = Color32::from_rgb(240, 110, 100);
 
+/// What stands in place of a number that is being worked out.
+pub const VOID: &str = "…";
+
 /// Sets colours, sizes and fonts: dark, whatever the system prefers, as the scene is drawn for it.
 pub fn apply(ctx: &Context) {
     ctx.set_theme(Theme::Dark);

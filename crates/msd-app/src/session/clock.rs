@@ -1,5 +1,6 @@
 //! A fixed-step clock: the steps that are due in a frame, and averages of how it keeps up.
 
+use super::run::Revision;
 use std::collections::VecDeque;
 
 /// The most simulated time that may be owed, seconds. What a longer pause of the machine leaves
@@ -48,7 +49,7 @@ pub struct OpenFrame {
 /// Averages over the last frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pace {
-    /// Simulated seconds per second of wall clock; 0 when nothing was measured.
+    /// Simulated seconds per second of wall clock.
     pub real_time_factor: f64,
     /// Steps per frame.
     pub steps_per_frame: f64,
@@ -69,12 +70,20 @@ pub struct Clock {
     owed: f64,
     /// Whether the next frame follows a pause that is not the simulation's to catch up with.
     fresh: bool,
+    /// Frames of one revision of the run: what a step cost before a change says nothing.
     frames: VecDeque<Frame>,
+    revision: Revision,
 }
 
 impl Default for Clock {
     fn default() -> Self {
-        Clock { speed: 1.0, owed: 0.0, fresh: true, frames: VecDeque::new() }
+        Clock {
+            speed: 1.0,
+            owed: 0.0,
+            fresh: true,
+            frames: VecDeque::new(),
+            revision: Revision::default(),
+        }
     }
 }
 
@@ -133,12 +142,21 @@ impl Clock {
         true
     }
 
-    /// Ends a frame in which so many steps were taken.
-    pub fn end(&mut self, open: OpenFrame, steps: u32, stopwatch: &impl Fn() -> f64) -> Frame {
+    /// Ends a frame in which so many steps of a revision of the run were taken.
+    pub fn end(
+        &mut self,
+        open: OpenFrame,
+        (steps, revision): (u32, Revision),
+        stopwatch: &impl Fn() -> f64,
+    ) -> Frame {
         let OpenFrame { mut frame, fresh, step, start } = open;
         frame.steps = steps;
         frame.spent = stopwatch() - start;
         frame.simulated = f64::from(steps) * step;
+        if self.revision != revision {
+            self.frames.clear();
+            self.revision = revision;
+        }
         // The time before a first frame is nothing to average.
         if !fresh {
             self.frames.push_back(frame);
@@ -150,8 +168,12 @@ impl Clock {
         frame
     }
 
-    /// Averages over about the last second; dropped time over the last four.
-    pub fn pace(&self) -> Pace {
+    /// Averages over about the last second, dropped time over the last four; `None` before a frame
+    /// of this revision of the run.
+    pub fn pace(&self, revision: Revision) -> Option<Pace> {
+        if self.revision != revision || self.frames.is_empty() {
+            return None;
+        }
         let (mut sum, mut count) = (Frame::default(), 0.0);
         for frame in self.frames.iter().rev() {
             count += 1.0;
@@ -165,13 +187,13 @@ impl Clock {
         }
         let per = |value: f64, of: f64| if of == 0.0 { 0.0 } else { value / of };
         let steps = f64::from(sum.steps);
-        Pace {
+        Some(Pace {
             real_time_factor: per(sum.simulated, sum.real),
             steps_per_frame: per(steps, count),
             step_ms: per(sum.spent * 1e3, steps),
             frame_rate: per(count, sum.real),
             dropped: self.frames.iter().map(|frame| frame.dropped).sum(),
-        }
+        })
     }
 }
 
@@ -192,9 +214,17 @@ mod tests {
                 now.set(now.get() + cost);
                 steps += 1;
             }
-            clock.end(open, steps, &stopwatch).steps
+            clock.end(open, (steps, Revision::default()), &stopwatch).steps
         };
         (0..frames).map(|_| frame(clock)).sum()
+    }
+
+    fn pace(clock: &Clock) -> Option<Pace> {
+        clock.pace(Revision::default())
+    }
+
+    fn known(clock: &Clock) -> Pace {
+        pace(clock).expect("frames were measured")
     }
 
     fn started() -> Clock {
@@ -216,7 +246,7 @@ mod tests {
     fn the_first_frame_owes_nothing() {
         let mut clock = Clock::default();
         assert_eq!(run(&mut clock, 1, 3600.0, 0.0), 0);
-        assert_eq!(clock.pace().dropped, 0.0);
+        assert_eq!(pace(&clock), None);
     }
 
     #[test]
@@ -226,7 +256,7 @@ mod tests {
         run(&mut clock, 1, STEP, 0.0);
         let steps = run(&mut clock, 600, STEP, 0.0);
         assert!((59..=60).contains(&steps), "{steps}");
-        assert!((clock.pace().real_time_factor - 0.1).abs() < 0.02);
+        assert!((known(&clock).real_time_factor - 0.1).abs() < 0.02);
     }
 
     #[test]
@@ -235,10 +265,10 @@ mod tests {
         run(&mut clock, 60, STEP, 0.0);
         let steps = run(&mut clock, 1, 1.05, 0.0);
         assert!(steps <= 15, "{steps} steps burst out of a pause");
-        assert!((clock.pace().dropped - 0.8).abs() < 0.02);
-        assert!(clock.pace().real_time_factor < 0.5);
+        assert!((known(&clock).dropped - 0.8).abs() < 0.02);
+        assert!(known(&clock).real_time_factor < 0.5);
         run(&mut clock, 300, STEP, 0.0);
-        assert_eq!(clock.pace().dropped, 0.0);
+        assert_eq!(known(&clock).dropped, 0.0);
     }
 
     #[test]
@@ -247,7 +277,7 @@ mod tests {
         // A step of 1/60 s takes 1/20 s: a third of real time at best, one step per frame.
         let steps = run(&mut clock, 100, 0.05, 0.05);
         assert!((95..=100).contains(&steps), "{steps}");
-        let pace = clock.pace();
+        let pace = known(&clock);
         assert!((pace.real_time_factor - 1.0 / 3.0).abs() < 0.03);
         assert!((pace.step_ms - 50.0).abs() < 1e-6);
         assert!(0.0 < pace.dropped);

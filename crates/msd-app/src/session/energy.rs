@@ -1,61 +1,68 @@
 //! Energy readings: the trace of the last seconds, and what the integrator has added.
 
 use super::clock::Frame;
+use super::run::{Reading, Run};
 use super::throttle::Throttle;
 use super::trace::Trace;
-use msd_core::Witness;
-use msd_run::Runner;
+use msd_core::{Energy, Witness};
 
 /// What is known of the energy of a run. Reading it costs time, so it takes a bounded share.
 #[derive(Debug, Default)]
 pub struct EnergyReadings {
     trace: Trace,
-    /// Watches for energy that the integrator adds.
-    witness: Witness,
+    /// The energy when it was read last, and what watches for energy that the integrator adds.
+    last: Option<Reading<(Energy, Witness)>>,
     throttle: Throttle,
 }
 
 impl EnergyReadings {
-    /// The energy of the last seconds.
+    /// The energy of the last seconds, each sample with what was set then.
     pub fn trace(&self) -> &Trace {
         &self.trace
     }
 
-    /// Energy that the integrator has added for good since the user last changed something, joules;
-    /// `None` if it added none.
-    pub fn gain(&self) -> Option<f64> {
-        Some(self.witness.gain()).filter(|&gain| 0.0 < gain)
+    /// The energy as it was read last, a fraction of a second ago at most while it runs; `None`
+    /// while it is being worked out.
+    pub fn now(&self, run: &Run) -> Option<Energy> {
+        self.last.as_ref()?.of(run).map(|&(energy, _)| energy)
+    }
+
+    /// Energy that the integrator has added for good since the run was changed last, joules; `None`
+    /// if it added none.
+    pub fn gain(&self, run: &Run) -> Option<f64> {
+        let gain = self.last.as_ref()?.of(run).map(|(_, witness)| witness.gain());
+        gain.filter(|&gain| 0.0 < gain)
     }
 
     /// Reads the energy now.
-    pub(crate) fn sample(&mut self, runner: &Runner) {
-        let energy = runner.show_to(&mut self.witness);
-        self.trace.push(runner.time(), energy);
+    pub(super) fn sample(&mut self, run: &Run) {
+        // A change may add energy: a witness knows nothing of what was before.
+        let known = self.last.as_ref().and_then(|last| last.of(run));
+        let mut witness = known.map_or(Witness::default(), |&(_, witness)| witness);
+        let energy = run.runner().show_to(&mut witness);
+        self.trace.push(run.runner().time(), energy);
+        self.last = Some(Reading::new((energy, witness), run));
     }
 
-    /// Reads the energy after the steps of a frame, if that is due and affordable.
-    pub(crate) fn follow(&mut self, runner: &Runner, frame: Frame, stopwatch: &impl Fn() -> f64) {
+    /// Reads the energy after the steps of a frame, or after a change, if that is due and
+    /// affordable.
+    pub(super) fn follow(&mut self, run: &Run, frame: Frame, stopwatch: &impl Fn() -> f64) {
         self.throttle.save(frame.real, frame.spent);
-        let is_due = 0 < frame.steps && self.trace.is_due(runner.time());
-        if is_due && self.throttle.is_enough() {
+        let is_due = 0 < frame.steps && self.trace.is_due(run.runner().time());
+        if (is_due || self.now(run).is_none()) && self.throttle.is_enough() {
             let mut throttle = self.throttle;
-            throttle.spend(stopwatch, || self.sample(runner));
+            throttle.spend(stopwatch, || self.sample(run));
             self.throttle = throttle;
         }
     }
 
-    /// Forgets what was watched: state, settings or precision were replaced.
-    pub(crate) fn rewatch(&mut self) {
-        self.witness.restart();
-    }
-
     /// Forgets the samples after a time, as when a step is taken back.
-    pub(crate) fn rewind(&mut self, time: f64) {
+    pub(super) fn rewind(&mut self, time: f64) {
         self.trace.rewind(time);
     }
 
     /// Forgets every sample, as at a restart.
-    pub(crate) fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.trace.clear();
     }
 }

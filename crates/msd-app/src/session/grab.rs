@@ -81,3 +81,12 @@ pub struct Grab {
     /// The particle that buttons and keys act on.
     pub selected: Option<usize>,
 }
+
+impl Grab {
+    /// Whether an interaction only moves the particle that is held already.
+    pub(super) fn moves(&self, interaction: &Interaction) -> bool {
+        use Interaction::{Grab, Pin};
+        let (Grab { particle, .. } | Pin { particle, .. }) = interaction else { return false };
+        self.held.is_some_and(|held| held.particle == *particle)
+    }
+}

@@ -1,7 +1,7 @@
 //! A live estimate of the error of the run: a finer copy runs along for a while, then rests.
 
-use msd_core::{Interaction, Settings};
-use msd_run::Runner;
+use super::run::{Revision, Run};
+use msd_core::Interaction;
 use msd_run::replay::as_felt;
 use msd_study::live_error::{Estimator, LiveError};
 
@@ -27,6 +27,19 @@ pub struct LiveErrorMeter {
     last: Option<ErrorReading>,
     /// Whether the copy of the last window did not reach its end.
     lost: bool,
+    /// The revision of the run that all of this is of.
+    of: Revision,
+}
+
+/// What is known of the error of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ErrorNow<'a> {
+    /// Nothing before the present window ends.
+    Measuring,
+    /// Nothing, as the finer copy of the last window blew up or gave up.
+    Lost,
+    /// The estimate of the last window.
+    Known(&'a ErrorReading),
 }
 
 /// An estimate and what is shown of it.
@@ -48,50 +61,49 @@ impl Default for LiveErrorMeter {
             late: false,
             last: None,
             lost: false,
+            of: Revision::default(),
         }
     }
 }
 
 impl LiveErrorMeter {
-    /// The last estimate; `None` before the first and after something was replaced.
-    pub fn last(&self) -> Option<&ErrorReading> {
-        self.last.as_ref()
-    }
-
-    /// Whether the finer copy of the last window blew up or gave up: then there is no estimate.
-    pub fn is_lost(&self) -> bool {
-        self.lost
+    /// What is known of the error of a run; nothing of before it was changed.
+    pub fn now(&self, run: &Run) -> ErrorNow<'_> {
+        match &self.last {
+            _ if self.of != run.revision() => ErrorNow::Measuring,
+            Some(last) => ErrorNow::Known(last),
+            None if self.lost => ErrorNow::Lost,
+            None => ErrorNow::Measuring,
+        }
     }
 
     /// Whether a copy runs along with the steps of now.
-    pub fn is_measuring(&self) -> bool {
+    fn is_measuring(&self) -> bool {
         0 < self.taken
     }
 
-    /// Forgets everything and measures from the next step on: state, settings or precision were
-    /// replaced.
-    pub(crate) fn restart(&mut self) {
-        *self = LiveErrorMeter::default();
-    }
-
-    /// Passes on an interaction with the run, which steps with these settings. Between windows it
-    /// does not matter: the next copy is made of what is there then.
-    pub(crate) fn follow(&mut self, interaction: Interaction, settings: Settings) {
+    /// Passes on a motion of what the mouse holds. Between windows it does not matter: the next
+    /// copy is made of what is there then.
+    pub(super) fn follow(&mut self, motion: Interaction, run: &Run) {
         if self.is_measuring() {
-            self.pending.push(as_felt(interaction, settings.substep()));
+            self.pending.push(as_felt(motion, run.runner().settings().substep()));
         }
     }
 
     /// Takes note that the run fell behind the clock.
-    pub(crate) fn fall_behind(&mut self) {
+    pub(super) fn fall_behind(&mut self) {
         self.late |= self.is_measuring();
     }
 
-    /// Gets ready for the next step of the run.
-    pub(crate) fn before_step(&mut self, runner: &Runner) {
+    /// Gets ready for the next step of the run; begins anew where the run was changed.
+    pub(super) fn before_step(&mut self, run: &Run) {
+        if self.of != run.revision() {
+            *self = LiveErrorMeter { of: run.revision(), ..LiveErrorMeter::default() };
+        }
         if 0 < self.rest {
             return;
         }
+        let runner = run.runner();
         if self.pending.is_empty() {
             return self.estimator.before_step(runner);
         }
@@ -106,7 +118,8 @@ impl LiveErrorMeter {
     }
 
     /// Follows a step of the run.
-    pub(crate) fn after_step(&mut self, runner: &Runner) {
+    pub(super) fn after_step(&mut self, run: &Run) {
+        let runner = run.runner();
         if 0 < self.rest {
             self.rest -= 1;
             return;
@@ -129,8 +142,8 @@ impl LiveErrorMeter {
 mod tests {
     use super::*;
     use glam::DVec3;
-    use msd_core::{Material, Real, Scene, shape};
-    use msd_run::on;
+    use msd_core::{Material, Real, Scene, Settings, shape};
+    use msd_run::{Runner, on};
     use msd_scene::Precision;
 
     fn rope() -> Runner {
@@ -139,38 +152,38 @@ mod tests {
             .expect("a valid scene")
     }
 
-    fn step(meter: &mut LiveErrorMeter, runner: &mut Runner) {
-        meter.before_step(runner);
-        runner.step().expect("a calm rope");
-        meter.after_step(runner);
+    fn step(meter: &mut LiveErrorMeter, run: &mut Run) {
+        meter.before_step(run);
+        run.step().expect("a calm rope");
+        meter.after_step(run);
     }
 
     #[test]
     fn a_window_ends_with_an_estimate_and_is_followed_by_a_rest() {
-        let (mut meter, mut runner) = (LiveErrorMeter::default(), rope());
-        (1..WINDOW).for_each(|_| step(&mut meter, &mut runner));
-        assert!(meter.is_measuring() && meter.last().is_none());
-        step(&mut meter, &mut runner);
-        let at = |meter: &LiveErrorMeter| meter.last().map(|last| last.error.at);
-        assert_eq!(at(&meter), Some(runner.time()));
+        let (mut meter, mut run) = (LiveErrorMeter::default(), Run::new(rope()));
+        (1..WINDOW).for_each(|_| step(&mut meter, &mut run));
+        assert!(meter.is_measuring() && meter.last.is_none());
+        step(&mut meter, &mut run);
+        let at = |meter: &LiveErrorMeter| meter.last.as_ref().map(|last| last.error.at);
+        assert_eq!(at(&meter), Some(run.runner().time()));
         (0..REST).for_each(|_| {
             assert!(!meter.is_measuring());
-            step(&mut meter, &mut runner);
+            step(&mut meter, &mut run);
         });
-        (0..WINDOW).for_each(|_| step(&mut meter, &mut runner));
-        assert_eq!(at(&meter), Some(runner.time()));
+        (0..WINDOW).for_each(|_| step(&mut meter, &mut run));
+        assert_eq!(at(&meter), Some(run.runner().time()));
     }
 
     #[test]
     fn falling_behind_in_a_window_makes_the_rest_long() {
-        let (mut meter, mut runner) = (LiveErrorMeter::default(), rope());
+        let (mut meter, mut run) = (LiveErrorMeter::default(), Run::new(rope()));
         meter.fall_behind();
-        (0..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        (0..WINDOW).for_each(|_| step(&mut meter, &mut run));
         // No copy ran when it fell behind.
         assert_eq!(meter.rest, REST);
-        (0..REST + 1).for_each(|_| step(&mut meter, &mut runner));
+        (0..REST + 1).for_each(|_| step(&mut meter, &mut run));
         meter.fall_behind();
-        (1..WINDOW).for_each(|_| step(&mut meter, &mut runner));
+        (1..WINDOW).for_each(|_| step(&mut meter, &mut run));
         assert_eq!(meter.rest, LONG_REST);
     }
 

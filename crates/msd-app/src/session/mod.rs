@@ -1,8 +1,10 @@
 //! A running scene and everything that a user does to it: the window's logic without a window.
 //!
-//! [`Session`] is the one object that acts. Its parts are types of their own, which know a
-//! [`Runner`] at most and parts above them; read them in the order below.
+//! [`Session`] is the one object that acts. Its parts are types of their own, which know a [`Run`]
+//! at most and parts above them; read them in the order below. What is shown is a [`Reading`] of
+//! the run, or carries its [`Revision`]: none outlives a change of what it was computed from.
 
+mod run;
 mod clock;
 mod throttle;
 mod trace;
@@ -13,24 +15,29 @@ mod material;
 mod solver;
 mod grab;
 mod recording;
+mod failure;
 
 pub use clock::{BUDGET, Frame, Pace};
-pub use energy::EnergyReadings;
-pub use live_error::{ErrorReading, LiveErrorMeter, WINDOW as ERROR_WINDOW};
+pub use failure::RunFailure;
+pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
 pub use material::{Material, MaterialEdit, MaterialValues, MixedValue};
-pub use solver::{MOST_SUBSTEPS, RunFailure, Tuning};
+pub use run::{Reading, Revision, Run};
+pub use solver::{MOST_SUBSTEPS, Tuning};
 pub use throttle::Throttle;
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 
 use clock::Clock;
+use energy::EnergyReadings;
+use failure::{Origins, WaysOut};
 use glam::DVec3;
 use grab::{Grab, Held};
-use msd_core::{Error, Interaction, Select, Vector};
+use live_error::LiveErrorMeter;
+use msd_core::{Energy, Error, Interaction, Select, Vector};
 use msd_run::recording::Event;
+use msd_run::rescue::{Offer, Origin, Remedy, debris};
 use msd_run::{History, Runner, on};
 use msd_scene::Loaded;
 use recording::SessionRecording;
-use solver::stable_substeps;
 use stability_light::StabilityLight;
 use std::fmt::Display;
 use std::path::Path;
@@ -39,7 +46,7 @@ use std::path::Path;
 #[derive(Debug)]
 pub struct Session {
     loaded: Loaded,
-    runner: Runner,
+    run: Run,
     clock: Clock,
     paused: bool,
     history: History,
@@ -52,6 +59,7 @@ pub struct Session {
     recording: SessionRecording,
     /// Why the run paused by itself.
     failure: Option<RunFailure>,
+    ways_out: WaysOut,
     /// What was refused last, for the status line.
     refusal: Option<String>,
 }
@@ -63,10 +71,10 @@ impl Session {
     /// # Errors
     /// The first row or setting of the scene that is out of its domain.
     pub fn new(loaded: Loaded) -> Result<Self, Error> {
-        let runner = Runner::open(&loaded)?;
+        let run = Run::new(Runner::open(&loaded)?);
         let mut session = Session {
             loaded,
-            runner,
+            run,
             clock: Clock::default(),
             paused: false,
             history: History::default(),
@@ -77,10 +85,11 @@ impl Session {
             live_error: None,
             recording: SessionRecording::default(),
             failure: None,
+            ways_out: WaysOut::default(),
             refusal: None,
         };
-        session.read_material();
-        session.energy.sample(&session.runner);
+        session.material.read(session.run.runner());
+        session.energy.sample(&session.run);
         Ok(session)
     }
 
@@ -102,40 +111,44 @@ impl Session {
 
     /// Lets `real` seconds of wall clock pass; `stopwatch` gives the seconds spent in this frame.
     pub fn advance(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
-        let mut frame = Frame::default();
-        if !self.paused {
-            let mut open = self.clock.begin(real, self.runner.settings().step, stopwatch);
-            let mut steps = 0;
-            while self.clock.takes_step(&mut open, stopwatch) && self.take_step() {
-                steps += 1;
-            }
-            frame = self.clock.end(open, steps, stopwatch);
-            if 0.0 < frame.dropped
-                && let Some(meter) = &mut self.live_error
-            {
-                meter.fall_behind();
-            }
-            self.energy.follow(&self.runner, frame, stopwatch);
+        let frame = if self.paused { Frame::default() } else { self.take_steps(real, stopwatch) };
+        self.energy.follow(&self.run, Frame { real, ..frame }, stopwatch);
+        self.stability_light.refresh(&self.run, real, stopwatch);
+        self.search_ways_out(real, stopwatch);
+        frame
+    }
+
+    /// Takes the steps that the clock asks for.
+    fn take_steps(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
+        let mut open = self.clock.begin(real, self.runner().settings().step, stopwatch);
+        let mut steps = 0;
+        while self.clock.takes_step(&mut open, stopwatch) && self.take_step() {
+            steps += 1;
         }
-        self.stability_light.refresh(&self.runner, real, stopwatch);
+        let frame = self.clock.end(open, (steps, self.run.revision()), stopwatch);
+        if 0.0 < frame.dropped
+            && let Some(meter) = &mut self.live_error
+        {
+            meter.fall_behind();
+        }
         frame
     }
 
     /// Takes one step and returns whether the run can go on.
     fn take_step(&mut self) -> bool {
-        if let Some(motion) = self.grab.held.and_then(|held| held.pin_motion(&self.runner)) {
+        if let Some(motion) = self.grab.held.and_then(|held| held.pin_motion(self.run.runner())) {
             self.act(motion);
         }
-        let before = self.runner.moment();
+        let before = self.runner().moment();
         if let Some(meter) = &mut self.live_error {
-            meter.before_step(&self.runner);
+            meter.before_step(&self.run);
         }
-        if let Err(error) = on!(&mut self.runner, simulation => simulation.step()) {
+        if let Err(error) = self.run.step() {
             self.fail(&error);
             return false;
         }
         if let Some(meter) = &mut self.live_error {
-            meter.after_step(&self.runner);
+            meter.after_step(&self.run);
         }
         self.history.push(before);
         self.failure = None;
@@ -144,24 +157,14 @@ impl Session {
         true
     }
 
+    /// Pauses at the last state that is no debris.
     fn fail(&mut self, error: &Error) {
         self.paused = true;
         self.release();
-        self.remeasure();
-        let predicted = match error {
-            Error::Diverged(divergence) => divergence.stable_substep,
-            _ => None,
-        };
-        let substeps = predicted.and_then(|stable| self.way_out(stable));
-        self.failure = Some(RunFailure { text: error.to_string(), substeps });
-    }
-
-    /// Substeps that are predicted to be stable, given the longest stable substep of the present
-    /// state, seconds.
-    fn way_out(&self, stable: f64) -> Option<u32> {
-        // The state kept may be far gone; where the scene starts counts as well.
-        let at_start = self.fresh_runner().map_or(0.0, |runner| runner.stable_substep());
-        stable_substeps(self.runner.settings(), stable.min(at_start))
+        let back = debris(self.run.runner(), &self.history);
+        self.go_back(back);
+        self.stability_light.forget();
+        self.failure = Some(RunFailure::new(error, 0 < back, self.runner().time()));
     }
 
     /// Pauses or goes on. After a divergence it stays paused until something is changed.
@@ -174,66 +177,59 @@ impl Session {
     pub fn step_forward(&mut self) {
         self.paused = true;
         self.take_step();
-        self.energy.rewind(self.runner.time());
-        self.energy.sample(&self.runner);
+        self.energy.rewind(self.runner().time());
+        self.energy.sample(&self.run);
     }
 
     /// Pauses and returns to the state before the last step; returns whether there was one.
     pub fn step_back(&mut self) -> bool {
         self.paused = true;
-        let Some(moment) = self.history.pop() else { return false };
-        if let Err(error) = self.runner.go_back(&moment) {
+        let is_back = self.go_back(1);
+        if is_back {
+            self.failure = None;
+        }
+        is_back
+    }
+
+    /// Returns to the state of so many steps before; whether there was one.
+    fn go_back(&mut self, steps: usize) -> bool {
+        let Some(moment) = self.history.nth_back(steps).cloned() else { return false };
+        if let Err(error) = self.change(|runner| runner.go_back(&moment)) {
             self.refusal = Some(error.to_string());
             return false;
         }
-        self.failure = None;
-        let recorded = self.recording.back(|| now(&self.loaded, &self.runner));
-        self.refuse(recorded);
-        self.energy.rewind(self.runner.time());
-        self.stability_light.touch();
-        self.remeasure();
+        for _ in 0..steps {
+            self.history.pop();
+            let recorded = self.recording.back(|| now(&self.loaded, self.run.runner()));
+            self.refuse(recorded);
+        }
+        self.energy.rewind(self.runner().time());
         true
     }
 
     /// Starts again from the first state. Solver, material and world stay as the user set them;
     /// pins, rest lengths and frozen shapes are the scene's again.
     pub fn restart(&mut self) {
-        match self.fresh_runner() {
-            Ok(runner) => self.runner = runner,
+        self.restart_from(Origin::Start);
+    }
+
+    fn restart_from(&mut self, origin: Origin) {
+        let fresh = match self.origins().copy(origin) {
+            Ok(fresh) => fresh,
             Err(error) => return self.refusal = Some(error.to_string()),
-        }
+        };
         // A run that stopped by itself starts again by itself.
         if self.failure.take().is_some() {
             self.paused = false;
         }
         self.grab = Grab::default();
         self.material.reset_rest_scale();
+        self.change(|runner| *runner = fresh);
         self.history.clear();
         self.energy.clear();
-        self.remeasure();
         self.clock.resume();
         self.record_start();
-        self.read_material();
-        self.energy.sample(&self.runner);
-    }
-
-    /// The scene at its start, with the solver and the edits of now.
-    fn fresh_runner(&self) -> Result<Runner, Error> {
-        let (settings, precision) = (self.runner.settings(), self.runner.precision());
-        let mut runner = Runner::open_with(&self.loaded, settings, precision)?;
-        for &edit in self.material.kept() {
-            runner.queue(edit)?;
-        }
-        runner.apply_queued()?;
-        Ok(runner)
-    }
-
-    /// Starts again with as many substeps as were predicted to be stable.
-    pub fn restart_stable(&mut self) {
-        if let Some(substeps) = self.failure.as_ref().and_then(|failure| failure.substeps) {
-            self.tune(Tuning::Substeps(substeps));
-            self.restart();
-        }
+        self.energy.sample(&self.run);
     }
 
     /// Chooses how fast simulated time runs, 1 for real time.
@@ -249,27 +245,36 @@ impl Session {
 
 /// What the user does to the run, between two steps.
 impl Session {
+    /// Changes the run other than by a step: nothing that was read of it before is shown after.
+    fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
+        let result = self.run.change(change);
+        self.material.read(self.run.runner());
+        result
+    }
+
     /// Does something to the simulation at once; returns whether it was accepted.
     fn act(&mut self, interaction: Interaction) -> bool {
-        let result = on!(&mut self.runner, simulation => {
-            simulation.queue(interaction).and_then(|()| simulation.apply_queued())
-        });
-        self.energy.rewatch();
-        let accepted = result.is_ok();
-        self.refusal = result.err().map(|error| error.to_string());
-        if accepted {
+        let result = if self.grab.moves(&interaction) {
             if let Some(meter) = &mut self.live_error {
-                meter.follow(interaction, self.runner.settings());
+                meter.follow(interaction, &self.run);
             }
+            self.run.move_held(interaction)
+        } else {
+            self.change(|runner| run::act(runner, interaction))
+        };
+        let is_accepted = result.is_ok();
+        self.refusal = result.err().map(|error| error.to_string());
+        if is_accepted {
             self.record(&Event::Act(interaction));
         }
-        accepted
+        is_accepted
     }
 
     /// Takes a particle with the mouse.
     pub fn grab(&mut self, particle: usize, target: DVec3) {
         self.release();
-        let held = on!(&self.runner, simulation => Held::new(simulation.model(), particle, target));
+        let held =
+            on!(self.runner(), simulation => Held::new(simulation.model(), particle, target));
         if self.act(held.interaction()) {
             self.grab = Grab { held: Some(held), selected: Some(particle) };
         }
@@ -310,30 +315,27 @@ impl Session {
             self.act(Interaction::Pin { particle, velocity: DVec3::ZERO });
         }
         self.grab.selected = Some(particle);
-        self.touch();
     }
 
     /// Makes the present lengths of the selected springs their rest lengths.
     pub fn freeze(&mut self) {
         self.act(Interaction::Freeze { springs: self.material.values().select });
         self.material.reset_rest_scale();
-        self.read_material();
     }
 
     /// Sets a number of the selected bodies, or of the world.
     pub fn edit(&mut self, edit: MaterialEdit) {
-        for interaction in self.material.interactions(edit, &self.runner, &self.loaded.scene) {
+        for interaction in self.material.interactions(edit, self.runner(), &self.loaded.scene) {
             if self.act(interaction) {
                 self.material.keep(edit, interaction);
             }
         }
-        self.read_material();
     }
 
     /// Chooses what the sliders of the material act on: all, or one body.
     pub fn select(&mut self, select: Select) {
         self.material.select(select);
-        self.read_material();
+        self.material.read(self.run.runner());
     }
 
     /// Gives material and world the values of the scene again, and restarts.
@@ -344,13 +346,11 @@ impl Session {
 
     /// Changes how the scene is stepped.
     pub fn tune(&mut self, tuning: Tuning) {
-        let tuned = tuning.apply(&mut self.runner);
+        let tuned = self.change(|runner| tuning.apply(runner));
         self.refusal = tuned.as_ref().err().map(Error::to_string);
         if let Ok(event) = tuned {
             self.record(&event);
         }
-        self.remeasure();
-        self.touch();
     }
 
     /// Begins or ends to estimate the error; while it is off nothing is copied.
@@ -364,14 +364,14 @@ impl Session {
     /// was being made.
     pub fn start_recording(&mut self, path: &Path) {
         self.stop_recording();
-        let begun = self.recording.begin(path, &now(&self.loaded, &self.runner));
+        let begun = self.recording.begin(path, &now(&self.loaded, self.run.runner()));
         self.refuse(begun);
     }
 
     /// Ends the recording, if one is being made.
     pub fn stop_recording(&mut self) {
         if self.recording.is_on() {
-            let ended = self.recording.finish(&self.runner);
+            let ended = self.recording.finish(self.run.runner());
             self.refusal = ended.err().map(|error| error.to_string());
         }
     }
@@ -391,32 +391,48 @@ impl Session {
     /// Records that the run was replaced.
     fn record_start(&mut self) {
         if self.recording.is_on() {
-            self.record(&Event::Start(Box::new(now(&self.loaded, &self.runner))));
+            self.record(&Event::Start(Box::new(now(&self.loaded, self.run.runner()))));
         }
     }
+}
 
-    fn read_material(&mut self) {
-        self.material.read(&self.runner);
-        self.touch();
+/// The ways out of a run that stopped by itself.
+impl Session {
+    fn search_ways_out(&mut self, real: f64, stopwatch: &impl Fn() -> f64) {
+        let stable = self.stability_light.stable(&self.run);
+        let (Some(_), Some(stable)) = (&self.failure, stable) else { return };
+        let mut ways_out = std::mem::take(&mut self.ways_out);
+        ways_out.search((&self.run, stable), &self.origins(), real, stopwatch);
+        self.ways_out = ways_out;
     }
 
-    /// Reports that what a step reads has changed.
-    fn touch(&mut self) {
-        self.stability_light.touch();
-        // The way out that is offered must fit what was set since the run stopped.
-        if let Some(failure) = self.failure.take() {
-            let stable = self.stability_light.predict(&self.runner);
-            let substeps = self.way_out(stable);
-            self.failure = Some(RunFailure { substeps, ..failure });
-        }
+    /// The states that the run could go on from.
+    fn origins(&self) -> Origins<'_> {
+        let Session { loaded, run, history, material, .. } = self;
+        Origins { loaded, runner: run.runner(), history, edits: material.kept() }
     }
 
-    /// Forgets what was measured: it is of another state or of other settings.
-    fn remeasure(&mut self) {
-        self.energy.rewatch();
-        if let Some(meter) = &mut self.live_error {
-            meter.restart();
+    /// The way back of about a second, as far as there is one, simulated seconds.
+    pub fn way_back(&self) -> f64 {
+        self.origins().steps_of_a_second() as f64 * self.runner().settings().step
+    }
+
+    /// Takes a way out: the run goes on.
+    pub fn take(&mut self, offer: Offer) {
+        match offer.remedy {
+            Remedy::Substeps(substeps) => self.tune(Tuning::Substeps(substeps)),
+            Remedy::Tolerance(tolerance) => self.tune(Tuning::Tolerance(tolerance)),
+            Remedy::Method(method) => self.tune(Tuning::Integrator(method)),
+            Remedy::SceneValues => self.material.forget(),
+            Remedy::Back => {}
         }
+        match offer.origin {
+            Origin::Start | Origin::Scene => return self.restart_from(offer.origin),
+            Origin::Earlier => _ = self.go_back(self.origins().steps_of_a_second()),
+            Origin::Here => {}
+        }
+        (self.failure, self.paused) = (None, false);
+        self.clock.resume();
     }
 }
 
@@ -429,22 +445,33 @@ impl Session {
 
     /// The simulation.
     pub fn runner(&self) -> &Runner {
-        &self.runner
+        self.run.runner()
     }
 
     /// Where a particle is, metres.
     pub fn position(&self, particle: usize) -> DVec3 {
-        on!(&self.runner, simulation => simulation.position(particle).to_f64())
+        on!(self.runner(), simulation => simulation.position(particle).to_f64())
     }
 
     /// Whether a particle is pinned.
     pub fn is_pinned(&self, particle: usize) -> bool {
-        on!(&self.runner, simulation => simulation.model().is_pinned(particle))
+        on!(self.runner(), simulation => simulation.model().is_pinned(particle))
     }
 
-    /// The energy of the last seconds, and what the integrator added.
-    pub fn energy(&self) -> &EnergyReadings {
-        &self.energy
+    /// The energy of the last seconds.
+    pub fn trace(&self) -> &Trace {
+        self.energy.trace()
+    }
+
+    /// The energy now; `None` while it is being worked out.
+    pub fn energy(&self) -> Option<Energy> {
+        self.energy.now(&self.run)
+    }
+
+    /// Energy that the integrator has added for good since the run was changed last, joules; `None`
+    /// if it added none.
+    pub fn energy_gain(&self) -> Option<f64> {
+        self.energy.gain(&self.run)
     }
 
     /// Whether no steps are taken.
@@ -467,9 +494,30 @@ impl Session {
         self.clock.speed()
     }
 
-    /// Averages over the last frames; all 0 while paused.
-    pub fn pace(&self) -> Pace {
-        if self.paused { Pace::default() } else { self.clock.pace() }
+    /// The ways out of a failure that were found so far.
+    pub fn offers(&self) -> &[Offer] {
+        if self.failure.is_some() { self.ways_out.offers(&self.run) } else { &[] }
+    }
+
+    /// The springs that carry the fastest motion after a failure, the strongest first.
+    pub fn fastest_springs(&self) -> &[usize] {
+        if self.failure.is_some() { self.ways_out.fastest(&self.run) } else { &[] }
+    }
+
+    /// Whether ways out of a failure are being looked for.
+    pub fn is_searching(&self) -> bool {
+        self.failure.is_some() && self.ways_out.is_searching(&self.run)
+    }
+
+    /// Whether something that is shown is being worked out: frames are needed, paused or not.
+    pub fn is_working(&self) -> bool {
+        self.stability().is_none() || self.energy().is_none() || self.is_searching()
+    }
+
+    /// Averages over the last frames; `None` while paused, and before a frame was measured since
+    /// the run was changed.
+    pub fn pace(&self) -> Option<Pace> {
+        self.clock.pace(self.run.revision()).filter(|_| !self.paused)
     }
 
     /// How many steps can be taken back.
@@ -477,14 +525,15 @@ impl Session {
         self.history.len()
     }
 
-    /// The substep as a share of the longest stable one, if that was predicted.
-    pub fn stability_share(&self) -> Option<f64> {
-        self.stability_light.share(self.runner.settings().substep())
+    /// The substep as a share of the longest stable one, and the age of the prediction, seconds of
+    /// wall clock; `None` while it is being worked out.
+    pub fn stability(&self) -> Option<(f64, f64)> {
+        self.stability_light.share(&self.run).map(|share| (share, self.stability_light.age()))
     }
 
-    /// The estimate of the error, while the user wants one.
-    pub fn live_error(&self) -> Option<&LiveErrorMeter> {
-        self.live_error.as_ref()
+    /// What is known of the error; `None` while the user does not want to know.
+    pub fn error(&self) -> Option<ErrorNow<'_>> {
+        self.live_error.as_ref().map(|meter| meter.now(&self.run))
     }
 
     /// What was set of material and world.

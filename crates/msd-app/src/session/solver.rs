@@ -1,4 +1,4 @@
-//! Solver settings that the user changes while a scene runs, and the way out of a divergence.
+//! Solver settings that the user changes while a scene runs.
 
 use msd_core::{Error, Integrator, Settings};
 use msd_run::Runner;
@@ -7,10 +7,6 @@ use msd_scene::Precision;
 
 /// The most substeps that can be chosen.
 pub const MOST_SUBSTEPS: u32 = 1000;
-
-/// Part of the longest stable substep that is aimed at after a divergence: springs that turn and
-/// stretch move the limit.
-const CAUTION: f64 = 0.8;
 
 /// A change of how the scene is stepped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,21 +40,4 @@ impl Tuning {
         runner.set_settings(settings)?;
         Ok(Event::Settings(settings))
     }
-}
-
-/// Why a run stopped by itself.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RunFailure {
-    /// The error of the step.
-    pub text: String,
-    /// Substeps per step that are predicted to be stable, if any number is.
-    pub substeps: Option<u32>,
-}
-
-/// More substeps than now that are predicted to be stable, given the longest stable substep,
-/// seconds.
-pub(super) fn stable_substeps(settings: Settings, stable: f64) -> Option<u32> {
-    let needed = (settings.step / (CAUTION * stable)).ceil();
-    let count = (needed <= f64::from(MOST_SUBSTEPS)).then_some((needed as u32).max(1));
-    count.filter(|&count| settings.substeps < count)
 }

@@ -1,106 +1,138 @@
 //! The stability light: the substep as a share of the longest stable one.
 
+use super::run::{Reading, Run};
 use msd_core::Integrator;
 use msd_core::stability::Estimator;
-use msd_run::Runner;
 
-/// Shortest time between two predictions, seconds.
+/// Shortest time between two predictions for a run that goes on, seconds.
 const REFRESH: f64 = 1.0;
 /// The largest share of the wall clock that predictions may take.
 const SHARE: f64 = 0.005;
+/// The same while none is shown, as the run was changed.
+const SHARE_OF_VOID: f64 = 0.1;
 
 /// The predicted longest stable substep, renewed at a bounded rate.
 #[derive(Debug, Default)]
 pub struct StabilityLight {
-    /// Longest stable substep, seconds: 0 if none is, infinite if every one is; `None` before the
-    /// first prediction.
-    stable: Option<f64>,
+    /// Longest stable substep, seconds: 0 if none is, infinite if every one is.
+    stable: Option<Reading<f64>>,
     /// Wall-clock time since the last prediction, seconds.
     age: f64,
-    /// What the last prediction cost, seconds.
+    /// The wall-clock time that the last prediction took, seconds.
     cost: f64,
-    /// Whether something changed since.
-    stale: bool,
     estimator: Estimator,
 }
 
 impl StabilityLight {
-    /// Reports that a setting changed, so that the prediction should be renewed soon.
-    pub fn touch(&mut self) {
-        self.stale = true;
-    }
-
     /// Lets `real` seconds of wall clock pass, and predicts again if it is time to.
-    pub fn refresh(&mut self, runner: &Runner, real: f64, stopwatch: &impl Fn() -> f64) {
-        if self.is_due(real) {
+    pub(super) fn refresh(&mut self, run: &Run, real: f64, stopwatch: &impl Fn() -> f64) {
+        self.age += real.max(0.0);
+        if self.wait(run) <= self.age {
             let start = stopwatch();
-            let stable = self.predict(runner);
-            self.set(stable, stopwatch() - start);
+            let stable = self.predict(run);
+            self.set(Reading::new(stable, run), stopwatch() - start);
         }
     }
 
-    /// Predicts the longest stable substep of the present state, seconds. Only explicit methods
-    /// have one: for the others the spectrum is not needed.
-    pub fn predict(&mut self, runner: &Runner) -> f64 {
-        if !Integrator::EXPLICIT.contains(&runner.integrator()) {
-            return f64::INFINITY;
-        }
-        runner.stable_substep_by(&mut self.estimator)
+    /// Forgets the prediction: the next refresh makes another, whatever it costs.
+    pub(super) fn forget(&mut self) {
+        (self.stable, self.cost) = (None, 0.0);
+    }
+
+    /// The longest stable substep, seconds: 0 if none is, infinite if every one is; `None` while it
+    /// is being worked out.
+    pub fn stable(&self, run: &Run) -> Option<f64> {
+        self.stable.as_ref().and_then(|stable| stable.of(run)).copied()
     }
 
     /// The substep as a share of the longest stable one: 1 is the limit, infinite where no step is
-    /// stable; `None` before the first prediction.
-    pub fn share(&self, substep: f64) -> Option<f64> {
-        self.stable.map(|stable| if stable == 0.0 { f64::INFINITY } else { substep / stable })
+    /// stable; `None` while it is being worked out.
+    pub fn share(&self, run: &Run) -> Option<f64> {
+        let substep = run.runner().settings().substep();
+        let share = |stable| if stable == 0.0 { f64::INFINITY } else { substep / stable };
+        self.stable(run).map(share)
     }
 
-    /// Lets wall-clock time pass and returns whether to predict now.
-    fn is_due(&mut self, real: f64) -> bool {
-        self.age += real.max(0.0);
-        // A changed setting is answered at once where that is cheap, and never at the price of
-        // the motion where it is not.
-        let wait = if self.stale { 0.0 } else { REFRESH }.max(self.cost / SHARE);
-        self.stable.is_none() || wait <= self.age
+    /// The age of the prediction, seconds of wall clock: as the run goes on it may be a little old.
+    pub fn age(&self) -> f64 {
+        self.age
+    }
+
+    /// Predicts for the present state. Only explicit methods have a limit: for the others the
+    /// spectrum is not needed.
+    fn predict(&mut self, run: &Run) -> f64 {
+        if !Integrator::EXPLICIT.contains(&run.runner().integrator()) {
+            return f64::INFINITY;
+        }
+        run.runner().stable_substep_by(&mut self.estimator)
+    }
+
+    /// The age from which on another prediction is made, seconds: a change is answered at once
+    /// where that is cheap, and not at the price of the motion where it is not.
+    fn wait(&self, run: &Run) -> f64 {
+        match self.stable(run) {
+            None => self.cost / SHARE_OF_VOID,
+            Some(_) => REFRESH.max(self.cost / SHARE),
+        }
     }
 
     /// Stores a prediction and its cost in seconds.
-    fn set(&mut self, stable: f64, cost: f64) {
+    fn set(&mut self, stable: Reading<f64>, cost: f64) {
         // What costs less than a millisecond may be renewed at every change.
         self.cost = if cost < 1e-3 { 0.0 } else { cost };
-        (self.stable, self.age, self.stale) = (Some(stable), 0.0, false);
+        (self.stable, self.age) = (Some(stable), 0.0);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use msd_run::Runner;
+    use std::cell::Cell;
 
-    #[test]
-    fn a_change_is_answered_at_once_where_cheap() {
-        let mut light = StabilityLight::default();
-        assert!(light.is_due(0.0));
-        light.set(0.01, 2e-4);
-        assert!(!light.is_due(0.5));
-        light.touch();
-        assert!(light.is_due(0.0));
-        assert_eq!(light.share(0.005), Some(0.5));
+    fn run() -> Run {
+        let loaded = msd_scene::open("square").expect("a built-in scene");
+        Run::new(Runner::open(&loaded).expect("a valid scene"))
     }
 
     #[test]
-    fn an_expensive_prediction_is_rare() {
-        let mut light = StabilityLight::default();
-        light.set(0.01, 0.1);
-        light.touch();
-        assert!(!light.is_due(10.0));
-        assert!(light.is_due(10.0));
+    fn a_change_voids_the_prediction_and_is_answered_at_once_where_cheap() {
+        let (mut light, mut run) = (StabilityLight::default(), run());
+        light.refresh(&run, 0.0, &|| 0.0);
+        let share = light.share(&run).expect("predicted at once");
+        run.change(|runner| {
+            let settings = runner.settings();
+            let halved = msd_core::Settings { substeps: 2 * settings.substeps, ..settings };
+            runner.set_settings(halved).expect("valid settings");
+        });
+        assert_eq!(light.share(&run), None);
+        light.refresh(&run, 0.0, &|| 0.0);
+        // The limit of a damped step depends a little on the number of substeps.
+        assert!((light.share(&run).expect("predicted") / share - 0.5).abs() < 0.05);
+    }
+
+    #[test]
+    fn an_expensive_prediction_is_rare_and_void_until_it_is_made_again() {
+        let (mut light, mut run) = (StabilityLight::default(), run());
+        light.set(Reading::new(0.01, &run), 0.1);
+        let made = Cell::new(0);
+        let stopwatch = || made.replace(made.get() + 1) as f64;
+        light.refresh(&run, 10.0, &stopwatch);
+        assert_eq!((light.stable(&run), made.get()), (Some(0.01), 0));
+        run.change(|_| ());
+        light.age = 0.0;
+        light.refresh(&run, 0.9, &stopwatch);
+        assert_eq!((light.stable(&run), made.get()), (None, 0));
+        light.refresh(&run, 0.2, &stopwatch);
+        assert!(light.stable(&run).is_some() && 0 < made.get());
     }
 
     #[test]
     fn no_stable_step_is_infinitely_far_over_the_limit() {
-        let mut light = StabilityLight::default();
-        light.set(0.0, 0.0);
-        assert_eq!(light.share(1e-9), Some(f64::INFINITY));
-        light.set(f64::INFINITY, 0.0);
-        assert_eq!(light.share(1.0), Some(0.0));
+        let (mut light, run) = (StabilityLight::default(), run());
+        light.set(Reading::new(0.0, &run), 0.0);
+        assert_eq!(light.share(&run), Some(f64::INFINITY));
+        light.set(Reading::new(f64::INFINITY, &run), 0.0);
+        assert_eq!(light.share(&run), Some(0.0));
     }
 }

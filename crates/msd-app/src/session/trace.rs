@@ -29,8 +29,11 @@ impl Trace {
         self.samples.back().is_none_or(|last| WINDOW / SAMPLES <= time - last.time)
     }
 
-    /// Adds a sample and forgets those that left the window.
+    /// Adds a sample, in place of one of the same time, and forgets those that left the window.
     pub fn push(&mut self, time: f64, energy: Energy) {
+        if self.samples.back().is_some_and(|last| last.time == time) {
+            self.samples.pop_back();
+        }
         self.samples.push_back(Sample { time, energy });
         while self.samples.front().is_some_and(|first| first.time < time - WINDOW) {
             self.samples.pop_front();
@@ -70,6 +73,13 @@ mod tests {
         }
         let count = trace.samples().len();
         assert!((SAMPLES as usize * 9 / 10..=SAMPLES as usize + 1).contains(&count), "{count}");
+    }
+
+    #[test]
+    fn a_change_while_time_stands_still_adds_no_sample() {
+        let mut trace = Trace::default();
+        (0..5).for_each(|_| trace.push(1.0, Energy::default()));
+        assert_eq!(trace.samples().len(), 1);
     }
 
     #[test]

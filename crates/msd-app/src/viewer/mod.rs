@@ -17,6 +17,7 @@ use msd_core::{Real, Vector};
 use msd_render::{Camera, Style};
 use msd_run::on;
 use msd_run::recording::ENDING;
+use msd_run::rescue::Offer;
 use msd_scene::Loaded;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -69,6 +70,9 @@ pub fn shows_springs(name: &str) -> bool {
 
 /// How soon the camera follows, seconds.
 const FOLLOW_TIME: f64 = 0.2;
+
+/// A scene that is so many times as large as at its start has blown up.
+const DEBRIS: f64 = 10.0;
 
 impl Viewer {
     /// Looks at a scene.
@@ -152,22 +156,18 @@ impl Viewer {
 
     fn restart(&mut self) {
         self.let_go();
-        let lost = self.session.failure().is_some();
         self.session.restart();
-        self.find_again(lost);
     }
 
-    /// Starts again after a divergence, with as many substeps as were predicted to be stable.
-    pub fn restart_stable(&mut self) {
+    /// Takes a way out of a run that stopped by itself.
+    pub fn take(&mut self, offer: Offer) {
         self.let_go();
-        self.session.restart_stable();
-        self.find_again(true);
+        self.session.take(offer);
     }
 
-    /// Turns the camera to the scene again where it had followed something that blew up.
-    fn find_again(&mut self, lost: bool) {
-        self.unframed |= lost;
-        self.frame_once();
+    /// The title of the window.
+    pub fn title(&self) -> String {
+        format!("msd: {}", self.session.loaded().name)
     }
 
     /// Ends a gesture: what it held may be gone.
@@ -295,6 +295,11 @@ impl Viewer {
             return;
         }
         let Some((low, high)) = self.subject() else { return };
+        // Debris is not followed: what is left is where the rest was.
+        let size = on!(self.session.runner(), simulation => simulation.model().size());
+        if DEBRIS * size < f64::from((high - low).max_element()) {
+            return;
+        }
         let way = (low + high) * 0.5 + self.beside - self.camera.target;
         let part = way * (1.0 - (-real / FOLLOW_TIME).exp()) as f32;
         if part.is_finite() {

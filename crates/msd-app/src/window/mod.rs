@@ -45,6 +45,7 @@ pub(crate) struct Shell {
     input: Option<egui_winit::State>,
     surface: Option<WindowSurface>,
     last_frame: Instant,
+    title: String,
     hidden: bool,
     watcher: Option<Watcher>,
     /// Why the window could not be shown; a browser finds it in the log.
@@ -67,6 +68,7 @@ impl Shell {
             input: None,
             surface: None,
             last_frame: Instant::now(),
+            title: String::new(),
             hidden: false,
             watcher,
             missing: None,
@@ -74,8 +76,8 @@ impl Shell {
     }
 
     fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<(), winit::error::OsError> {
-        let name = &self.viewer.session.loaded().name;
-        let attributes = Window::default_attributes().with_title(format!("msd: {name}"));
+        self.title = self.viewer.title();
+        let attributes = Window::default_attributes().with_title(&self.title);
         // In a browser the page chooses the size.
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = attributes
@@ -143,6 +145,10 @@ impl Shell {
             }
             panel::show(ui, viewer);
         });
+        if self.title != viewer.title() {
+            self.title = viewer.title();
+            window.set_title(&self.title);
+        }
         input.handle_platform_output(window, output.platform_output);
         let pixels_per_point = output.pixels_per_point;
         let primitives = self.context.tessellate(output.shapes, pixels_per_point);
@@ -166,7 +172,8 @@ impl Shell {
     /// Asks for the next frame: at once while something moves, else when egui or an event wants it.
     fn schedule(&self, event_loop: &ActiveEventLoop, wait: Duration) {
         let Some(window) = &self.window else { return };
-        let moving = !self.viewer.session.is_paused();
+        let session = &self.viewer.session;
+        let moving = !session.is_paused() || session.is_working();
         event_loop.set_control_flow(ControlFlow::Wait);
         if self.hidden {
             return;

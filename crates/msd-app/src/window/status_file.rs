@@ -2,7 +2,9 @@
 //! outside.
 //!
 //! Places are in pixels of the window. Keys: `frame`, `scene`, `time`, `steps`, `paused`, `speed`,
-//! `real_time_factor`, `step_ms`, `frame_rate`, `held` (particle or null), `held_position`,
+//! `real_time_factor`, `step_ms`, `frame_rate` (null before they are measured), `stability` (the
+//! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
+//! itself), `offers` (how many ways out there are), `held` (particle or null), `held_position`,
 //! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is),
 //! `hovered`, `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`,
 //! `worst_error`), `aim` (a particle in plain view: `particle`, `screen`), `stiffness`,
@@ -10,7 +12,7 @@
 //! (rectangles: left, top, width, height).
 
 use super::Watcher;
-use crate::session::ErrorReading;
+use crate::session::ErrorNow;
 use crate::viewer::Viewer;
 use egui::{Pos2, Rect};
 use glam::Vec3;
@@ -49,9 +51,12 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "steps": session.runner().steps(),
         "paused": session.is_paused(),
         "speed": session.speed(),
-        "real_time_factor": pace.real_time_factor,
-        "step_ms": pace.step_ms,
-        "frame_rate": pace.frame_rate,
+        "real_time_factor": pace.map(|pace| pace.real_time_factor),
+        "step_ms": pace.map(|pace| pace.step_ms),
+        "frame_rate": pace.map(|pace| pace.frame_rate),
+        "stability": session.stability().map(|(share, _)| share),
+        "failed": session.failure().is_some(),
+        "offers": session.offers().len(),
         "held": held,
         "held_position": held.map(|particle| position(particle).to_array()),
         "held_target": session.grab_target().map(|target| target.to_array()),
@@ -59,7 +64,7 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "selected": session.selected(),
         "pinned": session.selected().map(|particle| session.is_pinned(particle)),
         "hovered": viewer.hovered,
-        "error": session.live_error().and_then(|meter| meter.last()).map(error),
+        "error": error(session.error()),
         "aim": aim(viewer).map(|(particle, at)| {
             json!({ "particle": particle, "screen": pixels(at, scale) })
         }),
@@ -76,7 +81,8 @@ fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     })
 }
 
-fn error(reading: &ErrorReading) -> Value {
+fn error(now: Option<ErrorNow<'_>>) -> Value {
+    let Some(ErrorNow::Known(reading)) = now else { return Value::Null };
     let (error, (particle, worst)) = (&reading.error, reading.worst);
     json!({
         "at": error.at,

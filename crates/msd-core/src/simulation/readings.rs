@@ -55,6 +55,12 @@ impl<R: Real> Simulation<R> {
         stability::fastest_mode(&self.model, &self.state, self.time())
     }
 
+    /// The displacement of each particle in the fastest motion at the present state, the largest
+    /// of length 1: the motion that limits the substep of most methods. Empty where nothing pulls.
+    pub fn fastest_motion(&self) -> Vec<DVec3> {
+        stability::fastest_motion(&self.model, &self.state, self.time())
+    }
+
     /// The positions of all particles in the order of the scene, metres.
     pub fn positions(&self) -> impl Iterator<Item = R::Vec3> + '_ {
         self.model.slots.places().map(|at| columns::vector(&self.state.positions, at))

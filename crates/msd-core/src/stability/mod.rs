@@ -64,6 +64,29 @@ pub(crate) fn fastest_mode<R: Real>(model: &Model<R>, state: &Columns<R>, time: 
     estimator.mode(&vectors)
 }
 
+/// The displacement of each particle in the fastest motion about a state, the largest of length 1;
+/// empty where nothing pulls.
+pub(crate) fn fastest_motion<R: Real>(
+    model: &Model<R>,
+    state: &Columns<R>,
+    time: f64,
+) -> Vec<DVec3> {
+    let mut estimator = Estimator::default();
+    let point = OperatingPoint { model, motion: state.motion(&model.slots, time) };
+    let Some((_, vectors)) = estimator.explore(&point, false) else {
+        return Vec::new();
+    };
+    let first = &vectors.rows[0][..vectors.size];
+    let mut motion = estimator.basis.displacements(first);
+    let largest = motion.iter().map(|way| way.length_squared()).fold(0.0, f64::max);
+    let searchable = 0.0 < largest && largest.is_finite();
+    if !searchable {
+        return Vec::new();
+    }
+    motion.iter_mut().for_each(|way| *way /= Real::sqrt(largest));
+    motion
+}
+
 /// A substep that is stable about every state in which no spring is compressed to nothing, seconds:
 /// from sums over springs alone (after Gershgorin, 1931), two to four times shorter than
 /// [`Estimator::limit`]; 0 for explicit Euler, for which such sums give no bound.

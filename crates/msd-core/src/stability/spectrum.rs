@@ -117,12 +117,7 @@ impl Basis {
         let mut sum = mem::take(&mut self.next);
         let mut motion = mem::take(&mut self.motion);
         for (product, coordinates) in [x, v].into_iter().enumerate() {
-            motion.clear();
-            motion.resize(self.roots.len(), DVec3::ZERO);
-            for (vector, &coordinate) in self.vectors.iter().zip(coordinates) {
-                let rows = motion.iter_mut().zip(vector);
-                rows.for_each(|(sum, &value)| *sum += value * coordinate);
-            }
+            self.combine(coordinates, &mut motion);
             self.multiply(point, &motion);
             if product == 0 {
                 sum.clone_from(&self.products[0]);
@@ -133,6 +128,24 @@ impl Basis {
         }
         (self.next, self.motion) = (sum, motion);
         self.push(point).unwrap_or(0.0)
+    }
+
+    /// Overwrites `motion` with a combination of the vectors.
+    fn combine(&self, coordinates: &[f64], motion: &mut Vec<DVec3>) {
+        motion.clear();
+        motion.resize(self.roots.len(), DVec3::ZERO);
+        for (vector, &coordinate) in self.vectors.iter().zip(coordinates) {
+            let rows = motion.iter_mut().zip(vector);
+            rows.for_each(|(sum, &value)| *sum += value * coordinate);
+        }
+    }
+
+    /// The displacements of the particles in a combination of the vectors.
+    pub(crate) fn displacements(&self, coordinates: &[f64]) -> Vec<DVec3> {
+        let mut motion = Vec::new();
+        self.combine(coordinates, &mut motion);
+        motion.iter_mut().zip(&self.roots).for_each(|(value, &root)| *value *= root);
+        motion
     }
 
     /// Adds the part of `next` that the basis lacks and returns its length; `None` if there is

@@ -1,5 +1,6 @@
 //! `msd run`: a scene runs without a window.
 
+mod advice;
 mod prepare;
 mod report;
 mod watch;
@@ -12,9 +13,11 @@ pub use report::evaluations;
 
 use super::arguments::RunArguments;
 use super::failure::{Failure, say, tell};
+use advice::{LASTING, advise};
 use files::Files;
 use msd_core::{Divergence, Error};
-use prepare::advise;
+use msd_run::Moment;
+use prepare::FRAME;
 use report::{Done, RunReport};
 use std::path::Path;
 use watch::Watch;
@@ -25,17 +28,21 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let scene = arguments.scene.as_deref().unwrap_or(Path::new(""));
     let mut prepared = prepare(scene, &arguments.solver, ("--duration", arguments.duration))?;
     let mut files = Files::open(arguments, &prepared)?;
-    let start = (prepared.runner.steps(), prepared.runner.time());
+    let (start, began) = (prepared.runner.moment(), prepared.runner.time());
     let mut watch = Watch::new(&prepared.runner, prepared.stable);
     let (wall, diverged) = step_all(&mut prepared, &mut files, &mut watch);
-    let warnings = watch.warnings(prepared.runner.settings());
+    let advice = late_advice(&prepared, &watch, (&start, began), diverged.as_ref());
+    let diverged =
+        diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
+    let advice = advice.filter(|_| diverged.is_none());
+    let warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     prepared.warnings.extend(warnings);
     let unwritten = files.finish(&prepared.runner);
     prepared.warnings.extend(unwritten.clone());
     let done = Done {
-        steps: prepared.runner.steps() - start.0,
-        simulated: prepared.runner.time() - start.1,
+        steps: prepared.runner.steps() - start.steps,
+        simulated: prepared.runner.time() - began,
         wall: wall.as_secs_f64(),
         diverged: diverged.is_some(),
         gain: watch.gain,
@@ -45,15 +52,35 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     tell_report(&RunReport::new(prepared, done), arguments, (diverged, unwritten))
 }
 
+/// Advice that was not given before the run: it diverged, or its limit moved below its step. Empty
+/// where it was given.
+fn late_advice(
+    prepared: &Prepared,
+    watch: &Watch,
+    (start, began): (&Moment, f64),
+    diverged: Option<&Error>,
+) -> Option<String> {
+    let is_of_step = diverged.is_some_and(Error::is_of_step);
+    if !is_of_step && !watch.is_over(prepared.runner.settings()) {
+        return None;
+    }
+    if prepared.is_advised {
+        return Some(String::new());
+    }
+    let mut runner = prepared.runner.clone();
+    let lasting = (1.2 * (runner.time() - began)).max(LASTING);
+    runner.go_back(start).ok()?;
+    Some(advise(&runner, FRAME, watch.least(), lasting))
+}
+
 /// Tells what came of a run, where it diverged, and which files could not be written.
 pub fn tell_report(
     report: &RunReport,
     arguments: &RunArguments,
-    (diverged, unwritten): (Option<Error>, Vec<String>),
+    (diverged, unwritten): (Option<Failure>, Vec<String>),
 ) -> Result<(), Failure> {
     let told = if arguments.json { report.json() } else { Ok(report.summary()) };
     let said = say(&told.map_err(Failure::input)?).err();
-    let diverged = diverged.map(|error| explain_divergence(&report.scene, error));
     let unwritten = unwritten.into_iter().map(Failure::input);
     Failure::all(unwritten.chain(said).chain(diverged))
 }
@@ -79,16 +106,23 @@ fn step_all(
     (wall, None)
 }
 
-/// What happened, and what to change.
-pub fn explain_divergence(scene: &str, error: Error) -> Failure {
-    let advice = match &error {
-        Error::Diverged(Divergence { stable_substep: Some(stable), substep, .. })
-            if stable < substep =>
-        {
-            format!("; {}", advise(*stable))
-        }
-        _ => String::new(),
+/// What happened, and what to change. Empty advice was given before; without any the error itself
+/// says what is known of the limit, which is of a state far gone.
+pub fn explain_divergence(scene: &str, error: Error, advice: Option<&str>) -> Failure {
+    let told = match (&error, advice) {
+        (Error::Diverged(divergence), Some(_)) => where_it_diverged(divergence),
+        _ => error.to_string(),
     };
-    let message = format!("{scene}: {error}{advice}");
+    let advice = advice.filter(|advice| !advice.is_empty());
+    let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
+    let message = format!("{scene}: {told}{advice}");
     if error.is_of_step() { Failure::diverged(message) } else { Failure::input(message) }
+}
+
+fn where_it_diverged(divergence: &Divergence) -> String {
+    let Divergence { particle, step, time, .. } = divergence;
+    format!(
+        "diverged: particle {particle} left the world in step {step} (t = {time:.6} s); the last \
+         good state is kept"
+    )
 }

@@ -1,5 +1,6 @@
 //! From a scene to a run: opened, given the solver of the command line and a state.
 
+use super::advice::{LASTING, advise};
 use crate::cli::arguments::{SolverArguments, Step};
 use crate::cli::failure::{Failure, tell};
 use crate::cli::progress::SlowNotice;
@@ -10,7 +11,7 @@ use msd_study::quantity::{estimate, number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
 /// A frame of the command line, seconds: `--substeps` divides it.
-const FRAME: f64 = 1.0 / 60.0;
+pub const FRAME: f64 = 1.0 / 60.0;
 
 /// Part of the longest stable step that `--step auto` takes: springs that turn and stretch move the
 /// limit.
@@ -35,6 +36,8 @@ pub struct Prepared {
     pub runner: Runner,
     /// The longest stable substep predicted at its start, seconds.
     pub stable: f64,
+    /// Whether the user was told what to change.
+    pub is_advised: bool,
     /// Steps to take.
     pub steps: u64,
     /// What the user should know, one line each.
@@ -90,8 +93,9 @@ pub fn prepare(
         )));
     }
     let stable = predict(&runner);
-    let mut warnings = Vec::new();
-    warnings.extend(warn_of_step(settings, stable));
+    let over = warn_with_advice(&runner, FRAME, stable, duration.min(LASTING));
+    let is_advised = over.is_some();
+    let mut warnings = Vec::from_iter(over);
     warnings.extend(warn_of_rounding(&Rounding::of(&loaded.scene, runner.precision())));
     warnings.extend(short.then(|| {
         let time = steps as f64 * settings.step;
@@ -103,7 +107,18 @@ pub fn prepare(
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let Loaded { name, title, notes, files, progress, .. } = loaded;
     let is_resumed = progress.is_some();
-    Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
+    Ok(Prepared {
+        name,
+        title,
+        notes,
+        files,
+        is_resumed,
+        runner,
+        stable,
+        is_advised,
+        steps,
+        warnings,
+    })
 }
 
 /// The longest stable substep, seconds; of a million particles that takes a while.
@@ -188,6 +203,14 @@ fn count_steps(settings: Settings, duration: f64) -> (u64, bool) {
     (steps as u64, short)
 }
 
+/// A warning where the step of a run is longer than the longest stable one, with options to use
+/// instead, which lasted for so many simulated seconds; `frame` is the time that `--substeps`
+/// divides, seconds.
+pub fn warn_with_advice(start: &Runner, frame: f64, stable: f64, lasting: f64) -> Option<String> {
+    let over = warn_of_step(start.settings(), stable)?;
+    Some(format!("{over}; {}", advise(start, frame, stable, lasting)))
+}
+
 /// A warning where a step is longer than the longest stable one.
 pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
     let (integrator, h) = (settings.integrator, settings.substep());
@@ -197,10 +220,8 @@ pub fn warn_of_step(settings: Settings, stable: f64) -> Option<String> {
     if stable == 0.0 {
         return Some(format!("{integrator} is predicted to be unstable here at any step"));
     }
-    let advice = advise(stable);
     Some(format!(
-        "the step of {} is longer than {}, the longest predicted to be stable for {integrator}; \
-         {advice}",
+        "the step of {} is longer than {}, the longest predicted to be stable for {integrator}",
         quantity(h, "s"),
         quantity(stable, "s")
     ))
@@ -220,16 +241,6 @@ fn warn_of_rounding(rounding: &Rounding) -> Option<String> {
             100.0 * energy / stake
         )
     })
-}
-
-/// Substeps that keep a little away from the longest stable step.
-pub fn advise(stable: f64) -> String {
-    match (FRAME / (AUTO * stable)).ceil() {
-        substeps if substeps <= f64::from(u32::MAX) => {
-            format!("try --substeps {substeps} or --step auto")
-        }
-        _ => "try --step auto".into(),
-    }
 }
 
 #[cfg(test)]

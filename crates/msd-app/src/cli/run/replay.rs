@@ -1,7 +1,9 @@
 //! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
 
+use super::advice::LASTING;
+use super::explain_divergence;
 use super::files::Files;
-use super::prepare::{Prepared, is_endless, warn_of_step};
+use super::prepare::{Prepared, is_endless, warn_with_advice};
 use super::report::{Comparison, Distance, Done, RunReport};
 use super::tell_report;
 use crate::cli::arguments::{RunArguments, SolverArguments};
@@ -40,6 +42,8 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     prepared.warnings.extend(unwritten.clone());
     prepared.runner = course.runner().clone();
     done.diverged = diverged.is_some();
+    let advice = prepared.is_advised.then_some("");
+    let diverged = diverged.map(|error| explain_divergence(&prepared.name, error, advice));
     let mut report = RunReport::new(prepared, done);
     report.replay = Some(course.compare(&recording, done.diverged));
     let told = tell_report(&report, arguments, (diverged, unwritten));
@@ -79,7 +83,10 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
         return Err(Failure::input(format!("{}: {work} steps would take weeks", start.name)));
     }
     let stable = runner.stable_substep();
-    let mut warnings = Vec::from_iter(warn_of_step(settings, stable));
+    // The substeps of a replay are those of a recorded step.
+    let over = warn_with_advice(runner, settings.step, stable, LASTING);
+    let is_advised = over.is_some();
+    let mut warnings = Vec::from_iter(over);
     if 0 < recording.lost_bytes {
         warnings.push(format!(
             "the recording is damaged after step {steps}; its last {} bytes are lost",
@@ -92,7 +99,18 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let (name, title, notes) = (start.name.clone(), start.title.clone(), start.notes.clone());
     let (files, is_resumed, runner) = (Vec::new(), false, runner.clone());
-    Ok(Prepared { name, title, notes, files, is_resumed, runner, stable, steps, warnings })
+    Ok(Prepared {
+        name,
+        title,
+        notes,
+        files,
+        is_resumed,
+        runner,
+        stable,
+        is_advised,
+        steps,
+        warnings,
+    })
 }
 
 /// A replay alone, or beside one with changes.

@@ -70,12 +70,26 @@ impl Watch {
         self.witness.imbalance()
     }
 
-    /// The warnings to print.
-    pub fn warnings(&self, settings: Settings) -> Vec<String> {
+    /// The smallest prediction yet, seconds.
+    pub fn least(&self) -> f64 {
+        self.least.0
+    }
+
+    /// Whether the limit moved below the substep on the way.
+    pub fn is_over(&self, settings: Settings) -> bool {
+        let (least, _) = self.least;
+        least < self.stable && least < settings.substep()
+    }
+
+    /// The warnings to print, with advice on the step if there is any.
+    pub fn warnings(&self, settings: Settings, advice: Option<&str>) -> Vec<String> {
         let (least, time) = self.least;
-        let moved = (least < self.stable).then(|| warn_of_step(settings, least)).flatten();
-        let moved = moved
-            .map(|warning| format!("at the latest from t = {} on, {warning}", quantity(time, "s")));
+        let moved = self.is_over(settings).then(|| warn_of_step(settings, least)).flatten();
+        let advice = advice.filter(|advice| !advice.is_empty());
+        let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
+        let moved = moved.map(|warning| {
+            format!("at the latest from t = {} on, {warning}{advice}", quantity(time, "s"))
+        });
         let gained = self.gain.map(|gain| gain.warning(settings.integrator));
         let poor =
             self.solved.filter(Solved::is_poor).map(|Solved { residual, tolerance, .. }| {

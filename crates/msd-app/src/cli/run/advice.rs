@@ -1,0 +1,60 @@
+//! Advice for a run whose step is too long: options under which a copy of it lasts.
+
+use crate::cli::progress::SlowNotice;
+use msd_run::Runner;
+use msd_run::rescue::{Offer, Origin, Remedy, Rescue};
+use web_time::Instant;
+
+/// The most wall-clock time that the search for options may take, seconds.
+const BUDGET: f64 = 3.0;
+/// The time that a copy must last, unless the run is shorter, simulated seconds.
+pub const LASTING: f64 = 2.0;
+
+/// Options to try, in words: each was tried from the `start` for so many simulated seconds, or is
+/// said to be only predicted. `frame` is the time that `--substeps` divides, and `stable` the
+/// longest substep that is predicted to be stable, seconds.
+pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
+    let _notice = SlowNotice::new("looking for a step that is stable".to_owned());
+    let clock = Instant::now();
+    let mut rescue = Rescue::new(start.settings(), stable, (&[Origin::Start], u32::MAX), lasting);
+    rescue.work(&|_| Some(start.clone()), BUDGET, &|| clock.elapsed().as_secs_f64());
+    let frames = frame / start.settings().step;
+    let options = rescue.offers().iter().filter_map(|offer| option(offer, frames));
+    let options: Vec<String> = options.collect();
+    if options.is_empty() {
+        return "no method or number of substeps that was tried helps".to_owned();
+    }
+    format!("try {}", options.join(" or "))
+}
+
+/// An offer as an option of the command line; `frames` is how many frames a step lasts.
+fn option(offer: &Offer, frames: f64) -> Option<String> {
+    let option = match offer.remedy {
+        // A hair less: the quotient of equal times may be a rounding above one.
+        Remedy::Substeps(count) => {
+            format!("--substeps {}", (f64::from(count) * frames - 1e-6).ceil())
+        }
+        Remedy::Tolerance(tolerance) => format!("--tolerance {tolerance}"),
+        Remedy::Method(method) => format!("--integrator {method}"),
+        Remedy::Back | Remedy::SceneValues => return None,
+    };
+    Some(if offer.is_tried { option } else { option + " (predicted)" })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn substeps_are_those_of_a_frame() {
+        let offer =
+            |remedy, is_tried| Offer { remedy, origin: Origin::Start, is_tried, cost: None };
+        let text = |remedy, frames| option(&offer(remedy, true), frames);
+        assert_eq!(text(Remedy::Substeps(3), 1.0).as_deref(), Some("--substeps 3"));
+        // Steps of a fifth of a frame in three substeps each.
+        assert_eq!(text(Remedy::Substeps(3), 5.0).as_deref(), Some("--substeps 15"));
+        let predicted = option(&offer(Remedy::Tolerance(1e-4), false), 1.0);
+        assert_eq!(predicted.as_deref(), Some("--tolerance 0.0001 (predicted)"));
+        assert_eq!(text(Remedy::SceneValues, 1.0), None);
+    }
+}

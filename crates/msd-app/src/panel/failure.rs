@@ -1,0 +1,104 @@
+//! The box over a run that stopped by itself: what happened, and the ways out.
+
+use super::{solver, theme};
+use crate::session::Session;
+use crate::viewer::Viewer;
+use egui::{Align2, Area, Color32, Frame, Order, RichText, Ui, pos2};
+use msd_run::rescue::{Offer, Origin, Remedy};
+use msd_study::quantity::{estimate, quantity, rounded};
+
+/// What happened, how far the step is from the limit, and the ways out that were found.
+pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
+    viewer.landmarks.remove("way out");
+    let Some(failure) = viewer.session.failure().cloned() else { return };
+    let at = pos2(viewer.rect.center().x, viewer.rect.top() + 16.0);
+    let width = (viewer.rect.width() - 80.0).clamp(200.0, 560.0);
+    let area = Area::new(egui::Id::unique("failure")).order(Order::Foreground).fixed_pos(at);
+    area.pivot(Align2::CENTER_TOP).show(ui.ctx(), |ui| {
+        let frame = Frame::popup(ui.style()).fill(Color32::from_rgb(66, 30, 32)).inner_margin(12.0);
+        frame.show(ui, |ui| {
+            ui.set_width(width);
+            let adaptive = viewer.session.runner().integrator().is_adaptive();
+            let what = if adaptive { "cannot go on" } else { "blew up" };
+            ui.label(RichText::new(format!("The simulation {what} and is paused")).strong());
+            ui.label(RichText::new(failure.text).color(theme::TEXT));
+            if !adaptive {
+                limit(ui, &viewer.session);
+            }
+            offers(ui, viewer);
+        });
+    });
+}
+
+/// The substep and the limit, as the panel has them.
+fn limit(ui: &mut Ui, session: &Session) {
+    let substep = quantity(session.runner().settings().substep(), "s");
+    let (text, colour) = solver::describe(session.stability().map(|(share, _)| share));
+    let between = if text.starts_with("is ") { " " } else { ": " };
+    let marked = if session.fastest_springs().is_empty() {
+        ""
+    } else {
+        ". The springs that move fastest are marked."
+    };
+    let text = format!("The substep of {substep}{between}{text}{marked}");
+    ui.label(RichText::new(text).color(colour));
+}
+
+/// A button for each way out.
+fn offers(ui: &mut Ui, viewer: &mut Viewer) {
+    let offers = viewer.session.offers().to_vec();
+    let mut chosen = None;
+    ui.horizontal_wrapped(|ui| {
+        for &offer in &offers {
+            let button = ui.button(title(&viewer.session, &offer));
+            viewer.landmarks.entry("way out").or_insert(button.rect);
+            if button.on_hover_text(explanation(&offer)).clicked() {
+                chosen = Some(offer);
+            }
+        }
+    });
+    if let Some(offer) = chosen {
+        viewer.take(offer);
+    } else if viewer.session.is_searching() {
+        ui.label(RichText::new("trying what helps…").color(theme::FAINT));
+    } else if offers.is_empty() {
+        let text = "Nothing that was tried helps: look for a force, a speed or a stiffness too \
+                    large, or open a scene again";
+        ui.label(RichText::new(text).color(theme::FAINT));
+    }
+}
+
+/// What a button says.
+fn title(session: &Session, offer: &Offer) -> String {
+    let what = match offer.remedy {
+        Remedy::Back => format!("Back {}", estimate(session.way_back(), "s")),
+        Remedy::Substeps(substeps) => format!("{substeps} substeps"),
+        Remedy::Tolerance(tolerance) => format!("Tolerance {}", rounded(tolerance, 2)),
+        Remedy::Method(method) => method.name().to_owned(),
+        Remedy::SceneValues => "The scene's own values".to_owned(),
+    };
+    let cost = offer.cost.map(|cost| format!(", {} × the time", rounded(cost, 2)));
+    let cost = cost.filter(|_| offer.remedy != Remedy::Back).unwrap_or_default();
+    what + &cost + if offer.is_tried { "" } else { " (predicted)" }
+}
+
+/// What a way out does, and how sure it is.
+fn explanation(offer: &Offer) -> String {
+    let what = match offer.remedy {
+        Remedy::Back => "An earlier state, and the settings of now",
+        Remedy::Substeps(_) => "The method of now with more substeps per step",
+        Remedy::Tolerance(_) => "The method of now with a tolerance that it can keep",
+        Remedy::Method(_) => "Another method with the substeps of now",
+        Remedy::SceneValues => "Solver, material and world as the scene has them",
+    };
+    let from = match offer.origin {
+        Origin::Start | Origin::Scene => "starts again",
+        Origin::Here | Origin::Earlier => "goes on",
+    };
+    let sure = if offer.is_tried {
+        "A copy of the run lasted for 2 s with it."
+    } else {
+        "Predicted to be stable; a trial took too long."
+    };
+    format!("{what}; {from}. {sure}")
+}

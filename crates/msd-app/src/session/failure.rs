@@ -1,0 +1,166 @@
+//! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
+
+use super::run::{Reading, Run};
+use super::solver::MOST_SUBSTEPS;
+use msd_core::{Divergence, Error, Interaction, Vector};
+use msd_run::rescue::{Offer, Origin, Rescue};
+use msd_run::{History, Runner, on};
+use msd_scene::Loaded;
+use msd_study::quantity::quantity;
+
+/// The time that the search for ways out takes of each frame, seconds: half of the last one, as far
+/// as it is in this range.
+const SEARCH: [f64; 2] = [0.02, 0.25];
+/// The time that a way out must last on a copy of the run, simulated seconds.
+const LASTING: f64 = 2.0;
+/// The most springs that are marked.
+const MOST_MARKED: usize = 40;
+/// Springs with at least this part of the energy of the strongest are marked.
+const MARKED: f64 = 0.2;
+
+/// Why a run stopped by itself.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RunFailure {
+    /// What happened, in whole sentences.
+    pub text: String,
+}
+
+impl RunFailure {
+    /// What an error says; `gone_back` is whether the run shows an earlier state, that of `time`
+    /// seconds.
+    pub(super) fn new(error: &Error, gone_back: bool, time: f64) -> Self {
+        // A number and its unit stay together.
+        let at = |time: f64| quantity(time, "s").replace(' ', "\u{a0}");
+        let text = match error {
+            Error::Diverged(Divergence { particle, step, time, .. }) => {
+                format!("Particle {particle} left the world in step {step}, at {}.", at(*time))
+            }
+            other => format!("{other}."),
+        };
+        let shown = format!(" Shown is the last state that held together, at {}.", at(time));
+        RunFailure { text: if gone_back { text + &shown } else { text } }
+    }
+}
+
+/// The states that a run could go on from.
+pub struct Origins<'a> {
+    /// The scene as it was loaded.
+    pub loaded: &'a Loaded,
+    /// The run.
+    pub runner: &'a Runner,
+    /// Its earlier states.
+    pub history: &'a History,
+    /// The edits of material and world that a restart keeps.
+    pub edits: &'a [Interaction],
+}
+
+impl Origins<'_> {
+    /// Those that there are.
+    fn list(&self) -> Vec<Origin> {
+        let now = (self.runner.settings(), self.runner.precision());
+        let is_as_written = (self.loaded.settings, self.loaded.precision) == now;
+        let is_edited = !is_as_written || !self.edits.is_empty();
+        let earlier = (!self.history.is_empty()).then_some(Origin::Earlier);
+        let scene = is_edited.then_some(Origin::Scene);
+        [Origin::Here, Origin::Start].into_iter().chain(earlier).chain(scene).collect()
+    }
+
+    /// A copy of the run at one of them.
+    pub(super) fn copy(&self, origin: Origin) -> Result<Runner, Error> {
+        let (settings, precision) = (self.runner.settings(), self.runner.precision());
+        match origin {
+            Origin::Here => Ok(self.runner.clone()),
+            Origin::Earlier => {
+                let mut runner = self.runner.clone();
+                let moment = self.history.nth_back(self.steps_of_a_second());
+                moment.map_or(Ok(()), |moment| runner.go_back(moment))?;
+                Ok(runner)
+            }
+            Origin::Start => {
+                let mut runner = Runner::open_with(self.loaded, settings, precision)?;
+                self.edits.iter().try_for_each(|&edit| runner.queue(edit))?;
+                runner.apply_queued()?;
+                Ok(runner)
+            }
+            Origin::Scene => Runner::open(self.loaded),
+        }
+    }
+
+    /// The steps of about a second, as far as one can go back.
+    pub(super) fn steps_of_a_second(&self) -> usize {
+        let steps = (1.0 / self.runner.settings().step).round().max(1.0);
+        steps.min(self.history.len() as f64) as usize
+    }
+}
+
+/// What helps a run that stopped by itself, and what to look at.
+#[derive(Debug, Default)]
+pub struct WaysOut {
+    rescue: Option<Reading<Rescue>>,
+    fastest: Option<Reading<Vec<usize>>>,
+}
+
+impl WaysOut {
+    /// The ways out found so far.
+    pub fn offers(&self, run: &Run) -> &[Offer] {
+        let rescue = self.rescue.as_ref().and_then(|rescue| rescue.of(run));
+        rescue.map_or(&[], Rescue::offers)
+    }
+
+    /// Whether there is more to try.
+    pub fn is_searching(&self, run: &Run) -> bool {
+        let rescue = self.rescue.as_ref().and_then(|rescue| rescue.of(run));
+        rescue.is_none_or(|rescue| !rescue.is_done())
+    }
+
+    /// The springs that carry the fastest motion, the strongest first.
+    pub fn fastest(&self, run: &Run) -> &[usize] {
+        self.fastest.as_ref().and_then(|springs| springs.of(run)).map_or(&[], Vec::as_slice)
+    }
+
+    /// Goes on with the search, or begins anew for a run that was changed since; `stable` is its
+    /// longest stable substep, and `real` the wall-clock time of a frame, seconds.
+    pub(super) fn search(
+        &mut self,
+        (run, stable): (&Run, f64),
+        origins: &Origins<'_>,
+        real: f64,
+        stopwatch: &impl Fn() -> f64,
+    ) {
+        if self.rescue.as_ref().is_none_or(|rescue| rescue.of(run).is_none()) {
+            let settings = run.runner().settings();
+            let rescue = Rescue::new(settings, stable, (&origins.list(), MOST_SUBSTEPS), LASTING);
+            self.rescue = Some(Reading::new(rescue, run));
+            self.fastest = Some(Reading::new(fastest_springs(run.runner()), run));
+        }
+        if let Some(rescue) = self.rescue.as_mut().and_then(|rescue| rescue.of_mut(run)) {
+            let [least, most] = SEARCH;
+            let budget = (0.5 * real).clamp(least, most);
+            rescue.work(&|origin| origins.copy(origin).ok(), budget, stopwatch);
+        }
+    }
+}
+
+/// The springs in which most energy is in the fastest motion, those with the most first.
+fn fastest_springs(runner: &Runner) -> Vec<usize> {
+    let energies: Vec<f64> = on!(runner, simulation => {
+        let (model, motion) = (simulation.model(), simulation.fastest_motion());
+        let energy = |(spring, ends): (usize, &[u32; 2])| {
+            let [a, b] = ends.map(|end| end as usize);
+            if motion.is_empty() || model.is_cut(spring) {
+                return 0.0;
+            }
+            let along = (simulation.position(b).to_f64() - simulation.position(a).to_f64())
+                .normalize_or_zero();
+            let stretch = (motion[b] - motion[a]).dot(along);
+            msd_core::Real::to_f64(model.stiffness(spring)) * stretch * stretch
+        };
+        model.ends().iter().enumerate().map(energy).collect()
+    });
+    let least = MARKED * energies.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let mut springs: Vec<usize> =
+        (0..energies.len()).filter(|&spring| least <= energies[spring]).collect();
+    springs.sort_by(|&a, &b| energies[b].total_cmp(&energies[a]));
+    springs.truncate(MOST_MARKED);
+    springs
+}

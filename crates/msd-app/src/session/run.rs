@@ -1,0 +1,78 @@
+//! The run behind one gate, and readings of it that are void once it was changed.
+
+use msd_core::{Error, Interaction};
+use msd_run::Runner;
+
+/// A count of the changes of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Revision(u64);
+
+/// A runner that can be changed by [`Run::change`] alone, so that no change goes unnoticed. Steps
+/// and motions of what the mouse holds are no changes: the run goes on by them.
+#[derive(Debug)]
+pub struct Run {
+    runner: Runner,
+    revision: Revision,
+}
+
+impl Run {
+    /// A run at its first revision.
+    pub(super) fn new(runner: Runner) -> Self {
+        Run { runner, revision: Revision::default() }
+    }
+
+    /// The runner.
+    pub fn runner(&self) -> &Runner {
+        &self.runner
+    }
+
+    /// The present revision.
+    pub fn revision(&self) -> Revision {
+        self.revision
+    }
+
+    /// Changes state, model, settings or precision: every reading from before is void.
+    pub(super) fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
+        self.revision.0 += 1;
+        change(&mut self.runner)
+    }
+
+    /// Takes a step.
+    pub(super) fn step(&mut self) -> Result<(), Error> {
+        self.runner.step()
+    }
+
+    /// Moves what the mouse holds already: the target of a grab, or a pin.
+    pub(super) fn move_held(&mut self, motion: Interaction) -> Result<(), Error> {
+        act(&mut self.runner, motion)
+    }
+}
+
+/// Does something to a simulation at once.
+pub(super) fn act(runner: &mut Runner, interaction: Interaction) -> Result<(), Error> {
+    runner.queue(interaction).and_then(|()| runner.apply_queued())
+}
+
+/// A value read from a run, which can be had only while the run has not been changed since.
+#[derive(Clone, Debug)]
+pub struct Reading<T> {
+    value: T,
+    of: Revision,
+}
+
+impl<T> Reading<T> {
+    /// A value read just now.
+    pub(super) fn new(value: T, run: &Run) -> Self {
+        Reading { value, of: run.revision }
+    }
+
+    /// The value, unless the run was changed since.
+    pub fn of(&self, run: &Run) -> Option<&T> {
+        (self.of == run.revision).then_some(&self.value)
+    }
+
+    /// Like [`Reading::of`], to go on with the value.
+    pub(super) fn of_mut(&mut self, run: &Run) -> Option<&mut T> {
+        (self.of == run.revision).then_some(&mut self.value)
+    }
+}

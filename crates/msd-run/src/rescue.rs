@@ -1,0 +1,308 @@
+//! Ways out of a run that blew up, each tried on a copy before it is offered.
+
+use crate::history::History;
+use crate::on;
+use crate::runner::Runner;
+use msd_core::glam::DVec3;
+use msd_core::{Energy, Integrator, Settings, Vector, Witness};
+use msd_scene::AnyState;
+use std::collections::VecDeque;
+
+/// Part of the longest stable substep that is aimed at: springs that turn and stretch move the
+/// limit.
+const CAUTION: f64 = 0.8;
+/// How often substeps are doubled, or a tolerance taken ten times, until a trial lasts.
+const TRIES: usize = 5;
+/// The loosest tolerance that is offered.
+const LOOSEST: f64 = 0.1;
+/// The longest that a trial may take, seconds of the wall clock; what is predicted to last is then
+/// offered as that.
+const PATIENCE: f64 = 1.0;
+/// Steps by which the cost of the run as it was stepped is measured.
+const TIMED: u32 = 5;
+/// Their length as a part of the usual one, lest they diverge: an explicit step costs the same.
+const SHORT: f64 = 1e-3;
+
+/// A run that gains more than this part of the most that was in motion will blow up, but later;
+/// bounces of a stiff body add a few per cent.
+const GAIN: f64 = 0.5;
+
+/// How far back a state is looked for that is no debris, simulated seconds.
+const SOUND: f64 = 2.0;
+/// A state is debris where a spring has become longer by half, and by half of the mean length.
+const STRETCH: f64 = 0.5;
+
+/// The methods in the order in which they are tried, the cheapest of the accurate ones first.
+const METHODS: [Integrator; 7] = [
+    Integrator::VelocityVerlet,
+    Integrator::SymplecticEuler,
+    Integrator::Rk4,
+    Integrator::BackwardEuler,
+    Integrator::Xpbd,
+    Integrator::ImplicitMidpoint,
+    Integrator::DormandPrince,
+];
+
+/// A change under which a run may stay in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Remedy {
+    /// None but another state to go on from.
+    Back,
+    /// So many substeps per step.
+    Substeps(u32),
+    /// Another tolerance of an adaptive method, a fraction of the size of the scene.
+    Tolerance(f64),
+    /// Another method, with the same substeps.
+    Method(Integrator),
+    /// The settings and the values of the scene as it was written.
+    SceneValues,
+}
+
+impl Remedy {
+    /// The settings with the change.
+    pub fn settings(self, now: Settings) -> Settings {
+        match self {
+            Remedy::Back | Remedy::SceneValues => now,
+            Remedy::Substeps(substeps) => Settings { substeps, ..now },
+            Remedy::Tolerance(tolerance) => Settings { tolerance, ..now },
+            Remedy::Method(integrator) => Settings { integrator, ..now },
+        }
+    }
+}
+
+/// The state that a remedy goes on from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The state of the run.
+    Here,
+    /// A state of the history.
+    Earlier,
+    /// The start of the scene, with what was set since.
+    Start,
+    /// The start of the scene as it was written.
+    Scene,
+}
+
+/// A way out of a run that blew up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Offer {
+    /// The change.
+    pub remedy: Remedy,
+    /// The state to go on from.
+    pub origin: Origin,
+    /// Whether a copy lasted; else the limit of stability alone promises it, as the trial took too
+    /// long.
+    pub is_tried: bool,
+    /// The time that a step takes as a multiple of now; `None` where that is not known.
+    pub cost: Option<f64>,
+}
+
+/// A copy of the run on which a remedy is tried.
+#[derive(Clone, Debug)]
+struct Dry {
+    offer: Offer,
+    run: Runner,
+    /// Watches for energy that the method adds.
+    witness: Witness,
+    /// The most kinetic and elastic energy so far, joules.
+    most: f64,
+    taken: u64,
+    /// The wall-clock time of its steps, seconds.
+    spent: f64,
+}
+
+/// A candidate: a change, and the state to go on from.
+type Candidate = (Remedy, Origin);
+
+/// The search for ways out: one of each kind, the first that lasts.
+#[derive(Clone, Debug)]
+pub struct Rescue {
+    /// The time that a remedy must last, simulated seconds.
+    lasting: f64,
+    /// The candidates of each kind that are left, the next one first.
+    kinds: VecDeque<VecDeque<Candidate>>,
+    dry: Option<Box<Dry>>,
+    /// The time that a step took, seconds; `None` before it was measured and where it was not.
+    cost: Option<f64>,
+    is_timed: bool,
+    offers: Vec<Offer>,
+}
+
+impl Rescue {
+    /// Begins a search for what may be tried from some `origins`, in this order; each is to last
+    /// for `lasting` simulated seconds.
+    ///
+    /// `stable` is the longest substep predicted to be stable under the present `settings`,
+    /// seconds; at most `most` substeps are offered.
+    pub fn new(
+        settings: Settings,
+        stable: f64,
+        (origins, most): (&[Origin], u32),
+        lasting: f64,
+    ) -> Self {
+        let is_from = |origin: &&Origin| matches!(origin, Origin::Here | Origin::Start);
+        let from_each =
+            |remedy: Remedy| origins.iter().filter(is_from).map(move |&origin| (remedy, origin));
+        let only = |remedy: Remedy, origin: Origin| {
+            VecDeque::from_iter(origins.contains(&origin).then_some((remedy, origin)))
+        };
+        let methods = METHODS.into_iter().filter(|&method| method != settings.integrator);
+        let kinds = VecDeque::from([
+            only(Remedy::Back, Origin::Earlier),
+            finer(settings, stable, most).into_iter().flat_map(from_each).collect(),
+            methods.map(Remedy::Method).flat_map(from_each).collect(),
+            only(Remedy::SceneValues, Origin::Scene),
+        ]);
+        let (dry, cost, is_timed, offers) = (None, None, false, Vec::new());
+        Rescue { lasting, kinds, dry, cost, is_timed, offers }
+    }
+
+    /// What was found so far.
+    pub fn offers(&self) -> &[Offer] {
+        &self.offers
+    }
+
+    /// Whether everything was tried.
+    pub fn is_done(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// Goes on with the search for about `budget` seconds by a stopwatch; `copy` gives a copy of
+    /// the run at an origin, with its present settings.
+    pub fn work(
+        &mut self,
+        copy: &impl Fn(Origin) -> Option<Runner>,
+        budget: f64,
+        stopwatch: &impl Fn() -> f64,
+    ) {
+        let start = stopwatch();
+        while !self.is_done() && stopwatch() - start <= budget {
+            match self.dry.take() {
+                Some(dry) => self.go_on(dry, stopwatch),
+                None => self.begin(copy, stopwatch),
+            }
+        }
+    }
+
+    /// Begins to try the next candidate, if it is predicted to last.
+    fn begin(&mut self, copy: &impl Fn(Origin) -> Option<Runner>, stopwatch: &impl Fn() -> f64) {
+        let Some(kind) = self.kinds.front_mut() else { return };
+        let Some((remedy, origin)) = kind.pop_front() else {
+            self.kinds.pop_front();
+            return;
+        };
+        let Some(mut run) = copy(origin) else { return };
+        if !std::mem::replace(&mut self.is_timed, true) {
+            self.cost = timed(run.clone(), stopwatch);
+        }
+        if run.set_settings(remedy.settings(run.settings())).is_err() || !is_predicted(&run) {
+            return;
+        }
+        let offer = Offer { remedy, origin, is_tried: false, cost: None };
+        let mut witness = Witness::default();
+        let most = moving(run.show_to(&mut witness));
+        self.dry = Some(Box::new(Dry { offer, run, witness, most, taken: 0, spent: 0.0 }));
+    }
+
+    /// Takes a step of a trial, and ends it where it has failed or lasted.
+    fn go_on(&mut self, mut dry: Box<Dry>, stopwatch: &impl Fn() -> f64) {
+        let start = stopwatch();
+        let stepped = dry.run.step();
+        dry.spent += stopwatch() - start;
+        dry.taken += 1;
+        if stepped.is_err() {
+            return;
+        }
+        dry.most = dry.most.max(moving(dry.run.show_to(&mut dry.witness)));
+        if GAIN * dry.most < dry.witness.gain() {
+            return;
+        }
+        let step = dry.run.settings().step;
+        dry.offer.is_tried = self.lasting <= (dry.taken as f64 + 1e-6) * step;
+        if dry.offer.is_tried || PATIENCE < dry.spent {
+            let each = dry.spent / dry.taken as f64;
+            dry.offer.cost = self.cost.filter(|&now| 0.0 < now).map(|now| each / now);
+            self.offers.push(dry.offer);
+            self.kinds.pop_front();
+        } else {
+            self.dry = Some(dry);
+        }
+    }
+}
+
+/// The kinetic and the elastic energy, joules.
+fn moving(energy: Energy) -> f64 {
+    energy.kinetic + energy.elastic
+}
+
+/// Settings of the same method that are finer, or of an adaptive one that can be kept.
+fn finer(settings: Settings, stable: f64, most: u32) -> Vec<Remedy> {
+    if settings.integrator.is_adaptive() {
+        let looser =
+            std::iter::successors(Some(10.0 * settings.tolerance), |last| Some(10.0 * last));
+        return looser.take(TRIES).filter(|&t| t <= LOOSEST).map(Remedy::Tolerance).collect();
+    }
+    if stable == 0.0 {
+        return Vec::new();
+    }
+    let needed = (settings.step / (CAUTION * stable)).ceil();
+    let first = needed.max(2.0 * f64::from(settings.substeps));
+    let doubled = std::iter::successors(Some(first), |last| Some(2.0 * last));
+    let few = doubled.take(TRIES).filter(|&count| count <= f64::from(most));
+    few.map(|count| Remedy::Substeps(count as u32)).collect()
+}
+
+/// Whether a run is predicted to be stable.
+fn is_predicted(run: &Runner) -> bool {
+    run.settings().substep() <= run.stable_substep()
+}
+
+/// The time that a step of a run takes, seconds; `None` where it fails at once, and of an adaptive
+/// method, whose steps differ.
+fn timed(mut run: Runner, stopwatch: &impl Fn() -> f64) -> Option<f64> {
+    if run.integrator().is_adaptive() {
+        return None;
+    }
+    if !run.integrator().is_implicit() {
+        let settings = run.settings();
+        run.set_settings(Settings { step: SHORT * settings.step, ..settings }).ok()?;
+    }
+    let start = stopwatch();
+    let taken = (0..TIMED).take_while(|_| run.step().is_ok()).count();
+    (0 < taken).then(|| (stopwatch() - start) / taken as f64)
+}
+
+/// The number of states by which to go back from a run that blew up to one that is no debris: in
+/// which no spring is longer by half than about two seconds before.
+pub fn debris(runner: &Runner, history: &History) -> usize {
+    let most = (SOUND / runner.settings().step).ceil().min(history.len() as f64) as usize;
+    let state = |back: usize| match history.nth_back(back) {
+        Some(moment) => lengths(runner, &moment.state),
+        None => lengths(runner, &runner.state()),
+    };
+    let before = state(most);
+    let mean = before.iter().sum::<f64>() / before.len().max(1) as f64;
+    let is_sound = |now: &[f64]| {
+        let mut pairs = now.iter().zip(&before);
+        pairs.all(|(now, before)| *now <= (1.0 + STRETCH) * before + STRETCH * mean)
+    };
+    (0..most).find(|&back| is_sound(&state(back))).unwrap_or(most)
+}
+
+/// The lengths of all springs in a state of a run, metres; those of cut springs are 0.
+fn lengths(runner: &Runner, state: &AnyState) -> Vec<f64> {
+    let place = |particle: u32| -> DVec3 {
+        match state {
+            AnyState::F32(state) => state.positions[particle as usize].to_f64(),
+            AnyState::F64(state) => state.positions[particle as usize].to_f64(),
+        }
+    };
+    on!(runner, simulation => {
+        let model = simulation.model();
+        let springs = model.ends().iter().enumerate();
+        let length = |(spring, &[a, b]): (usize, &[u32; 2])| {
+            if model.is_cut(spring) { 0.0 } else { (place(b) - place(a)).length() }
+        };
+        springs.map(length).collect()
+    })
+}
