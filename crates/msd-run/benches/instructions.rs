@@ -7,8 +7,8 @@
 //! two runs, the longer of which takes [`STEPS`] more steps.
 //!
 //! No library for this: gungraun needs a runner of its own version, installed beside cargo. This
-//! benchmark alone must be optimised to say anything; it stands here, not beside the others, so that
-//! the window need not be compiled for it.
+//! benchmark alone must be optimised to say anything; it stands here, not beside the others, so
+//! that the window need not be compiled for it.
 
 #[path = "../../../benches/measure/compiler.rs"]
 mod compiler;
