@@ -8,8 +8,8 @@
 //!
 //! No library for this: gungraun needs a runner of its own version, installed beside cargo.
 //!
-//! This benchmark alone must be optimised to say anything; it stands here, not beside the others, so
-//! that the window need not be compiled for it.
+//! This benchmark alone must be optimised to say anything; it stands here, not beside the others,
+//! so that the window need not be compiled for it.
 
 #[path = "../../../benches/measure/compiler.rs"]
 mod compiler;
