@@ -3,8 +3,8 @@
 /// Runs `open`, which starts graphics drivers, without what these print on the standard error.
 ///
 /// The libraries of OpenGL and Vulkan write there what they tried and did not find, such as the
-/// Wayland display that `XDG_RUNTIME_DIR` would name; what matters is in the result. With `RUST_LOG`
-/// at `warn` or more their notes appear, and after a panic as well.
+/// Wayland display that `XDG_RUNTIME_DIR` would name; what matters is in the result. With
+/// `RUST_LOG` at `warn` or more their notes appear, and after a panic as well.
 pub fn quietly<T>(open: impl FnOnce() -> T) -> T {
     #[cfg(unix)]
     let _aside = if log::log_enabled!(log::Level::Warn) { None } else { aside::Aside::new().ok() };

@@ -21,8 +21,8 @@ fn run(scene: &Scene, integrator: Integrator, steps: usize, threads: usize) -> (
     })
 }
 
-/// Bodies of more than 100 000 springs, a cloth, a block and one without order, and a cloth of fewer,
-/// of which only passes over particles are shared. Each with a number of steps.
+/// Bodies of more than 100 000 springs, a cloth, a block and one without order, and a cloth of
+/// fewer, of which only passes over particles are shared. Each with a number of steps.
 fn scenes() -> [(Scene, usize); 4] {
     let material = Material { mass: 1.0, stiffness: 100.0, damping: 0.5 };
     let cloth = shape::cloth([250, 211], 1.0, material).expect("a cloth");

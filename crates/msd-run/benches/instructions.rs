@@ -6,9 +6,10 @@
 //! on purpose commits the new one. Set-up does not count: what is counted is the difference between
 //! two runs, the longer of which takes [`STEPS`] more steps.
 //!
-//! No library for this: gungraun needs a runner of its own version, installed beside cargo. This
-//! benchmark alone must be optimised to say anything; it stands here, not beside the others, so
-//! that the window need not be compiled for it.
+//! No library for this: gungraun needs a runner of its own version, installed beside cargo.
+//!
+//! This benchmark alone must be optimised to say anything; it stands here, not beside the others,
+//! so that the window need not be compiled for it.
 
 #[path = "../../../benches/measure/compiler.rs"]
 mod compiler;
