@@ -280,8 +280,11 @@ fn keys_and_drags_change_the_view(desk: &Desk) {
 
 fn a_run_that_blows_up_is_mended_by_a_click(desk: &Desk) {
     desk.xdotool("key 1");
+    let first = msd_app::catalogue().entries[0].name;
+    // The sliders of the scene before may stand elsewhere.
     let sound = desk.wait("the first scene runs", |now| {
-        now["stability"].as_f64().is_some_and(|share| share < 1.0) && now["paused"] == false
+        let is_sound = now["stability"].as_f64().is_some_and(|share| share < 1.0);
+        is_sound && now["scene"] == first && now["paused"] == false
     });
     let [left, top, width, height]: [f64; 4] = numbers(&sound["landmarks"]["stiffness"]);
     let y = top + 0.5 * height;
