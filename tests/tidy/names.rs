@@ -60,12 +60,6 @@ const NAMESAKES: [(&str, &str); 11] = [
     // An obstacle at a particle and a stretch of time, at the end of a substep and within one.
     ("crates/msd-core", "Span"),
     ("crates/msd-core", "Touch"),
-    // TODO(#13): private names that mean two things.
-    ("crates/msd-core", "Share"),
-    ("crates/msd-core", "Springs"),
-    ("crates/msd-core", "Sums"),
-    ("crates/msd-core", "Sweep"),
-    ("crates/msd-core", "Weights"),
 ];
 
 #[test]

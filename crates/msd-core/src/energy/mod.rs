@@ -52,7 +52,7 @@ pub(crate) fn energy_and_rounding<R: Real>(
     let motion = state.motion(&model.slots, time);
     let own = model.own.iter().map(|(_, own)| own.of::<R>().energy(&motion)).sum();
     let particles = particle_sums(model, state);
-    let Sums { kinetic, potential: gravitational, mass, count, far } = particles;
+    let ParticleSums { kinetic, potential: gravitational, mass, count, far } = particles;
     let mut energy = Energy { kinetic, gravitational, own, ..Energy::default() };
     let (mut pull, mut total_stiffness) = (0.0, 0.0);
     for (spring, ends) in model.springs.present() {
@@ -74,7 +74,7 @@ pub(crate) fn energy_and_rounding<R: Real>(
 
 /// Sums over the particles that were not removed.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+struct ParticleSums {
     kinetic: f64,
     potential: f64,
     mass: f64,
@@ -84,8 +84,8 @@ struct Sums {
 }
 
 /// Sums over the particles, record by record, each lane on its own first.
-fn particle_sums<R: Real>(model: &Model<R>, state: &Columns<R>) -> Sums {
-    let mut lanes = [Sums::default(); LANES];
+fn particle_sums<R: Real>(model: &Model<R>, state: &Columns<R>) -> ParticleSums {
+    let mut lanes = [ParticleSums::default(); LANES];
     let positions = state.positions.as_chunks::<RECORD>().0;
     let velocities = state.velocities.as_chunks::<RECORD>().0;
     let masses = model.mass_column.as_chunks::<LANES>().0;
@@ -107,14 +107,14 @@ fn particle_sums<R: Real>(model: &Model<R>, state: &Columns<R>) -> Sums {
             sums.far = f64::max(sums.far, position.abs().max_element());
         }
     }
-    let add = |a: Sums, b: &Sums| Sums {
+    let add = |a: ParticleSums, b: &ParticleSums| ParticleSums {
         kinetic: a.kinetic + b.kinetic,
         potential: a.potential + b.potential,
         mass: a.mass + b.mass,
         count: a.count + b.count,
         far: f64::max(a.far, b.far),
     };
-    lanes.iter().fold(Sums::default(), add)
+    lanes.iter().fold(ParticleSums::default(), add)
 }
 
 /// The momentum of a system.

@@ -172,7 +172,7 @@ impl Layout {
         let mut layout = Layout { places: vec![NOWHERE; ends.len()], ..Layout::default() };
         let (mut blocks, mut blank) = (Vec::new(), 0);
         for (range, members) in ranges.into_iter().zip(members) {
-            let springs = Springs { ends, members, first: range.start, count: range.len() };
+            let springs = BlockSprings { ends, members, first: range.start, count: range.len() };
             let order = layout.add_block(&springs, blank, &mut extras);
             let len = range.len().div_ceil(LANES);
             blocks.push(Block { particles: range, blank, len, order });
@@ -331,7 +331,7 @@ impl Layout {
     /// Adds the rows of a block, and returns the slots of its particles if it has no segments.
     fn add_block(
         &mut self,
-        springs: &Springs<'_>,
+        springs: &BlockSprings<'_>,
         blank: usize,
         extras: &mut Vec<u32>,
     ) -> Option<Vec<u32>> {
@@ -353,7 +353,7 @@ impl Layout {
     }
 
     /// Adds steps and rows of segments of `len` particles; returns the length of the halo.
-    fn add_segments(&mut self, springs: &Springs<'_>, near: Vec<u32>, len: usize) -> usize {
+    fn add_segments(&mut self, springs: &BlockSprings<'_>, near: Vec<u32>, len: usize) -> usize {
         let halo = near.iter().map(|&spring| springs.apart(spring)).max().unwrap_or(0);
         let step_of = |spring: u32| {
             let [i, j] = springs.ends(spring);
@@ -383,7 +383,7 @@ impl Layout {
     }
 
     /// Adds the rows of a step from its springs, the farthest first and by lane.
-    fn add_rows(&mut self, springs: &Springs<'_>, ordered: &[u32], len: usize) {
+    fn add_rows(&mut self, springs: &BlockSprings<'_>, ordered: &[u32], len: usize) {
         let mut last = (usize::MAX, usize::MAX);
         let (mut first_row, mut row) = (self.rows.len(), 0);
         for &spring in ordered {
@@ -406,7 +406,7 @@ impl Layout {
 
     /// Adds rows that name each other end; returns the slot of each particle, and how many records
     /// springs reach.
-    fn add_named(&mut self, springs: &Springs<'_>) -> (Vec<u32>, usize) {
+    fn add_named(&mut self, springs: &BlockSprings<'_>) -> (Vec<u32>, usize) {
         let owned = springs.owned();
         let order = near_order(&springs.lists(), &owned);
         let slots = slots_of(&order);
@@ -450,14 +450,14 @@ fn segment_step(step: usize, halo: usize, len: usize) -> Step {
 }
 
 /// The springs of a block; its particles count from `first`.
-struct Springs<'a> {
+struct BlockSprings<'a> {
     ends: &'a [[u32; 2]],
     members: Vec<u32>,
     first: usize,
     count: usize,
 }
 
-impl Springs<'_> {
+impl BlockSprings<'_> {
     /// The particles of a spring, counted in the block, the lower number first.
     fn ends(&self, spring: u32) -> [usize; 2] {
         sorted(self.ends[spring as usize]).map(|end| end as usize - self.first)

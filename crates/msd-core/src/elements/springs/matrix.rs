@@ -43,7 +43,7 @@ pub(crate) struct SpringMatrix<R: Real> {
     /// [`WEIGHTS`] sixteens for each row: direction x, y and z, weight along and weight across.
     rows: Aligned<R>,
     /// The same of each extra.
-    extras: Vec<Weights<R>>,
+    extras: Vec<SpringProduct<R>>,
     /// Sums at the ends of segments, kept until their turn in their own lane.
     ahead: [Aligned<R>; 2],
     /// Numbers by particle, and sums at the ends that are named, where a block has no segments.
@@ -56,7 +56,7 @@ const WEIGHTS: usize = 5;
 
 /// The product of one spring with a relative motion d: `across` d + `along` u (u·d).
 #[derive(Clone, Copy, Debug)]
-struct Weights<R: Real> {
+struct SpringProduct<R: Real> {
     direction: R::Vec3,
     /// Weight along the spring beyond that in every direction, kilograms.
     along: R,
@@ -96,14 +96,16 @@ impl<R: Real> SpringMatrix<R> {
         }
         let SpringMatrix { rows, extras, ahead, points, named } = self;
         let mut sweep = Linearise { positions, velocities, points, table: values, tau, rows };
-        let mut sums = Sums { columns: blocks, ahead: ahead.each_mut().map(|a| &mut **a), named };
+        let mut sums =
+            RowSums { columns: blocks, ahead: ahead.each_mut().map(|a| &mut **a), named };
         at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
         extras.clear();
         let [upper, lower] = sums.columns;
         for extra in &layout.extras {
             let ends = extra.at.map(|at| at as usize);
             let motion = |at| [vector::<R>(positions, at), vector::<R>(velocities, at)];
-            let weights = Weights::new(ends.map(motion), springs.law(extra.spring as usize), tau);
+            let weights =
+                SpringProduct::new(ends.map(motion), springs.law(extra.spring as usize), tau);
             for at in ends {
                 let [a, b] = weights.block();
                 set_vector(upper, at, vector::<R>(upper, at) + a);
@@ -128,7 +130,7 @@ impl<R: Real> SpringMatrix<R> {
         }
         let SpringMatrix { rows, extras, ahead: [ahead, _], points, named } = self;
         let mut sweep = Multiply { direction, points, rows };
-        let mut sums = Sums { columns: [products], ahead: [ahead], named };
+        let mut sums = RowSums { columns: [products], ahead: [ahead], named };
         at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
         let [products] = sums.columns;
         for (extra, weights) in layout.extras.iter().zip(extras) {
@@ -142,7 +144,7 @@ impl<R: Real> SpringMatrix<R> {
     }
 }
 
-impl<R: Real> Weights<R> {
+impl<R: Real> SpringProduct<R> {
     /// The weights between two ends, each a position and a velocity.
     fn new([here, there]: [[R::Vec3; 2]; 2], law: super::law::Law<R>, tau: R) -> Self {
         let (d, v) = (here[0] - there[0], here[1] - there[1]);
@@ -150,7 +152,7 @@ impl<R: Real> Weights<R> {
         let has_direction = R::SHORTEST_SQUARED <= square;
         if !has_direction {
             // Without direction, without force, as in the law.
-            return Weights { direction: R::Vec3::ZERO, along: R::ZERO, across: R::ZERO };
+            return SpringProduct { direction: R::Vec3::ZERO, along: R::ZERO, across: R::ZERO };
         }
         let length = square.sqrt();
         let inverse = R::ONE / length;
@@ -158,7 +160,7 @@ impl<R: Real> Weights<R> {
         let tension = law.stiffness * (length - law.rest) + law.damping * direction.dot(v);
         let across = tau * tau * (tension * inverse).max(R::ZERO);
         let along = tau * (tau * law.stiffness + law.damping) - across;
-        Weights { direction, along, across }
+        SpringProduct { direction, along, across }
     }
 
     /// Its term in the block of either end: xx, xy and xz, and yy, yz and zz.
@@ -183,7 +185,7 @@ fn set_directions<S: Simd, R: Real>(simd: S, directions: &[R], points: &mut [R])
 }
 
 /// A sweep over rows that adds N vectors to both ends of each spring.
-trait Sweep<S: Simd, R: Real, const N: usize> {
+trait RowPass<S: Simd, R: Real, const N: usize> {
     /// The data that it reads of some particles.
     type End: Copy;
     /// Whether the vectors added at `there` are the opposites of those at `here`.
@@ -205,7 +207,7 @@ trait Sweep<S: Simd, R: Real, const N: usize> {
 }
 
 /// The sums of a sweep.
-struct Sums<'a, R, const N: usize> {
+struct RowSums<'a, R, const N: usize> {
     columns: [&'a mut [R]; N],
     ahead: [&'a mut [R]; N],
     /// A quad for each slot.
@@ -213,11 +215,11 @@ struct Sums<'a, R, const N: usize> {
 }
 
 #[inline(always)]
-fn walk<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
+fn walk<S: Simd, R: Real, W: RowPass<S, R, N>, const N: usize>(
     simd: S,
     layout: &Layout,
     sweep: &mut W,
-    sums: &mut Sums<'_, R, N>,
+    sums: &mut RowSums<'_, R, N>,
 ) {
     for band in layout.bands.iter().filter(|band| !band.rows.is_empty()) {
         match band.halo {
@@ -229,11 +231,11 @@ fn walk<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
 
 /// Walks along springs between records, each of which is met once.
 #[inline(always)]
-fn walk_segments<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
+fn walk_segments<S: Simd, R: Real, W: RowPass<S, R, N>, const N: usize>(
     simd: S,
     (layout, band, halo): (&Layout, &Band, usize),
     sweep: &mut W,
-    Sums { columns, ahead, .. }: &mut Sums<'_, R, N>,
+    RowSums { columns, ahead, .. }: &mut RowSums<'_, R, N>,
 ) {
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
     let (first, rows) = (band.numbers.start, &layout.rows[band.rows.clone()]);
@@ -272,11 +274,11 @@ fn walk_segments<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
 
 /// Walks along springs whose other ends are named one by one, each of which is met once.
 #[inline(always)]
-fn walk_named<S: Simd, R: Real, W: Sweep<S, R, N>, const N: usize>(
+fn walk_named<S: Simd, R: Real, W: RowPass<S, R, N>, const N: usize>(
     simd: S,
     (layout, band): (&Layout, &Band),
     sweep: &mut W,
-    Sums { columns, named, .. }: &mut Sums<'_, R, N>,
+    RowSums { columns, named, .. }: &mut RowSums<'_, R, N>,
 ) {
     let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
     // Where the record of the first number is in the tables.
@@ -351,7 +353,7 @@ struct Linearise<'a, R> {
     rows: &'a mut [R],
 }
 
-impl<S: Simd, R: Real> Sweep<S, R, 2> for Linearise<'_, R> {
+impl<S: Simd, R: Real> RowPass<S, R, 2> for Linearise<'_, R> {
     type End = [[Pack<S, R>; 3]; 2];
     const OPPOSITE: bool = false;
 
@@ -413,7 +415,7 @@ struct Multiply<'a, R> {
     rows: &'a [R],
 }
 
-impl<S: Simd, R: Real> Sweep<S, R, 1> for Multiply<'_, R> {
+impl<S: Simd, R: Real> RowPass<S, R, 1> for Multiply<'_, R> {
     type End = [Pack<S, R>; 3];
     const OPPOSITE: bool = true;
 

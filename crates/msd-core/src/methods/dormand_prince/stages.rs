@@ -74,7 +74,7 @@ impl<R: Real> Stages<R> {
     }
 
     fn go_to_stage<const N: usize>(&mut self, level: Level) {
-        let weights = Weights::<R, N>::new(TIMES[N], &SLOPES[N], &BENDS[N], self.length);
+        let weights = SlopeWeights::<R, N>::new(TIMES[N], &SLOPES[N], &BENDS[N], self.length);
         weights.set(level, &self.start, &self.slopes, &mut self.here);
     }
 
@@ -90,7 +90,7 @@ impl<R: Real> Stages<R> {
     pub(crate) fn interpolate(&self, level: Level, fraction: f64, state: &mut Columns<R>) {
         let slope = tableau::dense_slope(fraction);
         let bend = tableau::bend(slope);
-        let weights = Weights::<R, STAGES>::new(fraction, &slope, &bend, self.length);
+        let weights = SlopeWeights::<R, STAGES>::new(fraction, &slope, &bend, self.length);
         weights.set(level, &self.start, &self.slopes, state);
     }
 
@@ -221,15 +221,15 @@ fn squares<R: Real>(
 }
 
 /// Weights of each of N slopes in a position and in a velocity over a part of a substep.
-struct Weights<R, const N: usize> {
+struct SlopeWeights<R, const N: usize> {
     time: R,
     slopes: [R; N],
     bends: [R; N],
 }
 
-impl<R: Real, const N: usize> Weights<R, N> {
+impl<R: Real, const N: usize> SlopeWeights<R, N> {
     fn new(part: f64, slopes: &Row, bends: &Row, h: f64) -> Self {
-        Weights {
+        SlopeWeights {
             time: R::of(part * h),
             slopes: core::array::from_fn(|stage| R::of(h * slopes[stage])),
             bends: core::array::from_fn(|stage| R::of(h * h * bends[stage])),

@@ -42,7 +42,7 @@ struct Whole {
 
 /// The share of a body in a record: its lanes, a bit for each.
 #[derive(Clone, Copy, Debug)]
-struct Share {
+struct RecordLanes {
     record: u32,
     lanes: u32,
 }
@@ -52,7 +52,7 @@ struct Share {
 pub(crate) struct Wholes {
     rows: Vec<Whole>,
     /// The shares of bodies in records, body by body.
-    shares: Vec<Share>,
+    shares: Vec<RecordLanes>,
     /// The row of each particle, by the number of its slot.
     row_of: Vec<u32>,
     /// Springs that there were when bodies were sought.
@@ -77,7 +77,7 @@ impl Wholes {
         // User-defined elements may join any particles.
         let may_be_free = model.own.is_empty();
         let records = model.inverse_mass_column.as_chunks::<RECORD>().0;
-        let moves = |share: &Share| {
+        let moves = |share: &RecordLanes| {
             let w = &records[share.record as usize];
             (0..LANES).all(|lane| !share.has(lane) || w[lane] != R::ZERO)
         };
@@ -117,13 +117,15 @@ impl Wholes {
     }
 
     fn list_shares(&mut self, rows: usize) {
-        let mut shares: Vec<(u32, Share)> = Vec::new();
+        let mut shares: Vec<(u32, RecordLanes)> = Vec::new();
         for (record, lanes) in self.row_of.as_chunks::<LANES>().0.iter().enumerate() {
             let start = shares.len();
             for (lane, &row) in lanes.iter().enumerate().filter(|&(_, &row)| row != NONE) {
                 match shares[start..].iter_mut().find(|share| share.0 == row) {
                     Some((_, share)) => share.lanes |= 1 << lane,
-                    None => shares.push((row, Share { record: record as u32, lanes: 1 << lane })),
+                    None => {
+                        shares.push((row, RecordLanes { record: record as u32, lanes: 1 << lane }))
+                    }
                 }
             }
         }
@@ -189,7 +191,7 @@ impl Wholes {
 
 /// The sum of a column over a body.
 #[inline(always)]
-fn sum<R: Real>(shares: &[Share], column: &[R]) -> DVec3 {
+fn sum<R: Real>(shares: &[RecordLanes], column: &[R]) -> DVec3 {
     let records = column.as_chunks::<RECORD>().0;
     sum_of(shares, |record| {
         let numbers = &records[record];
@@ -199,7 +201,7 @@ fn sum<R: Real>(shares: &[Share], column: &[R]) -> DVec3 {
 
 /// The sum of the products of two columns over a body.
 #[inline(always)]
-fn sum_products<R: Real>(shares: &[Share], a: &[R], b: &[R]) -> DVec3 {
+fn sum_products<R: Real>(shares: &[RecordLanes], a: &[R], b: &[R]) -> DVec3 {
     let (a, b) = (a.as_chunks::<RECORD>().0, b.as_chunks::<RECORD>().0);
     sum_of(shares, |record| {
         let (a, b) = (&a[record], &b[record]);
@@ -209,7 +211,7 @@ fn sum_products<R: Real>(shares: &[Share], a: &[R], b: &[R]) -> DVec3 {
 
 /// Sums numbers, given by record and place in it, in an order that depends on the layout alone.
 #[inline(always)]
-fn sum_of<F: Fn(usize) -> f64>(shares: &[Share], numbers: impl Fn(usize) -> F) -> DVec3 {
+fn sum_of<F: Fn(usize) -> f64>(shares: &[RecordLanes], numbers: impl Fn(usize) -> F) -> DVec3 {
     let mut sums = [0.0; RECORD];
     for share in shares {
         let number = numbers(share.record as usize);
@@ -231,7 +233,7 @@ fn sum_of<F: Fn(usize) -> f64>(shares: &[Share], numbers: impl Fn(usize) -> F) -
 /// residuals.
 #[inline(always)]
 fn add_shift<R: Real>(
-    shares: &[Share],
+    shares: &[RecordLanes],
     shift: [R; 3],
     diagonals: &[R],
     changes: &mut [R],
@@ -253,7 +255,7 @@ fn add_shift<R: Real>(
     }
 }
 
-impl Share {
+impl RecordLanes {
     #[inline(always)]
     fn has(self, lane: usize) -> bool {
         self.lanes >> lane & 1 == 1
