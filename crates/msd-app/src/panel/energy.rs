@@ -6,7 +6,7 @@ use crate::viewer::Viewer;
 use egui::{Color32, RichText, Ui};
 use egui_plot::{Line, Plot, PlotPoints};
 use msd_core::Energy;
-use msd_study::quantity::quantity;
+use msd_study::quantity::{estimate, quantity};
 
 /// A curve: its name, its colour, and how it is read.
 type Curve = (&'static str, Color32, fn(&Energy) -> f64);
@@ -55,6 +55,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             ui.label(RichText::new(text).small().color(colour));
         }
         ui.label(RichText::new(format!("{unit}, over time in s")).small().color(theme::FAINT));
+        let imbalance = session.energy_imbalance().map(|change| estimate(change, "J"));
+        let text = format!("by error\u{a0}{}", imbalance.as_deref().unwrap_or(theme::VOID));
+        let hover = "The change of the total since the run was changed or handled last: what the \
+                     method and its contacts got wrong";
+        ui.label(RichText::new(text).small().color(theme::TEXT)).on_hover_text(hover);
         if let Some(gain) = session.energy_gain() {
             let text = format!("{} added by the integrator", quantity(gain, "J"));
             ui.label(RichText::new(text).small().color(theme::BAD));

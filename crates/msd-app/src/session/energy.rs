@@ -34,6 +34,12 @@ impl EnergyReadings {
         gain.filter(|&gain| 0.0 < gain)
     }
 
+    /// The change of the total energy since the run was changed or handled last, joules: the error
+    /// of the method and of contact in it; `None` while it is being worked out.
+    pub fn imbalance(&self, run: &Run) -> Option<f64> {
+        self.last.as_ref()?.of(run).map(|(_, witness)| witness.imbalance())
+    }
+
     /// Reads the energy now.
     pub(super) fn sample(&mut self, run: &Run) {
         // A change may add energy: a witness knows nothing of what was before.

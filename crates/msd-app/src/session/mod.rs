@@ -474,6 +474,12 @@ impl Session {
         self.energy.gain(&self.run)
     }
 
+    /// The change of the total energy since the run was changed or handled last, joules; `None`
+    /// while it is being worked out.
+    pub fn energy_imbalance(&self) -> Option<f64> {
+        self.energy.imbalance(&self.run)
+    }
+
     /// Whether no steps are taken.
     pub fn is_paused(&self) -> bool {
         self.paused
