@@ -7,7 +7,7 @@ use msd_run::Runner;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Revision(u64);
 
-/// A runner that can be changed by [`Run::change`] alone, so that no change goes unnoticed. Steps
+/// A runner that can be changed by `Run::change` alone, so that no change goes unnoticed. Steps
 /// and motions of what the mouse holds are no changes: the run goes on by them.
 #[derive(Debug)]
 pub struct Run {
