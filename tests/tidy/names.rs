@@ -49,7 +49,7 @@ fn declared(line: &str) -> Option<&str> {
 }
 
 /// Types of one name in one crate.
-const NAMESAKES: [(&str, &str); 11] = [
+const NAMESAKES: [(&str, &str); 6] = [
     // One for each method, read with the name of its module.
     ("crates/msd-core", "Scratch"),
     // A particle that obstacles hold, by the law of the adaptive and of the implicit methods.
