@@ -447,7 +447,7 @@ fn deep_nesting_is_refused_and_not_a_crash() {
 fn a_name_that_stands_for_nothing_gets_the_nearest_one() {
     let message = |name: &str| open(name).expect_err(name).to_string();
     assert_eq!(message("jely"), "no scene `jely`: did you mean `jelly`?");
-    assert!(message("qqqq").contains("the built-in scenes are jelly, bunny"));
+    assert!(message("qqqq").contains("the built-in scenes are cube, jelly"));
     assert!(message("none.toml").starts_with("none.toml: cannot be read"));
     assert!(message("none.obj").contains("none.obj"));
     assert!(message("/").contains("it is a folder"));
