@@ -39,6 +39,9 @@ const FRACTION: f64 = 0.1;
 
 /// The part of the largest kinetic and elastic energy so far by which the total may rise.
 const IMBALANCE: f64 = 0.05;
+/// Samples in a window of the balance. The total of symplectic Euler swings by h w of the energy of
+/// a mode: where half its period is longer than the window, that is less than a fortieth.
+const BALANCE_WINDOW: u32 = 128;
 /// The part of it below which the kinetic energy is that of a body at rest.
 const REST: f64 = 1e-6;
 
@@ -69,6 +72,8 @@ pub struct Witness {
 /// The change of the total.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Balance {
+    /// Samples of this window.
+    count: u32,
     /// The total of the last sample, joules.
     last: Option<f64>,
     /// Since the first sample, joules: now, and at the end of the last window.
@@ -77,6 +82,8 @@ struct Balance {
     /// The lowest change of this window and of the first one, joules.
     lowest: f64,
     start: Option<f64>,
+    /// The lowest of the last full window less that of the first, joules.
+    full: f64,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
     /// What rounding can have added since the first sample, joules.
@@ -84,25 +91,31 @@ struct Balance {
 }
 
 impl Balance {
-    /// Takes a sample, the first of a window or not.
-    fn take(&mut self, energy: Energy, rounding: f64, is_first: bool) {
+    /// Takes a sample.
+    fn take(&mut self, energy: Energy, rounding: f64) {
         let total = energy.total();
         self.change += self.last.map_or(0.0, |last| total - last);
         self.last = Some(total);
         self.rounding += rounding;
-        let (lowest, kinetic) =
-            if is_first { (self.change, 0.0) } else { (self.lowest, self.kinetic) };
-        self.lowest = lowest.min(self.change);
-        self.kinetic = kinetic.max(energy.kinetic);
+        if self.count == 0 {
+            (self.lowest, self.kinetic) = (self.change, 0.0);
+        }
+        self.lowest = self.lowest.min(self.change);
+        self.kinetic = self.kinetic.max(energy.kinetic);
+        self.count += 1;
     }
 
-    /// Ends a window and returns by how much its lowest is above that of the first.
-    fn conclude(&mut self, most: f64) -> f64 {
-        if self.kinetic <= REST * most {
-            (self.change, self.lowest) = (self.settled, self.settled);
+    /// Ends a window that is full, and returns by how much the lowest of the last full one is above
+    /// that of the first; `most` is the largest kinetic and elastic energy so far.
+    fn risen(&mut self, most: f64) -> f64 {
+        if BALANCE_WINDOW <= self.count {
+            if self.kinetic <= REST * most {
+                (self.change, self.lowest) = (self.settled, self.settled);
+            }
+            (self.settled, self.count) = (self.change, 0);
+            self.full = self.lowest - *self.start.get_or_insert(self.lowest);
         }
-        self.settled = self.change;
-        self.lowest - *self.start.get_or_insert(self.lowest)
+        self.full
     }
 }
 
@@ -151,7 +164,7 @@ impl Witness {
         let now = moving + energy.gravitational + energy.own;
         let reference = *self.reference.get_or_insert(now);
         let window = &mut self.window;
-        self.balance.take(energy, rounding, window.count == 0);
+        self.balance.take(energy, rounding);
         if window.count == 0 || now < window.lowest {
             (window.lowest, window.moving) = (now, moving);
         }
@@ -181,7 +194,7 @@ impl Witness {
         // Dampers may dissipate what contact adds, so that is checked separately.
         let gained = Real::max(gained, self.fed);
         self.gain = if allowed < gained { gained } else { 0.0 };
-        let risen = self.balance.conclude(self.most);
+        let risen = self.balance.risen(self.most);
         if IMBALANCE * self.most + self.balance.rounding < risen {
             self.gain = Real::max(self.gain, risen);
         }
