@@ -29,15 +29,13 @@ fn energy_that_the_integrator_adds_is_a_warning_and_a_field() {
 }
 
 #[test]
-fn energy_of_bounces_that_dampers_dissipate_is_told() {
+fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
     let folder = folder();
     let output = outcome(msd(folder.path(), &["run", "dice", "--duration", "5", "--json"]));
     let told = parse(&text(&output.stdout));
-    let (gain, change) = (&told["energy_gain"]["joules"], &told["imbalance"]);
-    // 4.9 kJ of 72: see docs/trade.md, "Bounces of stiff bodies". The die rests at the end, so both
-    // are about the same.
-    let [gain, change] = [gain, change].map(|number| number.as_f64().expect("a number"));
-    assert!(0.05 * 72e3 < gain && (gain / change - 1.0).abs() < 0.01, "{gain} {change}");
+    // 4.9 kJ of 72: see docs/trade.md, "Bounces of stiff bodies".
+    let change = told["imbalance"].as_f64().expect("a number");
+    assert!((4e3..6e3).contains(&change), "{change}");
 }
 
 /// A rope that hangs level from one end, of this stiffness.

@@ -20,11 +20,8 @@
 //! net energy that obstacles have added by their own account, see [`Simulation::contacts`], is
 //! checked separately, since dampers may dissipate it at once.
 //!
-//! What dampers dissipate as fast as it is added is found by the balance: [`Energy::total`], which
-//! only an error of the method changes, see [`Witness::imbalance`]. A gain is reported where even
-//! the lowest total of a window is above that of the first by more than a twentieth of the largest
-//! kinetic and elastic energy so far. What adds up in a body at rest is left out: there methods
-//! book falls within a substep, which take nothing.
+//! What dampers dissipate as fast as it is added shows in the balance alone: [`Energy::total`],
+//! which only an error of the method changes, see [`Witness::imbalance`]. It is read, not judged.
 //!
 //! The detector sees no gain before the second window.
 
@@ -37,12 +34,8 @@ const WINDOW: u32 = 16;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
 
-/// The part of the largest kinetic and elastic energy so far by which the total may rise.
-const IMBALANCE: f64 = 0.05;
-/// Samples in a window of the balance. The total of symplectic Euler swings by h w of the energy of
-/// a mode: where half its period is longer than the window, that is less than a fortieth.
-const BALANCE_WINDOW: u32 = 128;
-/// The part of it below which the kinetic energy is that of a body at rest.
+/// The part of the largest kinetic and elastic energy so far below which the kinetic energy is that
+/// of a body at rest.
 const REST: f64 = 1e-6;
 
 /// The part of the largest kinetic and elastic energy so far below which nothing is reported: the
@@ -72,50 +65,31 @@ pub struct Witness {
 /// The change of the total.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Balance {
-    /// Samples of this window.
-    count: u32,
     /// The total of the last sample, joules.
     last: Option<f64>,
     /// Since the first sample, joules: now, and at the end of the last window.
     change: f64,
     settled: f64,
-    /// The lowest change of this window and of the first one, joules.
-    lowest: f64,
-    start: Option<f64>,
-    /// The lowest of the last full window less that of the first, joules.
-    full: f64,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
-    /// What rounding can have added since the first sample, joules.
-    rounding: f64,
 }
 
 impl Balance {
     /// Takes a sample.
-    fn take(&mut self, energy: Energy, rounding: f64) {
+    fn take(&mut self, energy: Energy) {
         let total = energy.total();
         self.change += self.last.map_or(0.0, |last| total - last);
         self.last = Some(total);
-        self.rounding += rounding;
-        if self.count == 0 {
-            (self.lowest, self.kinetic) = (self.change, 0.0);
-        }
-        self.lowest = self.lowest.min(self.change);
         self.kinetic = self.kinetic.max(energy.kinetic);
-        self.count += 1;
     }
 
-    /// Ends a window that is full, and returns by how much the lowest of the last full one is above
-    /// that of the first; `most` is the largest kinetic and elastic energy so far.
-    fn risen(&mut self, most: f64) -> f64 {
-        if BALANCE_WINDOW <= self.count {
-            if self.kinetic <= REST * most {
-                (self.change, self.lowest) = (self.settled, self.settled);
-            }
-            (self.settled, self.count) = (self.change, 0);
-            self.full = self.lowest - *self.start.get_or_insert(self.lowest);
+    /// Ends a window; what adds up in a body at rest is left out, as there methods book falls
+    /// within a substep, which take nothing.
+    fn settle(&mut self, most: f64) {
+        if self.kinetic <= REST * most {
+            self.change = self.settled;
         }
-        self.full
+        (self.settled, self.kinetic) = (self.change, 0.0);
     }
 }
 
@@ -164,7 +138,7 @@ impl Witness {
         let now = moving + energy.gravitational + energy.own;
         let reference = *self.reference.get_or_insert(now);
         let window = &mut self.window;
-        self.balance.take(energy, rounding);
+        self.balance.take(energy);
         if window.count == 0 || now < window.lowest {
             (window.lowest, window.moving) = (now, moving);
         }
@@ -194,10 +168,7 @@ impl Witness {
         // Dampers may dissipate what contact adds, so that is checked separately.
         let gained = Real::max(gained, self.fed);
         self.gain = if allowed < gained { gained } else { 0.0 };
-        let risen = self.balance.risen(self.most);
-        if IMBALANCE * self.most + self.balance.rounding < risen {
-            self.gain = Real::max(self.gain, risen);
-        }
+        self.balance.settle(self.most);
         if highest < reference {
             (self.reference, self.rounding) = (Some(highest), 0.0);
         }
