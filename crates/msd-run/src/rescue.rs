@@ -8,6 +8,8 @@ use msd_core::{Energy, Integrator, Settings, Vector, Witness};
 use msd_scene::AnyState;
 use std::collections::VecDeque;
 
+/// The time that a way out must last on a copy of the run, simulated seconds.
+pub const LASTING: f64 = 2.0;
 /// Part of the longest stable substep that is aimed at: springs that turn and stretch move the
 /// limit.
 const CAUTION: f64 = 0.8;

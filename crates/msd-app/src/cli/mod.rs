@@ -20,9 +20,6 @@ use msd_scene::shown_path;
 use places::Places;
 use std::path::PathBuf;
 
-/// The time of a picture, which `--step auto` divides, seconds.
-const FRAME: f64 = 1.0 / 60.0;
-
 /// Runs the command that was asked for.
 pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
     // These measure what a setting costs, or run many things at once: each on one thread.
@@ -52,7 +49,7 @@ fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failure> {
     let loaded = if solver == SolverArguments::default() {
         msd_scene::open(&scene).map_err(Failure::input)?
     } else {
-        let frame = if solver.step == Some(Step::Auto) { FRAME } else { 0.0 };
+        let frame = if solver.step == Some(Step::Auto) { run::FRAME } else { 0.0 };
         run::prepare(&scene, &solver, ("--step", frame))?.into_loaded()
     };
     let mut places = Places::default();

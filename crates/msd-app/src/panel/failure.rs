@@ -4,7 +4,7 @@ use super::{solver, theme};
 use crate::session::Session;
 use crate::viewer::Viewer;
 use egui::{Align2, Area, Color32, Frame, Order, RichText, Ui, pos2};
-use msd_run::rescue::{Offer, Origin, Remedy};
+use msd_run::rescue::{LASTING, Offer, Origin, Remedy};
 use msd_study::quantity::{estimate, quantity, rounded};
 
 /// What happened, how far the step is from the limit, and the ways out that were found.
@@ -96,9 +96,9 @@ fn explanation(offer: &Offer) -> String {
         Origin::Here | Origin::Earlier => "goes on",
     };
     let sure = if offer.is_tried {
-        "A copy of the run lasted for 2 s with it."
+        format!("A copy of the run lasted for {} with it.", quantity(LASTING, "s"))
     } else {
-        "Predicted to be stable; a trial took too long."
+        "Predicted to be stable; a trial took too long.".to_owned()
     };
     format!("{what}; {from}. {sure}")
 }

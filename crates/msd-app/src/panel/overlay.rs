@@ -68,10 +68,11 @@ fn marks(painter: &Painter, viewer: &Viewer) {
         }
     };
     let worst = match viewer.session.error() {
-        Some(ErrorNow::Known(last)) if is_fresh(&viewer.session, last) => last.worst,
-        _ => (0, 0.0),
+        Some(ErrorNow::Known(last)) if is_fresh(&viewer.session, last) && 0.0 < last.worst.1 => {
+            Some(last.worst.0)
+        }
+        _ => None,
     };
-    let worst = (0.0 < worst.1).then_some(worst.0);
     ring(worst, 10.0, theme::BAD);
     if let Some(at) = worst.and_then(place) {
         let font = FontId::proportional(11.0);

@@ -24,27 +24,30 @@ impl EnergyReadings {
     /// The energy as it was read last, a fraction of a second ago at most while it runs; `None`
     /// while it is being worked out.
     pub fn now(&self, run: &Run) -> Option<Energy> {
-        self.last.as_ref()?.of(run).map(|&(energy, _)| energy)
+        self.known(run).map(|&(energy, _)| energy)
     }
 
     /// Energy that the integrator has added for good since the run was changed last, joules; `None`
     /// if it added none.
     pub fn gain(&self, run: &Run) -> Option<f64> {
-        let gain = self.last.as_ref()?.of(run).map(|(_, witness)| witness.gain());
+        let gain = self.known(run).map(|(_, witness)| witness.gain());
         gain.filter(|&gain| 0.0 < gain)
     }
 
     /// The change of the total energy since the run was changed or handled last, joules: the error
     /// of the method and of contact in it; `None` while it is being worked out.
     pub fn imbalance(&self, run: &Run) -> Option<f64> {
-        self.last.as_ref()?.of(run).map(|(_, witness)| witness.imbalance())
+        self.known(run).map(|(_, witness)| witness.imbalance())
+    }
+
+    fn known(&self, run: &Run) -> Option<&(Energy, Witness)> {
+        self.last.as_ref()?.of(run)
     }
 
     /// Reads the energy now.
     pub(super) fn sample(&mut self, run: &Run) {
         // A change may add energy: a witness knows nothing of what was before.
-        let known = self.last.as_ref().and_then(|last| last.of(run));
-        let mut witness = known.map_or(Witness::default(), |&(_, witness)| witness);
+        let mut witness = self.known(run).map_or(Witness::default(), |&(_, witness)| witness);
         let energy = run.runner().show_to(&mut witness);
         self.trace.push(run.runner().time(), energy);
         self.last = Some(Reading::new((energy, witness), run));

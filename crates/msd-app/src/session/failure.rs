@@ -3,7 +3,7 @@
 use super::run::{Reading, Run};
 use super::solver::MOST_SUBSTEPS;
 use msd_core::{Divergence, Error, Interaction, Vector};
-use msd_run::rescue::{Offer, Origin, Rescue};
+use msd_run::rescue::{LASTING, Offer, Origin, Rescue};
 use msd_run::{History, Runner, on};
 use msd_scene::Loaded;
 use msd_study::quantity::quantity;
@@ -11,8 +11,6 @@ use msd_study::quantity::quantity;
 /// The time that the search for ways out takes of each frame, seconds: half of the last one, as far
 /// as it is in this range.
 const SEARCH: [f64; 2] = [0.02, 0.25];
-/// The time that a way out must last on a copy of the run, simulated seconds.
-const LASTING: f64 = 2.0;
 /// The most springs that are marked.
 const MOST_MARKED: usize = 40;
 /// Springs with at least this part of the energy of the strongest are marked.

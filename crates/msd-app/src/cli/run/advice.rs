@@ -7,8 +7,6 @@ use web_time::Instant;
 
 /// The most wall-clock time that the search for options may take, seconds.
 const BUDGET: f64 = 3.0;
-/// The time that a copy must last, unless the run is shorter, simulated seconds.
-pub const LASTING: f64 = 2.0;
 
 /// Options to try, in words: each was tried from the `start` for so many simulated seconds, or is
 /// said to be only predicted. `frame` is the time that `--substeps` divides, and `stable` the
@@ -25,6 +23,12 @@ pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
         return "no method or number of substeps that was tried helps".to_owned();
     }
     format!("try {}", options.join(" or "))
+}
+
+/// Advice as the end of a sentence; nothing where there is none, or it was given before.
+pub fn appended(advice: Option<&str>) -> String {
+    let advice = advice.filter(|advice| !advice.is_empty());
+    advice.map_or(String::new(), |advice| format!("; {advice}"))
 }
 
 /// An offer as an option of the command line; `frames` is how many frames a step lasts.

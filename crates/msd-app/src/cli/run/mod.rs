@@ -7,17 +7,17 @@ mod watch;
 mod files;
 mod replay;
 
-pub use prepare::{Prepared, is_endless, prepare};
+pub use prepare::{FRAME, Prepared, is_endless, prepare};
 pub use replay::replay;
 pub use report::evaluations;
 
 use super::arguments::RunArguments;
 use super::failure::{Failure, say, tell};
-use advice::{LASTING, advise};
+use advice::{advise, appended};
 use files::Files;
 use msd_core::{Divergence, Error};
 use msd_run::Moment;
-use prepare::FRAME;
+use msd_run::rescue::LASTING;
 use report::{Done, RunReport};
 use std::path::Path;
 use watch::Watch;
@@ -113,9 +113,7 @@ pub fn explain_divergence(scene: &str, error: Error, advice: Option<&str>) -> Fa
         (Error::Diverged(divergence), Some(_)) => where_it_diverged(divergence),
         _ => error.to_string(),
     };
-    let advice = advice.filter(|advice| !advice.is_empty());
-    let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
-    let message = format!("{scene}: {told}{advice}");
+    let message = format!("{scene}: {told}{}", appended(advice));
     if error.is_of_step() { Failure::diverged(message) } else { Failure::input(message) }
 }
 

@@ -1,16 +1,18 @@
 //! From a scene to a run: opened, given the solver of the command line and a state.
 
-use super::advice::{LASTING, advise};
+use super::advice::advise;
 use crate::cli::arguments::{SolverArguments, Step};
 use crate::cli::failure::{Failure, tell};
 use crate::cli::progress::SlowNotice;
 use msd_core::{Integrator, Settings};
+use msd_run::rescue::LASTING;
 use msd_run::{Rounding, Runner};
 use msd_scene::{Loaded, load_state, plain, shown_path};
 use msd_study::quantity::{estimate, number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
-/// A frame of the command line, seconds: `--substeps` divides it.
+/// A frame of the command line, seconds: `--substeps` divides it, and so does `--step auto` of the
+/// window.
 pub const FRAME: f64 = 1.0 / 60.0;
 
 /// Part of the longest stable step that `--step auto` takes: springs that turn and stretch move the

@@ -1,6 +1,5 @@
 //! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
 
-use super::advice::LASTING;
 use super::explain_divergence;
 use super::files::Files;
 use super::prepare::{Prepared, is_endless, warn_with_advice};
@@ -12,6 +11,7 @@ use msd_core::Error;
 use msd_run::Runner;
 use msd_run::recording::{Recording, load_recording, load_salvaged};
 use msd_run::replay::{Changes, Replay};
+use msd_run::rescue::LASTING;
 use msd_run::twin::{Apart, Twin};
 use msd_scene::{plain, shown_path, state_hash};
 use std::path::Path;

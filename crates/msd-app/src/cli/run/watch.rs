@@ -1,6 +1,7 @@
 //! A watch over a run as it goes on: a limit of stability that moves, energy that the integrator
 //! adds, and solves that do not converge.
 
+use super::advice::appended;
 use super::prepare::warn_of_step;
 use super::report::{Gain, evaluations};
 use msd_core::methods::Solved;
@@ -85,8 +86,7 @@ impl Watch {
     pub fn warnings(&self, settings: Settings, advice: Option<&str>) -> Vec<String> {
         let (least, time) = self.least;
         let moved = self.is_over(settings).then(|| warn_of_step(settings, least)).flatten();
-        let advice = advice.filter(|advice| !advice.is_empty());
-        let advice = advice.map_or(String::new(), |advice| format!("; {advice}"));
+        let advice = appended(advice);
         let moved = moved.map(|warning| {
             format!("at the latest from t = {} on, {warning}{advice}", quantity(time, "s"))
         });
