@@ -156,7 +156,7 @@ fn no_built_in_scene_is_said_to_gain_energy() {
         let loaded = msd_scene::open(builtin.name).unwrap();
         let mut runner = Runner::open(&loaded).unwrap();
         let mut witness = Witness::default();
-        for _ in 0..200 {
+        for _ in 0..300 {
             runner.step().unwrap();
             runner.show_to(&mut witness);
             assert_eq!(witness.gain(), 0.0, "{} at {:.2} s", builtin.name, runner.time());

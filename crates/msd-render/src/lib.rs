@@ -22,7 +22,7 @@ pub use device::gpu::Gpu;
 pub use device::{gpu, shaders};
 pub use error::RenderError;
 #[cfg(not(target_arch = "wasm32"))]
-pub use offscreen::{Image, Offscreen, render_image};
+pub use offscreen::{Image, Offscreen, Sheet, render_image};
 pub use picture::colour;
 pub use picture::colour::{body_colour, strain_colour};
 pub use renderer::Renderer;

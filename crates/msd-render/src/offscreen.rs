@@ -5,7 +5,7 @@ use crate::error::RenderError;
 use crate::renderer::Renderer;
 use crate::viewing::view::View;
 use msd_core::{Real, Snapshot};
-use wgpu::{Buffer, Texture, TextureFormat, TextureUsages};
+use wgpu::{Buffer, Device, Texture, TextureFormat, TextureUsages, TextureView};
 
 /// A picture in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -23,6 +23,12 @@ pub struct Image {
 pub struct Offscreen {
     gpu: Gpu,
     renderer: Renderer,
+    sheet: Sheet,
+}
+
+/// A texture of one size to draw on, which can be read back.
+#[derive(Debug)]
+pub struct Sheet {
     size: [u32; 2],
     texture: Texture,
     buffer: Buffer,
@@ -33,7 +39,7 @@ pub struct Offscreen {
 /// Draws one picture; for several of one size an [`Offscreen`] is faster.
 ///
 /// # Errors
-/// Those of [`Offscreen::new`] and [`Offscreen::render`].
+/// Those of [`Sheet::new`] and [`Sheet::read`].
 pub fn render_image<R: Real>(
     gpu: &Gpu,
     snapshot: &Snapshot<'_, R>,
@@ -46,6 +52,40 @@ pub fn render_image<R: Real>(
 
 impl Offscreen {
     /// Prepares for pictures of this size, pixels.
+    ///
+    /// # Errors
+    /// See [`Sheet::new`].
+    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Result<Self, RenderError> {
+        let sheet = Sheet::new(gpu, width, height)?;
+        let renderer = Renderer::new(&gpu.device, Sheet::FORMAT);
+        Ok(Self { gpu: gpu.clone(), renderer, sheet })
+    }
+
+    /// Draws a picture and waits for it.
+    ///
+    /// # Errors
+    /// See [`Sheet::read`].
+    pub fn render<R: Real>(
+        &mut self,
+        snapshot: &Snapshot<'_, R>,
+        view: &View,
+    ) -> Result<Image, RenderError> {
+        let Gpu { device, queue, .. } = &self.gpu;
+        self.renderer.prepare(device, queue, snapshot, view);
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let size = self.sheet.size();
+        let viewport = [0.0, 0.0, size[0] as f32, size[1] as f32];
+        self.renderer.draw(&mut encoder, &self.sheet.target(), size, viewport);
+        queue.submit([encoder.finish()]);
+        self.sheet.read(&self.gpu)
+    }
+}
+
+impl Sheet {
+    /// The format of its pixels.
+    pub const FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
+
+    /// A sheet of this size, pixels.
     ///
     /// # Errors
     /// [`RenderError::Size`] if a side is zero or larger than a texture can be,
@@ -62,14 +102,13 @@ impl Offscreen {
             let limit = limits.max_buffer_size;
             return Err(RenderError::Memory { width, height, bytes, limit });
         }
-        let format = TextureFormat::Rgba8Unorm;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("off screen"),
             size: extent([width, height]),
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format,
+            format: Self::FORMAT,
             usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
             view_formats: &[],
         });
@@ -79,26 +118,26 @@ impl Offscreen {
             usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let renderer = Renderer::new(&gpu.device, format);
-        Ok(Self { gpu: gpu.clone(), renderer, size: [width, height], texture, buffer, row_bytes })
+        Ok(Self { size: [width, height], texture, buffer, row_bytes })
     }
 
-    /// Draws a picture and waits for it.
+    /// Width and height, pixels.
+    pub fn size(&self) -> [u32; 2] {
+        self.size
+    }
+
+    /// What a pass draws on.
+    pub fn target(&self) -> TextureView {
+        self.texture.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    /// Waits for what was submitted, and reads the picture.
     ///
     /// # Errors
     /// [`RenderError::ReadBack`] if the device was lost meanwhile.
-    pub fn render<R: Real>(
-        &mut self,
-        snapshot: &Snapshot<'_, R>,
-        view: &View,
-    ) -> Result<Image, RenderError> {
-        let Gpu { device, queue, .. } = &self.gpu;
-        let [width, height] = self.size;
-        self.renderer.prepare(device, queue, snapshot, view);
-        let target = self.texture.create_view(&wgpu::TextureViewDescriptor::default());
+    pub fn read(&self, gpu: &Gpu) -> Result<Image, RenderError> {
+        let Gpu { device, queue, .. } = gpu;
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let viewport = [0.0, 0.0, width as f32, height as f32];
-        self.renderer.draw(&mut encoder, &target, self.size, viewport);
         encoder.copy_texture_to_buffer(
             self.texture.as_image_copy(),
             wgpu::TexelCopyBufferInfo {
@@ -112,17 +151,18 @@ impl Offscreen {
             extent(self.size),
         );
         queue.submit([encoder.finish()]);
-        Ok(Image { width, height, rgba: self.read_back()? })
+        let [width, height] = self.size;
+        Ok(Image { width, height, rgba: self.map(device)? })
     }
 
-    fn read_back(&self) -> Result<Vec<u8>, RenderError> {
+    fn map(&self, device: &Device) -> Result<Vec<u8>, RenderError> {
         let (sender, receiver) = std::sync::mpsc::channel();
         self.buffer.map_async(wgpu::MapMode::Read, .., move |result| {
             // The receiver waits below, unless polling failed and nobody asks any more.
             let _ = sender.send(result);
         });
         let failed = |what: &dyn std::fmt::Display| RenderError::ReadBack(what.to_string());
-        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(&e))?;
+        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(&e))?;
         receiver.recv().map_err(|e| failed(&e))?.map_err(|e| failed(&e))?;
         let mut rgba = Vec::with_capacity(4 * self.size[0] as usize * self.size[1] as usize);
         {

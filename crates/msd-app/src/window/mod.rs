@@ -1,7 +1,10 @@
 //! The window: winit's events become frames, and a frame reads input, steps and draws.
 
+mod canvas;
 mod surface;
 mod error;
+#[cfg(not(target_arch = "wasm32"))]
+mod film;
 #[cfg(not(target_arch = "wasm32"))]
 mod status_file;
 #[cfg(not(target_arch = "wasm32"))]
@@ -10,6 +13,8 @@ mod native;
 mod web;
 
 pub use error::{Missing, ViewError};
+#[cfg(not(target_arch = "wasm32"))]
+pub use film::Film;
 #[cfg(not(target_arch = "wasm32"))]
 pub use native::{view, view_as};
 #[cfg(target_arch = "wasm32")]
@@ -20,10 +25,11 @@ use crate::drivers;
 use crate::input::{read_pointer, take_commands};
 use crate::panel;
 use crate::viewer::Viewer;
+use canvas::Painting;
 use msd_render::{Gpu, RenderError};
 use std::sync::Arc;
 use std::time::Duration;
-use surface::{Painting, WindowSurface};
+use surface::WindowSurface;
 use web_time::Instant;
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
@@ -130,42 +136,28 @@ impl Shell {
             return;
         }
         let viewer = &mut self.viewer;
-        let mut raw = input.take_egui_input(window);
-        for command in take_commands(&mut raw, self.context.egui_wants_keyboard_input()) {
-            viewer.command(command);
-        }
-        let mut stepped = None;
-        let output = self.context.run_ui(raw, |ui| {
-            // egui may lay out a frame twice: the pointer acts and time passes once.
-            if stepped.is_none() {
-                read_pointer(ui.ctx(), viewer);
-                viewer.session.advance(real, &|| start.elapsed().as_secs_f64());
-                viewer.look(real);
-                stepped = Some(start.elapsed());
-            }
-            panel::show(ui, viewer);
-        });
+        let raw = input.take_egui_input(window);
+        let stopwatch = || start.elapsed().as_secs_f64();
+        let (mut output, stepped) = lay_out(&self.context, raw, viewer, real, &stopwatch);
         if self.title != viewer.title() {
             self.title = viewer.title();
             window.set_title(&self.title);
         }
-        input.handle_platform_output(window, output.platform_output);
-        let pixels_per_point = output.pixels_per_point;
-        let primitives = self.context.tessellate(output.shapes, pixels_per_point);
-        let textures = output.textures_delta;
-        let laid_out = start.elapsed();
-        surface.paint(viewer, Painting { primitives, textures, pixels_per_point });
-        let stepped = stepped.unwrap_or_default();
-        let parts = [stepped, laid_out - stepped, start.elapsed() - laid_out];
-        log::trace!("input and steps, panels, painting took {parts:.1?}");
+        input.handle_platform_output(window, std::mem::take(&mut output.platform_output));
+        let root = output.viewport_output.get(&egui::ViewportId::ROOT);
+        let wait = root.map_or(Duration::MAX, |root| root.repaint_delay);
+        let painting = Painting::of(&self.context, output);
+        let pixels_per_point = painting.pixels_per_point;
+        let laid_out = stopwatch();
+        surface.paint(viewer, painting);
+        let parts = [stepped, laid_out - stepped, stopwatch() - laid_out];
+        log::trace!("input and steps, panels, painting took {parts:.4?} s");
         if let Some(watch) = &mut self.watcher {
             watch(viewer, pixels_per_point);
         }
         if viewer.quit {
             return event_loop.exit();
         }
-        let root = output.viewport_output.get(&egui::ViewportId::ROOT);
-        let wait = root.map_or(Duration::MAX, |root| root.repaint_delay);
         self.schedule(event_loop, wait);
     }
 
@@ -193,6 +185,32 @@ impl Shell {
             window.request_redraw();
         }
     }
+}
+
+/// Lays out a frame: reads what the user did, lets `real` seconds pass, and lays out the panels.
+/// Returns what egui wants, and what `stopwatch` said before the panels, seconds.
+fn lay_out(
+    context: &egui::Context,
+    mut raw: egui::RawInput,
+    viewer: &mut Viewer,
+    real: f64,
+    stopwatch: &impl Fn() -> f64,
+) -> (egui::FullOutput, f64) {
+    for command in take_commands(&mut raw, context.egui_wants_keyboard_input()) {
+        viewer.command(command);
+    }
+    let mut stepped = None;
+    let output = context.run_ui(raw, |ui| {
+        // egui may lay out a frame twice: the pointer acts and time passes once.
+        if stepped.is_none() {
+            read_pointer(ui.ctx(), viewer);
+            viewer.session.advance(real, stopwatch);
+            viewer.look(real);
+            stepped = Some(stopwatch());
+        }
+        panel::show(ui, viewer);
+    });
+    (output, stepped.unwrap_or_default())
 }
 
 impl ApplicationHandler<Arrival> for Shell {

@@ -1,0 +1,96 @@
+//! The picture of a frame: the scene, and the panels over it.
+
+use crate::viewer::Viewer;
+use egui::{ClippedPrimitive, TexturesDelta};
+use egui_wgpu::{RendererOptions, ScreenDescriptor};
+use msd_render::{Gpu, Renderer, Style, View};
+use msd_run::on;
+use wgpu::{TextureFormat, TextureView};
+
+/// What egui wants drawn.
+pub(crate) struct Painting {
+    pub primitives: Vec<ClippedPrimitive>,
+    pub textures: TexturesDelta,
+    pub pixels_per_point: f32,
+}
+
+impl Painting {
+    /// What a layout wants drawn.
+    pub(crate) fn of(context: &egui::Context, output: egui::FullOutput) -> Self {
+        let pixels_per_point = output.pixels_per_point;
+        let primitives = context.tessellate(output.shapes, pixels_per_point);
+        Painting { primitives, textures: output.textures_delta, pixels_per_point }
+    }
+}
+
+/// The renderers of scene and panels, on one device.
+pub(crate) struct Canvas {
+    pub gpu: Gpu,
+    scene: Renderer,
+    panels: egui_wgpu::Renderer,
+}
+
+impl Canvas {
+    /// Prepares to draw on textures of a format.
+    pub(crate) fn new(gpu: Gpu, format: TextureFormat) -> Self {
+        let scene = Renderer::new(&gpu.device, format);
+        let panels = egui_wgpu::Renderer::new(&gpu.device, format, RendererOptions::default());
+        Canvas { gpu, scene, panels }
+    }
+
+    /// Takes over egui's new textures, before it draws.
+    pub(crate) fn take_textures(&mut self, painting: &mut Painting) {
+        let Gpu { device, queue, .. } = &self.gpu;
+        for (id, deltas) in painting.textures.set.drain() {
+            for delta in deltas {
+                self.panels.update_texture(device, queue, id, &delta);
+            }
+        }
+    }
+
+    /// Lets go of the textures that egui has no more use for, after it drew.
+    pub(crate) fn free_textures(&mut self, painting: &mut Painting) {
+        for id in painting.textures.free.drain() {
+            self.panels.free_texture(&id);
+        }
+    }
+
+    /// Draws a frame on a target of this size, pixels.
+    pub(crate) fn draw(
+        &mut self,
+        target: &TextureView,
+        size: [u32; 2],
+        viewer: &Viewer,
+        painting: &Painting,
+    ) {
+        let Gpu { device, queue, .. } = &self.gpu;
+        let &Painting { ref primitives, pixels_per_point, .. } = painting;
+        let view =
+            View { camera: viewer.camera, style: Style { pixels_per_point, ..viewer.style } };
+        on!(viewer.session.runner(), simulation => {
+            self.scene.prepare(device, queue, &simulation.snapshot(), &view);
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let area = viewer.rect * pixels_per_point;
+        let viewport = [area.left(), area.top(), area.width(), area.height()];
+        self.scene.draw(&mut encoder, target, size, viewport);
+        let screen = ScreenDescriptor { size_in_pixels: size, pixels_per_point };
+        // Before the pass, which reads these buffers.
+        let panels = &mut self.panels;
+        let uploads = panels.update_buffers(device, queue, &mut encoder, primitives, &screen);
+        let attachment = wgpu::RenderPassColorAttachment {
+            view: target,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+        };
+        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("panels"),
+            color_attachments: &[Some(attachment)],
+            ..Default::default()
+        });
+        // egui wants a pass without a lifetime; it must end before the encoder does.
+        panels.render(&mut pass.forget_lifetime(), primitives, &screen);
+        queue.submit(uploads.into_iter().chain([encoder.finish()]));
+    }
+}

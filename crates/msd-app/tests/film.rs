@@ -1,0 +1,144 @@
+//! The whole window as pictures: scene, panels and pointer, frame by frame, without a display.
+//!
+//! Without any graphics adapter each test says that it skips, unless `MSD_REQUIRE_ADAPTER` is set.
+#![cfg(not(target_arch = "wasm32"))]
+
+use egui::{
+    Event, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, TouchPhase, Vec2,
+    pos2, vec2,
+};
+use image::{ColorType, ImageFormat};
+use msd_app::viewer::{Viewer, catalogue};
+use msd_app::window::Film;
+use msd_core::Vector;
+use msd_render::{Gpu, Image};
+use msd_run::on;
+use std::path::Path;
+
+/// The time from one picture to the next, seconds.
+const FRAME: f64 = 1.0 / 30.0;
+
+/// A film of a scene, or nothing and a loud line; nothing will not do where CI has a driver.
+fn film(scene: &str, size: [u32; 2]) -> Option<Film> {
+    let gpu = match pollster::block_on(Gpu::headless()) {
+        Ok(gpu) => gpu,
+        Err(error) => {
+            assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter: {error}");
+            eprintln!("SKIPPED: no adapter: {error}");
+            return None;
+        }
+    };
+    let loaded = msd_scene::open(scene).expect("a built-in scene");
+    let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+    Some(Film::new(viewer, gpu, size).expect("a picture of this size"))
+}
+
+fn wait(film: &mut Film, frames: usize) -> Image {
+    (1..frames).for_each(|_| drop(film.frame(FRAME, Vec::new()).unwrap()));
+    film.frame(FRAME, Vec::new()).unwrap()
+}
+
+fn button(at: Pos2, pressed: bool) -> Event {
+    let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+    Event::PointerButton { pos: at, button, pressed, modifiers }
+}
+
+/// Where the middle particle of the upper face, which is nearest to the camera, is in the window.
+fn corner(film: &Film) -> (usize, Pos2) {
+    let viewer = film.viewer();
+    let positions: Vec<_> = on!(viewer.session.runner(), simulation => {
+        simulation.positions().map(|position| position.to_f64().as_vec3()).collect()
+    });
+    let height = |at: &usize| positions[*at].y;
+    let top = (0..positions.len()).map(|at| height(&at)).fold(f32::MIN, f32::max);
+    let near = |at: &usize| viewer.camera.depth(positions[*at]);
+    let upper = (0..positions.len()).filter(|at| top - 0.1 < height(at));
+    let nearest = upper.min_by(|a, b| near(a).total_cmp(&near(b))).expect("a particle");
+    (nearest, viewer.viewport().project(positions[nearest]).expect("in front of the camera"))
+}
+
+#[test]
+fn what_the_user_does_shows_in_the_same_frame() {
+    let Some(mut moved) = film("cube", [900, 560]) else { return };
+    let mut still = film("cube", [900, 560]).expect("as before");
+    assert_eq!(wait(&mut moved, 10), wait(&mut still, 10), "the same pictures without the user");
+    let (particle, at) = corner(&moved);
+    let shown = moved.frame(FRAME, vec![Event::PointerMoved(at)]).unwrap();
+    assert_ne!(shown, wait(&mut still, 1), "the particle under the pointer is marked");
+    for film in [&mut moved, &mut still] {
+        film.frame(FRAME, vec![Event::PointerMoved(at), button(at, true)]).unwrap();
+        assert_eq!(film.viewer().session.held(), Some(particle));
+    }
+    moved.frame(FRAME, vec![Event::PointerMoved(at - vec2(0.0, 80.0))]).unwrap();
+    wait(&mut still, 1);
+    let height = |film: &Film| on!(film.viewer().session.runner(), simulation => simulation.position(particle).to_f64().y);
+    assert!(height(&still) + 0.01 < height(&moved), "it moves in the frame of the event");
+}
+
+/// The pointer of the film: over to the cube, up with a corner, around, and away with a throw.
+fn path(start: Pos2, seconds: f64) -> Pos2 {
+    let keys: [(f64, Vec2); 7] = [
+        (0.6, vec2(120.0, 100.0)),
+        (1.0, vec2(0.0, 0.0)),
+        (1.2, vec2(0.0, 0.0)),
+        (1.9, vec2(60.0, -150.0)),
+        (2.6, vec2(-120.0, -120.0)),
+        (3.1, vec2(-60.0, -190.0)),
+        (3.4, vec2(110.0, -170.0)),
+    ];
+    let next = keys.iter().position(|key| seconds < key.0).unwrap_or(keys.len());
+    if next == 0 || next == keys.len() {
+        return start + keys[next.min(keys.len() - 1)].1;
+    }
+    let ((from, a), (to, b)) = (keys[next - 1], keys[next]);
+    let part = ((seconds - from) / (to - from)) as f32;
+    start + a + (b - a) * (part * part * (3.0 - 2.0 * part))
+}
+
+/// Draws the pointer, which a window system draws otherwise: a white disc, orange while it presses.
+fn draw_pointer(image: &mut Image, at: Pos2, pressed: bool) {
+    let fill = if pressed { [255, 140, 40] } else { [255, 255, 255] };
+    let width = image.width as usize;
+    for (index, pixel) in image.rgba.chunks_exact_mut(4).enumerate() {
+        let distance = at.distance(Pos2::new((index % width) as f32, (index / width) as f32));
+        if distance < 9.0 {
+            pixel[..3].copy_from_slice(if distance < 7.0 { &fill } else { &[20, 22, 28] });
+        }
+    }
+}
+
+fn save(image: &Image, path: &Path) {
+    let (rgba, format) = (ColorType::Rgba8, ImageFormat::Png);
+    image::save_buffer_with_format(path, &image.rgba, image.width, image.height, rgba, format)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+}
+
+/// `scripts/pictures.sh` makes the picture of the README of it.
+#[test]
+#[ignore = "writes the frames of the picture of the README into the folder MSD_FILM"]
+fn film_of_a_grab() {
+    let folder = std::env::var_os("MSD_FILM").expect("MSD_FILM names a folder");
+    let mut film = film("cube", [1100, 640]).expect("an adapter");
+    let away = Event::MouseWheel {
+        unit: MouseWheelUnit::Line,
+        delta: vec2(0.0, -3.0),
+        phase: TouchPhase::Move,
+        source: MouseWheelSource::Unknown,
+        modifiers: Modifiers::NONE,
+    };
+    let aside = Event::PointerMoved(pos2(400.0, 300.0));
+    film.frame(FRAME, vec![aside, away]).unwrap();
+    wait(&mut film, 60);
+    let start = corner(&film).1;
+    let [grab, throw] = [1.1, 3.4].map(|seconds| (seconds / FRAME) as usize);
+    for frame in 0..(5.5 / FRAME) as usize {
+        let at = path(start, frame as f64 * FRAME);
+        let mut events = vec![Event::PointerMoved(at)];
+        if frame == grab || frame == throw {
+            events.push(button(at, frame == grab));
+        }
+        let mut image = film.frame(FRAME, events).unwrap();
+        draw_pointer(&mut image, at, (grab..throw).contains(&frame));
+        save(&image, &Path::new(&folder).join(format!("{frame:03}.png")));
+    }
+}
