@@ -75,24 +75,22 @@ fn what_the_user_does_shows_in_the_same_frame() {
     assert!(height(&still) + 0.01 < height(&moved), "it moves in the frame of the event");
 }
 
-/// The pointer of the film: over to the cube, up with a corner, around, and away with a throw.
-fn path(start: Pos2, seconds: f64) -> Pos2 {
+/// Where the pointer of the film is beside where it grabs: over to the cube, up with a corner,
+/// around, and away with a throw.
+fn path(seconds: f64) -> Vec2 {
     let keys: [(f64, Vec2); 7] = [
-        (0.6, vec2(120.0, 100.0)),
+        (0.0, vec2(160.0, 130.0)),
         (1.0, vec2(0.0, 0.0)),
         (1.2, vec2(0.0, 0.0)),
-        (1.9, vec2(60.0, -150.0)),
-        (2.6, vec2(-120.0, -120.0)),
-        (3.1, vec2(-60.0, -190.0)),
-        (3.4, vec2(110.0, -170.0)),
+        (1.9, vec2(50.0, -60.0)),
+        (2.7, vec2(-70.0, -40.0)),
+        (3.3, vec2(-30.0, -70.0)),
+        (3.8, vec2(60.0, -60.0)),
     ];
-    let next = keys.iter().position(|key| seconds < key.0).unwrap_or(keys.len());
-    if next == 0 || next == keys.len() {
-        return start + keys[next.min(keys.len() - 1)].1;
-    }
+    let Some(next) = keys.iter().position(|key| seconds < key.0) else { return keys[6].1 };
     let ((from, a), (to, b)) = (keys[next - 1], keys[next]);
     let part = ((seconds - from) / (to - from)) as f32;
-    start + a + (b - a) * (part * part * (3.0 - 2.0 * part))
+    a + (b - a) * (part * part * (3.0 - 2.0 * part))
 }
 
 /// Draws the pointer, which a window system draws otherwise: a white disc, orange while it presses.
@@ -121,18 +119,21 @@ fn film_of_a_grab() {
     let mut film = film("cube", [1100, 640]).expect("an adapter");
     let away = Event::MouseWheel {
         unit: MouseWheelUnit::Line,
-        delta: vec2(0.0, -3.0),
+        delta: vec2(0.0, -5.0),
         phase: TouchPhase::Move,
         source: MouseWheelSource::Unknown,
         modifiers: Modifiers::NONE,
     };
     let aside = Event::PointerMoved(pos2(400.0, 300.0));
     film.frame(FRAME, vec![aside, away]).unwrap();
-    wait(&mut film, 60);
-    let start = corner(&film).1;
-    let [grab, throw] = [1.1, 3.4].map(|seconds| (seconds / FRAME) as usize);
-    for frame in 0..(5.5 / FRAME) as usize {
-        let at = path(start, frame as f64 * FRAME);
+    wait(&mut film, 150);
+    let mut grabbed = corner(&film).1;
+    let [grab, throw] = [1.1, 3.7].map(|seconds| (seconds / FRAME) as usize);
+    for frame in 0..(6.0 / FRAME) as usize {
+        if frame <= grab {
+            grabbed = corner(&film).1;
+        }
+        let at = grabbed + path(frame as f64 * FRAME);
         let mut events = vec![Event::PointerMoved(at)];
         if frame == grab || frame == throw {
             events.push(button(at, frame == grab));
