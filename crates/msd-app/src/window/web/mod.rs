@@ -4,7 +4,6 @@ mod page;
 mod verify;
 
 pub use page::start;
-pub use verify::Verifier;
 pub(super) use page::tell;
 
 use super::{Missing, Shell};
