@@ -20,9 +20,14 @@ rm -rf "$dist"
 mkdir -p "$dist"
 cargo run -q --manifest-path web/bind/Cargo.toml --target-dir target/bind -- "$built" "$dist"
 if command -v wasm-opt >/dev/null; then
-    wasm-opt -O2 --enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int \
-        --enable-sign-ext --enable-mutable-globals --enable-reference-types --enable-multivalue \
-        "$dist/msd_bg.wasm" -o "$dist/msd_bg.wasm"
+    wasm-opt -Os "$dist/msd_bg.wasm" -o "$dist/msd_bg.wasm"
+    # The version of Debian 12 and Ubuntu 24.04 exports the first table whichever was meant; that of
+    # objects of JavaScript is the second.
+    case $(wasm-opt --version) in
+    *" version 108"*)
+        LC_ALL=C sed -i 's/\(__wbindgen_externrefs\x01\)\x00/\1\x01/' "$dist/msd_bg.wasm"
+        ;;
+    esac
 else
     echo "web: larger than need be without wasm-opt (install it with: apt install binaryen)"
 fi
