@@ -15,7 +15,7 @@ pub mod window;
 
 pub use viewer::catalogue;
 #[cfg(target_arch = "wasm32")]
-pub use window::start_web;
+pub use window::start;
 pub use window::{Missing, ViewError};
 #[cfg(not(target_arch = "wasm32"))]
-pub use window::{view, view_as};
+pub use window::{view, view_as, view_link};

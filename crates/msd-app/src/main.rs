@@ -19,6 +19,8 @@ fn main() -> std::process::ExitCode {
     cli::exit_code(done)
 }
 
-/// A browser starts the window from a page, see `msd_app::start_web`.
+/// A browser starts the window from a page, see `msd_app::start`.
 #[cfg(target_arch = "wasm32")]
 fn main() {}
+#[cfg(target_arch = "wasm32")]
+use msd_app as _;

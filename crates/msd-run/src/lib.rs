@@ -17,6 +17,7 @@ pub mod rescue;
 pub mod recording;
 pub mod replay;
 pub mod twin;
+pub mod kept;
 
 pub use history::History;
 pub use rounding::Rounding;

@@ -4,21 +4,12 @@
 //! small ones under every method in both precisions. Where a change of bits is meant, renew it by
 //! `MSD_RENEW=1 cargo test -p msd-run --test same_bits` and say why in the change.
 
-use msd_core::glam::DVec3;
-use msd_core::{Friction, Integrator, Pin, Scene};
 use msd_run::Runner;
-use msd_scene::{
-    AnyState, BUILTINS, Loaded, Output, Precision, load_state, open, state_hash, write_state,
-};
+use msd_run::kept::{KEPT_STEPS, KeptRun, SMALL, Verification, kept_line};
+use msd_scene::{AnyState, Loaded, Output, load_state, state_hash, write_state};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::thread;
-
-/// Ten seconds.
-const STEPS: u64 = 600;
-
-/// The scenes that run under every method; the program in `bare/` carries them.
-const SMALL: [&str; 3] = ["chain", "square", "rough"];
 
 const HEADER: &str = "# scene method precision hash, after 600 steps; see same_bits.rs\n";
 
@@ -30,26 +21,8 @@ const HINT: &str = "a change of bits that is meant is kept by MSD_RENEW=1 cargo 
 struct Run(Loaded);
 
 impl Run {
-    fn of(name: &str) -> Self {
-        if name == "rough" {
-            return Run::rough();
-        }
-        Run(open(name).expect(name))
-    }
-
-    /// The square with what no small built-in scene has: Coulomb friction, drag, springs that
-    /// differ and a pin that moves.
-    fn rough() -> Self {
-        let mut loaded = Run::of("square").0;
-        let Scene { world, springs, planes, pins, .. } = &mut loaded.scene;
-        world.drag = 0.1;
-        for (row, spring) in springs.iter_mut().enumerate() {
-            spring.stiffness += 10.0 * row as f64;
-            spring.damping += 0.1 * row as f64;
-        }
-        (planes[0].restitution, planes[0].friction) = (0.3, Friction::Coulomb(0.5));
-        pins.push(Pin { particle: 0, velocity: DVec3::new(0.3, -0.6, 0.1) });
-        Run(Loaded { name: "rough".into(), ..loaded })
+    fn of(kept: &KeptRun) -> Self {
+        Run(kept.load().expect(kept.scene))
     }
 
     fn start(&self) -> Runner {
@@ -58,13 +31,12 @@ impl Run {
 
     fn end(&self) -> AnyState {
         let mut runner = self.start();
-        advance(&mut runner, STEPS);
+        advance(&mut runner, KEPT_STEPS);
         runner.state()
     }
 
     fn line(&self) -> String {
-        let Loaded { name, precision, settings, .. } = &self.0;
-        format!("{name} {} {precision} {:016x}\n", settings.integrator, state_hash(&self.end()))
+        kept_line(&self.0, &self.end()) + "\n"
     }
 }
 
@@ -74,19 +46,8 @@ fn advance(runner: &mut Runner, steps: u64) {
     }
 }
 
-/// The small scenes under every method in both precisions.
 fn small_runs() -> Vec<Run> {
-    let mut runs = Vec::new();
-    for name in SMALL {
-        for integrator in Integrator::ALL {
-            for precision in [Precision::F32, Precision::F64] {
-                let mut run = Run::of(name);
-                (run.0.settings.integrator, run.0.precision) = (integrator, precision);
-                runs.push(run);
-            }
-        }
-    }
-    runs
+    KeptRun::small().iter().map(Run::of).collect()
 }
 
 /// Does something for each run, all at once, each on a thread of its own.
@@ -113,8 +74,7 @@ fn is_kept(path: &str, bytes: &[u8]) -> bool {
 
 #[test]
 fn every_run_ends_in_the_bits_that_are_kept() {
-    let builtins = BUILTINS.map(|builtin| Run::of(builtin.name));
-    let runs = [builtins.to_vec(), small_runs()].concat();
+    let runs: Vec<Run> = KeptRun::all().iter().map(Run::of).collect();
     let found = HEADER.to_owned() + &at_once(&runs, Run::line).concat();
     let path = "crates/msd-run/tests/hashes.txt";
     let kept = is_kept(path, found.as_bytes());
@@ -139,15 +99,15 @@ fn a_run_that_goes_on_from_a_state_file_ends_in_the_same_bits() {
     let path = folder.path().join("state.csv");
     for run in small_runs() {
         let mut first = run.start();
-        advance(&mut first, STEPS / 2);
+        advance(&mut first, KEPT_STEPS / 2);
         let mut output = Output::create(&path).expect("a file");
         write_state(&first.state(), &mut output).expect("room on the disk");
         output.finish().expect("a file");
         let state = load_state(&path, run.0.precision, first.particle_count());
         let mut second = run.start();
         let state = state.expect("a state file");
-        second.set_state(&state, STEPS / 2).expect("a state of this scene");
-        advance(&mut second, STEPS / 2);
+        second.set_state(&state, KEPT_STEPS / 2).expect("a state of this scene");
+        advance(&mut second, KEPT_STEPS / 2);
         assert_eq!(state_hash(&second.state()), state_hash(&run.end()), "{}", run.line());
     }
 }
@@ -155,9 +115,23 @@ fn a_run_that_goes_on_from_a_state_file_ends_in_the_same_bits() {
 #[test]
 fn the_scenes_that_run_without_an_operating_system_are_those_of_today() {
     for name in SMALL {
-        let Loaded { scene, settings, .. } = Run::of(name).0;
+        let Loaded { scene, settings, .. } = Run::of(&KeptRun { scene: name, solver: None }).0;
         let bytes = postcard::to_stdvec(&(scene, settings)).expect("rows of numbers");
         let path = format!("bare/scenes/{name}.postcard");
         assert!(is_kept(&path, &bytes), "{path} is not the scene of today; {HINT}");
     }
+}
+
+#[test]
+fn a_verification_in_slices_of_one_step_finds_the_kept_bits() {
+    let mut verification = Verification::default();
+    let (_, all) = verification.progress();
+    let mut slices = 0;
+    while !verification.is_done() {
+        verification.go_on(|| true);
+        slices += 1;
+    }
+    assert_eq!(verification.wrong(), [] as [String; 0]);
+    // A slice for each step, and one to open each.
+    assert!(all * KEPT_STEPS as usize <= slices, "{slices}");
 }

@@ -46,6 +46,11 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
 
 fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failure> {
     let scene = scene.unwrap_or_else(|| msd_scene::BUILTINS[0].name.into());
+    if let Some(link) = run::link(&scene)?
+        && solver == SolverArguments::default()
+    {
+        return msd_app::view_link(&link).map_err(Failure::input);
+    }
     let loaded = if solver == SolverArguments::default() {
         msd_scene::open(&scene).map_err(Failure::input)?
     } else {

@@ -43,7 +43,7 @@ impl Material {
     }
 
     /// The edits that still count, oldest first.
-    pub(super) fn kept(&self) -> &[Interaction] {
+    pub fn kept(&self) -> &[Interaction] {
         &self.kept
     }
 
@@ -108,6 +108,11 @@ impl Material {
             self.values.rest_scale = scale;
             return;
         }
+        self.keep_done(done);
+    }
+
+    /// Keeps what was done, instead of the edits that it replaces.
+    pub(super) fn keep_done(&mut self, done: Interaction) {
         self.kept.retain(|old| !replaces(&done, old));
         self.kept.push(done);
     }

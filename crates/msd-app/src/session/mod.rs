@@ -332,6 +332,15 @@ impl Session {
         }
     }
 
+    /// Makes edits of material and world that were made elsewhere, as a link holds them.
+    pub fn edit_again(&mut self, edits: &[Interaction]) {
+        for &edit in edits {
+            if self.act(edit) {
+                self.material.keep_done(edit);
+            }
+        }
+    }
+
     /// Chooses what the sliders of the material act on: all, or one body.
     pub fn select(&mut self, select: Select) {
         self.material.select(select);

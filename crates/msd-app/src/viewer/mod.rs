@@ -3,14 +3,16 @@
 mod catalogue;
 mod command;
 mod gesture;
+mod link;
 mod viewport;
 
 pub use catalogue::{Catalogue, Entry, catalogue};
 pub use command::Command;
 pub(crate) use gesture::{Action, Gesture};
+pub use link::{Changes, Link, LinkError, Look};
 pub use viewport::Viewport;
 
-use crate::session::Session;
+use crate::session::{MaterialEdit, Session, Tuning};
 use egui::Rect;
 use glam::Vec3;
 use msd_core::{Real, Vector};
@@ -235,6 +237,72 @@ impl Viewer {
             }
             Err(error) => self.session.refuse(Err(error)),
         }
+    }
+
+    /// The link to this scene as it is set up and looked at now, without what happened to it.
+    ///
+    /// # Errors
+    /// A scene that is not in the catalogue: a link names it, and does not hold it.
+    pub fn link(&self) -> Result<Link, String> {
+        let (session, camera) = (&self.session, self.camera);
+        let name = &session.loaded().name;
+        if self.current.is_none() {
+            return Err(format!("{name} is not built in: send its file instead of a link"));
+        }
+        let target = if self.follow { self.beside } else { camera.target };
+        let look = Look {
+            target: target.to_array(),
+            distance: camera.distance,
+            yaw: camera.yaw,
+            pitch: camera.pitch,
+            follow: self.follow,
+            shown: link::shown_bits(self.style),
+        };
+        let changes = Changes {
+            settings: session.runner().settings(),
+            precision: session.runner().precision(),
+            edits: session.material().kept().to_vec(),
+            rest_scale: session.material().values().rest_scale,
+            speed: session.speed(),
+            look,
+        };
+        Ok(Link { scene: name.clone(), changes: Some(changes) })
+    }
+
+    /// Opens the scene of a link, set up and looked at as it says.
+    pub fn open_link(&mut self, link: &Link) {
+        let is_meant = |entry: &Entry| entry.name == link.scene;
+        let Some(index) = self.catalogue.entries.iter().position(is_meant) else {
+            let unknown = LinkError::UnknownScene(link.scene.clone());
+            return self.session.refuse(Err(unknown));
+        };
+        self.open_entry(index);
+        if self.current == Some(index) {
+            self.set_up(link);
+        }
+    }
+
+    /// Sets up a scene that was just opened as a link says.
+    pub fn set_up(&mut self, link: &Link) {
+        let Some(changes) = &link.changes else { return };
+        let session = &mut self.session;
+        session.tune(Tuning::Precision(changes.precision));
+        session.tune(Tuning::Settings(changes.settings));
+        session.edit_again(&changes.edits);
+        if changes.rest_scale != 1.0 {
+            session.edit(MaterialEdit::RestScale(changes.rest_scale));
+        }
+        session.set_speed(changes.speed);
+        let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
+        link::show_bits(&mut self.style, shown);
+        self.follow = follow;
+        let middle = self.subject().map_or(Vec3::ZERO, |(low, high)| (low + high) * 0.5);
+        let target = Vec3::from(target);
+        self.beside = if follow { target } else { Vec3::ZERO };
+        self.aimed = if follow { middle + target } else { target };
+        let fov_deg = Camera::default().fov_deg;
+        self.camera = Camera { target: self.aimed, distance, yaw, pitch, fov_deg };
+        self.unframed = false;
     }
 
     /// Brings every particle and the ground below into view.

@@ -5,7 +5,6 @@ mod surface;
 mod error;
 #[cfg(not(target_arch = "wasm32"))]
 mod film;
-#[cfg(not(target_arch = "wasm32"))]
 mod status_file;
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
@@ -16,9 +15,9 @@ pub use error::{Missing, ViewError};
 #[cfg(not(target_arch = "wasm32"))]
 pub use film::Film;
 #[cfg(not(target_arch = "wasm32"))]
-pub use native::{view, view_as};
+pub use native::{view, view_as, view_link};
 #[cfg(target_arch = "wasm32")]
-pub use web::start_web;
+pub use web::start;
 
 #[cfg(not(target_arch = "wasm32"))]
 use crate::drivers;
@@ -36,8 +35,14 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
-/// What arrives from outside the window system: the graphics device, which a browser gives later.
-pub(crate) type Arrival = Box<Result<(Gpu, wgpu::Surface<'static>), RenderError>>;
+/// What arrives from outside the window system.
+pub(crate) enum Arrival {
+    /// The graphics device, which a browser gives later, and the surface of the window.
+    Graphics(Box<Result<(Gpu, wgpu::Surface<'static>), RenderError>>),
+    /// What the page of a browser does between two frames.
+    #[cfg(target_arch = "wasm32")]
+    Ask(Box<dyn FnOnce(&mut Viewer)>),
+}
 
 /// Is shown every frame, for tests.
 pub(crate) type Watcher = Box<dyn FnMut(&Viewer, f32)>;
@@ -91,7 +96,7 @@ impl Shell {
             .with_min_inner_size(winit::dpi::LogicalSize::new(640.0, 400.0));
         #[cfg(target_arch = "wasm32")]
         let attributes =
-            winit::platform::web::WindowAttributesExtWebSys::with_append(attributes, true);
+            winit::platform::web::WindowAttributesExtWebSys::with_canvas(attributes, web::canvas());
         let window = Arc::new(event_loop.create_window(attributes)?);
         self.input = Some(egui_winit::State::new(
             self.context.clone(),
@@ -105,7 +110,7 @@ impl Shell {
         let display = Box::new(event_loop.owned_display_handle());
         let proxy = self.proxy.clone();
         let arrive = async move {
-            let arrival = Box::new(Gpu::for_surface(display, window).await);
+            let arrival = Arrival::Graphics(Box::new(Gpu::for_surface(display, window).await));
             // The loop is only gone when the window is.
             proxy.send_event(arrival).ok();
         };
@@ -117,6 +122,8 @@ impl Shell {
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, what: Missing) {
+        #[cfg(target_arch = "wasm32")]
+        web::tell("missing", &what.to_string());
         log::error!("{what}");
         self.missing = Some(what);
         event_loop.exit();
@@ -142,6 +149,12 @@ impl Shell {
         if self.title != viewer.title() {
             self.title = viewer.title();
             window.set_title(&self.title);
+        }
+        #[cfg(target_arch = "wasm32")]
+        for command in &output.platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                web::tell("copy", text);
+            }
         }
         input.handle_platform_output(window, std::mem::take(&mut output.platform_output));
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
@@ -226,7 +239,15 @@ impl ApplicationHandler<Arrival> for Shell {
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, arrival: Arrival) {
         let (Some(window), Some(input)) = (self.window.clone(), &mut self.input) else { return };
-        let (gpu, surface) = match *arrival {
+        let graphics = match arrival {
+            Arrival::Graphics(graphics) => graphics,
+            #[cfg(target_arch = "wasm32")]
+            Arrival::Ask(question) => {
+                question(&mut self.viewer);
+                return window.request_redraw();
+            }
+        };
+        let (gpu, surface) = match *graphics {
             Ok(pair) => pair,
             Err(error) => return self.fail(event_loop, Missing::Graphics(Box::new(error))),
         };

@@ -1,7 +1,7 @@
 //! The window on a desktop.
 
 use super::{Arrival, Missing, Shell, ViewError, status_file};
-use crate::viewer::{Viewer, catalogue};
+use crate::viewer::{Link, Viewer, catalogue};
 use msd_scene::Loaded;
 use std::path::{Path, PathBuf};
 
@@ -22,12 +22,31 @@ pub fn view(loaded: Loaded) -> Result<(), ViewError> {
 /// # Errors
 /// A display, a graphics adapter or a library is missing, or the scene is out of its domain.
 pub fn view_as(loaded: Loaded, called: &str) -> Result<(), ViewError> {
-    let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
-    show(loaded, status.as_deref()).map_err(|what| ViewError { scene: called.to_owned(), what })
+    show(|| Ok(Viewer::new(loaded, catalogue())?), called)
 }
 
-fn show(loaded: Loaded, status: Option<&Path>) -> Result<(), Missing> {
-    let viewer = Viewer::new(loaded, catalogue())?;
+/// Shows the scene of a link in a window until it is closed, set up and looked at as it says.
+///
+/// # Errors
+/// See [`view_as`].
+pub fn view_link(link: &Link) -> Result<(), ViewError> {
+    let open = || {
+        let loaded = msd_scene::open(&link.scene);
+        let loaded = loaded.map_err(|error| Missing::Window(error.to_string()))?;
+        let mut viewer = Viewer::new(loaded, catalogue())?;
+        viewer.set_up(link);
+        Ok(viewer)
+    };
+    show(open, &link.scene)
+}
+
+fn show(open: impl FnOnce() -> Result<Viewer, Missing>, called: &str) -> Result<(), ViewError> {
+    let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
+    let run = || run(open()?, status.as_deref());
+    run().map_err(|what| ViewError { scene: called.to_owned(), what })
+}
+
+fn run(viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
     let watcher = status.map(status_file::watcher).transpose().map_err(Missing::Status)?;
     let event_loop = event_loop()?;
     let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);

@@ -11,6 +11,7 @@
 //! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and `landmarks`
 //! (rectangles: left, top, width, height).
 
+#[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
 use crate::session::ErrorNow;
 use crate::viewer::Viewer;
@@ -20,11 +21,15 @@ use msd_core::Vector;
 use msd_run::on;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{self, LineWriter, Write};
-use std::path::Path;
+#[cfg(not(target_arch = "wasm32"))]
+use std::{
+    fs::File,
+    io::{self, LineWriter, Write},
+    path::Path,
+};
 
 /// Opens the status file and returns what writes it.
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn watcher(path: &Path) -> io::Result<Watcher> {
     let mut file = LineWriter::new(File::create(path)?);
     let mut frame = 0u64;
@@ -37,7 +42,8 @@ pub(crate) fn watcher(path: &Path) -> io::Result<Watcher> {
     }))
 }
 
-fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
+/// What a frame showed; `scale` is how many pixels a point has.
+pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     let session = &viewer.session;
     let (pace, held) = (session.pace(), session.held());
     let position = |particle: usize| session.position(particle);

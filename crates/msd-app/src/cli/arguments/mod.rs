@@ -102,7 +102,7 @@ pub struct SolverArguments {
 /// Arguments of `msd run`.
 #[derive(Debug, Args)]
 pub struct RunArguments {
-    /// Built-in scene, scene file, mesh or saved run
+    /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     #[arg(required_unless_present = "replay")]
     pub scene: Option<PathBuf>,
     #[command(flatten)]

@@ -4,6 +4,7 @@ use super::advice::advise;
 use crate::cli::arguments::{SolverArguments, Step};
 use crate::cli::failure::{Failure, tell};
 use crate::cli::progress::SlowNotice;
+use msd_app::viewer::Link;
 use msd_core::{Integrator, Settings};
 use msd_run::rescue::LASTING;
 use msd_run::{Rounding, Runner};
@@ -54,6 +55,12 @@ impl Prepared {
     }
 }
 
+/// The link that a scene is named by, if it is.
+pub fn link(scene: &Path) -> Result<Option<Link>, Failure> {
+    let text = scene.to_str().filter(|text| Link::is_meant(text));
+    text.map(Link::parse).transpose().map_err(Failure::input)
+}
+
 /// Opens a scene and makes it ready to run for some seconds; prints warnings.
 pub fn prepare(
     scene: &Path,
@@ -61,7 +68,9 @@ pub fn prepare(
     (flag, duration): (&str, f64),
 ) -> Result<Prepared, Failure> {
     let notice = SlowNotice::new(format!("reading {}", shown_path(scene)));
-    let loaded = msd_scene::open(scene).map_err(Failure::input)?;
+    let link = link(scene)?;
+    let opened = link.as_ref().map_or_else(|| msd_scene::open(scene), Link::load);
+    let loaded = opened.map_err(Failure::input)?;
     drop(notice);
     let settings = chosen(loaded.settings, solver);
     check_read(settings.integrator, solver)?;
@@ -75,6 +84,10 @@ pub fn prepare(
         let asked = solver.precision.map(|precision| format!(" in {precision}"));
         Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
     })?;
+    if let Some(link) = &link {
+        let refused = |error| Failure::input(format!("{}: {error}", loaded.name));
+        link.edit(&mut runner).map_err(refused)?;
+    }
     if let Some(path) = &solver.from {
         let count = runner.particle_count();
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;

@@ -1,0 +1,290 @@
+//! Links: a scene, what was changed of it and how it is looked at, in the fragment of an address.
+//!
+//! `#scene=cloth` is the scene alone. `&with=` and a text in base 64 add what was changed: the
+//! number of the format, the changes, and a checksum.
+
+use base64::Engine;
+use base64::prelude::BASE64_URL_SAFE_NO_PAD as BASE64;
+use msd_core::{Interaction, Settings};
+use msd_render::Style;
+use msd_run::Runner;
+use msd_scene::{BUILTINS, Loaded, Precision};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Raised whenever what a link holds changes its form.
+const FORMAT: u8 = 1;
+/// Bytes of the checksum, the first of a BLAKE3 hash.
+const CHECK: usize = 4;
+/// The longest text that may be a link; a browser takes more, a person sends less.
+const LONGEST: usize = 64_000;
+
+/// A built-in scene, and what was changed of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// The name of the scene.
+    pub scene: String,
+    /// What was changed, unless it is as it was made.
+    pub changes: Option<Changes>,
+}
+
+/// What was changed of a scene, and how it is looked at.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Changes {
+    /// How it is stepped.
+    pub settings: Settings,
+    /// The precision.
+    pub precision: Precision,
+    /// What was set of material and world, oldest first.
+    pub edits: Vec<Interaction>,
+    /// Rest lengths as a multiple of the scene's.
+    pub rest_scale: f64,
+    /// Simulated seconds per second.
+    pub speed: f64,
+    /// How it is looked at.
+    pub look: Look,
+}
+
+/// How a scene is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Look {
+    /// What the camera looks at, metres; from the middle of everything if it follows that.
+    pub target: [f32; 3],
+    /// Distance from the target, metres.
+    pub distance: f32,
+    /// Angle about the y axis, radians.
+    pub yaw: f32,
+    /// Angle above the horizon, radians.
+    pub pitch: f32,
+    /// Whether the camera follows.
+    pub follow: bool,
+    /// What is drawn, a bit for each of [`shown`].
+    pub shown: u16,
+}
+
+/// Why a link is not followed.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinkError {
+    /// It names no scene.
+    #[error("the link names no scene: it should read like #scene=cloth")]
+    NoScene,
+    /// It names a scene that is not there.
+    #[error("the link names a scene that is not there: `{0}`")]
+    UnknownScene(String),
+    /// It was made by another version.
+    #[error("the link was made by another version of msd: format {0}, here it is {FORMAT}")]
+    Format(u8),
+    /// Some of it is missing, or is not what it was.
+    #[error("the link is damaged: some of it is missing or was changed on its way")]
+    Damaged,
+}
+
+impl Link {
+    /// Whether a text that stands for a scene is meant as a link.
+    pub fn is_meant(text: &str) -> bool {
+        text.contains("#scene=")
+    }
+
+    /// Reads a link, or its fragment alone. What a page needs besides (`embed`) is passed over.
+    ///
+    /// # Errors
+    /// See [`LinkError`]. Whether the changes fit the scene is found when they are made.
+    pub fn parse(text: &str) -> Result<Link, LinkError> {
+        if LONGEST < text.len() {
+            return Err(LinkError::Damaged);
+        }
+        let fragment = text.split_once('#').map_or(text, |(_, fragment)| fragment);
+        let value = |key: &str| fragment.split('&').find_map(|part| part.strip_prefix(key));
+        let scene = value("scene=").filter(|name| !name.is_empty()).ok_or(LinkError::NoScene)?;
+        let known = BUILTINS.iter().any(|builtin| builtin.name == scene);
+        if !known {
+            let name: String = scene.chars().filter(|c| !c.is_control()).take(40).collect();
+            return Err(LinkError::UnknownScene(name));
+        }
+        let changes = value("with=").map(Changes::decode).transpose()?;
+        Ok(Link { scene: scene.to_owned(), changes })
+    }
+
+    /// Opens the scene, stepped as the link says; its edits are made by [`Link::edit`].
+    ///
+    /// # Errors
+    /// See [`msd_scene::open()`].
+    pub fn load(&self) -> Result<Loaded, msd_scene::FileError> {
+        let mut loaded = msd_scene::open(&self.scene)?;
+        if let Some(changes) = &self.changes {
+            (loaded.settings, loaded.precision) = (changes.settings, changes.precision);
+        }
+        Ok(loaded)
+    }
+
+    /// Makes the edits of material and world in a run of the scene.
+    ///
+    /// # Errors
+    /// An edit that does not fit the scene.
+    pub fn edit(&self, runner: &mut Runner) -> Result<(), msd_core::Error> {
+        let Some(Changes { edits, rest_scale, .. }) = &self.changes else { return Ok(()) };
+        let springs = msd_core::Select::All;
+        let scaled = Interaction::ScaleRestLength { springs, factor: *rest_scale };
+        let scaled = (*rest_scale != 1.0).then_some(scaled);
+        edits.iter().copied().chain(scaled).try_for_each(|edit| runner.queue(edit))?;
+        runner.apply_queued()
+    }
+}
+
+impl fmt::Display for Link {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "#scene={}", self.scene)?;
+        self.changes.as_ref().map_or(Ok(()), |changes| write!(f, "&with={}", changes.encode()))
+    }
+}
+
+impl Changes {
+    fn encode(&self) -> String {
+        let content = postcard::to_stdvec(self).unwrap_or_default();
+        let mut bytes = [&[FORMAT], &content[..]].concat();
+        let check = blake3::hash(&bytes);
+        bytes.extend(&check.as_bytes()[..CHECK]);
+        BASE64.encode(bytes)
+    }
+
+    fn decode(text: &str) -> Result<Self, LinkError> {
+        let bytes = BASE64.decode(text).map_err(|_| LinkError::Damaged)?;
+        let (bytes, check) = bytes.split_last_chunk::<CHECK>().ok_or(LinkError::Damaged)?;
+        // A format to come may check otherwise: it is asked for first.
+        let (&format, content) = bytes.split_first().ok_or(LinkError::Damaged)?;
+        let is_whole = blake3::hash(bytes).as_bytes()[..CHECK] == *check;
+        match (format, is_whole) {
+            (FORMAT, false) => Err(LinkError::Damaged),
+            (FORMAT, true) => {
+                let changes: Changes =
+                    postcard::from_bytes(content).map_err(|_| LinkError::Damaged)?;
+                if changes.is_usable() { Ok(changes) } else { Err(LinkError::Damaged) }
+            }
+            (other, _) => Err(LinkError::Format(other)),
+        }
+    }
+
+    /// Whether a link may hold this: settings alone, and a camera that is somewhere.
+    fn is_usable(&self) -> bool {
+        use Interaction::{SetDamping, SetGravity, SetMass, SetPlane, SetStiffness};
+        let is_setting = |edit: &Interaction| {
+            matches!(
+                edit,
+                SetStiffness { .. }
+                    | SetDamping { .. }
+                    | SetMass { .. }
+                    | SetGravity { .. }
+                    | SetPlane { .. }
+            )
+        };
+        let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
+        self.edits.iter().all(is_setting)
+            && [x, y, z, distance, yaw, pitch].iter().all(|number| number.is_finite())
+            && (1e-3..=100.0).contains(&self.speed)
+    }
+}
+
+/// What a link says of a style: what the window can show and hide, in the order of bits.
+fn shown(style: &mut Style) -> [&mut bool; 7] {
+    let Style { surfaces, pattern, wireframe, springs, particles, shadows, grid, .. } = style;
+    [surfaces, pattern, wireframe, springs, particles, shadows, grid]
+}
+
+/// The bits of what a style shows.
+pub(crate) fn shown_bits(mut style: Style) -> u16 {
+    let bits = shown(&mut style).map(|is_shown| u16::from(*is_shown));
+    bits.iter().enumerate().map(|(place, bit)| bit << place).sum()
+}
+
+/// Shows what the bits say.
+pub(crate) fn show_bits(style: &mut Style, bits: u16) {
+    for (place, is_shown) in shown(style).into_iter().enumerate() {
+        *is_shown = bits >> place & 1 == 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_core::Select;
+
+    fn link() -> Link {
+        let look = Look {
+            target: [0.5, -1.0, 2.0],
+            distance: 7.0,
+            yaw: 1.0,
+            pitch: 0.25,
+            follow: true,
+            shown: 0b101_1001,
+        };
+        let stiffness = Interaction::SetStiffness { springs: Select::All, value: 1234.5 };
+        let changes = Changes {
+            settings: Settings { substeps: 21, ..Settings::default() },
+            precision: Precision::F64,
+            edits: vec![stiffness],
+            rest_scale: 1.5,
+            speed: 0.25,
+            look,
+        };
+        Link { scene: "cloth".into(), changes: Some(changes) }
+    }
+
+    #[test]
+    fn a_link_says_all_that_it_was_made_of_and_is_short() {
+        let text = link().to_string();
+        assert_eq!(Link::parse(&text), Ok(link()));
+        assert_eq!(Link::parse(&format!("https://a.example/msd/{text}&embed")), Ok(link()));
+        assert!(text.len() < 200, "{text}");
+        let plain = Link { scene: "jelly".into(), changes: None };
+        assert_eq!(plain.to_string(), "#scene=jelly");
+        assert_eq!(Link::parse("#scene=jelly"), Ok(plain));
+    }
+
+    #[test]
+    fn a_link_that_was_cut_off_or_changed_is_refused_at_every_place() {
+        let text = link().to_string();
+        let start = text.find("with=").expect("changes") + 5;
+        for end in start..text.len() {
+            let cut = Link::parse(&text[..end]);
+            assert!(cut.is_err(), "{} of {}: {cut:?}", end, text.len());
+        }
+        // The first byte is the format: two letters of base 64 hold it.
+        for place in start + 2..text.len() {
+            let mut other = text.clone().into_bytes();
+            other[place] = if other[place] == b'A' { b'B' } else { b'A' };
+            let other = String::from_utf8(other).expect("letters");
+            assert_eq!(Link::parse(&other), Err(LinkError::Damaged), "{place}");
+        }
+    }
+
+    #[test]
+    fn a_link_of_another_format_or_scene_says_so() {
+        let mut bytes = vec![FORMAT + 1, 7, 7, 7, 7, 7];
+        bytes.extend(&blake3::hash(&[9]).as_bytes()[..CHECK]);
+        let text = format!("#scene=cloth&with={}", BASE64.encode(bytes));
+        assert_eq!(Link::parse(&text), Err(LinkError::Format(FORMAT + 1)));
+        let unknown = Err(LinkError::UnknownScene("/etc/passwd".into()));
+        assert_eq!(Link::parse("#scene=/etc/passwd"), unknown);
+        assert_eq!(Link::parse("#with=abc"), Err(LinkError::NoScene));
+    }
+
+    #[test]
+    fn a_link_cannot_hold_more_than_settings() {
+        let mut bad = link();
+        let changes = bad.changes.as_mut().expect("changes");
+        changes.edits.push(Interaction::Cut { spring: 3 });
+        assert_eq!(Link::parse(&bad.to_string()), Err(LinkError::Damaged));
+        let mut bad = link();
+        bad.changes.as_mut().expect("changes").look.yaw = f32::NAN;
+        assert_eq!(Link::parse(&bad.to_string()), Err(LinkError::Damaged));
+    }
+
+    #[test]
+    fn what_is_shown_comes_back_from_its_bits() {
+        let style = Style { wireframe: true, shadows: false, ..Style::default() };
+        let mut other = Style { springs: true, ..Style::default() };
+        show_bits(&mut other, shown_bits(style));
+        assert_eq!(other, style);
+    }
+}

@@ -1,0 +1,36 @@
+//! The window on a page of a browser: a canvas, and what page and window tell each other.
+
+mod page;
+mod verify;
+
+pub use page::start;
+pub(super) use page::tell;
+
+use super::{Missing, Shell};
+use crate::viewer::{Link, Viewer, catalogue};
+use msd_scene::FileError;
+use web_sys::HtmlCanvasElement;
+use web_sys::wasm_bindgen::JsCast;
+
+/// The `id` of the canvas that the window is.
+const CANVAS: &str = "canvas";
+
+/// Shows the scene of a link in the canvas of the page.
+fn show(link: &Link) -> Result<(), Missing> {
+    use winit::platform::web::EventLoopExtWebSys;
+    let unreadable = |error: FileError| Missing::Window(error.to_string());
+    let loaded = msd_scene::open(&link.scene).map_err(unreadable)?;
+    let mut viewer = Viewer::new(loaded, catalogue())?;
+    viewer.set_up(link);
+    let built = winit::event_loop::EventLoop::with_user_event().build();
+    let event_loop = built.map_err(|error| Missing::Display(error.to_string()))?;
+    page::listen(event_loop.create_proxy());
+    let shell = Shell::new(viewer, event_loop.create_proxy(), Some(page::watcher()));
+    event_loop.spawn_app(shell);
+    Ok(())
+}
+
+/// The canvas of the page; without one winit makes its own, which nobody sees.
+pub(super) fn canvas() -> Option<HtmlCanvasElement> {
+    web_sys::window()?.document()?.get_element_by_id(CANVAS)?.dyn_into().ok()
+}

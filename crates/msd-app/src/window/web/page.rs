@@ -1,0 +1,139 @@
+//! What the page around the canvas asks of the window, and what the window tells the page.
+//!
+//! The page calls the functions here by their names, and gives [`start`] a function that is called
+//! with the kind and the text of whatever the window has to tell: see [`tell`].
+
+use super::super::{Arrival, Watcher, status_file};
+use super::show;
+use crate::viewer::{Command, Link, LinkError, Viewer};
+use js_sys::{Function, Promise};
+use std::cell::{Cell, RefCell};
+use wasm_bindgen::JsValue;
+use wasm_bindgen::prelude::wasm_bindgen;
+use winit::event_loop::EventLoopProxy;
+
+thread_local! {
+    static TOLD: RefCell<Option<Function>> = const { RefCell::new(None) };
+    static WINDOW: RefCell<Option<EventLoopProxy<Arrival>>> = const { RefCell::new(None) };
+    static FRAMES: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Starts the window in the canvas of the page, with the scene that a link's `fragment` names.
+///
+/// # Errors
+/// Why there is no window, one line.
+#[wasm_bindgen]
+pub fn start(fragment: &str, told: Function) -> Result<(), String> {
+    console_error_panic_hook::set_once();
+    console_log::init_with_level(log::Level::Warn).ok();
+    TOLD.set(Some(told));
+    let first = Link { scene: msd_scene::BUILTINS[0].name.to_owned(), changes: None };
+    let link = match Link::parse(fragment) {
+        Ok(link) => link,
+        Err(LinkError::NoScene) => first,
+        Err(error) => {
+            tell("refused", &format!("{error}; here is {} instead", first.scene));
+            first
+        }
+    };
+    show(&link).map_err(|what| what.to_string())
+}
+
+/// Does what a key would: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`.
+#[wasm_bindgen]
+pub fn command(name: &str) -> Promise {
+    let command = match name {
+        "pause" => Some(Command::TogglePause),
+        "restart" => Some(Command::Restart),
+        "step" => Some(Command::StepForward),
+        "back" => Some(Command::StepBack),
+        "frame" => Some(Command::FrameAll),
+        "pin" => Some(Command::Pin),
+        _ => None,
+    };
+    let name = name.to_owned();
+    ask(move |viewer| {
+        viewer.command(command.ok_or_else(|| format!("there is no command `{name}`"))?);
+        Ok(String::new())
+    })
+}
+
+/// Opens the scene that a link's fragment names, set up as it says.
+#[wasm_bindgen]
+pub fn open(fragment: &str) -> Promise {
+    let link = Link::parse(fragment).map_err(|error| error.to_string());
+    ask(move |viewer| {
+        viewer.open_link(&link?);
+        Ok(String::new())
+    })
+}
+
+/// The fragment of a link to the scene as it is set up and looked at now.
+#[wasm_bindgen]
+pub fn link() -> Promise {
+    ask(|viewer| viewer.link().map(|link| link.to_string()))
+}
+
+/// The scenes of the list, a line for each: its name, a space and its title.
+#[wasm_bindgen]
+pub fn scenes() -> String {
+    let line = |scene: &msd_scene::Builtin| format!("{} {}", scene.name, scene.title);
+    msd_scene::BUILTINS.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// What the window shows, as JSON: see [`status_file`]. Places are in CSS pixels of the canvas.
+#[wasm_bindgen]
+pub fn status() -> Promise {
+    ask(|viewer| Ok(status_file::report(viewer, 1.0, FRAMES.get()).to_string()))
+}
+
+/// Asks something of the viewer between two frames; the promise holds the answer, or the line that
+/// says why there is none.
+fn ask(question: impl FnOnce(&mut Viewer) -> Result<String, String> + 'static) -> Promise {
+    let mut question = Some(question);
+    Promise::new(&mut |resolve, reject| {
+        let Some(question) = question.take() else { return };
+        let answer = move |viewer: &mut Viewer| {
+            let (settle, text) = match question(viewer) {
+                Ok(text) => (resolve, text),
+                Err(text) => (reject, text),
+            };
+            // Settling a promise throws nothing.
+            settle.call1(&JsValue::NULL, &text.into()).ok();
+        };
+        WINDOW.with_borrow(|window| {
+            // Without a window nobody answers.
+            window.as_ref().map(|window| window.send_event(Arrival::Ask(Box::new(answer))).ok());
+        });
+    })
+}
+
+/// Sends questions of the page to this window.
+pub(super) fn listen(window: EventLoopProxy<Arrival>) {
+    WINDOW.set(Some(window));
+}
+
+/// Counts frames, and tells the page of the first one and of each scene.
+pub(super) fn watcher() -> Watcher {
+    let mut scene = String::new();
+    Box::new(move |viewer, _| {
+        FRAMES.set(FRAMES.get() + 1);
+        if FRAMES.get() == 1 {
+            tell("frame", "");
+        }
+        let name = &viewer.session.loaded().name;
+        if *name != scene {
+            scene.clone_from(name);
+            tell("scene", name);
+        }
+    })
+}
+
+/// Tells the page something. The kinds: `frame`, the first one was drawn; `scene`, this one is
+/// shown; `copy`, this text is for the clipboard; `refused`, why a link or file was not taken;
+/// `missing`, why there is no window any more.
+pub(crate) fn tell(kind: &str, text: &str) {
+    let told = TOLD.with_borrow(Clone::clone);
+    // The page would have to fail in its own code, and says so on the console.
+    told.map(|told| told.call2(&JsValue::NULL, &kind.into(), &text.into()).ok());
+}

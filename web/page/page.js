@@ -1,0 +1,144 @@
+// Loads the program, and carries words between it and the controls of the page.
+import init, * as msd from './msd.js';
+
+const element = id => document.getElementById(id);
+const options = () => new Set(location.hash.slice(1).split('&'));
+
+// A module of one function that uses a register of 128 bits.
+const SIMD = Uint8Array.of(0, 97, 115, 109, 1, 0, 0, 0, 1, 5, 1, 96, 0, 1, 123, 3, 2, 1, 0, 10, 10, 1,
+  8, 0, 65, 0, 253, 15, 253, 98, 11);
+
+const MISSING = 'msd cannot run in this browser. It draws with WebGPU or WebGL2 and computes with '
+  + 'WebAssembly SIMD, which Chrome and Edge have since version 91, Firefox since 89 and Safari '
+  + 'since 16.4. The programs for the desktop need no browser.';
+
+// The page without a window: what is missing, above the still picture.
+function missing(reason) {
+  document.documentElement.dataset.state = 'missing';
+  element('stage').textContent = reason ? `${MISSING}\n(${reason})` : MISSING;
+  element('progress').hidden = true;
+  element('loading').hidden = false;
+}
+
+let hiding;
+function say(text) {
+  const line = element('line');
+  line.textContent = text;
+  line.hidden = false;
+  clearTimeout(hiding);
+  hiding = setTimeout(() => { line.hidden = true; }, 15000);
+}
+
+const told = {
+  frame() {
+    element('loading').hidden = true;
+    document.documentElement.dataset.state = 'running';
+  },
+  scene(name) {
+    element('scene').value = name;
+    // Of a file: not in the list.
+    if (element('scene').value !== name) element('scene').value = '';
+  },
+  copy: text => copy(text),
+  refused: text => say(text),
+  missing: text => missing(text),
+};
+
+async function copy(fragment) {
+  const link = new URL(fragment, location.href).href;
+  try {
+    await navigator.clipboard.writeText(link);
+    say(`Copied: ${link}`);
+  } catch {
+    // Not allowed here, as in a frame of another page: to be copied by hand.
+    say(link);
+  }
+}
+
+// The program, counted as it arrives.
+async function program() {
+  const response = await fetch('msd_bg.wasm');
+  if (!response.ok) throw new Error(`the program is not there: ${response.status}`);
+  const size = Number(document.querySelector('meta[name=size]').content);
+  let done = 0;
+  const count = new TransformStream({
+    transform(part, out) {
+      done += part.length;
+      element('progress').value = Math.min(1, done / size);
+      out.enqueue(part);
+    },
+  });
+  return new Response(response.body.pipeThrough(count), { headers: response.headers });
+}
+
+function listScenes() {
+  const choice = element('scene');
+  for (const line of msd.scenes().split('\n')) {
+    const [name, ...title] = line.split(' ');
+    const option = new Option(`${name}: ${title.join(' ')}`, name);
+    choice.add(option);
+  }
+}
+
+const refused = error => say(String(error));
+
+function connect() {
+  for (const button of document.querySelectorAll('[data-command]')) {
+    button.addEventListener('click', () => msd.command(button.dataset.command).catch(refused));
+  }
+  element('scene').addEventListener('change', () => {
+    const fragment = `#scene=${element('scene').value}`;
+    history.replaceState(null, '', fragment);
+    msd.open(fragment).catch(refused);
+  });
+  element('copy').addEventListener('click', () => msd.link().then(copy, refused));
+  element('verify').addEventListener('click', verify);
+  addEventListener('hashchange', () => {
+    setOptions();
+    msd.open(location.hash).catch(refused);
+  });
+  // After a click of the mouse the keys belong to the simulation again.
+  element('bar').addEventListener('pointerup', event => {
+    if (event.target.tagName === 'BUTTON') setTimeout(() => element('canvas').focus());
+  });
+}
+
+function setOptions() {
+  document.documentElement.classList.toggle('embed', options().has('embed'));
+}
+
+let verifying = false;
+// Computes the kept hashes, some milliseconds at a time.
+async function verify() {
+  if (verifying) return;
+  verifying = true;
+  const verifier = new msd.Verifier();
+  let line = '';
+  while (!verifier.is_done) {
+    line = verifier.slice(16);
+    element('verify').textContent = line;
+    await new Promise(next => setTimeout(next));
+  }
+  document.documentElement.dataset.verified = line;
+  element('verify').textContent = 'Verify';
+  say(line);
+  verifying = false;
+}
+
+// What tests ask.
+window.msd = { status: async () => JSON.parse(await msd.status()), msd };
+
+setOptions();
+if ('serviceWorker' in navigator) navigator.serviceWorker.register('sw.js').catch(() => {});
+try {
+  if (!WebAssembly.validate(SIMD)) throw new Error('WebAssembly SIMD is missing');
+  await init({ module_or_path: await program() });
+  element('stage').textContent = 'Opening the scene';
+  listScenes();
+  connect();
+  msd.start(location.hash, (kind, text) => told[kind]?.(text));
+  if (options().has('verify')) verify();
+} catch (error) {
+  missing(error.message ?? String(error));
+  console.error(error);
+}

@@ -1,0 +1,305 @@
+// Drives the page in Chromium, through WebGPU and through WebGL2: node web/test.mjs [FOLDER-FOR-PICTURES]
+import { chromium } from 'playwright-core';
+import { createServer } from 'node:http';
+import { readFile, mkdtemp, rm } from 'node:fs/promises';
+import { existsSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { extname, join } from 'node:path';
+import assert from 'node:assert/strict';
+
+const DIST = new URL('./dist/', import.meta.url).pathname;
+const PICTURES = process.argv[2];
+const PATIENCE = 120_000;
+const KINDS = {
+  '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml',
+  '.wasm': 'application/wasm', '.webp': 'image/webp', '.webmanifest': 'application/manifest+json',
+};
+const BROWSERS = ['/usr/bin/chromium', '/usr/bin/google-chrome', '/usr/bin/chromium-browser'];
+
+// Static files on loopback, and a list of what was asked for.
+async function serve() {
+  const server = createServer(async (request, response) => {
+    const path = new URL(request.url, 'http://x').pathname.replace(/\/$/, '/index.html');
+    try {
+      const body = await readFile(join(DIST, path));
+      response.writeHead(200, { 'content-type': KINDS[extname(path)] ?? 'text/plain' }).end(body);
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise(ready => server.listen(0, '127.0.0.1', ready));
+  return { server, url: `http://127.0.0.1:${server.address().port}/` };
+}
+
+// Both on an adapter in software. Without one of the four flags of the first the page is blank.
+const WAYS = {
+  webgpu: ['--enable-unsafe-webgpu', '--enable-features=Vulkan', '--use-vulkan=swiftshader',
+    '--use-angle=swiftshader'],
+  webgl2: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
+};
+
+class Page {
+  static async open(executablePath, way, flags, url, view = { width: 960, height: 640 }) {
+    const folder = await mkdtemp(join(tmpdir(), 'msd-web-'));
+    const context = await chromium.launchPersistentContext(folder, {
+      executablePath,
+      headless: false,
+      viewport: view,
+      args: ['--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-sync',
+        '--disable-background-networking', '--disable-component-update', ...flags],
+      permissions: ['clipboard-read', 'clipboard-write'],
+    });
+    if (way !== 'webgpu') {
+      await context.addInitScript(() => { delete Navigator.prototype.gpu; });
+    }
+    const page = context.pages()[0];
+    const made = Object.assign(new Page(), { context, page, folder, url, said: [], asked: [] });
+    page.on('console', message => made.said.push(`${message.type()}: ${message.text()}`));
+    page.on('pageerror', error => made.said.push(`error: ${error.message}`));
+    context.on('request', request => made.asked.push(request.url()));
+    return made;
+  }
+
+  async go(fragment = '') {
+    await this.page.goto('about:blank');
+    await this.page.goto(this.url + fragment);
+    await this.page.waitForFunction(
+      () => ['running', 'missing'].includes(document.documentElement.dataset.state),
+      null, { timeout: PATIENCE });
+  }
+
+  state() { return this.page.evaluate(() => document.documentElement.dataset.state); }
+
+  status() { return this.page.evaluate(() => window.msd.status()); }
+
+  // Two events in one frame are one event: a press and a jump would be a drag.
+  async frames(count = 3) {
+    await this.page.evaluate(count => new Promise(done => {
+      const next = () => (count-- <= 0 ? done() : requestAnimationFrame(next));
+      next();
+    }), count);
+  }
+
+  // Where a place of the canvas is on the page.
+  async place([x, y]) {
+    const box = await this.page.locator('#canvas').boundingBox();
+    return [box.x + x, box.y + y];
+  }
+
+  async drag(from, by, meanwhile = async () => {}) {
+    const [x, y] = await this.place(from);
+    const { mouse } = this.page;
+    await mouse.move(x, y);
+    await this.frames();
+    await mouse.down();
+    await this.frames();
+    for (let step = 1; step <= 6; step++) {
+      await mouse.move(x + by[0] * step / 6, y + by[1] * step / 6);
+      await this.frames(2);
+    }
+    await this.frames();
+    await meanwhile();
+    await mouse.up();
+    await this.frames();
+  }
+
+  async until(what, holds) {
+    const start = Date.now();
+    for (;;) {
+      const now = await this.status();
+      if (holds(now)) return now;
+      assert(Date.now() - start < PATIENCE, `it never happens: ${what}`);
+      await new Promise(next => setTimeout(next, 50));
+    }
+  }
+
+  // The colours of a rectangle of the canvas, on the screen.
+  async colours([left, top, width, height]) {
+    const [x, y] = await this.place([left, top]);
+    const clip = { x, y, width, height };
+    const png = await this.page.screenshot({ clip });
+    return this.page.evaluate(async base64 => {
+      const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+      const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
+      pen.drawImage(image, 0, 0);
+      const { data } = pen.getImageData(0, 0, image.width, image.height);
+      const count = new Map();
+      for (let at = 0; at < data.length; at += 4) {
+        const key = (data[at] >> 4) << 8 | (data[at + 1] >> 4) << 4 | data[at + 2] >> 4;
+        count.set(key, (count.get(key) ?? 0) + 1);
+      }
+      return count.size;
+    }, png.toString('base64'));
+  }
+
+  async picture(name) {
+    if (PICTURES) await this.page.screenshot({ path: join(PICTURES, `${name}.png`) });
+  }
+
+  // Nothing on the console, and nothing asked of anybody else.
+  check() {
+    assert.deepEqual(this.said, [], 'messages on the console');
+    const others = this.asked.filter(url => !url.startsWith(this.url) && !/^(data|blob|about):/.test(url));
+    assert.deepEqual(others, [], 'requests to others');
+  }
+
+  async close() {
+    await this.context.close();
+    await rm(this.folder, { recursive: true, force: true });
+  }
+}
+
+const tests = {
+  async 'the body is drawn'(page) {
+    await page.go('#scene=cube');
+    assert.equal(await page.state(), 'running');
+    const { view: [left, top, width, height] } = await page.until('steps', now => 5 < now.steps);
+    await page.picture('running');
+    // Of one colour, or of a gradient, are the ground and what is behind it; the body is a pattern.
+    const colours = await page.colours([left + width / 4, top + height / 4, width / 2, height / 2]);
+    assert(20 < colours, `${colours} colours`);
+  },
+
+  async 'Space pauses'(page) {
+    await page.go('#scene=jelly');
+    await page.until('steps', now => 2 < now.steps);
+    await page.page.keyboard.press('Space');
+    const paused = await page.until('a pause', now => now.paused);
+    await page.frames(6);
+    assert.equal((await page.status()).steps, paused.steps);
+    await page.page.keyboard.press('Space');
+    await page.until('going on', now => paused.steps < now.steps);
+  },
+
+  async 'a drag moves the particle that it grabs'(page) {
+    await page.go('#scene=cloth');
+    await page.until('steps', now => 2 < now.steps);
+    await page.page.keyboard.press('Space');
+    const { aim } = await page.until('a pause', now => now.paused);
+    let before;
+    await page.drag(aim.screen, [60, -80], async () => {
+      before = await page.status();
+      assert.notEqual(before.held, null, 'something is held');
+      await page.page.keyboard.press('Space');
+      const after = await page.until('steps', now => before.steps + 20 < now.steps);
+      const distance = (a, b) => Math.hypot(...a.map((number, axis) => number - b[axis]));
+      const [far, near] = [before, after].map(now => distance(now.held_position, now.held_target));
+      assert(near < 0.5 * far, `${far} m and then ${near} m from the hand`);
+    });
+    await page.until('a release', now => now.held === null);
+  },
+
+  async 'a slider changes the stiffness'(page) {
+    await page.go('#scene=cloth');
+    const before = await page.until('steps', now => 2 < now.steps);
+    const [left, top, width, height] = before.landmarks.stiffness;
+    await page.drag([left + 0.3 * width, top + height / 2], [25, 0]);
+    const after = await page.status();
+    assert.notEqual(after.stiffness, before.stiffness);
+  },
+
+  async 'a link restores scene, settings and camera'(page) {
+    await page.go('#scene=cloth');
+    const before = await page.until('steps', now => 2 < now.steps);
+    const [left, top, width, height] = before.landmarks.stiffness;
+    // Softer, as a stiffer cloth would blow up and pause.
+    await page.drag([left + 0.3 * width, top + height / 2], [-8, 0]);
+    const [x, y, , tall] = before.view;
+    await page.drag([x + 30, y + tall - 60], [70, 10]);
+    const made = await page.status();
+    assert.notEqual(made.camera.yaw, before.camera.yaw, 'the camera turned');
+    await page.page.click('#copy');
+    const link = await page.page.evaluate(() => navigator.clipboard.readText());
+    assert(link.startsWith(`${page.url}#scene=cloth&with=`), link);
+    assert(link.length < 300, link);
+    await page.go(link.slice(page.url.length));
+    const again = await page.until('steps', now => 2 < now.steps);
+    assert.equal(again.stiffness, made.stiffness);
+    assert.equal(again.camera.yaw, made.camera.yaw);
+    assert.equal(again.camera.distance, made.camera.distance);
+  },
+
+  async 'a damaged link says so and shows the first scene'(page) {
+    for (const [fragment, words] of [
+      ['#scene=cloth&with=AQIDBAUGBw', 'damaged'],
+      ['#scene=cloth&with=Y2NjY2NjY2M', 'another version'],
+      ['#scene=nothing', 'not there'],
+    ]) {
+      await page.go(fragment);
+      assert.equal((await page.status()).scene, 'cube');
+      assert.match(await page.page.textContent('#line'), new RegExp(words));
+    }
+  },
+
+  async 'controls of the page have names, and choose a scene'(page) {
+    await page.go('');
+    await page.page.getByRole('combobox', { name: 'Scene' }).selectOption('chain');
+    await page.until('another scene', now => now.scene === 'chain');
+    await page.page.getByRole('button', { name: 'Pause or go on' }).click();
+    await page.until('a pause', now => now.paused);
+  },
+};
+
+// These do not depend on how it is drawn.
+const once = {
+  async 'the kept hashes are those computed in the page'(page) {
+    await page.go('#scene=chain&verify');
+    await page.page.waitForFunction(() => document.documentElement.dataset.verified, null,
+      { timeout: 5 * PATIENCE });
+    const line = await page.page.evaluate(() => document.documentElement.dataset.verified);
+    assert.match(line, /^all \d+ runs end in the bits that are kept/);
+    console.log(`    ${line}`);
+  },
+
+  async 'it opens again without a network'(page) {
+    await page.go('#scene=chain');
+    await page.page.evaluate(() => navigator.serviceWorker.ready);
+    await page.context.setOffline(true);
+    await page.go('#scene=square');
+    assert.equal(await page.state(), 'running');
+    await page.context.setOffline(false);
+  },
+};
+
+// A browser that can draw neither way gets words.
+const blind = {
+  async 'a page without graphics says what is missing'(page) {
+    await page.go('');
+    assert.equal(await page.state(), 'missing');
+    assert.match(await page.page.textContent('#stage'), /WebGPU or WebGL2/);
+  },
+};
+
+const executable = process.env.MSD_CHROMIUM ?? BROWSERS.find(existsSync);
+if (!executable) {
+  console.log('web-test: SKIPPED, no Chromium (install it with: apt install chromium)');
+  process.exit(process.env.MSD_REQUIRE_BROWSER ? 1 : 0);
+}
+const { server, url } = await serve();
+let failed = 0;
+const only = process.env.MSD_WEB_TEST ? new RegExp(process.env.MSD_WEB_TEST) : /./;
+for (const [way, flags, list] of [
+  ['webgpu', WAYS.webgpu, { ...tests, ...once }],
+  ['webgl2', WAYS.webgl2, tests],
+  ['neither', ['--disable-gpu', '--disable-3d-apis'], blind],
+]) {
+  const page = await Page.open(executable, way, flags, url);
+  for (const [name, test] of Object.entries(list)) {
+    if (!only.test(`${way}: ${name}`)) continue;
+    const start = Date.now();
+    try {
+      await test(page);
+      if (list !== blind) page.check();
+      console.log(`ok  ${way}: ${name} (${Date.now() - start} ms)`);
+    } catch (error) {
+      failed += 1;
+      console.log(`BAD ${way}: ${name}\n${error.stack}\n${page.said.join('\n')}`);
+      await page.picture(`bad-${way}-${failed}`);
+    }
+    [page.said, page.asked] = [[], []];
+  }
+  await page.close();
+}
+server.close();
+console.log(failed ? `web-test: ${failed} failed` : 'web-test: all passed');
+process.exit(failed ? 1 : 0);
