@@ -28,5 +28,5 @@ pub mod sweep;
 
 pub use behaviour::{audit, limits, terms};
 pub use candidates::{choice, ladder};
-pub use measure::{clock, errors, machine, reference, trial};
+pub use measure::{clock, errors, leave, machine, reference, trial};
 pub use study::{ReferenceNote, Study, conduct, words};

@@ -4,8 +4,10 @@ use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Material, Particle, Plane, Scene, Spring, World, shape};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
+use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
-use msd_study::conduct::{Plan, study};
+use msd_study::conduct::{Follower, Plan, Progress, follow, study};
+use msd_study::leave::Halt;
 use msd_study::live_error::{Estimator, calibrate};
 use msd_study::reference::{Wish, make_reference};
 use msd_study::trial::try_choice;
@@ -215,4 +217,49 @@ fn contact_leaves_the_reference_certain_and_penetration_is_measured() {
     assert!(right.uncertainty() < 1e-4 * right.size, "{:.1e}", right.uncertainty());
     let lowest = right.states.iter().flat_map(|state| &state.positions).map(|x| x.y);
     assert!(-1e-9 <= lowest.fold(f64::MAX, f64::min), "the reference stays out of the floor");
+}
+
+/// One who follows a study for so many trials, and then wishes for a choice once.
+struct Guest {
+    seen: Vec<usize>,
+    leaves_after: usize,
+    wish: Option<Choice>,
+    granted: bool,
+}
+
+impl Follower for Guest {
+    fn hear(&mut self, _: Progress) {}
+
+    fn see(&mut self, study: &Study) {
+        self.seen.push(study.trials.len());
+        let wish = self.wish;
+        self.granted |= study.trials.iter().any(|trial| Some(trial.choice) == wish);
+    }
+
+    fn goes_on(&mut self) -> bool {
+        self.seen.last().is_none_or(|&seen| seen < self.leaves_after)
+    }
+
+    fn wish(&mut self, idle: bool) -> Option<Choice> {
+        self.wish.filter(|_| !self.granted && (idle || 2 < self.seen.len()))
+    }
+}
+
+#[test]
+fn a_study_shows_each_point_as_it_is_made_grants_wishes_and_stops_when_told() {
+    let plan = Plan { duration: 0.1, budget: 0.5, fresh: true, ..Plan::default() };
+    // Seven is on no ladder.
+    let wish = Choice {
+        integrator: Integrator::VelocityVerlet,
+        fineness: Fineness::Substeps(7),
+        precision: Precision::F64,
+    };
+    let mut guest =
+        Guest { seen: Vec::new(), leaves_after: usize::MAX, wish: Some(wish), granted: false };
+    follow(&cloth(), plan, &mut guest).unwrap();
+    assert!(guest.granted && guest.seen.windows(2).all(|pair| pair[1] <= pair[0] + 1));
+    assert_eq!((guest.seen[0], guest.seen[1]), (0, 1));
+    let mut hasty = Guest { leaves_after: 5, wish: None, seen: Vec::new(), granted: false };
+    assert_eq!(follow(&cloth(), plan, &mut hasty), Err(Halt::Stopped));
+    assert_eq!(hasty.seen.last(), Some(&5));
 }

@@ -27,16 +27,18 @@ fn row<'a>(rows: &'a [TermRow], term: &str) -> &'a TermRow {
 }
 
 #[test]
-fn a_block_has_damping_diagonals_drag_contact_and_a_precision() {
+fn a_block_has_damping_gravity_diagonals_drag_contact_and_a_precision() {
     let material = Material { mass: 1.0, stiffness: 500.0, damping: 1.0 };
     let mut scene = Scene::of("block", shape::block([3, 3, 3], 1.0, material).unwrap());
     let friction = Friction::Coulomb(0.3);
     scene.planes = vec![Plane { normal: DVec3::Y, offset: -1.2, restitution: 0.0, friction }];
     scene.world.drag = 0.1;
     let rows = terms(&loaded(scene, Precision::F32), 0.5).unwrap();
-    let expected = ["damping", "face diagonals", "space diagonals", "drag", "contact"];
-    assert_eq!(names(&rows)[..5], expected);
-    assert_eq!(names(&rows)[5..], ["single precision"]);
+    let expected = ["damping", "gravity", "face diagonals", "space diagonals", "drag", "contact"];
+    assert_eq!(names(&rows)[..6], expected);
+    assert_eq!(names(&rows)[6..], ["single precision"]);
+    // Without gravity the block, at rest, stays where it is; with it falls to the ground.
+    assert!(0.5 < row(&rows, "gravity").change.unwrap());
     // Without the ground the block falls on: by g t² / 2 = 1.2 m less the 0.2 m it fell anyway.
     let contact = row(&rows, "contact");
     assert!(0.5 < contact.change.unwrap() && contact.words.contains("changes"), "{contact:?}");
@@ -54,7 +56,7 @@ fn drag_is_worth_what_the_closed_form_says() {
     let mut scene = Scene::of("rope", shape::rope(4, 1.0, material).unwrap());
     scene.world.drag = 0.2;
     let rows = terms(&loaded(scene, Precision::F64), 1.0).unwrap();
-    assert_eq!(names(&rows), ["drag", "double precision"]);
+    assert_eq!(names(&rows), ["gravity", "drag", "double precision"]);
     // y = g t² / 2 against g/r² (r t − 1 + e^(−r t)) with r = drag / mass.
     let (g, r) = (9.82, 0.4f64);
     let exact = 0.5 * g - g / (r * r) * (r - 1.0 + (-r).exp());
@@ -72,19 +74,20 @@ fn springs_that_differ_are_compared_with_their_mean() {
     scene.pins = vec![msd_core::Pin { particle: 0, velocity: DVec3::ZERO }];
     scene.springs[1].stiffness = 200.0;
     let rows = terms(&loaded(scene, Precision::F64), 0.5).unwrap();
-    assert_eq!(names(&rows), ["values of each spring", "double precision"]);
-    assert!(0.0 < rows[0].change.unwrap());
+    assert_eq!(names(&rows), ["gravity", "values of each spring", "double precision"]);
+    assert!(0.0 < rows[1].change.unwrap());
 }
 
 #[test]
 fn the_teapot_bends_and_a_cloth_has_no_bending_springs() {
     let teapot = msd_scene::open("teapot").unwrap();
     let rows = terms(&teapot, 1.0 / 60.0).unwrap();
-    assert_eq!(names(&rows), ["damping", "bending springs", "contact", "single precision"]);
+    let expected = ["damping", "gravity", "bending springs", "contact", "single precision"];
+    assert_eq!(names(&rows), expected);
     let bending = row(&rows, "bending springs");
     assert!(0.0 < bending.change.unwrap(), "{bending:?}");
     let rows = terms(&msd_scene::open("cloth").unwrap(), 1.0 / 60.0).unwrap();
-    assert_eq!(names(&rows), ["damping", "face diagonals", "single precision"]);
+    assert_eq!(names(&rows), ["damping", "gravity", "face diagonals", "single precision"]);
 }
 
 #[test]

@@ -31,6 +31,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         wanted: arguments.max_error,
         budget: arguments.time,
         fresh: arguments.fresh,
+        ..Plan::default()
     };
     let bar = Bar::new();
     let studied = study(&loaded, plan, &mut |Progress { now, done, left }| {

@@ -16,6 +16,7 @@ mod solver;
 mod grab;
 mod recording;
 mod failure;
+mod trade;
 
 pub use clock::{BUDGET, Frame, Pace};
 pub use failure::RunFailure;
@@ -25,6 +26,9 @@ pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Tuning};
 pub use throttle::Throttle;
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
+pub use trade::{
+    Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, StudyFrom, Trade, choice_of, pick,
+};
 
 use clock::Clock;
 use energy::EnergyReadings;
@@ -60,6 +64,7 @@ pub struct Session {
     /// Why the run paused by itself.
     failure: Option<RunFailure>,
     ways_out: WaysOut,
+    trade: Trade,
     /// What was refused last, for the status line.
     refusal: Option<String>,
 }
@@ -86,6 +91,7 @@ impl Session {
             recording: SessionRecording::default(),
             failure: None,
             ways_out: WaysOut::default(),
+            trade: Trade::default(),
             refusal: None,
         };
         session.material.read(session.run.runner());
@@ -103,6 +109,8 @@ impl Session {
         session.paused = self.paused && self.failure.is_none();
         session.clock.set_speed(self.clock.speed());
         session.set_estimating(self.live_error.is_some());
+        session.set_trading(self.trade.is_on());
+        session.set_study_paused(self.trade.is_paused());
         session.recording = std::mem::take(&mut self.recording);
         *self = session;
         self.record_start();
@@ -115,6 +123,7 @@ impl Session {
         self.energy.follow(&self.run, Frame { real, ..frame }, stopwatch);
         self.stability_light.refresh(&self.run, real, stopwatch);
         self.search_ways_out(real, stopwatch);
+        self.trade.refresh(&self.run, &self.loaded, real);
         frame
     }
 
@@ -249,6 +258,7 @@ impl Session {
     fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         let result = self.run.change(change);
         self.material.read(self.run.runner());
+        self.trade.follow(&self.run, &self.loaded);
         result
     }
 

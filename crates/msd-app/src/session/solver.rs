@@ -26,6 +26,18 @@ pub enum Tuning {
 }
 
 impl Tuning {
+    /// Whether a run is stepped like that already.
+    pub(super) fn is_set(self, runner: &Runner) -> bool {
+        let now = runner.settings();
+        match self {
+            Tuning::Integrator(integrator) => now.integrator == integrator,
+            Tuning::Substeps(substeps) => now.substeps == substeps,
+            Tuning::Tolerance(tolerance) => now.tolerance == tolerance,
+            Tuning::Newton(newton) => now.newton == newton,
+            Tuning::Precision(precision) => runner.precision() == precision,
+        }
+    }
+
     /// Applies the change to a run; returns what a recording notes of it.
     pub(super) fn apply(self, runner: &mut Runner) -> Result<Event, Error> {
         let now = runner.settings();

@@ -3,9 +3,11 @@
 
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
+use crate::measure::leave::{Halt, Leave, ask, unstopped};
 use crate::measure::reference::size_of;
 use crate::measure::trial::state;
 use crate::quantity::rounded;
+use msd_core::glam::DVec3;
 use msd_core::{Body, Error, Scene, Settings, Spring, State};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
@@ -50,34 +52,50 @@ struct Variant {
 /// Switches off every part that a scene has, one at a time, and compares the runs with that of the
 /// whole scene, over `duration` seconds, at the scene's own settings.
 ///
-/// Damping; face and space diagonals of regular bodies; bending springs of shells, which are told
-/// by the triangles that they bridge; drag; contact; values of each spring against their mean; and
-/// the precision against the other one. Costs are the best of several runs that take turns, so that
-/// a busy machine hits them all.
+/// Damping; gravity; face and space diagonals of regular bodies; bending springs of shells, which
+/// are told by the triangles that they bridge; drag; contact; values of each spring against their
+/// mean; and the precision against the other one. Costs are the best of several runs that take
+/// turns, so that a busy machine hits them all.
 ///
 /// # Errors
 /// A scene that a simulation refuses; a scene that diverges as it is.
 pub fn terms(loaded: &Loaded, duration: f64) -> Result<Vec<TermRow>, Error> {
+    unstopped(|leave| terms_by_leave(loaded, duration, leave))
+}
+
+/// The same, as long as leave is given.
+///
+/// # Errors
+/// See [`terms`]; [`Halt::Stopped`] where leave was not given.
+pub fn terms_by_leave(
+    loaded: &Loaded,
+    duration: f64,
+    leave: Leave<'_>,
+) -> Result<Vec<TermRow>, Halt> {
     let settings = loaded.settings;
     let steps = (duration / settings.step).round().max(1.0) as u64;
     let size = size_of(&loaded.scene)?;
     let (act, precision) = (String::new(), loaded.precision);
     let whole = Variant { term: "", act, scene: loaded.scene.clone(), precision };
     let mut right = Vec::new();
-    whole.run(settings, steps, |state| right.push(state))?;
+    whole.run(settings, steps, leave, |state| right.push(state))?;
     let variants = variants(loaded);
-    let compare = |variant: &Variant| -> Result<[f64; 2], Error> {
+    let mut changes = Vec::new();
+    for variant in &variants {
         let (mut change, mut rows) = ([0.0f64; 2], right.iter());
-        variant.run(settings, steps, |state| {
+        let ran = variant.run(settings, steps, leave, |state| {
             change[0] = rows.next().map_or(0.0, |right| rms_distance(&state, right));
             change[1] = change[1].max(change[0]);
-        })?;
-        Ok(change)
-    };
-    let changes: Vec<_> = variants.iter().map(compare).collect();
+        });
+        changes.push(match ran {
+            Ok(_) => Ok(change),
+            Err(Halt::Refused(error)) => Err(error),
+            Err(Halt::Stopped) => return Err(Halt::Stopped),
+        });
+    }
     let mut all = vec![whole];
     all.extend(variants);
-    let seconds = race(&all, settings, steps);
+    let seconds = race(&all, settings, steps, leave)?;
     let rows = all[1..].iter().zip(&changes).zip(&seconds[1..]);
     Ok(rows
         .map(|((variant, change), &time)| row(variant, change, (time, seconds[0]), size))
@@ -85,7 +103,12 @@ pub fn terms(loaded: &Loaded, duration: f64) -> Result<Vec<TermRow>, Error> {
 }
 
 /// The best time of the processor that each variant takes for its steps, seconds.
-fn race(variants: &[Variant], settings: Settings, steps: u64) -> Vec<f64> {
+fn race(
+    variants: &[Variant],
+    settings: Settings,
+    steps: u64,
+    leave: Leave<'_>,
+) -> Result<Vec<f64>, Halt> {
     let mut best = vec![f64::INFINITY; variants.len()];
     let clock = CpuClock::start();
     for round in 0..ROUNDS.1 {
@@ -93,11 +116,14 @@ fn race(variants: &[Variant], settings: Settings, steps: u64) -> Vec<f64> {
             break;
         }
         for (best, variant) in best.iter_mut().zip(variants) {
-            let seconds = variant.run(settings, steps, |_| {});
-            *best = best.min(seconds.unwrap_or(f64::INFINITY));
+            *best = best.min(match variant.run(settings, steps, leave, |_| {}) {
+                Ok(seconds) => seconds,
+                Err(Halt::Refused(_)) => f64::INFINITY,
+                Err(Halt::Stopped) => return Err(Halt::Stopped),
+            });
         }
     }
-    best
+    Ok(best)
 }
 
 impl Variant {
@@ -107,11 +133,13 @@ impl Variant {
         &self,
         settings: Settings,
         steps: u64,
+        leave: Leave<'_>,
         mut see: impl FnMut(State<f64>),
-    ) -> Result<f64, Error> {
+    ) -> Result<f64, Halt> {
         let mut runner = Runner::new(&self.scene, settings, self.precision)?;
         let mut seconds = 0.0;
         for _ in 0..steps {
+            ask(leave)?;
             let clock = CpuClock::start();
             runner.step()?;
             seconds += clock.seconds();
@@ -167,6 +195,11 @@ fn variants(loaded: &Loaded) -> Vec<Variant> {
     };
     if scene.springs.iter().any(|spring| spring.damping != 0.0) {
         off("damping", with_springs(scene, |spring| Spring { damping: 0.0, ..*spring }));
+    }
+    if scene.world.gravity != DVec3::ZERO {
+        let mut weightless = scene.clone();
+        weightless.world.gravity = DVec3::ZERO;
+        off("gravity", weightless);
     }
     let diagonals = diagonals(scene);
     for (term, kind) in [("face diagonals", 2), ("space diagonals", 3)] {

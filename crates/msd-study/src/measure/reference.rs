@@ -4,6 +4,7 @@ use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::measure::cache;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
+use crate::measure::leave::{Halt, Leave, ask, unstopped};
 use msd_core::glam::DVec3;
 use msd_core::{Error, Integrator, Scene, Settings, Simulation, State, Surface};
 use msd_scene::Precision;
@@ -129,6 +130,15 @@ impl Reference {
 /// # Errors
 /// See [`make_reference`].
 pub fn reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
+    unstopped(|leave| reference_by_leave(scene, wish, leave))
+}
+
+/// The same, as long as leave is given.
+pub(crate) fn reference_by_leave(
+    scene: &Scene,
+    wish: Wish,
+    leave: Leave<'_>,
+) -> Result<Reference, Halt> {
     // What a scene is called and how it is drawn do not matter.
     let mut plain = scene.clone();
     plain.bodies.iter_mut().for_each(|body| body.surface = Surface::default());
@@ -136,7 +146,7 @@ pub fn reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
     if let Some(reference) = cache::get("reference", &hash) {
         return Ok(reference);
     }
-    let reference = make_reference(scene, wish)?;
+    let reference = make_by_leave(scene, wish, leave)?;
     cache::put("reference", &hash, &reference);
     Ok(reference)
 }
@@ -160,6 +170,10 @@ pub fn frames_of(duration: f64) -> u64 {
 /// # Errors
 /// What [`Simulation::new`] and [`Simulation::step`] refuse.
 pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
+    unstopped(|leave| make_by_leave(scene, wish, leave))
+}
+
+fn make_by_leave(scene: &Scene, wish: Wish, leave: Leave<'_>) -> Result<Reference, Halt> {
     let clock = CpuClock::start();
     let size = size_of(scene)?;
     let total = frames_of(wish.duration);
@@ -175,7 +189,7 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
         return Ok(Reference { frames, states, moved, grown, tolerance: 0.0, size, seconds });
     }
     let wanted = wish.uncertainty * size;
-    let (mut tolerance, mut states) = first_states(scene, &frames)?;
+    let (mut tolerance, mut states) = first_states(scene, &frames, leave)?;
     let mut moved = vec![f64::INFINITY; frames.len()];
     loop {
         let spent = clock.seconds();
@@ -186,36 +200,49 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
             break;
         }
         // Contact may put a tolerance out of reach: what was reached is the best there is.
-        let Ok(tighter) = states_at(scene, &frames, 0.1 * tolerance) else {
-            if worst.is_infinite() {
-                let looser = states_at(scene, &frames, 10.0 * tolerance)?;
+        let tighter = match states_at(scene, &frames, 0.1 * tolerance, leave) {
+            Ok(tighter) => tighter,
+            Err(Halt::Stopped) => return Err(Halt::Stopped),
+            Err(Halt::Refused(_)) if worst.is_infinite() => {
+                let looser = states_at(scene, &frames, 10.0 * tolerance, leave)?;
                 moved = at_least(distances(&looser, &states), 10.0 * tolerance * size);
+                break;
             }
-            break;
+            Err(Halt::Refused(_)) => break,
         };
         tolerance *= 0.1;
         moved = at_least(distances(&states, &tighter), tolerance * size);
         states = tighter;
     }
-    let perturbed = states_at(&perturb(scene, PERTURBATION * size), &frames, tolerance)?;
+    let perturbed = states_at(&perturb(scene, PERTURBATION * size), &frames, tolerance, leave)?;
     let grown = distances(&states, &perturbed);
     let seconds = clock.seconds();
     Ok(Reference { frames, states, moved, grown, tolerance, size, seconds })
 }
 
 /// The tightest of the first tolerances that is in reach, from 1e-6 up, and the states of its run.
-fn first_states(scene: &Scene, frames: &[u64]) -> Result<(f64, Vec<Sample>), Error> {
+fn first_states(
+    scene: &Scene,
+    frames: &[u64],
+    leave: Leave<'_>,
+) -> Result<(f64, Vec<Sample>), Halt> {
     let mut last = Error::Empty;
     for tolerance in FIRST_TOLERANCES {
-        match states_at(scene, frames, tolerance) {
+        match states_at(scene, frames, tolerance, leave) {
             Ok(states) => return Ok((tolerance, states)),
-            Err(error) => last = error,
+            Err(Halt::Refused(error)) => last = error,
+            Err(Halt::Stopped) => return Err(Halt::Stopped),
         }
     }
-    Err(last)
+    Err(Halt::Refused(last))
 }
 
-fn states_at(scene: &Scene, frames: &[u64], tolerance: f64) -> Result<Vec<Sample>, Error> {
+fn states_at(
+    scene: &Scene,
+    frames: &[u64],
+    tolerance: f64,
+    leave: Leave<'_>,
+) -> Result<Vec<Sample>, Halt> {
     let choice = Choice {
         integrator: Integrator::DormandPrince,
         fineness: Fineness::Tolerance(tolerance),
@@ -225,6 +252,7 @@ fn states_at(scene: &Scene, frames: &[u64], tolerance: f64) -> Result<Vec<Sample
     let mut states = Vec::with_capacity(frames.len());
     for &frame in frames {
         while simulation.steps() < frame {
+            ask(leave)?;
             simulation.step()?;
         }
         states.push(Sample::of(simulation.state()));

@@ -3,6 +3,7 @@
 use crate::candidates::choice::Choice;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::{Errors, compare};
+use crate::measure::leave::{Halt, Leave, ask, unstopped};
 use crate::measure::reference::Reference;
 use msd_core::{Error, Scene, Settings, Simulation, State};
 use msd_run::{Runner, on};
@@ -42,10 +43,22 @@ pub fn try_choice(
     reference: &Reference,
     reliable: usize,
 ) -> Result<Trial, Error> {
+    unstopped(|leave| try_by_leave(scene, choice, (reference, reliable), leave))
+}
+
+/// The same, as long as leave is given.
+pub(crate) fn try_by_leave(
+    scene: &Scene,
+    choice: Choice,
+    (reference, reliable): (&Reference, usize),
+    leave: Leave<'_>,
+) -> Result<Trial, Halt> {
     let system = Simulation::<f64>::new(scene, Settings::default())?;
     let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
     let (mut seconds, mut worst, mut energies) = (0.0, Errors::default(), Vec::new());
     for (row, (&frame, right)) in reference.frames.iter().zip(&reference.states).enumerate() {
+        // Not while the clock runs: it may wait.
+        ask(leave)?;
         let clock = CpuClock::start();
         let stepped = step_to(&mut runner, frame);
         seconds += clock.seconds();
@@ -72,12 +85,33 @@ pub fn try_choice(
 /// # Errors
 /// What [`Runner::new`] refuses.
 pub fn time_choice(scene: &Scene, choice: Choice, frames: u64) -> Result<f64, Error> {
-    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
-    let clock = CpuClock::start();
-    let stepped = step_to(&mut runner, frames);
-    let seconds = clock.seconds();
-    Ok(if stepped.is_ok() { seconds / runner.time() } else { f64::INFINITY })
+    unstopped(|leave| time_by_leave(scene, choice, frames, leave))
 }
+
+/// The same, as long as leave is given.
+pub(crate) fn time_by_leave(
+    scene: &Scene,
+    choice: Choice,
+    frames: u64,
+    leave: Leave<'_>,
+) -> Result<f64, Halt> {
+    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
+    let mut seconds = 0.0;
+    // Few parts: reading the clock takes as long as a step of the smallest scenes.
+    for part in 1..=PARTS {
+        ask(leave)?;
+        let clock = CpuClock::start();
+        let stepped = step_to(&mut runner, part * frames / PARTS);
+        seconds += clock.seconds();
+        if stepped.is_err() {
+            return Ok(f64::INFINITY);
+        }
+    }
+    Ok(seconds / runner.time())
+}
+
+/// How often a timed run asks for leave.
+const PARTS: u64 = 8;
 
 fn step_to(runner: &mut Runner, frame: u64) -> Result<(), Error> {
     while runner.steps() < frame {

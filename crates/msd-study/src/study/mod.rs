@@ -1,6 +1,7 @@
 //! Studies: the cost of a scene at every accuracy, from every choice worth trying.
 
 pub mod words;
+mod course;
 pub mod conduct;
 
 use crate::behaviour::audit::Audit;
@@ -78,6 +79,13 @@ impl Study {
             better
         });
         rows
+    }
+
+    /// The most accurate trial that takes at most this time of the processor per simulated second,
+    /// seconds.
+    pub fn best_within(&self, cost: f64) -> Option<&Trial> {
+        let rows = self.front().into_iter().map(|row| &self.trials[row]);
+        rows.filter(|trial| trial.cost <= cost).min_by(|a, b| a.error().total_cmp(&b.error()))
     }
 
     /// The trials of one method, in the order they were tried.

@@ -1,0 +1,107 @@
+//! The diagram of error against cost: what was measured, the best of it as a line, the present
+//! setting as a ring.
+
+use super::super::theme;
+use egui::{Color32, Ui};
+use egui_plot::{
+    GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Plot, Points,
+};
+use msd_core::Integrator;
+use msd_scene::Precision;
+use msd_study::Study;
+use msd_study::choice::{Choice, FRAME};
+use msd_study::quantity::{estimate, rounded};
+use msd_study::trial::Trial;
+use msd_study::words::told;
+
+/// The colour of a method: that of its line in a report on dark ground.
+pub(super) fn colour(integrator: Integrator) -> Color32 {
+    let (red, green, blue) = match integrator {
+        Integrator::ExplicitEuler => (150, 150, 151),
+        Integrator::SymplecticEuler => (240, 173, 30),
+        Integrator::VelocityVerlet => (60, 155, 215),
+        Integrator::Rk4 => (235, 120, 40),
+        Integrator::DormandPrince => (220, 140, 184),
+        Integrator::BackwardEuler => (110, 195, 242),
+        Integrator::ImplicitMidpoint => (30, 180, 138),
+        Integrator::Xpbd => (184, 172, 60),
+        _ => (160, 168, 176),
+    };
+    Color32::from_rgb(red, green, blue)
+}
+
+/// The diagram; empty axes where nothing was measured yet.
+pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
+    let trials = study.map_or(&[][..], |study| &study.trials);
+    let names: Vec<String> = trials.iter().map(told).collect();
+    let hover = |position: &HoverPosition<'_>| match position {
+        HoverPosition::NearDataPoint { plot_name, position, .. } => Some(format!(
+            "{plot_name}\n{} off, {} per frame",
+            estimate(10f64.powf(position.y), "m"),
+            estimate(1e-3 * 10f64.powf(position.x), "s")
+        )),
+        HoverPosition::Elsewhere { .. } => None,
+    };
+    let plot = Plot::new("error against cost")
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .allow_double_click_reset(false)
+        .set_margin_fraction(egui::vec2(0.06, 0.08))
+        .x_axis_label("time of the processor per frame, ms")
+        .y_axis_label("error, m")
+        .x_grid_spacer(decades)
+        .y_grid_spacer(decades)
+        .x_axis_formatter(|mark, _| rounded(10f64.powf(mark.value), 1))
+        .y_axis_formatter(|mark, _| estimate(10f64.powf(mark.value), "m"))
+        .y_axis_min_width(52.0)
+        .label_formatter(hover);
+    plot.show(ui, |plot| {
+        let Some(study) = study else { return };
+        let least = study.reference.uncertainty;
+        if 0.0 < least && trials.iter().any(|trial| trial.error() < 30.0 * least) {
+            let line = HLine::new("what the reference is known to", least.log10());
+            plot.hline(line.color(theme::LINE).style(LineStyle::dashed_loose()));
+        }
+        let front = study.front().into_iter().map(|row| at(&trials[row]));
+        let line = Line::new("the best", front.collect::<Vec<_>>());
+        plot.line(line.color(theme::FAINT).width(1.5).allow_hover(false));
+        for (trial, name) in trials.iter().zip(&names) {
+            if trial.errors.is_none() {
+                continue;
+            }
+            let points = Points::new(name.clone(), vec![at(trial)]);
+            let points = points.color(colour(trial.choice.integrator)).radius(3.2);
+            plot.points(points.filled(trial.choice.precision == Precision::F64));
+        }
+        let now = now.and_then(|now| trials.iter().find(|trial| trial.choice == now));
+        if let Some(trial) = now.filter(|trial| trial.errors.is_some()) {
+            let ring = Points::new(format!("now: {}", told(trial)), vec![at(trial)]);
+            let ring = ring.shape(MarkerShape::Circle).filled(false).radius(8.0);
+            plot.points(ring.color(Color32::WHITE));
+        }
+    });
+}
+
+/// Where a trial is in the diagram: decades of milliseconds per frame, and of metres.
+fn at(trial: &Trial) -> [f64; 2] {
+    // An error of nothing has no logarithm.
+    [(1e3 * FRAME * trial.cost).log10(), trial.error().max(1e-18).log10()]
+}
+
+/// Lines at every power of ten, and at 2 and 5 times it where there is room.
+fn decades(input: GridInput) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    let mut marks = Vec::new();
+    for decade in low.floor() as i32..=high.ceil() as i32 {
+        let value = f64::from(decade);
+        marks.push(GridMark { value, step_size: 1.0 });
+        if high - low < 4.0 {
+            let between = [2f64, 5.0].map(|part| value + part.log10());
+            marks.extend(between.map(|value| GridMark { value, step_size: 0.3 }));
+        }
+    }
+    marks.retain(|mark| (low..=high).contains(&mark.value));
+    marks
+}

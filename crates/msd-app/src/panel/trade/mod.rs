@@ -1,0 +1,267 @@
+//! The trade of speed for accuracy: the diagram, the ways to choose by it, the worth of the parts.
+
+mod diagram;
+mod parts;
+
+use super::{heading, theme};
+use crate::session::{
+    Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, Session, StudyFrom, choice_of, pick,
+};
+use crate::viewer::Viewer;
+use egui::{Button, DragValue, Panel, RichText, ScrollArea, Slider, Ui, vec2};
+use msd_study::Study;
+use msd_study::choice::{Choice, FRAME};
+use msd_study::quantity::{estimate, rounded};
+use msd_study::tune::Goal;
+use msd_study::words::{off, told};
+use std::time::Duration;
+
+/// Height of the panel, points.
+const HEIGHT: f32 = 236.0;
+/// Width of the controls and of the worth of the parts, points.
+const SIDE: f32 = 262.0;
+/// How often the panel looks for new points, seconds.
+const LOOK: f64 = 0.2;
+
+/// The switch of the panel.
+pub(super) fn switch(ui: &mut Ui, viewer: &mut Viewer) {
+    let mut on = viewer.session.trade().is_on();
+    let button = Button::new("Trade: error against cost").selected(on);
+    let hover = "Measures what accuracy costs for this scene, in the background, and lets you \
+                 choose by it";
+    let button = ui.add(button).on_hover_text(hover);
+    viewer.landmarks.insert("trade", button.rect);
+    if button.clicked() {
+        on = !on;
+        viewer.session.set_trading(on);
+    }
+}
+
+/// The panel, while it is on.
+pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: egui::Frame) {
+    if !viewer.session.trade().is_on() {
+        return;
+    }
+    let panel = Panel::bottom("trade").resizable(false).exact_size(HEIGHT).frame(frame);
+    panel.show(ui, |ui| {
+        if !STUDY_IS_OFFERED {
+            ui.label("Not offered in a browser: a study needs a thread of its own.");
+            return;
+        }
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(LOOK));
+        let report = viewer.session.study();
+        ui.horizontal_top(|ui| {
+            column(ui, "choices", SIDE, |ui| choices(ui, viewer, report.as_ref()));
+            let rest = (ui.available_width() - SIDE - 24.0).max(180.0);
+            ui.allocate_ui(vec2(rest, HEIGHT - 20.0), |ui| {
+                let study = report.as_ref().and_then(|report| report.found.as_deref());
+                diagram::show(ui, study, choice_of(viewer.session.runner()));
+            });
+            column(ui, "parts", SIDE, |ui| parts::show(ui, &mut viewer.session));
+        });
+    });
+}
+
+fn column(ui: &mut Ui, name: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
+    ui.allocate_ui(vec2(width, HEIGHT - 20.0), |ui| {
+        ui.set_width(width);
+        let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
+        area.show(ui, |ui| ui.vertical(contents));
+    });
+}
+
+/// What is studied, and the ways to choose.
+fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
+    heading(ui, "Trade");
+    let session = &mut viewer.session;
+    origin(ui, session);
+    small(ui, &progress(session, report), theme::FAINT);
+    let Some(study) = report.and_then(|report| report.found.as_deref()) else { return };
+    let wish = along_the_front(ui, session, study).or(within(ui, session, study));
+    small(ui, &present(session, study), theme::TEXT);
+    if let Some(text) = session.adopted() {
+        small(ui, &format!("changed: {text}"), theme::WARN);
+    }
+    for line in caveats(study) {
+        small(ui, &line, theme::FAINT);
+    }
+    if let Some(choice) = wish {
+        session.adopt(choice);
+    }
+}
+
+fn small(ui: &mut Ui, text: &str, colour: egui::Color32) {
+    ui.label(RichText::new(text).small().color(colour));
+}
+
+/// Where the study starts, and whether it rests.
+fn origin(ui: &mut Ui, session: &mut Session) {
+    ui.horizontal(|ui| {
+        let from = session.trade().from();
+        let hover = "Studies the scene from its first state, with material, world, pins and cuts \
+                     as they are now";
+        if ui
+            .selectable_label(from == StudyFrom::Start, "from the start")
+            .on_hover_text(hover)
+            .clicked()
+        {
+            session.study_from(StudyFrom::Start);
+        }
+        let hover = "Studies it anew from the state of this moment";
+        if ui.selectable_label(from == StudyFrom::Here, "from here").on_hover_text(hover).clicked()
+        {
+            session.study_from(StudyFrom::Here);
+        }
+        let is_paused = session.trade().is_paused();
+        let text = if is_paused { "Go on" } else { "Rest" };
+        let hover = format!(
+            "It takes at most {:.0} % of one core, at low priority; resting it takes nothing",
+            100.0 * STUDY_SHARE
+        );
+        if ui.add(Button::new(text).small()).on_hover_text(hover).clicked() {
+            session.set_study_paused(!is_paused);
+        }
+    });
+}
+
+/// How far the study is, in words.
+fn progress(session: &Session, report: Option<&Report<Study>>) -> String {
+    let trade = session.trade();
+    let Some(report) = report else { return "waiting until the scene is left alone…".into() };
+    let span = format!(
+        "{} s from t = {} s",
+        rounded(STUDY_DURATION, 2),
+        rounded(trade.start().unwrap_or_default(), 3)
+    );
+    if let Some(failure) = &report.failure {
+        return format!("{span}: cannot be studied: {failure}");
+    }
+    let points = report.found.as_ref().map_or(0, |study| study.trials.len());
+    match &report.progress {
+        _ if report.idle => format!("{span}: done, {points} settings measured"),
+        _ if trade.is_paused() => format!("{span}: resting, {points} settings measured"),
+        Some(progress) => format!("{span}: {points} settings measured; {}", progress.now),
+        None => format!("{span}: beginning"),
+    }
+}
+
+/// The slider along the best trade-offs; returns what was chosen.
+fn along_the_front(ui: &mut Ui, session: &Session, study: &Study) -> Option<Choice> {
+    let front = study.front();
+    let last = front.len().checked_sub(1)?;
+    let mut place = place_on(study, &front, choice_of(session.runner()));
+    let name = ui.label("fast ↔ accurate");
+    ui.spacing_mut().slider_width = SIDE - 24.0;
+    let widget = Slider::new(&mut place, 0..=last).show_value(false);
+    let hover = "Walks along the best of what was measured: method, substeps and precision follow";
+    let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
+    response.changed().then(|| study.trials[front[place]].choice)
+}
+
+/// Where a choice is on the front: at its own place, or at that of the cheapest as good; of one not
+/// measured at the start.
+fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
+    let trial = now.and_then(|now| study.trials.iter().find(|trial| trial.choice == now));
+    let Some(trial) = trial else { return 0 };
+    let own = front.iter().position(|&row| study.trials[row].choice == trial.choice);
+    let as_good = || front.iter().position(|&row| study.trials[row].error() <= trial.error());
+    own.or_else(as_good).unwrap_or(front.len() - 1)
+}
+
+/// The fields that choose by an error or by a cost; returns what was chosen.
+fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Option<Choice> {
+    let mut chosen = None;
+    let memory = egui::Id::unique("within");
+    type Fields = ([f64; 2], Option<String>);
+    let known = ui.data(|data| data.get_temp::<Fields>(memory));
+    let (mut fields, mut missed) = known.unwrap_or(([1e3 * study.wanted, 1e3 * FRAME / 4.0], None));
+    ui.horizontal(|ui| {
+        let units = [" mm", " ms"];
+        for (row, (label, unit)) in ["within", "or in"].into_iter().zip(units).enumerate() {
+            let name = ui.label(label);
+            let speed = 0.02 * fields[row].max(1e-6);
+            let widget = DragValue::new(&mut fields[row]).range(1e-9..=1e9).speed(speed);
+            let widget = widget.custom_formatter(|value, _| rounded(value, 3)).suffix(unit);
+            let hover = [
+                "The cheapest setting that was measured to be within this error",
+                "The most accurate setting that takes at most this time of the processor per frame",
+            ][row];
+            let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
+            if response.changed() {
+                let goal = match row {
+                    0 => Goal::MaxError(1e-3 * fields[0]),
+                    _ => Goal::Budget(1e-3 * fields[1]),
+                };
+                match pick(study, goal) {
+                    Ok(trial) => (chosen, missed) = (Some(trial.choice), None),
+                    Err(text) => missed = Some(text),
+                }
+            }
+        }
+    });
+    if let Some(text) = &missed {
+        small(ui, text, theme::WARN);
+    }
+    ui.data_mut(|data| data.insert_temp(memory, (fields, missed)));
+    if chosen.is_some_and(|choice| Some(choice) == choice_of(session.runner())) {
+        return None;
+    }
+    chosen
+}
+
+/// The present setting beside what was measured of it.
+fn present(session: &Session, study: &Study) -> String {
+    let Some(now) = choice_of(session.runner()) else {
+        return "now: not comparable, as steps or Newton iterations are others than measured"
+            .into();
+    };
+    let Some(trial) = study.trials.iter().find(|trial| trial.choice == now) else {
+        return format!("now: {now}: being measured{}", theme::VOID);
+    };
+    match &trial.diverged {
+        Some(why) => format!("now: {now}: {why}"),
+        None => format!(
+            "now: {}: {}, {} per frame",
+            told(trial),
+            off(study, trial),
+            estimate(trial.cost * FRAME, "s")
+        ),
+    }
+}
+
+/// What to keep in mind of a study.
+fn caveats(study: &Study) -> Vec<String> {
+    let mut lines = Vec::new();
+    let until = study.reference.reliable_until;
+    if until < study.duration - 1e-9 {
+        let text = "particles are compared up to {} s only: what follows is chaotic";
+        lines.push(text.replace("{}", &rounded(until, 2)));
+    }
+    lines.extend(study.left_out.iter().find(|line| line.contains("tangential_loss")).cloned());
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::session::Tuning;
+    use msd_core::Integrator;
+
+    #[test]
+    fn the_label_of_every_method_has_a_colour_of_its_own() {
+        let colours = Integrator::ALL.map(diagram::colour);
+        for (row, colour) in colours.iter().enumerate() {
+            assert!(!colours[..row].contains(colour), "{}", Integrator::ALL[row]);
+        }
+    }
+
+    #[test]
+    fn what_is_not_measured_has_no_place() {
+        let loaded = msd_scene::open("chain").expect("a built-in scene");
+        let mut session = Session::new(loaded).expect("a valid scene");
+        session.tune(Tuning::Integrator(Integrator::BackwardEuler));
+        assert!(choice_of(session.runner()).is_some());
+        session.tune(Tuning::Newton(3));
+        assert_eq!(choice_of(session.runner()), None);
+    }
+}

@@ -1,0 +1,314 @@
+//! The trade of speed for accuracy, measured in the background: a study of the present scene, the
+//! worth of its parts, and the choice of a setting by what was measured.
+//!
+//! A study does not depend on how the scene is stepped at present: method, substeps and precision
+//! may change while it goes on. A change of anything else voids it.
+
+mod subject;
+mod worker;
+
+pub use subject::StudyFrom;
+pub use worker::{OFFERED as STUDY_IS_OFFERED, Report, SHARE as STUDY_SHARE};
+
+use super::run::{Revision, Run};
+use super::{Session, Tuning};
+use msd_core::{Scene, Settings};
+use msd_run::Runner;
+use msd_scene::{Loaded, Precision};
+use msd_study::Study;
+use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::conduct::{Plan, follow};
+use msd_study::leave::Halt;
+use msd_study::terms::{TermRow, terms_by_leave};
+use msd_study::trial::Trial;
+use msd_study::tune::Goal;
+use msd_study::words::{cheapest, off, told};
+use subject::{is_same, loaded_of, subject};
+use worker::Worker;
+
+/// Simulated time of a study, seconds.
+pub const STUDY_DURATION: f64 = 1.0;
+/// Time of the processor for trials and timing, seconds.
+const BUDGET: f64 = 30.0;
+/// Time of the processor for the reference, seconds: points are to come soon.
+const PATIENCE: f64 = 4.0;
+/// How sure the reference is made, as a fraction of the size of the scene.
+const UNCERTAINTY: f64 = 1e-7;
+/// Points that come before the worth of the parts of the scene.
+const FIRST: usize = 8;
+/// How long the scene must have been left alone before it is studied, seconds of wall clock.
+const CALM: f64 = 0.4;
+
+/// The background study of a session.
+#[derive(Debug, Default)]
+pub struct Trade {
+    /// Whether the user wants to see it.
+    on: bool,
+    paused: bool,
+    from: StudyFrom,
+    /// What is studied, and the simulated time that it starts from, seconds.
+    subject: Option<(Scene, f64)>,
+    /// The revision of the run with which the subject was compared last.
+    of: Revision,
+    /// Wall-clock time since the scene was changed, seconds.
+    calm: f64,
+    study: Option<Worker<Study>>,
+    terms: Option<Terms>,
+    /// What the last choice by the trade has changed, and that choice.
+    adopted: Option<(String, Choice)>,
+}
+
+/// The worth of the parts of the scene, with the solver that it was measured with.
+#[derive(Debug)]
+struct Terms {
+    solver: (Settings, Precision),
+    worker: Worker<Vec<TermRow>>,
+}
+
+impl Trade {
+    /// Whether it is shown and worked on.
+    pub fn is_on(&self) -> bool {
+        self.on
+    }
+
+    /// Whether the user lets it rest.
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// The state that the study starts from.
+    pub fn from(&self) -> StudyFrom {
+        self.from
+    }
+
+    /// The simulated time that the study starts from, seconds; `None` before it began.
+    pub fn start(&self) -> Option<f64> {
+        self.subject.as_ref().map(|(_, start)| *start)
+    }
+
+    /// The study so far; `None` while there is none of the scene as it is.
+    pub fn study(&self, run: &Run) -> Option<Report<Study>> {
+        (self.of == run.revision()).then(|| self.study.as_ref().map(Worker::report)).flatten()
+    }
+
+    /// The worth of each part of the scene; `None` while there is none of the run as it is.
+    pub fn terms(&self, run: &Run) -> Option<Report<Vec<TermRow>>> {
+        let terms = self.terms.as_ref().filter(|_| self.of == run.revision())?;
+        (terms.solver == solver(run.runner())).then(|| terms.worker.report())
+    }
+
+    /// What the last choice by the trade has changed, as long as nothing else changed it.
+    pub fn adopted(&self, run: &Run) -> Option<&str> {
+        let now = choice_of(run.runner());
+        self.adopted.as_ref().filter(|(_, choice)| now == Some(*choice)).map(|(text, _)| &**text)
+    }
+
+    /// Voids what is no longer of the scene; called after every change of the run.
+    pub(super) fn follow(&mut self, run: &Run, loaded: &Loaded) {
+        if !self.on || self.of == run.revision() {
+            return;
+        }
+        self.of = run.revision();
+        let now = subject(run.runner(), loaded, self.from);
+        let is_kept = matches!((&self.subject, &now), (Some((a, _)), Some(b)) if is_same(a, b));
+        if !is_kept {
+            self.void();
+        }
+    }
+
+    fn void(&mut self) {
+        (self.study, self.terms, self.subject, self.calm) = (None, None, None, 0.0);
+    }
+
+    /// Begins what is to be begun, and asks for the present setting.
+    pub(super) fn refresh(&mut self, run: &Run, loaded: &Loaded, real: f64) {
+        if !self.on || !STUDY_IS_OFFERED {
+            return;
+        }
+        self.follow(run, loaded);
+        self.calm += real.max(0.0);
+        let runner = run.runner();
+        if self.subject.is_none() && CALM <= self.calm {
+            self.begin(runner, loaded);
+        }
+        if self.subject.is_some() && self.terms.as_ref().is_none_or(|t| t.solver != solver(runner))
+        {
+            self.terms = self.begin_terms(runner, loaded);
+        }
+        let Some(study) = &self.study else { return };
+        // One at a time: together they take no more than their share.
+        let terms = self.terms.as_ref().map(|terms| terms.worker.report());
+        let report = study.report();
+        let points = report.found.as_ref().map_or(0, |study| study.trials.len());
+        let is_first = !report.idle && points < FIRST;
+        let is_busy = terms.is_some_and(|terms| !terms.idle);
+        study.set_paused(self.paused || (is_busy && !is_first));
+        if let Some(terms) = &self.terms {
+            terms.worker.set_paused(self.paused || is_first);
+        }
+        if let Some(choice) = choice_of(runner)
+            && let Some(found) = report.found
+            && found.trials.iter().all(|trial| trial.choice != choice)
+        {
+            study.wish(choice);
+        }
+    }
+
+    fn begin(&mut self, runner: &Runner, loaded: &Loaded) {
+        let Some(scene) = subject(runner, loaded, self.from) else { return };
+        let start = match self.from {
+            StudyFrom::Start => 0.0,
+            StudyFrom::Here => runner.time(),
+        };
+        let studied = loaded_of(scene.clone(), loaded, solver(runner));
+        self.subject = Some((scene, start));
+        let plan = Plan {
+            duration: STUDY_DURATION,
+            budget: BUDGET,
+            uncertainty: UNCERTAINTY,
+            patience: PATIENCE,
+            ..Plan::default()
+        };
+        self.study = Some(Worker::start(move |job| follow(&studied, plan, job)));
+    }
+
+    fn begin_terms(&self, runner: &Runner, loaded: &Loaded) -> Option<Terms> {
+        let (scene, _) = self.subject.as_ref()?;
+        let solver = solver(runner);
+        let studied = loaded_of(scene.clone(), loaded, solver);
+        let worker = Worker::start(move |job| {
+            if !job.may_go_on() {
+                return Err(Halt::Stopped);
+            }
+            let rows = terms_by_leave(&studied, STUDY_DURATION, &mut || job.may_go_on())?;
+            job.show(rows);
+            Ok(())
+        });
+        worker.set_paused(true);
+        Some(Terms { solver, worker })
+    }
+}
+
+fn solver(runner: &Runner) -> (Settings, Precision) {
+    (runner.settings(), runner.precision())
+}
+
+/// The choice that a run makes at present; `None` where its substeps are no whole part of a frame,
+/// or its Newton iterations not those of a study: nothing measured is of it.
+pub fn choice_of(runner: &Runner) -> Option<Choice> {
+    let (settings, precision) = solver(runner);
+    let choice = Choice::of(settings, precision);
+    let measured = choice.settings();
+    let is_newton = !settings.integrator.is_implicit() || settings.newton == measured.newton;
+    let is_whole = settings.integrator.is_adaptive()
+        || (measured.substep() / settings.substep() - 1.0).abs() < 1e-9;
+    (is_newton && is_whole).then_some(choice)
+}
+
+/// The trial of the front nearest to a goal that it meets; otherwise what the goal misses, in words.
+///
+/// # Errors
+/// That nothing measured meets the goal.
+pub fn pick(study: &Study, goal: Goal) -> Result<&Trial, String> {
+    let found = match goal {
+        Goal::MaxError(error) => cheapest(study, error),
+        Goal::Budget(budget) => study.best_within(budget / FRAME),
+    };
+    found.ok_or_else(|| {
+        let nearest = match goal {
+            Goal::MaxError(_) => study.front().last().copied(),
+            Goal::Budget(_) => study.front().first().copied(),
+        };
+        let nearest = nearest.map(|row| &study.trials[row]);
+        let nearest = nearest.map_or("nothing stayed in the world".into(), |trial| {
+            format!("the nearest is {}, {}", told(trial), off(study, trial))
+        });
+        format!("nothing measured so far comes within; {nearest}")
+    })
+}
+
+/// The trade on screen.
+impl Session {
+    /// What was measured of the trade.
+    pub fn trade(&self) -> &Trade {
+        &self.trade
+    }
+
+    /// The study of the scene as it is, so far.
+    pub fn study(&self) -> Option<Report<Study>> {
+        self.trade.study(&self.run)
+    }
+
+    /// The worth of the parts of the scene as it is.
+    pub fn terms(&self) -> Option<Report<Vec<TermRow>>> {
+        self.trade.terms(&self.run)
+    }
+
+    /// What the last choice by the trade has changed.
+    pub fn adopted(&self) -> Option<&str> {
+        self.trade.adopted(&self.run)
+    }
+
+    /// Shows the trade and begins to measure it, or ends that.
+    pub fn set_trading(&mut self, on: bool) {
+        if on != self.trade.on {
+            let Trade { paused, from, .. } = self.trade;
+            self.trade = Trade { on, paused, from, calm: CALM, ..Trade::default() };
+        }
+    }
+
+    /// Lets the study rest, or go on.
+    pub fn set_study_paused(&mut self, paused: bool) {
+        self.trade.paused = paused;
+    }
+
+    /// Studies anew from the start, or from the state of now.
+    pub fn study_from(&mut self, from: StudyFrom) {
+        self.trade.void();
+        (self.trade.from, self.trade.calm) = (from, CALM);
+    }
+
+    /// Steps the scene by a choice from now on: method, substeps or tolerance, precision.
+    ///
+    /// A choice is for frames of 1/60 s; a step of another length gets as many substeps as make
+    /// them no longer.
+    pub fn adopt(&mut self, choice: Choice) {
+        let before = solver(self.runner());
+        let measured = choice.settings();
+        let mut tunings = vec![Tuning::Integrator(choice.integrator)];
+        match choice.fineness {
+            Fineness::Substeps(_) => {
+                let substeps = (before.0.step / measured.substep() - 1e-9).ceil().max(1.0);
+                tunings.push(Tuning::Substeps(substeps as u32));
+            }
+            Fineness::Tolerance(tolerance) => tunings.push(Tuning::Tolerance(tolerance)),
+        }
+        if choice.integrator.is_implicit() {
+            tunings.push(Tuning::Newton(measured.newton));
+        }
+        tunings.push(Tuning::Precision(choice.precision));
+        for tuning in tunings {
+            if !tuning.is_set(self.runner()) {
+                self.tune(tuning);
+            }
+        }
+        let text = changes(before, solver(self.runner()));
+        self.trade.adopted = choice_of(self.runner()).map(|choice| (text, choice));
+    }
+}
+
+/// What differs between two solvers, in words.
+fn changes(before: (Settings, Precision), after: (Settings, Precision)) -> String {
+    let [old, new] = [before, after].map(|(settings, precision)| Choice::of(settings, precision));
+    let mut changes = Vec::new();
+    if old.integrator != new.integrator {
+        changes.push(format!("{} → {}", old.integrator, new.integrator));
+    }
+    if old.fineness != new.fineness {
+        changes.push(format!("{} → {}", old.fineness(), new.fineness()));
+    }
+    if old.precision != new.precision {
+        changes.push(format!("{} → {}", old.precision, new.precision));
+    }
+    if changes.is_empty() { "nothing had to be changed".into() } else { changes.join(", ") }
+}

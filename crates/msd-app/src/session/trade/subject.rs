@@ -1,0 +1,146 @@
+//! The scene that a study in the background is about.
+
+use msd_core::{Friction, Plane, Scene, Settings, Spring};
+use msd_run::Runner;
+use msd_scene::{Loaded, Precision};
+
+/// The state that a study starts from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StudyFrom {
+    /// The first state of the scene.
+    #[default]
+    Start,
+    /// The state at the time that the study began.
+    Here,
+}
+
+/// The scene of a run as it stands, without what was cut, at one of two states; `None` where
+/// particles were removed.
+pub(super) fn subject(runner: &Runner, loaded: &Loaded, from: StudyFrom) -> Option<Scene> {
+    let (rows, progress) = runner.progress();
+    if !progress.removed.is_empty() {
+        return None;
+    }
+    let mut scene = without(rows, &progress.cut);
+    let start = &loaded.scene;
+    if from == StudyFrom::Start && start.particles.len() == scene.particles.len() {
+        for (particle, first) in scene.particles.iter_mut().zip(&start.particles) {
+            (particle.position, particle.velocity) = (first.position, first.velocity);
+        }
+        // Unrounded, a study of it by the command line may be in the cache.
+        if loaded.progress.is_none() && is_same(&scene, start) {
+            return Some(start.clone());
+        }
+    }
+    Some(scene)
+}
+
+/// The same to be studied.
+pub(super) fn loaded_of(
+    scene: Scene,
+    loaded: &Loaded,
+    (settings, precision): (Settings, Precision),
+) -> Loaded {
+    Loaded {
+        name: loaded.name.clone(),
+        title: loaded.title.clone(),
+        scene,
+        settings,
+        precision,
+        notes: Vec::new(),
+        files: Vec::new(),
+        progress: None,
+    }
+}
+
+/// The scene without the springs of these rows, ascending.
+fn without(mut scene: Scene, cut: &[usize]) -> Scene {
+    if cut.is_empty() {
+        return scene;
+    }
+    for body in &mut scene.bodies {
+        let left = |row: usize| row - cut.partition_point(|&spring| spring < row);
+        body.springs = left(body.springs.start)..left(body.springs.end);
+    }
+    let mut row = 0..;
+    scene.springs.retain(|_| row.next().is_none_or(|row| cut.binary_search(&row).is_err()));
+    scene
+}
+
+/// Whether two scenes differ in nothing but the state of their particles, each number rounded to
+/// single precision: a run in it has rounded them.
+pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
+    let vector = |v: msd_core::glam::DVec3| v.to_array().map(round);
+    let world = |s: &Scene| {
+        (vector(s.world.gravity), vector(s.world.force), round(s.world.drag), s.world.extent)
+    };
+    let spring = |s: &Spring| (s.ends, [s.rest_length, s.stiffness, s.damping].map(round));
+    let plane = |p: &Plane| {
+        let (kind, factor) = match p.friction {
+            Friction::Coulomb(factor) => (0, factor),
+            Friction::TangentialLoss(loss) => (1, loss),
+        };
+        let normal = vector(p.normal.normalize_or_zero());
+        // A normal that was rounded and brought to length one again may differ in its last bits.
+        (normal.map(|part| (part * 1e6).round()), round(p.restitution), kind, round(factor))
+    };
+    let pins = |s: &Scene| {
+        let mut pins: Vec<_> =
+            s.pins.iter().map(|pin| (pin.particle, vector(pin.velocity))).collect();
+        pins.sort_by_key(|pin| pin.0);
+        pins
+    };
+    world(a) == world(b)
+        && a.particles.len() == b.particles.len()
+        && a.particles.iter().zip(&b.particles).all(|(a, b)| round(a.mass) == round(b.mass))
+        && a.springs.len() == b.springs.len()
+        && a.springs.iter().zip(&b.springs).all(|(a, b)| spring(a) == spring(b))
+        && a.planes.iter().map(plane).eq(b.planes.iter().map(plane))
+        && pins(a) == pins(b)
+}
+
+fn round(number: f64) -> f32 {
+    number as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_core::Interaction;
+
+    fn jelly() -> Loaded {
+        msd_scene::open("jelly").expect("a built-in scene")
+    }
+
+    #[test]
+    fn every_built_in_scene_is_its_own_subject_in_either_precision() {
+        for builtin in msd_scene::BUILTINS {
+            let loaded = msd_scene::open(builtin.name).expect("a built-in scene");
+            for precision in [Precision::F32, Precision::F64] {
+                let mut runner =
+                    Runner::open_with(&loaded, loaded.settings, precision).expect("it runs");
+                runner.step().expect("a first step");
+                let scene = subject(&runner, &loaded, StudyFrom::Start).expect("nothing removed");
+                assert_eq!(scene, loaded.scene, "{} in {precision}", builtin.name);
+                let here = subject(&runner, &loaded, StudyFrom::Here).expect("nothing removed");
+                assert!(is_same(&here, &scene) && here != scene, "{}", builtin.name);
+            }
+        }
+    }
+
+    #[test]
+    fn a_cut_spring_is_not_studied_and_the_others_keep_their_bodies() {
+        let loaded = jelly();
+        let mut runner = Runner::open(&loaded).expect("it runs");
+        for spring in [0, 7] {
+            runner.queue(Interaction::Cut { spring }).expect("a spring of the scene");
+        }
+        runner.apply_queued().expect("room for it");
+        let scene = subject(&runner, &loaded, StudyFrom::Start).expect("nothing removed");
+        assert!(!is_same(&scene, &loaded.scene));
+        assert_eq!(scene.springs.len(), loaded.scene.springs.len() - 2);
+        assert_eq!(scene.springs[0], loaded.scene.springs[1]);
+        assert_eq!(scene.bodies[0].springs, 0..scene.springs.len());
+        Runner::new(&scene, loaded.settings, loaded.precision).expect("it runs");
+    }
+}

@@ -1,0 +1,256 @@
+//! Work in the background: a thread of low priority that takes a bounded share of one core.
+
+use msd_study::Study;
+use msd_study::choice::Choice;
+use msd_study::conduct::{Follower, Progress};
+use msd_study::leave::Halt;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use web_time::Instant;
+
+/// The largest share of one core that a worker takes.
+pub const SHARE: f64 = 0.5;
+/// How long it works before it rests, seconds: less than a frame, so that none waits for long.
+const SLICE: f64 = 4e-3;
+
+/// What a worker has to show.
+#[derive(Debug)]
+pub struct Report<T> {
+    /// How far it is; nothing before it began.
+    pub progress: Option<Progress>,
+    /// What it found so far.
+    pub found: Option<Arc<T>>,
+    /// Whether nothing is left to do.
+    pub idle: bool,
+    /// Why it gave up.
+    pub failure: Option<String>,
+}
+
+impl<T> Clone for Report<T> {
+    fn clone(&self) -> Self {
+        let Report { progress, found, idle, failure } = self;
+        let (progress, failure) = (progress.clone(), failure.clone());
+        Report { progress, found: found.clone(), idle: *idle, failure }
+    }
+}
+
+/// What both threads see.
+#[derive(Debug)]
+struct Desk<T> {
+    report: Report<T>,
+    paused: bool,
+    /// Whether nobody wants the result any more.
+    ended: bool,
+    wish: Option<Choice>,
+}
+
+#[derive(Debug)]
+struct Shared<T> {
+    desk: Mutex<Desk<T>>,
+    woken: Condvar,
+}
+
+impl<T> Shared<T> {
+    fn desk(&self) -> MutexGuard<'_, Desk<T>> {
+        // A thread that panicked left whole values.
+        self.desk.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn change(&self, change: impl FnOnce(&mut Desk<T>)) {
+        change(&mut self.desk());
+        self.woken.notify_all();
+    }
+}
+
+/// The window's end: reads what was found. When it is dropped the work ends.
+#[derive(Debug)]
+pub(super) struct Worker<T>(Arc<Shared<T>>);
+
+impl<T: Send + Sync + 'static> Worker<T> {
+    /// Begins to work.
+    pub(super) fn start(
+        work: impl FnOnce(&mut Job<T>) -> Result<(), Halt> + Send + 'static,
+    ) -> Self {
+        let report = Report { progress: None, found: None, idle: false, failure: None };
+        let desk = Mutex::new(Desk { report, paused: false, ended: false, wish: None });
+        let shared = Arc::new(Shared { desk, woken: Condvar::new() });
+        let mut job = Job { shared: shared.clone(), since: Instant::now() };
+        let spawned = spawn(move || {
+            let failure = match work(&mut job) {
+                Err(Halt::Refused(error)) => Some(error.to_string()),
+                Ok(()) | Err(Halt::Stopped) => None,
+            };
+            job.shared.change(|desk| (desk.report.idle, desk.report.failure) = (true, failure));
+        });
+        if let Err(error) = spawned {
+            shared.change(|desk| (desk.report.idle, desk.report.failure) = (true, Some(error)));
+        }
+        Worker(shared)
+    }
+
+    /// What there is to show.
+    pub(super) fn report(&self) -> Report<T> {
+        self.0.desk().report.clone()
+    }
+
+    /// Rests or goes on.
+    pub(super) fn set_paused(&self, paused: bool) {
+        self.0.change(|desk| desk.paused = paused);
+    }
+
+    /// Asks for a choice to be tried next.
+    pub(super) fn wish(&self, choice: Choice) {
+        self.0.change(|desk| desk.wish = Some(choice));
+    }
+}
+
+impl<T> Drop for Worker<T> {
+    fn drop(&mut self) {
+        self.0.change(|desk| desk.ended = true);
+    }
+}
+
+/// The thread's end.
+#[derive(Debug)]
+pub(super) struct Job<T> {
+    shared: Arc<Shared<T>>,
+    /// When the present slice of work began.
+    since: Instant,
+}
+
+impl<T> Job<T> {
+    /// Rests when it is time to, waits while paused; whether the result is still wanted.
+    pub(super) fn may_go_on(&mut self) -> bool {
+        let worked = self.since.elapsed().as_secs_f64();
+        let desk = self.shared.desk();
+        if worked < SLICE && !desk.paused {
+            return !desk.ended;
+        }
+        let rest = Duration::from_secs_f64(worked * (1.0 / SHARE - 1.0));
+        let wanted = |desk: &mut Desk<T>| !desk.ended;
+        let rested = self.shared.woken.wait_timeout_while(desk, rest, wanted);
+        let (desk, _) = rested.unwrap_or_else(PoisonError::into_inner);
+        let waits = |desk: &mut Desk<T>| desk.paused && !desk.ended;
+        let desk = self.shared.woken.wait_while(desk, waits);
+        let is_wanted = !desk.unwrap_or_else(PoisonError::into_inner).ended;
+        self.since = Instant::now();
+        is_wanted
+    }
+
+    /// Shows what was found.
+    pub(super) fn show(&self, found: T) {
+        self.shared.change(|desk| desk.report.found = Some(Arc::new(found)));
+    }
+}
+
+impl Follower for Job<Study> {
+    fn hear(&mut self, progress: Progress) {
+        self.shared.change(|desk| desk.report.progress = Some(progress));
+    }
+
+    fn see(&mut self, study: &Study) {
+        self.show(study.clone());
+    }
+
+    fn goes_on(&mut self) -> bool {
+        self.may_go_on()
+    }
+
+    fn wish(&mut self, idle: bool) -> Option<Choice> {
+        let mut desk = self.shared.desk();
+        desk.report.idle = idle && desk.wish.is_none();
+        if idle {
+            let waits = |desk: &mut Desk<Study>| desk.wish.is_none() && !desk.ended;
+            let woken = self.shared.woken.wait_while(desk, waits);
+            desk = woken.unwrap_or_else(PoisonError::into_inner);
+            self.since = Instant::now();
+        }
+        desk.report.idle = false;
+        desk.wish.take().filter(|_| !desk.ended)
+    }
+}
+
+/// Whether there are threads to work on.
+pub const OFFERED: bool = cfg!(not(target_arch = "wasm32"));
+
+/// Runs work on a thread of its own, which is all that its steps may use: costs are of one core.
+#[cfg(not(target_arch = "wasm32"))]
+fn spawn(work: impl FnOnce() + Send + 'static) -> Result<(), String> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .thread_name(|_| "study".into())
+        .start_handler(|_| lower_priority());
+    // The thread outlives the pool until the work is done.
+    pool.build().map(|pool| pool.spawn(work)).map_err(|error| error.to_string())
+}
+
+#[cfg(target_arch = "wasm32")]
+fn spawn(_: impl FnOnce() + Send + 'static) -> Result<(), String> {
+    Err("a browser has no threads for it".into())
+}
+
+/// Gives every other thread precedence. Where that is not possible the share is all that bounds it.
+#[cfg(not(target_arch = "wasm32"))]
+fn lower_priority() {
+    // On Linux the priority is that of a thread; elsewhere it would be that of the whole program.
+    #[cfg(target_os = "linux")]
+    rustix::process::setpriority_process(None, 19).ok();
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wait_for<T: Send + Sync + 'static>(worker: &Worker<T>, what: fn(&Report<T>) -> bool) {
+        // Not a measurement: only an end for a test that fails.
+        let begin = Instant::now();
+        while !what(&worker.report()) {
+            assert!(begin.elapsed() < Duration::from_secs(60), "nothing came");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn a_paused_worker_shows_nothing_new_and_goes_on_after() {
+        let worker = Worker::start(|job| {
+            let mut count = 0;
+            while count < 1000 && job.may_go_on() {
+                count += 1;
+                job.show(count);
+                std::thread::sleep(Duration::from_micros(200));
+            }
+            Ok(())
+        });
+        wait_for(&worker, |report| report.found.is_some());
+        worker.set_paused(true);
+        // What was under way ends.
+        std::thread::sleep(Duration::from_millis(50));
+        let before = worker.report().found;
+        std::thread::sleep(Duration::from_millis(50));
+        assert_eq!(worker.report().found, before);
+        assert!(!worker.report().idle);
+        worker.set_paused(false);
+        wait_for(&worker, |report| report.idle);
+        assert_eq!(worker.report().found.as_deref(), Some(&1000));
+    }
+
+    #[test]
+    fn a_worker_that_nobody_wants_ends() {
+        let (ended, end) = std::sync::mpsc::channel();
+        let worker: Worker<()> = Worker::start(move |job| {
+            while job.may_go_on() {}
+            ended.send(()).ok();
+            Err(Halt::Stopped)
+        });
+        worker.set_paused(true);
+        drop(worker);
+        assert_eq!(end.recv_timeout(Duration::from_secs(60)), Ok(()));
+    }
+
+    #[test]
+    fn what_the_core_refuses_is_said() {
+        let worker: Worker<()> = Worker::start(|_| Err(msd_core::Error::Empty.into()));
+        wait_for(&worker, |report| report.idle);
+        assert_eq!(worker.report().failure, Some(msd_core::Error::Empty.to_string()));
+    }
+}

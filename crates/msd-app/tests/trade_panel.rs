@@ -1,0 +1,238 @@
+//! The trade on screen: a study in the background, void when the scene is changed and not when the
+//! solver is, and the choices made by it.
+
+use egui::Vec2;
+use egui::accesskit::Role;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use msd_app::input::read_pointer;
+use msd_app::panel::{self, theme};
+use msd_app::session::{MaterialEdit, Session, StudyFrom, Tuning, choice_of, pick};
+use msd_app::viewer::{Viewer, catalogue};
+use msd_core::{Integrator, Interaction};
+use msd_scene::{Loaded, Precision};
+use msd_study::Study;
+use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::tune::Goal;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A scene whose study takes a few seconds.
+fn chain() -> Loaded {
+    msd_scene::open("chain").expect("a built-in scene")
+}
+
+fn session() -> Session {
+    let mut session = Session::new(chain()).expect("a valid scene");
+    session.toggle_pause();
+    session.set_trading(true);
+    session
+}
+
+/// Lets frames pass until something holds; only a test that fails waits to the end.
+fn wait_until(session: &mut Session, mut holds: impl FnMut(&Session) -> bool) {
+    let begin = Instant::now();
+    while !holds(session) {
+        assert!(begin.elapsed() < Duration::from_secs(240), "it never came");
+        session.advance(FRAME, &|| 0.0);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+fn found(session: &Session) -> Option<Arc<Study>> {
+    session.study().and_then(|report| report.found)
+}
+
+fn points(session: &Session) -> usize {
+    found(session).map_or(0, |study| study.trials.len())
+}
+
+#[test]
+fn a_change_of_the_scene_voids_the_study_at_once_and_a_change_of_the_solver_does_not() {
+    let mut session = session();
+    wait_until(&mut session, |session| 3 <= points(session));
+    let kept: [fn(&mut Session); 8] = [
+        |session| session.tune(Tuning::Substeps(11)),
+        |session| session.tune(Tuning::Integrator(Integrator::Rk4)),
+        |session| session.tune(Tuning::Precision(Precision::F64)),
+        |session| session.tune(Tuning::Precision(Precision::F32)),
+        |session| session.grab(3, session.position(3)),
+        |session| session.release(),
+        |session| session.step_forward(),
+        |session| session.restart(),
+    ];
+    for (row, change) in kept.into_iter().enumerate() {
+        let before = points(&session);
+        change(&mut session);
+        assert!(3 <= before && before <= points(&session), "change {row}");
+    }
+    let voids: [fn(&mut Session); 6] = [
+        |session| session.edit(MaterialEdit::Stiffness(777.0)),
+        |session| session.edit(MaterialEdit::Gravity(1.6)),
+        |session| session.edit(MaterialEdit::Damping(0.25)),
+        |session| session.pin_toggle(4),
+        |session| session.freeze(),
+        |session| session.study_from(StudyFrom::Here),
+    ];
+    for (row, change) in voids.into_iter().enumerate() {
+        session.step_forward();
+        change(&mut session);
+        assert!(session.study().is_none() && session.terms().is_none(), "change {row}");
+        wait_until(&mut session, |session| 1 <= points(session));
+    }
+    assert_eq!(session.trade().start(), Some(session.runner().time()));
+    session.set_trading(false);
+    assert!(session.study().is_none() && !session.trade().is_on());
+}
+
+#[test]
+fn the_present_setting_is_measured_whatever_it_is() {
+    let mut session = session();
+    // On no ladder.
+    session.tune(Tuning::Substeps(37));
+    let now = choice_of(session.runner()).expect("a whole number of substeps in a frame");
+    let is_there = |session: &Session| {
+        found(session).is_some_and(|study| study.trials.iter().any(|trial| trial.choice == now))
+    };
+    wait_until(&mut session, is_there);
+}
+
+#[test]
+fn a_choice_sets_method_fineness_and_precision_and_says_so() {
+    let mut session = session();
+    let choice = Choice {
+        integrator: Integrator::Rk4,
+        fineness: Fineness::Substeps(5),
+        precision: Precision::F64,
+    };
+    let before = session.runner().precision();
+    session.adopt(choice);
+    assert_eq!(choice_of(session.runner()), Some(choice));
+    let text = session.adopted().expect("something was changed").to_owned();
+    assert!(text.contains("→ rk4") && text.contains("→ 5 substeps"), "{text}");
+    assert_eq!(text.contains("→ f64"), before != Precision::F64, "{text}");
+    // What the user changes by hand is not what the trade changed.
+    session.tune(Tuning::Substeps(6));
+    assert_eq!(session.adopted(), None);
+    let adaptive = Choice {
+        integrator: Integrator::DormandPrince,
+        fineness: Fineness::Tolerance(1e-5),
+        precision: Precision::F32,
+    };
+    session.adopt(adaptive);
+    assert_eq!(choice_of(session.runner()), Some(adaptive));
+}
+
+#[test]
+fn what_is_picked_meets_the_goal_or_says_what_comes_nearest() {
+    let mut session = session();
+    wait_until(&mut session, |session| 20 <= points(session));
+    let study = found(&session).expect("points");
+    let front: Vec<_> = study.front().into_iter().map(|row| &study.trials[row]).collect();
+    let middle = front[front.len() / 2];
+    let error = 1.01 * middle.error();
+    let picked = pick(&study, Goal::MaxError(error)).expect("the middle meets it");
+    assert!(picked.error() <= error && picked.cost <= middle.cost);
+    let cost = 1.01 * middle.cost;
+    let picked = pick(&study, Goal::Budget(cost * FRAME)).expect("the middle meets it");
+    assert!(picked.cost <= cost && picked.error() <= middle.error());
+    let missed = pick(&study, Goal::MaxError(1e-30)).expect_err("nothing is that good");
+    assert!(missed.contains("the nearest is"), "{missed}");
+    assert!(pick(&study, Goal::Budget(1e-15)).is_err());
+}
+
+#[test]
+fn the_worth_of_the_parts_comes_and_is_void_with_the_solver_it_was_measured_with() {
+    let mut session = session();
+    let rows = |session: &Session| session.terms().and_then(|report| report.found);
+    wait_until(&mut session, |session| rows(session).is_some());
+    let known = rows(&session).expect("rows");
+    assert!(known.iter().any(|row| row.term == "gravity"));
+    session.tune(Tuning::Substeps(9));
+    assert!(session.terms().is_none());
+    wait_until(&mut session, |session| rows(session).is_some());
+}
+
+#[test]
+fn a_study_changes_no_bit_of_the_run() {
+    let run = |trading: bool| {
+        let mut session = Session::new(chain()).expect("a valid scene");
+        session.set_trading(trading);
+        session.advance(0.0, &|| 0.0);
+        for _ in 0..120 {
+            session.advance(FRAME + 1e-9, &|| 0.0);
+            std::thread::sleep(Duration::from_millis(u64::from(trading)));
+        }
+        session.runner().state()
+    };
+    assert_eq!(run(true), run(false));
+}
+
+/// A frame as the window has it.
+fn frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
+    read_pointer(ui.ctx(), viewer);
+    viewer.session.advance(FRAME, &|| 0.0);
+    panel::show(ui, viewer);
+}
+
+#[test]
+fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
+    let mut viewer = Viewer::new(chain(), catalogue()).expect("a valid scene");
+    viewer.session.toggle_pause();
+    let builder = Harness::builder().with_size(Vec2::new(1280.0, 800.0));
+    let mut harness = builder.build_ui_state(frame, viewer);
+    theme::apply(&harness.ctx);
+    harness.run_steps(3);
+    harness.get_by_label_contains("Trade: error").click();
+    harness.run_steps(3);
+    assert!(harness.state().session.trade().is_on());
+    assert!(harness.query_by_label_contains("waiting until the scene").is_some());
+    wait_until(&mut harness.state_mut().session, |session| 20 <= points(session));
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("settings measured").is_some());
+    assert!(harness.query_by_label_contains("now: ").is_some());
+    let slider = harness.get_by_role_and_label(Role::Slider, "fast ↔ accurate").rect();
+    let press = |harness: &mut Harness<'_, Viewer>, at: egui::Pos2| {
+        harness.hover_at(at);
+        harness.run_steps(2);
+        harness.drag_at(at);
+        harness.run_steps(2);
+        harness.drop_at(at);
+        harness.run_steps(3);
+    };
+    let error = |harness: &Harness<'_, Viewer>| {
+        let session = &harness.state().session;
+        let now = choice_of(session.runner()).expect("a choice of the study");
+        let study = found(session).expect("points");
+        let trial = study.trials.iter().find(|trial| trial.choice == now).expect("measured");
+        (trial.cost, trial.error())
+    };
+    press(&mut harness, slider.right_center() - Vec2::new(6.0, 0.0));
+    let accurate = error(&harness);
+    assert!(harness.query_by_label_contains("changed: ").is_some());
+    press(&mut harness, slider.left_center() + Vec2::new(6.0, 0.0));
+    let fast = error(&harness);
+    assert!(fast.0 < accurate.0 && accurate.1 < fast.1, "{fast:?} {accurate:?}");
+    assert!(harness.query_by_label_contains("changed: ").is_some());
+    // Gravity is switched off by its switch, and the study is void with it.
+    harness.get_by_role_and_label(Role::CheckBox, "Weight").click();
+    harness.run_steps(2);
+    assert_eq!(harness.state().session.material().values().gravity, 0.0);
+    assert!(harness.query_by_label_contains("waiting until the scene").is_some());
+}
+
+#[test]
+fn a_cut_spring_voids_the_study() {
+    // The window cuts by other ways; what counts is that the run was changed.
+    let mut loaded = chain();
+    let mut runner = msd_run::Runner::open(&loaded).expect("a valid scene");
+    runner.queue(Interaction::Cut { spring: 2 }).expect("a spring of the scene");
+    runner.apply_queued().expect("room for it");
+    loaded = runner.to_loaded("chain", "cut");
+    let mut session = Session::new(loaded).expect("a valid scene");
+    session.toggle_pause();
+    session.set_trading(true);
+    wait_until(&mut session, |session| 1 <= points(session));
+    let study = found(&session).expect("points");
+    assert_eq!(study.springs, chain().scene.springs.len() - 1);
+}

@@ -1,0 +1,310 @@
+//! A study under way: round by round from coarse to fine, resumable, each choice timed often.
+
+use crate::candidates::choice::{Choice, FRAME, Fineness};
+use crate::candidates::ladder::Ladder;
+use crate::measure::clock::CpuClock;
+use crate::measure::leave::Halt;
+use crate::measure::reference::{Reference, Sample, Wish, frames_of, reference_by_leave};
+use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
+use crate::measure::{cache, machine};
+use crate::study::{ReferenceNote, Study};
+use msd_core::{Settings, Simulation};
+use msd_scene::Loaded;
+
+/// What a study is to cover.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plan {
+    /// Time to simulate, seconds.
+    pub duration: f64,
+    /// The error that the words are about, metres; none for a thousandth of the size.
+    pub wanted: Option<f64>,
+    /// Time of the processor to spend on trials and timing, seconds; the reference comes on top.
+    pub budget: f64,
+    /// Whether what an interrupted study left is forgotten.
+    pub fresh: bool,
+    /// What the reference may be off, root mean square, as a fraction of the size of the scene.
+    pub uncertainty: f64,
+    /// Time of the processor after which the reference is not tightened further, seconds.
+    pub patience: f64,
+}
+
+impl Default for Plan {
+    fn default() -> Self {
+        let Wish { duration, uncertainty, patience } = Wish::default();
+        Plan { duration, wanted: None, budget: 60.0, fresh: false, uncertainty, patience }
+    }
+}
+
+/// How far a study is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Progress {
+    /// What is being done.
+    pub now: String,
+    /// Trials done.
+    pub done: usize,
+    /// Time of the processor still to be spent, at most, seconds; none before it can be told.
+    pub left: Option<f64>,
+}
+
+/// What is still to be tried of one method.
+struct Climb {
+    rungs: std::vec::IntoIter<Choice>,
+    /// The best error so far and how many rungs did not better it.
+    best: f64,
+    idle: usize,
+}
+
+/// A trial may take this share of the budget.
+const SHARE: f64 = 0.1;
+/// Rungs that may pass without a better error: then rounding or contact rules.
+const IDLE: usize = 2;
+/// A climb ends where another trial is better at this part of the cost.
+const HOPELESS: f64 = 8.0;
+/// How often each choice is timed at most.
+const ROUNDS: usize = 5;
+
+/// One who follows a study while it is made.
+pub trait Follower {
+    /// Hears how far it is.
+    fn hear(&mut self, progress: Progress);
+
+    /// Sees what was found so far, whenever a trial was added or timed again.
+    fn see(&mut self, _study: &Study) {}
+
+    /// Asked after every frame or so: may wait, and ends the study by saying no.
+    fn goes_on(&mut self) -> bool {
+        true
+    }
+
+    /// A choice to be tried before all others. One that has nothing else to do, as it is `idle`,
+    /// waits for the answer, and ends where there is none.
+    fn wish(&mut self, _idle: bool) -> Option<Choice> {
+        None
+    }
+}
+
+/// A study that is under way.
+pub(super) struct Course<'a> {
+    loaded: &'a Loaded,
+    plan: Plan,
+    right: Reference,
+    reliable: usize,
+    /// What was found so far.
+    pub study: Study,
+    hash: String,
+    spent: f64,
+}
+
+impl<'a> Course<'a> {
+    /// Makes the reference, and takes up what an interrupted study left.
+    pub fn begin(
+        loaded: &'a Loaded,
+        plan: Plan,
+        follower: &mut dyn Follower,
+    ) -> Result<Self, Halt> {
+        let scene = &loaded.scene;
+        let simulation = Simulation::<f64>::new(scene, Settings::default())?;
+        let model = simulation.model();
+        let wanted = plan.wanted.unwrap_or(1e-3 * model.size());
+        follower.hear(Progress { now: "making the reference".into(), done: 0, left: None });
+        let Plan { duration, uncertainty, patience, .. } = plan;
+        let wish = Wish { duration, uncertainty, patience };
+        let right = reference_by_leave(scene, wish, &mut || follower.goes_on())?;
+        let reliable = right.comparable(0.1 * wanted);
+        let bounds = (plan.duration, reliable);
+        let hash = cache::content_hash(&(scene, bounds, machine::name()));
+        let kept = if plan.fresh { None } else { cache::get(JOURNAL, &hash) };
+        let energy = |sample: &Sample| simulation.energy_at(&sample.state()).total();
+        let study = Study {
+            scene: loaded.name.clone(),
+            title: loaded.title.clone(),
+            particles: model.particle_count(),
+            springs: model.spring_count(),
+            size: model.size(),
+            duration: right.duration(),
+            wanted,
+            reference: note(&right, reliable, wanted),
+            times: right.frames.iter().map(|&frame| frame as f64 * FRAME).collect(),
+            energies: right.states.iter().map(energy).collect(),
+            trials: kept.unwrap_or_default(),
+            left_out: Vec::new(),
+            limits: Vec::new(),
+            audit: Vec::new(),
+            words: String::new(),
+            machine: machine::name(),
+            date: machine::date(),
+        };
+        follower.see(&study);
+        Ok(Course { loaded, plan, right, reliable, study, hash, spent: 0.0 })
+    }
+
+    /// Removes what would let the study be taken up again.
+    pub fn forget(&self) {
+        cache::remove(JOURNAL, &self.hash);
+    }
+
+    /// Climbs all ladders side by side, so that what is cheap comes first.
+    pub fn climb_all(
+        &mut self,
+        ladders: Vec<Ladder>,
+        follower: &mut dyn Follower,
+    ) -> Result<(), Halt> {
+        let mut climbs = Vec::new();
+        let least = self.right.least_tolerance();
+        for ladder in ladders {
+            if ladder.fewest.is_none()
+                && ladder.precision == crate::candidates::ladder::PRECISIONS[0]
+            {
+                let integrator = ladder.integrator;
+                let line = format!("{integrator}: predicted unstable here at any step");
+                self.study.left_out.push(line);
+            }
+            let mut rungs = ladder.rungs();
+            rungs.retain(|choice| match choice.fineness {
+                Fineness::Tolerance(tolerance) => least <= tolerance,
+                Fineness::Substeps(_) => true,
+            });
+            let rungs = rungs.into_iter();
+            climbs.push(Climb { rungs, best: f64::INFINITY, idle: 0 });
+        }
+        while !climbs.is_empty() {
+            let mut kept = Vec::new();
+            for mut climb in climbs {
+                while let Some(choice) = follower.wish(false) {
+                    self.grant(choice, follower)?;
+                }
+                let Some(choice) = climb.rungs.next() else { continue };
+                follower.hear(self.progress(choice.to_string()));
+                match self.climb_one(&mut climb, choice, follower)? {
+                    None => kept.push(climb),
+                    Some(why) => self.study.left_out.extend(why),
+                }
+            }
+            climbs = kept;
+        }
+        Ok(())
+    }
+
+    /// Tries what the follower wishes for, unless it was tried before.
+    pub fn grant(&mut self, choice: Choice, follower: &mut dyn Follower) -> Result<(), Halt> {
+        if self.study.trials.iter().any(|trial| trial.choice == choice) {
+            follower.see(&self.study);
+            return Ok(());
+        }
+        follower.hear(self.progress(choice.to_string()));
+        let trial = match self.attempt(choice, follower) {
+            Err(Halt::Refused(error)) => {
+                let diverged = Some(error.to_string());
+                Trial { choice, cost: f64::INFINITY, errors: None, energies: Vec::new(), diverged }
+            }
+            trial => trial?,
+        };
+        self.study.trials.push(trial);
+        follower.see(&self.study);
+        Ok(())
+    }
+
+    fn attempt(&self, choice: Choice, follower: &mut dyn Follower) -> Result<Trial, Halt> {
+        let right = (&self.right, self.reliable);
+        try_by_leave(&self.loaded.scene, choice, right, &mut || follower.goes_on())
+    }
+
+    /// What is being done, and how far it is.
+    pub fn progress(&self, now: String) -> Progress {
+        let left = (self.plan.budget - self.spent).max(0.0);
+        Progress { now, done: self.study.trials.len(), left: Some(left) }
+    }
+
+    /// Tries one rung; returns whether the climb ends here, and what to say of it.
+    fn climb_one(
+        &mut self,
+        climb: &mut Climb,
+        choice: Choice,
+        follower: &mut dyn Follower,
+    ) -> Result<Option<Option<String>>, Halt> {
+        let kept = self.study.trials.iter().position(|trial| trial.choice == choice);
+        if kept.is_none() {
+            if self.plan.budget * (1.0 - 0.4) < self.spent {
+                return Ok(Some(Some(format!("{choice} and finer: the time was up"))));
+            }
+            let clock = CpuClock::start();
+            let trial = match self.attempt(choice, follower) {
+                Err(Halt::Refused(error)) => {
+                    return Ok(Some(Some(format!("{choice}: {error}"))));
+                }
+                trial => trial?,
+            };
+            self.spent += clock.seconds();
+            self.study.trials.push(trial);
+            cache::put(JOURNAL, &self.hash, &self.study.trials);
+            follower.see(&self.study);
+        }
+        let trials = &self.study.trials;
+        let trial = &trials[kept.unwrap_or(trials.len() - 1)];
+        climb.idle = if trial.error() < 0.8 * climb.best { 0 } else { climb.idle + 1 };
+        // What diverges on the first rungs may do better on the next.
+        if trial.errors.is_none() {
+            climb.idle = 0;
+        }
+        climb.best = climb.best.min(trial.error());
+        if IDLE <= climb.idle || self.is_beaten(trial) {
+            return Ok(Some(None));
+        }
+        if self.plan.budget * SHARE < 1.5 * trial.cost * self.right.duration() {
+            return Ok(Some(Some(format!("finer than {choice}: takes too long"))));
+        }
+        Ok(None)
+    }
+
+    /// Whether another trial is better at a small part of the cost: finer ones of this method will
+    /// not catch up.
+    fn is_beaten(&self, trial: &Trial) -> bool {
+        let beats =
+            |other: &Trial| other.error() < trial.error() && other.cost * HOPELESS < trial.cost;
+        // A tolerance ten times as tight costs little and may gain much.
+        let steep = trial.choice.integrator.is_adaptive();
+        !steep && trial.errors.is_some() && self.study.trials.iter().any(beats)
+    }
+
+    /// Times every choice again, in turn, and keeps its best.
+    pub fn time_again(&mut self, follower: &mut dyn Follower) -> Result<(), Halt> {
+        let frames = frames_of(self.right.duration());
+        for round in 1..ROUNDS {
+            for row in 0..self.study.trials.len() {
+                while let Some(choice) = follower.wish(false) {
+                    self.grant(choice, follower)?;
+                }
+                let Trial { choice, cost, errors, .. } = self.study.trials[row].clone();
+                let seconds = cost * self.right.duration();
+                let left = self.plan.budget - self.spent;
+                // Long runs average over what disturbs short ones.
+                if errors.is_none() || left < seconds || 0.5 < seconds * round as f64 {
+                    continue;
+                }
+                let now = format!("timing, round {} of {ROUNDS}", round + 1);
+                follower.hear(self.progress(now));
+                let leave = &mut || follower.goes_on();
+                let cost = time_by_leave(&self.loaded.scene, choice, frames, leave)?;
+                self.spent += cost * self.right.duration();
+                let known = &mut self.study.trials[row].cost;
+                *known = known.min(cost);
+            }
+            follower.see(&self.study);
+        }
+        Ok(())
+    }
+}
+
+fn note(right: &Reference, reliable: usize, wanted: f64) -> ReferenceNote {
+    let compared = &right.moved[..reliable.min(right.moved.len())];
+    ReferenceNote {
+        tolerance: right.tolerance,
+        uncertainty: compared.iter().copied().fold(0.0, f64::max),
+        reliable_until: right.frames[reliable.min(right.frames.len()) - 1] as f64 * FRAME,
+        horizon: right.horizon(wanted),
+        seconds: right.seconds,
+    }
+}
+
+/// What the cache calls the trials of a study that is not finished.
+const JOURNAL: &str = "study";
