@@ -3,6 +3,8 @@
 mod surface;
 mod error;
 #[cfg(not(target_arch = "wasm32"))]
+mod preferences_file;
+#[cfg(not(target_arch = "wasm32"))]
 mod status_file;
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
@@ -11,7 +13,7 @@ mod web;
 
 pub use error::{Missing, ViewError};
 #[cfg(not(target_arch = "wasm32"))]
-pub use native::{view, view_as};
+pub use native::{last_scene, view, view_as};
 #[cfg(target_arch = "wasm32")]
 pub use web::start_web;
 
@@ -30,6 +32,13 @@ use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
+/// The size of the window before a user chose one, points.
+#[cfg(not(target_arch = "wasm32"))]
+const SIZE: [f32; 2] = [1280.0, 800.0];
+/// The part of the height of a small screen that its bars leave.
+#[cfg(not(target_arch = "wasm32"))]
+const BARS: f32 = 0.94;
+
 /// What arrives from outside the window system: the graphics device, which a browser gives later.
 pub(crate) type Arrival = Box<Result<(Gpu, wgpu::Surface<'static>), RenderError>>;
 
@@ -47,6 +56,7 @@ pub(crate) struct Shell {
     last_frame: Instant,
     title: String,
     hidden: bool,
+    is_full: bool,
     watcher: Option<Watcher>,
     /// Why the window could not be shown; a browser finds it in the log.
     pub(crate) missing: Option<Missing>,
@@ -60,6 +70,7 @@ impl Shell {
     ) -> Self {
         let context = egui::Context::default();
         panel::theme::apply(&context);
+        context.set_zoom_factor(viewer.preferences.scale);
         Shell {
             viewer,
             proxy,
@@ -70,6 +81,7 @@ impl Shell {
             last_frame: Instant::now(),
             title: String::new(),
             hidden: false,
+            is_full: false,
             watcher,
             missing: None,
         }
@@ -81,7 +93,7 @@ impl Shell {
         // In a browser the page chooses the size.
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = attributes
-            .with_inner_size(winit::dpi::LogicalSize::new(1280.0, 800.0))
+            .with_inner_size(self.size(event_loop))
             .with_min_inner_size(winit::dpi::LogicalSize::new(640.0, 400.0));
         #[cfg(target_arch = "wasm32")]
         let attributes =
@@ -110,6 +122,30 @@ impl Shell {
         Ok(())
     }
 
+    /// The size of the window, points: as it was left, and no larger than the screen.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn size(&self, event_loop: &ActiveEventLoop) -> winit::dpi::LogicalSize<f32> {
+        let [width, height] = self.viewer.preferences.size.unwrap_or(SIZE);
+        let monitor = event_loop.primary_monitor();
+        let monitor = monitor.or_else(|| event_loop.available_monitors().next());
+        let screen = monitor.map(|screen| screen.size().to_logical::<f32>(screen.scale_factor()));
+        let screen = screen.filter(|screen| 0.0 < screen.width && 0.0 < screen.height);
+        screen.map_or(winit::dpi::LogicalSize::new(width, height), |screen| {
+            // Room for the bars of the desktop where the window would fill the height.
+            let most = if screen.height < height { BARS * screen.height } else { screen.height };
+            winit::dpi::LogicalSize::new(width.min(screen.width), height.min(most))
+        })
+    }
+
+    /// Remembers how the window is left.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn remember(&mut self) {
+        let Some(window) = &self.window else { return };
+        let size = window.inner_size().to_logical::<f32>(window.scale_factor());
+        let scale = self.context.zoom_factor();
+        preferences_file::write(self.viewer.remember([size.width, size.height], scale));
+    }
+
     fn fail(&mut self, event_loop: &ActiveEventLoop, what: Missing) {
         log::error!("{what}");
         self.missing = Some(what);
@@ -135,7 +171,8 @@ impl Shell {
             viewer.command(command);
         }
         let mut stepped = None;
-        let output = self.context.run_ui(raw, |ui| {
+        panel::theme::choose(&self.context, viewer.light);
+        let mut output = self.context.run_ui(raw, |ui| {
             // egui may lay out a frame twice: the pointer acts and time passes once.
             if stepped.is_none() {
                 read_pointer(ui.ctx(), viewer);
@@ -145,12 +182,20 @@ impl Shell {
             }
             panel::show(ui, viewer);
         });
+        if self.is_full != viewer.full_screen {
+            self.is_full = viewer.full_screen;
+            let full = self.is_full.then_some(winit::window::Fullscreen::Borderless(None));
+            window.set_fullscreen(full);
+        }
         if self.title != viewer.title() {
             self.title = viewer.title();
             window.set_title(&self.title);
         }
         input.handle_platform_output(window, output.platform_output);
         let pixels_per_point = output.pixels_per_point;
+        if viewer.light {
+            output.shapes.iter_mut().for_each(|shape| panel::theme::lighten(&mut shape.shape));
+        }
         let primitives = self.context.tessellate(output.shapes, pixels_per_point);
         let textures = output.textures_delta;
         let laid_out = start.elapsed();
@@ -241,6 +286,11 @@ impl ApplicationHandler<Arrival> for Shell {
             WindowEvent::RedrawRequested => self.frame(event_loop),
             _ => {}
         }
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        self.remember();
     }
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: winit::event::StartCause) {

@@ -1,6 +1,6 @@
 //! The window on a desktop.
 
-use super::{Arrival, Missing, Shell, ViewError, status_file};
+use super::{Arrival, Missing, Shell, ViewError, preferences_file, status_file};
 use crate::viewer::{Viewer, catalogue};
 use msd_scene::Loaded;
 use std::path::{Path, PathBuf};
@@ -26,8 +26,16 @@ pub fn view_as(loaded: Loaded, called: &str) -> Result<(), ViewError> {
     show(loaded, status.as_deref()).map_err(|what| ViewError { scene: called.to_owned(), what })
 }
 
+/// What the scene that was shown last can be opened by, if the window remembers one.
+pub fn last_scene() -> Option<String> {
+    preferences_file::read().0.scene
+}
+
 fn show(loaded: Loaded, status: Option<&Path>) -> Result<(), Missing> {
-    let viewer = Viewer::new(loaded, catalogue())?;
+    let mut viewer = Viewer::new(loaded, catalogue())?;
+    let (preferences, damage) = preferences_file::read();
+    viewer.set_preferences(preferences);
+    viewer.note = damage;
     let watcher = status.map(status_file::watcher).transpose().map_err(Missing::Status)?;
     let event_loop = event_loop()?;
     let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
