@@ -18,4 +18,4 @@ pub use viewer::catalogue;
 pub use window::start;
 pub use window::{Missing, ViewError};
 #[cfg(not(target_arch = "wasm32"))]
-pub use window::{view, view_as, view_link};
+pub use window::{last_scene, view, view_as, view_link};

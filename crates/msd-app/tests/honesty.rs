@@ -1,7 +1,7 @@
 //! Honesty of the session: no number outlives what it was computed from, and each way out of a run
 //! that blew up leads to one that stays up.
 
-use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning};
+use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning, Wind};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Material, Real, Scene, Vector, shape};
 use msd_run::on;
@@ -48,7 +48,7 @@ fn check(session: &Session, what: &str) {
 type Change = fn(&mut Session);
 
 /// Everything by which a user changes a run.
-const CHANGES: [(&str, Change); 22] = [
+const CHANGES: [(&str, Change); 26] = [
     ("method", |session| session.tune(Tuning::Integrator(Integrator::ExplicitEuler))),
     ("implicit", |session| session.tune(Tuning::Integrator(Integrator::BackwardEuler))),
     ("adaptive", |session| session.tune(Tuning::Integrator(Integrator::DormandPrince))),
@@ -67,6 +67,13 @@ const CHANGES: [(&str, Change); 22] = [
     ("pin", |session| session.pin_toggle(3)),
     ("unpin", |session| session.pin_toggle(1)),
     ("grab", |session| session.grab(3, session.position(3) + DVec3::Y)),
+    ("grab of a group", |session| {
+        session.select_group(vec![3, 4, 5]);
+        session.grab(4, session.position(4) + DVec3::Y);
+    }),
+    ("cut", |session| session.cut(&[5, 6, 7])),
+    ("wind", |session| session.set_wind(Wind { strength: 3.0, heading: 0.0, gusts: 0.0 })),
+    ("gusts", |session| session.set_wind(Wind { strength: 3.0, heading: 0.0, gusts: 0.5 })),
     ("step back", |session| assert!(session.step_back())),
     ("restart", Session::restart),
     ("the values of the scene", Session::reset_material),

@@ -3,7 +3,7 @@
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::panel::{self, theme};
-use msd_app::session::{MaterialEdit, Session, Tuning};
+use msd_app::session::{MaterialEdit, Session, Tuning, Wind};
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator};
@@ -159,6 +159,31 @@ fn restarts_divergence_and_other_scenes_are_replayed_to_the_bit() {
         session.open(open("chain").expect("a built-in scene")).expect("a valid scene");
         session.advance(0.0, &|| 0.0);
         run(session, 20);
+    });
+}
+
+#[test]
+fn cuts_groups_and_gusts_are_replayed_to_the_bit() {
+    happens_again(session("cloth"), |session| {
+        run(session, 3);
+        session.cut(&[7, 400, 401, 402, 1200]);
+        session.set_wind(Wind { strength: 0.2, heading: 1.0, gusts: 0.8 });
+        run(session, 5);
+        session.select_group(vec![500, 3, 530, 531]);
+        let at = session.position(530);
+        session.grab(530, at);
+        for frame in 1..20 {
+            session.move_grab(at + DVec3::new(0.1, 0.05, 0.1) * f64::from(frame));
+            run(session, 1);
+        }
+        session.cut(&[900, 901]);
+        session.release();
+        run(session, 5);
+        assert!(session.step_back());
+        session.toggle_pause();
+        session.restart();
+        session.set_wind(Wind::default());
+        run(session, 5);
     });
 }
 

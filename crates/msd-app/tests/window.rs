@@ -76,6 +76,7 @@ impl Desk {
             .env_remove("WAYLAND_SOCKET")
             .env("XDG_RUNTIME_DIR", self._folder.path())
             .env("MSD_STATUS", &self.status)
+            .env("MSD_PREFERENCES", self._folder.path().join("preferences.json"))
             .stderr(Stdio::piped())
             .spawn()
             .expect("msd starts");
@@ -257,8 +258,8 @@ fn a_slider_changes_k(desk: &Desk) {
 
 fn keys_and_drags_change_the_view(desk: &Desk) {
     for wireframe in [true, false] {
-        desk.xdotool("key Tab");
-        desk.wait("Tab toggles the wireframe", |now| now["wireframe"] == wireframe);
+        desk.xdotool("key w");
+        desk.wait("W toggles the wireframe", |now| now["wireframe"] == wireframe);
     }
     let start = desk.last();
     let [left, top, ..]: [f64; 4] = numbers(&start["view"]);

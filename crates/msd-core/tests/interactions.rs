@@ -264,6 +264,7 @@ fn an_interaction_changes_what_its_effects_say_and_nothing_else() {
         Interaction::Impulse { particles: all, impulse: DVec3::X },
         Interaction::Spin { particles: all, velocity },
         Interaction::SetGravity { value: DVec3::Z },
+        Interaction::SetForce { value: DVec3::ONE },
         Interaction::SetPlane { plane: 0, restitution: 0.5, friction },
     ];
     let mut scene = Scene::default();
@@ -321,6 +322,22 @@ fn gravity_and_planes_change_between_steps() {
 }
 
 #[test]
+fn a_uniform_force_accelerates_each_particle_by_its_own_mass_and_counts_as_energy() {
+    let mut scene = two_masses([1.0, 4.0], 0.0, 0.0, 0.0);
+    scene.world.gravity = DVec3::ZERO;
+    let mut pair = simulation::<f64>(&scene, Integrator::VelocityVerlet, H);
+    let before = pair.energy().total();
+    let force = DVec3::new(0.0, 0.0, 2.0);
+    apply(&mut pair, [Interaction::SetForce { value: force }]);
+    assert_eq!(pair.model().force(), force);
+    for (particle, mass) in [(0, 1.0), (1, 4.0)] {
+        assert!((pair.velocity(particle).z - 2.0 / mass * H).abs() < 1e-15);
+    }
+    // Both start in the plane z = 0: what they gain in speed they lose in the field.
+    assert!((pair.energy().total() - before).abs() < 1e-15);
+}
+
+#[test]
 fn an_interaction_out_of_its_domain_is_refused_and_changes_nothing() {
     let mut pair = pair();
     let before = pair.progress();
@@ -343,6 +360,7 @@ fn an_interaction_out_of_its_domain_is_refused_and_changes_nothing() {
         Interaction::SetRestLength { springs: all, value: f64::NAN },
         Interaction::ScaleRestLength { springs: all, factor: 0.0 },
         Interaction::SetGravity { value: DVec3::splat(f64::NAN) },
+        Interaction::SetForce { value: DVec3::splat(f64::INFINITY) },
         Interaction::SetPlane {
             plane: 0,
             restitution: 0.0,

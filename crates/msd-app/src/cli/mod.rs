@@ -45,7 +45,11 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
 }
 
 fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failure> {
-    let scene = scene.unwrap_or_else(|| msd_scene::BUILTINS[0].name.into());
+    let scene = scene.unwrap_or_else(|| {
+        // The file may be gone by now.
+        let last = msd_app::last_scene().filter(|last| msd_scene::open(last).is_ok());
+        last.unwrap_or(msd_scene::BUILTINS[0].name.into()).into()
+    });
     if let Some(link) = run::link(&scene)?
         && solver == SolverArguments::default()
     {

@@ -1,20 +1,25 @@
 //! Keys: the commands that they stand for.
 
-use crate::viewer::Command;
+use crate::viewer::{Command, Tool};
 use egui::{Event, Key, Modifiers, RawInput};
 
 /// The keys and what they do, in the order of use, for the help.
-pub const KEYS: [(&str, &str); 12] = [
+pub const KEYS: [(&str, &str); 17] = [
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
     ("R", "restart"),
     ("P", "pin or free the particle under the pointer"),
     ("F", "freeze: the present shape becomes the shape at rest"),
+    ("C", "cut springs, or grab again"),
+    ("B", "draw a box around what to grab, or grab again"),
     ("F9", "record to a file, or end the recording"),
-    ("Tab", "wireframe"),
+    ("W", "wireframe"),
     ("A  or  Home", "bring everything into view"),
     ("1 to 9", "scenes"),
-    ("Esc", "let go, deselect"),
+    ("Esc", "let go, deselect, grab again"),
+    ("H", "hide or show the panels"),
+    ("F11", "full screen"),
+    ("Tab, arrows, Enter", "reach and use every control; Esc leaves it"),
     ("F1", "this help"),
     ("Ctrl + Q", "quit"),
 ];
@@ -33,7 +38,7 @@ const DIGITS: [Key; 9] = [
 
 /// Takes the keys that are commands out of the input, unless a text field has the keyboard.
 ///
-/// Before egui sees them: it would move the focus on Tab, and then have the keyboard.
+/// Tab is egui's: it moves the focus, and then the focused control has the keyboard.
 pub fn take_commands(input: &mut RawInput, typing: bool) -> Vec<Command> {
     let mut commands = Vec::new();
     input.events.retain(|event| {
@@ -55,6 +60,9 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
     if key == Key::F1 {
         return Some(Command::Help);
     }
+    if key == Key::F11 {
+        return Some(Command::FullScreen);
+    }
     if key == Key::F9 && modifiers.is_none() {
         return Some(Command::Record);
     }
@@ -69,7 +77,10 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
         Key::R => Command::Restart,
         Key::F => Command::Freeze,
         Key::P => Command::Pin,
-        Key::Tab => Command::Wireframe,
+        Key::C => Command::Tool(Tool::Cut),
+        Key::B => Command::Tool(Tool::Select),
+        Key::W => Command::Wireframe,
+        Key::H => Command::Panels,
         Key::A | Key::Home => Command::FrameAll,
         Key::Escape => Command::Escape,
         _ => Command::Scene(digit?),
@@ -91,14 +102,14 @@ mod tests {
 
     #[test]
     fn keys_are_taken_out_of_the_input() {
-        let mut input = press(Key::Tab, Modifiers::NONE, false);
+        let mut input = press(Key::W, Modifiers::NONE, false);
         assert_eq!(take_commands(&mut input, false), [Command::Wireframe]);
         assert!(input.events.is_empty());
     }
 
     #[test]
     fn typing_keeps_its_keys() {
-        for key in [Key::Space, Key::R, Key::Num1, Key::Tab, Key::Escape, Key::Period] {
+        for key in [Key::Space, Key::R, Key::Num1, Key::W, Key::Escape, Key::Period] {
             let mut input = press(key, Modifiers::NONE, false);
             assert!(take_commands(&mut input, true).is_empty());
             assert_eq!(input.events.len(), 1);

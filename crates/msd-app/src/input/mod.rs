@@ -1,7 +1,8 @@
-//! User input: keys become commands, and the pointer over the 3D view turns, pans, zooms and grabs.
+//! User input: keys become commands, and the pointer over the 3D view turns, pans, zooms, grabs and cuts.
 
 mod keys;
 mod picking;
+mod stroke;
 mod pointer;
 
 pub use keys::{KEYS, take_commands};

@@ -1,8 +1,9 @@
 //! The pointer over the 3D view: what a press begins goes on until release.
 
 use super::picking::pick;
-use crate::viewer::{Action, Gesture, Viewer};
-use egui::{Context, PointerButton, Pos2};
+use super::stroke::{crossed, inside};
+use crate::viewer::{Action, Gesture, Tool, Viewer};
+use egui::{Context, Modifiers, PointerButton, Pos2, Rect};
 
 /// Turn per point of motion, radians: half a turn over some 400 points.
 const TURN: f32 = 0.008;
@@ -15,7 +16,7 @@ struct Pointer {
     origin: Option<Pos2>,
     latest: Option<Pos2>,
     down: [bool; 3],
-    shift: bool,
+    modifiers: Modifiers,
 }
 
 const BUTTONS: [PointerButton; 3] =
@@ -32,13 +33,13 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
         origin: input.pointer.press_origin(),
         latest: input.pointer.latest_pos(),
         down: BUTTONS.map(|button| input.pointer.button_down(button)),
-        shift: input.modifiers.shift,
+        modifiers: input.modifiers,
     });
     if let (Some(button), Some(origin)) = (pointer.pressed, pointer.origin)
         && viewer.gesture.is_none()
         && view.is_pointer_button_down_on()
     {
-        start(viewer, button, origin, pointer.shift);
+        start(viewer, button, origin, pointer.modifiers);
     }
     if let Some(touch) = ctx.input(|input| input.multi_touch()) {
         end(viewer);
@@ -62,35 +63,58 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     viewer.hovered = at.and_then(|at| pick(&viewer.viewport(), viewer.session.runner(), at));
 }
 
-fn start(viewer: &mut Viewer, button: PointerButton, at: Pos2, shift: bool) {
-    let viewport = viewer.viewport();
-    let wants_grab = button == PointerButton::Primary && !shift;
-    let picked = if wants_grab { pick(&viewport, viewer.session.runner(), at) } else { None };
-    let action = match (button, picked) {
-        (_, Some(particle)) => {
-            let position = viewer.session.position(particle);
-            let through = position.as_vec3();
-            viewer.session.grab(particle, position);
-            viewer.hint = false;
-            Action::Grab { through, offset: through - viewport.drag_point(at, through) }
+fn start(viewer: &mut Viewer, button: PointerButton, at: Pos2, modifiers: Modifiers) {
+    let action = match button {
+        PointerButton::Primary if !modifiers.shift => {
+            let tool = if modifiers.command { Tool::Select } else { viewer.tool };
+            start_tool(viewer, tool, at)
         }
-        (PointerButton::Middle, _) => Action::Pan,
-        _ if shift => Action::Pan,
+        PointerButton::Middle => Action::Pan,
+        _ if modifiers.shift => Action::Pan,
         _ => Action::Orbit,
     };
     viewer.gesture = Some(Gesture { button, last: at, action });
 }
 
+fn start_tool(viewer: &mut Viewer, tool: Tool, at: Pos2) -> Action {
+    let viewport = viewer.viewport();
+    match tool {
+        Tool::Select => return Action::Select { from: at },
+        Tool::Cut => {
+            viewer.stroke.push(at);
+            return Action::Cut;
+        }
+        Tool::Grab => {}
+    }
+    let Some(particle) = pick(&viewport, viewer.session.runner(), at) else {
+        return Action::Orbit;
+    };
+    let position = viewer.session.position(particle);
+    let through = position.as_vec3();
+    viewer.session.grab(particle, position);
+    viewer.hint = false;
+    Action::Grab { through, offset: through - viewport.drag_point(at, through) }
+}
+
 fn follow(viewer: &mut Viewer, latest: Pos2) {
     let viewport = viewer.viewport();
     let Some(gesture) = &mut viewer.gesture else { return };
-    let way = latest - gesture.last;
-    gesture.last = latest;
+    let last = std::mem::replace(&mut gesture.last, latest);
+    let way = latest - last;
     match gesture.action {
         Action::Orbit => viewer.camera.orbit(way.x * TURN, way.y * TURN),
         Action::Pan => {
             let way = way / viewer.rect.height();
             viewer.camera.pan(way.x, way.y);
+        }
+        Action::Select { .. } => {}
+        Action::Cut if latest == last => {}
+        Action::Cut => {
+            // What lies under the panels is not seen, and not cut.
+            let [last, latest] = [last, latest].map(|at| viewer.rect.clamp(at));
+            viewer.stroke.push(latest);
+            let springs = crossed(&viewport, viewer.session.runner(), [last, latest]);
+            viewer.session.cut(&springs);
         }
         Action::Grab { through, offset } => {
             let target = viewport.drag_point(latest, through) + offset;
@@ -100,8 +124,18 @@ fn follow(viewer: &mut Viewer, latest: Pos2) {
 }
 
 fn end(viewer: &mut Viewer) {
-    if let Some(Gesture { action: Action::Grab { .. }, .. }) = viewer.gesture.take() {
-        viewer.session.release();
+    let Some(Gesture { action, last, .. }) = viewer.gesture.take() else { return };
+    viewer.stroke.clear();
+    match action {
+        Action::Grab { .. } => viewer.session.release(),
+        Action::Select { from } => {
+            let area = Rect::from_two_pos(from, last).intersect(viewer.rect);
+            let particles = inside(&viewer.viewport(), viewer.session.runner(), area);
+            viewer.session.select_group(particles);
+            // The next drag takes what the box has chosen.
+            viewer.tool = Tool::Grab;
+        }
+        Action::Orbit | Action::Pan | Action::Cut => {}
     }
 }
 

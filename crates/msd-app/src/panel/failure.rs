@@ -3,7 +3,7 @@
 use super::{solver, theme};
 use crate::session::Session;
 use crate::viewer::Viewer;
-use egui::{Align2, Area, Color32, Frame, Order, RichText, Ui, pos2};
+use egui::{Align2, Area, Frame, Order, RichText, Ui, pos2};
 use msd_run::rescue::{LASTING, Offer, Origin, Remedy};
 use msd_study::quantity::{estimate, quantity, rounded};
 
@@ -15,7 +15,7 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     let width = (viewer.rect.width() - 80.0).clamp(200.0, 560.0);
     let area = Area::new(egui::Id::unique("failure")).order(Order::Foreground).fixed_pos(at);
     area.pivot(Align2::CENTER_TOP).show(ui.ctx(), |ui| {
-        let frame = Frame::popup(ui.style()).fill(Color32::from_rgb(66, 30, 32)).inner_margin(12.0);
+        let frame = Frame::popup(ui.style()).fill(theme::ALARM).inner_margin(12.0);
         frame.show(ui, |ui| {
             ui.set_width(width);
             let adaptive = viewer.session.runner().integrator().is_adaptive();

@@ -1,4 +1,4 @@
-//! Sliders for the material of bodies and for the world.
+//! Sliders for the material of bodies, for the world and for the wind.
 
 use super::{heading, slider, theme};
 use crate::session::{MaterialEdit, MixedValue, Session};
@@ -31,6 +31,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     });
     heading(ui, "World");
     world(ui, &mut viewer.session);
+    heading(ui, "Wind");
+    wind(ui, &mut viewer.session);
 }
 
 /// Chooses what the sliders act on, where there is a choice.
@@ -162,4 +164,27 @@ fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
             session.edit(MaterialEdit::Friction(Friction::TangentialLoss(value.min(1.0))));
         }
     });
+}
+
+/// A force on every particle, steady or in gusts.
+fn wind(ui: &mut Ui, session: &mut Session) {
+    let now = session.wind();
+    let mut wanted = now;
+    let number = |first: f64| MixedValue { first, mixed: false };
+    if let (Some(value), _) = change(ui, ("Wind", " N"), number(now.strength), 0.0..=100.0, 0.01) {
+        wanted.strength = value;
+    }
+    if let (Some(value), _) =
+        change(ui, ("Heading", "°"), number(now.heading.to_degrees()), -180.0..=180.0, 0.0)
+    {
+        wanted.heading = value.to_radians();
+    }
+    if let (Some(value), _) = change(ui, ("Gusts", ""), number(now.gusts), 0.0..=1.0, 0.0) {
+        wanted.gusts = value;
+    }
+    if wanted != now {
+        session.set_wind(wanted);
+    }
+    let text = RichText::new("on every particle; 0° is along x").small().color(theme::FAINT);
+    ui.label(text);
 }

@@ -30,6 +30,15 @@ const COLUMN: f32 = 70.0;
 pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let frame = Frame::new().fill(theme::PANEL).inner_margin(10.0);
     let line = Frame::new().fill(theme::PANEL).inner_margin(egui::Margin::symmetric(10, 5));
+    if viewer.panels {
+        panels(ui, viewer, frame, line);
+    }
+    view(ui, viewer);
+    overlay::show(ui, viewer);
+    failure::show(ui, viewer);
+}
+
+fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
     Panel::bottom("status").resizable(false).frame(line).show(ui, |ui| status::show(ui, viewer));
     Panel::left("scenes").resizable(false).exact_size(LEFT).frame(frame).show(ui, |ui| {
         scrolled(ui, "left", |ui| scenes::show(ui, viewer));
@@ -45,9 +54,6 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
         });
     });
     trade::show(ui, viewer, frame);
-    view(ui, viewer);
-    overlay::show(ui, viewer);
-    failure::show(ui, viewer);
 }
 
 fn scrolled(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {

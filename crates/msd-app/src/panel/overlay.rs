@@ -1,28 +1,45 @@
-//! Overlay of the 3D view: the hint, the legend, the marks of particles and springs, the help.
+//! Overlay of the 3D view: the hint, the legend, the marks of particles and springs, what the
+//! mouse does, the help.
 
 use super::live_error::is_fresh;
 use super::theme;
 use crate::input::KEYS;
 use crate::session::ErrorNow;
-use crate::viewer::Viewer;
+use crate::viewer::{Action, Tool, Viewer};
 use egui::{
     Align2, Color32, FontId, Grid, Mesh, Painter, Pos2, Rect, RichText, Stroke, Ui, pos2, vec2,
 };
 use msd_core::Vector;
 use msd_run::on;
+use msd_study::quantity::estimate;
 
 /// Shows what lies over the 3D view.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let painter = ui.painter().with_clip_rect(viewer.rect);
     fastest_springs(&painter, viewer);
     marks(&painter, viewer);
+    gesture(&painter, viewer);
     if viewer.style.springs {
         legend(&painter, viewer);
     }
-    if viewer.hint {
-        let text =
-            "drag a particle to throw it  ·  drag beside it to turn  ·  wheel to zoom  ·  F1 help";
+    let text = match viewer.tool {
+        Tool::Cut => "draw a line across springs to cut them  ·  C or Esc: grab again",
+        Tool::Select => "draw a box around what to grab together  ·  B or Esc: grab again",
+        Tool::Grab => {
+            "drag a particle to throw it  ·  drag beside it to turn  ·  wheel to zoom  ·  F1 help"
+        }
+    };
+    if viewer.hint || viewer.tool != Tool::Grab {
         hint(&painter, viewer.rect, text);
+    }
+    if let Some(text) = &viewer.note {
+        let font = FontId::proportional(12.0);
+        let width = (viewer.rect.width() - 60.0).max(100.0);
+        let text = painter.layout(text.clone(), font, Color32::WHITE, width);
+        let at = viewer.rect.left_bottom() + vec2(20.0, -60.0 - text.size().y);
+        let area = Rect::from_min_size(at, text.size()).expand2(vec2(12.0, 6.0));
+        painter.rect_filled(area, 6.0, Color32::from_black_alpha(150));
+        painter.galley(at, text, Color32::WHITE);
     }
     if viewer.help {
         help(ui, viewer);
@@ -73,16 +90,50 @@ fn marks(painter: &Painter, viewer: &Viewer) {
         }
         _ => None,
     };
+    for &particle in viewer.session.group() {
+        if let Some(at) = place(particle) {
+            painter.circle_filled(at, 3.0, theme::WARN);
+        }
+    }
     ring(worst, 10.0, theme::BAD);
     if let Some(at) = worst.and_then(place) {
-        let font = FontId::proportional(11.0);
-        let text = painter.layout_no_wrap("most wrong".to_owned(), font, theme::BAD);
-        let corner = at + vec2(18.0, -0.5 * text.size().y);
-        paper(painter, Rect::from_min_size(corner, text.size()).expand2(vec2(5.0, 2.0)));
-        painter.galley(corner, text, theme::BAD);
+        note(painter, at + vec2(18.0, 0.0), "most wrong", theme::BAD);
     }
     ring(viewer.session.selected(), 8.0, theme::WARN);
     ring(viewer.hovered, 6.0, Color32::WHITE);
+}
+
+/// What the mouse does between press and release: a box, a cut, or the force of a grab.
+fn gesture(painter: &Painter, viewer: &Viewer) {
+    let Some(gesture) = viewer.gesture else { return };
+    let line = Stroke::new(1.5, Color32::WHITE);
+    match gesture.action {
+        Action::Select { from } => {
+            let area = Rect::from_two_pos(from, gesture.last);
+            painter.rect_filled(area, 0.0, Color32::from_white_alpha(18));
+            painter.rect_stroke(area, 0.0, line, egui::StrokeKind::Middle);
+        }
+        Action::Cut => {
+            let path = viewer.stroke.clone();
+            painter.line(path.clone(), Stroke::new(4.0, Color32::from_black_alpha(120)));
+            painter.line(path, Stroke::new(2.0, theme::BAD));
+        }
+        Action::Grab { .. } => {
+            if let Some(force) = viewer.session.grab_force() {
+                let text = estimate(force, "N");
+                note(painter, gesture.last + vec2(22.0, 14.0), &text, Color32::WHITE);
+            }
+        }
+        Action::Orbit | Action::Pan => {}
+    }
+}
+
+/// A few words on paper, to the right of a point.
+fn note(painter: &Painter, at: Pos2, text: &str, colour: Color32) {
+    let text = painter.layout_no_wrap(text.to_owned(), FontId::proportional(11.0), colour);
+    let corner = at - vec2(0.0, 0.5 * text.size().y);
+    paper(painter, Rect::from_min_size(corner, text.size()).expand2(vec2(5.0, 2.0)));
+    painter.galley(corner, text, colour);
 }
 
 fn hint(painter: &Painter, rect: Rect, text: &str) {
@@ -135,9 +186,11 @@ fn legend(painter: &Painter, viewer: &Viewer) {
     }
 }
 
-const MOUSE: [(&str, &str); 5] = [
+const MOUSE: [(&str, &str); 7] = [
     ("Left drag on a particle", "hold it; let go to throw it"),
     ("Left drag beside, right drag", "turn"),
+    ("Ctrl drag", "choose what is grabbed together"),
+    ("C, then drag", "cut springs"),
     ("Shift drag, middle drag", "move sideways"),
     ("Wheel, pinch", "zoom"),
     ("Drag a pin", "move the pin"),

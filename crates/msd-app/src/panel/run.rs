@@ -4,8 +4,17 @@ use crate::viewer::{Command, Viewer};
 use egui::{Button, ComboBox, Label, RichText, Ui};
 
 /// Speeds to choose from, simulated seconds per second: fewer steps per second, not other steps.
-const SPEEDS: [(f64, &str); 6] =
-    [(1.0, "1"), (0.5, "1/2"), (0.25, "1/4"), (0.1, "1/10"), (0.03, "1/33"), (0.01, "1/100")];
+const SPEEDS: [(f64, &str); 9] = [
+    (f64::INFINITY, "most"),
+    (4.0, "4"),
+    (2.0, "2"),
+    (1.0, "1"),
+    (0.5, "1/2"),
+    (0.25, "1/4"),
+    (0.1, "1/10"),
+    (0.03, "1/33"),
+    (0.01, "1/100"),
+];
 
 /// The title of the scene and the transport.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
@@ -65,7 +74,9 @@ fn speed(ui: &mut Ui, viewer: &mut Viewer) {
                 }
             }
         });
-        shown.response.labelled_by(name.id).on_hover_text("Fewer steps per second, the same steps");
+        shown.response.labelled_by(name.id).on_hover_text(
+            "Fewer or more steps per second, the same steps; most: as fast as it goes",
+        );
         ui.label(RichText::new("of real time").weak());
     });
     if let Some(refusal) = viewer.session.refusal() {

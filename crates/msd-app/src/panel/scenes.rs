@@ -1,7 +1,8 @@
-//! The left panel: the list of scenes, what is drawn, the camera, the selected particle.
+//! The left panel: the list of scenes, what a drag does, what is drawn, the camera, the selected
+//! particle.
 
 use super::heading;
-use crate::viewer::{Command, Viewer};
+use crate::viewer::{Command, Tool, Viewer};
 use egui::{Button, RichText, Ui};
 
 /// The left panel.
@@ -9,8 +10,10 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     ui.spacing_mut().button_padding.y = 1.0;
     ui.spacing_mut().interact_size.y = 18.0;
     list(ui, viewer);
+    tools(ui, viewer);
     toggles(ui, viewer);
     camera(ui, viewer);
+    window(ui, viewer);
     particle(ui, viewer);
 }
 
@@ -45,12 +48,37 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
+/// What a drag with the left button does.
+fn tools(ui: &mut Ui, viewer: &mut Viewer) {
+    heading(ui, "Drag to");
+    const TOOLS: [(Tool, &str, &str); 3] = [
+        (Tool::Grab, "Grab", "Take a particle, or the group that it is of, and throw it (Esc)"),
+        (Tool::Select, "Box", "Choose the particles in a box, to be grabbed together (B, or Ctrl)"),
+        (Tool::Cut, "Cut", "Cut every spring under the line, hidden ones too (C)"),
+    ];
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        for (tool, name, hover) in TOOLS {
+            let button = ui.selectable_label(viewer.tool == tool, name).on_hover_text(hover);
+            viewer.landmarks.insert(name, button.rect);
+            if button.clicked() {
+                viewer.tool = tool;
+            }
+        }
+    });
+    let count = viewer.session.group().len();
+    if 0 < count {
+        let text = RichText::new(format!("{count} particles together")).small().weak();
+        ui.label(text).on_hover_text("Drag one of them; Esc forgets the group");
+    }
+}
+
 fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Show");
     let style = &mut viewer.style;
     ui.checkbox(&mut style.surfaces, "Surface");
     ui.checkbox(&mut style.pattern, "Pattern");
-    ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("Tab");
+    ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("W");
     ui.checkbox(&mut style.springs, "Springs").on_hover_text("coloured by strain");
     ui.checkbox(&mut style.particles, "Particles");
     ui.checkbox(&mut style.shadows, "Shadows");
@@ -63,6 +91,26 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer) {
         viewer.command(Command::FrameAll);
     }
     ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
+}
+
+/// How the window itself looks.
+fn window(ui: &mut Ui, viewer: &mut Viewer) {
+    heading(ui, "Window");
+    ui.checkbox(&mut viewer.light, "Light");
+    let hover = "Fill the screen (F11)";
+    ui.checkbox(&mut viewer.full_screen, "Full screen").on_hover_text(hover);
+    if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
+        viewer.command(Command::Panels);
+    }
+    ui.horizontal(|ui| {
+        ui.label("Size").on_hover_text("Of text and controls (Ctrl + and Ctrl -)");
+        let scale = ui.ctx().zoom_factor();
+        for (name, factor) in [("−", 1.0 / 1.1), ("+", 1.1)] {
+            if ui.button(name).clicked() {
+                ui.ctx().set_zoom_factor((scale * factor).clamp(0.5, 3.0));
+            }
+        }
+    });
 }
 
 fn particle(ui: &mut Ui, viewer: &mut Viewer) {

@@ -9,10 +9,11 @@ use egui::{Color32, Label, RichText, Ui};
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     let session = &viewer.session;
     let pace = session.pace();
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 14.0;
         let mut item = |text: String, colour: Color32, hover: &str| {
-            ui.add(Label::new(RichText::new(text).small().color(colour))).on_hover_text(hover);
+            let label = Label::new(RichText::new(text).small().color(colour)).extend();
+            ui.add(label).on_hover_text(hover);
         };
         let factor = pace.map(|pace| pace.real_time_factor);
         let (state, colour) = state(session.is_paused(), factor, session.speed());
@@ -55,7 +56,8 @@ fn state(paused: bool, factor: Option<f64>, speed: f64) -> (String, Color32) {
         None => (format!("{} × real time", theme::VOID), theme::FAINT),
         // A tenth below what was asked for is noise of the frame rate.
         Some(factor) => {
-            let colour = if factor < 0.9 * speed { theme::WARN } else { theme::GOOD };
+            let is_late = speed.is_finite() && factor < 0.9 * speed;
+            let colour = if is_late { theme::WARN } else { theme::GOOD };
             (format!("{factor:.2} × real time"), colour)
         }
     }

@@ -1,5 +1,6 @@
-//! Colours, sizes and fonts of the window.
+//! Colours, sizes and fonts of the window, dark or light.
 
+use egui::epaint::{Shape, shape_transform::adjust_colors};
 use egui::{Color32, Context, CornerRadius, FontFamily, FontId, Stroke, TextStyle, Theme, vec2};
 
 /// Behind the panels.
@@ -24,10 +25,39 @@ pub const BAD: Color32 = Color32::from_rgb(240, 110, 100);
 /// What stands in place of a number that is being worked out.
 pub const VOID: &str = "…";
 
-/// Sets colours, sizes and fonts: dark, whatever the system prefers, as the scene is drawn for it.
+/// Behind the box over a run that stopped by itself.
+pub const ALARM: Color32 = Color32::from_rgb(66, 30, 32);
+
+/// The colours above, and what stands for each of them in light panels.
+const LIGHT: [(Color32, Color32); 9] = [
+    (PANEL, Color32::from_rgb(244, 245, 247)),
+    (FIELD, Color32::from_rgb(224, 227, 232)),
+    (LINE, Color32::from_rgb(203, 208, 216)),
+    (TEXT, Color32::from_rgb(38, 43, 52)),
+    (FAINT, Color32::from_rgb(98, 107, 122)),
+    (GOOD, Color32::from_rgb(24, 122, 54)),
+    (WARN, Color32::from_rgb(158, 96, 0)),
+    (BAD, Color32::from_rgb(190, 40, 32)),
+    (ALARM, Color32::from_rgb(253, 228, 226)),
+];
+
+/// The colour that stands for one of the dark panels in light ones.
+fn light(colour: Color32) -> Color32 {
+    LIGHT.iter().find(|(dark, _)| *dark == colour).map_or(colour, |&(_, light)| light)
+}
+
+/// Turns what was drawn in the colours above into light.
+///
+/// Panels name dark colours, and this alone knows that there are others. What lies over the scene
+/// is white on dark paper in both.
+pub fn lighten(shape: &mut Shape) {
+    adjust_colors(shape, |colour| *colour = light(*colour));
+}
+
+/// Sets colours, sizes and fonts, dark at first.
 pub fn apply(ctx: &Context) {
-    ctx.set_theme(Theme::Dark);
-    ctx.style_mut_of(Theme::Dark, |style| {
+    choose(ctx, false);
+    ctx.all_styles_mut(|style| {
         style.spacing.item_spacing = vec2(6.0, 5.0);
         style.spacing.button_padding = vec2(8.0, 3.0);
         style.spacing.interact_size.y = 20.0;
@@ -38,28 +68,82 @@ pub fn apply(ctx: &Context) {
         style.text_styles.insert(TextStyle::Small, font(11.0));
         style.text_styles.insert(TextStyle::Heading, font(17.0));
         style.interaction.selectable_labels = false;
-        let visuals = &mut style.visuals;
-        visuals.panel_fill = PANEL;
-        visuals.window_fill = PANEL;
-        visuals.extreme_bg_color = Color32::from_rgb(18, 20, 25);
-        visuals.window_stroke = Stroke::new(1.0, LINE);
-        visuals.selection.bg_fill = ACCENT;
-        visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
-        visuals.slider_trailing_fill = true;
-        let widgets = &mut visuals.widgets;
-        for widget in [
-            &mut widgets.noninteractive,
-            &mut widgets.inactive,
-            &mut widgets.hovered,
-            &mut widgets.active,
-            &mut widgets.open,
-        ] {
-            widget.corner_radius = CornerRadius::same(4);
-        }
-        widgets.noninteractive.fg_stroke.color = TEXT;
-        widgets.noninteractive.bg_stroke.color = LINE;
-        widgets.inactive.fg_stroke.color = TEXT;
-        widgets.inactive.bg_fill = FIELD;
-        widgets.inactive.weak_bg_fill = FIELD;
     });
+    for theme in [Theme::Dark, Theme::Light] {
+        let own: fn(Color32) -> Color32 = if theme == Theme::Dark { |dark| dark } else { light };
+        ctx.style_mut_of(theme, |style| colour(&mut style.visuals, own));
+    }
+}
+
+/// Chooses dark or light panels, whatever the system prefers: the scene is drawn for dark ones.
+pub fn choose(ctx: &Context, light: bool) {
+    ctx.set_theme(if light { Theme::Light } else { Theme::Dark });
+}
+
+fn colour(visuals: &mut egui::Visuals, own: fn(Color32) -> Color32) {
+    visuals.panel_fill = own(PANEL);
+    visuals.window_fill = own(PANEL);
+    if visuals.dark_mode {
+        visuals.extreme_bg_color = Color32::from_rgb(18, 20, 25);
+    }
+    visuals.window_stroke = Stroke::new(1.0, own(LINE));
+    visuals.selection.bg_fill = ACCENT;
+    visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
+    visuals.slider_trailing_fill = true;
+    let widgets = &mut visuals.widgets;
+    for widget in [
+        &mut widgets.noninteractive,
+        &mut widgets.inactive,
+        &mut widgets.hovered,
+        &mut widgets.active,
+        &mut widgets.open,
+    ] {
+        widget.corner_radius = CornerRadius::same(4);
+    }
+    widgets.noninteractive.fg_stroke.color = own(TEXT);
+    widgets.noninteractive.bg_stroke.color = own(LINE);
+    widgets.inactive.fg_stroke.color = own(TEXT);
+    widgets.inactive.bg_fill = own(FIELD);
+    widgets.inactive.weak_bg_fill = own(FIELD);
+    // What has the keyboard is framed.
+    widgets.active.bg_stroke = Stroke::new(2.0, ACCENT);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Contrast of two opaque colours by WCAG 2.1.
+    fn contrast(a: Color32, b: Color32) -> f32 {
+        let luminance = |colour: Color32| {
+            let [red, green, blue, _] = egui::Rgba::from(colour).to_array();
+            0.2126 * red + 0.7152 * green + 0.0722 * blue
+        };
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn every_word_can_be_read_in_both_themes() {
+        for own in [|dark| dark, light] {
+            for word in [TEXT, FAINT, GOOD, WARN, BAD] {
+                // The level AA for text of ordinary size.
+                let found = contrast(own(word), own(PANEL));
+                assert!(4.5 <= found, "{word:?}: {found}");
+            }
+            assert!(4.5 <= contrast(own(TEXT), own(ALARM)));
+        }
+    }
+
+    #[test]
+    fn shapes_turn_light_and_other_colours_stay() {
+        let rect = egui::Rect::from_min_size(egui::Pos2::ZERO, vec2(1.0, 1.0));
+        let fill = |colour| {
+            let mut shape = Shape::rect_filled(rect, 0.0, colour);
+            lighten(&mut shape);
+            shape
+        };
+        assert_eq!(fill(PANEL), Shape::rect_filled(rect, 0.0, light(PANEL)));
+        assert_eq!(fill(Color32::WHITE), Shape::rect_filled(rect, 0.0, Color32::WHITE));
+    }
 }

@@ -64,7 +64,7 @@ pub struct Pace {
 /// A fixed-step clock: turns wall-clock time into whole steps and never into a longer step.
 #[derive(Clone, Debug)]
 pub struct Clock {
-    /// Simulated seconds per second, 1 for real time.
+    /// Simulated seconds per second, 1 for real time; infinite for as fast as it goes.
     speed: f64,
     /// Simulated time that is due but not stepped yet, seconds.
     owed: f64,
@@ -112,11 +112,17 @@ impl Clock {
     /// frame. To be followed by [`Clock::takes_step`] until that says no, and by [`Clock::end`].
     pub fn begin(&mut self, real: f64, step: f64, stopwatch: &impl Fn() -> f64) -> OpenFrame {
         let fresh = std::mem::take(&mut self.fresh);
-        self.owed += if fresh { 0.0 } else { real.max(0.0) * self.speed };
+        let is_bounded = self.speed.is_finite();
+        self.owed += match fresh {
+            true => 0.0,
+            false if is_bounded => real.max(0.0) * self.speed,
+            // The budget alone ends the frame.
+            false => f64::INFINITY,
+        };
         // After the scaling: a bound on wall-clock time alone would let fast motion burst. A step
         // longer than the bound must still become due.
         let largest = LARGEST_DEBT.max(2.0 * step);
-        let dropped = (self.owed - largest).max(0.0);
+        let dropped = if is_bounded { (self.owed - largest).max(0.0) } else { 0.0 };
         self.owed -= dropped;
         OpenFrame {
             frame: Frame { real, dropped, ..Frame::default() },
@@ -133,6 +139,10 @@ impl Clock {
             return false;
         }
         if BUDGET <= stopwatch() - open.start {
+            if self.owed == f64::INFINITY {
+                self.owed = 0.0;
+                return false;
+            }
             let late = (self.owed / step).floor() * step;
             self.owed -= late;
             open.frame.dropped += late;
@@ -257,6 +267,21 @@ mod tests {
         let steps = run(&mut clock, 600, STEP, 0.0);
         assert!((59..=60).contains(&steps), "{steps}");
         assert!((known(&clock).real_time_factor - 0.1).abs() < 0.02);
+    }
+
+    #[test]
+    fn the_highest_speed_takes_what_the_budget_gives_and_drops_nothing() {
+        let mut clock = started();
+        clock.set_speed(f64::INFINITY);
+        run(&mut clock, 1, STEP, 0.001);
+        let steps = run(&mut clock, 100, 0.04, 0.001);
+        // A step of 1 ms: as many as begin within the budget.
+        let most = (BUDGET / 0.001).ceil() as u32;
+        assert!((most..=most + 1).contains(&(steps / 100)), "{steps}");
+        assert_eq!(known(&clock).dropped, 0.0);
+        clock.set_speed(1.0);
+        run(&mut clock, 1, STEP, 0.0);
+        assert!(run(&mut clock, 60, STEP, 0.0) <= 60, "nothing is owed from before");
     }
 
     #[test]

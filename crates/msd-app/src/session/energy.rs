@@ -46,8 +46,9 @@ impl EnergyReadings {
 
     /// Reads the energy now.
     pub(super) fn sample(&mut self, run: &Run) {
-        // A change may add energy: a witness knows nothing of what was before.
-        let mut witness = self.known(run).map_or(Witness::default(), |&(_, witness)| witness);
+        // A change may add energy, and so do gusts: a witness knows nothing of what was before.
+        let known = self.known(run).filter(|_| !run.is_driven());
+        let mut witness = known.map_or(Witness::default(), |&(_, witness)| witness);
         let energy = run.runner().show_to(&mut witness);
         self.trace.push(run.runner().time(), energy);
         self.last = Some(Reading::new((energy, witness), run));

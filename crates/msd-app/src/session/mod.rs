@@ -13,13 +13,14 @@ mod stability_light;
 mod live_error;
 mod material;
 mod solver;
-mod grab;
+mod hands;
 mod recording;
 mod failure;
 mod trade;
 
 pub use clock::{BUDGET, Frame, Pace};
 pub use failure::RunFailure;
+pub use hands::{MOST_HELD, Wind};
 pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
 pub use material::{Material, MaterialEdit, MaterialValues, MixedValue};
 pub use run::{Reading, Revision, Run};
@@ -34,7 +35,7 @@ use clock::Clock;
 use energy::EnergyReadings;
 use failure::{Origins, WaysOut};
 use glam::DVec3;
-use grab::{Grab, Held};
+use hands::Grab;
 use live_error::LiveErrorMeter;
 use msd_core::{Energy, Error, Interaction, Select, Vector};
 use msd_run::recording::Event;
@@ -56,6 +57,9 @@ pub struct Session {
     history: History,
     material: Material,
     grab: Grab,
+    /// The wind that the user made, and whether it acts on the run.
+    wind: Option<Wind>,
+    is_blowing: bool,
     energy: EnergyReadings,
     stability_light: StabilityLight,
     /// Estimates the error while the user wants it.
@@ -85,6 +89,8 @@ impl Session {
             history: History::default(),
             material: Material::default(),
             grab: Grab::default(),
+            wind: None,
+            is_blowing: false,
             energy: EnergyReadings::default(),
             stability_light: StabilityLight::default(),
             live_error: None,
@@ -145,9 +151,10 @@ impl Session {
 
     /// Takes one step and returns whether the run can go on.
     fn take_step(&mut self) -> bool {
-        if let Some(motion) = self.grab.held.and_then(|held| held.pin_motion(self.run.runner())) {
-            self.act(motion);
-        }
+        let held = self.grab.held.iter();
+        let motions: Vec<_> = held.filter_map(|held| held.pin_motion(self.run.runner())).collect();
+        motions.into_iter().for_each(|motion| _ = self.act(motion));
+        self.blow();
         let before = self.runner().moment();
         if let Some(meter) = &mut self.live_error {
             meter.before_step(&self.run);
@@ -231,7 +238,7 @@ impl Session {
         if self.failure.take().is_some() {
             self.paused = false;
         }
-        self.grab = Grab::default();
+        (self.grab, self.is_blowing) = (Grab::default(), false);
         self.material.reset_rest_scale();
         self.change(|runner| *runner = fresh);
         self.history.clear();
@@ -264,7 +271,8 @@ impl Session {
 
     /// Does something to the simulation at once; returns whether it was accepted.
     fn act(&mut self, interaction: Interaction) -> bool {
-        let result = if self.grab.moves(&interaction) {
+        let is_gust = self.is_blowing && matches!(interaction, Interaction::SetForce { .. });
+        let result = if is_gust || self.grab.moves(&interaction) {
             if let Some(meter) = &mut self.live_error {
                 meter.follow(interaction, &self.run);
             }
@@ -280,38 +288,96 @@ impl Session {
         is_accepted
     }
 
-    /// Takes a particle with the mouse.
+    /// Does several things at once: all, or none where one is refused.
+    fn act_all(&mut self, interactions: &[Interaction]) -> bool {
+        let result = self.change(|runner| {
+            let queued = interactions.iter().try_for_each(|&each| runner.queue(each));
+            if queued.is_err() {
+                on!(runner, simulation => simulation.clear_queue());
+            }
+            queued.and_then(|()| runner.apply_queued())
+        });
+        let is_accepted = result.is_ok();
+        self.refusal = result.err().map(|error| error.to_string());
+        if is_accepted {
+            interactions.iter().for_each(|&each| self.record(&Event::Act(each)));
+        }
+        is_accepted
+    }
+
+    /// Takes a particle with the mouse, and with it the group that it is of.
     pub fn grab(&mut self, particle: usize, target: DVec3) {
         self.release();
-        let held =
-            on!(self.runner(), simulation => Held::new(simulation.model(), particle, target));
-        if self.act(held.interaction()) {
-            self.grab = Grab { held: Some(held), selected: Some(particle) };
+        if !self.grab.group.contains(&particle) {
+            self.grab.group.clear();
+        }
+        let held = self.grab.hold(self.run.runner(), particle, target);
+        let grabs: Vec<_> = held.iter().map(|held| held.interaction()).collect();
+        if self.act_all(&grabs) {
+            (self.grab.held, self.grab.selected) = (held, Some(particle));
         }
     }
 
-    /// Moves what the mouse holds.
+    /// Moves what the mouse holds: the first particle to `target`, the others alike.
     pub fn move_grab(&mut self, target: DVec3) {
-        let Some(mut held) = self.grab.held else { return };
-        held.target = target;
-        if self.act(held.interaction()) {
-            self.grab.held = Some(held);
+        let moved = self.grab.moved(target);
+        if moved.iter().all(|held| self.act(held.interaction())) {
+            self.grab.held = moved;
         }
     }
 
     /// Lets go of what the mouse holds; it keeps its velocity.
     pub fn release(&mut self) {
-        let Some(Held { particle, .. }) = self.grab.held.take() else { return };
-        self.act(Interaction::Release { particle });
-        if self.is_pinned(particle) {
-            self.act(Interaction::Pin { particle, velocity: DVec3::ZERO });
+        let held: Vec<_> = self.grab.held.drain(..).map(|held| held.particle).collect();
+        if held.is_empty() {
+            return;
         }
+        let release = held.iter().map(|&particle| Interaction::Release { particle });
+        let pinned = held.iter().filter(|&&particle| self.is_pinned(particle));
+        let velocity = DVec3::ZERO;
+        let stop = pinned.map(|&particle| Interaction::Pin { particle, velocity });
+        let all: Vec<_> = release.chain(stop).collect();
+        self.act_all(&all);
+    }
+
+    /// Chooses the particles that are taken together when one of them is: at most
+    /// [`MOST_HELD`], evenly chosen where there are more.
+    pub fn select_group(&mut self, mut particles: Vec<usize>) {
+        self.release();
+        let count = particles.len();
+        if MOST_HELD < count {
+            particles = (0..MOST_HELD).map(|row| particles[row * count / MOST_HELD]).collect();
+        }
+        (self.grab.group, self.grab.selected) = (particles, None);
+    }
+
+    /// Cuts springs for good; a restart brings them back.
+    pub fn cut(&mut self, springs: &[usize]) {
+        if !springs.is_empty() {
+            let cuts: Vec<_> = springs.iter().map(|&spring| Interaction::Cut { spring }).collect();
+            self.act_all(&cuts);
+        }
+    }
+
+    /// Makes a wind; one of strength 0 ends it.
+    pub fn set_wind(&mut self, wind: Wind) {
+        (self.wind, self.is_blowing) = (Some(wind), false);
+        self.blow();
+    }
+
+    /// Lets the wind act: once where it is new, and before each step where it comes in gusts.
+    fn blow(&mut self) {
+        let Some(wind) = self.wind.filter(|wind| !self.is_blowing || wind.is_gusty()) else {
+            return;
+        };
+        let value = self.loaded.scene.world.force + wind.force(self.runner().time());
+        self.is_blowing = self.act(Interaction::SetForce { value });
     }
 
     /// Lets go and selects nothing.
     pub fn deselect(&mut self) {
         self.release();
-        self.grab.selected = None;
+        self.grab = Grab::default();
     }
 
     /// Pins a free particle where it is, or frees a pinned one.
@@ -319,7 +385,7 @@ impl Session {
         if self.is_pinned(particle) {
             self.act(Interaction::Unpin { particle });
         } else {
-            if self.held() == Some(particle) {
+            if self.held().is_some() {
                 self.release();
             }
             self.act(Interaction::Pin { particle, velocity: DVec3::ZERO });
@@ -566,14 +632,31 @@ impl Session {
         &self.material
     }
 
-    /// The particle held by the mouse.
+    /// The particle held by the mouse; of a group, the one under the pointer.
     pub fn held(&self) -> Option<usize> {
-        self.grab.held.map(|held| held.particle)
+        self.grab.held.first().map(|held| held.particle)
     }
 
     /// Where the mouse pulls the held particle to, metres.
     pub fn grab_target(&self) -> Option<DVec3> {
-        self.grab.held.map(|held| held.target)
+        self.grab.held.first().map(|held| held.target)
+    }
+
+    /// The force with which the mouse pulls at all it holds, newtons, at the present state; `None`
+    /// where it holds nothing, or a pin, which no force moves.
+    pub fn grab_force(&self) -> Option<f64> {
+        self.held().filter(|&held| !self.is_pinned(held))?;
+        Some(on!(self.runner(), simulation => hands::force(simulation)).length())
+    }
+
+    /// The particles that are taken together when one of them is.
+    pub fn group(&self) -> &[usize] {
+        &self.grab.group
+    }
+
+    /// The wind that the user made.
+    pub fn wind(&self) -> Wind {
+        self.wind.unwrap_or_default()
     }
 
     /// The particle that buttons and keys act on.

@@ -7,18 +7,20 @@ use msd_run::Runner;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Revision(u64);
 
-/// A runner that can be changed by `Run::change` alone, so that no change goes unnoticed. Steps
-/// and motions of what the mouse holds are no changes: the run goes on by them.
+/// A runner that can be changed by `Run::change` alone, so that no change goes unnoticed. Steps,
+/// motions of what the mouse holds and gusts are no changes: the run goes on by them.
 #[derive(Debug)]
 pub struct Run {
     runner: Runner,
     revision: Revision,
+    /// Whether gusts have done work since the last change.
+    is_driven: bool,
 }
 
 impl Run {
     /// A run at its first revision.
     pub(super) fn new(runner: Runner) -> Self {
-        Run { runner, revision: Revision::default() }
+        Run { runner, revision: Revision::default(), is_driven: false }
     }
 
     /// The runner.
@@ -34,6 +36,7 @@ impl Run {
     /// Changes state, model, settings or precision: every reading from before is void.
     pub(super) fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         self.revision.0 += 1;
+        self.is_driven = false;
         change(&mut self.runner)
     }
 
@@ -42,8 +45,14 @@ impl Run {
         self.runner.step()
     }
 
-    /// Moves what the mouse holds already: the target of a grab, or a pin.
+    /// Whether gusts do work, so that the balance of the energy says nothing of the method.
+    pub fn is_driven(&self) -> bool {
+        self.is_driven
+    }
+
+    /// Moves what the mouse holds already, the target of a grab or a pin, or goes on with a gust.
     pub(super) fn move_held(&mut self, motion: Interaction) -> Result<(), Error> {
+        self.is_driven |= matches!(motion, Interaction::SetForce { .. });
         act(&mut self.runner, motion)
     }
 }

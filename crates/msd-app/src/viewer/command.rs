@@ -1,5 +1,7 @@
 //! Commands: what a key or a button asks for.
 
+use super::gesture::Tool;
+
 /// Something a key or a button asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Command {
@@ -23,8 +25,14 @@ pub enum Command {
     Record,
     /// Open the built-in scene with this number, from 0.
     Scene(usize),
-    /// Let go, deselect, close the help.
+    /// Choose what a left drag does; grabbing, where that was chosen already.
+    Tool(Tool),
+    /// Let go, deselect, grab again, close the help.
     Escape,
+    /// Let the window fill the screen, or give it back its size.
+    FullScreen,
+    /// Show or hide the panels.
+    Panels,
     /// Show or hide the help.
     Help,
     /// Close the window.

@@ -1,7 +1,19 @@
-//! A mouse gesture over the 3D view, from press to release.
+//! Mouse gestures over the 3D view, from press to release, and the tool that decides which.
 
 use egui::{PointerButton, Pos2};
 use glam::Vec3;
+
+/// What a drag with the left button does over the 3D view.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Tool {
+    /// Takes the particle under the pointer; beside the bodies it turns the camera.
+    #[default]
+    Grab,
+    /// Draws a box: the particles in it are taken together from then on.
+    Select,
+    /// Cuts every spring that it crosses in the picture.
+    Cut,
+}
 
 /// What a pressed button does until it is released.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +33,13 @@ pub(crate) enum Action {
     Orbit,
     /// Moves the camera sideways.
     Pan,
+    /// Draws a box from here.
+    Select {
+        /// The corner where it began, points of the window.
+        from: Pos2,
+    },
+    /// Cuts springs.
+    Cut,
     /// Drags a particle in the plane through `through` that faces the camera; its target stays
     /// `offset` away from the pointer, as it was when the particle was taken.
     Grab {

@@ -1,15 +1,18 @@
 //! A session and how it is looked at: camera, view settings, the list of scenes, commands.
 
 mod catalogue;
-mod command;
 mod gesture;
 mod link;
+mod command;
 mod viewport;
+mod preferences;
 
 pub use catalogue::{Catalogue, Entry, catalogue};
 pub use command::Command;
+pub use gesture::Tool;
 pub(crate) use gesture::{Action, Gesture};
 pub use link::{Changes, Link, LinkError, Look};
+pub use preferences::{Outlook, Preferences};
 pub use viewport::Viewport;
 
 use crate::session::{MaterialEdit, Session, Tuning};
@@ -37,6 +40,16 @@ pub struct Viewer {
     pub catalogue: Catalogue,
     /// Whether the camera keeps everything in the middle of the picture.
     pub follow: bool,
+    /// Whether the panels are shown.
+    pub panels: bool,
+    /// Whether the panels are light.
+    pub light: bool,
+    /// Whether the window is to fill the screen.
+    pub full_screen: bool,
+    /// What is remembered from one start to the next.
+    pub preferences: Preferences,
+    /// What was done last, for the user.
+    pub note: Option<String>,
     /// Whether the help is open.
     pub help: bool,
     /// Whether the hint for new users is shown: until something was grabbed.
@@ -49,12 +62,18 @@ pub struct Viewer {
     pub rect: Rect,
     /// Where widgets are, points: for tests that drive the window from outside.
     pub landmarks: BTreeMap<&'static str, Rect>,
+    /// What a left drag does.
+    pub tool: Tool,
     /// What the mouse does between press and release.
     pub(crate) gesture: Option<Gesture>,
+    /// Where a cut went so far, points of the window.
+    pub(crate) stroke: Vec<egui::Pos2>,
     /// The particle under the pointer.
     pub(crate) hovered: Option<usize>,
     /// Whether the scene is to be brought into view once the size of the window is known.
     unframed: bool,
+    /// The camera as it brought the scene into view.
+    framed: Camera,
     /// The scene that is not in the catalogue: of a file or a mesh.
     opened: Option<Loaded>,
     /// The entry of the catalogue that runs; `None` for the opened one.
@@ -97,15 +116,23 @@ impl Viewer {
             style: Style { legend: false, springs, ..Style::default() },
             catalogue,
             follow: true,
+            panels: true,
+            light: false,
+            full_screen: false,
+            preferences: Preferences::default(),
+            note: None,
             help: false,
             hint: true,
             quit: false,
             folder: PathBuf::new(),
             rect: Rect::ZERO,
             landmarks: BTreeMap::new(),
+            tool: Tool::default(),
             gesture: None,
+            stroke: Vec::new(),
             hovered: None,
             unframed: true,
+            framed: Camera::default(),
             aimed: Vec3::ZERO,
             beside: Vec3::ZERO,
         })
@@ -137,7 +164,12 @@ impl Viewer {
             Command::Wireframe => self.style.wireframe = !self.style.wireframe,
             Command::FrameAll => self.frame_all(),
             Command::Scene(index) => self.open_entry(index),
+            Command::Tool(tool) => {
+                self.tool = if self.tool == tool { Tool::Grab } else { tool };
+            }
             Command::Escape => self.escape(),
+            Command::FullScreen => self.full_screen = !self.full_screen,
+            Command::Panels => self.panels = !self.panels,
             Command::Help => self.help = !self.help,
             Command::Quit => self.quit = true,
         }
@@ -175,6 +207,7 @@ impl Viewer {
     /// Ends a gesture: what it held may be gone.
     pub(crate) fn let_go(&mut self) {
         self.gesture = None;
+        self.stroke.clear();
         self.hovered = None;
     }
 
@@ -192,6 +225,8 @@ impl Viewer {
     fn escape(&mut self) {
         self.let_go();
         self.session.deselect();
+        self.tool = Tool::Grab;
+        self.note = None;
         self.help = false;
     }
 
@@ -221,6 +256,7 @@ impl Viewer {
 
     fn open(&mut self, loaded: Result<Loaded, String>, index: Option<usize>) {
         let before = shows_springs(&self.session.loaded().name);
+        self.keep_camera();
         let result =
             loaded.and_then(|loaded| self.session.open(loaded).map_err(|error| error.to_string()));
         match result {
@@ -343,7 +379,42 @@ impl Viewer {
             self.unframed = false;
             self.camera = Camera::default();
             self.frame_all();
+            self.framed = self.camera;
+            if let Some(outlook) = self.preferences.cameras.get(&self.session.loaded().name) {
+                self.camera = outlook.camera();
+                (self.aimed, self.beside) = (self.camera.target, Vec3::ZERO);
+            }
         }
+    }
+
+    /// Remembers how the scene is looked at, if the user chose that.
+    fn keep_camera(&mut self) {
+        let look = |camera: &Camera| (camera.yaw, camera.pitch, camera.distance);
+        if !self.unframed && look(&self.camera) != look(&self.framed) {
+            self.preferences.keep_camera(&self.session.loaded().name, &self.camera);
+        }
+    }
+
+    /// Takes over what was remembered.
+    pub fn set_preferences(&mut self, preferences: Preferences) {
+        (self.light, self.panels) = (preferences.light, preferences.panels);
+        self.preferences = preferences;
+    }
+
+    /// What is to be remembered now; `size` is that of the window and `scale` that of the panels.
+    pub fn remember(&mut self, size: [f32; 2], scale: f32) -> &Preferences {
+        self.keep_camera();
+        let file = self.session.loaded().files.first();
+        let file = file.and_then(|file| std::path::absolute(file).ok());
+        let scene = file
+            .map_or(self.session.loaded().name.clone(), |file| file.to_string_lossy().into_owned());
+        let preferences = &mut self.preferences;
+        (preferences.light, preferences.panels) = (self.light, self.panels);
+        (preferences.scale, preferences.scene) = (scale, Some(scene));
+        if !self.full_screen {
+            preferences.size = Some(size);
+        }
+        preferences
     }
 
     /// Lets the camera keep up, once per frame, after the steps; `real` is the wall-clock time of

@@ -5,6 +5,8 @@ mod surface;
 mod error;
 #[cfg(not(target_arch = "wasm32"))]
 mod film;
+#[cfg(not(target_arch = "wasm32"))]
+mod preferences_file;
 mod status_file;
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
@@ -15,7 +17,7 @@ pub use error::{Missing, ViewError};
 #[cfg(not(target_arch = "wasm32"))]
 pub use film::Film;
 #[cfg(not(target_arch = "wasm32"))]
-pub use native::{view, view_as, view_link};
+pub use native::{last_scene, view, view_as, view_link};
 #[cfg(target_arch = "wasm32")]
 pub use web::start;
 
@@ -34,6 +36,13 @@ use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
+
+/// The size of the window before a user chose one, points.
+#[cfg(not(target_arch = "wasm32"))]
+const SIZE: [f32; 2] = [1280.0, 800.0];
+/// The part of the height of a small screen that its bars leave.
+#[cfg(not(target_arch = "wasm32"))]
+const BARS: f32 = 0.94;
 
 /// What arrives from outside the window system.
 pub(crate) enum Arrival {
@@ -58,6 +67,7 @@ pub(crate) struct Shell {
     last_frame: Instant,
     title: String,
     hidden: bool,
+    is_full: bool,
     watcher: Option<Watcher>,
     /// Why the window could not be shown; a browser finds it in the log.
     pub(crate) missing: Option<Missing>,
@@ -71,6 +81,7 @@ impl Shell {
     ) -> Self {
         let context = egui::Context::default();
         panel::theme::apply(&context);
+        context.set_zoom_factor(viewer.preferences.scale);
         Shell {
             viewer,
             proxy,
@@ -81,6 +92,7 @@ impl Shell {
             last_frame: Instant::now(),
             title: String::new(),
             hidden: false,
+            is_full: false,
             watcher,
             missing: None,
         }
@@ -92,7 +104,7 @@ impl Shell {
         // In a browser the page chooses the size.
         #[cfg(not(target_arch = "wasm32"))]
         let attributes = attributes
-            .with_inner_size(winit::dpi::LogicalSize::new(1280.0, 800.0))
+            .with_inner_size(self.size(event_loop))
             .with_min_inner_size(winit::dpi::LogicalSize::new(640.0, 400.0));
         #[cfg(target_arch = "wasm32")]
         let attributes =
@@ -121,6 +133,30 @@ impl Shell {
         Ok(())
     }
 
+    /// The size of the window, points: as it was left, and no larger than the screen.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn size(&self, event_loop: &ActiveEventLoop) -> winit::dpi::LogicalSize<f32> {
+        let [width, height] = self.viewer.preferences.size.unwrap_or(SIZE);
+        let monitor = event_loop.primary_monitor();
+        let monitor = monitor.or_else(|| event_loop.available_monitors().next());
+        let screen = monitor.map(|screen| screen.size().to_logical::<f32>(screen.scale_factor()));
+        let screen = screen.filter(|screen| 0.0 < screen.width && 0.0 < screen.height);
+        screen.map_or(winit::dpi::LogicalSize::new(width, height), |screen| {
+            // Room for the bars of the desktop where the window would fill the height.
+            let most = if screen.height < height { BARS * screen.height } else { screen.height };
+            winit::dpi::LogicalSize::new(width.min(screen.width), height.min(most))
+        })
+    }
+
+    /// Remembers how the window is left.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn remember(&mut self) {
+        let Some(window) = &self.window else { return };
+        let size = window.inner_size().to_logical::<f32>(window.scale_factor());
+        let scale = self.context.zoom_factor();
+        preferences_file::write(self.viewer.remember([size.width, size.height], scale));
+    }
+
     fn fail(&mut self, event_loop: &ActiveEventLoop, what: Missing) {
         #[cfg(target_arch = "wasm32")]
         web::tell("missing", &what.to_string());
@@ -146,6 +182,11 @@ impl Shell {
         let raw = input.take_egui_input(window);
         let stopwatch = || start.elapsed().as_secs_f64();
         let (mut output, stepped) = lay_out(&self.context, raw, viewer, real, &stopwatch);
+        if self.is_full != viewer.full_screen {
+            self.is_full = viewer.full_screen;
+            let full = self.is_full.then_some(winit::window::Fullscreen::Borderless(None));
+            window.set_fullscreen(full);
+        }
         if self.title != viewer.title() {
             self.title = viewer.title();
             window.set_title(&self.title);
@@ -213,7 +254,8 @@ fn lay_out(
         viewer.command(command);
     }
     let mut stepped = None;
-    let output = context.run_ui(raw, |ui| {
+    panel::theme::choose(context, viewer.light);
+    let mut output = context.run_ui(raw, |ui| {
         // egui may lay out a frame twice: the pointer acts and time passes once.
         if stepped.is_none() {
             read_pointer(ui.ctx(), viewer);
@@ -223,6 +265,9 @@ fn lay_out(
         }
         panel::show(ui, viewer);
     });
+    if viewer.light {
+        output.shapes.iter_mut().for_each(|shape| panel::theme::lighten(&mut shape.shape));
+    }
     (output, stepped.unwrap_or_default())
 }
 
@@ -280,6 +325,11 @@ impl ApplicationHandler<Arrival> for Shell {
             WindowEvent::RedrawRequested => self.frame(event_loop),
             _ => {}
         }
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        self.remember();
     }
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: winit::event::StartCause) {

@@ -1,6 +1,6 @@
 //! The window on a desktop.
 
-use super::{Arrival, Missing, Shell, ViewError, status_file};
+use super::{Arrival, Missing, Shell, ViewError, preferences_file, status_file};
 use crate::viewer::{Link, Viewer, catalogue};
 use msd_scene::Loaded;
 use std::path::{Path, PathBuf};
@@ -25,6 +25,11 @@ pub fn view_as(loaded: Loaded, called: &str) -> Result<(), ViewError> {
     show(|| Ok(Viewer::new(loaded, catalogue())?), called)
 }
 
+/// What the scene that was shown last can be opened by, if the window remembers one.
+pub fn last_scene() -> Option<String> {
+    preferences_file::read().0.scene
+}
+
 /// Shows the scene of a link in a window until it is closed, set up and looked at as it says.
 ///
 /// # Errors
@@ -46,7 +51,10 @@ fn show(open: impl FnOnce() -> Result<Viewer, Missing>, called: &str) -> Result<
     run().map_err(|what| ViewError { scene: called.to_owned(), what })
 }
 
-fn run(viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
+fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
+    let (preferences, damage) = preferences_file::read();
+    viewer.set_preferences(preferences);
+    viewer.note = damage;
     let watcher = status.map(status_file::watcher).transpose().map_err(Missing::Status)?;
     let event_loop = event_loop()?;
     let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);

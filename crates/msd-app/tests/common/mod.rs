@@ -12,6 +12,8 @@ pub fn msd(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_msd"));
     command.current_dir(folder).args(arguments);
     command.env_remove("RUST_LOG").env_remove("XDG_RUNTIME_DIR");
+    // What the user of this machine prefers is nothing to a test.
+    command.env("MSD_PREFERENCES", "");
     command
 }
 

@@ -145,6 +145,11 @@ pub enum Interaction {
         /// Friction along the plane.
         friction: Friction,
     },
+    /// Sets the uniform force: wind, say.
+    SetForce {
+        /// The force on every particle, newtons.
+        value: DVec3,
+    },
 }
 
 /// The parts of a simulation that an interaction changes.
@@ -194,7 +199,7 @@ impl Interaction {
             Pin { .. } => Effects { masses: true, state: true, ..none },
             Unpin { .. } => Effects { masses: true, ..none },
             Impulse { .. } | Spin { .. } => Effects { state: true, ..none },
-            SetGravity { .. } => Effects { energy: true, ..none },
+            SetGravity { .. } | SetForce { .. } => Effects { energy: true, ..none },
             Grab { .. } | Release { .. } => Effects { grabs: true, ..none },
             Push { .. } | SetPlane { .. } => none,
         }
@@ -258,6 +263,7 @@ pub(crate) fn check_interaction<R: Real>(
             check::check_vector::<R>("vector", at, vector)
         }
         SetGravity { value } => check::check_vector::<R>("gravity", at, value),
+        SetForce { value } => check::check_vector::<R>("force", at, value),
         SetPlane { plane, restitution, friction } => {
             check_index(at, "plane", plane, model.planes().len())?;
             check::check_fraction("restitution", at, restitution)?;
@@ -343,6 +349,7 @@ pub(crate) fn apply<R: Real>(
             spin(model, state, particles_of(model, particles), velocity)
         }
         SetGravity { value } => model.fields.gravity = R::Vec3::of(value),
+        SetForce { value } => model.fields.force = R::Vec3::of(value),
         SetPlane { plane, restitution, friction } => {
             let plane = &mut model.obstacles.planes[plane];
             (plane.law, plane.friction) = (ContactLaw::new(restitution, friction), friction);

@@ -12,7 +12,8 @@ const EDGE: [f32; 3] = [0.07, 0.10, 0.16];
 /// Edges win against the surface they lie on: 0.2 % of the distance is more than its rounding.
 const EDGE_BIAS: f32 = 0.002;
 
-/// Adds the surface of every body, without triangles that touch a broken position.
+/// Adds the surface of every body, without triangles that touch a broken position or lie along a
+/// spring that was cut.
 pub(crate) fn add_surfaces<R: Real>(
     geometry: &mut Geometry,
     snapshot: &Snapshot<'_, R>,
@@ -21,6 +22,7 @@ pub(crate) fn add_surfaces<R: Real>(
     let most_vertices = limit as usize / size_of::<SurfaceVertex>();
     let most_triangles = limit as usize / size_of::<[u32; 3]>();
     let mut normals = vec![Vec3::ZERO; geometry.positions.len()];
+    let cuts = cut_pairs(snapshot);
     for (index, body) in snapshot.bodies.iter().enumerate() {
         let vertices = geometry.vertices.len() + body.surface.corners.len();
         let triangles = geometry.triangles.len() + body.surface.triangles.len();
@@ -29,7 +31,7 @@ pub(crate) fn add_surfaces<R: Real>(
             continue;
         }
         let first = geometry.triangles.len();
-        add_triangles(geometry, body, &mut normals);
+        add_triangles(geometry, body, &cuts, &mut normals);
         if first < geometry.triangles.len() {
             add_vertices(geometry, body, index, &mut normals);
         }
@@ -38,10 +40,13 @@ pub(crate) fn add_surfaces<R: Real>(
 
 /// Adds the triangles of a body, and to `normals` of each particle twice the area vector of its
 /// triangles: large triangles count more, degenerate ones not at all.
-fn add_triangles(geometry: &mut Geometry, body: &Body, normals: &mut [Vec3]) {
+fn add_triangles(geometry: &mut Geometry, body: &Body, cuts: &[[u32; 2]], normals: &mut [Vec3]) {
     let first = geometry.vertices.len() as u32;
     for triangle in &body.surface.triangles {
         let Some(particles) = triangle_particles(body, *triangle) else { continue };
+        if sides(particles).iter().any(|side| is_cut(cuts, *side)) {
+            continue;
+        }
         let [Some(a), Some(b), Some(c)] = particles.map(|p| geometry.drawable(p)) else { continue };
         let area = (b - a).cross(c - a);
         for particle in particles {
@@ -77,17 +82,36 @@ fn triangle_particles(body: &Body, triangle: [u32; 3]) -> Option<[u32; 3]> {
     Some([a?.particle, b?.particle, c?.particle])
 }
 
+/// The sides of a triangle as pairs of particles, the lower number first.
+fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
+}
+
+/// The pairs of particles whose spring was cut, the lower number first, in order.
+fn cut_pairs<R: Real>(snapshot: &Snapshot<'_, R>) -> Vec<[u32; 2]> {
+    let springs = snapshot.ends.iter().enumerate();
+    let cut = springs.filter(|&(spring, _)| snapshot.is_cut(spring));
+    let mut pairs: Vec<_> = cut.map(|(_, &[a, b])| [a.min(b), a.max(b)]).collect();
+    pairs.sort_unstable();
+    pairs
+}
+
+fn is_cut(cuts: &[[u32; 2]], pair: [u32; 2]) -> bool {
+    cuts.binary_search(&pair).is_ok()
+}
+
 /// Adds every edge of a surface triangle once: dark on surfaces, in the body's colour without.
 pub(crate) fn add_wireframe<R: Real>(
     geometry: &mut Geometry,
     snapshot: &Snapshot<'_, R>,
     view: &View,
 ) {
+    let cuts = cut_pairs(snapshot);
     for (index, body) in snapshot.bodies.iter().enumerate() {
         let opacity = if view.style.surfaces { 0.6 } else { 1.0 };
         let own = mix(body_colour(index), EDGE, 0.25);
         let colour = bytes(if view.style.surfaces { EDGE } else { own }, opacity);
-        for [a, b] in edges(body) {
+        for [a, b] in edges(body).into_iter().filter(|edge| !is_cut(&cuts, *edge)) {
             let (Some(a), Some(b)) = (geometry.drawable(a), geometry.drawable(b)) else { continue };
             let width = view.style.line_pixels();
             geometry.lines.push(Line { a, width, b, bias: EDGE_BIAS, colour });
@@ -99,8 +123,8 @@ pub(crate) fn add_wireframe<R: Real>(
 fn edges(body: &Body) -> Vec<[u32; 2]> {
     let mut edges = Vec::with_capacity(body.surface.triangles.len() * 3);
     for triangle in &body.surface.triangles {
-        let Some([a, b, c]) = triangle_particles(body, *triangle) else { continue };
-        edges.extend([[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)]));
+        let Some(particles) = triangle_particles(body, *triangle) else { continue };
+        edges.extend(sides(particles));
     }
     edges.sort_unstable();
     edges.dedup();

@@ -64,7 +64,7 @@ const CELLS: &str = "Cells (default: all)";
 /// Arguments of `msd view`, and of `msd` without a command.
 #[derive(Debug, Args)]
 pub struct ViewArguments {
-    /// Scene to show in the window [default: cube]
+    /// Scene to show in the window [default: the last one, at first cube]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
     pub solver: SolverArguments,

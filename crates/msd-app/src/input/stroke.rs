@@ -1,0 +1,67 @@
+//! Strokes and boxes in the picture: the springs that a stroke crosses, the particles in a box.
+//!
+//! Both go through the whole scene, as the picture has it: what is hidden behind a surface counts.
+
+use crate::viewer::Viewport;
+use egui::{Pos2, Rect};
+use glam::Vec4;
+use msd_core::Vector;
+use msd_run::{Runner, on};
+
+/// The springs that are not cut yet and whose picture a piece of a stroke crosses.
+pub(super) fn crossed(viewport: &Viewport, runner: &Runner, stroke: [Pos2; 2]) -> Vec<usize> {
+    on!(runner, simulation => {
+        let snapshot = simulation.snapshot();
+        let to_clip = viewport.to_clip();
+        let points = snapshot.positions().map(|place| to_clip * place.to_f32().extend(1.0));
+        let points: Vec<Vec4> = points.collect();
+        let springs = snapshot.ends.iter().enumerate();
+        let there = springs.filter(|&(spring, _)| !snapshot.is_cut(spring));
+        let is_crossed = |ends: &[u32; 2]| {
+            let picture = viewport.line(ends.map(|end| points[end as usize]));
+            picture.is_some_and(|picture| meet(stroke, picture))
+        };
+        there.filter(|(_, ends)| is_crossed(ends)).map(|(spring, _)| spring).collect()
+    })
+}
+
+/// The particles whose picture is in a box.
+pub(super) fn inside(viewport: &Viewport, runner: &Runner, area: Rect) -> Vec<usize> {
+    let is_inside = |point| viewport.project(point).is_some_and(|place| area.contains(place));
+    on!(runner, simulation => {
+        let model = simulation.model();
+        let places = simulation.positions().map(|place| place.to_f32()).enumerate();
+        let there = places.filter(|&(particle, _)| !model.is_removed(particle));
+        there.filter(|&(_, place)| is_inside(place)).map(|(particle, _)| particle).collect()
+    })
+}
+
+/// Whether two line segments meet: each has its ends on different sides of the other.
+fn meet([a, b]: [Pos2; 2], [c, d]: [Pos2; 2]) -> bool {
+    let side = |from: Pos2, to: Pos2, of: Pos2| {
+        let (way, arm) = (to - from, of - from);
+        way.x * arm.y - way.y * arm.x
+    };
+    let (first, second) = (side(a, b, c) * side(a, b, d), side(c, d, a) * side(c, d, b));
+    // Of two that lie on one line nothing is crossed.
+    first <= 0.0 && second <= 0.0 && (first < 0.0 || second < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui::pos2;
+
+    #[test]
+    fn segments_meet_where_they_cross_and_not_where_only_their_lines_do() {
+        let across = [pos2(0.0, 1.0), pos2(2.0, 1.0)];
+        assert!(meet(across, [pos2(1.0, 0.0), pos2(1.0, 2.0)]));
+        assert!(meet([pos2(1.0, 2.0), pos2(1.0, 0.0)], across));
+        assert!(!meet(across, [pos2(3.0, 0.0), pos2(3.0, 2.0)]));
+        assert!(!meet(across, [pos2(1.0, 1.5), pos2(1.0, 2.0)]));
+        // A spring seen end on is a point, and one along the stroke is not crossed.
+        assert!(!meet(across, [pos2(1.0, 1.5), pos2(1.0, 1.5)]));
+        assert!(!meet(across, [pos2(0.5, 1.0), pos2(1.5, 1.0)]));
+        assert!(!meet(across, [pos2(f32::NAN, 0.0), pos2(1.0, 2.0)]));
+    }
+}

@@ -1,0 +1,139 @@
+//! The particles that the mouse holds, and those that are selected.
+
+use glam::DVec3;
+use msd_core::{Interaction, Model, Real, Simulation, Vector};
+use msd_run::{Runner, on};
+
+/// How fast a whole body follows the mouse, hertz.
+const BODY_FREQUENCY: f64 = 1.5;
+/// Damping ratio of a whole body on the spring of the mouse.
+const BODY_DAMPING: f64 = 0.7;
+/// The largest force of a grab as a multiple of the weight of the body.
+const STRENGTH: f64 = 30.0;
+/// Weight is reckoned with at least this gravity, m/s²: things that float can be thrown too.
+const LEAST_GRAVITY: f64 = 9.82;
+/// The most particles that are held at once: each is an interaction whenever the pointer moves.
+pub const MOST_HELD: usize = 256;
+/// Part of the way to the target that a pin moves in one step.
+const PIN_PULL: f64 = 0.25;
+
+/// A particle on the spring of the mouse.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// The particle.
+    pub particle: usize,
+    /// Where it is pulled to, metres.
+    pub target: DVec3,
+    frequency: f64,
+    damping_ratio: f64,
+    max_force: f64,
+}
+
+impl Held {
+    /// A grab that is, with `others` of the same body held alike, strong enough for that body.
+    ///
+    /// The spring of a grab is given by the frequency f of the single particle of mass m. n of them
+    /// are to carry a body of mass M at frequency F: n m f² = M F², so f = F √(M / (n m)). Damping
+    /// ratios scale alike. The core caps both by the substep.
+    fn new<R: Real>(model: &Model<R>, particle: usize, target: DVec3, others: &[usize]) -> Self {
+        let masses = model.masses();
+        let bodies = model.bodies().iter().map(|body| body.particles.clone());
+        let body = bodies.into_iter().find(|body| body.contains(&particle));
+        let body = body.unwrap_or(particle..particle + 1);
+        let count = others.iter().filter(|other| body.contains(other)).count().max(1) as f64;
+        let mass = masses[particle].to_f64();
+        let carried = masses[body].iter().map(|m| m.to_f64()).sum::<f64>() / count;
+        let share = (carried / mass).sqrt();
+        let gravity = model.gravity().to_f64().length().max(LEAST_GRAVITY);
+        Held {
+            particle,
+            target,
+            frequency: BODY_FREQUENCY * share,
+            damping_ratio: BODY_DAMPING * share,
+            max_force: STRENGTH * carried * gravity,
+        }
+    }
+
+    /// The grab as the simulation takes it.
+    pub(in crate::session) fn interaction(&self) -> Interaction {
+        Interaction::Grab {
+            particle: self.particle,
+            target: self.target,
+            frequency: self.frequency,
+            damping_ratio: self.damping_ratio,
+            max_force: self.max_force,
+        }
+    }
+
+    /// How a held pin moves in the next step: no force moves it, so the mouse gives it a velocity.
+    /// `None` for a particle that is not pinned.
+    pub(in crate::session) fn pin_motion(&self, runner: &Runner) -> Option<Interaction> {
+        let Held { particle, target, .. } = *self;
+        let (is_pinned, position) = on!(runner, simulation => {
+            (simulation.model().is_pinned(particle), simulation.position(particle).to_f64())
+        });
+        let velocity = (target - position) * (PIN_PULL / runner.settings().step);
+        is_pinned.then_some(Interaction::Pin { particle, velocity })
+    }
+}
+
+/// What the mouse holds, and what buttons and keys act on.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Grab {
+    /// The particles that the mouse holds; the first is the one under the pointer.
+    pub held: Vec<Held>,
+    /// The particle that buttons and keys act on.
+    pub selected: Option<usize>,
+    /// The particles that are taken together when one of them is taken.
+    pub group: Vec<usize>,
+}
+
+impl Grab {
+    /// Takes a particle, and where it is of the group the whole group, each by the way that leads
+    /// the first to its target.
+    pub(in crate::session) fn hold(
+        &self,
+        runner: &Runner,
+        first: usize,
+        target: DVec3,
+    ) -> Vec<Held> {
+        let together = if self.group.contains(&first) { &self.group[..] } else { &[first] };
+        on!(runner, simulation => {
+            let place = |particle: usize| simulation.position(particle).to_f64();
+            let way = target - place(first);
+            let others = together.iter().copied().filter(|&other| other != first);
+            let hold = |particle: usize| {
+                let target = if particle == first { target } else { place(particle) + way };
+                Held::new(simulation.model(), particle, target, together)
+            };
+            std::iter::once(first).chain(others).map(hold).collect()
+        })
+    }
+
+    /// What is held, moved so that the first goes to `target`: all keep their places to each other.
+    pub(in crate::session) fn moved(&self, target: DVec3) -> Vec<Held> {
+        let way = self.held.first().map_or(DVec3::ZERO, |first| target - first.target);
+        let to = |(row, held): (usize, &Held)| {
+            // The first exactly, as a sum would round.
+            let target = if row == 0 { target } else { held.target + way };
+            Held { target, ..*held }
+        };
+        self.held.iter().enumerate().map(to).collect()
+    }
+
+    /// Whether an interaction only moves a particle that is held already.
+    pub(in crate::session) fn moves(&self, interaction: &Interaction) -> bool {
+        use Interaction::{Grab, Pin};
+        let (Grab { particle, .. } | Pin { particle, .. }) = interaction else { return false };
+        self.held.iter().any(|held| held.particle == *particle)
+    }
+}
+
+/// The force of all grabs of a simulation at its present state, newtons.
+pub(in crate::session) fn force<R: Real>(simulation: &Simulation<R>) -> DVec3 {
+    let pull = |grab: &msd_core::Grab<R>| {
+        let particle = grab.particle as usize;
+        grab.pull(simulation.position(particle), simulation.velocity(particle)).to_f64()
+    };
+    simulation.model().grabs().iter().map(pull).sum()
+}
