@@ -29,18 +29,14 @@ fn energy_that_the_integrator_adds_is_a_warning_and_a_field() {
 }
 
 #[test]
-fn energy_of_bounces_that_dampers_dissipate_is_told_and_a_field() {
+fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
     let folder = folder();
     let run = ["run", "dice", "--substeps", "16", "--duration", "5", "--json"];
     let output = outcome(msd(folder.path(), &run));
     let told = parse(&text(&output.stdout));
-    // 4.9 kJ of 72: see docs/trade.md, "Bounces of stiff bodies". The die rests at the end, so both
-    // are about the same.
-    let (gain, change) = (&told["energy_gain"]["joules"], &told["imbalance"]);
-    let [gain, change] = [gain, change].map(|number| number.as_f64().expect("a number"));
+    // 4.9 kJ of 72: see docs/trade.md, "Bounces of stiff bodies".
+    let change = told["imbalance"].as_f64().expect("a number");
     assert!((4e3..6e3).contains(&change), "{change}");
-    assert!((gain / change - 1.0).abs() < 0.01, "{gain} {change}");
-    assert!(text(&output.stderr).contains("adding energy"), "{}", text(&output.stderr));
 }
 
 /// A rope that hangs level from one end, of this stiffness.

@@ -245,3 +245,20 @@ fn the_bunny_is_squashed_as_it_lands_and_stands_up_again_with_its_ears_up() {
     let (tip, height) = shape(&runner);
     assert!(0.75 < tip && 0.85 < height && height < 1.05, "at last: {tip} of {height}");
 }
+
+#[test]
+fn bounces_add_less_than_a_hundredth_of_the_energy() {
+    for name in ["dice", "waffle"] {
+        let mut runner = runner(name);
+        let start = single(&runner).energy();
+        let mut most = start.kinetic + start.elastic;
+        // Ten seconds: both have come to rest by then.
+        for _ in 0..600 {
+            runner.step().expect("a built-in scene stays in the world");
+            let energy = single(&runner).energy();
+            most = most.max(energy.kinetic + energy.elastic);
+        }
+        let added = single(&runner).energy().total() - start.total();
+        assert!(added < 0.01 * most, "{name}: {added} J of {most} J");
+    }
+}

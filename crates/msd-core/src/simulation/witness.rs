@@ -21,10 +21,8 @@
 //! checked separately, since dampers may dissipate it at once.
 //!
 //! What dampers dissipate as fast as it is added shows in the balance alone: [`Energy::total`],
-//! which only an error of the method changes, see [`Witness::imbalance`]. A gain is reported where
-//! even the lowest total of a window is above that of the first by more than a twentieth of the
-//! largest kinetic and elastic energy so far, under built-in methods of second order and more only:
-//! the others book the work of dampers to first order, and their total drifts by that alone.
+//! which only an error of the method changes, see [`Witness::imbalance`]. It is read, not judged: at
+//! long steps the work of dampers is booked so coarsely that runs whose motion is right would alarm.
 //!
 //! The detector sees no gain before the second window.
 
@@ -37,10 +35,8 @@ const WINDOW: u32 = 16;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
 
-/// The part of the largest kinetic and elastic energy so far by which the total may rise.
-const IMBALANCE: f64 = 0.05;
-
-/// The part of it below which the kinetic energy is that of a body at rest.
+/// The part of the largest kinetic and elastic energy so far below which the kinetic energy is that
+/// of a body at rest.
 const REST: f64 = 1e-6;
 
 /// The part of the largest kinetic and elastic energy so far below which nothing is reported: the
@@ -56,9 +52,8 @@ pub struct Witness {
     scale: f64,
     /// The largest so far, joules.
     most: f64,
-    /// The energy that rounding can have added since the reference was found, and in all, joules.
+    /// The energy that rounding can have added since the reference was found, joules.
     rounding: f64,
-    rounding_in_all: f64,
     /// The energy that obstacles have added in all, less what they dissipated, joules.
     fed: f64,
     /// The step of the last look.
@@ -78,11 +73,6 @@ struct Balance {
     settled: f64,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
-    /// The lowest change of this window and of the first one, joules; `None` before either ended.
-    lowest: Option<f64>,
-    first: Option<f64>,
-    /// Whether the method books the work of dampers well enough for a verdict.
-    is_judged: bool,
 }
 
 impl Balance {
@@ -92,20 +82,15 @@ impl Balance {
         self.change += self.last.map_or(0.0, |last| total - last);
         self.last = Some(total);
         self.kinetic = self.kinetic.max(energy.kinetic);
-        self.lowest = Some(self.lowest.map_or(self.change, |lowest| lowest.min(self.change)));
     }
 
-    /// Ends a window, and returns by how much its lowest is above that of the first, joules. What
-    /// adds up in a body at rest is left out, as there methods book falls within a substep, which
-    /// take nothing.
-    fn settle(&mut self, most: f64) -> f64 {
+    /// Ends a window; what adds up in a body at rest is left out, as there methods book falls
+    /// within a substep, which take nothing.
+    fn settle(&mut self, most: f64) {
         if self.kinetic <= REST * most {
             self.change = self.settled;
-            self.lowest = Some(self.settled);
         }
         (self.settled, self.kinetic) = (self.change, 0.0);
-        let lowest = self.lowest.take().unwrap_or(self.change);
-        lowest - *self.first.get_or_insert(lowest)
     }
 }
 
@@ -135,8 +120,6 @@ impl Witness {
             let substeps = f64::from(simulation.settings().substeps);
             let steps = simulation.steps().saturating_sub(self.seen);
             let steps = if self.reference.is_none() { 0 } else { steps };
-            let order = simulation.settings().integrator.order();
-            self.balance.is_judged = 2 <= order && simulation.own_method.is_none();
             let contacts = simulation.contacts();
             self.fed = contacts.added - contacts.taken;
             // What is driven in counts as dissipated too, with the other sign.
@@ -165,7 +148,6 @@ impl Witness {
         }
         window.count += 1;
         self.rounding += rounding;
-        self.rounding_in_all += rounding;
         window.highest = Real::max(window.highest, now);
         window.scale = Real::max(window.scale, moving);
         if !now.is_finite() {
@@ -187,10 +169,7 @@ impl Witness {
         // Dampers may dissipate what contact adds, so that is checked separately.
         let gained = Real::max(gained, self.fed);
         self.gain = if allowed < gained { gained } else { 0.0 };
-        let risen = self.balance.settle(self.most);
-        if self.balance.is_judged && IMBALANCE * self.most + self.rounding_in_all < risen {
-            self.gain = Real::max(self.gain, risen);
-        }
+        self.balance.settle(self.most);
         if highest < reference {
             (self.reference, self.rounding) = (Some(highest), 0.0);
         }
