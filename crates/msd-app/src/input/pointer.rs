@@ -1,7 +1,7 @@
 //! The pointer over the 3D view: what a press begins goes on until release.
 
 use super::picking::pick;
-use crate::viewer::{Action, Gesture, Viewer};
+use crate::viewer::{Action, Command, Gesture, Viewer};
 use egui::{Context, PointerButton, Pos2};
 
 /// Turn per point of motion, radians: half a turn over some 400 points.
@@ -39,6 +39,9 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
         && view.is_pointer_button_down_on()
     {
         start(viewer, button, origin, pointer.shift);
+    }
+    if view.long_touched() {
+        viewer.command(Command::Pin);
     }
     if let Some(touch) = ctx.input(|input| input.multi_touch()) {
         end(viewer);
