@@ -231,6 +231,55 @@ const tests = {
     }
   },
 
+  async 'a mesh that is dropped on the page is opened'(page) {
+    await page.go('#scene=chain');
+    const mesh = await readFile(new URL('../crates/msd-scene/meshes/teapot.obj', import.meta.url), 'utf8');
+    await page.page.evaluate(mesh => {
+      const dataTransfer = new DataTransfer();
+      dataTransfer.items.add(new File([mesh], 'my teapot.obj'));
+      document.body.dispatchEvent(new DragEvent('drop', { dataTransfer, bubbles: true, cancelable: true }));
+    }, mesh);
+    await page.until('the mesh', now => now.scene === 'my teapot');
+    await page.picture('dropped');
+  },
+
+  async 'a file that is none of ours is refused in a line'(page) {
+    await page.go('#scene=chain');
+    const wrong = [['nothing.txt', 'its ending'], ['broken.obj', 'broken.obj'], ['no.msd', 'no.msd']];
+    for (const [name, words] of wrong) {
+      await page.page.setInputFiles('#open', { name, mimeType: 'text/plain', buffer: Buffer.from('v 1 nan') });
+      await page.page.waitForFunction(
+        words => document.getElementById('line').textContent.includes(words), words);
+      assert.equal((await page.status()).scene, 'chain');
+    }
+  },
+
+  async 'a saved run opens again where it was, and a picture is not empty'(page) {
+    await page.go('#scene=chain');
+    await page.until('steps', now => 5 < now.steps);
+    await page.page.click('[data-command=pause]');
+    const before = await page.until('a pause', now => now.paused);
+    const saved = async button => {
+      const [download] = await Promise.all([page.page.waitForEvent('download'), page.page.click(button)]);
+      return download.path();
+    };
+    const file = await saved('#save');
+    const picture = await readFile(await saved('#picture'));
+    assert(picture.subarray(1, 4).toString() === 'PNG' && 10_000 < picture.length, `${picture.length}`);
+    await page.page.click('[data-command=restart]');
+    await page.until('a restart', now => now.steps < before.steps);
+    await page.page.setInputFiles('#open', { name: 'chain.msd', mimeType: '', buffer: await readFile(file) });
+    const after = await page.until('the run', now => now.steps === before.steps);
+    assert.equal(after.time, before.time);
+  },
+
+  async 'embedded, the scene fills the frame'(page) {
+    await page.go('#scene=cube&embed');
+    const { view } = await page.until('no panels', now => now.view[2] === 960);
+    assert.deepEqual(view, [0, 0, 960, 640]);
+    await page.picture('embedded');
+  },
+
   async 'controls of the page have names, and choose a scene'(page) {
     await page.go('');
     await page.page.getByRole('combobox', { name: 'Scene' }).selectOption('chain');
@@ -248,7 +297,8 @@ const once = {
       { timeout: 5 * PATIENCE });
     const line = await page.page.evaluate(() => document.documentElement.dataset.verified);
     assert.match(line, /^all \d+ runs end in the bits that are kept/);
-    console.log(`    ${line}`);
+    const longest = await page.page.evaluate(() => document.documentElement.dataset.longest);
+    console.log(`    ${line}; the longest slice took ${Number(longest).toFixed(0)} ms`);
   },
 
   async 'it opens again without a network'(page) {

@@ -29,10 +29,19 @@ function say(text) {
   hiding = setTimeout(() => { line.hidden = true; }, 15000);
 }
 
+let wantsPicture = false;
+
 const told = {
   frame() {
-    element('loading').hidden = true;
-    document.documentElement.dataset.state = 'running';
+    if (document.documentElement.dataset.state !== 'running') {
+      element('loading').hidden = true;
+      document.documentElement.dataset.state = 'running';
+    }
+    if (wantsPicture) {
+      wantsPicture = false;
+      // Here and now: after this frame the canvas is empty again.
+      element('canvas').toBlob(blob => download(blob, 'msd.png'));
+    }
   },
   scene(name) {
     element('scene').value = name;
@@ -53,6 +62,25 @@ async function copy(fragment) {
     // Not allowed here, as in a frame of another page: to be copied by hand.
     say(link);
   }
+}
+
+function download(content, name) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(content);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+}
+
+// A scene and its numbers take a multiple of its file.
+const LARGEST = 200e6;
+
+async function openFile(file) {
+  if (LARGEST < file.size) {
+    return say(`${file.name}: too large for a browser, ${Math.round(file.size / 1e6)} MB of at most `
+      + `${LARGEST / 1e6} MB; the program for the desktop takes it`);
+  }
+  await msd.open_file(file.name, new Uint8Array(await file.arrayBuffer()));
 }
 
 // The program, counted as it arrives.
@@ -88,13 +116,34 @@ function connect() {
   }
   element('scene').addEventListener('change', () => {
     const fragment = `#scene=${element('scene').value}`;
+    if (!element('scene').value) return;
     history.replaceState(null, '', fragment);
     msd.open(fragment).catch(refused);
   });
   element('copy').addEventListener('click', () => msd.link().then(copy, refused));
   element('verify').addEventListener('click', verify);
+  element('save').addEventListener('click', async () => {
+    const bytes = await msd.saved();
+    download(new Blob([bytes]), `${element('scene').value || 'scene'}.msd`);
+  });
+  element('picture').addEventListener('click', () => {
+    wantsPicture = true;
+    // The answer is of no use, but a question brings a frame.
+    msd.status();
+  });
+  element('open').addEventListener('change', () => {
+    const [file] = element('open').files;
+    if (file) openFile(file).catch(refused);
+    element('open').value = '';
+  });
+  addEventListener('dragover', event => event.preventDefault());
+  addEventListener('drop', event => {
+    event.preventDefault();
+    const [file] = event.dataTransfer.files;
+    if (file) openFile(file).catch(refused);
+  });
   addEventListener('hashchange', () => {
-    setOptions();
+    msd.set_bare(setOptions());
     msd.open(location.hash).catch(refused);
   });
   // After a click of the mouse the keys belong to the simulation again.
@@ -104,7 +153,9 @@ function connect() {
 }
 
 function setOptions() {
-  document.documentElement.classList.toggle('embed', options().has('embed'));
+  const embedded = options().has('embed');
+  document.documentElement.classList.toggle('embed', embedded);
+  return embedded;
 }
 
 let verifying = false;
@@ -119,7 +170,7 @@ async function verify() {
     element('verify').textContent = line;
     await new Promise(next => setTimeout(next));
   }
-  document.documentElement.dataset.verified = line;
+  Object.assign(document.documentElement.dataset, { verified: line, longest: verifier.longest_ms });
   element('verify').textContent = 'Verify';
   say(line);
   verifying = false;
@@ -137,6 +188,7 @@ try {
   listScenes();
   connect();
   msd.start(location.hash, (kind, text) => told[kind]?.(text));
+  msd.set_bare(setOptions());
   if (options().has('verify')) verify();
 } catch (error) {
   missing(error.message ?? String(error));

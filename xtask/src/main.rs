@@ -19,6 +19,14 @@ struct Arguments {
 enum Command {
     /// Takes every method to the extremes: maps of what is accurate, bounded or blows up
     Extremes(command::extremes::ExtremesArguments),
+    /// Prints the spring updates per second of a work, f32, by the instructions of any x86-64
+    Pace {
+        /// The work: cloth/SIDE or block/SIDE
+        work: String,
+        /// How long it is measured, seconds
+        #[arg(default_value_t = 2.0)]
+        seconds: f64,
+    },
     /// Finds how stiff a scene may be under each method, as the report of 2014 did
     StabilityTable {
         /// A built-in scene, a scene file, a mesh or a saved run
@@ -47,6 +55,7 @@ fn run(command: Command) -> Result<(), Failure> {
     alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
     match command {
         Command::Extremes(arguments) => command::extremes::run_extremes(&arguments),
+        Command::Pace { work, seconds } => command::run_pace(&work, seconds),
         Command::StabilityTable { scene, json } => command::run_stability_table(&scene, json),
     }
 }

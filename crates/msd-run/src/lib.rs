@@ -18,6 +18,7 @@ pub mod recording;
 pub mod replay;
 pub mod twin;
 pub mod kept;
+pub mod pace;
 
 pub use history::History;
 pub use rounding::Rounding;

@@ -30,10 +30,10 @@ pub use disk::{FileId, Output, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
 pub use file::{SceneFormat, decode, domain, format_of, read_text, schema, tree};
 pub use loaded::Loaded;
-pub use open::{Draft, load, open, parse, read, write};
+pub use open::{Draft, load, open, open_bytes, parse, read, write};
 pub use precision::Precision;
 pub use shown::{shown_path, tame};
 pub use state::{AnyState, state_hash};
 pub use storage::{
-    envelope, load_saved, load_state, read_saved, read_state, write_saved, write_state,
+    envelope, load_saved, load_state, read_saved, read_state, saved_bytes, write_saved, write_state,
 };

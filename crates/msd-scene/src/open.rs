@@ -9,7 +9,7 @@ use crate::loaded::Loaded;
 use crate::mesh::{self, Mesh, MeshError};
 use crate::precision::Precision;
 use crate::shown::shown_path;
-use crate::storage::{self, load_saved};
+use crate::storage::{self, load_saved, read_saved};
 use msd_core::Simulation;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -36,6 +36,34 @@ pub fn open(name: impl AsRef<Path>) -> Result<Loaded, FileError> {
     }
     let draft = Draft::open(name, Path::new(""))?;
     draft.load(&draft.source()?)
+}
+
+/// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`; touches no
+/// other, so a scene can only name meshes that the crate carries.
+///
+/// # Errors
+/// An ending that tells no format; everything that [`load`] refuses.
+pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Loaded, FileError> {
+    let path = Path::new(name);
+    let name = shown_path(path);
+    let ending = ending(path);
+    if ending == storage::ENDING {
+        return read_saved(bytes, &name);
+    }
+    if let Some(format) = mesh::Format::from_extension(&ending) {
+        let mesh = mesh::parse(bytes, format, &name).map_err(FileError::from)?;
+        let draft = Draft::new(name, MESH_SCENE, SceneFormat::Toml, Origin::Mesh);
+        draft.keep(MESH_FILE, Ok(mesh));
+        return draft.load(&draft.source()?);
+    }
+    if !matches!(ending.as_str(), "toml" | "json") {
+        return Err(FileError::Unreadable { file: name, reason: no_format() });
+    }
+    let text = std::str::from_utf8(bytes).map_err(|_| {
+        let reason = "is no text in UTF-8".into();
+        FileError::Unreadable { file: name.clone(), reason }
+    })?;
+    parse(text, format_of(path), &name)
 }
 
 /// Loads a scene file, TOML or JSON by its ending.
@@ -202,12 +230,7 @@ fn unknown_scene(name: &str, path: &Path) -> FileError {
         return FileError::Unreadable { file: name.into(), reason: reason.into() };
     }
     if path.is_file() {
-        let reason = format!(
-            "its ending tells no format; a scene file ends in .toml or .json, a saved run in .msd, \
-             a mesh in .{}",
-            MESH_ENDINGS.join(", .")
-        );
-        return FileError::Unreadable { file: name.into(), reason };
+        return FileError::Unreadable { file: name.into(), reason: no_format() };
     }
     let names = BUILTINS.map(|builtin| builtin.name);
     let hint = match nearest(name, names) {
@@ -219,6 +242,14 @@ fn unknown_scene(name: &str, path: &Path) -> FileError {
         ),
     };
     FileError::UnknownScene { name: name.into(), hint }
+}
+
+fn no_format() -> String {
+    format!(
+        "its ending tells no format; a scene file ends in .toml or .json, a saved run in .msd, a \
+         mesh in .{}",
+        MESH_ENDINGS.join(", .")
+    )
 }
 
 fn parse_with(

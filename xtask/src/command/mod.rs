@@ -2,8 +2,11 @@
 
 pub mod extremes;
 
+use msd_core::Instructions;
+use msd_run::pace::best_pace;
 use std::fmt::Display;
 use std::path::Path;
+use std::time::Instant;
 use xtask::stability_table::{euler_steps, stability_table};
 
 /// Why a command ended early.
@@ -36,5 +39,14 @@ pub fn run_stability_table(scene: &Path, json: bool) -> Result<(), Failure> {
         true => println!("{}", serde_json::to_string_pretty(&table).map_err(Failure::input)?),
         false => print!("{}", table.text()),
     }
+    Ok(())
+}
+
+/// Prints the pace of a work by the plainest instructions, which a page is compared with.
+pub fn run_pace(work: &str, seconds: f64) -> Result<(), Failure> {
+    let start = Instant::now();
+    let clock = || start.elapsed().as_secs_f64();
+    let pace = best_pace(work, Instructions::Plain, seconds, &clock).map_err(Failure::input)?;
+    println!("{pace}");
     Ok(())
 }

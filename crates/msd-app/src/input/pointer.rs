@@ -2,7 +2,7 @@
 
 use super::picking::pick;
 use super::stroke::{crossed, inside};
-use crate::viewer::{Action, Gesture, Tool, Viewer};
+use crate::viewer::{Action, Command, Gesture, Tool, Viewer};
 use egui::{Context, Modifiers, PointerButton, Pos2, Rect};
 
 /// Turn per point of motion, radians: half a turn over some 400 points.
@@ -40,6 +40,9 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
         && view.is_pointer_button_down_on()
     {
         start(viewer, button, origin, pointer.modifiers);
+    }
+    if view.long_touched() {
+        viewer.command(Command::Pin);
     }
     if let Some(touch) = ctx.input(|input| input.multi_touch()) {
         end(viewer);

@@ -28,6 +28,10 @@ const COLUMN: f32 = 70.0;
 
 /// Lays out everything, and lets widgets act on the viewer.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    if viewer.bare {
+        view(ui, viewer);
+        return overlay::show(ui, viewer);
+    }
     let frame = Frame::new().fill(theme::PANEL).inner_margin(10.0);
     let line = Frame::new().fill(theme::PANEL).inner_margin(egui::Margin::symmetric(10, 5));
     if viewer.panels {

@@ -91,6 +91,14 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer) {
         viewer.command(Command::FrameAll);
     }
     ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
+    let hover = "Scene, settings and camera as a text, which the page in a browser, msd view and \
+                 msd run take";
+    if ui.button("Copy link").on_hover_text(hover).clicked() {
+        match viewer.link() {
+            Ok(link) => ui.copy_text(link.to_string()),
+            Err(reason) => viewer.session.refuse(Err(reason)),
+        }
+    }
 }
 
 /// How the window itself looks.

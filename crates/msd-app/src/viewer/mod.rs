@@ -54,6 +54,8 @@ pub struct Viewer {
     pub help: bool,
     /// Whether the hint for new users is shown: until something was grabbed.
     pub hint: bool,
+    /// Whether the scene fills the window, without panels.
+    pub bare: bool,
     /// Whether the user asked to close the window.
     pub quit: bool,
     /// Where recordings go: the folder that the program was started in.
@@ -123,6 +125,7 @@ impl Viewer {
             note: None,
             help: false,
             hint: true,
+            bare: false,
             quit: false,
             folder: PathBuf::new(),
             rect: Rect::ZERO,
@@ -339,6 +342,17 @@ impl Viewer {
         let fov_deg = Camera::default().fov_deg;
         self.camera = Camera { target: self.aimed, distance, yaw, pitch, fov_deg };
         self.unframed = false;
+    }
+
+    /// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`.
+    pub fn open_bytes(&mut self, name: &str, bytes: &[u8]) {
+        match msd_scene::open_bytes(name, bytes) {
+            Ok(loaded) => {
+                self.opened = Some(loaded);
+                self.reopen();
+            }
+            Err(error) => self.session.refuse(Err(error)),
+        }
     }
 
     /// Brings every particle and the ground below into view.

@@ -48,6 +48,19 @@ impl FileKind {
         written.map_err(|error| output.refused(&error))
     }
 
+    /// The bytes of a file of this kind with one frame.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn bytes(&self, content: &impl Serialize) -> Result<Vec<u8>, FileError> {
+        let refused = |error: std::io::Error| {
+            let reason = error.to_string();
+            FileError::Unwritable { file: self.what.into(), reason }
+        };
+        let frame = frame(content).map_err(refused)?;
+        Ok([self.line().into_bytes(), frame].concat())
+    }
+
     /// Reads a file into memory once its first line is that of this kind.
     ///
     /// # Errors

@@ -25,6 +25,14 @@ pub fn write_saved(loaded: &Loaded, mut output: Output) -> Result<(), FileError>
     output.finish_safely()
 }
 
+/// The bytes of a saved run, where there is no disk to write them to.
+///
+/// # Errors
+/// [`FileError::Unwritable`].
+pub fn saved_bytes(loaded: &Loaded) -> Result<Vec<u8>, FileError> {
+    KIND.bytes(loaded)
+}
+
 /// Reads a saved run from a file.
 ///
 /// # Errors

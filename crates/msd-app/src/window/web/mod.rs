@@ -2,6 +2,7 @@
 
 mod page;
 mod verify;
+mod speed;
 
 pub use page::start;
 pub(super) use page::tell;

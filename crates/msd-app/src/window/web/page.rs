@@ -6,7 +6,8 @@
 use super::super::{Arrival, Watcher, status_file};
 use super::show;
 use crate::viewer::{Command, Link, LinkError, Viewer};
-use js_sys::{Function, Promise};
+use js_sys::{Function, Promise, Uint8Array};
+use msd_scene::Loaded;
 use std::cell::{Cell, RefCell};
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
@@ -81,6 +82,35 @@ pub fn scenes() -> String {
     msd_scene::BUILTINS.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
+/// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`.
+#[wasm_bindgen]
+pub fn open_file(name: String, bytes: Vec<u8>) -> Promise {
+    ask(move |viewer| {
+        viewer.open_bytes(&name, &bytes);
+        viewer.session.refusal().map_or(Ok(String::new()), |reason| Err(reason.to_owned()))
+    })
+}
+
+/// The bytes of a saved run of what the window shows, to be downloaded.
+#[wasm_bindgen]
+pub fn saved() -> Promise {
+    ask_for(|viewer| {
+        let Loaded { name, title, .. } = viewer.session.loaded();
+        let now = viewer.session.runner().to_loaded(name, title);
+        let bytes = msd_scene::saved_bytes(&now).map_err(|error| error.to_string())?;
+        Ok(Uint8Array::from(&bytes[..]).into())
+    })
+}
+
+/// Shows the scene without panels, or with them.
+#[wasm_bindgen]
+pub fn set_bare(bare: bool) -> Promise {
+    ask(move |viewer| {
+        viewer.bare = bare;
+        Ok(String::new())
+    })
+}
+
 /// What the window shows, as JSON: see [`status_file`]. Places are in CSS pixels of the canvas.
 #[wasm_bindgen]
 pub fn status() -> Promise {
@@ -90,16 +120,20 @@ pub fn status() -> Promise {
 /// Asks something of the viewer between two frames; the promise holds the answer, or the line that
 /// says why there is none.
 fn ask(question: impl FnOnce(&mut Viewer) -> Result<String, String> + 'static) -> Promise {
+    ask_for(|viewer| question(viewer).map(JsValue::from))
+}
+
+fn ask_for(question: impl FnOnce(&mut Viewer) -> Result<JsValue, String> + 'static) -> Promise {
     let mut question = Some(question);
     Promise::new(&mut |resolve, reject| {
         let Some(question) = question.take() else { return };
         let answer = move |viewer: &mut Viewer| {
-            let (settle, text) = match question(viewer) {
-                Ok(text) => (resolve, text),
-                Err(text) => (reject, text),
+            let (settle, answer) = match question(viewer) {
+                Ok(answer) => (resolve, answer),
+                Err(text) => (reject, text.into()),
             };
             // Settling a promise throws nothing.
-            settle.call1(&JsValue::NULL, &text.into()).ok();
+            settle.call1(&JsValue::NULL, &answer).ok();
         };
         WINDOW.with_borrow(|window| {
             // Without a window nobody answers.
@@ -113,14 +147,13 @@ pub(super) fn listen(window: EventLoopProxy<Arrival>) {
     WINDOW.set(Some(window));
 }
 
-/// Counts frames, and tells the page of the first one and of each scene.
+/// Counts frames, and tells the page of each one and of each scene.
 pub(super) fn watcher() -> Watcher {
     let mut scene = String::new();
     Box::new(move |viewer, _| {
         FRAMES.set(FRAMES.get() + 1);
-        if FRAMES.get() == 1 {
-            tell("frame", "");
-        }
+        // At each: what was drawn can be copied until this returns.
+        tell("frame", "");
         let name = &viewer.session.loaded().name;
         if *name != scene {
             scene.clone_from(name);
@@ -129,7 +162,7 @@ pub(super) fn watcher() -> Watcher {
     })
 }
 
-/// Tells the page something. The kinds: `frame`, the first one was drawn; `scene`, this one is
+/// Tells the page something. The kinds: `frame`, one was drawn; `scene`, this one is
 /// shown; `copy`, this text is for the clipboard; `refused`, why a link or file was not taken;
 /// `missing`, why there is no window any more.
 pub(crate) fn tell(kind: &str, text: &str) {
