@@ -150,7 +150,7 @@ fn along_the_front(ui: &mut Ui, session: &Session, study: &Study) -> Option<Choi
     let front = study.front();
     let last = front.len().checked_sub(1)?;
     let mut place = place_on(study, &front, choice_of(session.runner()));
-    let name = ui.label("fast ↔ accurate");
+    let name = ui.label("fast – accurate");
     ui.spacing_mut().slider_width = SIDE - 24.0;
     let widget = Slider::new(&mut place, 0..=last).show_value(false);
     let hover = "Walks along the best of what was measured: method, substeps and precision follow";
