@@ -19,6 +19,12 @@ struct Arguments {
 enum Command {
     /// Takes every method to the extremes: maps of what is accurate, bounded or blows up
     Extremes(command::extremes::ExtremesArguments),
+    /// Compares the live estimate of the error with the truth, over built-in and generated scenes
+    LiveError {
+        /// How many scenes to generate
+        #[arg(long, default_value_t = 60)]
+        generated: u64,
+    },
     /// Finds how stiff a scene may be under each method, as the report of 2014 did
     StabilityTable {
         /// A built-in scene, a scene file, a mesh or a saved run
@@ -47,6 +53,10 @@ fn run(command: Command) -> Result<(), Failure> {
     alone.map_err(|error| Failure::input(format!("no thread to run on: {error}")))?;
     match command {
         Command::Extremes(arguments) => command::extremes::run_extremes(&arguments),
+        Command::LiveError { generated } => {
+            command::run_live_error(generated);
+            Ok(())
+        }
         Command::StabilityTable { scene, json } => command::run_stability_table(&scene, json),
     }
 }

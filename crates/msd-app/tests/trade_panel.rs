@@ -1,5 +1,5 @@
 //! The trade on screen: a study in the background, void when the scene is changed and not when the
-//! solver is, and the choices made by it.
+//! solver is, and the choices made by it; the error as a colour.
 
 use egui::Vec2;
 use egui::accesskit::Role;
@@ -7,7 +7,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::input::read_pointer;
 use msd_app::panel::{self, theme};
-use msd_app::session::{MaterialEdit, Session, StudyFrom, Tuning, choice_of, pick};
+use msd_app::session::{ERROR_WINDOW, MaterialEdit, Session, StudyFrom, Tuning, choice_of, pick};
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::{Integrator, Interaction, World};
 use msd_scene::{Loaded, Precision};
@@ -237,4 +237,24 @@ fn a_cut_spring_voids_the_study() {
     wait_until(&mut session, |session| 1 <= points(session));
     let study = found(&session).expect("points");
     assert_eq!(study.springs, chain().scene.springs.len() - 1);
+}
+
+#[test]
+fn particles_are_coloured_by_their_error_as_long_as_it_is_known() {
+    let loaded = msd_scene::open("jelly").expect("a built-in scene");
+    let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+    viewer.by_error = true;
+    viewer.session.set_estimating(true);
+    assert_eq!(viewer.shades(), None);
+    (0..ERROR_WINDOW).for_each(|_| viewer.session.step_forward());
+    let shades = viewer.shades().expect("a window has ended");
+    assert_eq!(shades.len(), viewer.session.runner().particle_count());
+    let most = shades.iter().copied().fold(0.0, f32::max);
+    // The scale ends at 1, 2 or 5 times a power of ten, less than 2.5 times the largest error.
+    assert!(0.4 <= most && most <= 1.0, "{most}");
+    let full = viewer.error_scale().expect("known");
+    let digit = full / 10f64.powf(full.log10().floor());
+    assert!([1.0, 2.0, 5.0].iter().any(|known| (digit - known).abs() < 1e-9), "{full}");
+    viewer.session.tune(Tuning::Substeps(9));
+    assert_eq!((viewer.shades(), viewer.error_scale()), (None, None));
 }

@@ -19,7 +19,7 @@ use std::time::Duration;
 /// Height of the panel, points.
 const HEIGHT: f32 = 236.0;
 /// Width of the controls and of the worth of the parts, points.
-const SIDE: f32 = 262.0;
+const SIDE: f32 = 226.0;
 /// How often the panel looks for new points, seconds.
 const LOOK: f64 = 0.2;
 
