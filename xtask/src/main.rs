@@ -27,6 +27,12 @@ enum Command {
         #[arg(default_value_t = 2.0)]
         seconds: f64,
     },
+    /// Compares the live estimate of the error with the truth, over built-in and generated scenes
+    LiveError {
+        /// How many scenes to generate
+        #[arg(long, default_value_t = 60)]
+        generated: u64,
+    },
     /// Finds how stiff a scene may be under each method, as the report of 2014 did
     StabilityTable {
         /// A built-in scene, a scene file, a mesh or a saved run
@@ -56,6 +62,10 @@ fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Extremes(arguments) => command::extremes::run_extremes(&arguments),
         Command::Pace { work, seconds } => command::run_pace(&work, seconds),
+        Command::LiveError { generated } => {
+            command::run_live_error(generated);
+            Ok(())
+        }
         Command::StabilityTable { scene, json } => command::run_stability_table(&scene, json),
     }
 }

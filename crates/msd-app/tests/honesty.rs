@@ -36,6 +36,7 @@ fn check(session: &Session, what: &str) {
     }
     // Nothing is known yet of what comes after the change.
     assert!(matches!(session.energy_imbalance(), None | Some(0.0)), "{what}");
+    assert!(matches!(session.energy_of_contact(), None | Some(0.0)), "{what}");
     assert_eq!((session.energy_gain(), session.pace()), (None, None), "{what}");
     assert!(!matches!(session.error(), Some(ErrorNow::Known(_))), "{what}");
     let stiffness = on!(runner, simulation => simulation.model().stiffness(0).to_f64());

@@ -1,5 +1,5 @@
 //! The trade on screen: a study in the background, void when the scene is changed and not when the
-//! solver is, and the choices made by it.
+//! solver is, and the choices made by it; the error as a colour.
 
 use egui::Vec2;
 use egui::accesskit::Role;
@@ -7,9 +7,9 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::input::read_pointer;
 use msd_app::panel::{self, theme};
-use msd_app::session::{MaterialEdit, Session, StudyFrom, Tuning, choice_of, pick};
+use msd_app::session::{ERROR_WINDOW, MaterialEdit, Session, StudyFrom, Tuning, choice_of, pick};
 use msd_app::viewer::{Viewer, catalogue};
-use msd_core::{Integrator, Interaction};
+use msd_core::{Integrator, Interaction, World};
 use msd_scene::{Loaded, Precision};
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
@@ -19,7 +19,9 @@ use std::time::{Duration, Instant};
 
 /// A scene whose study takes a few seconds.
 fn chain() -> Loaded {
-    msd_scene::open("chain").expect("a built-in scene")
+    let mut loaded = msd_scene::open("chain").expect("a built-in scene");
+    loaded.scene.world = World::default();
+    loaded
 }
 
 fn session() -> Session {
@@ -109,8 +111,8 @@ fn a_choice_sets_method_fineness_and_precision_and_says_so() {
     session.adopt(choice);
     assert_eq!(choice_of(session.runner()), Some(choice));
     let text = session.adopted().expect("something was changed").to_owned();
-    assert!(text.contains("→ rk4") && text.contains("→ 5 substeps"), "{text}");
-    assert_eq!(text.contains("→ f64"), before != Precision::F64, "{text}");
+    assert!(text.contains("to rk4") && text.contains("to 5 substeps"), "{text}");
+    assert_eq!(text.contains("to f64"), before != Precision::F64, "{text}");
     // What the user changes by hand is not what the trade changed.
     session.tune(Tuning::Substeps(6));
     assert_eq!(session.adopted(), None);
@@ -137,8 +139,9 @@ fn what_is_picked_meets_the_goal_or_says_what_comes_nearest() {
     let picked = pick(&study, Goal::Budget(cost * FRAME)).expect("the middle meets it");
     assert!(picked.cost <= cost && picked.error() <= middle.error());
     let missed = pick(&study, Goal::MaxError(1e-30)).expect_err("nothing is that good");
+    assert!(missed.contains("errors are known to"), "{missed}");
+    let missed = pick(&study, Goal::Budget(1e-15)).expect_err("nothing is that fast");
     assert!(missed.contains("the nearest is"), "{missed}");
-    assert!(pick(&study, Goal::Budget(1e-15)).is_err());
 }
 
 #[test]
@@ -186,12 +189,11 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     harness.get_by_label_contains("Trade: error").click();
     harness.run_steps(3);
     assert!(harness.state().session.trade().is_on());
-    assert!(harness.query_by_label_contains("waiting until the scene").is_some());
     wait_until(&mut harness.state_mut().session, |session| 20 <= points(session));
     harness.run_steps(3);
     assert!(harness.query_by_label_contains("settings measured").is_some());
     assert!(harness.query_by_label_contains("now: ").is_some());
-    let slider = harness.get_by_role_and_label(Role::Slider, "fast ↔ accurate").rect();
+    let slider = harness.get_by_role_and_label(Role::Slider, "fast – accurate").rect();
     let press = |harness: &mut Harness<'_, Viewer>, at: egui::Pos2| {
         harness.hover_at(at);
         harness.run_steps(2);
@@ -235,4 +237,24 @@ fn a_cut_spring_voids_the_study() {
     wait_until(&mut session, |session| 1 <= points(session));
     let study = found(&session).expect("points");
     assert_eq!(study.springs, chain().scene.springs.len() - 1);
+}
+
+#[test]
+fn particles_are_coloured_by_their_error_as_long_as_it_is_known() {
+    let loaded = msd_scene::open("jelly").expect("a built-in scene");
+    let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+    viewer.by_error = true;
+    viewer.session.set_estimating(true);
+    assert_eq!(viewer.shades(), None);
+    (0..ERROR_WINDOW).for_each(|_| viewer.session.step_forward());
+    let shades = viewer.shades().expect("a window has ended");
+    assert_eq!(shades.len(), viewer.session.runner().particle_count());
+    let most = shades.iter().copied().fold(0.0, f32::max);
+    // The scale ends at 1, 2 or 5 times a power of ten, less than 2.5 times the largest error.
+    assert!(0.4 <= most && most <= 1.0, "{most}");
+    let full = viewer.error_scale().expect("known");
+    let digit = full / 10f64.powf(full.log10().floor());
+    assert!([1.0, 2.0, 5.0].iter().any(|known| (digit - known).abs() < 1e-9), "{full}");
+    viewer.session.tune(Tuning::Substeps(9));
+    assert_eq!((viewer.shades(), viewer.error_scale()), (None, None));
 }

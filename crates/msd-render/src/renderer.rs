@@ -86,6 +86,14 @@ impl Renderer {
         }
     }
 
+    /// Chooses the colours of particles, and of surfaces and bare springs by them, from the next
+    /// [`Renderer::prepare`] on: each by its share of a full scale, in the colours of
+    /// [`crate::strain_colour`]. As long as there is none for each particle, bodies have their own.
+    pub fn set_shades(&mut self, shades: impl IntoIterator<Item = f32>) {
+        self.geometry.shades.clear();
+        self.geometry.shades.extend(shades);
+    }
+
     /// Uploads what a view shows of a snapshot.
     ///
     /// Positions that are not finite, and all that touches them, are left out. So are lines and

@@ -4,9 +4,11 @@ pub mod extremes;
 
 use msd_core::Instructions;
 use msd_run::pace::best_pace;
+use msd_study::live_error::Calibration;
 use std::fmt::Display;
 use std::path::Path;
 use std::time::Instant;
+use xtask::calibration::{BAND, Window, windows};
 use xtask::stability_table::{euler_steps, stability_table};
 
 /// Why a command ended early.
@@ -28,6 +30,23 @@ impl Failure {
     pub fn broken(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: 3 }
     }
+}
+
+/// Prints the live estimate beside the truth, and how often it is right.
+pub fn run_live_error(generated: u64) {
+    let mut tell = |window: &Window| {
+        let Calibration { start, estimated, true_error } = window.calibration;
+        let ratio = window.ratio();
+        let missed = if window.is_right() { "" } else { "  <- missed" };
+        println!(
+            "{:<14} from {start} s: {estimated:.1e} m of {true_error:.1e} m, {ratio:.2}{missed}",
+            window.scene
+        );
+    };
+    let found = windows(generated, &mut tell);
+    let right = found.iter().filter(|window| window.is_right()).count();
+    let percent = 100.0 * right as f64 / found.len().max(1) as f64;
+    println!("{right} of {} windows within a factor of {BAND}: {percent:.0} %", found.len());
 }
 
 /// Prints the stability table of a scene.

@@ -1,12 +1,12 @@
-//! The energy plot, and its legend with the present values.
+//! The energy: a bar of its parts, the plot, and what was added to it by error.
 
 use super::{heading, theme};
-use crate::session::{Sample, TRACE_WINDOW as WINDOW};
+use crate::session::{Sample, Session, TRACE_WINDOW as WINDOW};
 use crate::viewer::Viewer;
-use egui::{Color32, RichText, Ui};
-use egui_plot::{Line, Plot, PlotPoints};
+use egui::{Color32, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoints};
 use msd_core::Energy;
-use msd_study::quantity::{estimate, quantity};
+use msd_study::quantity::{estimate, quantity, rounded};
 
 /// A curve: its name, its colour, and how it is read.
 type Curve = (&'static str, Color32, fn(&Energy) -> f64);
@@ -18,15 +18,58 @@ const CURVES: [Curve; 5] = [
     ("dissipated", Color32::from_rgb(240, 150, 90), |energy| energy.dissipated),
     ("total", Color32::from_rgb(225, 228, 235), Energy::total),
 ];
+/// The colour of what contact adds.
+const CONTACT: Color32 = Color32::from_rgb(250, 205, 90);
 
-/// The plot and its legend with the present values.
+/// The bar, the plot and its legend with the present values.
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     heading(ui, "Energy");
     let session = &viewer.session;
-    let (now, trace) = (session.runner().time(), session.trace());
+    let trace = session.trace();
     let largest = trace.samples().map(magnitude).fold(0.0, f64::max);
     let (unit, scale) = unit(largest);
-    let height = (ui.available_height() - 48.0).clamp(110.0, 220.0);
+    bar(ui, session);
+    plot(ui, session, (unit, scale));
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 8.0;
+        for (name, colour, value) in CURVES {
+            // Space that does not break: a name and its number stay together.
+            let value = session.energy().map(|energy| short(value(&energy) / scale));
+            let text = format!("{name}\u{a0}{}", value.as_deref().unwrap_or(theme::VOID));
+            ui.label(RichText::new(text).small().color(colour));
+        }
+        ui.label(RichText::new(format!("in {unit}")).small().color(theme::FAINT));
+    });
+    errors(ui, session);
+}
+
+/// What the method and contact got wrong.
+fn errors(ui: &mut Ui, session: &Session) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 8.0;
+        let imbalance = session.energy_imbalance().map(|change| estimate(change, "J"));
+        let text = format!("by error\u{a0}{}", imbalance.as_deref().unwrap_or(theme::VOID));
+        let hover = "The change of the total since the run was changed or handled last: what the \
+                     method and its contacts got wrong";
+        ui.label(RichText::new(text).small().color(theme::TEXT)).on_hover_text(hover);
+        let added = session.energy_of_contact();
+        if added != Some(0.0) {
+            let added = added.map(|added| estimate(added, "J"));
+            let text = format!("added by contact\u{a0}{}", added.as_deref().unwrap_or(theme::VOID));
+            let hover = "Since the run was changed last, by the account of contact, which counts it \
+                         against what is dissipated; more substeps lower it";
+            ui.label(RichText::new(text).small().color(CONTACT)).on_hover_text(hover);
+        }
+        if let Some(gain) = session.energy_gain() {
+            let text = format!("{} added by the integrator", quantity(gain, "J"));
+            ui.label(RichText::new(text).small().color(theme::BAD));
+        }
+    });
+}
+
+fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
+    let (now, trace) = (session.runner().time(), session.trace());
+    let height = (ui.available_height() - 66.0).clamp(110.0, 220.0);
     Plot::new("energy")
         .height(height)
         .allow_drag(false)
@@ -36,7 +79,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         .show_x(false)
         .show_y(false)
         .set_margin_fraction(egui::vec2(0.0, 0.06))
-        .y_axis_min_width(34.0)
+        .y_axis_min_width(54.0)
+        .x_grid_spacer(ticks)
+        .y_grid_spacer(ticks)
+        .x_axis_formatter(|mark, _| format!("{} s", rounded(mark.value, 3)))
+        .y_axis_formatter(move |mark, _| format!("{} {unit}", rounded(mark.value, 3)))
         .default_x_bounds((now - WINDOW).max(0.0), now.max(WINDOW))
         .show(ui, |plot| {
             for (name, colour, value) in CURVES {
@@ -46,23 +93,73 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             }
             plot.set_plot_bounds_x((now - WINDOW).max(0.0)..=now.max(WINDOW));
         });
-    ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 8.0;
-        for (name, colour, value) in CURVES {
-            // Space that does not break: a name and its number stay together.
-            let value = session.energy().map(|energy| short(value(&energy) / scale));
-            let text = format!("{name}\u{a0}{}", value.as_deref().unwrap_or(theme::VOID));
-            ui.label(RichText::new(text).small().color(colour));
-        }
-        ui.label(RichText::new(format!("{unit}, over time in s")).small().color(theme::FAINT));
-        let imbalance = session.energy_imbalance().map(|change| estimate(change, "J"));
-        let text = format!("by error\u{a0}{}", imbalance.as_deref().unwrap_or(theme::VOID));
-        let hover = "The change of the total since the run was changed or handled last: what the \
-                     method and its contacts got wrong";
-        ui.label(RichText::new(text).small().color(theme::TEXT)).on_hover_text(hover);
-        if let Some(gain) = session.energy_gain() {
-            let text = format!("{} added by the integrator", quantity(gain, "J"));
-            ui.label(RichText::new(text).small().color(theme::BAD));
+}
+
+/// Ticks at multiples of 1, 2 or 5 times a power of ten, two at least.
+fn ticks(input: GridInput) -> Vec<GridMark> {
+    let (low, high) = input.bounds;
+    let span = high - low;
+    if !span.is_finite() || span <= 0.0 {
+        return Vec::new();
+    }
+    let power = 10f64.powf((span / 4.0).log10().floor());
+    let steps = [5.0, 2.0, 1.0].map(|part| part * power);
+    let step_size = steps.into_iter().find(|step| 3.0 * step <= span).unwrap_or(power);
+    let rows = (low / step_size).ceil() as i64..=(high / step_size).floor() as i64;
+    rows.map(|row| GridMark { value: row as f64 * step_size, step_size }).collect()
+}
+
+/// Where the energy is: parts of a bar, gravity above its lowest and what was dissipated since the
+/// start of the plot, and what was added by error.
+fn parts(session: &Session) -> Option<Vec<(&'static str, Color32, f64)>> {
+    let now = session.energy()?;
+    let samples = || session.trace().samples().map(|sample| sample.energy);
+    let lowest = samples().map(|energy| energy.gravitational).fold(now.gravitational, f64::min);
+    let before = samples().map(|energy| energy.dissipated).fold(now.dissipated, f64::min);
+    let held = Energy {
+        gravitational: now.gravitational - lowest,
+        dissipated: now.dissipated - before,
+        ..now
+    };
+    let [kinetic, elastic, gravity, dissipated, _] =
+        CURVES.map(|(name, colour, value)| (name, colour, value(&held)));
+    let method = ("added by the method", theme::BAD, session.energy_imbalance()?.max(0.0));
+    let contact = ("added by contact", CONTACT, session.energy_of_contact()?);
+    Some(vec![kinetic, elastic, gravity, dissipated, contact, method])
+}
+
+/// The parts side by side; what was added by error is part of the others and lies over their end.
+fn bar(ui: &mut Ui, session: &Session) {
+    let (whole, response) =
+        ui.allocate_exact_size(vec2(ui.available_width(), 14.0), Sense::hover());
+    let painter = ui.painter();
+    painter.rect_filled(whole, 2.0, theme::FIELD);
+    let Some(parts) = parts(session) else { return };
+    let (held, wrong) = parts.split_at(4);
+    let total: f64 = held.iter().map(|part| part.2).sum();
+    if !(total.is_finite() && 0.0 < total) {
+        return;
+    }
+    let width = |joules: f64| whole.width() * (joules / total).clamp(0.0, 1.0) as f32;
+    let mut left = whole.left();
+    for &(_, colour, joules) in held {
+        let right = left + width(joules);
+        let rect = Rect::from_min_max(pos2(left, whole.top()), pos2(right, whole.bottom()));
+        painter.rect_filled(rect, 0.0, colour);
+        left = right;
+    }
+    let mut right = whole.right();
+    for &(_, colour, joules) in wrong.iter().rev() {
+        let left = right - width(joules);
+        let rect = Rect::from_min_max(pos2(left, whole.center().y), pos2(right, whole.bottom()));
+        painter.rect_filled(rect, 0.0, colour);
+        right = left;
+    }
+    response.on_hover_ui(|ui| {
+        ui.label("Gravity above its lowest, and what was dissipated since the start of the plot");
+        for (name, colour, joules) in parts {
+            let text = format!("{name}: {}", estimate(joules, "J"));
+            ui.label(RichText::new(text).color(colour));
         }
     });
 }
@@ -86,6 +183,7 @@ fn unit(largest: f64) -> (&'static str, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use msd_study::choice::FRAME;
 
     #[test]
     fn the_unit_keeps_numbers_short() {
@@ -93,5 +191,39 @@ mod tests {
         assert_eq!(unit(1500.0).0, "J");
         assert_eq!(unit(98_200.0).0, "kJ");
         assert_eq!(unit(f64::INFINITY).0, "TJ");
+    }
+
+    #[test]
+    fn every_axis_has_ticks_whatever_its_bounds() {
+        for bounds in [(0.0, 12.0), (-3.0, 0.4), (999.0, 1001.0), (-1e9, 7e8), (0.0, 1e-7)] {
+            let marks = ticks(GridInput { bounds, base_step_size: 1.0 });
+            assert!((2..=16).contains(&marks.len()), "{bounds:?}: {marks:?}");
+            assert!(marks.iter().all(|mark| (bounds.0..=bounds.1).contains(&mark.value)));
+        }
+        assert!(ticks(GridInput { bounds: (1.0, 1.0), base_step_size: 1.0 }).is_empty());
+    }
+
+    #[test]
+    fn the_parts_of_the_bar_are_the_energy_and_none_is_negative() {
+        let loaded = msd_scene::open("mattress").expect("a built-in scene");
+        let mut session = Session::new(loaded).expect("a valid scene");
+        session.advance(0.0, &|| 0.0);
+        let first = session.energy().expect("read at the start");
+        let lowest = |session: &Session| {
+            let heights = session.trace().samples().map(|sample| sample.energy.gravitational);
+            heights.fold(f64::INFINITY, f64::min)
+        };
+        for _ in 0..180 {
+            session.advance(FRAME + 1e-9, &|| 0.0);
+            let parts = parts(&session).expect("read in every frame");
+            assert!(parts.iter().all(|part| 0.0 <= part.2), "{parts:?}");
+            let held: f64 = parts[..4].iter().map(|part| part.2).sum();
+            let total = session.energy().expect("read").total() - first.dissipated;
+            // Sums in another order.
+            let off = (held + lowest(&session) - total).abs();
+            assert!(off <= 1e-9 * total.abs().max(held), "{held} {total}");
+        }
+        // A fall onto the ground takes energy away.
+        assert!(0.0 < parts(&session).expect("read")[3].2);
     }
 }

@@ -3,7 +3,7 @@
 use super::theme;
 use crate::session::{ErrorNow, ErrorReading, Session};
 use crate::viewer::Viewer;
-use egui::{Color32, RichText, Ui};
+use egui::{Color32, Rect, RichText, Sense, Ui, lerp, vec2};
 use msd_run::on;
 use msd_study::quantity::{estimate, rounded};
 
@@ -23,9 +23,37 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD).changed() {
         session.set_estimating(on);
     }
+    if on {
+        let hover = "Surfaces and particles in the colour of their error, green to red; bodies \
+                     have their own colours while it is being worked out";
+        ui.checkbox(&mut viewer.by_error, "Colour by error").on_hover_text(hover);
+    }
+    if let Some(full) = viewer.error_scale() {
+        scale(ui, full);
+    }
+    let session = &viewer.session;
     if let Some((text, colour)) = describe(session) {
         ui.label(RichText::new(text).small().color(colour)).on_hover_text(METHOD);
     }
+}
+
+/// The colours of the error with their scale, metres.
+fn scale(ui: &mut Ui, full: f64) {
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.label(RichText::new("0").small());
+        let (bar, _) = ui.allocate_exact_size(vec2(120.0, 9.0), Sense::hover());
+        let slices = 24;
+        for slice in 0..slices {
+            let share = |slice: i32| slice as f32 / slices as f32;
+            let colour = msd_render::strain_colour(share(slice), 1.0);
+            let [red, green, blue] = colour.map(|part| (255.0 * part).round() as u8);
+            let [left, right] = [slice, slice + 1].map(|at| lerp(bar.x_range(), share(at)));
+            let part = Rect::from_x_y_ranges(left..=right, bar.y_range());
+            ui.painter().rect_filled(part, 0.0, Color32::from_rgb(red, green, blue));
+        }
+        ui.label(RichText::new(estimate(full, "m")).small());
+    });
 }
 
 /// The estimate in words; `None` while it is off.

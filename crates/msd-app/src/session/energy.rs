@@ -10,9 +10,18 @@ use msd_core::{Energy, Witness};
 #[derive(Debug, Default)]
 pub struct EnergyReadings {
     trace: Trace,
-    /// The energy when it was read last, and what watches for energy that the integrator adds.
-    last: Option<Reading<(Energy, Witness)>>,
+    last: Option<Reading<Balance>>,
     throttle: Throttle,
+}
+
+/// The energy when it was read last, and what is known of its errors.
+#[derive(Clone, Copy, Debug)]
+struct Balance {
+    energy: Energy,
+    /// Watches for energy that the integrator adds.
+    witness: Witness,
+    /// Energy that contact had added when the run was changed last, and has added by now, joules.
+    contact: [f64; 2],
 }
 
 impl EnergyReadings {
@@ -24,23 +33,29 @@ impl EnergyReadings {
     /// The energy as it was read last, a fraction of a second ago at most while it runs; `None`
     /// while it is being worked out.
     pub fn now(&self, run: &Run) -> Option<Energy> {
-        self.known(run).map(|&(energy, _)| energy)
+        self.known(run).map(|balance| balance.energy)
     }
 
     /// Energy that the integrator has added for good since the run was changed last, joules; `None`
     /// if it added none.
     pub fn gain(&self, run: &Run) -> Option<f64> {
-        let gain = self.known(run).map(|(_, witness)| witness.gain());
+        let gain = self.known(run).map(|balance| balance.witness.gain());
         gain.filter(|&gain| 0.0 < gain)
     }
 
     /// The change of the total energy since the run was changed or handled last, joules: the error
     /// of the method and of contact in it; `None` while it is being worked out.
     pub fn imbalance(&self, run: &Run) -> Option<f64> {
-        self.known(run).map(|(_, witness)| witness.imbalance())
+        self.known(run).map(|balance| balance.witness.imbalance())
     }
 
-    fn known(&self, run: &Run) -> Option<&(Energy, Witness)> {
+    /// Energy that contact has added since the run was changed last, by its own account, joules:
+    /// an error that a shorter substep lowers; `None` while it is being worked out.
+    pub fn added_by_contact(&self, run: &Run) -> Option<f64> {
+        self.known(run).map(|Balance { contact: [before, now], .. }| now - before)
+    }
+
+    fn known(&self, run: &Run) -> Option<&Balance> {
         self.last.as_ref()?.of(run)
     }
 
@@ -48,10 +63,12 @@ impl EnergyReadings {
     pub(super) fn sample(&mut self, run: &Run) {
         // A change may add energy, and so do gusts: a witness knows nothing of what was before.
         let known = self.known(run).filter(|_| !run.is_driven());
-        let mut witness = known.map_or(Witness::default(), |&(_, witness)| witness);
+        let mut witness = known.map_or(Witness::default(), |balance| balance.witness);
         let energy = run.runner().show_to(&mut witness);
+        let added = run.runner().contacts().added;
+        let before = self.known(run).map_or(added, |balance| balance.contact[0]);
         self.trace.push(run.runner().time(), energy);
-        self.last = Some(Reading::new((energy, witness), run));
+        self.last = Some(Reading::new(Balance { energy, witness, contact: [before, added] }, run));
     }
 
     /// Reads the energy after the steps of a frame, or after a change, if that is due and

@@ -565,6 +565,11 @@ impl Session {
         self.energy.imbalance(&self.run)
     }
 
+    /// Energy that contact has added since the run was changed last, joules.
+    pub fn energy_of_contact(&self) -> Option<f64> {
+        self.energy.added_by_contact(&self.run)
+    }
+
     /// Whether no steps are taken.
     pub fn is_paused(&self) -> bool {
         self.paused

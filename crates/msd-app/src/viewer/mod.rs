@@ -15,7 +15,7 @@ pub use link::{Changes, Link, LinkError, Look};
 pub use preferences::{Outlook, Preferences};
 pub use viewport::Viewport;
 
-use crate::session::{MaterialEdit, Session, Tuning};
+use crate::session::{ErrorNow, MaterialEdit, Session, Tuning};
 use egui::Rect;
 use glam::Vec3;
 use msd_core::{Real, Vector};
@@ -50,6 +50,8 @@ pub struct Viewer {
     pub preferences: Preferences,
     /// What was done last, for the user.
     pub note: Option<String>,
+    /// Whether bodies are coloured by the estimated error of their particles.
+    pub by_error: bool,
     /// Whether the help is open.
     pub help: bool,
     /// Whether the hint for new users is shown: until something was grabbed.
@@ -123,6 +125,7 @@ impl Viewer {
             full_screen: false,
             preferences: Preferences::default(),
             note: None,
+            by_error: false,
             help: false,
             hint: true,
             bare: false,
@@ -200,6 +203,26 @@ impl Viewer {
     pub fn take(&mut self, offer: Offer) {
         self.let_go();
         self.session.take(offer);
+    }
+
+    /// The error of each particle as a share of the full scale, as far as it is known and to be
+    /// shown.
+    pub fn shades(&self) -> Option<Vec<f32>> {
+        let full = self.error_scale()?;
+        let Some(ErrorNow::Known(last)) = self.session.error() else { return None };
+        Some(last.error.particles.iter().map(|error| (error / full) as f32).collect())
+    }
+
+    /// The error that is shown in full red, metres: that of the particle most wrong, rounded up to
+    /// 1, 2 or 5 times a power of ten; `None` while none is shown.
+    pub fn error_scale(&self) -> Option<f64> {
+        let Some(ErrorNow::Known(last)) = self.session.error() else { return None };
+        let worst = last.worst.1;
+        if !self.by_error || !(worst.is_finite() && 0.0 < worst) {
+            return None;
+        }
+        let power = 10f64.powf(worst.log10().floor());
+        [1.0, 2.0, 5.0, 10.0].map(|part| part * power).into_iter().find(|full| worst <= *full)
     }
 
     /// The title of the window.

@@ -65,8 +65,12 @@ impl Canvas {
     ) {
         let Gpu { device, queue, .. } = &self.gpu;
         let &Painting { ref primitives, pixels_per_point, .. } = painting;
-        let view =
-            View { camera: viewer.camera, style: Style { pixels_per_point, ..viewer.style } };
+        let shades = viewer.shades();
+        // A pattern would pass for a difference.
+        let pattern = viewer.style.pattern && shades.is_none();
+        let style = Style { pixels_per_point, pattern, ..viewer.style };
+        let view = View { camera: viewer.camera, style };
+        self.scene.set_shades(shades.into_iter().flatten());
         on!(viewer.session.runner(), simulation => {
             self.scene.prepare(device, queue, &simulation.snapshot(), &view);
         });

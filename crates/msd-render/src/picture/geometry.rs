@@ -1,6 +1,7 @@
 //! Columns of vertices and instances that are uploaded for one picture.
 
 use crate::math::is_drawable;
+use crate::picture::colour::strain_colour;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::ops::Range;
@@ -82,6 +83,8 @@ pub(crate) struct Geometry {
     pub patches: Vec<Patch>,
     /// How many patches are seen from their front.
     pub front_patches: usize,
+    /// The share of the full scale in whose colour each particle is drawn; empty for own colours.
+    pub shades: Vec<f32>,
     /// Positions as they are drawn, metres.
     pub positions: Vec<Vec3>,
     /// Lowest and highest corner around all that can be drawn, metres.
@@ -99,6 +102,12 @@ impl Geometry {
         self.points.clear();
         self.patches.clear();
         self.positions.clear();
+    }
+
+    /// The colour of a particle by its shade; none where there are no shades.
+    pub fn shade(&self, particle: u32) -> Option<[f32; 3]> {
+        let shade = self.shades.get(particle as usize).copied();
+        shade.filter(|_| self.shades.len() == self.positions.len()).map(|s| strain_colour(s, 1.0))
     }
 
     /// The position of a particle, or nothing if it cannot be drawn or does not exist.
@@ -119,4 +128,20 @@ pub(crate) fn owners<'a>(
         owners[range.start.min(end)..end].fill(Some(body as u32));
     }
     owners
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shades_count_only_where_there_is_one_for_each_particle() {
+        let mut geometry = Geometry { positions: vec![Vec3::ZERO; 2], ..Geometry::default() };
+        assert_eq!(geometry.shade(0), None);
+        geometry.shades = vec![0.0, 1.0];
+        assert_eq!(geometry.shade(0), Some(strain_colour(0.0, 1.0)));
+        assert_eq!(geometry.shade(1), Some(strain_colour(1.0, 1.0)));
+        geometry.shades.push(0.5);
+        assert_eq!((geometry.shade(0), geometry.shade(5)), (None, None));
+    }
 }

@@ -52,13 +52,18 @@ pub(crate) fn add_springs<R: Real>(
             if snapshot.is_cut(spring) || is_covered(owner, snapshot.bodies, view) != covered {
                 continue;
             }
+            let shades = [a, b].map(|end| geometry.shade(end));
             let (Some(a), Some(b)) = (geometry.drawable(a), geometry.drawable(b)) else { continue };
             let rest = snapshot.rest_lengths.get(spring).map_or(0.0, |rest| rest.to_f64() as f32);
             let (colour, width) = if style.springs {
                 let strain = ((a - b).length() - rest) / rest;
                 (strain_colour(strain, style.strain_full_scale), style.line_pixels())
             } else {
-                (mix(own_colour(owner), [0.0; 3], 0.12), style.line_pixels() * 2.0)
+                let own = match shades {
+                    [Some(a), Some(b)] => mix(a, b, 0.5),
+                    _ => own_colour(owner),
+                };
+                (mix(own, [0.0; 3], 0.12), style.line_pixels() * 2.0)
             };
             let bias = if covered { SPRING_BIAS } else { 0.0 };
             geometry.lines.push(Line { a, width, b, bias, colour: bytes(colour, 1.0) });
@@ -84,6 +89,7 @@ pub(crate) fn add_particles<R: Real>(
                 continue;
             }
             let Some(centre) = geometry.drawable(particle as u32) else { continue };
+            let shade = geometry.shade(particle as u32);
             let pinned = snapshot.inverse_masses.get(particle).is_some_and(|&w| w == R::ZERO);
             let bare = style.surfaces && !covered;
             let radius = geometry.particle_radius;
@@ -91,10 +97,11 @@ pub(crate) fn add_particles<R: Real>(
                 let (radius, colour) = (2.0 * radius, bytes(PIN, 1.0));
                 geometry.points.push(Point { centre, radius, colour, shape: 1.0 });
             } else if style.particles {
-                let colour = bytes(mix(PARTICLE, own_colour(owner), 0.25), 1.0);
+                let own = mix(PARTICLE, own_colour(owner), 0.25);
+                let colour = bytes(shade.unwrap_or(own), 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
             } else if bare {
-                let colour = bytes(own_colour(owner), 1.0);
+                let colour = bytes(shade.unwrap_or(own_colour(owner)), 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
             }
         }

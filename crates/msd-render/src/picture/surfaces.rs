@@ -58,14 +58,14 @@ fn add_triangles(geometry: &mut Geometry, body: &Body, cuts: &[[u32; 2]], normal
 
 /// Adds the corners of a body as vertices and clears the `normals` it used.
 fn add_vertices(geometry: &mut Geometry, body: &Body, index: usize, normals: &mut [Vec3]) {
-    let colour = bytes(body_colour(index), 1.0);
     for corner in &body.surface.corners {
+        let colour = geometry.shade(corner.particle).unwrap_or(body_colour(index));
         let normal = normals.get(corner.particle as usize).copied().unwrap_or_default();
         geometry.vertices.push(SurfaceVertex {
             position: geometry.drawable(corner.particle).unwrap_or_default(),
             normal: direction_or(normal, Vec3::Y),
             uv: corner.uv,
-            colour,
+            colour: bytes(colour, 1.0),
         });
     }
     for corner in &body.surface.corners {

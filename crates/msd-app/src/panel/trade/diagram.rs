@@ -64,6 +64,7 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
             let line = HLine::new("what the reference is known to", least.log10());
             plot.hline(line.color(theme::LINE).style(LineStyle::dashed_loose()));
         }
+        let at = |trial| place(trial, least);
         let front = study.front().into_iter().map(|row| at(&trials[row]));
         let line = Line::new("the best", front.collect::<Vec<_>>());
         plot.line(line.color(theme::FAINT).width(1.5).allow_hover(false));
@@ -84,10 +85,11 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
     });
 }
 
-/// Where a trial is in the diagram: decades of milliseconds per frame, and of metres.
-fn at(trial: &Trial) -> [f64; 2] {
-    // An error of nothing has no logarithm.
-    [(1e3 * FRAME * trial.cost).log10(), trial.error().max(1e-18).log10()]
+/// Where a trial is in the diagram: decades of milliseconds per frame, and of metres, none below
+/// what the reference is known to.
+fn place(trial: &Trial, least: f64) -> [f64; 2] {
+    // Where the reference is exact an error of nothing has no logarithm either.
+    [(1e3 * FRAME * trial.cost).log10(), trial.error().max(least).max(1e-18).log10()]
 }
 
 /// Lines at every power of ten, and at 2 and 5 times it where there is room.

@@ -19,7 +19,7 @@ use std::time::Duration;
 /// Height of the panel, points.
 const HEIGHT: f32 = 236.0;
 /// Width of the controls and of the worth of the parts, points.
-const SIDE: f32 = 262.0;
+const SIDE: f32 = 226.0;
 /// How often the panel looks for new points, seconds.
 const LOOK: f64 = 0.2;
 
@@ -150,7 +150,7 @@ fn along_the_front(ui: &mut Ui, session: &Session, study: &Study) -> Option<Choi
     let front = study.front();
     let last = front.len().checked_sub(1)?;
     let mut place = place_on(study, &front, choice_of(session.runner()));
-    let name = ui.label("fast ↔ accurate");
+    let name = ui.label("fast – accurate");
     ui.spacing_mut().slider_width = SIDE - 24.0;
     let widget = Slider::new(&mut place, 0..=last).show_value(false);
     let hover = "Walks along the best of what was measured: method, substeps and precision follow";

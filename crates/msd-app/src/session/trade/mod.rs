@@ -19,6 +19,7 @@ use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::conduct::{Plan, follow};
 use msd_study::leave::Halt;
+use msd_study::quantity::estimate;
 use msd_study::terms::{TermRow, terms_by_leave};
 use msd_study::trial::Trial;
 use msd_study::tune::Goal;
@@ -208,9 +209,13 @@ pub fn choice_of(runner: &Runner) -> Option<Choice> {
 /// The trial of the front nearest to a goal that it meets; otherwise what the goal misses, in words.
 ///
 /// # Errors
-/// That nothing measured meets the goal.
+/// That nothing measured meets the goal, or that errors are not known that well.
 pub fn pick(study: &Study, goal: Goal) -> Result<&Trial, String> {
+    let known = study.reference.uncertainty;
     let found = match goal {
+        Goal::MaxError(error) if error < known => {
+            return Err(format!("errors are known to {} only", estimate(known, "m")));
+        }
         Goal::MaxError(error) => cheapest(study, error),
         Goal::Budget(budget) => study.best_within(budget / FRAME),
     };
@@ -302,13 +307,13 @@ fn changes(before: (Settings, Precision), after: (Settings, Precision)) -> Strin
     let [old, new] = [before, after].map(|(settings, precision)| Choice::of(settings, precision));
     let mut changes = Vec::new();
     if old.integrator != new.integrator {
-        changes.push(format!("{} → {}", old.integrator, new.integrator));
+        changes.push(format!("{} to {}", old.integrator, new.integrator));
     }
     if old.fineness != new.fineness {
-        changes.push(format!("{} → {}", old.fineness(), new.fineness()));
+        changes.push(format!("{} to {}", old.fineness(), new.fineness()));
     }
     if old.precision != new.precision {
-        changes.push(format!("{} → {}", old.precision, new.precision));
+        changes.push(format!("{} to {}", old.precision, new.precision));
     }
     if changes.is_empty() { "nothing had to be changed".into() } else { changes.join(", ") }
 }
