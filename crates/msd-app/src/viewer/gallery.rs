@@ -104,6 +104,7 @@ mod painter {
 
     use super::super::shows_springs;
     use super::PICTURE;
+    use crate::drivers::quietly;
     use egui::ColorImage;
     use msd_render::{Gpu, Offscreen, RenderError, Style, View, bounds};
     use msd_run::{Runner, on};
@@ -118,7 +119,8 @@ mod painter {
         pub(super) fn start(names: Vec<String>) -> Self {
             let (sender, receiver) = channel();
             let work = move || {
-                let Ok(gpu) = pollster::block_on(Gpu::headless()) else { return };
+                let opened = quietly(|| pollster::block_on(Gpu::headless()));
+                let Ok(gpu) = opened else { return };
                 let Ok(mut screen) = Offscreen::new(&gpu, PICTURE[0], PICTURE[1]) else { return };
                 for (row, name) in names.iter().enumerate() {
                     if let Some(image) = draw(&mut screen, name)
