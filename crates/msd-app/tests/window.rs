@@ -41,8 +41,8 @@ fn is_installed(program: &str) -> bool {
 }
 
 impl Desk {
-    /// Opens the window, or says why it cannot be.
-    fn open() -> Result<Desk, String> {
+    /// Opens the window on a screen of this size, or says why it cannot be.
+    fn open(screen: &str) -> Result<Desk, String> {
         for program in ["Xvfb", "xdotool"] {
             if !is_installed(program) {
                 return Err(format!("{program} is not installed"));
@@ -51,7 +51,7 @@ impl Desk {
         let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
         // Xvfb picks a free display itself and writes its number.
         let mut xvfb = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1400x900x24", "-nolisten", "tcp"])
+            .args(["-displayfd", "1", "-screen", "0", screen, "-nolisten", "tcp"])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -187,16 +187,64 @@ fn distance<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
-#[test]
-fn mouse_and_keyboard_act_on_the_simulation() {
-    let mut desk = match Desk::open() {
-        Ok(desk) => desk,
+/// A desk with the window on it, unless there can be none here.
+fn desk(screen: &str) -> Option<Desk> {
+    match Desk::open(screen) {
+        Ok(desk) => Some(desk),
         Err(reason) if std::env::var_os("MSD_REQUIRE_WINDOW").is_none() => {
             eprintln!("SKIPPED: no window can be tested here: {reason}");
-            return;
+            None
         }
         Err(reason) => panic!("no window can be tested here: {reason}"),
-    };
+    }
+}
+
+#[test]
+fn a_small_screen_holds_the_window_which_is_remembered() {
+    let Some(mut desk) = desk("800x600x24") else { return };
+    let start = desk.wait("it is laid out", |now| !now["landmarks"]["stiffness"].is_null());
+    for area in [&start["landmarks"]["stiffness"], &start["landmarks"]["pause"], &start["view"]] {
+        let [left, top, width, height]: [f64; 4] = numbers(area);
+        assert!(0.0 <= left && left + width <= 800.0, "{start}");
+        assert!(0.0 <= top && top + height <= 600.0, "{start}");
+    }
+    // A stroke across the body cuts.
+    desk.xdotool("key space");
+    let before = desk.wait("it pauses", |now| now["paused"] == true);
+    let [x, y] = numbers(&before["aim"]["screen"]);
+    desk.xdotool("key c");
+    desk.drag(1, [x - 60.0, y - 7.0], [x + 60.0, y + 7.0]);
+    let cut = desk.wait("a stroke cuts", |now| now["springs"] != before["springs"]);
+    assert!(cut["springs"].as_u64() < before["springs"].as_u64());
+    assert_eq!(cut["camera"]["yaw"], before["camera"]["yaw"], "a stroke turns nothing");
+    desk.xdotool("key Escape");
+    // A key that hides and one that turns.
+    desk.xdotool("key h");
+    let wide = desk.wait("H hides the panels", |now| now["view"] != start["view"]);
+    let [.., width, _]: [f64; 4] = numbers(&wide["view"]);
+    assert!(780.0 < width);
+    desk.drag(3, [300.0, 300.0], [420.0, 300.0]);
+    let turned = desk.wait("a drag turns", |now| now["camera"]["yaw"] != wide["camera"]["yaw"]);
+    desk.xdotool("key ctrl+q");
+    assert_eq!(desk.end().0, Some(0));
+    std::fs::remove_file(&desk.status).expect("the report of before");
+    desk.start().expect("a second window");
+    let again = desk.wait("it is drawn", |now| !now["camera"].is_null());
+    assert_eq!(again["camera"]["yaw"], turned["camera"]["yaw"], "the camera is remembered");
+    assert_eq!(again["view"], wide["view"], "and that the panels are hidden");
+    desk.xdotool("key ctrl+q");
+    assert_eq!(desk.end().0, Some(0));
+    // Damaged preferences are no reason not to start.
+    std::fs::write(desk._folder.path().join("preferences.json"), "{").expect("a file");
+    std::fs::remove_file(&desk.status).expect("the report of before");
+    desk.start().expect("a third window");
+    let fresh = desk.wait("it is drawn", |now| !now["landmarks"]["stiffness"].is_null());
+    assert!(fresh["note"].as_str().is_some_and(|note| note.contains("preferences")), "{fresh}");
+}
+
+#[test]
+fn mouse_and_keyboard_act_on_the_simulation() {
+    let Some(mut desk) = desk("1400x900x24") else { return };
     space_pauses(&desk);
     a_grabbed_particle_follows_the_pointer(&desk);
     a_slider_changes_k(&desk);

@@ -4,7 +4,7 @@ use crate::viewer::{Command, Tool};
 use egui::{Event, Key, Modifiers, RawInput};
 
 /// The keys and what they do, in the order of use, for the help.
-pub const KEYS: [(&str, &str); 17] = [
+pub const KEYS: [(&str, &str); 21] = [
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
     ("R", "restart"),
@@ -16,6 +16,10 @@ pub const KEYS: [(&str, &str); 17] = [
     ("W", "wireframe"),
     ("A  or  Home", "bring everything into view"),
     ("1 to 9", "scenes"),
+    ("O", "gallery of scenes; open a file"),
+    ("S", "save the run as it is"),
+    ("Ctrl + S", "save the scene with the values of now"),
+    ("Ctrl + C", "copy the command that shows this"),
     ("Esc", "let go, deselect, grab again"),
     ("H", "hide or show the panels"),
     ("F11", "full screen"),
@@ -42,6 +46,10 @@ const DIGITS: [Key; 9] = [
 pub fn take_commands(input: &mut RawInput, typing: bool) -> Vec<Command> {
     let mut commands = Vec::new();
     input.events.retain(|event| {
+        if matches!(event, Event::Copy) && !typing {
+            commands.push(Command::CopyCommand);
+            return false;
+        }
         let &Event::Key { key, pressed: true, repeat, modifiers, .. } = event else { return true };
         let Some(command) = command(key, modifiers, typing) else { return true };
         // Held down, a key steps on and on, but it does not pause and go on.
@@ -56,6 +64,9 @@ pub fn take_commands(input: &mut RawInput, typing: bool) -> Vec<Command> {
 fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
     if key == Key::Q && modifiers.command {
         return Some(Command::Quit);
+    }
+    if key == Key::S && modifiers.command && !typing {
+        return Some(Command::SaveScene);
     }
     if key == Key::F1 {
         return Some(Command::Help);
@@ -81,6 +92,8 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
         Key::B => Command::Tool(Tool::Select),
         Key::W => Command::Wireframe,
         Key::H => Command::Panels,
+        Key::O => Command::Open,
+        Key::S => Command::SaveRun,
         Key::A | Key::Home => Command::FrameAll,
         Key::Escape => Command::Escape,
         _ => Command::Scene(digit?),

@@ -12,6 +12,8 @@ mod trade;
 mod status;
 mod overlay;
 mod failure;
+mod gallery;
+mod guide;
 
 use crate::viewer::Viewer;
 use egui::{
@@ -40,6 +42,11 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     view(ui, viewer);
     overlay::show(ui, viewer);
     failure::show(ui, viewer);
+    gallery::show(ui, viewer);
+    guide::show(ui, viewer);
+    if let Some(text) = viewer.clipboard.take() {
+        ui.ctx().copy_text(text);
+    }
 }
 
 fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {

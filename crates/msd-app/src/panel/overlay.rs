@@ -29,7 +29,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             "drag a particle to throw it  ·  drag beside it to turn  ·  wheel to zoom  ·  F1 help"
         }
     };
-    if viewer.hint || viewer.tool != Tool::Grab {
+    let is_new = viewer.hint && viewer.guide.is_none();
+    if is_new || viewer.tool != Tool::Grab {
         hint(&painter, viewer.rect, text);
     }
     if let Some(text) = &viewer.note {

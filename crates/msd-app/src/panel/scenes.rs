@@ -13,6 +13,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     tools(ui, viewer);
     toggles(ui, viewer);
     camera(ui, viewer);
+    keep(ui, viewer);
     window(ui, viewer);
     particle(ui, viewer);
 }
@@ -40,6 +41,9 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
         back = ui.add(button).on_hover_text(&*opened.title).clicked();
     }
     ui.spacing_mut().item_spacing.y = 4.0;
+    if ui.button("Open…").on_hover_text("Pictures of the scenes, and files (O)").clicked() {
+        viewer.command(Command::Open);
+    }
     if let Some(index) = wanted {
         viewer.open_entry(index);
     }
@@ -101,6 +105,21 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
+/// What is kept of this.
+fn keep(ui: &mut Ui, viewer: &mut Viewer) {
+    heading(ui, "Keep");
+    const KEEP: [(&str, Command, &str); 3] = [
+        ("Save run", Command::SaveRun, "The run as it is, to go on from here (S)"),
+        ("Save scene", Command::SaveScene, "The scene with the values of now (Ctrl + S)"),
+        ("Copy command", Command::CopyCommand, "The command that shows this (Ctrl + C)"),
+    ];
+    for (name, command, hover) in KEEP {
+        if ui.button(name).on_hover_text(hover).clicked() {
+            viewer.command(command);
+        }
+    }
+}
+
 /// How the window itself looks.
 fn window(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Window");
@@ -109,6 +128,9 @@ fn window(ui: &mut Ui, viewer: &mut Viewer) {
     ui.checkbox(&mut viewer.full_screen, "Full screen").on_hover_text(hover);
     if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
         viewer.command(Command::Panels);
+    }
+    if ui.button("Guide").on_hover_text("Five steps for a start").clicked() {
+        viewer.command(Command::Guide);
     }
     ui.horizontal(|ui| {
         ui.label("Size").on_hover_text("Of text and controls (Ctrl + and Ctrl -)");

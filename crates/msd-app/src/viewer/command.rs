@@ -29,6 +29,16 @@ pub enum Command {
     Tool(Tool),
     /// Let go, deselect, grab again, close the help.
     Escape,
+    /// Open or close the gallery.
+    Open,
+    /// Save the run as it is.
+    SaveRun,
+    /// Save the scene with the values of the sliders.
+    SaveScene,
+    /// Copy the command that shows what is seen.
+    CopyCommand,
+    /// Offer the guide again.
+    Guide,
     /// Let the window fill the screen, or give it back its size.
     FullScreen,
     /// Show or hide the panels.

@@ -6,11 +6,17 @@ mod link;
 mod command;
 mod viewport;
 mod preferences;
+mod guide;
+mod gallery;
+mod scene_text;
+mod files;
 
 pub use catalogue::{Catalogue, Entry, catalogue};
 pub use command::Command;
+pub use gallery::{Gallery, Picture};
 pub use gesture::Tool;
 pub(crate) use gesture::{Action, Gesture};
+pub use guide::{Guide, GuideStep};
 pub use link::{Changes, Link, LinkError, Look};
 pub use preferences::{Outlook, Preferences};
 pub use viewport::Viewport;
@@ -21,11 +27,10 @@ use glam::Vec3;
 use msd_core::{Real, Vector};
 use msd_render::{Camera, Style};
 use msd_run::on;
-use msd_run::recording::ENDING;
 use msd_run::rescue::Offer;
 use msd_scene::Loaded;
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The session and how it is looked at. Drawn by [`crate::panel::show`].
 #[derive(Debug)]
@@ -48,6 +53,12 @@ pub struct Viewer {
     pub full_screen: bool,
     /// What is remembered from one start to the next.
     pub preferences: Preferences,
+    /// The guide, while it is offered.
+    pub guide: Option<Guide>,
+    /// The gallery, while it is open.
+    pub gallery: Option<Gallery>,
+    /// A text that is to be put on the clipboard.
+    pub clipboard: Option<String>,
     /// What was done last, for the user.
     pub note: Option<String>,
     /// Whether bodies are coloured by the estimated error of their particles.
@@ -124,6 +135,9 @@ impl Viewer {
             light: false,
             full_screen: false,
             preferences: Preferences::default(),
+            guide: None,
+            gallery: None,
+            clipboard: None,
             note: None,
             by_error: false,
             help: false,
@@ -174,23 +188,21 @@ impl Viewer {
                 self.tool = if self.tool == tool { Tool::Grab } else { tool };
             }
             Command::Escape => self.escape(),
+            Command::Open => {
+                let entries = &self.catalogue.entries;
+                self.gallery = match self.gallery.take() {
+                    Some(_) => None,
+                    None => Some(Gallery::open(entries, &self.folder)),
+                };
+            }
+            Command::SaveRun | Command::SaveScene | Command::CopyCommand => {
+                self.file_command(command);
+            }
+            Command::Guide => self.guide = Some(Guide::default()),
             Command::FullScreen => self.full_screen = !self.full_screen,
             Command::Panels => self.panels = !self.panels,
             Command::Help => self.help = !self.help,
             Command::Quit => self.quit = true,
-        }
-    }
-
-    /// Begins or ends a recording, in a file of a name that is free.
-    fn record(&mut self) {
-        if self.session.recording().is_some() {
-            return self.session.stop_recording();
-        }
-        let name = &self.session.loaded().name;
-        let path = |number: u32| self.folder.join(format!("{name}-{number}.{ENDING}"));
-        let free = (1..=u32::MAX).map(path).find(|path| !path.exists());
-        if let Some(path) = free {
-            self.session.start_recording(&path);
         }
     }
 
@@ -252,7 +264,7 @@ impl Viewer {
         self.let_go();
         self.session.deselect();
         self.tool = Tool::Grab;
-        self.note = None;
+        (self.note, self.gallery) = (None, None);
         self.help = false;
     }
 
@@ -261,6 +273,22 @@ impl Viewer {
         let Some(entry) = self.catalogue.entries.get(index) else { return };
         let result = (self.catalogue.open)(entry.name);
         self.open(result, Some(index));
+    }
+
+    /// Opens a scene of the list, or what else can be opened by this name.
+    pub fn open_named(&mut self, name: &str) {
+        match self.catalogue.entries.iter().position(|entry| entry.name == name) {
+            Some(index) => self.open_entry(index),
+            None => self.open_path(Path::new(name)),
+        }
+    }
+
+    /// Shows a scene that is not in the catalogue, and keeps it within reach.
+    fn show_opened(&mut self, loaded: Loaded) {
+        let kept = loaded.clone();
+        if self.open(Ok(loaded), None) {
+            self.opened = Some(kept);
+        }
     }
 
     /// The scene that is not in the catalogue, if one was opened.
@@ -280,7 +308,8 @@ impl Viewer {
         }
     }
 
-    fn open(&mut self, loaded: Result<Loaded, String>, index: Option<usize>) {
+    /// Opens a scene; whether it could be.
+    fn open(&mut self, loaded: Result<Loaded, String>, index: Option<usize>) -> bool {
         let before = shows_springs(&self.session.loaded().name);
         self.keep_camera();
         let result =
@@ -296,8 +325,12 @@ impl Viewer {
                 self.let_go();
                 self.unframed = true;
                 self.frame_once();
+                true
             }
-            Err(error) => self.session.refuse(Err(error)),
+            Err(error) => {
+                self.session.refuse(Err(error));
+                false
+            }
         }
     }
 
@@ -432,9 +465,16 @@ impl Viewer {
         }
     }
 
+    /// Ends the guide, which is not offered again by itself.
+    pub fn end_guide(&mut self) {
+        self.guide = None;
+        self.preferences.is_guided = true;
+    }
+
     /// Takes over what was remembered.
     pub fn set_preferences(&mut self, preferences: Preferences) {
         (self.light, self.panels) = (preferences.light, preferences.panels);
+        self.guide = (!preferences.is_guided).then(Guide::default);
         self.preferences = preferences;
     }
 

@@ -117,7 +117,7 @@ mod tests {
 
     #[test]
     fn damaged_text_is_refused_and_wild_numbers_are_tamed() {
-        for text in ["", "{", "[]", r#"{"light": 3}"#, r#"{"size": [1]}"#] {
+        for text in ["", "{", "3", r#"{"light": 3}"#, r#"{"size": [1]}"#] {
             assert!(Preferences::parse(text).is_err(), "{text}");
         }
         let read = Preferences::parse(r#"{"scale": 1e9, "size": [0, -5], "unknown": 1}"#);

@@ -23,7 +23,7 @@ pub use web::start;
 
 #[cfg(not(target_arch = "wasm32"))]
 use crate::drivers;
-use crate::input::{read_pointer, take_commands};
+use crate::input::{read_pointer, take_commands, take_drops};
 use crate::panel;
 use crate::viewer::Viewer;
 use canvas::Painting;
@@ -68,6 +68,8 @@ pub(crate) struct Shell {
     title: String,
     hidden: bool,
     is_full: bool,
+    #[cfg(not(target_arch = "wasm32"))]
+    is_guided: bool,
     watcher: Option<Watcher>,
     /// Why the window could not be shown; a browser finds it in the log.
     pub(crate) missing: Option<Missing>,
@@ -80,6 +82,8 @@ impl Shell {
         watcher: Option<Watcher>,
     ) -> Self {
         let context = egui::Context::default();
+        #[cfg(not(target_arch = "wasm32"))]
+        let is_guided = viewer.preferences.is_guided;
         panel::theme::apply(&context);
         context.set_zoom_factor(viewer.preferences.scale);
         Shell {
@@ -93,6 +97,8 @@ impl Shell {
             title: String::new(),
             hidden: false,
             is_full: false,
+            #[cfg(not(target_arch = "wasm32"))]
+            is_guided,
             watcher,
             missing: None,
         }
@@ -209,7 +215,12 @@ impl Shell {
         if let Some(watch) = &mut self.watcher {
             watch(viewer, pixels_per_point);
         }
-        if viewer.quit {
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.is_guided != self.viewer.preferences.is_guided {
+            self.is_guided = self.viewer.preferences.is_guided;
+            self.remember();
+        }
+        if self.viewer.quit {
             return event_loop.exit();
         }
         self.schedule(event_loop, wait);
@@ -253,6 +264,7 @@ fn lay_out(
     for command in take_commands(&mut raw, context.egui_wants_keyboard_input()) {
         viewer.command(command);
     }
+    take_drops(&raw, viewer);
     let mut stepped = None;
     panel::theme::choose(context, viewer.light);
     let mut output = context.run_ui(raw, |ui| {

@@ -6,7 +6,7 @@
 //! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
 //! itself), `offers` (how many ways out there are), `held` (particle or null), `held_position`,
 //! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is),
-//! `hovered`, `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`,
+//! `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`,
 //! `worst_error`), `aim` (a particle in plain view: `particle`, `screen`), `stiffness`,
 //! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and `landmarks`
 //! (rectangles: left, top, width, height).
@@ -70,6 +70,8 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "selected": session.selected(),
         "pinned": session.selected().map(|particle| session.is_pinned(particle)),
         "hovered": viewer.hovered,
+        "springs": session.runner().spring_count(),
+        "note": viewer.note,
         "error": error(session.error()),
         "aim": aim(viewer).map(|(particle, at)| {
             json!({ "particle": particle, "screen": pixels(at, scale) })

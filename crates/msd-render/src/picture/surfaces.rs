@@ -130,3 +130,37 @@ fn edges(body: &Body) -> Vec<[u32; 2]> {
     edges.dedup();
     edges
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_core::{Interaction, Material, Scene, Settings, Simulation, Vector, shape};
+
+    #[test]
+    fn a_surface_opens_along_springs_that_were_cut_and_nowhere_else() {
+        let part = shape::cloth([3, 3], 1.0, Material::default()).expect("a valid size");
+        let scene = Scene::of("cloth", part);
+        let mut cloth = Simulation::<f32>::new(&scene, Settings::default()).expect("a valid scene");
+        let drawn = |cloth: &Simulation<f32>| {
+            let mut geometry = Geometry::default();
+            let snapshot = cloth.snapshot();
+            geometry.positions.extend(snapshot.positions().map(|position| position.to_f32()));
+            add_surfaces(&mut geometry, &snapshot, u64::MAX);
+            geometry.triangles
+        };
+        let whole = drawn(&cloth);
+        let spring = (0..scene.springs.len()).find(|&spring| {
+            let [a, b] = scene.springs[spring].ends.map(|end| end as u32);
+            whole.iter().filter(|triangle| triangle.contains(&a) && triangle.contains(&b)).count()
+                == 2
+        });
+        let spring = spring.expect("an edge between two triangles");
+        cloth.queue(Interaction::Cut { spring }).expect("a spring");
+        cloth.apply_queued().expect("it can be cut");
+        let [a, b] = scene.springs[spring].ends.map(|end| end as u32);
+        // In a sheet each particle is one corner, of the same number.
+        let is_apart = |triangle: &&[u32; 3]| !(triangle.contains(&a) && triangle.contains(&b));
+        let left: Vec<[u32; 3]> = whole.iter().filter(is_apart).copied().collect();
+        assert_eq!((whole.len() - left.len(), drawn(&cloth)), (2, left));
+    }
+}

@@ -1,0 +1,78 @@
+//! The gallery over the 3D view: a field for a path, and the scenes with their pictures.
+
+use super::theme;
+use crate::viewer::{Picture, Viewer};
+use egui::{Align2, Button, Image, RichText, ScrollArea, TextEdit, Ui, vec2};
+use std::path::Path;
+use std::time::Duration;
+
+/// Size of a picture, points.
+const PICTURE: egui::Vec2 = vec2(144.0, 90.0);
+/// How long until pictures are asked for again.
+const SOON: Duration = Duration::from_millis(60);
+
+/// The gallery, while it is open.
+pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
+    let Some(mut gallery) = viewer.gallery.take() else { return };
+    if gallery.receive(ui.ctx()) {
+        ui.ctx().request_repaint_after(SOON);
+    }
+    let (mut open, mut wanted) = (true, None);
+    let window = egui::Window::new("Open").open(&mut open).collapsible(false).resizable(false);
+    let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.rect.center());
+    let room = ui.ctx().content_rect().size() - vec2(60.0, 110.0);
+    window.show(ui.ctx(), |ui| {
+        ui.set_width(room.x.clamp(300.0, 640.0));
+        ui.horizontal(|ui| {
+            let name = ui.label("File");
+            let field =
+                TextEdit::singleline(&mut gallery.path).hint_text("scene, mesh or saved run");
+            let field = ui.add(field.desired_width(ui.available_width() - 60.0));
+            let is_entered = field.labelled_by(name.id).lost_focus()
+                && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            let is_named = !gallery.path.trim().is_empty();
+            let button = ui.add_enabled(is_named, Button::new("Open"));
+            if is_named && (button.clicked() || is_entered) {
+                wanted = Some(gallery.path.trim().to_owned());
+            }
+        });
+        let text = "Or drop a file onto the window.";
+        ui.label(RichText::new(text).small().color(theme::FAINT));
+        ScrollArea::vertical().max_height(room.y.clamp(150.0, 520.0)).show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                for picture in &gallery.pictures {
+                    if entry(ui, picture) {
+                        wanted = Some(picture.name.clone());
+                    }
+                }
+            });
+        });
+    });
+    match wanted {
+        Some(name) => viewer.open_named(&name),
+        None if open => viewer.gallery = Some(gallery),
+        None => {}
+    }
+}
+
+/// A scene with its picture; whether it was chosen.
+fn entry(ui: &mut Ui, picture: &Picture) -> bool {
+    let short = Path::new(&picture.name).file_name().map(|name| name.to_string_lossy());
+    let name = short.unwrap_or(picture.name.as_str().into()).into_owned();
+    let inner = ui.vertical(|ui| {
+        ui.set_width(PICTURE.x);
+        let button = match &picture.texture {
+            Some(texture) => Button::image(Image::new((texture.id(), PICTURE))),
+            None => Button::new(RichText::new("…").color(theme::FAINT)),
+        };
+        let caption = ui.label(RichText::new(name).small());
+        let button = ui.add(button.min_size(PICTURE)).labelled_by(caption.id);
+        let button = if picture.title.is_empty() {
+            button.on_hover_text(&picture.name)
+        } else {
+            button.on_hover_text(&picture.title)
+        };
+        button.clicked()
+    });
+    inner.inner
+}

@@ -1,0 +1,40 @@
+//! The guide in a corner of the 3D view: the sentence of the present step, never in the way.
+
+use super::theme;
+use crate::viewer::{GuideStep, Viewer};
+use egui::{Align2, Area, Frame, RichText, Ui, vec2};
+
+/// Width of the sentence, points.
+const WIDTH: f32 = 250.0;
+
+/// The guide, while it is offered.
+pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
+    let Some(mut guide) = viewer.guide else { return };
+    guide.follow(&viewer.session);
+    viewer.guide = Some(guide);
+    let at = viewer.rect.right_bottom() - vec2(14.0, 14.0);
+    let area = Area::new(egui::Id::unique("guide")).fixed_pos(at).pivot(Align2::RIGHT_BOTTOM);
+    let mut is_over = false;
+    area.show(ui.ctx(), |ui| {
+        Frame::popup(ui.style()).fill(theme::PANEL).inner_margin(10.0).show(ui, |ui| {
+            ui.set_width(WIDTH.min(viewer.rect.width() - 50.0));
+            let count = GuideStep::ALL.len();
+            let (title, text, button) = match guide.step() {
+                Some(step) => {
+                    (format!("{} of {count}", guide.done() + 1), step.text(), "Skip the guide")
+                }
+                None => {
+                    let text = "That is the trade: a longer step costs less and gets more wrong, \
+                                until it blows up. F1 lists what else there is.";
+                    ("Done".to_owned(), text, "Close the guide")
+                }
+            };
+            ui.label(RichText::new(title).small().color(theme::FAINT));
+            ui.label(text);
+            is_over = ui.button(button).clicked();
+        });
+    });
+    if is_over {
+        viewer.end_guide();
+    }
+}

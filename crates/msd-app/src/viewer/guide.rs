@@ -1,0 +1,83 @@
+//! The guide: five steps that a new user takes with the real controls.
+
+use crate::session::{ErrorNow, Session};
+
+/// The steps of the guide, in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GuideStep {
+    /// Grab it and throw it.
+    Grab,
+    /// Make it stiffer until the step is too long for it.
+    Stiffen,
+    /// Watch it blow up.
+    BlowUp,
+    /// Take a way out.
+    Mend,
+    /// See what is left of the error, and what a step costs.
+    Cost,
+}
+
+impl GuideStep {
+    /// All steps.
+    pub const ALL: [GuideStep; 5] =
+        [GuideStep::Grab, GuideStep::Stiffen, GuideStep::BlowUp, GuideStep::Mend, GuideStep::Cost];
+
+    /// What is to be done, one sentence.
+    pub fn text(self) -> &'static str {
+        match self {
+            GuideStep::Grab => "Press on the body, drag it, and let go to throw it.",
+            GuideStep::Stiffen => {
+                "Drag Stiffness, on the right, up until the percentage under Solver is red."
+            }
+            GuideStep::BlowUp => "Wait: a step beyond the limit makes it blow up.",
+            GuideStep::Mend => "Choose a way out in the box: each says what it costs.",
+            GuideStep::Cost => {
+                "Tick Estimate error: that is what this setting gets wrong, and ms/step below is \
+                 what it costs."
+            }
+        }
+    }
+
+    /// Whether a session shows that it was done; `held` says whether something was held before.
+    fn is_done(self, session: &Session, held: bool) -> bool {
+        let share = session.stability().map(|(share, _)| share);
+        match self {
+            GuideStep::Grab => held && session.held().is_none(),
+            GuideStep::Stiffen => {
+                session.failure().is_some() || share.is_some_and(|share| 1.0 < share)
+            }
+            GuideStep::BlowUp => session.failure().is_some(),
+            GuideStep::Mend => {
+                session.failure().is_none() && share.is_some_and(|share| share <= 1.0)
+            }
+            GuideStep::Cost => matches!(session.error(), Some(ErrorNow::Known(_))),
+        }
+    }
+}
+
+/// How far a user has got in the guide.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Guide {
+    done: usize,
+    held: bool,
+}
+
+impl Guide {
+    /// The step to take now; `None` once all are done.
+    pub fn step(&self) -> Option<GuideStep> {
+        GuideStep::ALL.get(self.done).copied()
+    }
+
+    /// Steps that were done.
+    pub fn done(&self) -> usize {
+        self.done
+    }
+
+    /// Looks at a session, once per frame.
+    pub fn follow(&mut self, session: &Session) {
+        if self.step().is_some_and(|step| step.is_done(session, self.held)) {
+            self.done += 1;
+        }
+        self.held = session.held().is_some();
+    }
+}

@@ -1,0 +1,166 @@
+//! The text of a scene with the values that the user has set; what else its author wrote stays.
+
+use msd_core::{Friction, Integrator, Model, Real, Vector};
+use msd_run::{Runner, on};
+use msd_scene::Loaded;
+use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
+
+/// What a scene file says of a run: solver, world, and the material of each body where it is one
+/// value for all of the body.
+#[derive(Clone, Debug, PartialEq)]
+struct Values {
+    gravity: [f64; 3],
+    force: [f64; 3],
+    planes: Vec<(f64, Friction)>,
+    bodies: Vec<[Option<f64>; 3]>,
+}
+
+/// The keys of a body, in the order of its values.
+const BODY_KEYS: [&str; 3] = ["mass", "stiffness", "damping"];
+
+impl Values {
+    fn of(runner: &Runner) -> Self {
+        on!(runner, simulation => Values::read(simulation.model()))
+    }
+
+    fn read<R: Real>(model: &Model<R>) -> Self {
+        let body = |body: &msd_core::Body| {
+            let there = || body.springs.clone().filter(|&spring| !model.is_cut(spring));
+            [
+                uniform(body.particles.clone().map(|row| model.masses()[row].to_f64())),
+                uniform(there().map(|spring| model.stiffness(spring).to_f64())),
+                uniform(there().map(|spring| model.damping(spring).to_f64())),
+            ]
+        };
+        let planes = model.planes().iter();
+        Values {
+            gravity: model.gravity().to_f64().to_array(),
+            force: model.force().to_f64().to_array(),
+            planes: planes.map(|plane| (plane.restitution(), plane.friction())).collect(),
+            bodies: model.bodies().iter().map(body).collect(),
+        }
+    }
+}
+
+/// The value that all have.
+fn uniform(mut values: impl Iterator<Item = f64>) -> Option<f64> {
+    let first = values.next()?;
+    values.all(|value| value == first).then_some(first)
+}
+
+/// Rewrites the text of a scene, TOML, so that it says what a run of it was set to.
+///
+/// # Errors
+/// Text that is no TOML; a value that no key of the text stands for.
+pub(super) fn with_values(text: &str, loaded: &Loaded, runner: &Runner) -> Result<String, String> {
+    let mut file: DocumentMut = text.parse().map_err(|error| format!("{error}"))?;
+    write_solver(table(&mut file, "solver")?, loaded, runner);
+    let author = Runner::open(loaded).map_err(|error| error.to_string())?;
+    let (was, now) = (Values::of(&author), Values::of(runner));
+    let world = table(&mut file, "world")?;
+    for (key, was, now) in [("gravity", was.gravity, now.gravity), ("force", was.force, now.force)]
+    {
+        if was != now {
+            put(world, key, Array::from_iter(now.map(shortest)).into());
+        }
+    }
+    let mut planes = rows(world.get_mut("planes"));
+    for (row, (was, now)) in was.planes.iter().zip(&now.planes).enumerate() {
+        if was != now {
+            let plane = planes.get_mut(row).ok_or("its planes are not written one by one")?;
+            write_plane(&mut **plane, *now);
+        }
+    }
+    let mut bodies = rows(file.get_mut("bodies"));
+    for (row, (was, now)) in was.bodies.iter().zip(&now.bodies).enumerate() {
+        for (key, (was, now)) in BODY_KEYS.into_iter().zip(was.iter().zip(now)) {
+            if was != now {
+                let now = now.ok_or("a body has springs or particles that differ")?;
+                let body = bodies.get_mut(row).ok_or("its bodies are not written one by one")?;
+                put(&mut **body, key, shortest(now).into());
+            }
+        }
+    }
+    Ok(file.to_string())
+}
+
+/// Whether a scene, as it was read from the new text, has the values of a run.
+pub(super) fn says(written: &Loaded, runner: &Runner) -> bool {
+    let read = Runner::open_with(written, written.settings, written.precision);
+    read.is_ok_and(|read| {
+        let settings =
+            (read.settings(), read.precision()) == (runner.settings(), runner.precision());
+        settings && Values::of(&read) == Values::of(runner)
+    })
+}
+
+/// The shortest number that is the same in single precision, where it came from there.
+fn shortest(value: f64) -> f64 {
+    let single = value as f32;
+    if f64::from(single) != value {
+        return value;
+    }
+    single.to_string().parse().unwrap_or(value)
+}
+
+fn write_solver(solver: &mut dyn TableLike, loaded: &Loaded, runner: &Runner) {
+    let (was, now) = (loaded.settings, runner.settings());
+    if was.integrator != now.integrator {
+        put(solver, "integrator", now.integrator.name().into());
+    }
+    if was.substeps != now.substeps {
+        put(solver, "substeps", i64::from(now.substeps).into());
+    }
+    if was.tolerance != now.tolerance && now.integrator == Integrator::DormandPrince {
+        put(solver, "tolerance", now.tolerance.into());
+    }
+    if was.newton != now.newton {
+        put(solver, "newton", i64::from(now.newton).into());
+    }
+    if loaded.precision != runner.precision() {
+        put(solver, "precision", runner.precision().name().into());
+    }
+}
+
+fn write_plane(plane: &mut dyn TableLike, (restitution, friction): (f64, Friction)) {
+    for key in ["sticky", "friction", "tangential_loss"] {
+        plane.remove(key);
+    }
+    put(plane, "restitution", shortest(restitution).into());
+    let (key, value) = match friction {
+        Friction::Coulomb(value) => ("friction", value),
+        Friction::TangentialLoss(value) => ("tangential_loss", value),
+    };
+    put(plane, key, shortest(value).into());
+}
+
+/// A table of the file, made where there is none.
+fn table<'a>(file: &'a mut DocumentMut, key: &str) -> Result<&'a mut dyn TableLike, String> {
+    let item = file.entry(key).or_insert_with(toml_edit::table);
+    item.as_table_like_mut().ok_or(format!("its {key} is no table"))
+}
+
+/// The tables of an array, however it is written.
+fn rows(item: Option<&mut Item>) -> Vec<&mut dyn TableLike> {
+    match item {
+        Some(Item::ArrayOfTables(tables)) => {
+            tables.iter_mut().map(|table| table as &mut dyn TableLike).collect()
+        }
+        Some(Item::Value(Value::Array(array))) => {
+            let tables = array.iter_mut().filter_map(Value::as_inline_table_mut);
+            tables.map(|table| table as &mut dyn TableLike).collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Sets a key; what is written beside its old value stays.
+fn put(table: &mut dyn TableLike, key: &str, mut value: Value) {
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(old) => {
+            *value.decor_mut() = old.decor().clone();
+            *old = value;
+        }
+        None => drop(table.insert(key, toml_edit::value(value))),
+    }
+}
