@@ -174,6 +174,10 @@ impl Shell {
         if let Some(watch) = &mut self.watcher {
             watch(viewer, pixels_per_point);
         }
+        #[cfg(target_arch = "wasm32")]
+        if let Some((name, bytes)) = viewer.session.take_recording() {
+            web::give(&name, &bytes);
+        }
         if viewer.quit {
             return event_loop.exit();
         }
