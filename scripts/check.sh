@@ -3,7 +3,7 @@
 #
 #   scripts/check.sh          all of it
 #   scripts/check.sh STEP...  some of it: fmt clippy doc test release examples bench bare
-#                             elsewhere wasm deny; and miri, which is slow and not part of "all"
+#                             elsewhere wasm web deny; and miri, which is slow and not part of "all"
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,6 +11,7 @@ fmt() {
     cargo fmt --all --check
     cargo fmt --manifest-path bare/Cargo.toml --check
     cargo fmt --manifest-path fuzz/Cargo.toml --check
+    cargo fmt --manifest-path web/bind/Cargo.toml --check
 }
 clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
@@ -115,6 +116,12 @@ wasm() {
     )
 }
 
+# The page for browsers: its size, and what it does in one.
+web() {
+    scripts/web.sh
+    scripts/web-test.sh
+}
+
 # Licences and advisories need a tool and a database that a bare machine lacks.
 deny() {
     if command -v cargo-deny >/dev/null; then
@@ -132,10 +139,10 @@ run() {
 }
 
 steps=("$@")
-[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm deny)
+[ ${#steps[@]} -gt 0 ] || steps=(fmt clippy doc test release examples bench bare elsewhere wasm web deny)
 for step in "${steps[@]}"; do
     case $step in
-    fmt | clippy | doc | examples | bench | bare | elsewhere | miri | wasm | deny) run "$step" "$step" ;;
+    fmt | clippy | doc | examples | bench | bare | elsewhere | miri | wasm | web | deny) run "$step" "$step" ;;
     test | release) run "$step" "test_$([ "$step" = test ] && echo debug || echo release)" ;;
     *)
         echo "check: unknown step $step" >&2

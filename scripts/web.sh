@@ -20,7 +20,7 @@ rm -rf "$dist"
 mkdir -p "$dist"
 cargo run -q --manifest-path web/bind/Cargo.toml --target-dir target/bind -- "$built" "$dist"
 if command -v wasm-opt >/dev/null; then
-    wasm-opt -Os "$dist/msd_bg.wasm" -o "$dist/msd_bg.wasm"
+    wasm-opt -O2 "$dist/msd_bg.wasm" -o "$dist/msd_bg.wasm"
     # The version of Debian 12 and Ubuntu 24.04 exports the first table whichever was meant; that of
     # objects of JavaScript is the second.
     case $(wasm-opt --version) in
@@ -52,6 +52,10 @@ if [ "$packed" -gt "$limit" ]; then
 fi
 
 if [ "${1:-}" = --serve ]; then
+    if ! command -v python3 >/dev/null; then
+        echo "web: it takes python3 to serve it (or any other server of the files in $dist)" >&2
+        exit 1
+    fi
     echo "web: http://127.0.0.1:${PORT:-8080}"
     exec python3 -m http.server --bind 127.0.0.1 --directory "$dist" "${PORT:-8080}"
 fi

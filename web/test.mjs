@@ -1,158 +1,18 @@
-// Drives the page in Chromium, through WebGPU and through WebGL2: node web/test.mjs [FOLDER-FOR-PICTURES]
-import { chromium } from 'playwright-core';
-import { createServer } from 'node:http';
-import { readFile, mkdtemp, rm } from 'node:fs/promises';
+// Drives the page in Chromium, through WebGPU and through WebGL2: node web/test.mjs [FOLDER], with
+// pictures of what it saw in FOLDER.
+import { readFile } from 'node:fs/promises';
+import { execFileSync } from 'node:child_process';
 import { existsSync } from 'node:fs';
-import { tmpdir } from 'node:os';
-import { extname, join } from 'node:path';
+import { join } from 'node:path';
 import assert from 'node:assert/strict';
-
-const DIST = new URL('./dist/', import.meta.url).pathname;
-const PICTURES = process.argv[2];
-const PATIENCE = 120_000;
-const KINDS = {
-  '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml',
-  '.wasm': 'application/wasm', '.webp': 'image/webp', '.webmanifest': 'application/manifest+json',
-};
-const BROWSERS = ['/usr/bin/chromium', '/usr/bin/google-chrome', '/usr/bin/chromium-browser'];
-
-// Static files on loopback, and a list of what was asked for.
-async function serve() {
-  const server = createServer(async (request, response) => {
-    const path = new URL(request.url, 'http://x').pathname.replace(/\/$/, '/index.html');
-    try {
-      const body = await readFile(join(DIST, path));
-      response.writeHead(200, { 'content-type': KINDS[extname(path)] ?? 'text/plain' }).end(body);
-    } catch {
-      response.writeHead(404).end();
-    }
-  });
-  await new Promise(ready => server.listen(0, '127.0.0.1', ready));
-  return { server, url: `http://127.0.0.1:${server.address().port}/` };
-}
-
-// Both on an adapter in software. Without one of the four flags of the first the page is blank.
-const WAYS = {
-  webgpu: ['--enable-unsafe-webgpu', '--enable-features=Vulkan', '--use-vulkan=swiftshader',
-    '--use-angle=swiftshader'],
-  webgl2: ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
-};
-
-class Page {
-  static async open(executablePath, way, flags, url, view = { width: 960, height: 640 }) {
-    const folder = await mkdtemp(join(tmpdir(), 'msd-web-'));
-    const context = await chromium.launchPersistentContext(folder, {
-      executablePath,
-      headless: false,
-      viewport: view,
-      args: ['--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-sync',
-        '--disable-background-networking', '--disable-component-update', ...flags],
-      permissions: ['clipboard-read', 'clipboard-write'],
-    });
-    if (way !== 'webgpu') {
-      await context.addInitScript(() => { delete Navigator.prototype.gpu; });
-    }
-    const page = context.pages()[0];
-    const made = Object.assign(new Page(), { context, page, folder, url, said: [], asked: [] });
-    page.on('console', message => made.said.push(`${message.type()}: ${message.text()}`));
-    page.on('pageerror', error => made.said.push(`error: ${error.message}`));
-    context.on('request', request => made.asked.push(request.url()));
-    return made;
-  }
-
-  async go(fragment = '') {
-    await this.page.goto('about:blank');
-    await this.page.goto(this.url + fragment);
-    await this.page.waitForFunction(
-      () => ['running', 'missing'].includes(document.documentElement.dataset.state),
-      null, { timeout: PATIENCE });
-  }
-
-  state() { return this.page.evaluate(() => document.documentElement.dataset.state); }
-
-  status() { return this.page.evaluate(() => window.msd.status()); }
-
-  // Two events in one frame are one event: a press and a jump would be a drag.
-  async frames(count = 3) {
-    await this.page.evaluate(count => new Promise(done => {
-      const next = () => (count-- <= 0 ? done() : requestAnimationFrame(next));
-      next();
-    }), count);
-  }
-
-  // Where a place of the canvas is on the page.
-  async place([x, y]) {
-    const box = await this.page.locator('#canvas').boundingBox();
-    return [box.x + x, box.y + y];
-  }
-
-  async drag(from, by, meanwhile = async () => {}) {
-    const [x, y] = await this.place(from);
-    const { mouse } = this.page;
-    await mouse.move(x, y);
-    await this.frames();
-    await mouse.down();
-    await this.frames();
-    for (let step = 1; step <= 6; step++) {
-      await mouse.move(x + by[0] * step / 6, y + by[1] * step / 6);
-      await this.frames(2);
-    }
-    await this.frames();
-    await meanwhile();
-    await mouse.up();
-    await this.frames();
-  }
-
-  async until(what, holds) {
-    const start = Date.now();
-    for (;;) {
-      const now = await this.status();
-      if (holds(now)) return now;
-      assert(Date.now() - start < PATIENCE, `it never happens: ${what}`);
-      await new Promise(next => setTimeout(next, 50));
-    }
-  }
-
-  // The colours of a rectangle of the canvas, on the screen.
-  async colours([left, top, width, height]) {
-    const [x, y] = await this.place([left, top]);
-    const clip = { x, y, width, height };
-    const png = await this.page.screenshot({ clip });
-    return this.page.evaluate(async base64 => {
-      const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
-      const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
-      pen.drawImage(image, 0, 0);
-      const { data } = pen.getImageData(0, 0, image.width, image.height);
-      const count = new Map();
-      for (let at = 0; at < data.length; at += 4) {
-        const key = (data[at] >> 4) << 8 | (data[at + 1] >> 4) << 4 | data[at + 2] >> 4;
-        count.set(key, (count.get(key) ?? 0) + 1);
-      }
-      return count.size;
-    }, png.toString('base64'));
-  }
-
-  async picture(name) {
-    if (PICTURES) await this.page.screenshot({ path: join(PICTURES, `${name}.png`) });
-  }
-
-  // Nothing on the console, and nothing asked of anybody else.
-  check() {
-    assert.deepEqual(this.said, [], 'messages on the console');
-    const others = this.asked.filter(url => !url.startsWith(this.url) && !/^(data|blob|about):/.test(url));
-    assert.deepEqual(others, [], 'requests to others');
-  }
-
-  async close() {
-    await this.context.close();
-    await rm(this.folder, { recursive: true, force: true });
-  }
-}
+import { PATIENCE, Page, WAYS, executable, serve } from './browser.mjs';
 
 const tests = {
   async 'the body is drawn'(page) {
     await page.go('#scene=cube');
     assert.equal(await page.state(), 'running');
+    const first = await page.page.evaluate(() => document.documentElement.dataset.first);
+    console.log(`    first picture after ${Math.round(first)} ms`);
     const { view: [left, top, width, height] } = await page.until('steps', now => 5 < now.steps);
     await page.picture('running');
     // Of one colour, or of a gradient, are the ground and what is behind it; the body is a pattern.
@@ -273,6 +133,21 @@ const tests = {
     assert.equal(after.time, before.time);
   },
 
+  async 'a recording is downloaded, and replays to the same bits on the desktop'(page) {
+    await page.go('#scene=chain');
+    await page.page.keyboard.press('F9');
+    const begun = await page.status();
+    await page.until('steps', now => begun.steps + 20 < now.steps);
+    const [download] = await Promise.all([page.page.waitForEvent('download'), page.page.keyboard.press('F9')]);
+    assert.equal(download.suggestedFilename(), 'chain-1.msdrec');
+    const msd = new URL('../target/release/msd', import.meta.url).pathname;
+    if (!existsSync(msd)) return console.log('    not replayed: there is no target/release/msd');
+    const copy = join(page.folder, 'chain-1.msdrec');
+    await download.saveAs(copy);
+    const report = JSON.parse(execFileSync(msd, ['run', '--replay', copy, '--json']));
+    assert.equal(report.replay.same_bits, true);
+  },
+
   async 'embedded, the scene fills the frame'(page) {
     await page.go('#scene=cube&embed');
     const { view } = await page.until('no panels', now => now.view[2] === 960);
@@ -297,8 +172,7 @@ const once = {
       { timeout: 5 * PATIENCE });
     const line = await page.page.evaluate(() => document.documentElement.dataset.verified);
     assert.match(line, /^all \d+ runs end in the bits that are kept/);
-    const longest = await page.page.evaluate(() => document.documentElement.dataset.longest);
-    console.log(`    ${line}; the longest slice took ${Number(longest).toFixed(0)} ms`);
+    console.log(`    ${line}`);
   },
 
   async 'it opens again without a network'(page) {
@@ -320,7 +194,6 @@ const blind = {
   },
 };
 
-const executable = process.env.MSD_CHROMIUM ?? BROWSERS.find(existsSync);
 if (!executable) {
   console.log('web-test: SKIPPED, no Chromium (install it with: apt install chromium)');
   process.exit(process.env.MSD_REQUIRE_BROWSER ? 1 : 0);
@@ -334,6 +207,7 @@ for (const [way, flags, list] of [
   ['neither', ['--disable-gpu', '--disable-3d-apis'], blind],
 ]) {
   const page = await Page.open(executable, way, flags, url);
+  page.pictures = process.argv[2];
   for (const [name, test] of Object.entries(list)) {
     if (!only.test(`${way}: ${name}`)) continue;
     const start = Date.now();

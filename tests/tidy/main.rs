@@ -7,8 +7,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Every folder that has source files.
-const FOLDERS: [&str; 8] =
-    ["bare", "crates", "src", "tests", "benches", "examples", "fuzz", "xtask"];
+const FOLDERS: [&str; 9] =
+    ["bare", "crates", "src", "tests", "benches", "examples", "fuzz", "web", "xtask"];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();

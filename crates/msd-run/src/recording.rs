@@ -170,10 +170,17 @@ fn with_loss(error: FileError, recording: &Recording) -> FileError {
     FileError::Malformed { place, reason }
 }
 
+/// Where a recording goes.
+#[derive(Debug)]
+enum Sink {
+    File(File),
+    Memory(Vec<u8>),
+}
+
 /// A recording that is being made.
 #[derive(Debug)]
 pub struct Recorder {
-    file: File,
+    sink: Sink,
     name: String,
     /// Steps taken that are not in the file yet.
     unwritten: u32,
@@ -191,7 +198,16 @@ impl Recorder {
         let mut output = Output::create(path)?;
         let name = output.name().to_owned();
         KIND.begin(&mut output, start)?;
-        Ok(Recorder { file: output.open_ended()?, name, unwritten: 0, steps: 0 })
+        Ok(Recorder { sink: Sink::File(output.open_ended()?), name, unwritten: 0, steps: 0 })
+    }
+
+    /// Begins a recording in memory, where there are no files; [`Recorder::finish`] returns it.
+    ///
+    /// # Errors
+    /// [`FileError::Unwritable`].
+    pub fn begin_in_memory(name: &str, start: &Loaded) -> Result<Self, FileError> {
+        let sink = Sink::Memory(KIND.bytes(start)?);
+        Ok(Recorder { sink, name: name.to_owned(), unwritten: 0, steps: 0 })
     }
 
     /// The file, as the user named it.
@@ -234,13 +250,19 @@ impl Recorder {
         self.add(&Event::Back)
     }
 
-    /// Ends the recording of a run.
+    /// Ends the recording of a run; returns its bytes if it was made in memory.
     ///
     /// # Errors
     /// [`FileError::Unwritable`].
-    pub fn finish(mut self, runner: &Runner) -> Result<(), FileError> {
+    pub fn finish(mut self, runner: &Runner) -> Result<Option<Vec<u8>>, FileError> {
         self.add(&Event::End(state_hash(&runner.state())))?;
-        self.file.sync_all().map_err(|error| self.refused(&error))
+        match &mut self.sink {
+            Sink::Memory(bytes) => Ok(Some(std::mem::take(bytes))),
+            Sink::File(file) => {
+                let safe = file.sync_all();
+                safe.map(|()| None).map_err(|error| self.refused(&error))
+            }
+        }
     }
 
     fn write_steps(&mut self) -> Result<(), FileError> {
@@ -251,15 +273,24 @@ impl Recorder {
     }
 
     fn write(&mut self, event: &Event) -> Result<(), FileError> {
-        // A frame in one go: what a crash cuts short is the last one alone.
-        let start = self.file.stream_position();
-        let written = frame(event).and_then(|frame| self.file.write_all(&frame));
-        written.map_err(|error| {
-            // On a full disk what is there stays a recording. Where nothing can be cut off it is
-            // a pipe, and nobody reads it again.
-            let _ = start.and_then(|start| self.file.set_len(start));
-            self.refused(&error)
-        })
+        let written = frame(event).and_then(|frame| match &mut self.sink {
+            Sink::Memory(bytes) => {
+                bytes.extend(frame);
+                Ok(())
+            }
+            // A frame in one go: what a crash cuts short is the last one alone.
+            Sink::File(file) => {
+                let start = file.stream_position();
+                let written = file.write_all(&frame);
+                if written.is_err() {
+                    // On a full disk what is there stays a recording. Where nothing can be cut off
+                    // it is a pipe, and nobody reads it again.
+                    let _ = start.and_then(|start| file.set_len(start));
+                }
+                written
+            }
+        });
+        written.map_err(|error| self.refused(&error))
     }
 
     fn refused(&self, error: &std::io::Error) -> FileError {

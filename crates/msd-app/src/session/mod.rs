@@ -461,6 +461,11 @@ impl Session {
         }
     }
 
+    /// Takes a recording that was ended where there are no files: its name and its bytes.
+    pub fn take_recording(&mut self) -> Option<(String, Vec<u8>)> {
+        self.recording.take_made()
+    }
+
     /// Shows an error on the status line, if there is one.
     pub fn refuse<E: Display>(&mut self, result: Result<(), E>) {
         if let Err(error) = result {

@@ -7,28 +7,46 @@ use std::path::Path;
 
 /// A recording, while one is being made. One that cannot be written any more ends by itself.
 #[derive(Debug, Default)]
-pub struct SessionRecording(Option<Recorder>);
+pub struct SessionRecording {
+    recorder: Option<Recorder>,
+    /// The last recording that was made where there are no files: its name and its bytes.
+    made: Option<(String, Vec<u8>)>,
+}
 
 impl SessionRecording {
     /// The file that is being recorded into.
     pub fn name(&self) -> Option<&str> {
-        self.0.as_ref().map(Recorder::name)
+        self.recorder.as_ref().map(Recorder::name)
     }
 
     /// Whether a recording is being made.
     pub fn is_on(&self) -> bool {
-        self.0.is_some()
+        self.recorder.is_some()
     }
 
     /// Begins to record from a run as it is now, into a file that grows.
     pub(super) fn begin(&mut self, path: &Path, now: &Loaded) -> Result<(), FileError> {
-        self.0 = Some(Recorder::begin(path, now)?);
+        // A browser has no files: what was recorded is downloaded in the end.
+        let begun = if cfg!(target_arch = "wasm32") {
+            Recorder::begin_in_memory(&path.to_string_lossy(), now)
+        } else {
+            Recorder::begin(path, now)
+        };
+        self.recorder = Some(begun?);
         Ok(())
     }
 
     /// Ends the recording with the state of the run.
     pub(super) fn finish(&mut self, runner: &Runner) -> Result<(), FileError> {
-        self.0.take().map_or(Ok(()), |recorder| recorder.finish(runner))
+        let Some(recorder) = self.recorder.take() else { return Ok(()) };
+        let name = recorder.name().to_owned();
+        self.made = recorder.finish(runner)?.map(|bytes| (name, bytes));
+        Ok(())
+    }
+
+    /// Takes the last recording that was made where there are no files: its name and its bytes.
+    pub(super) fn take_made(&mut self) -> Option<(String, Vec<u8>)> {
+        self.made.take()
     }
 
     /// Records a step.
@@ -50,9 +68,9 @@ impl SessionRecording {
         &mut self,
         write: impl FnOnce(&mut Recorder) -> Result<(), FileError>,
     ) -> Result<(), FileError> {
-        let written = self.0.as_mut().map_or(Ok(()), write);
+        let written = self.recorder.as_mut().map_or(Ok(()), write);
         if written.is_err() {
-            self.0 = None;
+            self.recorder = None;
         }
         written
     }

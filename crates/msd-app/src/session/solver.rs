@@ -30,6 +30,7 @@ impl Tuning {
     pub(super) fn is_set(self, runner: &Runner) -> bool {
         let now = runner.settings();
         match self {
+            Tuning::Settings(settings) => now == settings,
             Tuning::Integrator(integrator) => now.integrator == integrator,
             Tuning::Substeps(substeps) => now.substeps == substeps,
             Tuning::Tolerance(tolerance) => now.tolerance == tolerance,

@@ -220,6 +220,10 @@ impl Shell {
             self.is_guided = self.viewer.preferences.is_guided;
             self.remember();
         }
+        #[cfg(target_arch = "wasm32")]
+        if let Some((name, bytes)) = self.viewer.session.take_recording() {
+            web::give(&name, &bytes);
+        }
         if self.viewer.quit {
             return event_loop.exit();
         }

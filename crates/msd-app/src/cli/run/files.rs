@@ -106,7 +106,7 @@ impl Files {
             out.map(state),
             save.map(|mut saver| saver.save(runner)),
             trace.map(Trace::finish),
-            recorder.map(|recorder| recorder.finish(runner)),
+            recorder.map(|recorder| recorder.finish(runner).map(drop)),
             distances.map(Output::finish),
         ];
         let errors = ended.into_iter().flatten().filter_map(Result::err);

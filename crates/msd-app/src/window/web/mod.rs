@@ -5,7 +5,7 @@ mod verify;
 mod speed;
 
 pub use page::start;
-pub(super) use page::tell;
+pub(super) use page::{give, tell};
 
 use super::{Missing, Shell};
 use crate::viewer::{Link, Viewer, catalogue};

@@ -50,6 +50,7 @@ pub fn command(name: &str) -> Promise {
         "back" => Some(Command::StepBack),
         "frame" => Some(Command::FrameAll),
         "pin" => Some(Command::Pin),
+        "record" => Some(Command::Record),
         _ => None,
     };
     let name = name.to_owned();
@@ -169,4 +170,11 @@ pub(crate) fn tell(kind: &str, text: &str) {
     let told = TOLD.with_borrow(Clone::clone);
     // The page would have to fail in its own code, and says so on the console.
     told.map(|told| told.call2(&JsValue::NULL, &kind.into(), &text.into()).ok());
+}
+
+/// Gives the page a file to be downloaded: tells it `file`, the name and the bytes.
+pub(crate) fn give(name: &str, bytes: &[u8]) {
+    let told = TOLD.with_borrow(Clone::clone);
+    let bytes = Uint8Array::from(bytes);
+    told.map(|told| told.call3(&JsValue::NULL, &"file".into(), &name.into(), &bytes).ok());
 }

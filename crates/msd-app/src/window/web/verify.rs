@@ -10,7 +10,6 @@ use web_time::Instant;
 #[derive(Default)]
 pub struct Verifier {
     verification: Verification,
-    longest: Duration,
 }
 
 #[wasm_bindgen]
@@ -27,7 +26,6 @@ impl Verifier {
         let start = Instant::now();
         let most = Duration::from_millis(milliseconds.into());
         self.verification.go_on(|| most <= start.elapsed());
-        self.longest = self.longest.max(start.elapsed());
         let (done, all) = self.verification.progress();
         let wrong = self.verification.wrong();
         match (self.verification.is_done(), wrong) {
@@ -41,11 +39,5 @@ impl Verifier {
     #[wasm_bindgen(getter)]
     pub fn is_done(&self) -> bool {
         self.verification.is_done()
-    }
-
-    /// The longest slice so far, milliseconds.
-    #[wasm_bindgen(getter)]
-    pub fn longest_ms(&self) -> f64 {
-        self.longest.as_secs_f64() * 1e3
     }
 }

@@ -1,0 +1,110 @@
+//! Links: made in the window, followed by the window and by the command line.
+
+mod common;
+
+use common::{folder, json, msd, outcome, text};
+use msd_app::catalogue;
+use msd_app::session::{MaterialEdit, Tuning};
+use msd_app::viewer::{Link, Viewer};
+use msd_core::Integrator;
+use msd_run::on;
+use msd_scene::{Precision, state_hash};
+
+const STEPS: u64 = 30;
+
+fn viewer(scene: &str) -> Viewer {
+    let loaded = msd_scene::open(scene).expect("a built-in scene");
+    Viewer::new(loaded, catalogue()).expect("a valid scene")
+}
+
+/// A cloth set up otherwise than its scene, in whatever a user can set.
+fn changed() -> Viewer {
+    let mut viewer = viewer("cloth");
+    let session = &mut viewer.session;
+    session.tune(Tuning::Precision(Precision::F64));
+    session.tune(Tuning::Integrator(Integrator::Rk4));
+    session.tune(Tuning::Substeps(16));
+    session.edit(MaterialEdit::Stiffness(321.0));
+    session.edit(MaterialEdit::Gravity(3.7));
+    session.edit(MaterialEdit::Damping(0.25));
+    session.edit(MaterialEdit::RestScale(1.125));
+    session.set_speed(0.25);
+    (viewer.follow, viewer.style.wireframe, viewer.style.shadows) = (false, true, false);
+    viewer.camera.orbit(0.5, 0.25);
+    viewer.camera.zoom(1.5);
+    viewer
+}
+
+fn hash_after(viewer: &Viewer, steps: u64) -> u64 {
+    let mut runner = viewer.session.runner().clone();
+    (0..steps).for_each(|_| runner.step().expect("a run that stays up"));
+    state_hash(&runner.state())
+}
+
+#[test]
+fn a_link_brings_back_settings_camera_and_bits() {
+    let first = changed();
+    let link = Link::parse(&first.link().expect("a built-in scene").to_string());
+    let mut second = viewer("jelly");
+    second.open_link(&link.expect("a link"));
+    assert_eq!(second.session.refusal(), None);
+    assert_eq!(second.session.loaded().name, "cloth");
+    assert_eq!(second.session.runner().settings(), first.session.runner().settings());
+    assert_eq!(second.session.material().values(), first.session.material().values());
+    assert_eq!(second.session.speed(), 0.25);
+    assert_eq!((second.camera, second.follow), (first.camera, first.follow));
+    assert_eq!(second.style, first.style);
+    assert_eq!(hash_after(&second, STEPS), hash_after(&first, STEPS));
+    assert_eq!(second.link(), first.link());
+    // What a link set counts as set by hand: a restart keeps it.
+    assert!(second.session.material().is_edited());
+}
+
+#[test]
+fn the_command_line_runs_a_link_as_the_window_does() {
+    let viewer = changed();
+    let link = format!("https://a.example/#{}", &viewer.link().expect("a link").to_string()[1..]);
+    let folder = folder();
+    let arguments = ["run", &link, "--duration", "0.5", "--save", "end.msd"];
+    let report = json(msd(folder.path(), &arguments));
+    assert_eq!((&report["scene"], &report["integrator"]), (&"cloth".into(), &"rk4".into()));
+    assert_eq!((&report["precision"], &report["substeps"]), (&"f64".into(), &16.into()));
+    let end = msd_scene::open(folder.path().join("end.msd")).expect("a saved run");
+    let end = msd_run::Runner::open(&end).expect("a saved run");
+    on!(&end, simulation => assert_eq!(simulation.steps(), STEPS));
+    assert_eq!(state_hash(&end.state()), hash_after(&viewer, STEPS));
+}
+
+#[test]
+fn a_link_that_says_nothing_usable_is_refused_in_one_line() {
+    let whole = changed().link().expect("a link").to_string();
+    let cut = &whole[..whole.len() - 5];
+    for (link, words) in [
+        (cut, "damaged"),
+        ("#scene=nothing", "a scene that is not there: `nothing`"),
+        ("#scene=/etc/passwd", "a scene that is not there"),
+        ("#scene=", "names no scene"),
+    ] {
+        for command in ["run", "view"] {
+            let output = outcome(msd(folder().path(), &[command, link]));
+            let said = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{said}");
+            assert_eq!(said.lines().count(), 1, "{said}");
+            assert!(said.contains(words), "{said}");
+        }
+    }
+}
+
+#[test]
+fn a_scene_that_is_not_built_in_has_no_link() {
+    let mut viewer = viewer("cube");
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    viewer.open_bytes("tetra.obj", mesh.as_bytes());
+    assert_eq!(viewer.session.refusal(), None);
+    assert_eq!(viewer.session.loaded().name, "tetra");
+    assert!(viewer.link().expect_err("a mesh").contains("tetra is not built in"));
+    // The mesh stays in the list, and something unusable leaves it running.
+    viewer.open_bytes("broken.obj", b"v 1 nan");
+    assert!(viewer.session.refusal().is_some_and(|line| line.contains("broken.obj")));
+    assert_eq!(viewer.session.loaded().name, "tetra");
+}
