@@ -9,6 +9,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod automatic;
 mod runner;
 mod rounding;
 mod history;
@@ -18,6 +19,7 @@ pub mod recording;
 pub mod replay;
 pub mod twin;
 
+pub use automatic::{Automatic, steps_between};
 pub use history::History;
 pub use rounding::Rounding;
 pub use runner::{Moment, Runner};

@@ -13,8 +13,10 @@ pub const MOST_SUBSTEPS: u32 = 1000;
 pub enum Tuning {
     /// The method.
     Integrator(Integrator),
-    /// Substeps per step.
+    /// Substeps per step; they are automatic no longer.
     Substeps(u32),
+    /// Whether the substeps are chosen from the predicted limit of stability.
+    Automatic(bool),
     /// The error that an adaptive method allows, as a fraction of the size of the scene.
     Tolerance(f64),
     /// Newton iterations per substep of an implicit method.
@@ -29,7 +31,14 @@ impl Tuning {
         let now = runner.settings();
         let settings = match self {
             Tuning::Integrator(integrator) => Settings { integrator, ..now },
-            Tuning::Substeps(substeps) => Settings { substeps, ..now },
+            Tuning::Substeps(substeps) => {
+                runner.set_automatic(false)?;
+                Settings { substeps, ..now }
+            }
+            Tuning::Automatic(automatic) => {
+                runner.set_automatic(automatic)?;
+                return Ok(Event::Settings(runner.settings()));
+            }
             Tuning::Tolerance(tolerance) => Settings { tolerance, ..now },
             Tuning::Newton(newton) => Settings { newton, ..now },
             Tuning::Precision(precision) => {
@@ -38,6 +47,6 @@ impl Tuning {
             }
         };
         runner.set_settings(settings)?;
-        Ok(Event::Settings(settings))
+        Ok(Event::Settings(runner.settings()))
     }
 }
