@@ -16,6 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         title: "a cloth that hangs by its top corners".into(),
         scene,
         settings: Settings { substeps: 12, ..Settings::default() },
+        automatic: false,
         precision: Precision::F32,
         notes: Vec::new(),
         files: Vec::new(),

@@ -266,5 +266,6 @@ fn kept(simulation: &Simulation) -> Frames {
 
 fn moment(simulation: &Simulation) -> Moment {
     let state = AnyState::F32(simulation.state());
-    Moment { state, steps: simulation.steps(), ledger: simulation.ledger() }
+    let substeps = simulation.settings().substeps;
+    Moment { state, steps: simulation.steps(), ledger: simulation.ledger(), substeps }
 }

@@ -89,7 +89,7 @@ fn follow(mut replay: Replay<'_>) {
 
 fn check_runner(runner: &Runner) {
     match runner {
-        Runner::F32(simulation) => check_simulation(simulation),
-        Runner::F64(simulation) => check_simulation(simulation),
+        Runner::F32(simulation, _) => check_simulation(simulation),
+        Runner::F64(simulation, _) => check_simulation(simulation),
     }
 }

@@ -45,8 +45,8 @@ fn go_on(state: &AnyState, count: usize) {
             check_message(&error);
         }
         match &runner {
-            Runner::F32(simulation) => check_inside(simulation),
-            Runner::F64(simulation) => check_inside(simulation),
+            Runner::F32(simulation, _) => check_inside(simulation),
+            Runner::F64(simulation, _) => check_inside(simulation),
         }
     }
 }

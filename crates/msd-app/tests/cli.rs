@@ -232,3 +232,38 @@ fn help_and_version_are_no_errors() {
     assert!(quiet(msd(folder.path(), &["run", "--help"])).contains("--substeps"));
     assert!(quiet(msd(folder.path(), &["--version"])).starts_with("msd "));
 }
+
+#[test]
+fn a_file_that_leaves_out_its_substeps_says_which_it_took() {
+    let folder = folder();
+    let scene = "version = 1\n[[bodies]]\nkind = 'cloth'\nsize = [4, 4]\nstiffness = 1e7\n";
+    std::fs::write(folder.path().join("c.toml"), scene).expect("a file");
+    let report = json(msd(folder.path(), &["run", "c.toml", "--duration", "1"]));
+    let (least, most) =
+        (number(&report["automatic"], "least"), number(&report["automatic"], "most"));
+    assert!(1.0 < least && least <= most, "{least} to {most}");
+    assert!(number(&report, "step") <= 0.9 * number(&report, "stable_step"));
+    assert!((60.0 * least..=60.0 * most).contains(&number(&report, "steps")));
+    let told = quiet(msd(folder.path(), &["run", "c.toml", "--duration", "0.1"]));
+    assert!(told.contains("substeps chosen: ") && told.contains("in each 16.67 ms"), "{told}");
+    // A number takes their place, and the command line may ask for them.
+    let fixed = json(msd(folder.path(), &["run", "c.toml", "--duration", "0", "--substeps", "99"]));
+    assert_eq!((&fixed["automatic"], &fixed["substeps"]), (&Value::Null, &99.into()));
+    let asked = ["run", "cube", "--duration", "0.1", "--substeps", "auto"];
+    assert!(number(&json(msd(folder.path(), &asked))["automatic"], "most") < 12.0);
+}
+
+#[test]
+fn a_recording_of_automatic_substeps_is_replayed_to_the_bit() {
+    let folder = folder();
+    let record = ["run", "foam", "--substeps", "auto", "--duration", "8", "--record", "c.msdrec"];
+    let report = json(msd(folder.path(), &record));
+    let chosen = &report["automatic"];
+    assert!(number(chosen, "least") < number(chosen, "most"), "{chosen}");
+    let replayed = json(msd(folder.path(), &["run", "--replay", "c.msdrec"]));
+    assert_eq!(replayed["state_hash"], report["state_hash"]);
+    let refused = ["run", "--replay", "c.msdrec", "--substeps", "auto"];
+    assert!(
+        text(&outcome(msd(folder.path(), &refused)).stderr).contains("--substeps auto does not")
+    );
+}

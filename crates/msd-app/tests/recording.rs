@@ -7,7 +7,7 @@ use msd_app::session::{MaterialEdit, Session, Tuning, Wind};
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator};
-use msd_run::recording::{Recording, load_recording};
+use msd_run::recording::{Event, Recording, load_recording};
 use msd_run::replay::{Changes, Replay};
 use msd_run::rescue::Origin;
 use msd_scene::{Precision, open, state_hash};
@@ -245,4 +245,20 @@ fn the_button_records_into_a_file_of_a_free_name() {
     for name in ["chain-1.msdrec", "chain-2.msdrec"] {
         assert!(load_recording(&folder.path().join(name)).is_ok(), "{name}");
     }
+}
+
+#[test]
+fn automatic_substeps_are_replayed_as_they_were_chosen() {
+    let mut session = session("foam");
+    session.tune(Tuning::Automatic(true));
+    let recording = happens_again(session, |session| {
+        run(session, 500);
+        session.edit(MaterialEdit::Damping(160.0));
+        run(session, 20);
+        (0..200).for_each(|_| assert!(session.step_back()));
+        session.toggle_pause();
+        run(session, 10);
+    });
+    let chosen = recording.events.iter().filter(|event| matches!(event, Event::Settings(_)));
+    assert!(2 <= chosen.count(), "a renewal and an edit");
 }

@@ -469,3 +469,47 @@ fn the_worst_particle_is_named() {
     assert!(last.error.particles.iter().all(|&other| other <= error));
     assert!((last.error.over - 0.5).abs() < 1e-12 && last.error.rms <= error);
 }
+
+#[test]
+fn automatic_substeps_follow_the_sliders_and_a_restart() {
+    let mut session = session("cube");
+    let substeps = |session: &Session| session.runner().settings().substeps;
+    session.tune(Tuning::Automatic(true));
+    let few = substeps(&session);
+    assert!(few < 12, "{few}: the scene asks for more than it needs");
+    session.edit(MaterialEdit::Stiffness(6e5));
+    // A hundred times as stiff: ten times as many, but for rounding to whole ones.
+    let many = substeps(&session);
+    assert!((10 * (few - 1)..=10 * few).contains(&many), "{few}, {many}");
+    run(&mut session, 3);
+    session.restart();
+    assert_eq!((substeps(&session), session.runner().is_automatic()), (many, true));
+    session.tune(Tuning::Substeps(7));
+    session.edit(MaterialEdit::Stiffness(7e5));
+    assert_eq!((substeps(&session), session.runner().is_automatic()), (7, false));
+    session.restart();
+    assert_eq!((substeps(&session), session.runner().is_automatic()), (7, false));
+}
+
+/// Runs foam against a sticky wall until its automatic substeps are renewed.
+fn renewed(session: &mut Session) {
+    session.tune(Tuning::Automatic(true));
+    let before = session.runner().settings().substeps;
+    let is_renewed = (0..800).any(|_| {
+        run(session, 1);
+        session.runner().settings().substeps != before
+    });
+    assert!(is_renewed, "its limit falls as it is squashed");
+}
+
+#[test]
+fn a_renewal_voids_what_depends_on_the_substeps_and_keeps_the_energy() {
+    let mut session = session("foam");
+    session.set_estimating(true);
+    renewed(&mut session);
+    assert!(session.energy().is_some(), "a state has the energy that it has");
+    assert!(!matches!(session.error(), Some(ErrorNow::Known(_))));
+    let (share, _) = session.stability().expect("predicted in the same frame");
+    let limit = session.runner().stable_substep();
+    assert!((share - session.runner().settings().substep() / limit).abs() < 0.02, "{share}");
+}

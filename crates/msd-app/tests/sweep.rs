@@ -215,8 +215,8 @@ fn bad_arguments_are_refused_in_one_line() {
     let collect = told(&["--collect", "table.xlsx"]);
     assert!(collect.contains("--collect table.xlsx: must end in .parquet or .csv"), "{collect}");
     fs::write(folder.path().join("small.toml"), SMALL.replace("16", "-16")).expect("a file");
-    let bad = "error: small.toml:7:28: solver.substeps is -16; it must be a whole number from 0 to \
-        18446744073709551615\n";
+    let bad = "error: small.toml:7:28: solver.substeps is -16; it must be a whole number from 1 to \
+        4294967295, or \"auto\"\n";
     for arguments in [&[][..], &["--list"], &["--tasks", "0-11"]] {
         assert_eq!(told(arguments), bad);
     }

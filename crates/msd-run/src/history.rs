@@ -76,7 +76,7 @@ mod tests {
     fn moment(particles: usize, steps: u64) -> Moment {
         let column = vec![DVec3::ZERO; particles];
         let state = AnyState::F64(State { positions: column.clone(), velocities: column });
-        Moment { state, steps, ledger: Ledger::default() }
+        Moment { state, steps, ledger: Ledger::default(), substeps: 8 }
     }
 
     #[test]

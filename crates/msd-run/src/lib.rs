@@ -9,6 +9,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod automatic;
 mod runner;
 mod rounding;
 mod history;
@@ -20,6 +21,7 @@ pub mod twin;
 pub mod kept;
 pub mod pace;
 
+pub use automatic::{Automatic, steps_between};
 pub use history::History;
 pub use rounding::Rounding;
 pub use runner::{Moment, Runner};

@@ -38,10 +38,11 @@ impl Changes {
         }
     }
 
-    /// A saved run made ready with the changes.
+    /// A saved run made ready with the changes. What was chosen while it was recorded stands in the
+    /// recording: nothing is chosen anew.
     fn runner(&self, start: &Loaded) -> Result<Runner, Error> {
         let precision = self.precision.unwrap_or(start.precision);
-        Runner::open_with(start, self.settings(start.settings), precision)
+        Runner::open_with(start, self.settings(start.settings), precision, false)
     }
 }
 

@@ -4,7 +4,7 @@ use crate::history::History;
 use crate::on;
 use crate::runner::Runner;
 use msd_core::glam::DVec3;
-use msd_core::{Energy, Integrator, Settings, Vector, Witness};
+use msd_core::{Energy, Error, Integrator, Settings, Vector, Witness};
 use msd_scene::AnyState;
 use std::collections::VecDeque;
 
@@ -69,6 +69,14 @@ impl Remedy {
             Remedy::Tolerance(tolerance) => Settings { tolerance, ..now },
             Remedy::Method(integrator) => Settings { integrator, ..now },
         }
+    }
+
+    /// Changes a run; so many substeps are automatic no longer.
+    fn apply(self, run: &mut Runner) -> Result<(), Error> {
+        if let Remedy::Substeps(_) = self {
+            run.set_automatic(false)?;
+        }
+        run.set_settings(self.settings(run.settings()))
     }
 }
 
@@ -197,7 +205,7 @@ impl Rescue {
         if !std::mem::replace(&mut self.is_timed, true) {
             self.cost = timed(run.clone(), stopwatch);
         }
-        if run.set_settings(remedy.settings(run.settings())).is_err() || !is_predicted(&run) {
+        if remedy.apply(&mut run).is_err() || !is_predicted(&run) {
             return;
         }
         let offer = Offer { remedy, origin, is_tried: false, cost: None };
@@ -265,6 +273,7 @@ fn timed(mut run: Runner, stopwatch: &impl Fn() -> f64) -> Option<f64> {
     if run.integrator().is_adaptive() {
         return None;
     }
+    run.set_automatic(false).ok()?;
     if !run.integrator().is_implicit() {
         let settings = run.settings();
         run.set_settings(Settings { step: SHORT * settings.step, ..settings }).ok()?;

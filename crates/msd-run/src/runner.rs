@@ -1,5 +1,6 @@
 //! Simulations whose precision is only known at run time.
 
+use crate::automatic::Automatic;
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
@@ -19,15 +20,17 @@ pub struct Moment {
     pub steps: u64,
     /// Energy taken away up to here.
     pub ledger: Ledger,
+    /// Substeps per step, which a return restores where they are automatic.
+    pub substeps: u32,
 }
 
-/// A simulation in either precision.
+/// A simulation in either precision, whose substeps may be automatic.
 #[derive(Clone, Debug)]
 pub enum Runner {
     /// Single precision.
-    F32(Simulation<f32>),
+    F32(Simulation<f32>, Option<Automatic>),
     /// Double precision.
-    F64(Simulation<f64>),
+    F64(Simulation<f64>, Option<Automatic>),
 }
 
 /// Evaluates an expression on the simulation inside a [`Runner`], whatever its precision.
@@ -37,8 +40,8 @@ pub enum Runner {
 macro_rules! on {
     ($runner:expr, $simulation:ident => $value:expr) => {
         match $runner {
-            $crate::Runner::F32($simulation) => $value,
-            $crate::Runner::F64($simulation) => $value,
+            $crate::Runner::F32($simulation, _) => $value,
+            $crate::Runner::F64($simulation, _) => $value,
         }
     };
 }
@@ -49,10 +52,11 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::new`] and [`Simulation::resume`].
     pub fn open(loaded: &Loaded) -> Result<Self, Error> {
-        Runner::open_with(loaded, loaded.settings, loaded.precision)
+        Runner::open_with(loaded, loaded.settings, loaded.precision, loaded.automatic)
     }
 
-    /// Makes it ready with another solver.
+    /// Makes it ready with another solver; `automatic` is whether substeps are chosen from the
+    /// predicted limit, in place of those of the settings.
     ///
     /// # Errors
     /// See [`Runner::open`].
@@ -60,11 +64,19 @@ impl Runner {
         loaded: &Loaded,
         settings: Settings,
         precision: Precision,
+        automatic: bool,
     ) -> Result<Self, Error> {
         let Some(progress) = &loaded.progress else {
-            return Runner::new(&loaded.scene, settings, precision);
+            let mut runner = Runner::new(&loaded.scene, settings, precision)?;
+            runner.set_automatic(automatic)?;
+            return Ok(runner);
         };
         let mut runner = Runner::resume(&loaded.scene, progress, precision)?;
+        if automatic && loaded.automatic {
+            runner.resume_automatic(&progress.queue);
+        } else {
+            runner.set_automatic(automatic)?;
+        }
         if settings != progress.settings {
             runner.set_settings(settings)?;
         }
@@ -79,6 +91,7 @@ impl Runner {
             title: title.into(),
             scene,
             settings: self.settings(),
+            automatic: self.is_automatic(),
             precision: self.precision(),
             notes: Vec::new(),
             files: Vec::new(),
@@ -92,8 +105,8 @@ impl Runner {
     /// See [`Simulation::new`].
     pub fn new(scene: &Scene, settings: Settings, precision: Precision) -> Result<Self, Error> {
         Ok(match precision {
-            Precision::F32 => Runner::F32(Simulation::new(scene, settings)?),
-            Precision::F64 => Runner::F64(Simulation::new(scene, settings)?),
+            Precision::F32 => Runner::F32(Simulation::new(scene, settings)?, None),
+            Precision::F64 => Runner::F64(Simulation::new(scene, settings)?, None),
         })
     }
 
@@ -103,8 +116,8 @@ impl Runner {
     /// See [`Simulation::resume`].
     pub fn resume(scene: &Scene, progress: &Progress, precision: Precision) -> Result<Self, Error> {
         Ok(match precision {
-            Precision::F32 => Runner::F32(Simulation::resume(scene, progress)?),
-            Precision::F64 => Runner::F64(Simulation::resume(scene, progress)?),
+            Precision::F32 => Runner::F32(Simulation::resume(scene, progress)?, None),
+            Precision::F64 => Runner::F64(Simulation::resume(scene, progress)?, None),
         })
     }
 
@@ -116,8 +129,8 @@ impl Runner {
     /// The precision it runs in.
     pub fn precision(&self) -> Precision {
         match self {
-            Runner::F32(_) => Precision::F32,
-            Runner::F64(_) => Precision::F64,
+            Runner::F32(..) => Precision::F32,
+            Runner::F64(..) => Precision::F64,
         }
     }
 
@@ -126,18 +139,65 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::convert`].
     pub fn convert(&self, precision: Precision) -> Result<Self, Error> {
+        let automatic = *self.automatic();
         Ok(match precision {
-            Precision::F32 => Runner::F32(on!(self, simulation => simulation.convert())?),
-            Precision::F64 => Runner::F64(on!(self, simulation => simulation.convert())?),
+            Precision::F32 => {
+                Runner::F32(on!(self, simulation => simulation.convert())?, automatic)
+            }
+            Precision::F64 => {
+                Runner::F64(on!(self, simulation => simulation.convert())?, automatic)
+            }
         })
     }
 
-    /// Advances by one step.
+    /// Advances by one step; automatic substeps are renewed before it where it is time to.
     ///
     /// # Errors
     /// See [`Simulation::step`].
     pub fn step(&mut self) -> Result<(), Error> {
+        if let Some(automatic) = *self.automatic() {
+            if automatic.is_due() {
+                self.apply_queued()?;
+            }
+            let renewed = on!(self, simulation => automatic.renew(simulation))?;
+            *self.automatic_mut() = Some(renewed);
+        }
         on!(self, simulation => simulation.step())
+    }
+
+    /// Whether substeps are chosen from the predicted limit of stability as the run goes on.
+    pub fn is_automatic(&self) -> bool {
+        self.automatic().is_some()
+    }
+
+    /// Begins to choose substeps from the predicted limit, at once, or leaves them as they are from
+    /// now on.
+    ///
+    /// # Errors
+    /// See [`Simulation::set_settings`].
+    pub fn set_automatic(&mut self, automatic: bool) -> Result<(), Error> {
+        let chosen = match automatic {
+            true => Some(on!(self, simulation => Automatic::chosen(simulation))?),
+            false => None,
+        };
+        *self.automatic_mut() = chosen;
+        Ok(())
+    }
+
+    /// Goes on with automatic substeps where a saved run left them.
+    fn resume_automatic(&mut self, queue: &[Interaction]) {
+        let resumed = on!(self, simulation => Automatic::resumed(simulation, queue));
+        *self.automatic_mut() = Some(resumed);
+    }
+
+    fn automatic(&self) -> &Option<Automatic> {
+        let (Runner::F32(_, automatic) | Runner::F64(_, automatic)) = self;
+        automatic
+    }
+
+    fn automatic_mut(&mut self) -> &mut Option<Automatic> {
+        let (Runner::F32(_, automatic) | Runner::F64(_, automatic)) = self;
+        automatic
     }
 
     /// Adds an element of the caller's own; returns its handle.
@@ -161,15 +221,24 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::queue`].
     pub fn queue(&mut self, interaction: Interaction) -> Result<(), Error> {
+        if let Some(mut automatic) = *self.automatic() {
+            on!(&*self, simulation => automatic.queue(simulation.model(), &interaction));
+            on!(&mut *self, simulation => simulation.queue(interaction))?;
+            *self.automatic_mut() = Some(automatic);
+            return Ok(());
+        }
         on!(self, simulation => simulation.queue(interaction))
     }
 
-    /// Applies what is queued without stepping.
+    /// Applies what is queued without stepping; automatic substeps are chosen anew where that moves
+    /// the limit of stability.
     ///
     /// # Errors
     /// See [`Simulation::apply_queued`].
     pub fn apply_queued(&mut self) -> Result<(), Error> {
-        on!(self, simulation => simulation.apply_queued())
+        on!(self, simulation => simulation.apply_queued())?;
+        let is_due = self.automatic().is_some_and(Automatic::is_due);
+        if is_due { self.set_automatic(true) } else { Ok(()) }
     }
 
     /// How the system is stepped.
@@ -177,12 +246,14 @@ impl Runner {
         on!(self, simulation => simulation.settings())
     }
 
-    /// Changes how the system is stepped.
+    /// Changes how the system is stepped; automatic substeps are chosen anew, whatever the settings
+    /// say of them.
     ///
     /// # Errors
     /// See [`Simulation::set_settings`].
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), Error> {
-        on!(self, simulation => simulation.set_settings(settings))
+        on!(self, simulation => simulation.set_settings(settings))?;
+        if self.is_automatic() { self.set_automatic(true) } else { Ok(()) }
     }
 
     /// The method in use.
@@ -193,8 +264,8 @@ impl Runner {
     /// A copy of the state.
     pub fn state(&self) -> AnyState {
         match self {
-            Runner::F32(simulation) => AnyState::F32(simulation.state()),
-            Runner::F64(simulation) => AnyState::F64(simulation.state()),
+            Runner::F32(simulation, _) => AnyState::F32(simulation.state()),
+            Runner::F64(simulation, _) => AnyState::F64(simulation.state()),
         }
     }
 
@@ -204,12 +275,16 @@ impl Runner {
     /// See [`Simulation::set_state`].
     pub fn set_state(&mut self, state: &AnyState, steps: u64) -> Result<(), Error> {
         match (self, state) {
-            (Runner::F32(simulation), AnyState::F32(state)) => simulation.set_state(state, steps),
-            (Runner::F64(simulation), AnyState::F64(state)) => simulation.set_state(state, steps),
-            (Runner::F32(simulation), AnyState::F64(state)) => {
+            (Runner::F32(simulation, _), AnyState::F32(state)) => {
+                simulation.set_state(state, steps)
+            }
+            (Runner::F64(simulation, _), AnyState::F64(state)) => {
+                simulation.set_state(state, steps)
+            }
+            (Runner::F32(simulation, _), AnyState::F64(state)) => {
                 simulation.set_state(&state.convert(), steps)
             }
-            (Runner::F64(simulation), AnyState::F32(state)) => {
+            (Runner::F64(simulation, _), AnyState::F32(state)) => {
                 simulation.set_state(&state.convert(), steps)
             }
         }
@@ -218,7 +293,8 @@ impl Runner {
     /// A copy of what can be returned to.
     pub fn moment(&self) -> Moment {
         let ledger = on!(self, simulation => simulation.ledger());
-        Moment { state: self.state(), steps: self.steps(), ledger }
+        let substeps = self.settings().substeps;
+        Moment { state: self.state(), steps: self.steps(), ledger, substeps }
     }
 
     /// Returns to an earlier moment of this run.
@@ -227,7 +303,13 @@ impl Runner {
     /// See [`Simulation::set_state`].
     pub fn go_back(&mut self, moment: &Moment) -> Result<(), Error> {
         self.set_state(&moment.state, moment.steps)?;
-        on!(self, simulation => simulation.set_ledger(moment.ledger));
+        on!(&mut *self, simulation => simulation.set_ledger(moment.ledger));
+        if self.is_automatic() && moment.substeps != self.settings().substeps {
+            // As they were then, so that the same steps follow; the next renewal is due by itself.
+            let settings = Settings { substeps: moment.substeps, ..self.settings() };
+            on!(&mut *self, simulation => simulation.set_settings(settings))?;
+            self.resume_automatic(&[]);
+        }
         Ok(())
     }
 

@@ -18,8 +18,8 @@ fn run(runner: &mut Runner, seconds: f64) {
 
 fn single(runner: &Runner) -> &Simulation<f32> {
     match runner {
-        Runner::F32(simulation) => simulation,
-        Runner::F64(_) => panic!("the built-in scenes run in f32"),
+        Runner::F32(simulation, _) => simulation,
+        Runner::F64(..) => panic!("the built-in scenes run in f32"),
     }
 }
 

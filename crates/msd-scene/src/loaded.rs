@@ -16,6 +16,9 @@ pub struct Loaded {
     pub scene: Scene,
     /// Integrator, step and substeps.
     pub settings: Settings,
+    /// Whether the substeps are automatic: chosen from the predicted limit of stability where the
+    /// scene becomes a run, and again as it goes on.
+    pub automatic: bool,
     /// Precision.
     pub precision: Precision,
     /// What was done to the input, one line each: welded vertices and the like. Not saved.

@@ -271,6 +271,7 @@ fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, Fil
         name,
         scene: understood.scene,
         settings: understood.settings,
+        automatic: understood.automatic,
         precision: understood.precision,
         notes: understood.notes,
         files: Vec::new(),
@@ -300,6 +301,7 @@ fn drop_mesh(loaded: &mut Loaded, source: &Source<'_>) -> Result<(), FileError> 
     if source.holds("solver.substeps") {
         return Ok(());
     }
+    loaded.automatic = false;
     let core = |error| FileError::Core { file: source.name.into(), source: Box::new(error) };
     let stable = stable_substep(loaded).map_err(core)?;
     // A squashed body is stiffer than one at rest: the margin covers that.

@@ -42,7 +42,7 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 55] = [
+const LINES: [(&str, &str); 56] = [
     ("mass = -1", "s.toml:5:8: bodies[0].mass is -1; it must be positive and finite"),
     ("mass = 0", "bodies[0].mass is 0; it must be positive and finite"),
     ("mass = nan", "bodies[0].mass is NaN; it must be positive and finite"),
@@ -91,6 +91,10 @@ const LINES: [(&str, &str); 55] = [
     ("[solver]\nsteps_per_second = inf", "solver.steps_per_second is inf"),
     ("[solver]\nsubsteps = 0", "solver.substeps is 0; it must be from 1 to 4294967295"),
     ("[solver]\nsubsteps = 1e3", "solver.substeps is 1000.0; it must be a whole number, without a"),
+    (
+        "[solver]\nsubsteps = 'many'",
+        "solver.substeps is \"many\"; it must be a whole number from 1 to 4294967295, or \"auto\"",
+    ),
     (
         "[solver]\nintegrator = 'rk5'",
         "solver.integrator is \"rk5\"; it must be one of explicit-euler",

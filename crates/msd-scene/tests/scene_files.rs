@@ -40,6 +40,7 @@ fn scene(lines: &str) -> Scene {
 fn what_is_left_out_takes_its_default() {
     let loaded = toml(&body(ROPE)).expect("a rope");
     assert_eq!(loaded.settings, Settings::default());
+    assert!(loaded.automatic, "substeps are chosen");
     assert_eq!(loaded.precision, Precision::F32);
     assert_eq!(loaded.title, "s");
     let Scene { world, particles, springs, .. } = loaded.scene;
@@ -66,6 +67,13 @@ fn the_solver_says_how_the_scene_is_stepped() {
         ..Settings::default()
     };
     assert_eq!((loaded.settings, loaded.precision), (expected, Precision::F64));
+    assert!(!loaded.automatic);
+    let automatic = text.replace("substeps = 3", "substeps = 'auto'");
+    assert!(toml(&automatic).expect("a rope").automatic);
+    let rows = read(&automatic, SceneFormat::Toml, "s.toml").expect("a scene");
+    let written = write(&rows, SceneFormat::Json).expect("a scene");
+    assert!(written.contains("\"substeps\": \"auto\""), "{written}");
+    assert_eq!(read(&written, SceneFormat::Json, "s.json").expect("a scene"), rows);
 }
 
 #[test]
@@ -199,7 +207,9 @@ fn the_documentation_has_the_domains_that_are_checked() {
     for (key, domain) in DOMAINS {
         let words = domain.words();
         let told = documented.get(key).unwrap_or_else(|| panic!("no row of {key}"));
-        let whole = [format!("whole, {words}"), format!("whole, {words} each")];
+        let kinds = ["whole, ", "auto, or whole, "];
+        let whole = kinds.map(|kind| format!("{kind}{words}"));
+        let whole = [&whole[..], &[format!("whole, {words} each")]].concat();
         assert!(told == words || whole.contains(told), "{key}: {told}; checked is {words}");
     }
 }

@@ -11,6 +11,7 @@ fn loaded(scene: Scene, precision: Precision) -> Loaded {
         title: String::new(),
         scene,
         settings: Settings::default(),
+        automatic: false,
         precision,
         notes: Vec::new(),
         files: Vec::new(),

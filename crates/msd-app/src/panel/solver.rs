@@ -3,8 +3,11 @@
 use super::{heading, slider, theme};
 use crate::session::{MOST_SUBSTEPS, Session, Tuning};
 use crate::viewer::Viewer;
-use egui::{Color32, ComboBox, RichText, Slider, SliderClamping, Ui};
-use msd_core::Integrator;
+use egui::{
+    Color32, ComboBox, Response, RichText, Sense, Slider, SliderClamping, Stroke, Ui, WidgetInfo,
+    vec2,
+};
+use msd_core::{Integrator, Settings};
 use msd_scene::Precision;
 use msd_study::quantity::{quantity, rounded};
 use std::ops::RangeInclusive;
@@ -13,6 +16,13 @@ use std::ops::RangeInclusive;
 const TOLERANCES: RangeInclusive<f64> = 1e-10..=1e-1;
 /// Bounds of the slider of Newton iterations: more have never been seen to help.
 const NEWTON: RangeInclusive<u32> = 1..=10;
+
+/// The part of the longest stable substep from which on the meter is amber.
+const AMBER: f64 = 0.8;
+/// What the meter shows at its full length, as a part of the longest stable substep.
+const FULL: f64 = 1.25;
+/// Height of the meter, points.
+const METER: f32 = 8.0;
 
 /// Method, what it is set by, precision and the stability light.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
@@ -74,6 +84,12 @@ fn substeps(ui: &mut Ui, session: &mut Session) {
     if slider(ui, "Substeps", widget).changed() {
         session.tune(Tuning::Substeps(substeps));
     }
+    let mut automatic = session.runner().is_automatic();
+    let hover = "Nine tenths of the longest stable substep (seven where dampers set it), chosen \
+                 again as the run goes on and with each change";
+    if ui.checkbox(&mut automatic, "Automatic substeps").on_hover_text(hover).changed() {
+        session.tune(Tuning::Automatic(automatic));
+    }
 }
 
 fn tolerance(ui: &mut Ui, session: &mut Session) {
@@ -125,13 +141,14 @@ fn stability_light(ui: &mut Ui, session: &Session) {
         ui.label(text).on_hover_text(hover);
         return;
     }
-    let (text, colour) = describe(session.stability().map(|(share, _)| share));
+    let share = session.stability().map(|(share, _)| share);
+    let (text, colour) = describe(share);
     let hover = if Integrator::EXPLICIT.contains(&settings.integrator) {
         let age = session.stability().map_or(0.0, |(_, age)| age);
         format!(
-            "The longest stable substep is predicted from the fastest motion, for the state of \
-             {age:.1} s ago. More substeps, softer or heavier springs or less damping take the \
-             step further from it."
+            "{}The longest stable substep is predicted from the fastest motion, for the state of \
+             {age:.1} s ago.",
+            share.map_or(String::new(), |share| advice(settings, share))
         )
     } else {
         "Stable at any step; turn on the error estimate to see how accurate it is".to_owned()
@@ -139,8 +156,50 @@ fn stability_light(ui: &mut Ui, session: &Session) {
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
         ui.label(format!("h = {}", quantity(settings.substep(), "s")));
-        ui.label(RichText::new(text).color(colour)).on_hover_text(hover);
+        ui.label(RichText::new(text).color(colour)).on_hover_text(&hover);
     });
+    if share != Some(0.0) {
+        meter(ui, share, colour).on_hover_text(hover);
+    }
+}
+
+/// The substep on a scale on which the limit is at four fifths, with marks where amber and red
+/// begin; empty while it is being worked out.
+fn meter(ui: &mut Ui, share: Option<f64>, colour: Color32) -> Response {
+    let (rect, response) =
+        ui.allocate_exact_size(vec2(ui.available_width(), METER), Sense::hover());
+    let painter = ui.painter().with_clip_rect(rect);
+    painter.rect_filled(rect, 2.0, theme::FIELD);
+    let x = |share: f64| rect.left() + (share / FULL).min(1.0) as f32 * rect.width();
+    let filled = egui::Rect::from_x_y_ranges(rect.left()..=x(share.unwrap_or(0.0)), rect.y_range());
+    painter.rect_filled(filled, 2.0, colour);
+    for (mark, width) in [(AMBER, 1.0), (1.0, 2.0)] {
+        painter.vline(x(mark), rect.y_range(), Stroke::new(width, theme::TEXT));
+    }
+    let name = "Stability";
+    response.widget_info(|| WidgetInfo::labeled(egui::Role::ProgressIndicator, true, name));
+    response
+}
+
+/// What takes the substep to where the meter is green. The limit goes with the root of mass over
+/// stiffness where springs set it, and with mass over damping where dampers do.
+fn advice(settings: Settings, share: f64) -> String {
+    if share <= AMBER {
+        return String::new();
+    }
+    if share == f64::INFINITY {
+        return "No number of substeps is stable: take another method. ".to_owned();
+    }
+    let substeps = (f64::from(settings.substeps) * share / AMBER).ceil();
+    let heavier = share / AMBER;
+    format!(
+        "To be green: {} substeps, or masses {} times as large where springs set the limit ({} \
+         times where dampers do), or stiffness or damping as many times smaller, or an implicit \
+         method. ",
+        rounded(substeps, 7),
+        rounded(heavier * heavier, 2),
+        rounded(heavier, 2)
+    )
 }
 
 /// The substep as a share of the longest stable one, in words.
@@ -148,7 +207,7 @@ pub(super) fn describe(share: Option<f64>) -> (String, Color32) {
     let Some(share) = share else { return ("working it out…".to_owned(), theme::FAINT) };
     let colour = match share {
         _ if 1.0 < share => theme::BAD,
-        _ if 0.8 < share => theme::WARN,
+        _ if AMBER < share => theme::WARN,
         _ => theme::GOOD,
     };
     let text = match share {
@@ -173,6 +232,15 @@ mod tests {
         assert_eq!(describe(Some(1.3)).1, theme::BAD);
         assert_eq!(describe(Some(f64::INFINITY)).0, "no step is stable");
         assert_eq!(describe(Some(0.0)).0, "any step is stable");
+    }
+
+    #[test]
+    fn the_advice_takes_the_meter_to_green() {
+        let settings = Settings { substeps: 10, ..Settings::default() };
+        assert_eq!(advice(settings, 0.8), "");
+        let told = advice(settings, 1.6);
+        assert!(told.contains("20 substeps") && told.contains("masses 4 times"), "{told}");
+        assert!(advice(settings, f64::INFINITY).contains("another method"));
     }
 
     #[test]

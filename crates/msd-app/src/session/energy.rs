@@ -1,7 +1,7 @@
 //! Energy readings: the trace of the last seconds, and what the integrator has added.
 
 use super::clock::Frame;
-use super::run::{Reading, Run};
+use super::run::{Reading, Revision, Run};
 use super::throttle::Throttle;
 use super::trace::Trace;
 use msd_core::{Energy, Witness};
@@ -57,6 +57,14 @@ impl EnergyReadings {
 
     fn known(&self, run: &Run) -> Option<&Balance> {
         self.last.as_ref()?.of(run)
+    }
+
+    /// Keeps what was known at a revision, after which the run changed its own substeps alone: the
+    /// same state has the same energy, and what a method adds it adds with any of them.
+    pub(super) fn carry_over(&mut self, from: Revision, run: &Run) {
+        if let Some(last) = &mut self.last {
+            last.carry_over(from, run);
+        }
     }
 
     /// Reads the energy now.

@@ -55,12 +55,22 @@ pub struct Origins<'a> {
 impl Origins<'_> {
     /// Those that there are.
     fn list(&self) -> Vec<Origin> {
-        let now = (self.runner.settings(), self.runner.precision());
-        let is_as_written = (self.loaded.settings, self.loaded.precision) == now;
+        let is_as_written = self.is_as_written();
         let is_edited = !is_as_written || !self.edits.is_empty();
         let earlier = (!self.history.is_empty()).then_some(Origin::Earlier);
         let scene = is_edited.then_some(Origin::Scene);
         [Origin::Here, Origin::Start].into_iter().chain(earlier).chain(scene).collect()
+    }
+
+    /// Whether it is stepped as the scene says.
+    fn is_as_written(&self) -> bool {
+        let Origins { loaded, runner, .. } = self;
+        let (written, mut now) = (loaded.settings, runner.settings());
+        if loaded.automatic && runner.is_automatic() {
+            now.substeps = written.substeps;
+        }
+        let how = (written, loaded.precision, loaded.automatic);
+        how == (now, runner.precision(), runner.is_automatic())
     }
 
     /// A copy of the run at one of them.
@@ -75,7 +85,8 @@ impl Origins<'_> {
                 Ok(runner)
             }
             Origin::Start => {
-                let mut runner = Runner::open_with(self.loaded, settings, precision)?;
+                let automatic = self.runner.is_automatic();
+                let mut runner = Runner::open_with(self.loaded, settings, precision, automatic)?;
                 self.edits.iter().try_for_each(|&edit| runner.queue(edit))?;
                 runner.apply_queued()?;
                 Ok(runner)

@@ -37,7 +37,7 @@ use failure::{Origins, WaysOut};
 use glam::DVec3;
 use hands::Grab;
 use live_error::LiveErrorMeter;
-use msd_core::{Energy, Error, Interaction, Select, Vector};
+use msd_core::{Energy, Error, Interaction, Select, Settings, Vector};
 use msd_run::recording::Event;
 use msd_run::rescue::{Offer, Origin, Remedy, debris};
 use msd_run::{History, Runner, on};
@@ -159,7 +159,11 @@ impl Session {
         if let Some(meter) = &mut self.live_error {
             meter.before_step(&self.run);
         }
-        if let Err(error) = self.run.step() {
+        let (settings, revision) = (self.runner().settings(), self.run.revision());
+        let stepped = self.run.step();
+        self.energy.carry_over(revision, &self.run);
+        self.note_renewal(settings);
+        if let Err(error) = stepped {
             self.fail(&error);
             return false;
         }
@@ -210,6 +214,7 @@ impl Session {
     /// Returns to the state of so many steps before; whether there was one.
     fn go_back(&mut self, steps: usize) -> bool {
         let Some(moment) = self.history.nth_back(steps).cloned() else { return false };
+        let settings = self.runner().settings();
         if let Err(error) = self.change(|runner| runner.go_back(&moment)) {
             self.refusal = Some(error.to_string());
             return false;
@@ -219,8 +224,17 @@ impl Session {
             let recorded = self.recording.back(|| now(&self.loaded, self.run.runner()));
             self.refuse(recorded);
         }
+        self.note_renewal(settings);
         self.energy.rewind(self.runner().time());
         true
+    }
+
+    /// Records automatic substeps that are others than before, so that a replay chooses nothing.
+    fn note_renewal(&mut self, before: Settings) {
+        let settings = self.runner().settings();
+        if settings != before {
+            self.record(&Event::Settings(settings));
+        }
     }
 
     /// Starts again from the first state. Solver, material and world stay as the user set them;
@@ -271,6 +285,7 @@ impl Session {
 
     /// Does something to the simulation at once; returns whether it was accepted.
     fn act(&mut self, interaction: Interaction) -> bool {
+        let settings = self.runner().settings();
         let is_gust = self.is_blowing && matches!(interaction, Interaction::SetForce { .. });
         let result = if is_gust || self.grab.moves(&interaction) {
             if let Some(meter) = &mut self.live_error {
@@ -284,6 +299,7 @@ impl Session {
         self.refusal = result.err().map(|error| error.to_string());
         if is_accepted {
             self.record(&Event::Act(interaction));
+            self.note_renewal(settings);
         }
         is_accepted
     }

@@ -40,9 +40,15 @@ impl Run {
         change(&mut self.runner)
     }
 
-    /// Takes a step.
+    /// Takes a step. Automatic substeps that were renewed before it void every reading, but for
+    /// those that are carried over.
     pub(super) fn step(&mut self) -> Result<(), Error> {
-        self.runner.step()
+        let before = self.runner.settings();
+        let stepped = self.runner.step();
+        if self.runner.settings() != before {
+            self.revision.0 += 1;
+        }
+        stepped
     }
 
     /// Whether gusts do work, so that the balance of the energy says nothing of the method.
@@ -78,6 +84,13 @@ impl<T> Reading<T> {
     /// The value, unless the run was changed since.
     pub fn of(&self, run: &Run) -> Option<&T> {
         (self.of == run.revision).then_some(&self.value)
+    }
+
+    /// Keeps a value of an earlier revision that the change since does not concern.
+    pub(super) fn carry_over(&mut self, from: Revision, run: &Run) {
+        if self.of == from {
+            self.of = run.revision;
+        }
     }
 
     /// Like [`Reading::of`], to go on with the value.

@@ -15,8 +15,10 @@ pub enum Tuning {
     Settings(Settings),
     /// The method.
     Integrator(Integrator),
-    /// Substeps per step.
+    /// Substeps per step; they are automatic no longer.
     Substeps(u32),
+    /// Whether the substeps are chosen from the predicted limit of stability.
+    Automatic(bool),
     /// The error that an adaptive method allows, as a fraction of the size of the scene.
     Tolerance(f64),
     /// Newton iterations per substep of an implicit method.
@@ -45,7 +47,14 @@ impl Tuning {
         let settings = match self {
             Tuning::Settings(settings) => settings,
             Tuning::Integrator(integrator) => Settings { integrator, ..now },
-            Tuning::Substeps(substeps) => Settings { substeps, ..now },
+            Tuning::Substeps(substeps) => {
+                runner.set_automatic(false)?;
+                Settings { substeps, ..now }
+            }
+            Tuning::Automatic(automatic) => {
+                runner.set_automatic(automatic)?;
+                return Ok(Event::Settings(runner.settings()));
+            }
             Tuning::Tolerance(tolerance) => Settings { tolerance, ..now },
             Tuning::Newton(newton) => Settings { newton, ..now },
             Tuning::Precision(precision) => {
@@ -54,6 +63,6 @@ impl Tuning {
             }
         };
         runner.set_settings(settings)?;
-        Ok(Event::Settings(settings))
+        Ok(Event::Settings(runner.settings()))
     }
 }

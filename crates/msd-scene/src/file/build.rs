@@ -5,7 +5,7 @@ use crate::file::bodies::{Builder, MeshReader};
 use crate::file::budget::Budget;
 use crate::file::decode::decode;
 use crate::file::domain::Domain;
-use crate::file::schema::{PinRow, PlaneRow, SceneFile, SolverRow, WorldRow};
+use crate::file::schema::{PinRow, PlaneRow, SceneFile, SolverRow, Substeps, WorldRow};
 use crate::file::tree::Source;
 use crate::precision::Precision;
 use msd_core::{Friction, Integrator, Lattice, Pin, Plane, Scene, Settings, World};
@@ -16,6 +16,7 @@ pub(crate) struct Understood {
     pub(crate) title: Option<String>,
     pub(crate) scene: Scene,
     pub(crate) settings: Settings,
+    pub(crate) automatic: bool,
     pub(crate) precision: Precision,
     pub(crate) notes: Vec<String>,
 }
@@ -32,7 +33,8 @@ pub(crate) fn understand(
     source.count(format_args!("version"), file.version.into())?;
     let precision = file.solver.precision.unwrap_or_default();
     source.precision.set(precision);
-    let settings = settings(source, &file.solver)?;
+    let substeps = file.solver.substeps.unwrap_or(Substeps::Auto);
+    let settings = settings(source, &file.solver, substeps)?;
     let world = world(source, &file.world)?;
     let mut scene = Scene { world, ..Scene::default() };
     for (row, plane) in file.world.planes.iter().enumerate() {
@@ -67,10 +69,16 @@ pub(crate) fn understand(
             scene.pins.push(pin);
         }
     }
-    Ok(Understood { title: file.title, scene, settings, precision, notes })
+    let automatic = substeps == Substeps::Auto;
+    Ok(Understood { title: file.title, scene, settings, automatic, precision, notes })
 }
 
-fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, FileError> {
+/// The settings; automatic substeps are chosen where the scene becomes a run.
+fn settings(
+    source: &Source<'_>,
+    solver: &SolverRow,
+    substeps: Substeps,
+) -> Result<Settings, FileError> {
     let step = match (solver.step, solver.steps_per_second) {
         (Some(_), Some(_)) => {
             let reason = "and solver.steps_per_second exclude each other";
@@ -83,8 +91,12 @@ fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, FileErr
         }
     };
     let default = Settings::default();
-    let substeps = count(source, "solver.substeps", solver.substeps, default.substeps)?;
-    let newton = count(source, "solver.newton", solver.newton, default.newton)?;
+    let substeps = match substeps {
+        Substeps::Auto => default.substeps,
+        Substeps::Count(substeps) => count(source, "solver.substeps", substeps)?,
+    };
+    let newton = solver.newton.unwrap_or(default.newton.into());
+    let newton = count(source, "solver.newton", newton)?;
     let substep = step / f64::from(substeps);
     if !Domain::Step.holds(substep, source.precision.get()) {
         let (key, value) = match solver.steps_per_second {
@@ -101,13 +113,7 @@ fn settings(source: &Source<'_>, solver: &SolverRow) -> Result<Settings, FileErr
 }
 
 /// A whole number of at least 1.
-fn count(
-    source: &Source<'_>,
-    key: &str,
-    value: Option<u64>,
-    default: u32,
-) -> Result<u32, FileError> {
-    let value = value.unwrap_or(default.into());
+fn count(source: &Source<'_>, key: &str, value: u64) -> Result<u32, FileError> {
     // Its domain ends where a count does.
     Ok(u32::try_from(source.count(format_args!("{key}"), value)?).unwrap_or(u32::MAX))
 }

@@ -7,7 +7,8 @@ use crate::mesh::Filling;
 use crate::precision::Precision;
 use msd_core::Integrator;
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
-use serde::de::{Deserializer, MapAccess, SeqAccess, Visitor};
+use serde::de::{Deserializer, Error, MapAccess, SeqAccess, Unexpected, Visitor};
+use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -50,9 +51,9 @@ pub struct SolverRow {
     /// Steps per second, hertz, instead of `step`. Default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_per_second: Option<f64>,
-    /// Substeps per step. Default 8.
+    /// Substeps per step. Default auto.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub substeps: Option<u64>,
+    pub substeps: Option<Substeps>,
     /// Local error of dormand-prince per substep, as a fraction of the size of the scene. Default
     /// 1e-6.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -63,6 +64,59 @@ pub struct SolverRow {
     /// Precision. Default f32.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub precision: Option<Precision>,
+}
+
+/// Substeps per step: so many, or as many as the predicted limit of stability asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Substeps {
+    /// Chosen from the prediction, and again as the run goes on: `"auto"`.
+    Auto,
+    /// So many.
+    Count(u64),
+}
+
+/// How automatic substeps are written.
+const AUTO: &str = "auto";
+
+impl Serialize for Substeps {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Substeps::Auto => serializer.serialize_str(AUTO),
+            Substeps::Count(count) => serializer.serialize_u64(*count),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Substeps {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SubstepsVisitor)
+    }
+}
+
+struct SubstepsVisitor;
+
+impl Visitor<'_> for SubstepsVisitor {
+    type Value = Substeps;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a whole number from 1 to 4294967295, or \"auto\"")
+    }
+
+    fn visit_u64<E: Error>(self, count: u64) -> Result<Substeps, E> {
+        Ok(Substeps::Count(count))
+    }
+
+    fn visit_i64<E: Error>(self, count: i64) -> Result<Substeps, E> {
+        let unexpected = Unexpected::Signed(count);
+        u64::try_from(count).map(Substeps::Count).map_err(|_| E::invalid_value(unexpected, &self))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Substeps, E> {
+        if text == AUTO {
+            return Ok(Substeps::Auto);
+        }
+        Err(E::invalid_value(Unexpected::Str(text), &self))
+    }
 }
 
 /// What acts on every particle.

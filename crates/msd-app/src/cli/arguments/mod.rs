@@ -4,15 +4,15 @@ mod values;
 mod mistakes;
 
 pub use mistakes::explain;
-pub use values::Step;
+pub use values::{Step, Substeps};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;
 use msd_scene::Precision;
 use std::path::PathBuf;
 use values::{
-    cores, duration, finite, integrator, newton, not_negative, positive, precision, side, size,
-    step, substeps, tasks, threads, tolerance,
+    automatic_substeps, cores, duration, finite, integrator, newton, not_negative, positive,
+    precision, side, size, step, substeps, tasks, threads, tolerance,
 };
 
 /// Simulate elastic bodies as particles joined by springs and dampers
@@ -82,9 +82,11 @@ pub struct SolverArguments {
     #[arg(long, value_name = "SECONDS|auto", value_parser = step, allow_hyphen_values = true)]
     #[arg(conflicts_with = "substeps")]
     pub step: Option<Step>,
-    /// Integration steps per frame of 1/60 s, instead of --step
-    #[arg(long, value_name = "N", value_parser = substeps, allow_hyphen_values = true)]
-    pub substeps: Option<u32>,
+    /// Integration steps per frame of 1/60 s, instead of --step; `auto` chooses them from the
+    /// longest stable step, and again as the run goes on
+    #[arg(long, value_name = "N|auto", value_parser = automatic_substeps)]
+    #[arg(allow_hyphen_values = true)]
+    pub substeps: Option<Substeps>,
     /// Local error of dormand-prince, as a fraction of the size of the scene
     #[arg(long, value_name = "FRACTION", value_parser = tolerance, allow_hyphen_values = true)]
     pub tolerance: Option<f64>,

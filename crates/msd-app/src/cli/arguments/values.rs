@@ -13,6 +13,15 @@ pub enum Step {
     Seconds(f64),
 }
 
+/// Substeps of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Substeps {
+    /// Chosen from the predicted limit of stability, and renewed as the run goes on.
+    Auto,
+    /// So many.
+    Count(u32),
+}
+
 /// Two cells of a sweep, `A-B`.
 pub fn tasks(text: &str) -> Result<(usize, usize), String> {
     let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
@@ -93,6 +102,15 @@ pub fn finite(text: &str) -> Result<f64, String> {
 pub fn substeps(text: &str) -> Result<u32, String> {
     let number = text.parse().ok().filter(|&number| 0 < number);
     number.ok_or_else(|| format!("must be a whole number from 1 to {}", u32::MAX))
+}
+
+/// Substeps of a frame: `auto` or a count.
+pub fn automatic_substeps(text: &str) -> Result<Substeps, String> {
+    if text == "auto" {
+        return Ok(Substeps::Auto);
+    }
+    let count = substeps(text).map(Substeps::Count);
+    count.map_err(|_| format!("must be `auto` or a whole number from 1 to {}", u32::MAX))
 }
 
 /// A number of Newton iterations.

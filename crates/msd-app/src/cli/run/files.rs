@@ -5,7 +5,7 @@ use crate::cli::arguments::RunArguments;
 use crate::cli::failure::{Failure, tell};
 use crate::cli::places::Places;
 use msd_core::Settings;
-use msd_run::recording::Recorder;
+use msd_run::recording::{Event, Recorder};
 use msd_run::twin::{Apart, HEADER};
 use msd_run::{Runner, Trace};
 use msd_scene::{FileError, Output, write_saved, write_state};
@@ -21,6 +21,8 @@ pub struct Files {
     save: Option<Saver>,
     trace: Option<Trace>,
     recorder: Option<Recorder>,
+    /// How the last step was taken, as the recording has it.
+    recorded: Settings,
     distances: Option<Output>,
     /// What could not be written, a line each.
     failures: Vec<String>,
@@ -66,7 +68,8 @@ impl Files {
         let begin = |path: &Path| Recorder::begin(path, &runner.to_loaded(name, title));
         let recorder = opened(&arguments.record, begin, &mut failures);
         Failure::all(failures.drain(..).map(Failure::input))?;
-        let mut files = Files { out, save, trace: None, recorder, distances, failures };
+        let recorded = runner.settings();
+        let mut files = Files { out, save, trace: None, recorder, recorded, distances, failures };
         files.trace = trace.and_then(|output| files.begin_trace(output, &arguments.watch, runner));
         files.attempt(|files| &mut files.distances, |output| line(output, HEADER));
         Ok(files)
@@ -81,6 +84,12 @@ impl Files {
     /// Follows a step, the `taken`th of this run.
     pub fn follow(&mut self, runner: &Runner, taken: u64) {
         self.attempt(|files| &mut files.trace, |trace| trace.add(runner));
+        let settings = runner.settings();
+        if std::mem::replace(&mut self.recorded, settings) != settings {
+            // Automatic substeps were renewed before the step.
+            let event = Event::Settings(settings);
+            self.attempt(|files| &mut files.recorder, |recorder| recorder.add(&event));
+        }
         self.attempt(|files| &mut files.recorder, Recorder::step);
         if let Some(saver) = &mut self.save
             && saver.every.is_some_and(|every| taken.is_multiple_of(every))
@@ -97,7 +106,7 @@ impl Files {
 
     /// Ends every file, and returns what could not be written, a line each.
     pub fn finish(self, runner: &Runner) -> Vec<String> {
-        let Files { out, save, trace, recorder, distances, mut failures } = self;
+        let Files { out, save, trace, recorder, distances, mut failures, .. } = self;
         let state = |mut output: Output| {
             write_state(&runner.state(), &mut output)?;
             output.finish()

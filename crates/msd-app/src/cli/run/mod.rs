@@ -43,6 +43,8 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let done = Done {
         steps: prepared.runner.steps() - start.steps,
         simulated: prepared.runner.time() - began,
+        substeps: Some(watch.substeps),
+        chosen: watch.chosen,
         wall: wall.as_secs_f64(),
         diverged: diverged.is_some(),
         gain: watch.gain,

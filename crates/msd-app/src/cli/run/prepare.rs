@@ -1,7 +1,7 @@
 //! From a scene to a run: opened, given the solver of the command line and a state.
 
 use super::advice::advise;
-use crate::cli::arguments::{SolverArguments, Step};
+use crate::cli::arguments::{SolverArguments, Step, Substeps};
 use crate::cli::failure::{Failure, tell};
 use crate::cli::progress::SlowNotice;
 use msd_app::viewer::Link;
@@ -72,12 +72,12 @@ pub fn prepare(
     let opened = link.as_ref().map_or_else(|| msd_scene::open(scene), Link::load);
     let loaded = opened.map_err(Failure::input)?;
     drop(notice);
-    let settings = chosen(loaded.settings, solver);
+    let (settings, automatic) = chosen(&loaded, solver);
     check_read(settings.integrator, solver)?;
     let precision = solver.precision.unwrap_or(loaded.precision);
     let count = loaded.scene.particles.len();
     let notice = SlowNotice::new(format!("preparing {count} particles"));
-    let runner = Runner::open_with(&loaded, settings, precision);
+    let runner = Runner::open_with(&loaded, settings, precision, automatic);
     drop(notice);
     let mut runner = runner.map_err(|error| {
         // The file is right in its own precision.
@@ -93,6 +93,8 @@ pub fn prepare(
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
         let refused = |error| Failure::input(format!("{}: {error}", shown_path(path)));
         runner.set_state(&state, 0).map_err(refused)?;
+        // Automatic substeps are those of the state that it starts from.
+        runner.set_automatic(automatic).map_err(refused)?;
     }
     if solver.step == Some(Step::Auto) {
         choose_step(&mut runner, duration)?;
@@ -149,8 +151,9 @@ pub fn is_endless(steps: f64) -> bool {
     MAX_STEPS < steps
 }
 
-/// The solver of the scene, and what the command line says instead.
-fn chosen(mut settings: Settings, solver: &SolverArguments) -> Settings {
+/// The solver of the scene, and what the command line says instead; whether substeps are automatic.
+fn chosen(loaded: &Loaded, solver: &SolverArguments) -> (Settings, bool) {
+    let (mut settings, mut automatic) = (loaded.settings, loaded.automatic);
     settings.integrator = solver.integrator.unwrap_or(settings.integrator);
     match solver.step {
         Some(Step::Seconds(step)) => (settings.step, settings.substeps) = (step, 1),
@@ -158,12 +161,19 @@ fn chosen(mut settings: Settings, solver: &SolverArguments) -> Settings {
         Some(Step::Auto) => settings.substeps = 1,
         None => {}
     }
+    if solver.step.is_some() {
+        automatic = false;
+    }
     if let Some(substeps) = solver.substeps {
-        (settings.step, settings.substeps) = (FRAME, substeps);
+        settings.step = FRAME;
+        automatic = substeps == Substeps::Auto;
+        if let Substeps::Count(count) = substeps {
+            settings.substeps = count;
+        }
     }
     settings.tolerance = solver.tolerance.unwrap_or(settings.tolerance);
     settings.newton = solver.newton.unwrap_or(settings.newton);
-    settings
+    (settings, automatic)
 }
 
 /// Sets the longest step that is at most [`AUTO`] of the longest stable one and ends a run of

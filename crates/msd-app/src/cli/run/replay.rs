@@ -5,7 +5,7 @@ use super::files::Files;
 use super::prepare::{Prepared, is_endless, warn_with_advice};
 use super::report::{Comparison, Distance, Done, RunReport};
 use super::tell_report;
-use crate::cli::arguments::{RunArguments, SolverArguments};
+use crate::cli::arguments::{RunArguments, SolverArguments, Substeps};
 use crate::cli::failure::{Failure, tell};
 use msd_core::Error;
 use msd_run::Runner;
@@ -21,7 +21,7 @@ use web_time::{Duration, Instant};
 pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let recording = load(path, arguments.salvage)?;
     let file = shown_path(path);
-    let changes = changes(&arguments.solver);
+    let changes = changes(&arguments.solver)?;
     let refused = |error: Error| Failure::input(format!("{file}: {error}"));
     let mut course = Course::new(&recording, changes).map_err(refused)?;
     if changes.is_none() && arguments.distances.is_some() {
@@ -69,9 +69,18 @@ fn load(path: &Path, salvage: bool) -> Result<Recording, Failure> {
     })
 }
 
-fn changes(solver: &SolverArguments) -> Changes {
+fn changes(solver: &SolverArguments) -> Result<Changes, Failure> {
     let SolverArguments { integrator, substeps, tolerance, newton, precision, .. } = *solver;
-    Changes { integrator, substeps, tolerance, newton, precision }
+    let substeps = match substeps {
+        Some(Substeps::Auto) => {
+            let reason = "--substeps auto does not go with --replay, which takes the substeps that \
+                          were recorded, or a number";
+            return Err(Failure::input(reason));
+        }
+        Some(Substeps::Count(count)) => Some(count),
+        None => None,
+    };
+    Ok(Changes { integrator, substeps, tolerance, newton, precision })
 }
 
 /// A replay as a run that is about to start, for its report.

@@ -23,6 +23,9 @@ pub struct RunReport {
     pub step: f64,
     /// Integration steps per row of the trace.
     pub substeps: u32,
+    /// The fewest and the most substeps per row, where they are automatic: `step` and `substeps` are
+    /// then those at the end. Null where they are not.
+    pub automatic: Option<Chosen>,
     /// Local error that an adaptive method allows, as a fraction of the size; null for others.
     pub tolerance: Option<f64>,
     /// Newton iterations per substep of an implicit method; null for others.
@@ -73,11 +76,38 @@ pub struct RunReport {
     pub replay: Option<Comparison>,
 }
 
+/// Automatic substeps of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Chosen {
+    /// The fewest of a step.
+    pub least: u32,
+    /// The most of a step.
+    pub most: u32,
+}
+
+impl Chosen {
+    /// What is known after a step of so many.
+    pub fn now(before: Option<Chosen>, substeps: u32) -> Chosen {
+        let Chosen { least, most } = before.unwrap_or(Chosen { least: substeps, most: substeps });
+        Chosen { least: least.min(substeps), most: most.max(substeps) }
+    }
+
+    fn summary(&self, step: f64) -> String {
+        let Chosen { least, most } = self;
+        let range = if least == most { least.to_string() } else { format!("{least} to {most}") };
+        format!("substeps chosen: {range} in each {}", quantity(step, "s"))
+    }
+}
+
 /// What was done in a run.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Done {
     /// Steps taken.
     pub steps: u64,
+    /// Substeps taken, where they are not the same in every step.
+    pub substeps: Option<u64>,
+    /// Automatic substeps.
+    pub chosen: Option<Chosen>,
     /// Time simulated, seconds.
     pub simulated: f64,
     /// Time that the steps took, seconds.
@@ -228,7 +258,8 @@ impl RunReport {
         let settings = runner.settings();
         let adaptive = settings.integrator.is_adaptive();
         let substeps = if adaptive { 1 } else { settings.substeps };
-        let steps = done.steps * u64::from(substeps);
+        let steps = done.substeps.filter(|_| !adaptive);
+        let steps = steps.unwrap_or(done.steps * u64::from(substeps));
         let springs = runner.spring_count() as u64;
         let updates = evaluations(settings.integrator).map(|each| (steps * each * springs) as f64);
         let per_wall_second = |amount: f64| (0.0 < done.wall).then_some(amount / done.wall);
@@ -239,6 +270,7 @@ impl RunReport {
             integrator: settings.integrator,
             step: settings.step / f64::from(substeps),
             substeps,
+            automatic: done.chosen,
             tolerance: adaptive.then_some(settings.tolerance),
             newton: settings.integrator.is_implicit().then_some(settings.newton),
             precision: runner.precision(),
@@ -281,6 +313,8 @@ impl RunReport {
             None => "any step is stable".into(),
         };
         lines.push(format!("{} steps of {} ({stable})", self.steps, quantity(self.step, "s")));
+        let row = self.step * f64::from(self.substeps);
+        lines.extend(self.automatic.map(|chosen| chosen.summary(row)));
         let factor = self.real_time_factor.map(|factor| {
             format!(" in {}: {} x real time", quantity(self.wall_seconds, "s"), rounded(factor, 2))
         });

@@ -3,20 +3,15 @@
 
 use super::advice::appended;
 use super::prepare::warn_of_step;
-use super::report::{Gain, evaluations};
+use super::report::{Chosen, Gain};
 use msd_core::methods::Solved;
 use msd_core::stability::Estimator;
-use msd_core::{Integrator, Model, Real, Settings, Witness};
-use msd_run::Runner;
+use msd_core::{Integrator, Settings, Witness};
+use msd_run::{Runner, steps_between};
 use msd_study::quantity::{quantity, rounded};
 
 /// The largest share of the work of a run that predictions may take.
 const SHARE: f64 = 0.02;
-/// What a prediction costs in evaluations of the forces: see `cargo bench --bench stability`.
-const COST: f64 = 300.0;
-/// What it costs besides where dampers couple motions, in springs evaluated.
-const COUPLED_COST: f64 = 8e6;
-
 /// Predicts the longest stable substep every so many steps, and reads the energy after each.
 #[derive(Debug)]
 pub struct Watch {
@@ -31,18 +26,16 @@ pub struct Watch {
     pub gain: Option<Gain>,
     /// How far the solves of an implicit method got.
     pub solved: Option<Solved>,
+    /// Automatic substeps of the steps so far; `None` where they are not automatic.
+    pub chosen: Option<Chosen>,
+    /// Substeps taken.
+    pub substeps: u64,
 }
 
 impl Watch {
     /// Begins with the prediction for the start, seconds.
     pub fn new(runner: &Runner, stable: f64) -> Self {
-        let settings = runner.settings();
-        let uneven = msd_run::on!(runner, simulation => is_damped_unevenly(simulation.model()));
-        let coupled = if uneven { COUPLED_COST } else { 0.0 };
-        let cost = COST + coupled / runner.spring_count().max(1) as f64;
-        // Only explicit methods are predicted for, and the number of their evaluations is known.
-        let evaluations = evaluations(settings.integrator).unwrap_or(1) as f64;
-        let every = (cost / (SHARE * evaluations * f64::from(settings.substeps))).ceil() as u64;
+        let every = msd_run::on!(runner, simulation => steps_between(simulation, SHARE));
         let mut watch = Watch {
             estimator: Estimator::default(),
             every,
@@ -51,6 +44,8 @@ impl Watch {
             witness: Witness::default(),
             gain: None,
             solved: None,
+            chosen: None,
+            substeps: 0,
         };
         runner.show_to(&mut watch.witness);
         watch
@@ -58,6 +53,11 @@ impl Watch {
 
     /// Looks at a run after a step.
     pub fn look(&mut self, runner: &Runner) {
+        let substeps = runner.settings().substeps;
+        self.substeps += u64::from(substeps);
+        if runner.is_automatic() {
+            self.chosen = Some(Chosen::now(self.chosen, substeps));
+        }
         runner.show_to(&mut self.witness);
         self.gain = Gain::now(self.gain, self.witness.gain(), runner.time());
         if let Some(solved) = runner.solved() {
@@ -117,12 +117,4 @@ impl Watch {
             self.least = (stable, runner.time());
         }
     }
-}
-
-/// Whether springs differ in damping.
-fn is_damped_unevenly<R: Real>(model: &Model<R>) -> bool {
-    let springs = (0..model.ends().len()).filter(|&spring| !model.is_cut(spring));
-    let mut dampings = springs.map(|spring| model.damping(spring));
-    let first = dampings.next();
-    dampings.any(|damping| Some(damping) != first)
 }

@@ -1,0 +1,200 @@
+//! Automatic substeps: what is chosen, when it is renewed, and that a run keeps its bits.
+
+use msd_core::glam::DVec3;
+use msd_core::{Integrator, Interaction, Select, Settings};
+use msd_run::{History, Runner, on, steps_between};
+use msd_scene::{BUILTINS, Loaded, Output, Precision, load_saved, open, state_hash, write_saved};
+
+fn automatic(name: &str) -> Loaded {
+    Loaded { automatic: true, ..open(name).expect("a built-in scene") }
+}
+
+/// The square without diagonals, so stiff that it takes more than a hundred substeps: as it
+/// collapses its springs come to lie along one line, and the limit falls by 30 %.
+fn stiff() -> Loaded {
+    let mut loaded = automatic("square4");
+    for spring in &mut loaded.scene.springs {
+        (spring.stiffness, spring.damping) = (2e7, 2.0);
+    }
+    loaded
+}
+
+/// A cube of foam at a sticky wall: squashed there, its dampers lie closer to one line, and the
+/// limit falls by a quarter.
+fn squashed() -> Loaded {
+    automatic("foam")
+}
+
+/// Steps from one renewal of it to the next.
+fn every(run: &Runner) -> usize {
+    let predicted_at = on!(run, simulation => steps_between(simulation, 0.05));
+    usize::try_from(predicted_at).expect("a few hundred")
+}
+
+fn runner(loaded: &Loaded) -> Runner {
+    Runner::open(loaded).expect("a valid scene")
+}
+
+fn substeps(runner: &Runner) -> u32 {
+    runner.settings().substeps
+}
+
+/// Hash of the state, and the substeps.
+fn now(runner: &Runner) -> (u64, u32) {
+    (state_hash(&runner.state()), substeps(runner))
+}
+
+fn step(runner: &mut Runner, steps: usize) {
+    (0..steps).for_each(|_| runner.step().expect("a step"));
+}
+
+fn there_and_back(runner: &Runner) -> Runner {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("run.msd");
+    let output = Output::create(&path).expect("a file");
+    write_saved(&runner.to_loaded("test", "a test"), output).expect("room on the disk");
+    Runner::open(&load_saved(&path).expect("a saved run")).expect("a run that goes on")
+}
+
+#[test]
+fn nine_tenths_of_the_limit_are_taken_and_seven_where_dampers_set_it() {
+    for (name, aim) in [("cube", 0.9), ("dice", 0.9), ("foam", 0.7), ("waffle", 0.7)] {
+        let run = runner(&automatic(name));
+        let stable = runner(&open(name).expect("a built-in scene")).stable_substep();
+        let h = run.settings().substep();
+        // The limit depends a little on the number of substeps.
+        assert!(h <= 1.01 * aim * stable, "{name}: {h} s of {stable} s");
+        let fewer = run.settings().step / f64::from(substeps(&run) - 1);
+        assert!(0.99 * aim * stable < fewer, "{name}: one less would do");
+    }
+}
+
+#[test]
+fn what_may_fold_takes_what_is_stable_in_any_shape() {
+    let run = runner(&stiff());
+    let guaranteed = on!(&run, simulation => simulation.guaranteed_substep(run.integrator()));
+    assert!(run.settings().substep() <= guaranteed);
+    assert!(guaranteed < run.settings().step / f64::from(substeps(&run) - 1));
+}
+
+#[test]
+fn the_built_in_scenes_stay_in_the_world() {
+    for builtin in BUILTINS.iter().filter(|builtin| builtin.name != "snake") {
+        let mut run = runner(&automatic(builtin.name));
+        let stayed = (0..600).try_for_each(|_| run.step());
+        assert!(stayed.is_ok(), "{}: {stayed:?}", builtin.name);
+    }
+}
+
+#[test]
+fn a_limit_that_falls_is_followed() {
+    let mut run = runner(&squashed());
+    let at_first = substeps(&run);
+    step(&mut run, 800);
+    assert!(at_first < substeps(&run), "{at_first}, then {}", substeps(&run));
+    assert!(run.settings().substep() <= 0.9 * run.stable_substep());
+}
+
+#[test]
+fn a_run_saved_anywhere_goes_on_with_the_same_bits_and_substeps() {
+    let whole = |steps: usize| {
+        let mut run = runner(&squashed());
+        step(&mut run, steps);
+        run
+    };
+    let (end, every) = (now(&whole(800)), every(&whole(0)));
+    assert!((100..700).contains(&every), "{every}");
+    // Before, at and behind a renewal, and far from it.
+    for at in [0, 1, every - 1, every, every + 1, 700] {
+        let mut resumed = there_and_back(&whole(at));
+        assert!(resumed.is_automatic());
+        step(&mut resumed, 800 - at);
+        assert_eq!(now(&resumed), end, "saved after {at} steps");
+    }
+}
+
+#[test]
+fn what_is_queued_when_a_run_is_saved_moves_the_limit_as_it_would_have() {
+    let mut whole = runner(&automatic("cube"));
+    step(&mut whole, 3);
+    let stiffer = Interaction::SetStiffness { springs: Select::All, value: 1e5 };
+    whole.queue(stiffer).expect("a valid interaction");
+    let before = substeps(&whole);
+    let mut resumed = there_and_back(&whole);
+    for run in [&mut whole, &mut resumed] {
+        step(run, 5);
+    }
+    assert_eq!(now(&whole), now(&resumed));
+    // The limit goes with the root of the stiffness.
+    let ratio = f64::from(substeps(&whole)) / f64::from(before);
+    assert!((3.0..5.0).contains(&ratio), "{before}, then {}", substeps(&whole));
+}
+
+#[test]
+fn a_return_restores_the_substeps_of_then() {
+    let (mut run, mut history) = (runner(&squashed()), History::default());
+    let mut seen = Vec::new();
+    for _ in 0..800 {
+        history.push(run.moment());
+        seen.push(now(&run));
+        step(&mut run, 1);
+    }
+    let end = now(&run);
+    assert_ne!(seen[201].1, end.1);
+    for back in [1, 300, 799 - every(&runner(&squashed())), 599] {
+        run.go_back(history.nth_back(back).expect("so many states")).expect("a state");
+        assert_eq!(now(&run), seen[800 - back]);
+        step(&mut run, back);
+        assert_eq!(now(&run), end, "{back} steps back");
+    }
+}
+
+#[test]
+fn a_hand_and_a_pin_that_moves_choose_nothing() {
+    let mut run = runner(&automatic("cloth"));
+    let before = substeps(&run);
+    let grab = Interaction::Grab {
+        particle: 3,
+        target: DVec3::Y,
+        frequency: 50.0,
+        damping_ratio: 0.7,
+        max_force: 1e3,
+    };
+    let top = run.particle_count() - 31;
+    let pin = Interaction::Pin { particle: top, velocity: DVec3::Y };
+    for interaction in [grab, pin] {
+        run.queue(interaction).expect("a valid interaction");
+        run.apply_queued().expect("it is applied");
+        assert_eq!(substeps(&run), before);
+    }
+}
+
+#[test]
+fn a_method_without_a_limit_keeps_its_number() {
+    for method in [Integrator::BackwardEuler, Integrator::Xpbd, Integrator::DormandPrince] {
+        let mut loaded = automatic("square");
+        loaded.settings.integrator = method;
+        assert_eq!(substeps(&runner(&loaded)), loaded.settings.substeps, "{method}");
+    }
+    // Nor is any step of explicit Euler stable without damping.
+    let mut loaded = automatic("square");
+    loaded.settings.integrator = Integrator::ExplicitEuler;
+    loaded.scene.springs.iter_mut().for_each(|spring| spring.damping = 0.0);
+    assert_eq!(substeps(&runner(&loaded)), loaded.settings.substeps);
+}
+
+#[test]
+fn fixed_substeps_stay_and_settings_choose_anew() {
+    let mut run = runner(&automatic("cube"));
+    let few = substeps(&run);
+    let settings = run.settings();
+    run.set_settings(Settings { step: 2.0 * settings.step, ..settings }).expect("valid settings");
+    assert!((2 * few - 1..=2 * few).contains(&substeps(&run)));
+    run.set_automatic(false).expect("fixed from now on");
+    run.set_settings(Settings { substeps: 77, ..settings }).expect("valid settings");
+    let stiffer = Interaction::SetStiffness { springs: Select::All, value: 1e4 };
+    run.queue(stiffer).expect("a valid interaction");
+    step(&mut run, 2);
+    assert_eq!(substeps(&run), 77);
+    assert_eq!(run.convert(Precision::F64).map(|run| run.is_automatic()), Ok(false));
+}
