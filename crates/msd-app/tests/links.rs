@@ -5,8 +5,8 @@ mod common;
 use common::{folder, json, msd, outcome, text};
 use msd_app::catalogue;
 use msd_app::session::{MaterialEdit, Tuning};
-use msd_app::viewer::{Link, Viewer};
-use msd_core::Integrator;
+use msd_app::viewer::{Changes, Link, LinkError, Look, Viewer};
+use msd_core::{Integrator, Interaction, Select, Settings};
 use msd_run::on;
 use msd_scene::{Precision, state_hash};
 
@@ -21,7 +21,6 @@ fn viewer(scene: &str) -> Viewer {
 fn changed() -> Viewer {
     let mut viewer = viewer("cloth");
     let session = &mut viewer.session;
-    session.tune(Tuning::Precision(Precision::F64));
     session.tune(Tuning::Integrator(Integrator::Rk4));
     session.tune(Tuning::Substeps(16));
     session.edit(MaterialEdit::Stiffness(321.0));
@@ -62,8 +61,12 @@ fn a_link_brings_back_settings_camera_and_bits() {
 
 #[test]
 fn the_command_line_runs_a_link_as_the_window_does() {
-    let viewer = changed();
-    let link = format!("https://a.example/#{}", &viewer.link().expect("a link").to_string()[1..]);
+    let mut changed = changed();
+    changed.session.tune(Tuning::Precision(Precision::F64));
+    let link = changed.link().expect("a built-in scene");
+    // Not from the state of the other window, which was rounded to f32 first.
+    let viewer = Viewer::of_link(&link, catalogue()).expect("a link");
+    let link = format!("https://a.example/{link}");
     let folder = folder();
     let arguments = ["run", &link, "--duration", "0.5", "--save", "end.msd"];
     let report = json(msd(folder.path(), &arguments));
@@ -107,4 +110,73 @@ fn a_scene_that_is_not_built_in_has_no_link() {
     viewer.open_bytes("broken.obj", b"v 1 nan");
     assert!(viewer.session.refusal().is_some_and(|line| line.contains("broken.obj")));
     assert_eq!(viewer.session.loaded().name, "tetra");
+}
+
+fn sample() -> Link {
+    let look = Look {
+        target: [0.5, -1.0, 2.0],
+        distance: 7.0,
+        yaw: 1.0,
+        pitch: 0.25,
+        follow: true,
+        shown: 0b101_1001,
+    };
+    let stiffness = Interaction::SetStiffness { springs: Select::All, value: 1234.5 };
+    let changes = Changes {
+        settings: Settings { substeps: 21, ..Settings::default() },
+        precision: Precision::F64,
+        edits: vec![stiffness],
+        rest_scale: 1.5,
+        speed: 0.25,
+        look,
+    };
+    Link { scene: "cloth".into(), changes: Some(changes) }
+}
+
+#[test]
+fn a_link_says_all_that_it_was_made_of_and_is_short() {
+    let text = sample().to_string();
+    assert_eq!(Link::parse(&text), Ok(sample()));
+    assert_eq!(Link::parse(&format!("https://a.example/msd/{text}&embed")), Ok(sample()));
+    assert!(text.len() < 200, "{text}");
+    let plain = Link { scene: "jelly".into(), changes: None };
+    assert_eq!(plain.to_string(), "#scene=jelly");
+    assert_eq!(Link::parse("#scene=jelly"), Ok(plain));
+}
+
+#[test]
+fn a_link_that_was_cut_off_or_changed_is_refused_at_every_place() {
+    let text = sample().to_string();
+    let start = text.find("with=").expect("changes") + 5;
+    for end in start..text.len() {
+        let cut = Link::parse(&text[..end]);
+        assert!(cut.is_err(), "{} of {}: {cut:?}", end, text.len());
+    }
+    // The first byte is the format: two letters of base 64 hold it.
+    for place in start + 2..text.len() {
+        let mut other = text.clone().into_bytes();
+        other[place] = if other[place] == b'A' { b'B' } else { b'A' };
+        let other = String::from_utf8(other).expect("letters");
+        assert_eq!(Link::parse(&other), Err(LinkError::Damaged), "{place}");
+    }
+}
+
+#[test]
+fn a_link_of_another_format_or_scene_says_so() {
+    // Eight times the byte 99: the format, and whatever that format may hold.
+    assert_eq!(Link::parse("#scene=cloth&with=Y2NjY2NjY2M"), Err(LinkError::Format(99)));
+    let unknown = Err(LinkError::UnknownScene("/etc/passwd".into()));
+    assert_eq!(Link::parse("#scene=/etc/passwd"), unknown);
+    assert_eq!(Link::parse("#with=abc"), Err(LinkError::NoScene));
+}
+
+#[test]
+fn a_link_cannot_hold_more_than_settings() {
+    let mut bad = sample();
+    let changes = bad.changes.as_mut().expect("changes");
+    changes.edits.push(Interaction::Cut { spring: 3 });
+    assert_eq!(Link::parse(&bad.to_string()), Err(LinkError::Damaged));
+    let mut bad = sample();
+    bad.changes.as_mut().expect("changes").look.yaw = f32::NAN;
+    assert_eq!(Link::parse(&bad.to_string()), Err(LinkError::Damaged));
 }

@@ -11,8 +11,6 @@ pub const MOST_SUBSTEPS: u32 = 1000;
 /// A change of how the scene is stepped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tuning {
-    /// All settings at once, as a link has them.
-    Settings(Settings),
     /// The method.
     Integrator(Integrator),
     /// Substeps per step; they are automatic no longer.
@@ -45,7 +43,6 @@ impl Tuning {
     pub(super) fn apply(self, runner: &mut Runner) -> Result<Event, Error> {
         let now = runner.settings();
         let settings = match self {
-            Tuning::Settings(settings) => settings,
             Tuning::Integrator(integrator) => Settings { integrator, ..now },
             Tuning::Substeps(substeps) => {
                 runner.set_automatic(false)?;

@@ -308,7 +308,7 @@ impl Viewer {
         }
     }
 
-    /// Opens a scene; whether it could be.
+    /// Takes the place of what runs, unless there is an error; returns whether it did.
     fn open(&mut self, loaded: Result<Loaded, String>, index: Option<usize>) -> bool {
         let before = shows_springs(&self.session.loaded().name);
         self.keep_camera();
@@ -371,18 +371,27 @@ impl Viewer {
             let unknown = LinkError::UnknownScene(link.scene.clone());
             return self.session.refuse(Err(unknown));
         };
-        self.open_entry(index);
-        if self.current == Some(index) {
+        let loaded = link.load().map_err(|error| error.to_string());
+        if self.open(loaded, Some(index)) {
             self.set_up(link);
         }
     }
 
-    /// Sets up a scene that was just opened as a link says.
-    pub fn set_up(&mut self, link: &Link) {
+    /// Looks at the scene of a link, set up as it says.
+    ///
+    /// # Errors
+    /// Why it cannot be opened, or cannot run: one line.
+    pub fn of_link(link: &Link, catalogue: Catalogue) -> Result<Self, String> {
+        let loaded = link.load().map_err(|error| error.to_string())?;
+        let mut viewer = Viewer::new(loaded, catalogue).map_err(|error| error.to_string())?;
+        viewer.set_up(link);
+        Ok(viewer)
+    }
+
+    /// Sets up a scene that was just loaded from a link: all but the solver, which it has.
+    fn set_up(&mut self, link: &Link) {
         let Some(changes) = &link.changes else { return };
         let session = &mut self.session;
-        session.tune(Tuning::Precision(changes.precision));
-        session.tune(Tuning::Settings(changes.settings));
         session.edit_again(&changes.edits);
         if changes.rest_scale != 1.0 {
             session.edit(MaterialEdit::RestScale(changes.rest_scale));

@@ -32,6 +32,9 @@ pub enum Missing {
     /// A scene that can run.
     #[error("the scene cannot run: {0}")]
     Scene(#[from] msd_core::Error),
+    /// A link that can be followed.
+    #[error("the link cannot be followed: {0}")]
+    Link(String),
     /// A place for the status file.
     #[error("the status file cannot be written: {0}")]
     Status(std::io::Error),

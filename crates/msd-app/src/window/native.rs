@@ -35,14 +35,7 @@ pub fn last_scene() -> Option<String> {
 /// # Errors
 /// See [`view_as`].
 pub fn view_link(link: &Link) -> Result<(), ViewError> {
-    let open = || {
-        let loaded = msd_scene::open(&link.scene);
-        let loaded = loaded.map_err(|error| Missing::Window(error.to_string()))?;
-        let mut viewer = Viewer::new(loaded, catalogue())?;
-        viewer.set_up(link);
-        Ok(viewer)
-    };
-    show(open, &link.scene)
+    show(|| Viewer::of_link(link, catalogue()).map_err(Missing::Link), &link.scene)
 }
 
 fn show(open: impl FnOnce() -> Result<Viewer, Missing>, called: &str) -> Result<(), ViewError> {

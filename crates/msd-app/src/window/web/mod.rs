@@ -8,21 +8,16 @@ pub use page::start;
 pub(super) use page::{give, tell};
 
 use super::{Missing, Shell};
-use crate::viewer::{Link, Viewer, catalogue};
-use msd_scene::FileError;
+use crate::viewer::Viewer;
 use web_sys::HtmlCanvasElement;
 use web_sys::wasm_bindgen::JsCast;
 
 /// The `id` of the canvas that the window is.
 const CANVAS: &str = "canvas";
 
-/// Shows the scene of a link in the canvas of the page.
-fn show(link: &Link) -> Result<(), Missing> {
+/// Shows a viewer in the canvas of the page.
+fn show(viewer: Viewer) -> Result<(), Missing> {
     use winit::platform::web::EventLoopExtWebSys;
-    let unreadable = |error: FileError| Missing::Window(error.to_string());
-    let loaded = msd_scene::open(&link.scene).map_err(unreadable)?;
-    let mut viewer = Viewer::new(loaded, catalogue())?;
-    viewer.set_up(link);
     let built = winit::event_loop::EventLoop::with_user_event().build();
     let event_loop = built.map_err(|error| Missing::Display(error.to_string()))?;
     page::listen(event_loop.create_proxy());

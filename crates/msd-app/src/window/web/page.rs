@@ -5,7 +5,7 @@
 
 use super::super::{Arrival, Watcher, status_file};
 use super::show;
-use crate::viewer::{Command, Link, LinkError, Viewer};
+use crate::viewer::{Command, Link, LinkError, Viewer, catalogue};
 use js_sys::{Function, Promise, Uint8Array};
 use msd_scene::Loaded;
 use std::cell::{Cell, RefCell};
@@ -30,14 +30,14 @@ pub fn start(fragment: &str, told: Function) -> Result<(), String> {
     TOLD.set(Some(told));
     let first = Link { scene: msd_scene::BUILTINS[0].name.to_owned(), changes: None };
     let link = match Link::parse(fragment) {
-        Ok(link) => link,
-        Err(LinkError::NoScene) => first,
-        Err(error) => {
-            tell("refused", &format!("{error}; here is {} instead", first.scene));
-            first
-        }
+        Err(LinkError::NoScene) => Ok(first.clone()),
+        link => link.map_err(|error| error.to_string()),
     };
-    show(&link).map_err(|what| what.to_string())
+    let viewer = link.and_then(|link| Viewer::of_link(&link, catalogue())).or_else(|error| {
+        tell("refused", &format!("{error}; here is {} instead", first.scene));
+        Viewer::of_link(&first, catalogue())
+    })?;
+    show(viewer).map_err(|what| what.to_string())
 }
 
 /// Does what a key would: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`.

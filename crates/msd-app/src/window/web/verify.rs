@@ -31,7 +31,9 @@ impl Verifier {
         match (self.verification.is_done(), wrong) {
             (false, _) => format!("{done} of {all} runs verified"),
             (true, []) => format!("all {all} runs end in the bits that are kept"),
-            (true, _) => format!("{} of {all} runs end in other bits:\n{}", wrong.len(), wrong.join("\n")),
+            (true, _) => {
+                format!("{} of {all} runs end in other bits:\n{}", wrong.len(), wrong.join("\n"))
+            }
         }
     }
 
