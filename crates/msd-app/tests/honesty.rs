@@ -7,6 +7,7 @@ use msd_core::{Friction, Integrator, Material, Real, Scene, Vector, shape};
 use msd_run::on;
 use msd_run::rescue::{Offer, Origin, Remedy};
 use msd_scene::{Loaded, Precision};
+use msd_study::choice::{Choice, Fineness};
 
 const FRAME: f64 = 1.0 / 60.0;
 
@@ -48,8 +49,14 @@ fn check(session: &Session, what: &str) {
 
 type Change = fn(&mut Session);
 
+const RK4: Choice = Choice {
+    integrator: Integrator::Rk4,
+    fineness: Fineness::Substeps(4),
+    precision: Precision::F32,
+};
+
 /// Everything by which a user changes a run.
-const CHANGES: [(&str, Change); 26] = [
+const CHANGES: [(&str, Change); 27] = [
     ("method", |session| session.tune(Tuning::Integrator(Integrator::ExplicitEuler))),
     ("implicit", |session| session.tune(Tuning::Integrator(Integrator::BackwardEuler))),
     ("adaptive", |session| session.tune(Tuning::Integrator(Integrator::DormandPrince))),
@@ -57,6 +64,7 @@ const CHANGES: [(&str, Change); 26] = [
     ("tolerance", |session| session.tune(Tuning::Tolerance(1e-3))),
     ("newton", |session| session.tune(Tuning::Newton(3))),
     ("precision", |session| session.tune(Tuning::Precision(Precision::F32))),
+    ("a choice of the trade", |session| session.adopt(RK4)),
     ("mass", |session| session.edit(MaterialEdit::Mass(0.3))),
     ("stiffness", |session| session.edit(MaterialEdit::Stiffness(3e5))),
     ("damping", |session| session.edit(MaterialEdit::Damping(30.0))),

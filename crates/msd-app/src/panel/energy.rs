@@ -3,10 +3,11 @@
 use super::{heading, theme};
 use crate::session::{Sample, Session, TRACE_WINDOW as WINDOW};
 use crate::viewer::Viewer;
-use egui::{Color32, Rect, RichText, Sense, Ui, pos2, vec2};
-use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoints};
+use egui::{Color32, Rangef, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui_plot::{AxisHints, GridInput, GridMark, Line, Plot, PlotPoints};
 use msd_core::Energy;
 use msd_study::quantity::{estimate, quantity, rounded};
+use std::ops::RangeInclusive;
 
 /// A curve: its name, its colour, and how it is read.
 type Curve = (&'static str, Color32, fn(&Energy) -> f64);
@@ -79,11 +80,10 @@ fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
         .show_x(false)
         .show_y(false)
         .set_margin_fraction(egui::vec2(0.0, 0.06))
-        .y_axis_min_width(54.0)
         .x_grid_spacer(ticks)
         .y_grid_spacer(ticks)
-        .x_axis_formatter(|mark, _| format!("{} s", rounded(mark.value, 3)))
-        .y_axis_formatter(move |mark, _| format!("{} {unit}", rounded(mark.value, 3)))
+        .custom_x_axes(vec![axis(AxisHints::new_x(), "s")])
+        .custom_y_axes(vec![axis(AxisHints::new_y(), unit).min_thickness(54.0)])
         .default_x_bounds((now - WINDOW).max(0.0), now.max(WINDOW))
         .show(ui, |plot| {
             for (name, colour, value) in CURVES {
@@ -95,16 +95,24 @@ fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
         });
 }
 
-/// Ticks at multiples of 1, 2 or 5 times a power of ten, two at least.
+/// An axis whose every tick has a number and a unit.
+fn axis<'a>(hints: AxisHints<'a>, unit: &'a str) -> AxisHints<'a> {
+    let number =
+        move |mark: GridMark, _: &RangeInclusive<f64>| format!("{} {unit}", rounded(mark.value, 3));
+    // Points between ticks from which on numbers are shown, faint and in full.
+    hints.formatter(number).label_spacing(Rangef::new(12.0, 18.0))
+}
+
+/// Ticks at multiples of 1, 2 or 5 times a power of ten: as few as can be, but two at least.
 fn ticks(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     let span = high - low;
     if !span.is_finite() || span <= 0.0 {
         return Vec::new();
     }
-    let power = 10f64.powf((span / 4.0).log10().floor());
-    let steps = [5.0, 2.0, 1.0].map(|part| part * power);
-    let step_size = steps.into_iter().find(|step| 3.0 * step <= span).unwrap_or(power);
+    let power = 10f64.powf((span / 2.0).log10().floor());
+    let steps = [5.0, 2.0].map(|part| part * power);
+    let step_size = steps.into_iter().find(|step| 2.0 * step <= span).unwrap_or(power);
     let rows = (low / step_size).ceil() as i64..=(high / step_size).floor() as i64;
     rows.map(|row| GridMark { value: row as f64 * step_size, step_size }).collect()
 }
@@ -197,7 +205,7 @@ mod tests {
     fn every_axis_has_ticks_whatever_its_bounds() {
         for bounds in [(0.0, 12.0), (-3.0, 0.4), (999.0, 1001.0), (-1e9, 7e8), (0.0, 1e-7)] {
             let marks = ticks(GridInput { bounds, base_step_size: 1.0 });
-            assert!((2..=16).contains(&marks.len()), "{bounds:?}: {marks:?}");
+            assert!((2..=6).contains(&marks.len()), "{bounds:?}: {marks:?}");
             assert!(marks.iter().all(|mark| (bounds.0..=bounds.1).contains(&mark.value)));
         }
         assert!(ticks(GridInput { bounds: (1.0, 1.0), base_step_size: 1.0 }).is_empty());

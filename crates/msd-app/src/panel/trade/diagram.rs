@@ -2,9 +2,10 @@
 //! setting as a ring.
 
 use super::super::theme;
-use egui::{Color32, Ui};
+use egui::{Color32, Rangef, RichText, Ui};
 use egui_plot::{
-    GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Plot, Points,
+    AxisHints, GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Plot,
+    Points,
 };
 use msd_core::Integrator;
 use msd_scene::Precision;
@@ -30,6 +31,19 @@ pub(super) fn colour(integrator: Integrator) -> Color32 {
     Color32::from_rgb(red, green, blue)
 }
 
+/// The methods that were measured, each in its colour.
+pub(super) fn legend(ui: &mut Ui, study: &Study) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 6.0;
+        for method in Integrator::ALL {
+            if study.of(method).any(|trial| trial.errors.is_some()) {
+                ui.label(RichText::new(method.name()).small().color(colour(method)));
+            }
+        }
+        ui.label(RichText::new("hollow f32, full f64").small().color(theme::FAINT));
+    });
+}
+
 /// The diagram; empty axes where nothing was measured yet.
 pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
     let trials = study.map_or(&[][..], |study| &study.trials);
@@ -49,13 +63,17 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
         .allow_boxed_zoom(false)
         .allow_double_click_reset(false)
         .set_margin_fraction(egui::vec2(0.06, 0.08))
-        .x_axis_label("time of the processor per frame, ms")
-        .y_axis_label("error, m")
         .x_grid_spacer(decades)
         .y_grid_spacer(decades)
-        .x_axis_formatter(|mark, _| rounded(10f64.powf(mark.value), 1))
-        .y_axis_formatter(|mark, _| estimate(10f64.powf(mark.value), "m"))
-        .y_axis_min_width(52.0)
+        .custom_x_axes(vec![
+            axis(AxisHints::new_x(), |value| rounded(value, 1))
+                .label("time of the processor per frame, ms"),
+        ])
+        .custom_y_axes(vec![
+            axis(AxisHints::new_y(), |value| estimate(value, "m"))
+                .label("error")
+                .min_thickness(52.0),
+        ])
         .label_formatter(hover);
     plot.show(ui, |plot| {
         let Some(study) = study else { return };
@@ -83,6 +101,13 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
             plot.points(ring.color(Color32::WHITE));
         }
     });
+}
+
+/// A logarithmic axis with numbers in words.
+fn axis(hints: AxisHints<'_>, words: fn(f64) -> String) -> AxisHints<'_> {
+    // Points between ticks from which on numbers are shown, faint and in full.
+    let hints = hints.label_spacing(Rangef::new(9.0, 14.0));
+    hints.formatter(move |mark, _| words(10f64.powf(mark.value)))
 }
 
 /// Where a trial is in the diagram: decades of milliseconds per frame, and of metres, none below

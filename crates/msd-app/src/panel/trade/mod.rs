@@ -85,6 +85,7 @@ fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     for line in caveats(study) {
         small(ui, &line, theme::FAINT);
     }
+    diagram::legend(ui, study);
     if let Some(choice) = wish {
         session.adopt(choice);
     }

@@ -156,6 +156,7 @@ impl Trade {
     }
 
     fn begin(&mut self, runner: &Runner, loaded: &Loaded) {
+        self.calm = 0.0;
         let Some(scene) = subject(runner, loaded, self.from) else { return };
         let start = match self.from {
             StudyFrom::Start => 0.0,
@@ -206,7 +207,7 @@ pub fn choice_of(runner: &Runner) -> Option<Choice> {
     (is_newton && is_whole).then_some(choice)
 }
 
-/// The trial of the front nearest to a goal that it meets; otherwise what the goal misses, in words.
+/// The cheapest trial within an error, or the most accurate within a time per frame.
 ///
 /// # Errors
 /// That nothing measured meets the goal, or that errors are not known that well.
