@@ -1,6 +1,6 @@
 //! The gallery over the 3D view: a field for a path, and the scenes with their pictures.
 
-use super::theme;
+use crate::panel::theme;
 use crate::viewer::{Picture, Viewer};
 use egui::{Align2, Button, Image, RichText, ScrollArea, TextEdit, Ui, vec2};
 use std::path::Path;
