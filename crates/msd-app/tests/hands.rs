@@ -1,4 +1,4 @@
-//! What a user does with the mouse: cuts, groups, the force of a grab, the wind.
+//! The hands of a user: cuts, groups, the force of a grab, the wind, throws.
 
 use egui::{Key, Modifiers, Pos2, Vec2, pos2};
 use egui_kittest::Harness;
@@ -225,7 +225,10 @@ fn what_the_pointer_does_is_in_the_picture_of_the_same_frame() {
     harness.drag_at(at);
     harness.run_steps(1);
     let held = harness.state().session.held().expect("taken in the frame of the press");
-    let velocity = |harness: &Harness<'_, Viewer>| on!(harness.state().session.runner(), simulation => simulation.velocity(held).to_f64());
+    let velocity = |harness: &Harness<'_, Viewer>| {
+        let runner = harness.state().session.runner();
+        on!(runner, simulation => simulation.velocity(held).to_f64())
+    };
     let (before, steps) = (velocity(&harness), harness.state().session.runner().steps());
     harness.hover_at(at + Vec2::new(0.0, -100.0));
     // One frame: the motion is read, a step is taken with its force, and the result is drawn.

@@ -176,8 +176,11 @@ fn the_command_is_that_of_the_scene_or_of_a_run_saved_for_it() {
         let line = harness.state().clipboard.clone().expect("a command");
         harness.step();
         let commands = &harness.output().platform_output.commands;
-        let is_it = |command: &egui::OutputCommand| matches!(command, egui::OutputCommand::CopyText(text) if *text == line);
-        assert!(commands.iter().any(is_it), "on the clipboard");
+        let copies = commands.iter().filter_map(|command| match command {
+            egui::OutputCommand::CopyText(text) => Some(text),
+            _ => None,
+        });
+        assert_eq!(copies.last(), Some(&line), "on the clipboard");
         line
     };
     assert_eq!(copied(&mut harness), "msd view chain");

@@ -1,4 +1,5 @@
-//! User input: keys become commands, and the pointer over the 3D view turns, pans, zooms, grabs and cuts.
+//! User input: keys become commands; the pointer over the 3D view turns, pans, zooms, grabs and
+//! cuts; dropped files are opened.
 
 mod drops;
 mod keys;

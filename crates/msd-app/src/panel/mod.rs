@@ -12,8 +12,7 @@ mod trade;
 mod status;
 mod overlay;
 mod failure;
-mod gallery;
-mod guide;
+mod over;
 
 use crate::viewer::Viewer;
 use egui::{
@@ -42,8 +41,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     view(ui, viewer);
     overlay::show(ui, viewer);
     failure::show(ui, viewer);
-    gallery::show(ui, viewer);
-    guide::show(ui, viewer);
+    over::show(ui, viewer);
     if let Some(text) = viewer.clipboard.take() {
         ui.ctx().copy_text(text);
     }

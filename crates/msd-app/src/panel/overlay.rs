@@ -31,7 +31,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     };
     let is_new = viewer.hint && viewer.guide.is_none();
     if is_new || viewer.tool != Tool::Grab {
-        hint(&painter, viewer.rect, text);
+        hint(&painter, viewer, text);
     }
     if let Some(text) = &viewer.note {
         let font = FontId::proportional(12.0);
@@ -121,7 +121,8 @@ fn gesture(painter: &Painter, viewer: &Viewer) {
         }
         Action::Grab { .. } => {
             if let Some(force) = viewer.session.grab_force() {
-                let text = estimate(force, "N");
+                let large = 1e3 <= force;
+                let text = if large { estimate(force * 1e-3, "kN") } else { estimate(force, "N") };
                 note(painter, gesture.last + vec2(22.0, 14.0), &text, Color32::WHITE);
             }
         }
@@ -132,16 +133,25 @@ fn gesture(painter: &Painter, viewer: &Viewer) {
 /// A few words on paper, to the right of a point.
 fn note(painter: &Painter, at: Pos2, text: &str, colour: Color32) {
     let text = painter.layout_no_wrap(text.to_owned(), FontId::proportional(11.0), colour);
-    let corner = at - vec2(0.0, 0.5 * text.size().y);
+    // Within the picture, where the pointer is near its edge.
+    let most = painter.clip_rect().right() - text.size().x - 6.0;
+    let corner = pos2(at.x.min(most), at.y - 0.5 * text.size().y);
     paper(painter, Rect::from_min_size(corner, text.size()).expand2(vec2(5.0, 2.0)));
     painter.galley(corner, text, colour);
 }
 
-fn hint(painter: &Painter, rect: Rect, text: &str) {
-    let font = FontId::proportional(13.0);
-    let text = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
-    let at = pos2(rect.center().x - 0.5 * text.size().x, rect.bottom() - 40.0);
-    paper(painter, Rect::from_min_size(at, text.size()).expand2(vec2(14.0, 7.0)));
+fn hint(painter: &Painter, viewer: &Viewer, text: &str) {
+    let (rect, font) = (viewer.rect, FontId::proportional(13.0));
+    let width = (rect.width() - 60.0).max(100.0);
+    let text = painter.layout(text.to_owned(), font, Color32::WHITE, width);
+    // The guide stands below.
+    let top = match viewer.guide {
+        Some(_) => rect.top() + 14.0,
+        None => rect.bottom() - 24.0 - text.size().y,
+    };
+    let at = pos2(rect.center().x - 0.5 * text.size().x, top);
+    let area = Rect::from_min_size(at, text.size()).expand2(vec2(14.0, 7.0));
+    painter.rect_filled(area, 12.0, Color32::from_black_alpha(150));
     painter.galley(at, text, Color32::WHITE);
 }
 

@@ -6,10 +6,10 @@
 //! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
 //! itself), `offers` (how many ways out there are), `held` (particle or null), `held_position`,
 //! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is),
-//! `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`,
-//! `worst_error`), `aim` (a particle in plain view: `particle`, `screen`), `stiffness`,
-//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and `landmarks`
-//! (rectangles: left, top, width, height).
+//! `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of the error or
+//! null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain view: `particle`,
+//! `screen`), `stiffness`, `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and
+//! `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;

@@ -1,8 +1,8 @@
-//! What the user does to the run by hand: grabs, and the wind.
+//! Hands on the run: grabs, and the wind.
 
 mod grab;
 mod wind;
+mod acts;
 
-pub(super) use grab::force;
 pub use grab::{Grab, MOST_HELD};
 pub use wind::Wind;

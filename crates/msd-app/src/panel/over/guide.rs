@@ -1,6 +1,6 @@
 //! The guide in a corner of the 3D view: the sentence of the present step, never in the way.
 
-use super::theme;
+use crate::panel::theme;
 use crate::viewer::{GuideStep, Viewer};
 use egui::{Align2, Area, Frame, RichText, Ui, vec2};
 

@@ -1,13 +1,15 @@
 //! The gallery over the 3D view: a field for a path, and the scenes with their pictures.
 
-use super::theme;
+use crate::panel::theme;
 use crate::viewer::{Picture, Viewer};
-use egui::{Align2, Button, Image, RichText, ScrollArea, TextEdit, Ui, vec2};
+use egui::{Align2, Button, Grid, Image, RichText, ScrollArea, TextEdit, Ui, vec2};
 use std::path::Path;
 use std::time::Duration;
 
 /// Size of a picture, points.
 const PICTURE: egui::Vec2 = vec2(144.0, 90.0);
+/// Width of a picture with its frame, points.
+const CELL: f32 = 162.0;
 /// How long until pictures are asked for again.
 const SOON: Duration = Duration::from_millis(60);
 
@@ -39,10 +41,14 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
         let text = "Or drop a file onto the window.";
         ui.label(RichText::new(text).small().color(theme::FAINT));
         ScrollArea::vertical().max_height(room.y.clamp(150.0, 520.0)).show(ui, |ui| {
-            ui.horizontal_wrapped(|ui| {
-                for picture in &gallery.pictures {
+            let columns = (ui.available_width() / (CELL + 8.0)).floor().max(1.0) as usize;
+            Grid::new("pictures").spacing([8.0, 8.0]).show(ui, |ui| {
+                for (place, picture) in (1..).zip(&gallery.pictures) {
                     if entry(ui, picture) {
                         wanted = Some(picture.name.clone());
+                    }
+                    if place % columns == 0 {
+                        ui.end_row();
                     }
                 }
             });
@@ -60,7 +66,7 @@ fn entry(ui: &mut Ui, picture: &Picture) -> bool {
     let short = Path::new(&picture.name).file_name().map(|name| name.to_string_lossy());
     let name = short.unwrap_or(picture.name.as_str().into()).into_owned();
     let inner = ui.vertical(|ui| {
-        ui.set_width(PICTURE.x);
+        ui.set_width(CELL);
         let button = match &picture.texture {
             Some(texture) => Button::image(Image::new((texture.id(), PICTURE))),
             None => Button::new(RichText::new("…").color(theme::FAINT)),

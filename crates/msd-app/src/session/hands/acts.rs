@@ -1,0 +1,142 @@
+//! The acts of hands on a session: grabs, groups, pins, cuts and wind.
+
+use super::grab::{Grab, MOST_HELD, force};
+use super::wind::Wind;
+use crate::session::Session;
+use glam::DVec3;
+use msd_core::Interaction;
+use msd_run::on;
+
+/// What the user does to particles and springs, one by one.
+impl Session {
+    /// Takes a particle with the mouse, and with it the group that it is of.
+    pub fn grab(&mut self, particle: usize, target: DVec3) {
+        self.release();
+        if !self.grab.group.contains(&particle) {
+            self.grab.group.clear();
+        }
+        let held = self.grab.hold(self.run.runner(), particle, target);
+        let grabs: Vec<_> = held.iter().map(|held| held.interaction()).collect();
+        if self.act_all(&grabs) {
+            (self.grab.held, self.grab.selected) = (held, Some(particle));
+        }
+    }
+
+    /// Moves what the mouse holds: the first particle to `target`, the others alike.
+    pub fn move_grab(&mut self, target: DVec3) {
+        let moved = self.grab.moved(target);
+        if moved.iter().all(|held| self.act(held.interaction())) {
+            self.grab.held = moved;
+        }
+    }
+
+    /// Lets go of what the mouse holds; it keeps its velocity.
+    pub fn release(&mut self) {
+        let held: Vec<_> = self.grab.held.drain(..).map(|held| held.particle).collect();
+        if held.is_empty() {
+            return;
+        }
+        let release = held.iter().map(|&particle| Interaction::Release { particle });
+        let pinned = held.iter().filter(|&&particle| self.is_pinned(particle));
+        let velocity = DVec3::ZERO;
+        let stop = pinned.map(|&particle| Interaction::Pin { particle, velocity });
+        let all: Vec<_> = release.chain(stop).collect();
+        self.act_all(&all);
+    }
+
+    /// Chooses the particles that are taken together when one of them is: at most
+    /// [`MOST_HELD`], evenly chosen where there are more.
+    pub fn select_group(&mut self, mut particles: Vec<usize>) {
+        self.release();
+        let count = particles.len();
+        if MOST_HELD < count {
+            particles = (0..MOST_HELD).map(|row| particles[row * count / MOST_HELD]).collect();
+        }
+        (self.grab.group, self.grab.selected) = (particles, None);
+    }
+
+    /// Cuts springs for good; a restart brings them back.
+    pub fn cut(&mut self, springs: &[usize]) {
+        if !springs.is_empty() {
+            let cuts: Vec<_> = springs.iter().map(|&spring| Interaction::Cut { spring }).collect();
+            self.act_all(&cuts);
+        }
+    }
+
+    /// Makes a wind; one of strength 0 ends it.
+    pub fn set_wind(&mut self, wind: Wind) {
+        (self.wind, self.is_blowing) = (Some(wind), false);
+        self.blow();
+    }
+
+    /// Moves the pins that are held, and lets the wind act: before each step.
+    pub(in crate::session) fn before_step(&mut self) {
+        let held = self.grab.held.iter();
+        let motions: Vec<_> = held.filter_map(|held| held.pin_motion(self.run.runner())).collect();
+        motions.into_iter().for_each(|motion| _ = self.act(motion));
+        self.blow();
+    }
+
+    /// Lets the wind act: once where it is new, and before each step where it comes in gusts.
+    fn blow(&mut self) {
+        let Some(wind) = self.wind.filter(|wind| !self.is_blowing || wind.is_gusty()) else {
+            return;
+        };
+        let value = self.loaded.scene.world.force + wind.force(self.runner().time());
+        self.is_blowing = self.act(Interaction::SetForce { value });
+    }
+
+    /// Lets go and selects nothing.
+    pub fn deselect(&mut self) {
+        self.release();
+        self.grab = Grab::default();
+    }
+
+    /// Pins a free particle where it is, or frees a pinned one.
+    pub fn pin_toggle(&mut self, particle: usize) {
+        if self.is_pinned(particle) {
+            self.act(Interaction::Unpin { particle });
+        } else {
+            if self.held().is_some() {
+                self.release();
+            }
+            self.act(Interaction::Pin { particle, velocity: DVec3::ZERO });
+        }
+        self.grab.selected = Some(particle);
+    }
+}
+
+/// What the user holds.
+impl Session {
+    /// The particle held by the mouse; of a group, the one under the pointer.
+    pub fn held(&self) -> Option<usize> {
+        self.grab.held.first().map(|held| held.particle)
+    }
+
+    /// Where the mouse pulls the held particle to, metres.
+    pub fn grab_target(&self) -> Option<DVec3> {
+        self.grab.held.first().map(|held| held.target)
+    }
+
+    /// The force with which the mouse pulls at all it holds, newtons, at the present state; `None`
+    /// where it holds nothing, or a pin, which no force moves.
+    pub fn grab_force(&self) -> Option<f64> {
+        self.held().filter(|&held| !self.is_pinned(held))?;
+        Some(on!(self.runner(), simulation => force(simulation)).length())
+    }
+
+    /// The particles that are taken together when one of them is.
+    pub fn group(&self) -> &[usize] {
+        &self.grab.group
+    }
+
+    /// The wind that the user made.
+    pub fn wind(&self) -> Wind {
+        self.wind.unwrap_or_default()
+    }
+
+    /// The particle that buttons and keys act on.
+    pub fn selected(&self) -> Option<usize> {
+        self.grab.selected
+    }
+}
