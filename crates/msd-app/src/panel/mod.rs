@@ -4,6 +4,8 @@
 pub mod theme;
 mod scenes;
 mod run;
+mod twin;
+mod timeline;
 mod material;
 mod solver;
 mod live_error;
@@ -36,11 +38,15 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
         scrolled(ui, "right", |ui| {
             run::show(ui, viewer);
+            twin::show(ui, viewer);
             material::show(ui, viewer);
             solver::show(ui, viewer);
             live_error::show(ui, viewer);
             energy::show(ui, viewer);
         });
+    });
+    Panel::bottom("timeline").resizable(false).frame(line).show(ui, |ui| {
+        timeline::show(ui, viewer);
     });
     view(ui, viewer);
     overlay::show(ui, viewer);

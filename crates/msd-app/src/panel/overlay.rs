@@ -1,7 +1,7 @@
 //! Overlay of the 3D view: the hint, the legend, the marks of particles and springs, the help.
 
 use super::live_error::is_fresh;
-use super::theme;
+use super::{theme, twin};
 use crate::input::KEYS;
 use crate::session::ErrorNow;
 use crate::viewer::Viewer;
@@ -14,6 +14,7 @@ use msd_run::on;
 /// Shows what lies over the 3D view.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let painter = ui.painter().with_clip_rect(viewer.rect);
+    twin::ghost(&painter, viewer);
     fastest_springs(&painter, viewer);
     marks(&painter, viewer);
     if viewer.style.springs {
