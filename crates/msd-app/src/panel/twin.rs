@@ -35,7 +35,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         let name = super::left_label(ui, "Twin");
         let combo =
-            ComboBox::from_id_salt("twin").width(126.0).selected_text(now.integrator.name());
+            ComboBox::from_id_salt("twin").width(118.0).selected_text(now.integrator.name());
         let shown = combo.show_ui(ui, |ui| {
             for integrator in Integrator::ALL {
                 if ui.selectable_label(integrator == now.integrator, integrator.name()).clicked() {
@@ -99,7 +99,8 @@ fn distance(ui: &mut Ui, session: &Session) {
             let points: PlotPoints<'_> = twin.trace().copied().collect();
             plot.line(Line::new("distance", points).color(GHOST).width(1.5));
         });
-    ui.label(RichText::new("distance in m, over time in s").small().color(theme::FAINT));
+    let scale = format!("distance up to {}, over time in s", estimate(most, "m"));
+    ui.label(RichText::new(scale).small().color(theme::FAINT));
 }
 
 /// The ghost: a point at each particle of the twin, over the picture.
