@@ -3,7 +3,7 @@
 
 use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning, Wind};
 use msd_core::glam::DVec3;
-use msd_core::{Friction, Integrator, Material, Real, Scene, Vector, shape};
+use msd_core::{Friction, Integrator, Material, Real, Scene, Settings, Vector, shape};
 use msd_run::on;
 use msd_run::rescue::{Offer, Origin, Remedy};
 use msd_scene::{Loaded, Precision};
@@ -84,6 +84,14 @@ const CHANGES: [(&str, Change); 27] = [
     ("wind", |session| session.set_wind(Wind { strength: 3.0, heading: 0.0, gusts: 0.0 })),
     ("gusts", |session| session.set_wind(Wind { strength: 3.0, heading: 0.0, gusts: 0.5 })),
     ("step back", |session| assert!(session.step_back())),
+    ("automatic substeps", |session| session.tune(Tuning::Automatic(true))),
+    ("cut", |session| session.cut(&[5, 9])),
+    ("undo", Session::undo),
+    ("undo and redo", |session| {
+        session.undo();
+        session.redo();
+    }),
+    ("look back", |session| session.look_back(7)),
     ("restart", Session::restart),
     ("the values of the scene", Session::reset_material),
     ("another scene", |session| session.open(loaded("cloth")).expect("a valid scene")),
@@ -115,6 +123,42 @@ fn no_shown_number_outlives_what_it_was_computed_from() {
         check(&session, what);
         assert!(session.stability().is_some() && session.energy().is_some(), "after: {what}");
     }
+}
+
+/// The root mean square distance of the particles of a session and its twin, metres.
+fn distance(session: &Session) -> f64 {
+    let twin = session.twin().expect("it is on").positions();
+    let squared = |(particle, position): (usize, &[f32; 3])| {
+        let there = DVec3::from_array(position.map(f64::from));
+        (session.position(particle) - there).length_squared()
+    };
+    let sum: f64 = twin.iter().enumerate().map(squared).sum();
+    (sum / twin.len() as f64).sqrt()
+}
+
+#[test]
+fn the_distance_of_a_twin_is_that_of_the_states_that_are_shown() {
+    let others = CHANGES.iter().filter(|change| change.0 != "another scene");
+    for (what, change) in others {
+        let mut session = Session::new(loaded("jelly")).expect("a valid scene");
+        let settings = session.runner().settings();
+        let rough = Settings { integrator: Integrator::SymplecticEuler, ..settings };
+        session.edit(MaterialEdit::Stiffness(1500.0));
+        session.set_twin(Some(rough));
+        session.pin_toggle(1);
+        run(&mut session, 40);
+        for _ in 0..2 {
+            let shown = session.twin().expect("it is on").apart();
+            // Positions of the twin are read in single precision: 1e-7 of some ten metres.
+            assert!((shown.rms - distance(&session)).abs() < 1e-5, "{what}");
+            assert_eq!(shown.time, session.runner().time(), "{what}");
+            change(&mut session);
+        }
+    }
+    let mut session = Session::new(loaded("jelly")).expect("a valid scene");
+    session.set_twin(Some(session.runner().settings()));
+    session.open(loaded("cloth")).expect("a valid scene");
+    assert!(session.twin().is_none());
 }
 
 #[test]

@@ -345,6 +345,8 @@ fn every_command_is_harmless_in_every_scene() {
             Command::StepBack,
             Command::StepBack,
             Command::Pin,
+            Command::Undo,
+            Command::Redo,
             Command::Freeze,
             Command::Wireframe,
             Command::FrameAll,
@@ -397,4 +399,50 @@ fn a_scene_of_a_file_stays_in_the_list() {
         let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
         assert_eq!(viewer.current(), Some(index));
     }
+}
+
+#[test]
+fn explicit_euler_is_one_click_from_the_first_screen() {
+    let mut harness = harness();
+    click(&mut harness, Role::Button, "Twin: beside explicit-euler");
+    let twin = harness.state().session.twin().expect("it is on");
+    assert_eq!(twin.settings().integrator, Integrator::ExplicitEuler);
+    (0..10).for_each(|_| harness.state_mut().session.step_forward());
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("apart (rms)").is_some());
+    assert!(harness.query_by_label_contains("explicit-euler as points").is_none());
+    click(&mut harness, Role::Button, "End twin");
+    assert!(harness.state().session.twin().is_none());
+}
+
+#[test]
+fn the_timeline_is_dragged_and_undo_has_its_buttons() {
+    let mut harness = harness();
+    (0..100).for_each(|_| harness.state_mut().session.step_forward());
+    harness.run_steps(2);
+    let rect = harness.get_by_role_and_label(Role::Slider, "Timeline").rect();
+    drag(&mut harness, rect.right_center() - Vec2::new(4.0, 0.0), rect.center());
+    let ahead = harness.state().session.steps_ahead();
+    assert!((45..=55).contains(&ahead), "{ahead} steps back");
+    assert_eq!(harness.state().session.runner().steps(), 100 - ahead as u64);
+    harness.run_steps(1);
+    assert!(harness.query_by_label_contains("go on from here").is_some());
+    harness.state_mut().session.edit(MaterialEdit::Stiffness(1e3));
+    harness.run_steps(2);
+    assert_eq!(harness.state().session.steps_ahead(), 0);
+    click(&mut harness, Role::Button, "Undo");
+    assert_eq!(stiffness(&harness), 2200.0);
+    click(&mut harness, Role::Button, "Redo");
+    assert_eq!(stiffness(&harness), 1e3);
+}
+
+#[test]
+fn automatic_substeps_are_a_click_and_the_slider_ends_them() {
+    let mut harness = harness();
+    click(&mut harness, Role::CheckBox, "Automatic substeps");
+    assert!(harness.state().session.runner().is_automatic());
+    assert!(harness.query_by_role_and_label(Role::ProgressIndicator, "Stability").is_some());
+    let rect = harness.get_by_role_and_label(Role::Slider, "Substeps").rect();
+    drag(&mut harness, rect.center(), rect.center() + Vec2::new(20.0, 0.0));
+    assert!(!harness.state().session.runner().is_automatic());
 }

@@ -262,3 +262,32 @@ fn automatic_substeps_are_replayed_as_they_were_chosen() {
     let chosen = recording.events.iter().filter(|event| matches!(event, Event::Settings(_)));
     assert!(2 <= chosen.count(), "a renewal and an edit");
 }
+
+#[test]
+fn what_was_looked_back_to_undone_and_gone_on_from_is_replayed() {
+    let mut session = session("jelly");
+    run(&mut session, 20);
+    happens_again(session, |session| {
+        run(session, 40);
+        session.look_back(10);
+        session.look_back(25);
+        session.look_back(0);
+        session.toggle_pause();
+        run(session, 5);
+        session.look_back(30);
+        session.edit(MaterialEdit::Stiffness(1500.0));
+        session.toggle_pause();
+        run(session, 30);
+        session.cut(&[3, 4]);
+        run(session, 5);
+        session.undo();
+        run(session, 5);
+        session.undo();
+        session.redo();
+        // Beyond the start of what is recorded, and the end is what is shown.
+        session.look_back(45);
+        session.toggle_pause();
+        run(session, 10);
+        session.look_back(4);
+    });
+}

@@ -3,6 +3,7 @@
 use crate::on;
 use crate::recording::Recording;
 use crate::replay::{Changes, Replay};
+use crate::runner::Runner;
 use msd_core::glam::DVec3;
 use msd_core::{Error, Vector};
 
@@ -67,7 +68,7 @@ impl<'a> Twin<'a> {
         if !(self.recorded.advance()? & self.changed.advance()?) {
             return Ok(None);
         }
-        self.last = apart(&self.recorded, &self.changed);
+        self.last = apart(self.recorded.runner(), self.changed.runner());
         if self.noticed.is_none() && NOTICEABLE * self.size() < self.last.rms {
             self.noticed = Some(self.last);
         }
@@ -100,7 +101,8 @@ impl<'a> Twin<'a> {
     }
 }
 
-fn apart(a: &Replay<'_>, b: &Replay<'_>) -> Apart {
+/// How far a run is from another of the same particles; step and time are those of the first.
+pub fn apart(a: &Runner, b: &Runner) -> Apart {
     let (mut squares, mut farthest) = (0.0, (0, 0.0));
     for (particle, (a, b)) in positions(a).into_iter().zip(positions(b)).enumerate() {
         let squared = (a - b).length_squared();
@@ -109,13 +111,13 @@ fn apart(a: &Replay<'_>, b: &Replay<'_>) -> Apart {
             farthest = (particle, squared);
         }
     }
-    let (runner, (particle, squared)) = (a.runner(), farthest);
-    let rms = (squares / runner.particle_count() as f64).sqrt();
-    Apart { step: runner.steps(), time: runner.time(), rms, max: squared.sqrt(), particle }
+    let (particle, squared) = farthest;
+    let rms = (squares / a.particle_count() as f64).sqrt();
+    Apart { step: a.steps(), time: a.time(), rms, max: squared.sqrt(), particle }
 }
 
-fn positions(replay: &Replay<'_>) -> Vec<DVec3> {
-    on!(replay.runner(), simulation => {
+fn positions(runner: &Runner) -> Vec<DVec3> {
+    on!(runner, simulation => {
         simulation.positions().map(|position| position.to_f64()).collect()
     })
 }

@@ -4,10 +4,11 @@ use crate::viewer::{Command, Tool};
 use egui::{Event, Key, Modifiers, RawInput};
 
 /// The keys and what they do, in the order of use, for the help.
-pub const KEYS: [(&str, &str); 21] = [
+pub const KEYS: [(&str, &str); 22] = [
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
     ("R", "restart"),
+    ("Ctrl + Z, with Shift", "undo an edit, a pin or a cut; do it again"),
     ("P", "pin or free the particle under the pointer"),
     ("F", "freeze: the present shape becomes the shape at rest"),
     ("C", "cut springs, or grab again"),
@@ -67,6 +68,9 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
     }
     if key == Key::S && modifiers.command && !typing {
         return Some(Command::SaveScene);
+    }
+    if key == Key::Z && modifiers.command && !typing {
+        return Some(if modifiers.shift { Command::Redo } else { Command::Undo });
     }
     if key == Key::F1 {
         return Some(Command::Help);
@@ -141,6 +145,15 @@ mod tests {
         assert_eq!(commands(Key::Period, Modifiers::NONE, true, false), [Command::StepForward]);
         assert!(commands(Key::Space, Modifiers::NONE, true, false).is_empty());
         assert!(commands(Key::R, Modifiers::CTRL, false, false).is_empty());
+    }
+
+    #[test]
+    fn undo_is_where_everyone_expects_it() {
+        let undo = |modifiers| commands(Key::Z, modifiers, false, false);
+        assert_eq!(undo(Modifiers::COMMAND), [Command::Undo]);
+        assert_eq!(undo(Modifiers::COMMAND | Modifiers::SHIFT), [Command::Redo]);
+        assert!(undo(Modifiers::NONE).is_empty());
+        assert!(commands(Key::Z, Modifiers::COMMAND, false, true).is_empty());
     }
 
     #[test]

@@ -4,6 +4,8 @@
 pub mod theme;
 mod scenes;
 mod run;
+mod twin;
+mod timeline;
 mod material;
 mod solver;
 mod live_error;
@@ -55,6 +57,7 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
     Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
         scrolled(ui, "right", |ui| {
             run::show(ui, viewer);
+            twin::show(ui, viewer);
             material::show(ui, viewer);
             solver::show(ui, viewer);
             live_error::show(ui, viewer);
@@ -63,6 +66,9 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
         });
     });
     trade::show(ui, viewer, frame);
+    Panel::bottom("timeline").resizable(false).frame(line).show(ui, |ui| {
+        timeline::show(ui, viewer);
+    });
 }
 
 fn scrolled(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {

@@ -2,7 +2,7 @@
 //! mouse does, the help.
 
 use super::live_error::is_fresh;
-use super::theme;
+use super::{theme, twin};
 use crate::input::KEYS;
 use crate::session::ErrorNow;
 use crate::viewer::{Action, Tool, Viewer};
@@ -16,6 +16,7 @@ use msd_study::quantity::estimate;
 /// Shows what lies over the 3D view.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let painter = ui.painter().with_clip_rect(viewer.rect);
+    twin::ghost(&painter, viewer);
     fastest_springs(&painter, viewer);
     marks(&painter, viewer);
     gesture(&painter, viewer);

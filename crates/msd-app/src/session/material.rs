@@ -23,6 +23,21 @@ pub enum MaterialEdit {
     Friction(Friction),
 }
 
+impl MaterialEdit {
+    /// What is set, in a word or two.
+    pub fn words(self) -> &'static str {
+        match self {
+            MaterialEdit::Mass(_) => "mass",
+            MaterialEdit::Stiffness(_) => "stiffness",
+            MaterialEdit::Damping(_) => "damping",
+            MaterialEdit::RestScale(_) => "rest length",
+            MaterialEdit::Gravity(_) => "gravity",
+            MaterialEdit::Restitution(_) => "restitution",
+            MaterialEdit::Friction(_) => "friction",
+        }
+    }
+}
+
 /// What was set since the scene was loaded, and the values that resulted.
 #[derive(Clone, Debug, Default)]
 pub struct Material {

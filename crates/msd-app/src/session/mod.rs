@@ -17,12 +17,15 @@ mod hands;
 mod recording;
 mod failure;
 mod trade;
+mod past;
+mod twin;
 
 pub use clock::{BUDGET, Frame, Pace};
 pub use failure::RunFailure;
 pub use hands::{MOST_HELD, Wind};
 pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
 pub use material::{Material, MaterialEdit, MaterialValues, MixedValue};
+pub use past::{Deed, Mark, MarkKind};
 pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Tuning};
 pub use throttle::Throttle;
@@ -30,6 +33,7 @@ pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 pub use trade::{
     Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, StudyFrom, Trade, choice_of, pick,
 };
+pub use twin::Twin;
 
 use clock::Clock;
 use energy::EnergyReadings;
@@ -42,6 +46,7 @@ use msd_run::recording::Event;
 use msd_run::rescue::{Offer, Origin, Remedy, debris};
 use msd_run::{History, Runner, on};
 use msd_scene::Loaded;
+use past::{Before, Timeline, Undo};
 use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
@@ -69,6 +74,10 @@ pub struct Session {
     failure: Option<RunFailure>,
     ways_out: WaysOut,
     trade: Trade,
+    timeline: Timeline,
+    undo: Undo,
+    /// Steps beside the run while the user wants it.
+    twin: Option<Box<Twin>>,
     /// What was refused last, for the status line.
     refusal: Option<String>,
 }
@@ -98,6 +107,9 @@ impl Session {
             failure: None,
             ways_out: WaysOut::default(),
             trade: Trade::default(),
+            timeline: Timeline::default(),
+            undo: Undo::default(),
+            twin: None,
             refusal: None,
         };
         session.material.read(session.run.runner());
@@ -125,6 +137,7 @@ impl Session {
 
     /// Lets `real` seconds of wall clock pass; `stopwatch` gives the seconds spent in this frame.
     pub fn advance(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
+        self.undo.pass(real);
         let frame = if self.paused { Frame::default() } else { self.take_steps(real, stopwatch) };
         self.energy.follow(&self.run, Frame { real, ..frame }, stopwatch);
         self.stability_light.refresh(&self.run, real, stopwatch);
@@ -151,6 +164,7 @@ impl Session {
 
     /// Takes one step and returns whether the run can go on.
     fn take_step(&mut self) -> bool {
+        self.settle();
         self.before_step();
         let before = self.runner().moment();
         if let Some(meter) = &mut self.live_error {
@@ -167,10 +181,16 @@ impl Session {
         if let Some(meter) = &mut self.live_error {
             meter.after_step(&self.run);
         }
+        if let Some(twin) = &mut self.twin {
+            twin.step(&self.run);
+        }
         self.history.push(before);
         self.failure = None;
         let recorded = self.recording.step();
         self.refuse(recorded);
+        let is_over = self.stability().is_some_and(|(share, _)| 1.0 < share);
+        let (runner, warns) = (self.run.runner(), is_over || self.energy_gain().is_some());
+        self.timeline.look(runner.steps(), runner.contacts().count, warns);
         true
     }
 
@@ -181,6 +201,7 @@ impl Session {
         let back = debris(self.run.runner(), &self.history);
         self.go_back(back);
         self.stability_light.forget();
+        self.timeline.mark(self.runner().steps(), MarkKind::Warning);
         self.failure = Some(RunFailure::new(error, 0 < back, self.runner().time()));
     }
 
@@ -193,6 +214,9 @@ impl Session {
     /// Pauses and takes one step.
     pub fn step_forward(&mut self) {
         self.paused = true;
+        if let Some(ahead) = self.timeline.ahead().checked_sub(1) {
+            return self.look_back(ahead);
+        }
         self.take_step();
         self.energy.rewind(self.runner().time());
         self.energy.sample(&self.run);
@@ -201,6 +225,11 @@ impl Session {
     /// Pauses and returns to the state before the last step; returns whether there was one.
     pub fn step_back(&mut self) -> bool {
         self.paused = true;
+        let (ahead, earlier) = (self.timeline.ahead(), !self.history.is_empty());
+        if 0 < ahead {
+            self.look_back(ahead + 1);
+            return earlier;
+        }
         let is_back = self.go_back(1);
         if is_back {
             self.failure = None;
@@ -222,8 +251,52 @@ impl Session {
             self.refuse(recorded);
         }
         self.note_renewal(settings);
+        self.timeline.drop_after(self.runner().steps(), self.runner().contacts().count);
+        self.restart_twin();
         self.energy.rewind(self.runner().time());
         true
+    }
+
+    /// Pauses and shows the state so many steps before the latest one. What comes after it is kept
+    /// until the run goes on, or is changed, from there.
+    pub fn look_back(&mut self, back: usize) {
+        self.paused = true;
+        if self.held().is_some() {
+            self.release();
+        }
+        let ahead = self.timeline.ahead();
+        let back = back.min(ahead + self.history.len());
+        let mut moment = self.runner().moment();
+        for _ in ahead..back {
+            let Some(earlier) = self.history.pop() else { break };
+            self.timeline.future.push(std::mem::replace(&mut moment, earlier));
+        }
+        for _ in back..ahead {
+            let Some(later) = self.timeline.future.pop() else { break };
+            self.history.push(std::mem::replace(&mut moment, later));
+        }
+        let shown = self.change(|runner| runner.go_back(&moment));
+        self.refusal = shown.err().map(|error| error.to_string());
+        self.failure = None;
+        self.restart_twin();
+        self.energy.rewind(self.runner().time());
+    }
+
+    /// Goes on from the state that is shown: what came after it is dropped, from the recording too.
+    fn settle(&mut self) {
+        let ahead = self.timeline.ahead();
+        if ahead == 0 {
+            return;
+        }
+        for _ in 0..ahead {
+            let recorded = self.recording.back(|| now(&self.loaded, self.run.runner()));
+            self.refuse(recorded);
+        }
+        if self.runner().is_automatic() {
+            self.record(&Event::Settings(self.runner().settings()));
+        }
+        let runner = self.run.runner();
+        self.timeline.drop_after(runner.steps(), runner.contacts().count);
     }
 
     /// Records automatic substeps that are others than before, so that a replay chooses nothing.
@@ -253,6 +326,9 @@ impl Session {
         self.material.reset_rest_scale();
         self.change(|runner| *runner = fresh);
         self.history.clear();
+        self.timeline.clear();
+        self.undo.clear();
+        self.restart_twin();
         self.energy.clear();
         self.clock.resume();
         self.record_start();
@@ -282,6 +358,7 @@ impl Session {
 
     /// Does something to the simulation at once; returns whether it was accepted.
     fn act(&mut self, interaction: Interaction) -> bool {
+        self.settle();
         let settings = self.runner().settings();
         let is_gust = self.is_blowing && matches!(interaction, Interaction::SetForce { .. });
         let result = if is_gust || self.grab.moves(&interaction) {
@@ -297,12 +374,17 @@ impl Session {
         if is_accepted {
             self.record(&Event::Act(interaction));
             self.note_renewal(settings);
+            if let Some(twin) = &mut self.twin {
+                twin.act(interaction, &self.run);
+            }
         }
         is_accepted
     }
 
     /// Does several things at once: all, or none where one is refused.
     fn act_all(&mut self, interactions: &[Interaction]) -> bool {
+        self.settle();
+        let settings = self.runner().settings();
         let result = self.change(|runner| {
             let queued = interactions.iter().try_for_each(|&each| runner.queue(each));
             if queued.is_err() {
@@ -314,22 +396,90 @@ impl Session {
         self.refusal = result.err().map(|error| error.to_string());
         if is_accepted {
             interactions.iter().for_each(|&each| self.record(&Event::Act(each)));
+            self.note_renewal(settings);
+            if let Some(twin) = &mut self.twin {
+                interactions.iter().for_each(|&each| twin.act(each, &self.run));
+            }
         }
         is_accepted
     }
 
     /// Makes the present lengths of the selected springs their rest lengths.
     pub fn freeze(&mut self) {
+        self.remember(Deed::Freeze);
         self.act(Interaction::Freeze { springs: self.material.values().select });
         self.material.reset_rest_scale();
     }
 
     /// Sets a number of the selected bodies, or of the world.
     pub fn edit(&mut self, edit: MaterialEdit) {
+        let begins = self.remember(Deed::Edit(edit.words()));
+        let mut accepted = false;
         for interaction in self.material.interactions(edit, self.runner(), &self.loaded.scene) {
             if self.act(interaction) {
                 self.material.keep(edit, interaction);
+                accepted = true;
             }
+        }
+        if begins && !accepted {
+            self.undo.withdraw();
+        }
+    }
+
+    /// Keeps what is now, to be undone, unless what is about to be done goes on with the last edit;
+    /// returns whether it was kept. To be called before anything that is to be undone.
+    fn remember(&mut self, deed: Deed) -> bool {
+        self.settle();
+        self.timeline.mark(self.runner().steps(), MarkKind::Edit);
+        let begins = self.undo.begins(deed);
+        if begins {
+            self.undo.keep(Before::new(deed, self.run.runner(), &self.material));
+        }
+        begins
+    }
+
+    /// Undoes the last edit, pin, cut or freeze: what was set is as it was before, and the motion
+    /// goes on.
+    pub fn undo(&mut self) {
+        self.turn(true);
+    }
+
+    /// Does again what was undone last.
+    pub fn redo(&mut self) {
+        self.turn(false);
+    }
+
+    fn turn(&mut self, is_undo: bool) {
+        self.release();
+        self.settle();
+        let now = (self.run.runner(), &self.material);
+        let Some(before) = self.undo.turn(is_undo, now) else { return };
+        let (runner, material) = match before.under(self.run.runner()) {
+            Ok(restored) => restored,
+            Err(error) => return self.refusal = Some(error.to_string()),
+        };
+        self.material = material;
+        self.change(|now| *now = runner);
+        self.record_start();
+        self.timeline.mark(self.runner().steps(), MarkKind::Edit);
+        self.timeline.recount(self.runner().contacts().count);
+        self.restart_twin();
+    }
+
+    /// Begins, changes or ends a twin: a copy that is stepped by other settings from here on.
+    pub fn set_twin(&mut self, settings: Option<Settings>) {
+        let Some(settings) = settings else { return self.twin = None };
+        match Twin::begin(&self.run, settings) {
+            Ok(twin) => (self.twin, self.refusal) = (Some(Box::new(twin)), None),
+            Err(error) => self.refusal = Some(error.to_string()),
+        }
+    }
+
+    /// Brings the twin, if there is one, to the state of the run.
+    fn restart_twin(&mut self) {
+        let settings = self.twin.as_ref().map(|twin| twin.settings());
+        if settings.is_some() {
+            self.set_twin(settings);
         }
     }
 
@@ -356,10 +506,13 @@ impl Session {
 
     /// Changes how the scene is stepped.
     pub fn tune(&mut self, tuning: Tuning) {
+        self.settle();
+        self.timeline.mark(self.runner().steps(), MarkKind::Edit);
         let tuned = self.change(|runner| tuning.apply(runner));
         self.refusal = tuned.as_ref().err().map(Error::to_string);
         if let Ok(event) = tuned {
             self.record(&event);
+            self.restart_twin();
         }
     }
 
@@ -374,6 +527,7 @@ impl Session {
     /// was being made.
     pub fn start_recording(&mut self, path: &Path) {
         self.stop_recording();
+        self.settle();
         let begun = self.recording.begin(path, &now(&self.loaded, self.run.runner()));
         self.refuse(begun);
     }
@@ -381,6 +535,7 @@ impl Session {
     /// Ends the recording, if one is being made.
     pub fn stop_recording(&mut self) {
         if self.recording.is_on() {
+            self.settle();
             let ended = self.recording.finish(self.run.runner());
             self.refusal = ended.err().map(|error| error.to_string());
         }
@@ -434,6 +589,7 @@ impl Session {
 
     /// Takes a way out: the run goes on.
     pub fn take(&mut self, offer: Offer) {
+        self.settle();
         match offer.remedy {
             Remedy::Substeps(substeps) => self.tune(Tuning::Substeps(substeps)),
             Remedy::Tolerance(tolerance) => self.tune(Tuning::Tolerance(tolerance)),
@@ -549,6 +705,31 @@ impl Session {
     /// How many steps can be taken back.
     pub fn steps_back(&self) -> usize {
         self.history.len()
+    }
+
+    /// How many states come after the one that is shown, while one looks back.
+    pub fn steps_ahead(&self) -> usize {
+        self.timeline.ahead()
+    }
+
+    /// What happened along the last states, oldest first.
+    pub fn marks(&self) -> impl Iterator<Item = Mark> + '_ {
+        self.timeline.marks()
+    }
+
+    /// What would be undone.
+    pub fn undoes(&self) -> Option<Deed> {
+        self.undo.last()
+    }
+
+    /// What would be done again.
+    pub fn redoes(&self) -> Option<Deed> {
+        self.undo.next()
+    }
+
+    /// The run under other settings that steps beside this one, if the user wants it.
+    pub fn twin(&self) -> Option<&Twin> {
+        self.twin.as_deref()
     }
 
     /// The substep as a share of the longest stable one, and the age of the prediction, seconds of

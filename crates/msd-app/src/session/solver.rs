@@ -30,9 +30,9 @@ impl Tuning {
     pub(super) fn is_set(self, runner: &Runner) -> bool {
         let now = runner.settings();
         match self {
-            Tuning::Settings(settings) => now == settings,
             Tuning::Integrator(integrator) => now.integrator == integrator,
-            Tuning::Substeps(substeps) => now.substeps == substeps,
+            Tuning::Substeps(substeps) => now.substeps == substeps && !runner.is_automatic(),
+            Tuning::Automatic(automatic) => runner.is_automatic() == automatic,
             Tuning::Tolerance(tolerance) => now.tolerance == tolerance,
             Tuning::Newton(newton) => now.newton == newton,
             Tuning::Precision(precision) => runner.precision() == precision,

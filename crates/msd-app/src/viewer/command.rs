@@ -11,6 +11,10 @@ pub enum Command {
     StepForward,
     /// Pause and take one step back.
     StepBack,
+    /// Undo the last edit, pin, cut or freeze.
+    Undo,
+    /// Do again what was undone last.
+    Redo,
     /// Start the scene again.
     Restart,
     /// Make the present shape the shape at rest.

@@ -109,12 +109,13 @@ impl Viewer {
             Some(_) => Some(loaded.name.clone()),
             None => loaded.files.first().map(|file| shown(file)),
         };
-        let start = Runner::open_with(loaded, runner.settings(), runner.precision());
+        let automatic = runner.is_automatic();
+        let start = Runner::open_with(loaded, runner.settings(), runner.precision(), automatic);
         let is_start = start.is_ok_and(|start| start.progress() == runner.progress());
         Ok(match scene.filter(|_| is_start) {
             Some(scene) => {
                 let mut line = format!("msd view {}", word(&scene));
-                line.push_str(&options(loaded.settings, runner.settings()));
+                line.push_str(&options(loaded, runner));
                 if loaded.precision != runner.precision() {
                     line.push_str(&format!(" --precision {}", runner.precision()));
                 }
@@ -126,7 +127,8 @@ impl Viewer {
 }
 
 /// The options by which a scene is stepped otherwise than its author wants.
-fn options(was: Settings, now: Settings) -> String {
+fn options(loaded: &Loaded, runner: &Runner) -> String {
+    let (was, now) = (loaded.settings, runner.settings());
     let mut line = String::new();
     if was.integrator != now.integrator {
         line.push_str(&format!(" --integrator {}", now.integrator));
@@ -136,7 +138,11 @@ fn options(was: Settings, now: Settings) -> String {
         if was.tolerance != now.tolerance {
             line.push_str(&format!(" --tolerance {:e}", now.tolerance));
         }
-    } else if was.substeps != now.substeps {
+    } else if runner.is_automatic() {
+        if !loaded.automatic {
+            line.push_str(" --substeps auto");
+        }
+    } else if loaded.automatic || was.substeps != now.substeps {
         line.push_str(&format!(" --substeps {}", now.substeps));
     }
     if implicit.contains(&now.integrator) && was.newton != now.newton {

@@ -33,6 +33,8 @@ pub struct Link {
 pub struct Changes {
     /// How it is stepped.
     pub settings: Settings,
+    /// Whether substeps are chosen from the predicted limit of stability.
+    pub automatic: bool,
     /// The precision.
     pub precision: Precision,
     /// What was set of material and world, oldest first.
@@ -114,6 +116,7 @@ impl Link {
         let mut loaded = msd_scene::open(&self.scene)?;
         if let Some(changes) = &self.changes {
             (loaded.settings, loaded.precision) = (changes.settings, changes.precision);
+            loaded.automatic = changes.automatic;
         }
         Ok(loaded)
     }

@@ -177,6 +177,14 @@ impl Viewer {
             Command::StepBack => {
                 session.step_back();
             }
+            Command::Undo => {
+                self.let_go();
+                self.session.undo();
+            }
+            Command::Redo => {
+                self.let_go();
+                self.session.redo();
+            }
             Command::Restart => self.restart(),
             Command::Freeze => session.freeze(),
             Command::Record => self.record(),
@@ -209,6 +217,12 @@ impl Viewer {
     fn restart(&mut self) {
         self.let_go();
         self.session.restart();
+    }
+
+    /// Shows the state so many steps before the latest one.
+    pub fn look_back(&mut self, back: usize) {
+        self.let_go();
+        self.session.look_back(back);
     }
 
     /// Takes a way out of a run that stopped by itself.
@@ -355,6 +369,7 @@ impl Viewer {
         };
         let changes = Changes {
             settings: session.runner().settings(),
+            automatic: session.runner().is_automatic(),
             precision: session.runner().precision(),
             edits: session.material().kept().to_vec(),
             rest_scale: session.material().values().rest_scale,

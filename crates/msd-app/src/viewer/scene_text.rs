@@ -1,6 +1,6 @@
 //! The text of a scene with the values that the user has set; what else its author wrote stays.
 
-use msd_core::{Friction, Integrator, Model, Real, Vector};
+use msd_core::{Friction, Integrator, Model, Real, Settings, Vector};
 use msd_run::{Runner, on};
 use msd_scene::Loaded;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
@@ -86,11 +86,14 @@ pub(super) fn with_values(text: &str, loaded: &Loaded, runner: &Runner) -> Resul
 
 /// Whether a scene, as it was read from the new text, has the values of a run.
 pub(super) fn says(written: &Loaded, runner: &Runner) -> bool {
-    let read = Runner::open_with(written, written.settings, written.precision);
-    read.is_ok_and(|read| {
-        let settings =
-            (read.settings(), read.precision()) == (runner.settings(), runner.precision());
-        settings && Values::of(&read) == Values::of(runner)
+    Runner::open(written).is_ok_and(|read| {
+        let solver = |runner: &Runner| {
+            // Automatic substeps follow from the state.
+            let automatic = runner.is_automatic();
+            let substeps = if automatic { 0 } else { runner.settings().substeps };
+            (Settings { substeps, ..runner.settings() }, automatic, runner.precision())
+        };
+        solver(&read) == solver(runner) && Values::of(&read) == Values::of(runner)
     })
 }
 
@@ -108,7 +111,9 @@ fn write_solver(solver: &mut dyn TableLike, loaded: &Loaded, runner: &Runner) {
     if was.integrator != now.integrator {
         put(solver, "integrator", now.integrator.name().into());
     }
-    if was.substeps != now.substeps {
+    if runner.is_automatic() {
+        put(solver, "substeps", "auto".into());
+    } else if loaded.automatic || was.substeps != now.substeps {
         put(solver, "substeps", i64::from(now.substeps).into());
     }
     if was.tolerance != now.tolerance && now.integrator == Integrator::DormandPrince {

@@ -2,7 +2,7 @@
 
 use super::grab::{Grab, MOST_HELD, force};
 use super::wind::Wind;
-use crate::session::Session;
+use crate::session::{Deed, Session};
 use glam::DVec3;
 use msd_core::Interaction;
 use msd_run::on;
@@ -58,6 +58,7 @@ impl Session {
     /// Cuts springs for good; a restart brings them back.
     pub fn cut(&mut self, springs: &[usize]) {
         if !springs.is_empty() {
+            self.remember(Deed::Cut);
             let cuts: Vec<_> = springs.iter().map(|&spring| Interaction::Cut { spring }).collect();
             self.act_all(&cuts);
         }
@@ -94,6 +95,7 @@ impl Session {
 
     /// Pins a free particle where it is, or frees a pinned one.
     pub fn pin_toggle(&mut self, particle: usize) {
+        self.remember(Deed::Pin);
         if self.is_pinned(particle) {
             self.act(Interaction::Unpin { particle });
         } else {

@@ -47,6 +47,7 @@ pub(super) fn loaded_of(
         scene,
         settings,
         precision,
+        automatic: false,
         notes: Vec::new(),
         files: Vec::new(),
         progress: None,
@@ -118,7 +119,7 @@ mod tests {
             let loaded = msd_scene::open(builtin.name).expect("a built-in scene");
             for precision in [Precision::F32, Precision::F64] {
                 let mut runner =
-                    Runner::open_with(&loaded, loaded.settings, precision).expect("it runs");
+                    Runner::open_with(&loaded, loaded.settings, precision, false).expect("it runs");
                 runner.step().expect("a first step");
                 let scene = subject(&runner, &loaded, StudyFrom::Start).expect("nothing removed");
                 assert_eq!(scene, loaded.scene, "{} in {precision}", builtin.name);

@@ -1,0 +1,130 @@
+//! The twin: the same scene under other settings, as a ghost, and the distance between the two.
+
+use super::theme;
+use crate::session::{Session, Twin};
+use crate::viewer::Viewer;
+use egui::{Button, Color32, ComboBox, Mesh, Painter, Pos2, Rect, RichText, Ui, pos2, vec2};
+use egui_plot::{Line, Plot, PlotPoints};
+use glam::Vec3;
+use msd_core::{Integrator, Settings};
+use msd_study::quantity::{estimate, quantity};
+
+/// The colour of the ghost and of its curve.
+const GHOST: Color32 = Color32::from_rgb(255, 120, 220);
+/// The most particles of the ghost that are drawn, every n-th of more.
+const MOST_POINTS: usize = 4000;
+
+const HOVER: &str = "A copy of the run under another method, drawn as points over the picture. \
+    All that you do happens to both. Both are at the same state where it begins, where the run is \
+    stepped otherwise or goes back, and where it is restarted.";
+
+/// The button that begins a twin, or its method, distance and plot.
+pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    let session = &mut viewer.session;
+    let settings = session.runner().settings();
+    let Some(now) = session.twin().map(Twin::settings) else {
+        let other = opponent(settings.integrator);
+        let text = format!("Twin: beside {}", other.name());
+        let button = ui.button(text).on_hover_text(HOVER);
+        viewer.landmarks.insert("twin", button.rect);
+        if button.clicked() {
+            session.set_twin(Some(Settings { integrator: other, ..settings }));
+        }
+        return;
+    };
+    ui.horizontal(|ui| {
+        let name = super::left_label(ui, "Twin");
+        let combo =
+            ComboBox::from_id_salt("twin").width(118.0).selected_text(now.integrator.name());
+        let shown = combo.show_ui(ui, |ui| {
+            for integrator in Integrator::ALL {
+                if ui.selectable_label(integrator == now.integrator, integrator.name()).clicked() {
+                    session.set_twin(Some(Settings { integrator, ..now }));
+                }
+            }
+        });
+        shown.response.labelled_by(name.id).on_hover_text(HOVER);
+        if ui.add(Button::new("End twin")).clicked() {
+            session.set_twin(None);
+        }
+    });
+    let mut substeps = now.substeps;
+    let slider = egui::Slider::new(&mut substeps, 1..=crate::session::MOST_SUBSTEPS)
+        .logarithmic(true)
+        .clamping(egui::SliderClamping::Edits)
+        .suffix(" / step");
+    if super::slider(ui, "Its substeps", slider).changed() {
+        session.set_twin(Some(Settings { substeps, ..now }));
+    }
+    distance(ui, session);
+}
+
+/// What a method is set against: explicit Euler, which has its own method to stand beside.
+fn opponent(method: Integrator) -> Integrator {
+    match method {
+        Integrator::ExplicitEuler => Integrator::VelocityVerlet,
+        _ => Integrator::ExplicitEuler,
+    }
+}
+
+/// The distance in words, and its plot.
+fn distance(ui: &mut Ui, session: &Session) {
+    let Some(twin) = session.twin() else { return };
+    let apart = twin.apart();
+    let text = format!(
+        "{} apart (rms), {} at most, at t = {:.2} s",
+        estimate(apart.rms, "m"),
+        estimate(apart.max, "m"),
+        apart.time
+    );
+    let hover =
+        format!("{} (rms), of particle {} at most", quantity(apart.rms, "m"), apart.particle);
+    ui.label(RichText::new(text).small().color(GHOST)).on_hover_text(hover);
+    if let Some(failure) = twin.failure() {
+        ui.label(RichText::new(failure).small().color(theme::BAD));
+    }
+    let most = twin.trace().map(|sample| sample[1]).fold(0.0, f64::max);
+    Plot::new("twin")
+        .height(70.0)
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .show_x(false)
+        .show_y(false)
+        .y_axis_min_width(34.0)
+        .include_y(0.0)
+        .include_y(if most == 0.0 { 1e-3 } else { most })
+        .show(ui, |plot| {
+            let points: PlotPoints<'_> = twin.trace().copied().collect();
+            plot.line(Line::new("distance", points).color(GHOST).width(1.5));
+        });
+    let scale = format!("distance up to {}, over time in s", estimate(most, "m"));
+    ui.label(RichText::new(scale).small().color(theme::FAINT));
+}
+
+/// The ghost: a point at each particle of the twin, over the picture.
+pub(super) fn ghost(painter: &Painter, viewer: &Viewer) {
+    let Some(twin) = viewer.session.twin() else { return };
+    let (positions, viewport) = (twin.positions(), viewer.viewport());
+    let every = positions.len().div_ceil(MOST_POINTS).max(1);
+    let mut mesh = Mesh::default();
+    for position in positions.iter().step_by(every) {
+        if let Some(at) = viewport.project(Vec3::from_array(*position))
+            && viewer.rect.contains(at)
+        {
+            point(&mut mesh, at);
+        }
+    }
+    painter.add(mesh);
+    let text = format!("{} as points", twin.settings().integrator.name());
+    let font = egui::FontId::proportional(11.0);
+    let corner = viewer.rect.right_top() + vec2(-12.0, 12.0);
+    painter.text(corner, egui::Align2::RIGHT_TOP, text, font, GHOST);
+}
+
+fn point(mesh: &mut Mesh, at: Pos2) {
+    let size = vec2(3.0, 3.0);
+    let colour = GHOST.gamma_multiply(0.7);
+    mesh.add_colored_rect(Rect::from_center_size(pos2(at.x, at.y), size), colour);
+}

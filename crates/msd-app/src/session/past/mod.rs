@@ -1,0 +1,7 @@
+//! The past of a session: the states that one looks back to, with marks, and what can be undone.
+
+mod timeline;
+mod undo;
+
+pub use timeline::{Mark, MarkKind, Timeline};
+pub use undo::{Before, Deed, Undo};

@@ -1,0 +1,148 @@
+//! Undo of what hands have set: the model as it was before, under the state of now.
+
+use crate::session::material::Material;
+use msd_core::{Error, Interaction};
+use msd_run::{Runner, on};
+
+/// The most that is kept to go back to, rows of particles and springs: a hundred bytes each.
+const MOST_ROWS: usize = 2_000_000;
+/// Edits of one kind that follow each other within so much of the wall clock are one, seconds: a
+/// slider that is dragged is put back where it was taken.
+const TOGETHER: f64 = 1.0;
+
+/// What can be undone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Deed {
+    /// A slider was moved.
+    Edit(&'static str),
+    /// A particle was pinned or freed.
+    Pin,
+    /// Springs were cut.
+    Cut,
+    /// The present shape became the shape at rest.
+    Freeze,
+}
+
+impl Deed {
+    /// What it was, in a few words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Deed::Edit(what) => what,
+            Deed::Pin => "pin",
+            Deed::Cut => "cut",
+            Deed::Freeze => "freeze",
+        }
+    }
+}
+
+/// A model to go back to.
+#[derive(Clone, Debug)]
+pub struct Before {
+    deed: Deed,
+    runner: Runner,
+    material: Material,
+}
+
+impl Before {
+    /// A run and its material as they are.
+    pub(in crate::session) fn new(deed: Deed, runner: &Runner, material: &Material) -> Self {
+        Before { deed, runner: runner.clone(), material: material.clone() }
+    }
+
+    fn rows(&self) -> usize {
+        self.runner.particle_count() + self.runner.spring_count()
+    }
+
+    /// Its model under the state, the settings and the precision of a run; nothing is held.
+    pub(in crate::session) fn under(self, now: &Runner) -> Result<(Runner, Material), Error> {
+        let mut runner = self.runner;
+        if runner.precision() != now.precision() {
+            runner = runner.convert(now.precision())?;
+        }
+        runner.set_automatic(false)?;
+        runner.set_settings(now.settings())?;
+        let grabs = on!(&runner, simulation => {
+            simulation.model().grabs().iter().map(|grab| grab.particle).collect::<Vec<u32>>()
+        });
+        for particle in grabs {
+            runner.queue(Interaction::Release { particle: particle as usize })?;
+        }
+        runner.apply_queued()?;
+        runner.go_back(&now.moment())?;
+        runner.set_automatic(now.is_automatic())?;
+        Ok((runner, self.material))
+    }
+}
+
+/// What can be undone and done again, the last one last.
+#[derive(Clone, Debug, Default)]
+pub struct Undo {
+    past: Vec<Before>,
+    future: Vec<Before>,
+    /// Wall-clock time since the last deed, seconds.
+    age: f64,
+}
+
+impl Undo {
+    /// Lets wall-clock time pass, seconds.
+    pub(in crate::session) fn pass(&mut self, real: f64) {
+        self.age += real.max(0.0);
+    }
+
+    /// Whether what is about to be done begins something new, or goes on with the last edit.
+    pub(in crate::session) fn begins(&mut self, deed: Deed) -> bool {
+        let goes_on = matches!(deed, Deed::Edit(_))
+            && self.age <= TOGETHER
+            && self.future.is_empty()
+            && self.past.last().is_some_and(|last| last.deed == deed);
+        self.age = 0.0;
+        !goes_on
+    }
+
+    /// Keeps what was before something new, and forgets the oldest beyond the cap.
+    pub(in crate::session) fn keep(&mut self, before: Before) {
+        self.future.clear();
+        self.past.push(before);
+        while 1 < self.past.len() && MOST_ROWS < self.past.iter().map(Before::rows).sum() {
+            self.past.remove(0);
+        }
+    }
+
+    /// Takes back what was kept last: it was refused.
+    pub(in crate::session) fn withdraw(&mut self) {
+        self.past.pop();
+    }
+
+    /// What comes back: before the last deed, or after the one that was undone last. The run as it
+    /// is takes its place on the other side.
+    pub(in crate::session) fn turn(
+        &mut self,
+        is_undo: bool,
+        (runner, material): (&Runner, &Material),
+    ) -> Option<Before> {
+        let (from, to) = match is_undo {
+            true => (&mut self.past, &mut self.future),
+            false => (&mut self.future, &mut self.past),
+        };
+        let before = from.pop()?;
+        to.push(Before::new(before.deed, runner, material));
+        // The next edit is one of its own.
+        self.age = f64::INFINITY;
+        Some(before)
+    }
+
+    /// What would be undone.
+    pub fn last(&self) -> Option<Deed> {
+        self.past.last().map(|before| before.deed)
+    }
+
+    /// What would be done again.
+    pub fn next(&self) -> Option<Deed> {
+        self.future.last().map(|before| before.deed)
+    }
+
+    /// Forgets everything, as at a restart.
+    pub(in crate::session) fn clear(&mut self) {
+        *self = Undo::default();
+    }
+}
