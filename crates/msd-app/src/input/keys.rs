@@ -4,7 +4,7 @@ use crate::viewer::{Command, Tool};
 use egui::{Event, Key, Modifiers, RawInput};
 
 /// The keys and what they do, in the order of use, for the help.
-pub const KEYS: [(&str, &str); 21] = [
+pub const KEYS: [(&str, &str); 22] = [
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
     ("R", "restart"),
@@ -15,6 +15,7 @@ pub const KEYS: [(&str, &str); 21] = [
     ("F9", "record to a file, or end the recording"),
     ("W", "wireframe"),
     ("A  or  Home", "bring everything into view"),
+    ("Arrows, + and -", "turn and zoom, while no control has the keyboard"),
     ("1 to 9", "scenes"),
     ("O", "gallery of scenes; open a file"),
     ("S", "save the run as it is"),
@@ -53,7 +54,8 @@ pub fn take_commands(input: &mut RawInput, typing: bool) -> Vec<Command> {
         let &Event::Key { key, pressed: true, repeat, modifiers, .. } = event else { return true };
         let Some(command) = command(key, modifiers, typing) else { return true };
         // Held down, a key steps on and on, but it does not pause and go on.
-        if !repeat || matches!(command, Command::StepForward | Command::StepBack) {
+        use Command::{Closer, StepBack, StepForward, Turn};
+        if !repeat || matches!(command, StepForward | StepBack | Turn(..) | Closer(_)) {
             commands.push(command);
         }
         false
@@ -90,6 +92,12 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
         Key::P => Command::Pin,
         Key::C => Command::Tool(Tool::Cut),
         Key::B => Command::Tool(Tool::Select),
+        Key::ArrowLeft => Command::Turn(-1, 0),
+        Key::ArrowRight => Command::Turn(1, 0),
+        Key::ArrowUp => Command::Turn(0, 1),
+        Key::ArrowDown => Command::Turn(0, -1),
+        Key::Plus | Key::Equals => Command::Closer(1),
+        Key::Minus => Command::Closer(-1),
         Key::W => Command::Wireframe,
         Key::H => Command::Panels,
         Key::O => Command::Open,
