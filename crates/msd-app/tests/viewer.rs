@@ -361,6 +361,11 @@ fn every_control_is_reached_by_tab_and_used_by_key() {
     assert!(40 < all && all <= reached.len(), "{} of {all}", reached.len());
     key(&mut harness, Key::Escape);
     assert!(!harness.ctx.egui_wants_keyboard_input());
+    let camera = harness.state().camera;
+    [Key::ArrowRight, Key::ArrowUp, Key::Plus].into_iter().for_each(|turn| key(&mut harness, turn));
+    let turned = harness.state().camera;
+    assert!(camera.yaw < turned.yaw && camera.pitch < turned.pitch);
+    assert!(turned.distance < camera.distance);
     harness.get_by_role_and_label(Role::Button, "Pause").focus();
     harness.run_steps(2);
     key(&mut harness, Key::Enter);

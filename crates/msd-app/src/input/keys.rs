@@ -16,6 +16,7 @@ pub const KEYS: [(&str, &str); 22] = [
     ("F9", "record to a file, or end the recording"),
     ("W", "wireframe"),
     ("A  or  Home", "bring everything into view"),
+    ("Arrows, + and -", "turn and zoom, while no control has the keyboard"),
     ("1 to 9", "scenes"),
     ("O", "gallery of scenes; open a file"),
     ("S", "save the run as it is"),
@@ -54,7 +55,8 @@ pub fn take_commands(input: &mut RawInput, typing: bool) -> Vec<Command> {
         let &Event::Key { key, pressed: true, repeat, modifiers, .. } = event else { return true };
         let Some(command) = command(key, modifiers, typing) else { return true };
         // Held down, a key steps on and on, but it does not pause and go on.
-        if !repeat || matches!(command, Command::StepForward | Command::StepBack) {
+        use Command::{Closer, StepBack, StepForward, Turn};
+        if !repeat || matches!(command, StepForward | StepBack | Turn(..) | Closer(_)) {
             commands.push(command);
         }
         false
@@ -94,6 +96,12 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
         Key::P => Command::Pin,
         Key::C => Command::Tool(Tool::Cut),
         Key::B => Command::Tool(Tool::Select),
+        Key::ArrowLeft => Command::Turn(-1, 0),
+        Key::ArrowRight => Command::Turn(1, 0),
+        Key::ArrowUp => Command::Turn(0, 1),
+        Key::ArrowDown => Command::Turn(0, -1),
+        Key::Plus | Key::Equals => Command::Closer(1),
+        Key::Minus => Command::Closer(-1),
         Key::W => Command::Wireframe,
         Key::H => Command::Panels,
         Key::O => Command::Open,

@@ -25,6 +25,10 @@ pub enum Command {
     Wireframe,
     /// Bring everything into view.
     FrameAll,
+    /// Turn the camera by so many steps to the right and up.
+    Turn(i8, i8),
+    /// Come closer by so many steps.
+    Closer(i8),
     /// Begin or end a recording.
     Record,
     /// Open the built-in scene with this number, from 0.

@@ -107,6 +107,9 @@ pub fn shows_springs(name: &str) -> bool {
 /// How soon the camera follows, seconds.
 const FOLLOW_TIME: f64 = 0.2;
 
+/// The angle that a key turns the camera by, radians, and the exponent that it zooms by.
+const TURN: f32 = 0.1;
+
 /// A scene that is so many times as large as at its start has blown up.
 const DEBRIS: f64 = 10.0;
 
@@ -191,6 +194,11 @@ impl Viewer {
             Command::Pin => self.pin(),
             Command::Wireframe => self.style.wireframe = !self.style.wireframe,
             Command::FrameAll => self.frame_all(),
+            Command::Turn(right, up) => {
+                let [right, up] = [right, up].map(|steps| f32::from(steps) * TURN);
+                self.camera.orbit(-right, up);
+            }
+            Command::Closer(steps) => self.camera.zoom((-f32::from(steps) * TURN).exp()),
             Command::Scene(index) => self.open_entry(index),
             Command::Tool(tool) => {
                 self.tool = if self.tool == tool { Tool::Grab } else { tool };
