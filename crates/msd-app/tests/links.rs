@@ -124,6 +124,7 @@ fn sample() -> Link {
     let stiffness = Interaction::SetStiffness { springs: Select::All, value: 1234.5 };
     let changes = Changes {
         settings: Settings { substeps: 21, ..Settings::default() },
+        automatic: false,
         precision: Precision::F64,
         edits: vec![stiffness],
         rest_scale: 1.5,

@@ -2,10 +2,10 @@
 
 use super::scene_text::{says, with_values};
 use super::{Command, Viewer};
-use msd_core::{Integrator, Settings};
+use msd_core::Integrator;
 use msd_run::Runner;
 use msd_run::recording::ENDING;
-use msd_scene::{FileError, Output, write_file, write_saved};
+use msd_scene::{FileError, Loaded, Output, write_file, write_saved};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 

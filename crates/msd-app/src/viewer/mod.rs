@@ -21,7 +21,7 @@ pub use link::{Changes, Link, LinkError, Look};
 pub use preferences::{Outlook, Preferences};
 pub use viewport::Viewport;
 
-use crate::session::{ErrorNow, MaterialEdit, Session, Tuning};
+use crate::session::{ErrorNow, MaterialEdit, Session};
 use egui::Rect;
 use glam::Vec3;
 use msd_core::{Real, Vector};
