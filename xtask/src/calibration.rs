@@ -24,10 +24,15 @@ pub struct Window {
 }
 
 impl Window {
-    /// The estimate as a multiple of the truth; 1 where both are nothing.
+    /// The estimate as a multiple of the truth; 1 where both are below rounding, as all that is
+    /// said of the error then is that it is.
     pub fn ratio(&self) -> f64 {
-        let Calibration { estimated, true_error, .. } = self.calibration;
-        if estimated == true_error { 1.0 } else { estimated / true_error }
+        let Calibration { estimated, true_error, rounding, .. } = self.calibration;
+        if estimated == true_error {
+            1.0
+        } else {
+            estimated.max(rounding) / true_error.max(rounding)
+        }
     }
 
     /// Whether the estimate is right within [`BAND`].
@@ -36,13 +41,13 @@ impl Window {
     }
 }
 
-/// Estimates and truths of every built-in scene and of `generated` others; `tell` hears of each
-/// window. Scenes that diverge are left out.
-pub fn windows(generated: u64, tell: &mut dyn FnMut(&Window)) -> Vec<Window> {
+/// Estimates and truths of every built-in scene and of `generated` others, as far as their name
+/// contains `only`; `tell` hears of each window. Scenes that diverge are left out.
+pub fn windows(generated: u64, only: &str, tell: &mut dyn FnMut(&Window)) -> Vec<Window> {
     let mut found = Vec::new();
     let builtin = BUILTINS.iter().filter_map(|builtin| msd_scene::open(builtin.name).ok());
     let others = (0..generated).filter_map(|seed| scene(seed).ok());
-    for loaded in builtin.chain(others) {
+    for loaded in builtin.chain(others).filter(|loaded| loaded.name.contains(only)) {
         for start in STARTS {
             // One at a time: a scene that diverges later counts until then.
             let Ok(calibrations) = calibrate(&loaded, &[start], FRAMES) else { break };
@@ -75,6 +80,7 @@ fn scene(seed: u64) -> Result<Loaded, Error> {
         scene,
         settings: Settings { step: FRAME, substeps, ..Settings::default() },
         precision: Precision::F32,
+        automatic: false,
         notes: Vec::new(),
         files: Vec::new(),
         progress: None,

@@ -32,6 +32,9 @@ enum Command {
         /// How many scenes to generate
         #[arg(long, default_value_t = 60)]
         generated: u64,
+        /// Only the scenes whose name contains this, such as `generated 7`
+        #[arg(long, default_value = "")]
+        only: String,
     },
     /// Finds how stiff a scene may be under each method, as the report of 2014 did
     StabilityTable {
@@ -62,8 +65,8 @@ fn run(command: Command) -> Result<(), Failure> {
     match command {
         Command::Extremes(arguments) => command::extremes::run_extremes(&arguments),
         Command::Pace { work, seconds } => command::run_pace(&work, seconds),
-        Command::LiveError { generated } => {
-            command::run_live_error(generated);
+        Command::LiveError { generated, only } => {
+            command::run_live_error(generated, &only);
             Ok(())
         }
         Command::StabilityTable { scene, json } => command::run_stability_table(&scene, json),

@@ -18,6 +18,9 @@ pub struct LiveError {
     pub rms: f64,
     /// Error of each particle at its end, metres.
     pub particles: Vec<f64>,
+    /// One rounding of the largest coordinate in the precision of the run, metres: a smaller
+    /// estimate says no more than that the error is below it.
+    pub rounding: f64,
 }
 
 impl LiveError {
@@ -132,7 +135,12 @@ fn compare(runner: &Runner, copy: &Runner, (over, touched): (f64, bool)) -> Live
     let particles: Vec<f64> = pairs.map(|(a, b)| factor * (*a - *b).length()).collect();
     let squares: f64 = particles.iter().map(|error| error * error).sum();
     let rms = (squares / particles.len() as f64).sqrt();
-    LiveError { over, at: runner.time(), rms, particles }
+    let far = here.positions.iter().map(|at| at.abs().max_element()).fold(0.0, f64::max);
+    let epsilon = match runner.precision() {
+        Precision::F32 => f64::from(f32::EPSILON),
+        Precision::F64 => f64::EPSILON,
+    };
+    LiveError { over, at: runner.time(), rms, particles, rounding: epsilon * far }
 }
 
 /// An estimate beside the truth.
@@ -144,6 +152,8 @@ pub struct Calibration {
     pub estimated: f64,
     /// The true error against a reference from the same state, metres.
     pub true_error: f64,
+    /// What rounding alone makes, metres: see [`LiveError::rounding`].
+    pub rounding: f64,
 }
 
 /// Compares estimates with the truth for windows of `frames` frames that start at the given times,
@@ -176,8 +186,9 @@ pub fn calibrate(loaded: &Loaded, starts: &[f64], frames: u32) -> Result<Vec<Cal
             continue;
         }
         let true_error = crate::measure::errors::rms_distance(&state(&runner), &last.state());
-        let estimated = estimator.last().map_or(f64::NAN, |estimate| estimate.rms);
-        found.push(Calibration { start, estimated, true_error });
+        let last = estimator.last();
+        let (estimated, rounding) = last.map_or((f64::NAN, 0.0), |last| (last.rms, last.rounding));
+        found.push(Calibration { start, estimated, true_error, rounding });
     }
     Ok(found)
 }

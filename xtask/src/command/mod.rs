@@ -33,9 +33,9 @@ impl Failure {
 }
 
 /// Prints the live estimate beside the truth, and how often it is right.
-pub fn run_live_error(generated: u64) {
+pub fn run_live_error(generated: u64, only: &str) {
     let mut tell = |window: &Window| {
-        let Calibration { start, estimated, true_error } = window.calibration;
+        let Calibration { start, estimated, true_error, .. } = window.calibration;
         let ratio = window.ratio();
         let missed = if window.is_right() { "" } else { "  <- missed" };
         println!(
@@ -43,7 +43,7 @@ pub fn run_live_error(generated: u64) {
             window.scene
         );
     };
-    let found = windows(generated, &mut tell);
+    let found = windows(generated, only, &mut tell);
     let right = found.iter().filter(|window| window.is_right()).count();
     let percent = 100.0 * right as f64 / found.len().max(1) as f64;
     println!("{right} of {} windows within a factor of {BAND}: {percent:.0} %", found.len());

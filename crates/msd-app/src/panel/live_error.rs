@@ -89,6 +89,12 @@ fn sentence(reading: &ErrorReading, size: f64) -> String {
             "error over the last {over} s: too small to see, the copy ended at the same place"
         );
     }
+    if reading.error.rms <= reading.error.rounding {
+        return format!(
+            "error over the last {over} s: less than {}, what rounding makes of the coordinates",
+            estimate(reading.error.rounding, "m")
+        );
+    }
     format!(
         "error over the last {over} s: {}, likely {} to {} ({} of the size); \
          worst particle {particle}: {}",
@@ -112,13 +118,16 @@ mod tests {
 
     #[test]
     fn an_estimate_is_worded_in_units_that_read_well() {
-        let error = LiveError { over: 0.5, at: 2.0, rms: 1.23e-3, particles: vec![] };
+        let error = LiveError { over: 0.5, at: 2.0, rms: 1.23e-3, ..LiveError::default() };
         let reading = ErrorReading { error, worst: (417, 4.5e-3) };
         assert_eq!(
             sentence(&reading, 4.0),
             "error over the last 0.5 s: 1.2 mm, likely 410 µm to 3.7 mm (0.031 % of the size); \
              worst particle 417: 4.5 mm"
         );
+        let error = LiveError { over: 0.5, rms: 1e-8, rounding: 1e-7, ..LiveError::default() };
+        let small = ErrorReading { error, worst: (3, 2e-8) };
+        assert!(sentence(&small, 4.0).contains("less than 100 nm"), "{}", sentence(&small, 4.0));
         let none = ErrorReading {
             error: LiveError { over: 0.5, ..LiveError::default() },
             worst: (0, 0.0),

@@ -87,8 +87,8 @@ fn marks(painter: &Painter, viewer: &Viewer) {
         }
     };
     let worst = match viewer.session.error() {
-        Some(ErrorNow::Known(last)) if is_fresh(&viewer.session, last) && 0.0 < last.worst.1 => {
-            Some(last.worst.0)
+        Some(ErrorNow::Known(last)) if is_fresh(&viewer.session, last) => {
+            (last.error.rounding < last.worst.1).then_some(last.worst.0)
         }
         _ => None,
     };

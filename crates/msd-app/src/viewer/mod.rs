@@ -252,7 +252,8 @@ impl Viewer {
     pub fn error_scale(&self) -> Option<f64> {
         let Some(ErrorNow::Known(last)) = self.session.error() else { return None };
         let worst = last.worst.1;
-        if !self.by_error || !(worst.is_finite() && 0.0 < worst) {
+        let is_shown = self.by_error && worst.is_finite() && last.error.rounding < worst;
+        if !is_shown {
             return None;
         }
         let power = 10f64.powf(worst.log10().floor());
