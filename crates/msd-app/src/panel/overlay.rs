@@ -38,7 +38,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         let font = FontId::proportional(12.0);
         let width = (viewer.rect.width() - 60.0).max(100.0);
         let text = painter.layout(text.clone(), font, Color32::WHITE, width);
-        let at = viewer.rect.left_bottom() + vec2(20.0, -60.0 - text.size().y);
+        // Below the hint and the legend, above the guide.
+        let top = if viewer.style.springs { 84.0 } else { 56.0 };
+        let at = viewer.rect.left_top() + vec2(20.0, top);
         let area = Rect::from_min_size(at, text.size()).expand2(vec2(12.0, 6.0));
         painter.rect_filled(area, 6.0, Color32::from_black_alpha(150));
         painter.galley(at, text, Color32::WHITE);
