@@ -45,7 +45,6 @@ use past::{Timeline, Undo};
 use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
-use std::path::Path;
 
 /// A scene that runs, pauses, goes back, is grabbed, tuned and recorded.
 #[derive(Debug)]
