@@ -32,6 +32,10 @@ fn stiffness(session: &Session) -> f64 {
     on!(session.runner(), simulation => simulation.model().stiffness(0).to_f64())
 }
 
+fn rest_length(session: &Session) -> f64 {
+    on!(session.runner(), simulation => simulation.model().rest_lengths()[7].to_f64())
+}
+
 #[test]
 fn looking_back_shows_the_very_states_and_drops_none() {
     let mut session = session("jelly");
@@ -141,10 +145,9 @@ fn a_slider_is_put_back_where_it_was_taken() {
 fn pins_cuts_and_frozen_shapes_are_undone_and_the_motion_goes_on() {
     let mut session = session("cloth");
     run(&mut session, 20);
-    let rest = |session: &Session| on!(session.runner(), simulation => simulation.model().rest_lengths()[7].to_f64());
     let is_cut =
         |session: &Session| on!(session.runner(), simulation => simulation.model().is_cut(7));
-    let (at_rest, precision) = (rest(&session), session.runner().precision());
+    let (at_rest, precision) = (rest_length(&session), session.runner().precision());
     session.pin_toggle(3);
     run(&mut session, 5);
     session.cut(&[7, 8]);
@@ -153,7 +156,7 @@ fn pins_cuts_and_frozen_shapes_are_undone_and_the_motion_goes_on() {
     run(&mut session, 5);
     assert!(session.is_pinned(3) && is_cut(&session));
     session.undo();
-    assert!((rest(&session) - at_rest).abs() < 1e-6 && is_cut(&session));
+    assert!((rest_length(&session) - at_rest).abs() < 1e-6 && is_cut(&session));
     session.undo();
     assert!(session.is_pinned(3) && !is_cut(&session));
     run(&mut session, 5);

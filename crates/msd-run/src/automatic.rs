@@ -118,8 +118,8 @@ fn choose<R: Real>(
 /// The longest substep to be taken, seconds.
 ///
 /// h²/4 K + h/2 D reaches 1 at the limit h: a damper counts for more than its spring where
-/// h/2 c > h²/4 k. Where nothing resists a fold, springs come to lie along one line in a moment, however
-/// stiff they are; what such a body bears in any shape is little shorter, and is taken.
+/// h/2 c > h²/4 k. Where nothing resists a fold, springs come to lie along one line in a moment,
+/// however stiff they are; what such a body bears in any shape is little shorter, and is taken.
 fn longest<R: Real>(simulation: &Simulation<R>, stable: f64) -> f64 {
     let model = simulation.model();
     let mut springs = (0..model.ends().len()).filter(|&spring| !model.is_cut(spring));

@@ -1,9 +1,10 @@
 //! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
 
+use super::Session;
 use super::run::{Reading, Run};
-use super::solver::MOST_SUBSTEPS;
+use super::solver::{MOST_SUBSTEPS, Tuning};
 use msd_core::{Divergence, Error, Interaction, Vector};
-use msd_run::rescue::{LASTING, Offer, Origin, Rescue};
+use msd_run::rescue::{LASTING, Offer, Origin, Remedy, Rescue};
 use msd_run::{History, Runner, on};
 use msd_scene::Loaded;
 use msd_study::quantity::quantity;
@@ -172,4 +173,45 @@ fn fastest_springs(runner: &Runner) -> Vec<usize> {
     springs.sort_by(|&a, &b| energies[b].total_cmp(&energies[a]));
     springs.truncate(MOST_MARKED);
     springs
+}
+
+/// The ways out of a run that stopped by itself.
+impl Session {
+    pub(super) fn search_ways_out(&mut self, real: f64, stopwatch: &impl Fn() -> f64) {
+        let stable = self.stability_light.stable(&self.run);
+        let (Some(_), Some(stable)) = (&self.failure, stable) else { return };
+        let mut ways_out = std::mem::take(&mut self.ways_out);
+        ways_out.search((&self.run, stable), &self.origins(), real, stopwatch);
+        self.ways_out = ways_out;
+    }
+
+    /// The states that the run could go on from.
+    pub(super) fn origins(&self) -> Origins<'_> {
+        let Session { loaded, run, history, material, .. } = self;
+        Origins { loaded, runner: run.runner(), history, edits: material.kept() }
+    }
+
+    /// The way back of about a second, as far as there is one, simulated seconds.
+    pub fn way_back(&self) -> f64 {
+        self.origins().steps_of_a_second() as f64 * self.runner().settings().step
+    }
+
+    /// Takes a way out: the run goes on.
+    pub fn take(&mut self, offer: Offer) {
+        self.settle();
+        match offer.remedy {
+            Remedy::Substeps(substeps) => self.tune(Tuning::Substeps(substeps)),
+            Remedy::Tolerance(tolerance) => self.tune(Tuning::Tolerance(tolerance)),
+            Remedy::Method(method) => self.tune(Tuning::Integrator(method)),
+            Remedy::SceneValues => self.material.forget(),
+            Remedy::Back => {}
+        }
+        match offer.origin {
+            Origin::Start | Origin::Scene => return self.restart_from(offer.origin),
+            Origin::Earlier => _ = self.go_back(self.origins().steps_of_a_second()),
+            Origin::Here => {}
+        }
+        (self.failure, self.paused) = (None, false);
+        self.clock.resume();
+    }
 }

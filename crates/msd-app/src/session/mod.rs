@@ -37,20 +37,19 @@ pub use twin::Twin;
 
 use clock::Clock;
 use energy::EnergyReadings;
-use failure::{Origins, WaysOut};
+use failure::WaysOut;
 use glam::DVec3;
 use hands::Grab;
 use live_error::LiveErrorMeter;
 use msd_core::{Energy, Error, Interaction, Select, Settings, Vector};
 use msd_run::recording::Event;
-use msd_run::rescue::{Offer, Origin, Remedy, debris};
+use msd_run::rescue::{Offer, Origin, debris};
 use msd_run::{History, Runner, on};
 use msd_scene::Loaded;
-use past::{Before, Timeline, Undo};
+use past::{Timeline, Undo};
 use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
-use std::path::Path;
 
 /// A scene that runs, pauses, goes back, is grabbed, tuned and recorded.
 #[derive(Debug)]
@@ -257,48 +256,6 @@ impl Session {
         true
     }
 
-    /// Pauses and shows the state so many steps before the latest one. What comes after it is kept
-    /// until the run goes on, or is changed, from there.
-    pub fn look_back(&mut self, back: usize) {
-        self.paused = true;
-        if self.held().is_some() {
-            self.release();
-        }
-        let ahead = self.timeline.ahead();
-        let back = back.min(ahead + self.history.len());
-        let mut moment = self.runner().moment();
-        for _ in ahead..back {
-            let Some(earlier) = self.history.pop() else { break };
-            self.timeline.future.push(std::mem::replace(&mut moment, earlier));
-        }
-        for _ in back..ahead {
-            let Some(later) = self.timeline.future.pop() else { break };
-            self.history.push(std::mem::replace(&mut moment, later));
-        }
-        let shown = self.change(|runner| runner.go_back(&moment));
-        self.refusal = shown.err().map(|error| error.to_string());
-        self.failure = None;
-        self.restart_twin();
-        self.energy.rewind(self.runner().time());
-    }
-
-    /// Goes on from the state that is shown: what came after it is dropped, from the recording too.
-    fn settle(&mut self) {
-        let ahead = self.timeline.ahead();
-        if ahead == 0 {
-            return;
-        }
-        for _ in 0..ahead {
-            let recorded = self.recording.back(|| now(&self.loaded, self.run.runner()));
-            self.refuse(recorded);
-        }
-        if self.runner().is_automatic() {
-            self.record(&Event::Settings(self.runner().settings()));
-        }
-        let runner = self.run.runner();
-        self.timeline.drop_after(runner.steps(), runner.contacts().count);
-    }
-
     /// Records automatic substeps that are others than before, so that a replay chooses nothing.
     fn note_renewal(&mut self, before: Settings) {
         let settings = self.runner().settings();
@@ -426,63 +383,6 @@ impl Session {
         }
     }
 
-    /// Keeps what is now, to be undone, unless what is about to be done goes on with the last edit;
-    /// returns whether it was kept. To be called before anything that is to be undone.
-    fn remember(&mut self, deed: Deed) -> bool {
-        self.settle();
-        self.timeline.mark(self.runner().steps(), MarkKind::Edit);
-        let begins = self.undo.begins(deed);
-        if begins {
-            self.undo.keep(Before::new(deed, self.run.runner(), &self.material));
-        }
-        begins
-    }
-
-    /// Undoes the last edit, pin, cut or freeze: what was set is as it was before, and the motion
-    /// goes on.
-    pub fn undo(&mut self) {
-        self.turn(true);
-    }
-
-    /// Does again what was undone last.
-    pub fn redo(&mut self) {
-        self.turn(false);
-    }
-
-    fn turn(&mut self, is_undo: bool) {
-        self.release();
-        self.settle();
-        let now = (self.run.runner(), &self.material);
-        let Some(before) = self.undo.turn(is_undo, now) else { return };
-        let (runner, material) = match before.under(self.run.runner()) {
-            Ok(restored) => restored,
-            Err(error) => return self.refusal = Some(error.to_string()),
-        };
-        self.material = material;
-        self.change(|now| *now = runner);
-        self.record_start();
-        self.timeline.mark(self.runner().steps(), MarkKind::Edit);
-        self.timeline.recount(self.runner().contacts().count);
-        self.restart_twin();
-    }
-
-    /// Begins, changes or ends a twin: a copy that is stepped by other settings from here on.
-    pub fn set_twin(&mut self, settings: Option<Settings>) {
-        let Some(settings) = settings else { return self.twin = None };
-        match Twin::begin(&self.run, settings) {
-            Ok(twin) => (self.twin, self.refusal) = (Some(Box::new(twin)), None),
-            Err(error) => self.refusal = Some(error.to_string()),
-        }
-    }
-
-    /// Brings the twin, if there is one, to the state of the run.
-    fn restart_twin(&mut self) {
-        let settings = self.twin.as_ref().map(|twin| twin.settings());
-        if settings.is_some() {
-            self.set_twin(settings);
-        }
-    }
-
     /// Makes edits of material and world that were made elsewhere, as a link holds them.
     pub fn edit_again(&mut self, edits: &[Interaction]) {
         for &edit in edits {
@@ -523,87 +423,11 @@ impl Session {
         }
     }
 
-    /// Begins to record from the present state on, into a file that grows. Ends a recording that
-    /// was being made.
-    pub fn start_recording(&mut self, path: &Path) {
-        self.stop_recording();
-        self.settle();
-        let begun = self.recording.begin(path, &now(&self.loaded, self.run.runner()));
-        self.refuse(begun);
-    }
-
-    /// Ends the recording, if one is being made.
-    pub fn stop_recording(&mut self) {
-        if self.recording.is_on() {
-            self.settle();
-            let ended = self.recording.finish(self.run.runner());
-            self.refusal = ended.err().map(|error| error.to_string());
-        }
-    }
-
-    /// Takes a recording that was ended where there are no files: its name and its bytes.
-    pub fn take_recording(&mut self) -> Option<(String, Vec<u8>)> {
-        self.recording.take_made()
-    }
-
     /// Shows an error on the status line, if there is one.
     pub fn refuse<E: Display>(&mut self, result: Result<(), E>) {
         if let Err(error) = result {
             self.refusal = Some(error.to_string());
         }
-    }
-
-    fn record(&mut self, event: &Event) {
-        let recorded = self.recording.event(event);
-        self.refuse(recorded);
-    }
-
-    /// Records that the run was replaced.
-    fn record_start(&mut self) {
-        if self.recording.is_on() {
-            self.record(&Event::Start(Box::new(now(&self.loaded, self.run.runner()))));
-        }
-    }
-}
-
-/// The ways out of a run that stopped by itself.
-impl Session {
-    fn search_ways_out(&mut self, real: f64, stopwatch: &impl Fn() -> f64) {
-        let stable = self.stability_light.stable(&self.run);
-        let (Some(_), Some(stable)) = (&self.failure, stable) else { return };
-        let mut ways_out = std::mem::take(&mut self.ways_out);
-        ways_out.search((&self.run, stable), &self.origins(), real, stopwatch);
-        self.ways_out = ways_out;
-    }
-
-    /// The states that the run could go on from.
-    fn origins(&self) -> Origins<'_> {
-        let Session { loaded, run, history, material, .. } = self;
-        Origins { loaded, runner: run.runner(), history, edits: material.kept() }
-    }
-
-    /// The way back of about a second, as far as there is one, simulated seconds.
-    pub fn way_back(&self) -> f64 {
-        self.origins().steps_of_a_second() as f64 * self.runner().settings().step
-    }
-
-    /// Takes a way out: the run goes on.
-    pub fn take(&mut self, offer: Offer) {
-        self.settle();
-        match offer.remedy {
-            Remedy::Substeps(substeps) => self.tune(Tuning::Substeps(substeps)),
-            Remedy::Tolerance(tolerance) => self.tune(Tuning::Tolerance(tolerance)),
-            Remedy::Method(method) => self.tune(Tuning::Integrator(method)),
-            Remedy::SceneValues => self.material.forget(),
-            Remedy::Back => {}
-        }
-        match offer.origin {
-            Origin::Start | Origin::Scene => return self.restart_from(offer.origin),
-            Origin::Earlier => _ = self.go_back(self.origins().steps_of_a_second()),
-            Origin::Here => {}
-        }
-        (self.failure, self.paused) = (None, false);
-        self.clock.resume();
     }
 }
 
@@ -705,31 +529,6 @@ impl Session {
     /// How many steps can be taken back.
     pub fn steps_back(&self) -> usize {
         self.history.len()
-    }
-
-    /// How many states come after the one that is shown, while one looks back.
-    pub fn steps_ahead(&self) -> usize {
-        self.timeline.ahead()
-    }
-
-    /// What happened along the last states, oldest first.
-    pub fn marks(&self) -> impl Iterator<Item = Mark> + '_ {
-        self.timeline.marks()
-    }
-
-    /// What would be undone.
-    pub fn undoes(&self) -> Option<Deed> {
-        self.undo.last()
-    }
-
-    /// What would be done again.
-    pub fn redoes(&self) -> Option<Deed> {
-        self.undo.next()
-    }
-
-    /// The run under other settings that steps beside this one, if the user wants it.
-    pub fn twin(&self) -> Option<&Twin> {
-        self.twin.as_deref()
     }
 
     /// The substep as a share of the longest stable one, and the age of the prediction, seconds of

@@ -1,5 +1,6 @@
 //! A recording of what happens in the window, from which a replay makes it happen again.
 
+use super::{Session, now};
 use msd_run::Runner;
 use msd_run::recording::{Event, Recorder};
 use msd_scene::{FileError, Loaded};
@@ -73,5 +74,43 @@ impl SessionRecording {
             self.recorder = None;
         }
         written
+    }
+}
+
+/// The recording of a session.
+impl Session {
+    /// Begins to record from the present state on, into a file that grows. Ends a recording that
+    /// was being made.
+    pub fn start_recording(&mut self, path: &Path) {
+        self.stop_recording();
+        self.settle();
+        let begun = self.recording.begin(path, &now(&self.loaded, self.run.runner()));
+        self.refuse(begun);
+    }
+
+    /// Ends the recording, if one is being made.
+    pub fn stop_recording(&mut self) {
+        if self.recording.is_on() {
+            self.settle();
+            let ended = self.recording.finish(self.run.runner());
+            self.refusal = ended.err().map(|error| error.to_string());
+        }
+    }
+
+    /// Takes a recording that was ended where there are no files: its name and its bytes.
+    pub fn take_recording(&mut self) -> Option<(String, Vec<u8>)> {
+        self.recording.take_made()
+    }
+
+    pub(super) fn record(&mut self, event: &Event) {
+        let recorded = self.recording.event(event);
+        self.refuse(recorded);
+    }
+
+    /// Records that the run was replaced.
+    pub(super) fn record_start(&mut self) {
+        if self.recording.is_on() {
+            self.record(&Event::Start(Box::new(now(&self.loaded, self.run.runner()))));
+        }
     }
 }

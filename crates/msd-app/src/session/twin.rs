@@ -1,5 +1,6 @@
 //! The twin: a copy of the run that is stepped otherwise, under the same hands.
 
+use super::Session;
 use super::run::Run;
 use super::trace::WINDOW;
 use msd_core::{Error, Interaction, Settings};
@@ -99,5 +100,30 @@ impl Twin {
         let mut positions = Vec::new();
         on!(&self.runner, simulation => simulation.snapshot().copy_positions(&mut positions));
         positions
+    }
+}
+
+/// The twin of a session.
+impl Session {
+    /// Begins, changes or ends a twin: a copy that is stepped by other settings from here on.
+    pub fn set_twin(&mut self, settings: Option<Settings>) {
+        let Some(settings) = settings else { return self.twin = None };
+        match Twin::begin(&self.run, settings) {
+            Ok(twin) => (self.twin, self.refusal) = (Some(Box::new(twin)), None),
+            Err(error) => self.refusal = Some(error.to_string()),
+        }
+    }
+
+    /// Brings the twin, if there is one, to the state of the run.
+    pub(super) fn restart_twin(&mut self) {
+        let settings = self.twin.as_ref().map(|twin| twin.settings());
+        if settings.is_some() {
+            self.set_twin(settings);
+        }
+    }
+
+    /// The run under other settings that steps beside this one, if the user wants it.
+    pub fn twin(&self) -> Option<&Twin> {
+        self.twin.as_deref()
     }
 }

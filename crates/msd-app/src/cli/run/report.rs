@@ -23,8 +23,8 @@ pub struct RunReport {
     pub step: f64,
     /// Integration steps per row of the trace.
     pub substeps: u32,
-    /// The fewest and the most substeps per row, where they are automatic: `step` and `substeps` are
-    /// then those at the end. Null where they are not.
+    /// The fewest and the most substeps per row, where they are automatic: `step` and `substeps`
+    /// are then those at the end. Null where they are not.
     pub automatic: Option<Chosen>,
     /// Local error that an adaptive method allows, as a fraction of the size; null for others.
     pub tolerance: Option<f64>,

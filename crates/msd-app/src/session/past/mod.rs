@@ -2,6 +2,7 @@
 
 mod timeline;
 mod undo;
+mod acts;
 
 pub use timeline::{Mark, MarkKind, Timeline};
 pub use undo::{Before, Deed, Undo};

@@ -1,0 +1,113 @@
+//! Acts of a session upon its past: looking back, going on from there, undo and redo.
+
+use super::{Before, Deed, Mark, MarkKind};
+use crate::session::{Session, now};
+use msd_run::recording::Event;
+
+/// Looking back.
+impl Session {
+    /// Pauses and shows the state so many steps before the latest one. What comes after it is kept
+    /// until the run goes on, or is changed, from there.
+    pub fn look_back(&mut self, back: usize) {
+        self.paused = true;
+        if self.held().is_some() {
+            self.release();
+        }
+        let ahead = self.timeline.ahead();
+        let back = back.min(ahead + self.history.len());
+        let mut moment = self.runner().moment();
+        for _ in ahead..back {
+            let Some(earlier) = self.history.pop() else { break };
+            self.timeline.future.push(std::mem::replace(&mut moment, earlier));
+        }
+        for _ in back..ahead {
+            let Some(later) = self.timeline.future.pop() else { break };
+            self.history.push(std::mem::replace(&mut moment, later));
+        }
+        let shown = self.change(|runner| runner.go_back(&moment));
+        self.refusal = shown.err().map(|error| error.to_string());
+        self.failure = None;
+        self.restart_twin();
+        self.energy.rewind(self.runner().time());
+    }
+
+    /// Goes on from the state that is shown: what came after it is dropped, from the recording too.
+    pub(in crate::session) fn settle(&mut self) {
+        let ahead = self.timeline.ahead();
+        if ahead == 0 {
+            return;
+        }
+        for _ in 0..ahead {
+            let recorded = self.recording.back(|| now(&self.loaded, self.run.runner()));
+            self.refuse(recorded);
+        }
+        if self.runner().is_automatic() {
+            self.record(&Event::Settings(self.runner().settings()));
+        }
+        let runner = self.run.runner();
+        self.timeline.drop_after(runner.steps(), runner.contacts().count);
+    }
+
+    /// How many states come after the one that is shown, while one looks back.
+    pub fn steps_ahead(&self) -> usize {
+        self.timeline.ahead()
+    }
+
+    /// What happened along the last states, oldest first.
+    pub fn marks(&self) -> impl Iterator<Item = Mark> + '_ {
+        self.timeline.marks()
+    }
+}
+
+/// Undo.
+impl Session {
+    /// Keeps what is now, to be undone, unless what is about to be done goes on with the last edit;
+    /// returns whether it was kept. To be called before anything that is to be undone.
+    pub(in crate::session) fn remember(&mut self, deed: Deed) -> bool {
+        self.settle();
+        self.timeline.mark(self.runner().steps(), MarkKind::Edit);
+        let begins = self.undo.begins(deed);
+        if begins {
+            self.undo.keep(Before::new(deed, self.run.runner(), &self.material));
+        }
+        begins
+    }
+
+    /// Undoes the last edit, pin, cut or freeze: what was set is as it was before, and the motion
+    /// goes on.
+    pub fn undo(&mut self) {
+        self.turn(true);
+    }
+
+    /// Does again what was undone last.
+    pub fn redo(&mut self) {
+        self.turn(false);
+    }
+
+    fn turn(&mut self, is_undo: bool) {
+        self.release();
+        self.settle();
+        let now = (self.run.runner(), &self.material);
+        let Some(before) = self.undo.turn(is_undo, now) else { return };
+        let (runner, material) = match before.under(self.run.runner()) {
+            Ok(restored) => restored,
+            Err(error) => return self.refusal = Some(error.to_string()),
+        };
+        self.material = material;
+        self.change(|now| *now = runner);
+        self.record_start();
+        self.timeline.mark(self.runner().steps(), MarkKind::Edit);
+        self.timeline.recount(self.runner().contacts().count);
+        self.restart_twin();
+    }
+
+    /// What would be undone.
+    pub fn undoes(&self) -> Option<Deed> {
+        self.undo.last()
+    }
+
+    /// What would be done again.
+    pub fn redoes(&self) -> Option<Deed> {
+        self.undo.next()
+    }
+}
