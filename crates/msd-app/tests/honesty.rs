@@ -56,7 +56,7 @@ const RK4: Choice = Choice {
 };
 
 /// Everything by which a user changes a run.
-const CHANGES: [(&str, Change); 27] = [
+const CHANGES: &[(&str, Change)] = &[
     ("method", |session| session.tune(Tuning::Integrator(Integrator::ExplicitEuler))),
     ("implicit", |session| session.tune(Tuning::Integrator(Integrator::BackwardEuler))),
     ("adaptive", |session| session.tune(Tuning::Integrator(Integrator::DormandPrince))),

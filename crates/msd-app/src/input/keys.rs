@@ -4,7 +4,7 @@ use crate::viewer::{Command, Tool};
 use egui::{Event, Key, Modifiers, RawInput};
 
 /// The keys and what they do, in the order of use, for the help.
-pub const KEYS: [(&str, &str); 23] = [
+pub const KEYS: &[(&str, &str)] = &[
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
     ("R", "restart"),
