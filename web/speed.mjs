@@ -6,7 +6,7 @@ import { Page, WAYS, executable, serve } from './browser.mjs';
 
 const WORKS = ['cloth/31', 'block/20'];
 const ROUNDS = 8;
-const SECONDS = 1;
+const SECONDS = 0.5;
 
 const root = new URL('..', import.meta.url).pathname;
 const xtask = `${root}target/release/xtask`;

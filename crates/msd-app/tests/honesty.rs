@@ -99,7 +99,7 @@ const CHANGES: &[(&str, Change)] = &[
 
 #[test]
 fn no_shown_number_outlives_what_it_was_computed_from() {
-    for (what, change) in CHANGES {
+    for &(what, change) in CHANGES {
         let mut session = Session::new(loaded("jelly")).expect("a valid scene");
         session.tune(Tuning::Precision(Precision::F64));
         session.edit(MaterialEdit::Stiffness(1500.0));

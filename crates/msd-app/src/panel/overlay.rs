@@ -216,7 +216,7 @@ fn help(ui: &Ui, viewer: &mut Viewer) {
     let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.rect.center());
     window.show(ui.ctx(), |ui| {
         Grid::new("help").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
-            for (what, does) in MOUSE.into_iter().chain(KEYS) {
+            for &(what, does) in MOUSE.iter().chain(KEYS) {
                 ui.label(RichText::new(what).strong());
                 ui.label(does);
                 ui.end_row();

@@ -171,6 +171,28 @@ impl Shell {
         event_loop.exit();
     }
 
+    /// Draws on the window from now on, by the device that has arrived.
+    fn take_graphics(
+        &mut self,
+        event_loop: &ActiveEventLoop,
+        graphics: Result<(Gpu, wgpu::Surface<'static>), RenderError>,
+    ) {
+        let (Some(window), Some(input)) = (self.window.clone(), &mut self.input) else { return };
+        let (gpu, surface) = match graphics {
+            Ok(pair) => pair,
+            Err(error) => return self.fail(event_loop, Missing::Graphics(Box::new(error))),
+        };
+        let Some(surface) = WindowSurface::new(window.clone(), gpu, surface) else {
+            let text = "the graphics adapter cannot draw on this window".to_owned();
+            return self.fail(event_loop, Missing::Window(text));
+        };
+        input.set_max_texture_side(surface.longest_side());
+        log::info!("drawing with {}", surface.adapter());
+        self.surface = Some(surface);
+        self.last_frame = Instant::now();
+        window.request_redraw();
+    }
+
     /// One frame: reads input, steps, draws.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
         let (Some(window), Some(input), Some(surface)) =
@@ -299,28 +321,14 @@ impl ApplicationHandler<Arrival> for Shell {
     }
 
     fn user_event(&mut self, event_loop: &ActiveEventLoop, arrival: Arrival) {
-        let (Some(window), Some(input)) = (self.window.clone(), &mut self.input) else { return };
-        let graphics = match arrival {
-            Arrival::Graphics(graphics) => graphics,
+        match arrival {
+            Arrival::Graphics(graphics) => self.take_graphics(event_loop, *graphics),
             #[cfg(target_arch = "wasm32")]
             Arrival::Ask(question) => {
                 question(&mut self.viewer);
-                return window.request_redraw();
+                self.window.as_ref().inspect(|window| window.request_redraw());
             }
-        };
-        let (gpu, surface) = match *graphics {
-            Ok(pair) => pair,
-            Err(error) => return self.fail(event_loop, Missing::Graphics(Box::new(error))),
-        };
-        let Some(surface) = WindowSurface::new(window.clone(), gpu, surface) else {
-            let text = "the graphics adapter cannot draw on this window".to_owned();
-            return self.fail(event_loop, Missing::Window(text));
-        };
-        input.set_max_texture_side(surface.longest_side());
-        log::info!("drawing with {}", surface.adapter());
-        self.surface = Some(surface);
-        self.last_frame = Instant::now();
-        window.request_redraw();
+        }
     }
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {

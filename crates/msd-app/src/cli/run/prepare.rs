@@ -67,27 +67,7 @@ pub fn prepare(
     solver: &SolverArguments,
     (flag, duration): (&str, f64),
 ) -> Result<Prepared, Failure> {
-    let notice = SlowNotice::new(format!("reading {}", shown_path(scene)));
-    let link = link(scene)?;
-    let opened = link.as_ref().map_or_else(|| msd_scene::open(scene), Link::load);
-    let loaded = opened.map_err(Failure::input)?;
-    drop(notice);
-    let (settings, automatic) = chosen(&loaded, solver);
-    check_read(settings.integrator, solver)?;
-    let precision = solver.precision.unwrap_or(loaded.precision);
-    let count = loaded.scene.particles.len();
-    let notice = SlowNotice::new(format!("preparing {count} particles"));
-    let runner = Runner::open_with(&loaded, settings, precision, automatic);
-    drop(notice);
-    let mut runner = runner.map_err(|error| {
-        // The file is right in its own precision.
-        let asked = solver.precision.map(|precision| format!(" in {precision}"));
-        Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
-    })?;
-    if let Some(link) = &link {
-        let refused = |error| Failure::input(format!("{}: {error}", loaded.name));
-        link.edit(&mut runner).map_err(refused)?;
-    }
+    let (loaded, mut runner) = open(scene, solver)?;
     if let Some(path) = &solver.from {
         let count = runner.particle_count();
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
@@ -136,6 +116,32 @@ pub fn prepare(
         steps,
         warnings,
     })
+}
+
+/// Opens a scene, or what a link makes of it, with the solver of the command line.
+fn open(scene: &Path, solver: &SolverArguments) -> Result<(Loaded, Runner), Failure> {
+    let notice = SlowNotice::new(format!("reading {}", shown_path(scene)));
+    let link = link(scene)?;
+    let opened = link.as_ref().map_or_else(|| msd_scene::open(scene), Link::load);
+    let loaded = opened.map_err(Failure::input)?;
+    drop(notice);
+    let (settings, automatic) = chosen(&loaded, solver);
+    check_read(settings.integrator, solver)?;
+    let precision = solver.precision.unwrap_or(loaded.precision);
+    let count = loaded.scene.particles.len();
+    let notice = SlowNotice::new(format!("preparing {count} particles"));
+    let runner = Runner::open_with(&loaded, settings, precision, automatic);
+    drop(notice);
+    let mut runner = runner.map_err(|error| {
+        // The file is right in its own precision.
+        let asked = solver.precision.map(|precision| format!(" in {precision}"));
+        Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
+    })?;
+    if let Some(link) = &link {
+        let refused = |error| Failure::input(format!("{}: {error}", loaded.name));
+        link.edit(&mut runner).map_err(refused)?;
+    }
+    Ok((loaded, runner))
 }
 
 /// The longest stable substep, seconds; of a million particles that takes a while.

@@ -1,4 +1,4 @@
-//! What the page around the canvas asks of the window, and what the window tells the page.
+//! Questions of the page around the canvas to the window, and what the window tells it.
 //!
 //! The page calls the functions here by their names, and gives [`start`] a function that is called
 //! with the kind and the text of whatever the window has to tell: see [`tell`].
