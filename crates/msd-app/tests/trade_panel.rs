@@ -251,7 +251,7 @@ fn particles_are_coloured_by_their_error_as_long_as_it_is_known() {
     assert_eq!(shades.len(), viewer.session.runner().particle_count());
     let most = shades.iter().copied().fold(0.0, f32::max);
     // The scale ends at 1, 2 or 5 times a power of ten, less than 2.5 times the largest error.
-    assert!(0.4 <= most && most <= 1.0, "{most}");
+    assert!((0.4..=1.0).contains(&most), "{most}");
     let full = viewer.error_scale().expect("known");
     let digit = full / 10f64.powf(full.log10().floor());
     assert!([1.0, 2.0, 5.0].iter().any(|known| (digit - known).abs() < 1e-9), "{full}");

@@ -56,9 +56,10 @@ fn errors(ui: &mut Ui, session: &Session) {
         let added = session.energy_of_contact();
         if added != Some(0.0) {
             let added = added.map(|added| estimate(added, "J"));
-            let text = format!("added by contact\u{a0}{}", added.as_deref().unwrap_or(theme::VOID));
-            let hover = "Since the run was changed last, by the account of contact, which counts it \
-                         against what is dissipated; more substeps lower it";
+            let added = added.as_deref().unwrap_or(theme::VOID);
+            let text = format!("added by contact\u{a0}{added}");
+            let hover = "Since the run was changed last, by the account of contact, which counts \
+                         it against what is dissipated; more substeps lower it";
             ui.label(RichText::new(text).small().color(CONTACT)).on_hover_text(hover);
         }
         if let Some(gain) = session.energy_gain() {
