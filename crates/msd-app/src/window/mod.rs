@@ -189,15 +189,7 @@ impl Shell {
             }
             panel::show(ui, viewer);
         });
-        if self.is_full != viewer.full_screen {
-            self.is_full = viewer.full_screen;
-            let full = self.is_full.then_some(winit::window::Fullscreen::Borderless(None));
-            window.set_fullscreen(full);
-        }
-        if self.title != viewer.title() {
-            self.title = viewer.title();
-            window.set_title(&self.title);
-        }
+        dress(window, viewer, (&mut self.title, &mut self.is_full));
         input.handle_platform_output(window, output.platform_output);
         let pixels_per_point = output.pixels_per_point;
         if viewer.light {
@@ -249,6 +241,19 @@ impl Shell {
         if let Some(window) = &self.window {
             window.request_redraw();
         }
+    }
+}
+
+/// Gives the window the title and the screen that the viewer asks for, where they have changed.
+fn dress(window: &Window, viewer: &Viewer, (title, is_full): (&mut String, &mut bool)) {
+    if *is_full != viewer.full_screen {
+        *is_full = viewer.full_screen;
+        let full = is_full.then_some(winit::window::Fullscreen::Borderless(None));
+        window.set_fullscreen(full);
+    }
+    if *title != viewer.title() {
+        *title = viewer.title();
+        window.set_title(title);
     }
 }
 
