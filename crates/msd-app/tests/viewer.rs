@@ -176,11 +176,11 @@ fn the_command_is_that_of_the_scene_or_of_a_run_saved_for_it() {
         let line = harness.state().clipboard.clone().expect("a command");
         harness.step();
         let commands = &harness.output().platform_output.commands;
-        let copies = commands.iter().filter_map(|command| match command {
+        let mut copies = commands.iter().filter_map(|command| match command {
             egui::OutputCommand::CopyText(text) => Some(text),
             _ => None,
         });
-        assert_eq!(copies.last(), Some(&line), "on the clipboard");
+        assert_eq!(copies.next_back(), Some(&line), "on the clipboard");
         line
     };
     assert_eq!(copied(&mut harness), "msd view chain");
@@ -310,7 +310,7 @@ fn everything_is_in_reach_in_a_small_window() {
     let harness = harness(viewer("cube", Path::new("")), [800.0, 600.0]);
     let window = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(800.0, 600.0));
     for name in ["Pause", "Restart", "Stiffness", "Mass", "Surface", "cube"] {
-        let shown = harness.query_all_by_label(name).map(|node| node.rect()).last();
+        let shown = harness.query_all_by_label(name).map(|node| node.rect()).next_back();
         let rect = shown.unwrap_or_else(|| panic!("no {name}"));
         assert!(window.contains_rect(rect), "{name}: {rect:?}");
     }

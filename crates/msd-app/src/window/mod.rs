@@ -210,15 +210,7 @@ impl Shell {
         let raw = input.take_egui_input(window);
         let stopwatch = || start.elapsed().as_secs_f64();
         let (mut output, stepped) = lay_out(&self.context, raw, viewer, real, &stopwatch);
-        if self.is_full != viewer.full_screen {
-            self.is_full = viewer.full_screen;
-            let full = self.is_full.then_some(winit::window::Fullscreen::Borderless(None));
-            window.set_fullscreen(full);
-        }
-        if self.title != viewer.title() {
-            self.title = viewer.title();
-            window.set_title(&self.title);
-        }
+        dress(window, viewer, (&mut self.title, &mut self.is_full));
         #[cfg(target_arch = "wasm32")]
         for command in &output.platform_output.commands {
             if let egui::OutputCommand::CopyText(text) = command {
@@ -307,6 +299,17 @@ fn lay_out(
         output.shapes.iter_mut().for_each(|shape| panel::theme::lighten(&mut shape.shape));
     }
     (output, stepped.unwrap_or_default())
+/// Gives the window the title and the screen that the viewer asks for, where they have changed.
+fn dress(window: &Window, viewer: &Viewer, (title, is_full): (&mut String, &mut bool)) {
+    if *is_full != viewer.full_screen {
+        *is_full = viewer.full_screen;
+        let full = is_full.then_some(winit::window::Fullscreen::Borderless(None));
+        window.set_fullscreen(full);
+    }
+    if *title != viewer.title() {
+        *title = viewer.title();
+        window.set_title(title);
+    }
 }
 
 impl ApplicationHandler<Arrival> for Shell {
