@@ -58,7 +58,8 @@ struct Variant {
 /// # Errors
 /// A scene that a simulation refuses; a scene that diverges as it is.
 pub fn terms(loaded: &Loaded, duration: f64) -> Result<Vec<TermRow>, Error> {
-    let settings = loaded.settings;
+    // Automatic substeps are those of the start, for all of the runs.
+    let settings = Runner::open(loaded)?.settings();
     let steps = (duration / settings.step).round().max(1.0) as u64;
     let size = size_of(&loaded.scene)?;
     let (act, precision) = (String::new(), loaded.precision);
