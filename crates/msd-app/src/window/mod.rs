@@ -299,6 +299,8 @@ fn lay_out(
         output.shapes.iter_mut().for_each(|shape| panel::theme::lighten(&mut shape.shape));
     }
     (output, stepped.unwrap_or_default())
+}
+
 /// Gives the window the title and the screen that the viewer asks for, where they have changed.
 fn dress(window: &Window, viewer: &Viewer, (title, is_full): (&mut String, &mut bool)) {
     if *is_full != viewer.full_screen {

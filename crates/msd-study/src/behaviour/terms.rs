@@ -72,7 +72,8 @@ pub fn terms_by_leave(
     duration: f64,
     leave: Leave<'_>,
 ) -> Result<Vec<TermRow>, Halt> {
-    let settings = loaded.settings;
+    // Automatic substeps are those of the start, for all of the runs.
+    let settings = Runner::open(loaded)?.settings();
     let steps = (duration / settings.step).round().max(1.0) as u64;
     let size = size_of(&loaded.scene)?;
     let (act, precision) = (String::new(), loaded.precision);

@@ -116,6 +116,8 @@ pub(super) fn measure(
         None => (None, None),
     };
     let mut run = TimedRun::start(loaded)?;
+    // Automatic substeps may be others later.
+    let settings = run.runner.settings();
     let steps = count_steps(loaded.settings, duration);
     let compared = match right {
         Some(right) => {
@@ -138,7 +140,7 @@ pub(super) fn measure(
     };
     let TimedRun { runner, cpu, wall, stable } = run;
     Ok(Measured {
-        settings: loaded.settings,
+        settings,
         precision: loaded.precision,
         particles: runner.particle_count(),
         springs: runner.spring_count(),

@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn what_was_dropped_has_no_marks() {
         let mut timeline = Timeline::default();
-        [3, 7, 9].map(|step| timeline.mark(step, MarkKind::Edit));
+        [3, 7, 9].into_iter().for_each(|step| timeline.mark(step, MarkKind::Edit));
         timeline.mark(9, MarkKind::Edit);
         timeline.drop_after(7, 0);
         assert_eq!(timeline.marks().count(), 2);
