@@ -74,6 +74,7 @@ pub fn prepare(
         let refused = |error| Failure::input(format!("{}: {error}", shown_path(path)));
         runner.set_state(&state, 0).map_err(refused)?;
         // Automatic substeps are those of the state that it starts from.
+        let automatic = runner.is_automatic();
         runner.set_automatic(automatic).map_err(refused)?;
     }
     if solver.step == Some(Step::Auto) {
