@@ -60,7 +60,7 @@ pub struct Look {
     pub pitch: f32,
     /// Whether the camera follows.
     pub follow: bool,
-    /// What is drawn, a bit for each of [`shown`].
+    /// What is drawn, a bit for each thing that the window can show or hide.
     pub shown: u16,
 }
 
