@@ -57,6 +57,11 @@ fn corner(film: &Film) -> (usize, Pos2) {
     (nearest, viewer.viewport().project(positions[nearest]).expect("in front of the camera"))
 }
 
+/// The height of a particle, metres.
+fn height(film: &Film, particle: usize) -> f64 {
+    on!(film.viewer().session.runner(), simulation => simulation.position(particle).to_f64().y)
+}
+
 #[test]
 fn what_the_user_does_shows_in_the_same_frame() {
     let Some(mut moved) = film("cube", [900, 560]) else { return };
@@ -71,8 +76,10 @@ fn what_the_user_does_shows_in_the_same_frame() {
     }
     moved.frame(FRAME, vec![Event::PointerMoved(at - vec2(0.0, 80.0))]).unwrap();
     wait(&mut still, 1);
-    let height = |film: &Film| on!(film.viewer().session.runner(), simulation => simulation.position(particle).to_f64().y);
-    assert!(height(&still) + 0.01 < height(&moved), "it moves in the frame of the event");
+    assert!(
+        height(&still, particle) + 0.01 < height(&moved, particle),
+        "it moves in the frame of the event"
+    );
 }
 
 /// Where the pointer of the film is beside where it grabs: over to the cube, up with a corner,
