@@ -27,7 +27,7 @@ fn a_saved_run_goes_on_to_the_bits_of_one_that_never_stopped() {
         assert_eq!(rest["state_hash"], whole["state_hash"]);
         assert_eq!(rest["energy"], whole["energy"]);
         assert_eq!(rest["time"], whole["time"]);
-        assert_eq!((rest["duration"].as_f64(), rest["steps"].as_u64()), (Some(0.5), Some(480)));
+        assert_eq!((rest["duration"].as_f64(), rest["steps"].as_u64()), (Some(0.5), Some(720)));
         assert_eq!(rest["scene"], "dice");
     }
     // What the command line says goes before what was saved.

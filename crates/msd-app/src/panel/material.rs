@@ -31,7 +31,6 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     });
     heading(ui, "World");
     world(ui, &mut viewer.session);
-    heading(ui, "Wind");
     wind(ui, &mut viewer.session);
 }
 
@@ -166,7 +165,7 @@ fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
     });
 }
 
-/// A force on every particle, steady or in gusts.
+/// A force on every particle, steady or in gusts; where it comes from, once there is one.
 fn wind(ui: &mut Ui, session: &mut Session) {
     let now = session.wind();
     let mut wanted = now;
@@ -174,17 +173,18 @@ fn wind(ui: &mut Ui, session: &mut Session) {
     if let (Some(value), _) = change(ui, ("Wind", " N"), number(now.strength), 0.0..=100.0, 0.01) {
         wanted.strength = value;
     }
-    if let (Some(value), _) =
-        change(ui, ("Heading", "°"), number(now.heading.to_degrees()), -180.0..=180.0, 0.0)
-    {
-        wanted.heading = value.to_radians();
-    }
-    if let (Some(value), _) = change(ui, ("Gusts", ""), number(now.gusts), 0.0..=1.0, 0.0) {
-        wanted.gusts = value;
+    if 0.0 < now.strength {
+        let heading = number(now.heading.to_degrees());
+        if let (Some(value), _) = change(ui, ("Heading", "°"), heading, -180.0..=180.0, 0.0) {
+            wanted.heading = value.to_radians();
+        }
+        if let (Some(value), _) = change(ui, ("Gusts", ""), number(now.gusts), 0.0..=1.0, 0.0) {
+            wanted.gusts = value;
+        }
+        let text = RichText::new("on every particle; 0° is along x").small().color(theme::FAINT);
+        ui.label(text);
     }
     if wanted != now {
         session.set_wind(wanted);
     }
-    let text = RichText::new("on every particle; 0° is along x").small().color(theme::FAINT);
-    ui.label(text);
 }

@@ -3,8 +3,8 @@
 
 pub mod theme;
 mod scenes;
-mod run;
 mod twin;
+mod run;
 mod timeline;
 mod material;
 mod solver;
@@ -57,7 +57,7 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
     Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
         scrolled(ui, "right", |ui| {
             run::show(ui, viewer);
-            twin::show(ui, viewer);
+            twin::show(ui, &mut viewer.session);
             material::show(ui, viewer);
             solver::show(ui, viewer);
             live_error::show(ui, viewer);

@@ -57,7 +57,10 @@ fn recording(ui: &mut Ui, viewer: &mut Viewer) {
         if button.clicked() {
             viewer.command(Command::Record);
         }
-        ui.add(Label::new(RichText::new(name.unwrap_or_default()).weak()).truncate());
+        match name {
+            Some(name) => _ = ui.add(Label::new(RichText::new(name).weak()).truncate()),
+            None => super::twin::begin(ui, viewer),
+        }
     });
 }
 

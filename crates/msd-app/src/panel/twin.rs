@@ -18,20 +18,24 @@ const HOVER: &str = "A copy of the run under another method, drawn as points ove
     All that you do happens to both. Both are at the same state where it begins, where the run is \
     stepped otherwise or goes back, and where it is restarted.";
 
-/// The button that begins a twin, or its method, distance and plot.
-pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
+/// The button that begins a twin, while there is none.
+pub(super) fn begin(ui: &mut Ui, viewer: &mut Viewer) {
     let session = &mut viewer.session;
-    let settings = session.runner().settings();
-    let Some(now) = session.twin().map(Twin::settings) else {
-        let other = opponent(settings.integrator);
-        let text = format!("Twin: beside {}", other.name());
-        let button = ui.button(text).on_hover_text(HOVER);
-        viewer.landmarks.insert("twin", button.rect);
-        if button.clicked() {
-            session.set_twin(Some(Settings { integrator: other, ..settings }));
-        }
+    if session.twin().is_some() {
         return;
-    };
+    }
+    let settings = session.runner().settings();
+    let other = opponent(settings.integrator);
+    let button = ui.button(format!("Twin: beside {}", other.name())).on_hover_text(HOVER);
+    viewer.landmarks.insert("twin", button.rect);
+    if button.clicked() {
+        session.set_twin(Some(Settings { integrator: other, ..settings }));
+    }
+}
+
+/// The method of the twin, its distance and the plot of that.
+pub(super) fn show(ui: &mut Ui, session: &mut Session) {
+    let Some(now) = session.twin().map(Twin::settings) else { return };
     ui.horizontal(|ui| {
         let name = super::left_label(ui, "Twin");
         let combo =
