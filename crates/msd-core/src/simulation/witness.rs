@@ -21,8 +21,9 @@
 //! checked separately, since dampers may dissipate it at once.
 //!
 //! What dampers dissipate as fast as it is added shows in the balance alone: [`Energy::total`],
-//! which only an error of the method changes, see [`Witness::imbalance`]. It is read, not judged: at
-//! long steps the work of dampers is booked so coarsely that runs whose motion is right would alarm.
+//! which only an error of the method changes, see [`Witness::imbalance`]. It is read, not judged:
+//! at long steps the work of dampers is booked so coarsely that runs whose motion is right would
+//! alarm.
 //!
 //! The detector sees no gain before the second window.
 
