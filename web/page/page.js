@@ -55,8 +55,9 @@ const told = {
   missing: text => missing(text),
 };
 
-async function copy(fragment) {
-  const link = new URL(fragment, location.href).href;
+// Copies a text; a fragment becomes the whole link.
+async function copy(text) {
+  const link = text.startsWith('#') ? new URL(text, location.href).href : text;
   try {
     await navigator.clipboard.writeText(link);
     say(`Copied: ${link}`);
@@ -124,10 +125,9 @@ function connect() {
   });
   element('copy').addEventListener('click', () => msd.link().then(copy, refused));
   element('verify').addEventListener('click', verify);
-  element('save').addEventListener('click', async () => {
-    const bytes = await msd.saved();
+  element('save').addEventListener('click', () => msd.saved().then(bytes => {
     download(new Blob([bytes]), `${element('scene').value || 'scene'}.msd`);
-  });
+  }, refused));
   element('picture').addEventListener('click', () => {
     wantsPicture = true;
     // The answer is of no use, but a question brings a frame.
@@ -146,7 +146,8 @@ function connect() {
   });
   addEventListener('hashchange', () => {
     msd.set_bare(setOptions());
-    msd.open(location.hash).catch(refused);
+    if (options().has('scene')) msd.open(location.hash).catch(refused);
+    if (options().has('verify')) verify();
   });
   // After a click of the mouse the keys belong to the simulation again.
   element('bar').addEventListener('pointerup', event => {

@@ -1,11 +1,16 @@
 //! Notes of graphics drivers, kept off the standard error.
 
+use std::sync::{Mutex, PoisonError};
+
 /// Runs `open`, which starts graphics drivers, without what these print on the standard error.
 ///
 /// The libraries of OpenGL and Vulkan write there what they tried and did not find, such as the
 /// Wayland display that `XDG_RUNTIME_DIR` would name; what matters is in the result. With
 /// `RUST_LOG` at `warn` or more their notes appear, and after a panic as well.
 pub fn quietly<T>(open: impl FnOnce() -> T) -> T {
+    // One at a time: a second one would take the file of the first for the standard error.
+    static ONE: Mutex<()> = Mutex::new(());
+    let _one = ONE.lock().unwrap_or_else(PoisonError::into_inner);
     #[cfg(unix)]
     let _aside = if log::log_enabled!(log::Level::Warn) { None } else { aside::Aside::new().ok() };
     open()

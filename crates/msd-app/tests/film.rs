@@ -20,7 +20,7 @@ const FRAME: f64 = 1.0 / 30.0;
 
 /// A film of a scene, or nothing and a loud line; nothing will not do where CI has a driver.
 fn film(scene: &str, size: [u32; 2]) -> Option<Film> {
-    let gpu = match pollster::block_on(Gpu::headless()) {
+    let gpu = match msd_app::drivers::quietly(|| pollster::block_on(Gpu::headless())) {
         Ok(gpu) => gpu,
         Err(error) => {
             assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "no adapter: {error}");

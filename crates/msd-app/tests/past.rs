@@ -1,8 +1,8 @@
 //! The past of a session: looking back and going on from there, undo, and a twin beside the run.
 
-use msd_app::session::{MarkKind, MaterialEdit, Session};
+use msd_app::session::{MarkKind, MaterialEdit, Session, Tuning, Wind};
 use msd_core::glam::DVec3;
-use msd_core::{Integrator, Real, Settings};
+use msd_core::{Integrator, Real, Settings, Vector};
 use msd_run::on;
 use msd_scene::state_hash;
 
@@ -182,6 +182,56 @@ fn what_was_refused_is_not_undone_and_a_hand_lets_go() {
     session.undo();
     let grabs = on!(session.runner(), simulation => simulation.model().grabs().len());
     assert_eq!((session.held(), grabs), (None, 0));
+}
+
+fn force(session: &Session) -> DVec3 {
+    on!(session.runner(), simulation => simulation.model().force().to_f64())
+}
+
+#[test]
+fn undo_leaves_the_wind_and_stops_a_pin_that_was_moved() {
+    let mut session = session("cloth");
+    run(&mut session, 5);
+    session.set_wind(Wind { strength: 2.0, ..Wind::default() });
+    session.cut(&[7]);
+    session.set_wind(Wind::default());
+    session.undo();
+    run(&mut session, 2);
+    assert_eq!(force(&session), DVec3::ZERO);
+    session.cut(&[7]);
+    session.set_wind(Wind { strength: 2.0, ..Wind::default() });
+    session.undo();
+    run(&mut session, 2);
+    assert_eq!(force(&session), DVec3::X * 2.0);
+
+    let pin = (0..961).find(|&row| session.is_pinned(row)).expect("the cloth hangs");
+    session.grab(pin, session.position(pin) + DVec3::X);
+    run(&mut session, 3);
+    session.freeze();
+    session.release();
+    session.undo();
+    let there = session.position(pin);
+    run(&mut session, 10);
+    assert_eq!(session.position(pin), there);
+}
+
+#[test]
+fn automatic_substeps_of_another_model_do_not_come_back() {
+    let mut session = session("jelly");
+    session.tune(Tuning::Automatic(true));
+    let substeps = |session: &Session| session.runner().settings().substeps;
+    let soft = substeps(&session);
+    run(&mut session, 20);
+    session.edit(MaterialEdit::Stiffness(220_000.0));
+    let stiff = substeps(&session);
+    // A hundred times as stiff: a tenth of the step, but for dampers.
+    assert!(5 * soft < stiff, "{soft} {stiff}");
+    run(&mut session, 5);
+    session.look_back(15);
+    assert!(5 * soft < substeps(&session), "{}", substeps(&session));
+    session.toggle_pause();
+    run(&mut session, 1);
+    assert!(session.step_back() && 5 * soft < substeps(&session));
 }
 
 fn with(session: &Session, integrator: Integrator) -> Settings {

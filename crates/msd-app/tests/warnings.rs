@@ -39,6 +39,16 @@ fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
     assert!((4e3..6e3).contains(&change), "{change}");
 }
 
+#[test]
+fn where_a_moving_pin_does_work_nothing_is_said_of_the_balance() {
+    let folder = folder();
+    let scene = format!("{SPRING}\n[[pins]]\nbody = 0\nparticle = 0\nvelocity = [0, 1, 0]\n");
+    std::fs::write(folder.path().join("driven.toml"), scene).unwrap();
+    let arguments = ["run", "driven.toml", "--json", "--duration", "0.1"];
+    let told = parse(&text(&outcome(msd(folder.path(), &arguments)).stdout));
+    assert_eq!(told["imbalance"], Value::Null);
+}
+
 /// A rope that hangs level from one end, of this stiffness.
 fn rope(stiffness: &str) -> String {
     format!(

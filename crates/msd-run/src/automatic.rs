@@ -102,7 +102,8 @@ fn choose<R: Real>(
 ) -> Result<Automatic, Error> {
     let settings = simulation.settings();
     let stable = match Integrator::EXPLICIT.contains(&settings.integrator) {
-        true => simulation.stable_substep(),
+        // For a fixed number: the limit depends a little on it, and the choice would on itself.
+        true => simulation.stable_substep_of(settings.integrator, Settings::default().substeps),
         false => f64::INFINITY,
     };
     // Where no step is stable, or every one is, the limit says nothing.

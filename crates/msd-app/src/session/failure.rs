@@ -1,8 +1,8 @@
 //! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
 
-use super::Session;
 use super::run::{Reading, Run};
 use super::solver::{MOST_SUBSTEPS, Tuning};
+use super::{Session, Wind};
 use msd_core::{Divergence, Error, Interaction, Vector};
 use msd_run::rescue::{LASTING, Offer, Origin, Remedy, Rescue};
 use msd_run::{History, Runner, on};
@@ -51,13 +51,16 @@ pub struct Origins<'a> {
     pub history: &'a History,
     /// The edits of material and world that a restart keeps.
     pub edits: &'a [Interaction],
+    /// The wind that a restart keeps.
+    pub wind: Option<Wind>,
 }
 
 impl Origins<'_> {
     /// Those that there are.
     fn list(&self) -> Vec<Origin> {
         let is_as_written = self.is_as_written();
-        let is_edited = !is_as_written || !self.edits.is_empty();
+        let is_windy = self.wind.is_some_and(|wind| 0.0 < wind.strength);
+        let is_edited = !is_as_written || !self.edits.is_empty() || is_windy;
         let earlier = (!self.history.is_empty()).then_some(Origin::Earlier);
         let scene = is_edited.then_some(Origin::Scene);
         [Origin::Here, Origin::Start].into_iter().chain(earlier).chain(scene).collect()
@@ -87,8 +90,17 @@ impl Origins<'_> {
             }
             Origin::Start => {
                 let automatic = self.runner.is_automatic();
+                let mut settings = settings;
+                if automatic && self.loaded.automatic {
+                    // Chosen as at the first opening.
+                    settings.substeps = self.loaded.settings.substeps;
+                }
                 let mut runner = Runner::open_with(self.loaded, settings, precision, automatic)?;
-                self.edits.iter().try_for_each(|&edit| runner.queue(edit))?;
+                let strongest = self.wind.map(|wind| wind.strongest());
+                let wind = strongest.map(|force| Interaction::SetForce {
+                    value: self.loaded.scene.world.force + force,
+                });
+                self.edits.iter().copied().chain(wind).try_for_each(|edit| runner.queue(edit))?;
                 runner.apply_queued()?;
                 Ok(runner)
             }
@@ -187,8 +199,8 @@ impl Session {
 
     /// The states that the run could go on from.
     pub(super) fn origins(&self) -> Origins<'_> {
-        let Session { loaded, run, history, material, .. } = self;
-        Origins { loaded, runner: run.runner(), history, edits: material.kept() }
+        let &Session { ref loaded, ref run, ref history, ref material, wind, .. } = self;
+        Origins { loaded, runner: run.runner(), history, edits: material.kept(), wind }
     }
 
     /// The way back of about a second, as far as there is one, simulated seconds.
@@ -203,7 +215,10 @@ impl Session {
             Remedy::Substeps(substeps) => self.tune(Tuning::Substeps(substeps)),
             Remedy::Tolerance(tolerance) => self.tune(Tuning::Tolerance(tolerance)),
             Remedy::Method(method) => self.tune(Tuning::Integrator(method)),
-            Remedy::SceneValues => self.material.forget(),
+            Remedy::SceneValues => {
+                self.material.forget();
+                self.wind = None;
+            }
             Remedy::Back => {}
         }
         match offer.origin {

@@ -44,7 +44,7 @@ use live_error::LiveErrorMeter;
 use msd_core::{Energy, Error, Interaction, Select, Settings, Vector};
 use msd_run::recording::Event;
 use msd_run::rescue::{Offer, Origin, debris};
-use msd_run::{History, Runner, on};
+use msd_run::{History, Moment, Runner, on};
 use msd_scene::Loaded;
 use past::{Timeline, Undo};
 use recording::SessionRecording;
@@ -75,6 +75,8 @@ pub struct Session {
     trade: Trade,
     timeline: Timeline,
     undo: Undo,
+    /// Steps at the last change of what automatic substeps follow from.
+    limit_of: u64,
     /// Steps beside the run while the user wants it.
     twin: Option<Box<Twin>>,
     /// What was refused last, for the status line.
@@ -108,6 +110,7 @@ impl Session {
             trade: Trade::default(),
             timeline: Timeline::default(),
             undo: Undo::default(),
+            limit_of: 0,
             twin: None,
             refusal: None,
         };
@@ -141,7 +144,7 @@ impl Session {
         self.energy.follow(&self.run, Frame { real, ..frame }, stopwatch);
         self.stability_light.refresh(&self.run, real, stopwatch);
         self.search_ways_out(real, stopwatch);
-        self.trade.refresh(&self.run, &self.loaded, real);
+        self.trade.refresh(&self.run, (&self.loaded, self.steady_force()), real);
         frame
     }
 
@@ -240,7 +243,7 @@ impl Session {
     fn go_back(&mut self, steps: usize) -> bool {
         let Some(moment) = self.history.nth_back(steps).cloned() else { return false };
         let settings = self.runner().settings();
-        if let Err(error) = self.change(|runner| runner.go_back(&moment)) {
+        if let Err(error) = self.return_to(&moment) {
             self.refusal = Some(error.to_string());
             return false;
         }
@@ -254,6 +257,16 @@ impl Session {
         self.restart_twin();
         self.energy.rewind(self.runner().time());
         true
+    }
+
+    /// Makes an earlier moment that of now. Automatic substeps are those of then, unless what they
+    /// follow from was changed since.
+    fn return_to(&mut self, moment: &Moment) -> Result<(), Error> {
+        let is_other = moment.steps < self.limit_of;
+        self.change(|runner| {
+            runner.go_back(moment)?;
+            if is_other { runner.set_automatic(runner.is_automatic()) } else { Ok(()) }
+        })
     }
 
     /// Records automatic substeps that are others than before, so that a replay chooses nothing.
@@ -282,6 +295,7 @@ impl Session {
         (self.grab, self.is_blowing) = (Grab::default(), false);
         self.material.reset_rest_scale();
         self.change(|runner| *runner = fresh);
+        self.limit_of = 0;
         self.history.clear();
         self.timeline.clear();
         self.undo.clear();
@@ -309,7 +323,7 @@ impl Session {
     fn change<T>(&mut self, change: impl FnOnce(&mut Runner) -> T) -> T {
         let result = self.run.change(change);
         self.material.read(self.run.runner());
-        self.trade.follow(&self.run, &self.loaded);
+        self.trade.follow(&self.run, (&self.loaded, self.steady_force()));
         result
     }
 
@@ -318,7 +332,8 @@ impl Session {
         self.settle();
         let settings = self.runner().settings();
         let is_gust = self.is_blowing && matches!(interaction, Interaction::SetForce { .. });
-        let result = if is_gust || self.grab.moves(&interaction) {
+        let is_motion = is_gust || self.grab.moves(&interaction);
+        let result = if is_motion {
             if let Some(meter) = &mut self.live_error {
                 meter.follow(interaction, &self.run);
             }
@@ -327,8 +342,12 @@ impl Session {
             self.change(|runner| run::act(runner, interaction))
         };
         let is_accepted = result.is_ok();
-        self.refusal = result.err().map(|error| error.to_string());
+        // Motions go on by themselves: they are no answer to what was refused.
+        if !is_motion || !is_accepted {
+            self.refusal = result.err().map(|error| error.to_string());
+        }
         if is_accepted {
+            self.note_limit(&[interaction]);
             self.record(&Event::Act(interaction));
             self.note_renewal(settings);
             if let Some(twin) = &mut self.twin {
@@ -336,6 +355,13 @@ impl Session {
             }
         }
         is_accepted
+    }
+
+    /// Notes that what was done moves the limit of stability.
+    fn note_limit(&mut self, done: &[Interaction]) {
+        if done.iter().map(Interaction::effects).any(|effects| effects.springs || effects.masses) {
+            self.limit_of = self.runner().steps();
+        }
     }
 
     /// Does several things at once: all, or none where one is refused.
@@ -352,6 +378,7 @@ impl Session {
         let is_accepted = result.is_ok();
         self.refusal = result.err().map(|error| error.to_string());
         if is_accepted {
+            self.note_limit(interactions);
             interactions.iter().for_each(|&each| self.record(&Event::Act(each)));
             self.note_renewal(settings);
             if let Some(twin) = &mut self.twin {
@@ -401,6 +428,7 @@ impl Session {
     /// Gives material and world the values of the scene again, and restarts.
     pub fn reset_material(&mut self) {
         self.material.forget();
+        self.wind = None;
         self.restart();
     }
 
@@ -411,6 +439,7 @@ impl Session {
         let tuned = self.change(|runner| tuning.apply(runner));
         self.refusal = tuned.as_ref().err().map(Error::to_string);
         if let Ok(event) = tuned {
+            self.limit_of = self.runner().steps();
             self.record(&event);
             self.restart_twin();
         }

@@ -2,7 +2,7 @@
 
 use super::scene_text::{says, with_values};
 use super::{Command, Viewer};
-use msd_core::Integrator;
+use msd_core::Settings;
 use msd_run::Runner;
 use msd_run::recording::ENDING;
 use msd_scene::{FileError, Loaded, Output, write_file, write_saved};
@@ -15,8 +15,9 @@ impl Viewer {
     pub fn open_path(&mut self, path: &Path) {
         match msd_scene::open(path) {
             Ok(loaded) => {
-                self.note = loaded.notes.first().cloned();
+                let note = loaded.notes.first().cloned();
                 self.show_opened(loaded);
+                self.note = note;
             }
             Err(error) => self.note = Some(error.to_string()),
         }
@@ -88,8 +89,11 @@ impl Viewer {
             }
             _ => return Err(refused("it is not from a scene file in TOML")),
         };
+        let named = loaded.files.first().filter(|_| self.current().is_none());
+        let written = msd_scene::open(named.map_or(Path::new(&loaded.name), PathBuf::as_path));
+        let written = written.map_err(|error| refused(&error.to_string()))?;
         let text =
-            with_values(&text, loaded, self.session.runner()).map_err(|why| refused(&why))?;
+            with_values(&text, &written, self.session.runner()).map_err(|why| refused(&why))?;
         let path = free(&folder, &loaded.name, "toml");
         write_file(&path, text.as_bytes()).map_err(|error| error.to_string())?;
         let read = msd_scene::open(&path);
@@ -105,18 +109,27 @@ impl Viewer {
     /// on, or was changed, a saved run.
     fn command_line(&self) -> Result<String, String> {
         let (loaded, runner) = (self.session.loaded(), self.session.runner());
+        // What the name opens, which is not always what was opened: the command line may have
+        // said more.
         let scene = match self.current() {
             Some(_) => Some(loaded.name.clone()),
             None => loaded.files.first().map(|file| shown(file)),
         };
-        let automatic = runner.is_automatic();
-        let start = Runner::open_with(loaded, runner.settings(), runner.precision(), automatic);
-        let is_start = start.is_ok_and(|start| start.progress() == runner.progress());
-        Ok(match scene.filter(|_| is_start) {
-            Some(scene) => {
+        let named = scene.and_then(|scene| Some((msd_scene::open(&scene).ok()?, scene)));
+        let (settings, precision) = (runner.settings(), runner.precision());
+        let is_start = |written: &Loaded| {
+            // The command line divides frames, whatever the steps of the scene are.
+            let is_sayable = settings.step == written.settings.step
+                && (settings.step == Settings::default().step
+                    || !options(written, runner).contains("--substeps"));
+            let start = Runner::open_with(written, settings, precision, runner.is_automatic());
+            is_sayable && start.is_ok_and(|start| start.progress() == runner.progress())
+        };
+        Ok(match named.filter(|(written, _)| is_start(written)) {
+            Some((written, scene)) => {
                 let mut line = format!("msd view {}", word(&scene));
-                line.push_str(&options(loaded, runner));
-                if loaded.precision != runner.precision() {
+                line.push_str(&options(&written, runner));
+                if written.precision != runner.precision() {
                     line.push_str(&format!(" --precision {}", runner.precision()));
                 }
                 line
@@ -133,7 +146,6 @@ fn options(loaded: &Loaded, runner: &Runner) -> String {
     if was.integrator != now.integrator {
         line.push_str(&format!(" --integrator {}", now.integrator));
     }
-    let implicit = [Integrator::BackwardEuler, Integrator::ImplicitMidpoint];
     if now.integrator.is_adaptive() {
         if was.tolerance != now.tolerance {
             line.push_str(&format!(" --tolerance {:e}", now.tolerance));
@@ -145,7 +157,7 @@ fn options(loaded: &Loaded, runner: &Runner) -> String {
     } else if loaded.automatic || was.substeps != now.substeps {
         line.push_str(&format!(" --substeps {}", now.substeps));
     }
-    if implicit.contains(&now.integrator) && was.newton != now.newton {
+    if now.integrator.is_implicit() && was.newton != now.newton {
         line.push_str(&format!(" --newton {}", now.newton));
     }
     line

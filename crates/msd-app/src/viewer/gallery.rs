@@ -3,6 +3,7 @@
 use std::path::Path;
 
 /// Width and height of a small picture, pixels.
+#[cfg(not(target_arch = "wasm32"))]
 pub(crate) const PICTURE: [u32; 2] = [192, 120];
 /// The most files of a folder that are listed.
 const MOST_FILES: usize = 60;

@@ -14,6 +14,8 @@ use std::fmt;
 
 /// Raised whenever what a link holds changes its form.
 const FORMAT: u8 = 1;
+/// What a page takes besides a link.
+const PAGE: [&str; 2] = ["embed", "verify"];
 /// Bytes of the checksum, the first of a BLAKE3 hash.
 const CHECK: usize = 4;
 /// The longest text that may be a link; a browser takes more, a person sends less.
@@ -88,7 +90,7 @@ impl Link {
         text.contains("#scene=")
     }
 
-    /// Reads a link, or its fragment alone. What a page needs besides (`embed`) is passed over.
+    /// Reads a link, or its fragment alone. What a page takes besides is passed over.
     ///
     /// # Errors
     /// See [`LinkError`]. Whether the changes fit the scene is found when they are made.
@@ -99,6 +101,12 @@ impl Link {
         let fragment = text.split_once('#').map_or(text, |(_, fragment)| fragment);
         let value = |key: &str| fragment.split('&').find_map(|part| part.strip_prefix(key));
         let scene = value("scene=").filter(|name| !name.is_empty()).ok_or(LinkError::NoScene)?;
+        let is_known = |part: &str| {
+            ["scene=", "with="].iter().any(|key| part.starts_with(key)) || PAGE.contains(&part)
+        };
+        if !fragment.split('&').all(is_known) {
+            return Err(LinkError::Damaged);
+        }
         let known = BUILTINS.iter().any(|builtin| builtin.name == scene);
         if !known {
             let name: String = scene.chars().filter(|c| !c.is_control()).take(40).collect();
@@ -184,7 +192,7 @@ impl Changes {
         let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
         self.edits.iter().all(is_setting)
             && [x, y, z, distance, yaw, pitch].iter().all(|number| number.is_finite())
-            && (1e-3..=100.0).contains(&self.speed)
+            && (self.speed == f64::INFINITY || (1e-3..=100.0).contains(&self.speed))
     }
 }
 

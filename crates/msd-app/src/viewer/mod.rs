@@ -24,7 +24,7 @@ pub use viewport::Viewport;
 use crate::session::{ErrorNow, MaterialEdit, Session};
 use egui::Rect;
 use glam::Vec3;
-use msd_core::{Real, Vector};
+use msd_core::{Real, Select, Vector};
 use msd_render::{Camera, Style};
 use msd_run::on;
 use msd_run::rescue::Offer;
@@ -340,6 +340,7 @@ impl Viewer {
         match result {
             Ok(()) => {
                 self.current = index;
+                self.note = None;
                 let springs = shows_springs(&self.session.loaded().name);
                 // What the user chose stays between scenes of the same kind.
                 if springs != before {
@@ -366,6 +367,12 @@ impl Viewer {
         let name = &session.loaded().name;
         if self.current.is_none() {
             return Err(format!("{name} is not built in: send its file instead of a link"));
+        }
+        let values = session.material().values();
+        if values.rest_scale != 1.0 && values.select != Select::All {
+            return Err(
+                "a link cannot hold the rest length of one body: save the run instead".into()
+            );
         }
         let target = if self.follow { self.beside } else { camera.target };
         let look = Look {
@@ -436,10 +443,7 @@ impl Viewer {
     /// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`.
     pub fn open_bytes(&mut self, name: &str, bytes: &[u8]) {
         match msd_scene::open_bytes(name, bytes) {
-            Ok(loaded) => {
-                self.opened = Some(loaded);
-                self.reopen();
-            }
+            Ok(loaded) => self.show_opened(loaded),
             Err(error) => self.session.refuse(Err(error)),
         }
     }

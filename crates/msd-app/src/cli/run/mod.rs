@@ -48,7 +48,7 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         wall: wall.as_secs_f64(),
         diverged: diverged.is_some(),
         gain: watch.gain,
-        imbalance: Some(watch.imbalance()),
+        imbalance: watch.imbalance(),
         solved: watch.solved,
     };
     tell_report(&RunReport::new(prepared, done), arguments, (diverged, unwritten))

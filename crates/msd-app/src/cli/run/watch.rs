@@ -30,6 +30,8 @@ pub struct Watch {
     pub chosen: Option<Chosen>,
     /// Substeps taken.
     pub substeps: u64,
+    /// Whether user input, such as a moving pin, did work.
+    is_handled: bool,
 }
 
 impl Watch {
@@ -46,6 +48,7 @@ impl Watch {
             solved: None,
             chosen: None,
             substeps: 0,
+            is_handled: msd_run::on!(runner, simulation => simulation.is_handled()),
         };
         runner.show_to(&mut watch.witness);
         watch
@@ -55,7 +58,7 @@ impl Watch {
     pub fn look(&mut self, runner: &Runner) {
         let substeps = runner.settings().substeps;
         self.substeps += u64::from(substeps);
-        if runner.is_automatic() {
+        if runner.is_automatic() && !runner.integrator().is_adaptive() {
             self.chosen = Some(Chosen::now(self.chosen, substeps));
         }
         runner.show_to(&mut self.witness);
@@ -63,12 +66,14 @@ impl Watch {
         if let Some(solved) = runner.solved() {
             self.solved.get_or_insert_default().note(solved);
         }
+        self.is_handled |= msd_run::on!(runner, simulation => simulation.is_handled());
         self.predict(runner);
     }
 
-    /// The change of the total energy that nothing explains, joules.
-    pub fn imbalance(&self) -> f64 {
-        self.witness.imbalance()
+    /// The change of the total energy that nothing explains, joules; `None` where user input did
+    /// work.
+    pub fn imbalance(&self) -> Option<f64> {
+        (!self.is_handled).then(|| self.witness.imbalance())
     }
 
     /// The smallest prediction yet, seconds.

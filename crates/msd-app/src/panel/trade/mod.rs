@@ -173,9 +173,14 @@ fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
 fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Option<Choice> {
     let mut chosen = None;
     let memory = egui::Id::unique("within");
-    type Fields = ([f64; 2], Option<String>);
+    // What was typed, and in which field last.
+    type Fields = ([f64; 2], Option<usize>);
     let known = ui.data(|data| data.get_temp::<Fields>(memory));
-    let (mut fields, mut missed) = known.unwrap_or(([1e3 * study.wanted, 1e3 * FRAME / 4.0], None));
+    let (mut fields, mut asked) = known.unwrap_or(([1e3 * study.wanted, 1e3 * FRAME / 4.0], None));
+    let goal = |fields: [f64; 2], row: usize| match row {
+        0 => Goal::MaxError(1e-3 * fields[0]),
+        _ => Goal::Budget(1e-3 * fields[1]),
+    };
     ui.horizontal(|ui| {
         let units = [" mm", " ms"];
         for (row, (label, unit)) in ["within", "or in"].into_iter().zip(units).enumerate() {
@@ -189,21 +194,16 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Option<Choice> {
             ][row];
             let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
             if response.changed() {
-                let goal = match row {
-                    0 => Goal::MaxError(1e-3 * fields[0]),
-                    _ => Goal::Budget(1e-3 * fields[1]),
-                };
-                match pick(study, goal) {
-                    Ok(trial) => (chosen, missed) = (Some(trial.choice), None),
-                    Err(text) => missed = Some(text),
-                }
+                asked = Some(row);
+                chosen = pick(study, goal(fields, row)).ok().map(|trial| trial.choice);
             }
         }
     });
+    let missed = asked.and_then(|row| pick(study, goal(fields, row)).err());
     if let Some(text) = &missed {
         small(ui, text, theme::WARN);
     }
-    ui.data_mut(|data| data.insert_temp(memory, (fields, missed)));
+    ui.data_mut(|data| data.insert_temp(memory, (fields, asked)));
     if chosen.is_some_and(|choice| Some(choice) == choice_of(session.runner())) {
         return None;
     }

@@ -79,7 +79,7 @@ impl Session {
     }
 
     /// Lets the wind act: once where it is new, and before each step where it comes in gusts.
-    fn blow(&mut self) {
+    pub(in crate::session) fn blow(&mut self) {
         let Some(wind) = self.wind.filter(|wind| !self.is_blowing || wind.is_gusty()) else {
             return;
         };
@@ -130,6 +130,14 @@ impl Session {
     /// The particles that are taken together when one of them is.
     pub fn group(&self) -> &[usize] {
         &self.grab.group
+    }
+
+    /// The uniform force of the scene with the mean of a gusty wind, newtons; `None` where the
+    /// force of the run is steady.
+    pub(in crate::session) fn steady_force(&self) -> Option<DVec3> {
+        let wind = self.wind.filter(Wind::is_gusty)?;
+        let mean = Wind { gusts: 0.0, ..wind };
+        Some(self.loaded.scene.world.force + mean.force(0.0))
     }
 
     /// The wind that the user made.

@@ -29,6 +29,11 @@ impl Wind {
         DVec3::new(cosine, 0.0, -sine) * (self.strength * share)
     }
 
+    /// The largest force that it comes to, newtons.
+    pub fn strongest(&self) -> DVec3 {
+        Wind { gusts: 0.0, ..*self }.force(0.0) * (1.0 + self.gusts)
+    }
+
     /// Whether it comes and goes.
     pub fn is_gusty(&self) -> bool {
         0.0 < self.gusts && 0.0 < self.strength

@@ -24,7 +24,7 @@ impl Session {
             let Some(later) = self.timeline.future.pop() else { break };
             self.history.push(std::mem::replace(&mut moment, later));
         }
-        let shown = self.change(|runner| runner.go_back(&moment));
+        let shown = self.return_to(&moment);
         self.refusal = shown.err().map(|error| error.to_string());
         self.failure = None;
         self.restart_twin();
@@ -95,7 +95,11 @@ impl Session {
         };
         self.material = material;
         self.change(|now| *now = runner);
+        self.limit_of = self.runner().steps();
         self.record_start();
+        // The wind is as it is now, whatever it was then.
+        self.is_blowing = false;
+        self.blow();
         self.timeline.mark(self.runner().steps(), MarkKind::Edit);
         self.timeline.recount(self.runner().contacts().count);
         self.restart_twin();

@@ -1,6 +1,7 @@
 //! Undo of what hands have set: the model as it was before, under the state of now.
 
 use crate::session::material::Material;
+use glam::DVec3;
 use msd_core::{Error, Interaction};
 use msd_run::{Runner, on};
 
@@ -64,8 +65,12 @@ impl Before {
         let grabs = on!(&runner, simulation => {
             simulation.model().grabs().iter().map(|grab| grab.particle).collect::<Vec<u32>>()
         });
-        for particle in grabs {
-            runner.queue(Interaction::Release { particle: particle as usize })?;
+        for particle in grabs.into_iter().map(|particle| particle as usize) {
+            runner.queue(Interaction::Release { particle })?;
+            // A pin that was being moved then would move on.
+            if on!(&runner, simulation => simulation.model().is_pinned(particle)) {
+                runner.queue(Interaction::Pin { particle, velocity: DVec3::ZERO })?;
+            }
         }
         runner.apply_queued()?;
         runner.go_back(&now.moment())?;
@@ -91,7 +96,7 @@ impl Undo {
 
     /// Whether what is about to be done begins something new, or goes on with the last edit.
     pub(in crate::session) fn begins(&mut self, deed: Deed) -> bool {
-        let goes_on = matches!(deed, Deed::Edit(_))
+        let goes_on = matches!(deed, Deed::Edit(_) | Deed::Cut)
             && self.age <= TOGETHER
             && self.future.is_empty()
             && self.past.last().is_some_and(|last| last.deed == deed);

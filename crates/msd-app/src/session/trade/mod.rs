@@ -24,7 +24,7 @@ use msd_study::terms::{TermRow, terms_by_leave};
 use msd_study::trial::Trial;
 use msd_study::tune::Goal;
 use msd_study::words::{cheapest, off, told};
-use subject::{is_same, loaded_of, subject};
+use subject::{Now, is_same, loaded_of, subject};
 use worker::Worker;
 
 /// Simulated time of a study, seconds.
@@ -105,12 +105,12 @@ impl Trade {
     }
 
     /// Voids what is no longer of the scene; called after every change of the run.
-    pub(super) fn follow(&mut self, run: &Run, loaded: &Loaded) {
+    pub(super) fn follow(&mut self, run: &Run, scene: Now<'_>) {
         if !self.on || self.of == run.revision() {
             return;
         }
         self.of = run.revision();
-        let now = subject(run.runner(), loaded, self.from);
+        let now = subject(run.runner(), scene, self.from);
         let is_kept = matches!((&self.subject, &now), (Some((a, _)), Some(b)) if is_same(a, b));
         if !is_kept {
             self.void();
@@ -122,19 +122,19 @@ impl Trade {
     }
 
     /// Begins what is to be begun, and asks for the present setting.
-    pub(super) fn refresh(&mut self, run: &Run, loaded: &Loaded, real: f64) {
+    pub(super) fn refresh(&mut self, run: &Run, scene: Now<'_>, real: f64) {
         if !self.on || !STUDY_IS_OFFERED {
             return;
         }
-        self.follow(run, loaded);
+        self.follow(run, scene);
         self.calm += real.max(0.0);
         let runner = run.runner();
         if self.subject.is_none() && CALM <= self.calm {
-            self.begin(runner, loaded);
+            self.begin(runner, scene);
         }
         if self.subject.is_some() && self.terms.as_ref().is_none_or(|t| t.solver != solver(runner))
         {
-            self.terms = self.begin_terms(runner, loaded);
+            self.terms = self.begin_terms(runner, scene.0);
         }
         let Some(study) = &self.study else { return };
         // One at a time: together they take no more than their share.
@@ -155,14 +155,14 @@ impl Trade {
         }
     }
 
-    fn begin(&mut self, runner: &Runner, loaded: &Loaded) {
+    fn begin(&mut self, runner: &Runner, now: Now<'_>) {
         self.calm = 0.0;
-        let Some(scene) = subject(runner, loaded, self.from) else { return };
+        let Some(scene) = subject(runner, now, self.from) else { return };
         let start = match self.from {
             StudyFrom::Start => 0.0,
             StudyFrom::Here => runner.time(),
         };
-        let studied = loaded_of(scene.clone(), loaded, solver(runner));
+        let studied = loaded_of(scene.clone(), now.0, solver(runner));
         self.subject = Some((scene, start));
         let plan = Plan {
             duration: STUDY_DURATION,

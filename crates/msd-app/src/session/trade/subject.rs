@@ -1,5 +1,6 @@
 //! The scene that a study in the background is about.
 
+use glam::DVec3;
 use msd_core::{Friction, Plane, Scene, Settings, Spring};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
@@ -14,14 +15,19 @@ pub enum StudyFrom {
     Here,
 }
 
+/// The scene as it was loaded, and the uniform force to study it with, newtons, where that of the
+/// run comes and goes.
+pub(super) type Now<'a> = (&'a Loaded, Option<DVec3>);
+
 /// The scene of a run as it stands, without what was cut, at one of two states; `None` where
 /// particles were removed.
-pub(super) fn subject(runner: &Runner, loaded: &Loaded, from: StudyFrom) -> Option<Scene> {
+pub(super) fn subject(runner: &Runner, (loaded, force): Now<'_>, from: StudyFrom) -> Option<Scene> {
     let (rows, progress) = runner.progress();
     if !progress.removed.is_empty() {
         return None;
     }
     let mut scene = without(rows, &progress.cut);
+    scene.world.force = force.unwrap_or(scene.world.force);
     let start = &loaded.scene;
     if from == StudyFrom::Start && start.particles.len() == scene.particles.len() {
         for (particle, first) in scene.particles.iter_mut().zip(&start.particles) {
@@ -121,9 +127,11 @@ mod tests {
                 let mut runner =
                     Runner::open_with(&loaded, loaded.settings, precision, false).expect("it runs");
                 runner.step().expect("a first step");
-                let scene = subject(&runner, &loaded, StudyFrom::Start).expect("nothing removed");
+                let scene =
+                    subject(&runner, (&loaded, None), StudyFrom::Start).expect("nothing removed");
                 assert_eq!(scene, loaded.scene, "{} in {precision}", builtin.name);
-                let here = subject(&runner, &loaded, StudyFrom::Here).expect("nothing removed");
+                let here =
+                    subject(&runner, (&loaded, None), StudyFrom::Here).expect("nothing removed");
                 assert!(is_same(&here, &scene) && here != scene, "{}", builtin.name);
             }
         }
@@ -137,7 +145,7 @@ mod tests {
             runner.queue(Interaction::Cut { spring }).expect("a spring of the scene");
         }
         runner.apply_queued().expect("room for it");
-        let scene = subject(&runner, &loaded, StudyFrom::Start).expect("nothing removed");
+        let scene = subject(&runner, (&loaded, None), StudyFrom::Start).expect("nothing removed");
         assert!(!is_same(&scene, &loaded.scene));
         assert_eq!(scene.springs.len(), loaded.scene.springs.len() - 2);
         assert_eq!(scene.springs[0].ends, loaded.scene.springs[1].ends);

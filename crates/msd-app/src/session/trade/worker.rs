@@ -4,6 +4,7 @@ use msd_study::Study;
 use msd_study::choice::Choice;
 use msd_study::conduct::{Follower, Progress};
 use msd_study::leave::Halt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use web_time::Instant;
@@ -76,9 +77,12 @@ impl<T: Send + Sync + 'static> Worker<T> {
         let shared = Arc::new(Shared { desk, woken: Condvar::new() });
         let mut job = Job { shared: shared.clone(), since: Instant::now() };
         let spawned = spawn(move || {
-            let failure = match work(&mut job) {
-                Err(Halt::Refused(error)) => Some(error.to_string()),
-                Ok(()) | Err(Halt::Stopped) => None,
+            // A panic would end the whole program.
+            let worked = catch_unwind(AssertUnwindSafe(|| work(&mut job)));
+            let failure = match worked {
+                Ok(Err(Halt::Refused(error))) => Some(error.to_string()),
+                Ok(Ok(()) | Err(Halt::Stopped)) => None,
+                Err(_) => Some("it failed: please report this".to_owned()),
             };
             job.shared.change(|desk| (desk.report.idle, desk.report.failure) = (true, failure));
         });
