@@ -134,6 +134,18 @@ fn only_the_app_names_a_window_and_the_renderer_never_names_a_system() {
 }
 
 #[test]
+fn cargo_run_runs_one_program() {
+    let manifests = CRATES.iter().map(|krate| root().join(krate).join("Cargo.toml"));
+    let runs = |manifest: std::path::PathBuf| {
+        let text = fs::read_to_string(manifest).expect("a manifest");
+        text.lines().filter(|line| line.starts_with("default-run")).map(str::to_owned).collect()
+    };
+    let runs: Vec<Vec<String>> = manifests.map(runs).collect();
+    // With none, or with two, `cargo run` asks which of the programs is meant.
+    assert_eq!(runs.concat(), ["default-run = \"msd\""]);
+}
+
+#[test]
 fn files_and_lines_are_short() {
     for folder in FOLDERS {
         for file in sources(&root().join(folder)) {
