@@ -1,8 +1,12 @@
 //! The hands of a user: cuts, groups, the force of a grab, the wind, throws.
 
+#[path = "common/frames.rs"]
+mod frames;
+
 use egui::{Key, Modifiers, Pos2, Vec2, pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use frames::{FRAME, frame, loaded, run};
 use msd_app::input::{read_pointer, take_commands};
 use msd_app::panel::{self, theme};
 use msd_app::session::{MOST_HELD, MaterialEdit, Session, Tuning, Wind};
@@ -10,25 +14,7 @@ use msd_app::viewer::{Tool, Viewer, catalogue};
 use msd_core::glam::DVec3;
 use msd_core::{Particle, Pin, Scene, Spring, Vector};
 use msd_run::on;
-use msd_scene::{Loaded, Precision};
-
-const FRAME: f64 = 1.0 / 60.0;
-
-fn loaded(name: &str) -> Loaded {
-    msd_scene::open(name).expect("a built-in scene")
-}
-
-fn run(session: &mut Session, frames: usize) {
-    (0..frames).for_each(|_| {
-        session.advance(FRAME + 1e-9, &|| 0.0);
-    });
-}
-
-/// A frame as the window has it, without time.
-fn frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
-    read_pointer(ui.ctx(), viewer);
-    panel::show(ui, viewer);
-}
+use msd_scene::Precision;
 
 /// A scene in a window that stands still.
 fn harness(name: &str) -> Harness<'static, Viewer> {

@@ -1,6 +1,10 @@
 //! Honesty of the session: no number outlives what it was computed from, and each way out of a run
 //! that blew up leads to one that stays up.
 
+#[path = "common/frames.rs"]
+mod frames;
+
+use frames::{FRAME, loaded, run};
 use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning, Wind};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Material, Real, Scene, Settings, Vector, shape};
@@ -8,19 +12,6 @@ use msd_run::on;
 use msd_run::rescue::{Offer, Origin, Remedy};
 use msd_scene::{Loaded, Precision};
 use msd_study::choice::{Choice, Fineness};
-
-const FRAME: f64 = 1.0 / 60.0;
-
-fn loaded(name: &str) -> Loaded {
-    msd_scene::open(name).expect("a built-in scene")
-}
-
-/// Lets frames of a sixtieth of a second pass on a machine whose steps cost nothing.
-fn run(session: &mut Session, frames: usize) {
-    (0..frames).for_each(|_| {
-        session.advance(FRAME + 1e-9, &|| 0.0);
-    });
-}
 
 /// Fails where something is shown that is not of the run as it is now.
 fn check(session: &Session, what: &str) {

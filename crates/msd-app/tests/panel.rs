@@ -1,23 +1,20 @@
 //! The panels by themselves: widgets found by their names, clicked and dragged without a window.
 
+#[path = "common/frames.rs"]
+mod frames;
+
 use egui::Vec2;
 use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use msd_app::input::read_pointer;
-use msd_app::panel::{self, theme};
+use frames::frame;
+use msd_app::panel::theme;
 use msd_app::session::{MaterialEdit, Tuning};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
 use msd_run::on;
 use msd_run::rescue::{Offer, Remedy};
 use msd_scene::Precision;
-
-/// A frame as the window has it, without time.
-fn frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
-    read_pointer(ui.ctx(), viewer);
-    panel::show(ui, viewer);
-}
 
 fn harness() -> Harness<'static, Viewer> {
     let loaded = msd_scene::open("jelly").expect("a built-in scene");

@@ -1,27 +1,14 @@
 //! The past of a session: looking back and going on from there, undo, and a twin beside the run.
 
+#[path = "common/frames.rs"]
+mod frames;
+
+use frames::{run, session};
 use msd_app::session::{MarkKind, MaterialEdit, Session, Tuning, Wind};
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Real, Settings, Vector};
 use msd_run::on;
 use msd_scene::state_hash;
-
-const FRAME: f64 = 1.0 / 60.0;
-
-fn session(name: &str) -> Session {
-    let loaded = msd_scene::open(name).expect("a built-in scene");
-    let mut session = Session::new(loaded).expect("a valid scene");
-    // The first frame after a start owes nothing.
-    session.advance(0.0, &|| 0.0);
-    session
-}
-
-/// Lets frames of a sixtieth of a second pass on a machine whose steps cost nothing.
-fn run(session: &mut Session, frames: usize) {
-    (0..frames).for_each(|_| {
-        session.advance(FRAME + 1e-9, &|| 0.0);
-    });
-}
 
 /// Steps taken, and the hash of the state.
 fn now(session: &Session) -> (u64, u64) {

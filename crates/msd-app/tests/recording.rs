@@ -1,7 +1,11 @@
 //! Recordings of sessions: all that a user does in the window happens again, to the last bit.
 
+#[path = "common/frames.rs"]
+mod frames;
+
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use frames::{run, session};
 use msd_app::panel::{self, theme};
 use msd_app::session::{MaterialEdit, Session, Tuning, Wind};
 use msd_app::viewer::{Viewer, catalogue};
@@ -12,23 +16,6 @@ use msd_run::replay::{Changes, Replay};
 use msd_run::rescue::Origin;
 use msd_scene::{Precision, open, state_hash};
 use std::path::Path;
-
-const FRAME: f64 = 1.0 / 60.0;
-
-fn session(name: &str) -> Session {
-    let loaded = open(name).expect("a built-in scene");
-    let mut session = Session::new(loaded).expect("a valid scene");
-    // The first frame after a start owes nothing.
-    session.advance(0.0, &|| 0.0);
-    session
-}
-
-/// Lets frames of a sixtieth of a second pass on a machine whose steps cost nothing.
-fn run(session: &mut Session, frames: usize) {
-    (0..frames).for_each(|_| {
-        session.advance(FRAME + 1e-9, &|| 0.0);
-    });
-}
 
 /// The end of a replay: steps, time, and the hash of the state.
 fn replayed(recording: &Recording) -> (u64, f64, u64) {

@@ -1,33 +1,17 @@
 //! The session by itself: what a user can do, without a window.
 
+#[path = "common/frames.rs"]
+mod frames;
+
+use frames::{FRAME, loaded, run, session};
 use msd_app::session::{ErrorNow, MaterialEdit, Session, Tuning};
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Real, Select, Vector};
 use msd_run::on;
-use msd_scene::{AnyState, Loaded, Precision};
+use msd_scene::{AnyState, Precision};
 
-const FRAME: f64 = 1.0 / 60.0;
 /// Steps until there is an estimate of the error.
 const WINDOW: usize = msd_app::session::ERROR_WINDOW as usize;
-
-fn loaded(name: &str) -> Loaded {
-    msd_scene::open(name).expect("a built-in scene")
-}
-
-fn session(name: &str) -> Session {
-    let mut session = Session::new(loaded(name)).expect("a valid scene");
-    // The first frame after a start owes nothing.
-    session.advance(0.0, &|| 0.0);
-    session
-}
-
-/// Lets frames of a sixtieth of a second pass on a machine whose steps cost nothing.
-fn run(session: &mut Session, frames: usize) {
-    (0..frames).for_each(|_| {
-        // A hair more than a step: sums of 1/60 fall short of whole steps by rounding.
-        session.advance(FRAME + 1e-9, &|| 0.0);
-    });
-}
 
 fn stiffness(session: &Session, spring: usize) -> f64 {
     on!(session.runner(), simulation => simulation.model().stiffness(spring).to_f64())

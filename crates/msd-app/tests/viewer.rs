@@ -1,12 +1,16 @@
 //! The viewer around a session: files opened, dropped and saved, the gallery, the guide, what is
 //! remembered, and the keyboard.
 
+#[path = "common/frames.rs"]
+mod frames;
+
 use egui::accesskit::Role;
 use egui::{Event, Key, Modifiers, RawInput, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
-use msd_app::input::{read_pointer, take_commands, take_drops};
-use msd_app::panel::{self, theme};
+use frames::frame;
+use msd_app::input::{take_commands, take_drops};
+use msd_app::panel::theme;
 use msd_app::session::{MaterialEdit, Tuning, Wind};
 use msd_app::viewer::{Command, Guide, GuideStep, Preferences, Viewer, catalogue};
 use msd_core::{Friction, Integrator, Select};
@@ -24,11 +28,6 @@ fn viewer(scene: &str, folder: &Path) -> Viewer {
     let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
     viewer.folder = folder.to_owned();
     viewer
-}
-
-fn frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
-    read_pointer(ui.ctx(), viewer);
-    panel::show(ui, viewer);
 }
 
 fn harness(viewer: Viewer, size: [f32; 2]) -> Harness<'static, Viewer> {

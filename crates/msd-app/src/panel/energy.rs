@@ -4,7 +4,7 @@ use super::{heading, theme};
 use crate::session::{Sample, Session, TRACE_WINDOW as WINDOW};
 use crate::viewer::Viewer;
 use egui::{Color32, Rangef, Rect, RichText, Sense, Ui, pos2, vec2};
-use egui_plot::{AxisHints, GridInput, GridMark, Line, Plot, PlotPoints};
+use egui_plot::{AxisHints, GridInput, GridMark, Line, PlotPoints};
 use msd_core::Energy;
 use msd_study::quantity::{estimate, quantity, rounded};
 use std::ops::RangeInclusive;
@@ -72,12 +72,8 @@ fn errors(ui: &mut Ui, session: &Session) {
 fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
     let (now, trace) = (session.runner().time(), session.trace());
     let height = (ui.available_height() - 66.0).clamp(110.0, 220.0);
-    Plot::new("energy")
+    super::still_plot("energy")
         .height(height)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
         .show_x(false)
         .show_y(false)
         .set_margin_fraction(egui::vec2(0.0, 0.06))

@@ -21,6 +21,7 @@ use egui::{
     Align, CursorIcon, Frame, Layout, Panel, Response, RichText, ScrollArea, Sense, Slider, Ui,
     Widget, vec2,
 };
+use egui_plot::Plot;
 
 /// Width of the left panel, points.
 const LEFT: f32 = 158.0;
@@ -98,6 +99,11 @@ fn heading(ui: &mut Ui, text: &str) {
         let stroke = egui::Stroke::new(1.0, theme::LINE);
         ui.painter().hline(rest.x_range(), rest.center().y, stroke);
     });
+}
+
+/// A plot that the pointer does not move.
+fn still_plot(name: &'static str) -> Plot<'static> {
+    Plot::new(name).allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false)
 }
 
 /// A label and a slider beside it; the name of both is the label.

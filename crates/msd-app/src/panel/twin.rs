@@ -4,7 +4,7 @@ use super::theme;
 use crate::session::{Session, Twin};
 use crate::viewer::Viewer;
 use egui::{Button, Color32, ComboBox, Mesh, Painter, Pos2, Rect, RichText, Ui, pos2, vec2};
-use egui_plot::{Line, Plot, PlotPoints};
+use egui_plot::{Line, PlotPoints};
 use glam::Vec3;
 use msd_core::{Integrator, Settings};
 use msd_study::quantity::{estimate, quantity};
@@ -88,12 +88,8 @@ fn distance(ui: &mut Ui, session: &Session) {
         ui.label(RichText::new(failure).small().color(theme::BAD));
     }
     let most = twin.trace().map(|sample| sample[1]).fold(0.0, f64::max);
-    Plot::new("twin")
+    super::still_plot("twin")
         .height(70.0)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
         .show_x(false)
         .show_y(false)
         .y_axis_min_width(34.0)

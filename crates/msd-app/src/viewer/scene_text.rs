@@ -3,6 +3,7 @@
 use msd_core::{Friction, Integrator, Model, Real, Settings, Vector};
 use msd_run::{Runner, on};
 use msd_scene::Loaded;
+use msd_study::tune::put;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 
 /// What a scene file says of a run: solver, world, and the material of each body where it is one
@@ -156,16 +157,5 @@ fn rows(item: Option<&mut Item>) -> Vec<&mut dyn TableLike> {
             tables.map(|table| table as &mut dyn TableLike).collect()
         }
         _ => Vec::new(),
-    }
-}
-
-/// Sets a key; what is written beside its old value stays.
-fn put(table: &mut dyn TableLike, key: &str, mut value: Value) {
-    match table.get_mut(key).and_then(Item::as_value_mut) {
-        Some(old) => {
-            *value.decor_mut() = old.decor().clone();
-            *old = value;
-        }
-        None => drop(table.insert(key, toml_edit::value(value))),
     }
 }

@@ -13,7 +13,7 @@ use msd_core::{Error, Integrator, Scene};
 use msd_scene::Precision;
 use serde::Serialize;
 
-pub use solver_section::with_choice;
+pub use solver_section::{put, with_choice};
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

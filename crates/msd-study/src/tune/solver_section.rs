@@ -3,6 +3,7 @@
 
 use crate::candidates::choice::{Choice, Fineness};
 use msd_scene::{FileError, SceneFormat, read};
+use toml_edit::{Item, TableLike, Value};
 
 /// Rewrites the solver section of a scene file so that it asks for a choice.
 ///
@@ -39,15 +40,7 @@ fn rewritten(
             };
             solver.remove(CONTRADICTED);
             for (key, value) in entries(choice) {
-                let mut value = toml_value(value);
-                // What is written beside a value stays beside the new one.
-                match solver.get_mut(key).and_then(toml_edit::Item::as_value_mut) {
-                    Some(old) => {
-                        *value.decor_mut() = old.decor().clone();
-                        *old = value;
-                    }
-                    None => drop(solver.insert(key, toml_edit::value(value))),
-                }
+                put(solver, key, toml_value(value));
             }
             Ok(file.to_string())
         }
@@ -68,6 +61,17 @@ fn rewritten(
             let text = serde_json::to_string_pretty(&file);
             Ok(text.map_err(|error| refused(error.to_string()))? + "\n")
         }
+    }
+}
+
+/// Sets a key of a table of a scene file; what is written beside its old value stays.
+pub fn put(table: &mut dyn TableLike, key: &str, mut value: Value) {
+    match table.get_mut(key).and_then(Item::as_value_mut) {
+        Some(old) => {
+            *value.decor_mut() = old.decor().clone();
+            *old = value;
+        }
+        None => drop(table.insert(key, toml_edit::value(value))),
     }
 }
 
@@ -94,7 +98,7 @@ fn entries(choice: Choice) -> Vec<(&'static str, SolverValue)> {
 /// The key that excludes `steps_per_second`.
 const CONTRADICTED: &str = "step";
 
-fn toml_value(entry: SolverValue) -> toml_edit::Value {
+fn toml_value(entry: SolverValue) -> Value {
     match entry {
         SolverValue::Text(text) => text.into(),
         SolverValue::Whole(number) => i64::from(number).into(),

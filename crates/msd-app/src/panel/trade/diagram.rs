@@ -4,8 +4,7 @@
 use super::super::theme;
 use egui::{Color32, Rangef, RichText, Ui};
 use egui_plot::{
-    AxisHints, GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Plot,
-    Points,
+    AxisHints, GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Points,
 };
 use msd_core::Integrator;
 use msd_scene::Precision;
@@ -56,11 +55,7 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
         )),
         HoverPosition::Elsewhere { .. } => None,
     };
-    let plot = Plot::new("error against cost")
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
+    let plot = crate::panel::still_plot("error against cost")
         .allow_double_click_reset(false)
         .set_margin_fraction(egui::vec2(0.06, 0.08))
         .x_grid_spacer(decades)
