@@ -110,10 +110,23 @@ mod painter {
     use msd_render::{Gpu, Offscreen, RenderError, Style, View, bounds};
     use msd_run::{Runner, on};
     use std::sync::mpsc::{Receiver, TryRecvError, channel};
+    use std::thread::JoinHandle;
 
-    /// Draws scenes one after the other; dropped, it stops at the next one.
+    /// Draws scenes one after the other. Dropped, it waits for the one that is being drawn: a
+    /// driver at work in a thread while the process ends takes the process down with it (Mesa's).
     #[derive(Debug)]
-    pub(super) struct Painter(Option<Receiver<(usize, ColorImage)>>);
+    pub(super) struct Painter {
+        drawn: Option<Receiver<(usize, ColorImage)>>,
+        thread: Option<JoinHandle<()>>,
+    }
+
+    impl Drop for Painter {
+        fn drop(&mut self) {
+            self.drawn = None;
+            // A painter that panicked has drawn less.
+            let _ = self.thread.take().map(JoinHandle::join);
+        }
+    }
 
     impl Painter {
         /// Begins to draw the starts of scenes. Where there is no driver none is drawn.
@@ -131,21 +144,22 @@ mod painter {
                     }
                 }
             };
-            let started = std::thread::Builder::new().name("gallery".into()).spawn(work);
-            Painter(started.ok().map(|_| receiver))
+            let thread = std::thread::Builder::new().name("gallery".into()).spawn(work).ok();
+            let drawn = thread.is_some().then_some(receiver);
+            Painter { drawn, thread }
         }
 
         /// Hands over what was drawn since the last call; whether more is to come.
         pub(super) fn receive(&mut self, mut take: impl FnMut(usize, ColorImage)) -> bool {
-            let Some(receiver) = &self.0 else { return false };
+            let Some(drawn) = &self.drawn else { return false };
             loop {
-                match receiver.try_recv() {
+                match drawn.try_recv() {
                     Ok((row, image)) => take(row, image),
                     Err(TryRecvError::Empty) => return true,
                     Err(TryRecvError::Disconnected) => break,
                 }
             }
-            self.0 = None;
+            self.drawn = None;
             false
         }
     }
