@@ -51,7 +51,7 @@ fn table(folder: &Path) -> Vec<Vec<Datum>> {
     timeless(&read(folder, &folder.join("small.csv")))
 }
 
-/// Reads a table in the folder of the sweep; CSV does not tell what its columns hold, the sweep does.
+/// Reads a table in the folder of the sweep, which knows what the columns of CSV hold.
 fn read(folder: &Path, path: &Path) -> Table {
     let sweep = Sweep::open(&folder.join("small.toml")).expect("a sweep");
     let columns = Store::of(&sweep, None).collect(&sweep).expect("a table").0.columns;
