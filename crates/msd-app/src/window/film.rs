@@ -40,7 +40,7 @@ impl Film {
         &self.viewer
     }
 
-    /// Where the last frame has a control, by its role and how its name, or that of its label, begins.
+    /// Where the last frame has a control, by its role and the beginning of its name or label.
     pub fn place(&self, role: Role, name: &str) -> Option<Rect> {
         let begins = |text: Option<&str>| text.is_some_and(|text| text.starts_with(name));
         let is_named = |node: &Node| begins(node.label()) || begins(node.value());
