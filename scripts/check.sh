@@ -16,7 +16,11 @@ fmt() {
 clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
 # With thousands of mutations of each corpus of the fuzz targets; `scripts/fuzz.sh` goes on.
-test_debug() { MSD_MUTATIONS=5000 cargo test; }
+test_debug() {
+    MSD_MUTATIONS=5000 cargo test
+    # What is left out of a build unless asked for.
+    cargo test -p msd-study --features parquet --test sweep
+}
 # Where optimisation could matter: bits, kernels, threads, memory and stability.
 test_release() {
     cargo test --release --test kernel --test same_bits --test threads --test memory \

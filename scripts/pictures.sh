@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Makes the moving picture of the README anew: a grab and a throw in the whole window, filmed without
-# a display, always the same frames.
+# Makes the pictures of the window in the README anew: a grab and a throw, and the first five
+# minutes. They are filmed without a display, always the same frames.
 #
-# Needs a graphics adapter (mesa-vulkan-drivers will do) and img2webp (apt install webp).
+# Needs a graphics adapter (mesa-vulkan-drivers will do) and img2webp and cwebp (apt install webp).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -12,3 +12,11 @@ MSD_FILM=$frames cargo test --release --test film -- --ignored film_of_a_grab
 # Every second frame: 15 pictures a second.
 img2webp -loop 0 -lossy -q 65 -m 4 -d 66 "$frames"/*[02468].png -o docs/grab.webp
 ls -l docs/grab.webp
+
+# The five pictures of the first five minutes, each step of the guide with the real controls.
+MSD_FILM=$frames cargo test --release --test film -- --ignored pictures_of_the_first_five_minutes
+mkdir -p docs/first
+for step in grab stiffen blow-up mend cost; do
+    cwebp -quiet -q 70 -resize 900 0 "$frames/$step.png" -o "docs/first/$step.webp"
+done
+ls -l docs/first

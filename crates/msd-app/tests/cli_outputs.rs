@@ -339,6 +339,6 @@ fn names_that_are_no_text_work_everywhere() {
         command.args(arguments).env("MSD_CACHE", folder.path().join("cache"));
         done(command);
     }
-    assert!(folder.path().join(odd(b"s.parquet")).is_file());
+    assert!(folder.path().join(odd(b"s.csv")).is_file());
     assert!(folder.path().join(odd(b".bin")).is_file());
 }

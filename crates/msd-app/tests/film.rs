@@ -3,23 +3,37 @@
 //! Without any graphics adapter each test says that it skips, unless `MSD_REQUIRE_ADAPTER` is set.
 #![cfg(not(target_arch = "wasm32"))]
 
+use egui::accesskit::Role;
 use egui::{
     Event, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, TouchPhase, Vec2,
     pos2, vec2,
 };
 use image::{ColorType, ImageFormat};
-use msd_app::viewer::{Viewer, catalogue};
+use msd_app::session::{ErrorNow, Session};
+use msd_app::viewer::{GuideStep, Preferences, Viewer, catalogue};
 use msd_app::window::Film;
 use msd_core::Vector;
 use msd_render::{Gpu, Image};
 use msd_run::on;
+use msd_run::rescue::Remedy;
 use std::path::Path;
 
 /// The time from one picture to the next, seconds.
 const FRAME: f64 = 1.0 / 30.0;
+/// The size of the window of the guide, pixels.
+const TOUR: [u32; 2] = [1180, 800];
 
-/// A film of a scene, or nothing and a loud line; nothing will not do where CI has a driver.
+fn viewer(scene: &str) -> Viewer {
+    let loaded = msd_scene::open(scene).expect("a built-in scene");
+    Viewer::new(loaded, catalogue()).expect("a valid scene")
+}
+
 fn film(scene: &str, size: [u32; 2]) -> Option<Film> {
+    film_of(viewer(scene), size)
+}
+
+/// A film, or nothing and a loud line; nothing will not do where CI has a driver.
+fn film_of(viewer: Viewer, size: [u32; 2]) -> Option<Film> {
     let gpu = match msd_app::drivers::quietly(|| pollster::block_on(Gpu::headless())) {
         Ok(gpu) => gpu,
         Err(error) => {
@@ -28,8 +42,6 @@ fn film(scene: &str, size: [u32; 2]) -> Option<Film> {
             return None;
         }
     };
-    let loaded = msd_scene::open(scene).expect("a built-in scene");
-    let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
     Some(Film::new(viewer, gpu, size).expect("a picture of this size"))
 }
 
@@ -116,6 +128,94 @@ fn save(image: &Image, path: &Path) {
     let (rgba, format) = (ColorType::Rgba8, ImageFormat::Png);
     image::save_buffer_with_format(path, &image.rgba, image.width, image.height, rgba, format)
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+}
+
+/// Presses a control where it is, at a part of its width, and lets go.
+fn click(film: &mut Film, (role, name): (Role, &str), part: f32) -> Pos2 {
+    let place = film.place(role, name).unwrap_or_else(|| panic!("no {role:?} {name}"));
+    let at = pos2(place.left() + part * place.width(), place.center().y);
+    film.frame(FRAME, vec![Event::PointerMoved(at)]).unwrap();
+    film.frame(FRAME, vec![button(at, true)]).unwrap();
+    film.frame(FRAME, vec![button(at, false)]).unwrap();
+    at
+}
+
+/// Lets time pass until a session is as it should be, at most ten seconds.
+fn until(film: &mut Film, is_so: impl Fn(&Session) -> bool) -> Image {
+    for _ in 0..300 {
+        let image = wait(film, 1);
+        if is_so(&film.viewer().session) {
+            return image;
+        }
+    }
+    panic!("it took more than ten seconds");
+}
+
+fn share(session: &Session) -> f64 {
+    session.stability().map_or(0.0, |(share, _)| share)
+}
+
+/// The five steps of the guide with the real controls, each with a picture.
+fn tour(mut keep: impl FnMut(&str, Image)) {
+    let mut viewer = viewer("cube");
+    // Of somebody who has never seen the guide.
+    viewer.set_preferences(Preferences::default());
+    let Some(mut film) = film_of(viewer, TOUR) else { return };
+    wait(&mut film, 60);
+    let at = corner(&film).1;
+    film.frame(FRAME, vec![Event::PointerMoved(at)]).unwrap();
+    film.frame(FRAME, vec![button(at, true)]).unwrap();
+    let to = |part: f32| at + vec2(60.0, -90.0) * part;
+    for frame in 1..=10u8 {
+        film.frame(FRAME, vec![Event::PointerMoved(to(f32::from(frame) / 10.0))]).unwrap();
+    }
+    let mut image = wait(&mut film, 5);
+    draw_pointer(&mut image, to(1.0), true);
+    keep("grab", image);
+    film.frame(FRAME, vec![button(to(1.0), false)]).unwrap();
+    // At rest: what is bent when it is made stiffer jumps.
+    wait(&mut film, 240);
+    assert_eq!(film.viewer().guide.and_then(|guide| guide.step()), Some(GuideStep::Stiffen));
+
+    // Paused, as a step that is too long leaves no time to look at the meter.
+    click(&mut film, (Role::Button, "Pause"), 0.5);
+    let slider = film.place(Role::Slider, "Stiffness").expect("a slider");
+    let at = |part: usize| slider.lerp_inside(vec2(part as f32 / 100.0, 0.5));
+    film.frame(FRAME, vec![Event::PointerMoved(at(50)), button(at(50), true)]).unwrap();
+    let (at, mut image) = (51..100)
+        .find_map(|part| {
+            film.frame(FRAME, vec![Event::PointerMoved(at(part))]).unwrap();
+            let image = until(&mut film, |session| session.stability().is_some());
+            (1.0 < share(&film.viewer().session)).then_some((at(part), image))
+        })
+        .expect("stiffer than the step allows");
+    film.frame(0.0, vec![button(at, false)]).unwrap();
+    assert!(film.viewer().session.failure().is_none(), "the meter says so before it happens");
+    draw_pointer(&mut image, at, true);
+    keep("stiffen", image);
+    click(&mut film, (Role::Button, "Run"), 0.5);
+
+    until(&mut film, |session| !session.offers().is_empty());
+    keep("blow-up", wait(&mut film, 2));
+    let substeps = film.viewer().session.offers().iter().find_map(|offer| match offer.remedy {
+        Remedy::Substeps(substeps) => Some(format!("{substeps} substeps")),
+        _ => None,
+    });
+    click(&mut film, (Role::Button, &substeps.expect("more substeps are a way out")), 0.5);
+    until(&mut film, |session| session.failure().is_none() && share(session) <= 1.0);
+    keep("mend", wait(&mut film, 30));
+
+    click(&mut film, (Role::CheckBox, "Estimate error"), 0.1);
+    keep("cost", until(&mut film, |session| matches!(session.error(), Some(ErrorNow::Known(_)))));
+    wait(&mut film, 2);
+    assert_eq!(film.viewer().guide.map(|guide| guide.step()), Some(None), "all steps are done");
+}
+
+#[test]
+#[ignore = "writes the pictures of the first five minutes into the folder MSD_FILM"]
+fn pictures_of_the_first_five_minutes() {
+    let folder = std::env::var_os("MSD_FILM").expect("MSD_FILM names a folder");
+    tour(|name, image| save(&image, &Path::new(&folder).join(format!("{name}.png"))));
 }
 
 /// `scripts/pictures.sh` makes the picture of the README of it.

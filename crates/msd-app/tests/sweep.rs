@@ -48,11 +48,17 @@ fn cells(folder: &Path) -> Vec<PathBuf> {
 
 /// Reads the table of the whole sweep and leaves out what tells how long something took.
 fn table(folder: &Path) -> Vec<Vec<Datum>> {
-    timeless(&folder.join("small.parquet"))
+    timeless(&read(folder, &folder.join("small.csv")))
 }
 
-fn timeless(path: &Path) -> Vec<Vec<Datum>> {
-    let table = Table::read(path, TableFormat::Parquet, &[]).expect("a table");
+/// Reads a table in the folder of the sweep, which knows what the columns of CSV hold.
+fn read(folder: &Path, path: &Path) -> Table {
+    let sweep = Sweep::open(&folder.join("small.toml")).expect("a sweep");
+    let columns = Store::of(&sweep, None).collect(&sweep).expect("a table").0.columns;
+    Table::read(path, TableFormat::Csv, &columns).expect("a whole file")
+}
+
+fn timeless(table: &Table) -> Vec<Vec<Datum>> {
     let times = ["cpu_seconds", "cpu_per_second", "wall_seconds", "spring_updates_per_second"];
     let kept = |place: &usize| !times.contains(&table.columns[*place].name.as_str());
     let places: Vec<usize> = (0..table.columns.len()).filter(kept).collect();
@@ -67,7 +73,7 @@ fn alone() -> Vec<Vec<Datum>> {
     let said = done(msd(folder.path(), &[]));
     assert_eq!(
         said.lines().collect::<Vec<_>>(),
-        ["12 cells: 12 run, 0 done before; in small", "12 rows in small.parquet"]
+        ["12 cells: 12 run, 0 done before; in small", "12 rows in small.csv"]
     );
     let rows = table(folder.path());
     assert_eq!((rows.len(), cells(folder.path()).len()), (12, 12));
@@ -85,9 +91,9 @@ fn four_processes_make_the_same_table_as_one() {
         let output = child.wait_with_output().expect("msd ends");
         assert!(text(&output.stdout).starts_with("3 cells: 3 run"), "{}", text(&output.stderr));
     }
-    assert!(!parts.path().join("small.parquet").exists());
-    let said = done(msd(parts.path(), &["--collect", "small.parquet"]));
-    assert_eq!(said, "12 rows in small.parquet\n");
+    assert!(!parts.path().join("small.csv").exists());
+    let said = done(msd(parts.path(), &["--collect", "small.csv"]));
+    assert_eq!(said, "12 rows in small.csv\n");
     assert_eq!(table(parts.path()), alone);
     // All of them everything.
     let whole = folder(SMALL);
@@ -104,8 +110,7 @@ fn four_processes_make_the_same_table_as_one() {
 fn a_row_has_time_and_error_and_finer_steps_err_less() {
     let folder = folder(SMALL);
     done(msd(folder.path(), &["-j", "2"]));
-    let path = folder.path().join("small.parquet");
-    let table = Table::read(&path, TableFormat::Parquet, &[]).expect("a table");
+    let table = read(folder.path(), &folder.path().join("small.csv"));
     let value = |row: usize, name: &str| {
         let value = &table.rows[row][table.place(name).expect(name)];
         value.as_number().unwrap_or_else(|| panic!("{name} of row {row} is {value:?}"))
@@ -127,7 +132,7 @@ fn a_row_has_time_and_error_and_finer_steps_err_less() {
 /// A file of a cell is whole whenever it can be seen.
 fn assert_whole(folder: &Path) {
     for path in cells(folder) {
-        let table = Table::read(&path, TableFormat::Parquet, &[]).expect("a whole file");
+        let table = read(folder, &path);
         assert_eq!(table.rows.len(), 1, "{}", path.display());
     }
 }
@@ -148,7 +153,7 @@ fn a_sweep_that_is_killed_leaves_whole_files_and_is_resumed() {
     assert_whole(folder.path());
     let before = cells(folder.path()).len();
     assert!((3..24).contains(&before), "{before} cells are done");
-    assert!(!folder.path().join("small.parquet").exists());
+    assert!(!folder.path().join("small.csv").exists());
     // What a process leaves that is killed while it writes.
     fs::write(folder.path().join("small/.msd-killed.part"), "PAR1").expect("a file");
     let listed = done(msd(folder.path(), &["--list"]));
@@ -213,7 +218,7 @@ fn bad_arguments_are_refused_in_one_line() {
     assert!(told(&["-j", "0"]).contains("must be a whole number from 1 to 4096"));
     assert!(told(&["--list", "--task", "1"]).contains("cannot be used with"));
     let collect = told(&["--collect", "table.xlsx"]);
-    assert!(collect.contains("--collect table.xlsx: must end in .parquet or .csv"), "{collect}");
+    assert!(collect.contains("--collect table.xlsx: must end in .csv or .parquet"), "{collect}");
     fs::write(folder.path().join("small.toml"), SMALL.replace("16", "-16")).expect("a file");
     let bad = "error: small.toml:7:28: solver.substeps is -16; it must be a whole number from 1 to \
         4294967295, or \"auto\"\n";

@@ -199,11 +199,12 @@ fn font(letter: char) -> Option<FontRef<'static>> {
 }
 
 /// Rows of pixels, red, green, blue, as a file.
-pub fn png(size: (u32, u32), pixels: Vec<u8>) -> Vec<u8> {
-    let mut file = std::io::Cursor::new(Vec::new());
-    let picture = image::RgbImage::from_raw(size.0, size.1, pixels).unwrap_or_default();
+pub fn png((width, height): (u32, u32), pixels: &[u8]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
     // Memory refuses nothing.
-    let written = picture.write_to(&mut file, image::ImageFormat::Png);
+    let written = encoder.write_header().and_then(|mut writer| writer.write_image_data(pixels));
     debug_assert!(written.is_ok());
-    file.into_inner()
+    file
 }

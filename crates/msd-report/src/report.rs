@@ -74,7 +74,7 @@ pub fn png(study: &Study) -> Vec<u8> {
         let drawn = work_precision(study, surface);
         debug_assert!(drawn.is_ok());
     });
-    raster::png(size, pixels)
+    raster::png(size, &pixels)
 }
 
 /// One row per trial, CSV.

@@ -173,7 +173,7 @@ fn bad_sweep_files_are_refused_by_place_key_and_domain() {
         ),
         (
             refused("version = 1\nscene = 'chain'\nformat = 'xls'"),
-            "sweep.toml:3:10: format is \"xls\"; it must be one of parquet, csv".into(),
+            "sweep.toml:3:10: format is \"xls\"; it must be one of csv, parquet".into(),
         ),
         (
             refused("version = 1\nscene = 'chian'\n[grid]\nx = [1]"),
@@ -273,6 +273,20 @@ fn too_many_cells_and_keys_that_overlap_are_refused() {
     assert!(told.ends_with("grid keys bodies[0] and bodies[0].mass set the same value"), "{told}");
 }
 
+#[cfg(not(feature = "parquet"))]
+#[test]
+fn a_format_that_was_left_out_is_refused_before_anything_runs() {
+    let folder = folder();
+    let text = format!("{HEAD}format = 'parquet'\n[grid]\n'bodies[0].mass' = [1]");
+    let told = open(folder.path(), &text).err().expect("no Parquet").to_string();
+    assert!(told.contains(":4:10: this msd was built without Parquet"), "{told}");
+    let table = folder.path().join("table.parquet");
+    let written = Table::default().write(&table, TableFormat::Parquet);
+    assert!(written.expect_err("no Parquet").to_string().contains("--features parquet"));
+    assert!(!table.exists());
+}
+
+#[cfg(feature = "parquet")]
 #[test]
 fn both_formats_hold_the_same_table_and_come_back() {
     let folder = folder();

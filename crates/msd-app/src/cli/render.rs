@@ -4,8 +4,6 @@ use super::arguments::RenderArguments;
 use super::failure::{Failure, say};
 use super::places::Places;
 use super::run::{Prepared, explain_divergence, prepare};
-use image::codecs::png::PngEncoder;
-use image::{ExtendedColorType, ImageEncoder};
 use msd_app::drivers::quietly;
 use msd_app::viewer::shows_springs;
 use msd_render::{Gpu, Image, Offscreen, RenderError, Style, View, bounds};
@@ -43,13 +41,25 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     let image = draw(&mut screen, &prepared, arguments).map_err(Failure::input)?;
     let Image { width, height, rgba } = image;
-    let encoder = PngEncoder::new(&mut output);
-    let written = encoder.write_image(&rgba, width, height, ExtendedColorType::Rgba8);
-    written.map_err(|error| Failure::input(format!("{}: {error}", shown_path(&path))))?;
+    write_png(&mut output, [width, height], &rgba)
+        .map_err(|error| Failure::input(format!("{}: {error}", shown_path(&path))))?;
     output.finish().map_err(Failure::input)?;
     let (name, time) = (&prepared.name, quantity(prepared.runner.time(), "s"));
     let path = shown_path(&path);
     say(&format!("{path}: {name} after {time}, {width}x{height} pixels"))
+}
+
+/// Writes rows of pixels, red, green, blue and opacity.
+fn write_png(
+    output: &mut Output,
+    [width, height]: [u32; 2],
+    rgba: &[u8],
+) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(output, width, height);
+    encoder.set_color(png::ColorType::Rgba);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(rgba)?;
+    writer.finish()
 }
 
 fn draw(

@@ -21,8 +21,11 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     if let Some(path) = &arguments.collect {
         let format = TableFormat::of(path).ok_or_else(|| {
             let path = shown_path(path);
-            Failure::input(format!("--collect {path}: must end in .parquet or .csv"))
+            Failure::input(format!("--collect {path}: must end in .csv or .parquet"))
         })?;
+        if let Some(instead) = format.missing() {
+            return Err(Failure::input(format!("--collect {}: {instead}", shown_path(path))));
+        }
         check_place((&sweep, &store), ("--collect", path))?;
         return collect(&sweep, &store, (path, format));
     }

@@ -4,7 +4,8 @@ use super::canvas::{Canvas, Painting};
 use super::lay_out;
 use crate::panel;
 use crate::viewer::Viewer;
-use egui::{Event, Pos2, RawInput, Rect, vec2};
+use egui::accesskit::{Node, NodeId, Role};
+use egui::{Event, Pos2, RawInput, Rect, pos2, vec2};
 use msd_render::{Gpu, Image, RenderError, Sheet};
 
 /// A window that is filmed: time passes as it is told, whatever the machine takes, so that the same
@@ -16,6 +17,8 @@ pub struct Film {
     sheet: Sheet,
     /// Since the first frame, seconds.
     time: f64,
+    /// The controls of the last frame.
+    controls: Vec<(NodeId, Node)>,
 }
 
 impl Film {
@@ -26,14 +29,29 @@ impl Film {
     pub fn new(viewer: Viewer, gpu: Gpu, [width, height]: [u32; 2]) -> Result<Self, RenderError> {
         let context = egui::Context::default();
         panel::theme::apply(&context);
+        context.enable_accesskit();
         let sheet = Sheet::new(&gpu, width, height)?;
         let canvas = Canvas::new(gpu, Sheet::FORMAT);
-        Ok(Film { viewer, context, canvas, sheet, time: 0.0 })
+        Ok(Film { viewer, context, canvas, sheet, time: 0.0, controls: Vec::new() })
     }
 
     /// What it shows.
     pub fn viewer(&self) -> &Viewer {
         &self.viewer
+    }
+
+    /// Where the last frame has a control, by its role and the beginning of its name or label.
+    pub fn place(&self, role: Role, name: &str) -> Option<Rect> {
+        let begins = |text: Option<&str>| text.is_some_and(|text| text.starts_with(name));
+        let is_named = |node: &Node| begins(node.label()) || begins(node.value());
+        let names = |id: &NodeId| self.controls.iter().any(|(at, node)| at == id && is_named(node));
+        let is_meant = |node: &Node| {
+            node.role() == role && (is_named(node) || node.labelled_by().iter().any(names))
+        };
+        let (_, node) = self.controls.iter().find(|(_, node)| is_meant(node))?;
+        let bounds = node.bounds()?;
+        let corner = |x: f64, y: f64| pos2(x as f32, y as f32);
+        Some(Rect::from_min_max(corner(bounds.x0, bounds.y0), corner(bounds.x1, bounds.y1)))
     }
 
     /// Lets so many seconds pass in which the user did this, and draws the frame.
@@ -51,7 +69,9 @@ impl Film {
             focused: true,
             ..RawInput::default()
         };
-        let (output, _) = lay_out(&self.context, raw, &mut self.viewer, duration, &|| 0.0);
+        let (mut output, _) = lay_out(&self.context, raw, &mut self.viewer, duration, &|| 0.0);
+        let update = output.platform_output.accesskit_update.take();
+        self.controls = update.map(|update| update.nodes).unwrap_or_default();
         let mut painting = Painting::of(&self.context, output);
         self.canvas.take_textures(&mut painting);
         self.canvas.draw(&self.sheet.target(), self.sheet.size(), &self.viewer, &painting);

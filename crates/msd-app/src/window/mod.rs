@@ -1,6 +1,8 @@
 //! The window: winit's events become frames, and a frame reads input, steps and draws.
 
 mod canvas;
+#[cfg(not(target_arch = "wasm32"))]
+mod clipboard;
 mod surface;
 mod error;
 #[cfg(not(target_arch = "wasm32"))]
@@ -27,6 +29,8 @@ use crate::input::{read_pointer, take_commands, take_drops};
 use crate::panel;
 use crate::viewer::Viewer;
 use canvas::Painting;
+#[cfg(not(target_arch = "wasm32"))]
+use clipboard::Clipboard;
 use msd_render::{Gpu, RenderError};
 use std::sync::Arc;
 use std::time::Duration;
@@ -63,6 +67,8 @@ pub(crate) struct Shell {
     context: egui::Context,
     window: Option<Arc<Window>>,
     input: Option<egui_winit::State>,
+    #[cfg(not(target_arch = "wasm32"))]
+    clipboard: Option<Clipboard>,
     surface: Option<WindowSurface>,
     last_frame: Instant,
     title: String,
@@ -92,6 +98,8 @@ impl Shell {
             context,
             window: None,
             input: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            clipboard: None,
             surface: None,
             last_frame: Instant::now(),
             title: String::new(),
@@ -124,6 +132,10 @@ impl Shell {
             window.theme(),
             None,
         ));
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            self.clipboard = Some(Clipboard::of(event_loop));
+        }
         self.window = Some(window.clone());
         let display = Box::new(event_loop.owned_display_handle());
         let proxy = self.proxy.clone();
@@ -216,6 +228,10 @@ impl Shell {
             if let egui::OutputCommand::CopyText(text) = command {
                 web::tell("copy", text);
             }
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(clipboard) = &mut self.clipboard {
+            clipboard.copy(&output.platform_output.commands);
         }
         input.handle_platform_output(window, std::mem::take(&mut output.platform_output));
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
@@ -338,6 +354,10 @@ impl ApplicationHandler<Arrival> for Shell {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let (Some(window), Some(input)) = (&self.window, &mut self.input) else { return };
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(clipboard) = &mut self.clipboard {
+            clipboard.offer(&event, input);
+        }
         let response = input.on_window_event(window, &event);
         if response.repaint && !matches!(event, WindowEvent::RedrawRequested) {
             window.request_redraw();

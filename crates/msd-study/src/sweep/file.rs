@@ -69,6 +69,11 @@ pub(crate) fn read(path: &Path) -> Result<SweepFile, FileError> {
     if row.grid.is_none() {
         return Err(in_a_sweep(source.missing(format_args!("the scene"), "grid")));
     }
+    let format = row.format.unwrap_or_default();
+    if let Some(instead) = format.missing() {
+        let place = source.place_of("format");
+        return Err(FileError::Malformed { place, reason: instead.into() });
+    }
     Ok(SweepFile {
         path: path.into(),
         scene: row.scene,
@@ -77,7 +82,7 @@ pub(crate) fn read(path: &Path) -> Result<SweepFile, FileError> {
         duration,
         duration_place: source.place_of("duration"),
         out,
-        format: row.format.unwrap_or_default(),
+        format,
         error: row.error.unwrap_or(false),
         axes: axes(&source)?,
         grid_place: source.place_of("grid"),

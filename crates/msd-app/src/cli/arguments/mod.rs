@@ -263,7 +263,7 @@ pub struct SweepArguments {
     #[arg(allow_hyphen_values = true, help_heading = CELLS)]
     pub tasks: Option<(usize, usize)>,
     /// Run nothing; write the cells that are done to this table
-    #[arg(long, value_name = "FILE.parquet|FILE.csv", group = "what", help_heading = CELLS)]
+    #[arg(long, value_name = "FILE.csv|FILE.parquet", group = "what", help_heading = CELLS)]
     pub collect: Option<PathBuf>,
     /// Cells to run at once
     #[arg(short, long, value_name = "CORES", default_value = "1", value_parser = cores)]

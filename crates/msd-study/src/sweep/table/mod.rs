@@ -1,36 +1,48 @@
 //! Tables of results, written and read again.
 
 mod csv_file;
+#[cfg(feature = "parquet")]
+mod parquet_file;
+#[cfg(not(feature = "parquet"))]
+#[path = "without_parquet.rs"]
 mod parquet_file;
 
 use msd_scene::{FileError, Output, shown_path};
 use serde::Deserialize;
 use std::path::Path;
 
+const WITHOUT_PARQUET: &str =
+    "this msd was built without Parquet; build it with --features parquet, or use csv";
+
 /// The format of a table.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TableFormat {
-    /// Apache Parquet, `.parquet`: columns with their types.
-    #[default]
-    Parquet,
     /// Comma-separated values, `.csv`: a header and a line per row.
+    #[default]
     Csv,
+    /// Apache Parquet, `.parquet`: columns with their types. Needs the feature `parquet`.
+    Parquet,
 }
 
 impl TableFormat {
     /// The ending of its files, without the dot.
     pub fn ending(self) -> &'static str {
         match self {
-            TableFormat::Parquet => "parquet",
             TableFormat::Csv => "csv",
+            TableFormat::Parquet => "parquet",
         }
+    }
+
+    /// What to do instead of using this format, where the program was built without it.
+    pub fn missing(self) -> Option<&'static str> {
+        (self == TableFormat::Parquet && !cfg!(feature = "parquet")).then_some(WITHOUT_PARQUET)
     }
 
     /// The format that the ending of a file name stands for.
     pub fn of(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_string_lossy().to_lowercase();
-        [TableFormat::Parquet, TableFormat::Csv].into_iter().find(|known| known.ending() == ending)
+        [TableFormat::Csv, TableFormat::Parquet].into_iter().find(|known| known.ending() == ending)
     }
 }
 
@@ -128,8 +140,8 @@ impl Table {
         }
         let output = Output::create(path)?;
         match format {
-            TableFormat::Parquet => parquet_file::write(self, output),
             TableFormat::Csv => csv_file::write(self, output),
+            TableFormat::Parquet => parquet_file::write(self, output),
         }
     }
 
@@ -141,8 +153,8 @@ impl Table {
     pub fn read(path: &Path, format: TableFormat, columns: &[Column]) -> Result<Self, FileError> {
         let refused = |reason: String| FileError::Unreadable { file: shown_path(path), reason };
         match format {
-            TableFormat::Parquet => parquet_file::read(path).map_err(refused),
             TableFormat::Csv => csv_file::read(path, columns).map_err(refused),
+            TableFormat::Parquet => parquet_file::read(path).map_err(refused),
         }
     }
 }
