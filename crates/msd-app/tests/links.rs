@@ -146,7 +146,8 @@ fn a_link_holds_a_scene_of_the_users_own_with_its_mesh() {
         assert_eq!(hash_after(second, STEPS), hash_after(&first, STEPS));
         assert_eq!(second.link().expect("a link").to_string(), text);
     }
-    let report = json(msd(folder.path(), &["run", &text, "--duration", "0.5", "--save", "end.msd"]));
+    let report =
+        json(msd(folder.path(), &["run", &text, "--duration", "0.5", "--save", "end.msd"]));
     assert_eq!(report["scene"], "cloth");
     let end = msd_scene::open(folder.path().join("end.msd")).expect("a saved run");
     let end = msd_run::Runner::open(&end).expect("a saved run");
@@ -206,11 +207,7 @@ fn a_link_to_a_scene_of_ones_own_that_was_cut_off_or_changed_is_refused_at_every
 #[test]
 fn what_a_link_holds_and_is_no_scene_is_refused_in_one_line() {
     let own = |file: &str, text: &str| {
-        let own = OwnScene {
-            file: file.into(),
-            bytes: text.into(),
-            meshes: Default::default(),
-        };
+        let own = OwnScene { file: file.into(), bytes: text.into(), meshes: Default::default() };
         Link { own: Some(own), ..Link::to("any") }
     };
     for (file, text_of_file, words) in [

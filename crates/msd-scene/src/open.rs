@@ -47,8 +47,8 @@ pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Loaded, FileError> {
     open_bytes_with(name, bytes, &BTreeMap::new())
 }
 
-/// Opens what [`open_bytes`] does; a scene can also name the meshes that are given here as the bytes
-/// of their files, by the names that it has for them.
+/// Opens what [`open_bytes`] does; a scene can also name the meshes that are given here, as the
+/// bytes of their files by the names that it has for them.
 ///
 /// # Errors
 /// An ending that tells no format; everything that [`load`] refuses.

@@ -4,6 +4,7 @@
 //! number of the format, the changes, and a checksum. `#scene=own&file=` and such a text hold a
 //! scene of the user's own (`own_scene.rs`).
 
+use super::link_error::LinkError;
 use super::own_scene::OwnScene;
 use base64::Engine;
 use base64::prelude::BASE64_URL_SAFE_NO_PAD as BASE64;
@@ -72,27 +73,6 @@ pub struct Look {
     pub shown: u16,
 }
 
-/// Why a link is not followed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LinkError {
-    /// It names no scene.
-    #[error("the link names no scene: it should read like #scene=cloth")]
-    NoScene,
-    /// It names a scene that is not there.
-    #[error("the link names a scene that is not there: `{0}`")]
-    UnknownScene(String),
-    /// It was made by another version.
-    #[error("the link was made by another version of msd: format {0}, here it is {FORMAT}")]
-    Format(u8),
-    /// Some of it is missing, or is not what it was.
-    #[error("the link is damaged: some of it is missing or was changed on its way")]
-    Damaged,
-    /// What it holds unfolds to more than a link may hold.
-    #[error("the link holds a scene that is too large")]
-    TooLarge,
-}
-
 impl Link {
     /// Whether a text that stands for a scene is meant as a link.
     pub fn is_meant(text: &str) -> bool {
@@ -126,7 +106,8 @@ impl Link {
         let value = |key: &str| fragment.split('&').find_map(|part| part.strip_prefix(key));
         let scene = value("scene=").filter(|name| !name.is_empty()).ok_or(LinkError::NoScene)?;
         let is_known = |part: &str| {
-            ["scene=", "file=", "with="].iter().any(|key| part.starts_with(key)) || PAGE.contains(&part)
+            ["scene=", "file=", "with="].iter().any(|key| part.starts_with(key))
+                || PAGE.contains(&part)
         };
         if !fragment.split('&').all(is_known) {
             return Err(LinkError::Damaged);

@@ -2,8 +2,9 @@
 
 mod catalogue;
 mod gesture;
-mod link;
+mod link_error;
 mod own_scene;
+mod link;
 mod command;
 mod viewport;
 mod preferences;
@@ -18,7 +19,8 @@ pub use gallery::{Gallery, Picture};
 pub use gesture::Tool;
 pub(crate) use gesture::{Action, Gesture};
 pub use guide::{Guide, GuideStep};
-pub use link::{Changes, Link, LinkError, Look};
+pub use link::{Changes, Link, Look};
+pub use link_error::LinkError;
 pub use own_scene::OwnScene;
 pub use preferences::{Outlook, Preferences};
 pub use viewport::Viewport;
@@ -93,7 +95,7 @@ pub struct Viewer {
     framed: Camera,
     /// The scene that is not in the catalogue: of a file or a mesh.
     opened: Option<Loaded>,
-    /// What it was read from where that is not a file on this machine, or why a link cannot hold it.
+    /// What it was read from where that is no file on this machine, or why a link cannot hold it.
     own: Option<Result<OwnScene, String>>,
     /// The entry of the catalogue that runs; `None` for the opened one.
     current: Option<usize>,
@@ -403,19 +405,7 @@ impl Viewer {
         if self.current.is_some() {
             return Ok(Link { scene: name.clone(), own: None, changes: Some(changes) });
         }
-        Link::to_own(self.own_scene()?, changes)
-    }
-
-    /// What the scene that is not in the catalogue was read from.
-    fn own_scene(&self) -> Result<OwnScene, String> {
-        let loaded = self.session.loaded();
-        let own = self.own.clone().unwrap_or_else(|| OwnScene::read(&loaded.files))?;
-        let read = own.load().map_err(|error| error.to_string())?;
-        if read.scene == loaded.scene {
-            return Ok(own);
-        }
-        // The file has changed meanwhile, or the command line said more: the link would lie.
-        Err(format!("{} is no longer what was opened: open it again for a link", own.file))
+        Link::to_own(OwnScene::of(session.loaded(), self.own.as_ref())?, changes)
     }
 
     /// Opens the scene of a link, set up and looked at as it says.

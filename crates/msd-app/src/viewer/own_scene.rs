@@ -1,6 +1,6 @@
 //! Scenes of the user's own in links: a file and the meshes that it names, compressed.
 
-use super::LinkError;
+use super::link_error::LinkError;
 use base64::Engine;
 use base64::prelude::BASE64_URL_SAFE_NO_PAD as BASE64;
 use miniz_oxide::deflate::compress_to_vec;
@@ -43,11 +43,25 @@ impl OwnScene {
         Ok(OwnScene { file, bytes, meshes })
     }
 
+    /// What a scene was read from: `own` where that is known, else its files as they are now.
+    ///
+    /// # Errors
+    /// A line on why a link cannot hold it.
+    pub(super) fn of(loaded: &Loaded, own: Option<&Result<Self, String>>) -> Result<Self, String> {
+        let own = own.cloned().unwrap_or_else(|| OwnScene::read(&loaded.files))?;
+        let read = own.load().map_err(|error| error.to_string())?;
+        if read.scene == loaded.scene {
+            return Ok(own);
+        }
+        // The file has changed meanwhile, or the command line said more: the link would lie.
+        Err(format!("{} is no longer what was opened: open it again for a link", own.file))
+    }
+
     /// Reads the files of a scene again: its own, then those of its meshes.
     ///
     /// # Errors
     /// A line on why it cannot be read, or is too large for a link.
-    pub(super) fn read(files: &[PathBuf]) -> Result<Self, String> {
+    fn read(files: &[PathBuf]) -> Result<Self, String> {
         let [scene, meshes @ ..] = files else { return Err("it is not from a file".into()) };
         let folder = scene.parent().unwrap_or(Path::new(""));
         let read = |path: &Path| {
