@@ -1,7 +1,7 @@
 // A browser with the page in it, and a server for its files.
 import { chromium } from 'playwright-core';
 import { createServer } from 'node:http';
-import { readFile, mkdtemp, rm } from 'node:fs/promises';
+import { readFile, writeFile, mkdtemp, rm } from 'node:fs/promises';
 import { existsSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { extname, join } from 'node:path';
@@ -49,11 +49,12 @@ export class Page {
         '--disable-background-networking', '--disable-component-update', ...flags],
       permissions: ['clipboard-read', 'clipboard-write'],
     });
-    if (way !== 'webgpu') {
+    if (!way.startsWith('webgpu')) {
       await context.addInitScript(() => { delete Navigator.prototype.gpu; });
     }
     const page = context.pages()[0];
-    const made = Object.assign(new Page(), { context, page, folder, url, said: [], asked: [] });
+    const made = Object.assign(new Page(), { context, page, way, folder, url, said: [], asked: [] });
+    made.cdp = await context.newCDPSession(page);
     page.on('console', message => made.said.push(`${message.type()}: ${message.text()}`));
     page.on('pageerror', error => made.said.push(`error: ${error.message}`));
     context.on('request', request => made.asked.push(request.url()));
@@ -103,6 +104,51 @@ export class Page {
     await this.frames();
   }
 
+  // A short press: a slow frame in between would make it a long one.
+  async click(place) {
+    const [x, y] = await this.place(place);
+    await this.page.mouse.move(x, y);
+    await this.frames();
+    await this.page.mouse.down();
+    await this.page.mouse.up();
+    await this.frames();
+  }
+
+  // Fingers that touch places of the canvas; none lets go.
+  async touch(...places) {
+    const points = await Promise.all(places.map(place => this.place(place)));
+    const touchPoints = points.map(([x, y], id) => ({ x, y, id }));
+    const type = !touchPoints.length ? 'touchEnd' : this.isTouched ? 'touchMove' : 'touchStart';
+    this.isTouched = touchPoints.length > 0;
+    await this.cdp.send('Input.dispatchTouchEvent', { type, touchPoints });
+  }
+
+  // Lets the fingers go from some places to others.
+  async swipe(from, to, meanwhile = async () => {}) {
+    const between = part => from.map((place, finger) =>
+      place.map((number, axis) => number + (to[finger][axis] - number) * part));
+    // Off at once: a finger that rests through a slow frame is a long touch.
+    await this.touch(...from);
+    for (let step = 1; step <= 6; step++) {
+      await this.touch(...between(step / 6));
+      await this.frames(2);
+    }
+    await meanwhile();
+    await this.touch();
+    await this.frames();
+  }
+
+  async line(words) {
+    await this.page.waitForFunction(
+      words => document.getElementById('line').textContent.includes(words), words);
+  }
+
+  async link() {
+    await this.page.click('#copy');
+    await this.line('Copied: ');
+    return this.page.evaluate(() => navigator.clipboard.readText());
+  }
+
   async until(what, holds) {
     const start = Date.now();
     for (;;) {
@@ -113,8 +159,11 @@ export class Page {
     }
   }
 
-  // The colours of a rectangle of the canvas, on the screen.
-  async colours([left, top, width, height]) {
+  // How many colours a rectangle of the canvas has on the screen.
+  async colours(area) { return (await this.pixels(area))[1]; }
+
+  // The mean brightness of a rectangle of the canvas on the screen, 0 to 255, and its colours.
+  async pixels([left, top, width, height]) {
     const [x, y] = await this.place([left, top]);
     const clip = { x, y, width, height };
     const png = await this.page.screenshot({ clip });
@@ -123,17 +172,32 @@ export class Page {
       const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
       pen.drawImage(image, 0, 0);
       const { data } = pen.getImageData(0, 0, image.width, image.height);
-      const count = new Map();
+      const colours = new Set();
+      let sum = 0;
       for (let at = 0; at < data.length; at += 4) {
-        const key = (data[at] >> 4) << 8 | (data[at + 1] >> 4) << 4 | data[at + 2] >> 4;
-        count.set(key, (count.get(key) ?? 0) + 1);
+        colours.add((data[at] >> 4) << 8 | (data[at + 1] >> 4) << 4 | data[at + 2] >> 4);
+        sum += data[at] + data[at + 1] + data[at + 2];
       }
-      return count.size;
+      return [sum / (0.75 * data.length), colours.size];
     }, png.toString('base64'));
   }
 
   async picture(name) {
     if (this.pictures) await this.page.screenshot({ path: join(this.pictures, `${name}.png`) });
+  }
+
+  // A picture for docs/, small.
+  async photo(name) {
+    if (!this.pictures) return;
+    const png = await this.page.screenshot({ scale: 'css' });
+    const webp = await this.page.evaluate(async base64 => {
+      const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+      const canvas = new OffscreenCanvas(image.width, image.height);
+      canvas.getContext('2d').drawImage(image, 0, 0);
+      const blob = await canvas.convertToBlob({ type: 'image/webp', quality: 0.75 });
+      return [...new Uint8Array(await blob.arrayBuffer())];
+    }, png.toString('base64'));
+    await writeFile(join(this.pictures, `${name}.webp`), Uint8Array.from(webp));
   }
 
   // Nothing on the console, and nothing asked of anybody else.

@@ -7,6 +7,14 @@ import { join } from 'node:path';
 import assert from 'node:assert/strict';
 import { PATIENCE, Page, WAYS, executable, serve } from './browser.mjs';
 
+// A scene that is not built in.
+const OWN = `version = 1
+[[bodies]]
+kind = "block"
+size = [2, 2, 2]
+stiffness = 123
+`;
+
 const tests = {
   async 'the body is drawn'(page) {
     await page.go('#scene=cube');
@@ -15,6 +23,7 @@ const tests = {
     console.log(`    first picture after ${Math.round(first)} ms`);
     const { view: [left, top, width, height] } = await page.until('steps', now => 5 < now.steps);
     await page.picture('running');
+    if (page.way === 'webgpu') await page.photo('browser');
     // Of one colour, or of a gradient, are the ground and what is behind it; the body is a pattern.
     const colours = await page.colours([left + width / 4, top + height / 4, width / 2, height / 2]);
     assert(20 < colours, `${colours} colours`);
@@ -91,6 +100,131 @@ const tests = {
     }
   },
 
+  async 'a link holds a scene of ones own, or says which file is too large'(page) {
+    await page.go('#scene=chain');
+    await page.page.setInputFiles('#open', { name: 'two words.toml', mimeType: '', buffer: Buffer.from(OWN) });
+    await page.until('the scene', now => now.scene === 'two words');
+    const link = await page.link();
+    assert(link.startsWith(`${page.url}#scene=own&file=`) && link.length < 1000, link);
+    await page.go(link.slice(page.url.length));
+    const again = await page.until('steps', now => 2 < now.steps);
+    assert.deepEqual([again.scene, again.stiffness], ['two words', 123]);
+    await page.page.evaluate(() => { location.hash = '#scene=jelly'; });
+    await page.until('another scene', now => now.scene === 'jelly');
+    await page.go('#scene=own&file=AQIDBAUGBw');
+    assert.match(await page.page.textContent('#line'), /damaged.*here is cube instead/);
+    const noise = Array.from({ length: 10_000 }, () => `# ${Math.random()} ${Math.random()}`);
+    const large = Buffer.from([OWN, ...noise].join('\n'));
+    await page.page.setInputFiles('#open', { name: 'large.toml', mimeType: '', buffer: large });
+    await page.until('the scene', now => now.scene === 'large');
+    await page.page.click('#copy');
+    await page.line('large.toml is too large for a link');
+  },
+
+  async 'a lost graphics device is replaced, and the run goes on from where it was'(page) {
+    await page.go('#scene=cube');
+    await page.until('steps', now => 5 < now.steps);
+    await page.page.keyboard.press('Space');
+    const before = await page.until('a pause', now => now.paused);
+    await page.page.evaluate(way => {
+      if (way === 'webgpu') return window.msd.msd.lose_device();
+      const canvas = document.getElementById('canvas');
+      const loss = canvas.getContext('webgl2').getExtension('WEBGL_lose_context');
+      canvas.addEventListener('webglcontextlost', () => setTimeout(() => loss.restoreContext(), 300));
+      loss.loseContext();
+    }, page.way);
+    await page.line('graphics device was lost');
+    await page.line('drawn again');
+    await page.frames();
+    const after = await page.status();
+    assert.deepEqual([after.steps, after.paused], [before.steps, true]);
+    assert.deepEqual([after.camera.yaw, after.camera.distance], [before.camera.yaw, before.camera.distance]);
+    const [left, top, width, height] = after.view;
+    const colours = await page.colours([left + width / 4, top + height / 4, width / 2, height / 2]);
+    assert(20 < colours, `${colours} colours`);
+    await page.picture('drawn-again');
+    await page.page.keyboard.press('Space');
+    await page.until('going on', now => before.steps + 5 < now.steps);
+    // The browser itself says so, and that what the old context had is nothing to the new one.
+    const own = /CONTEXT_LOST|context lost|device lost|does not belong to this context/i;
+    page.said = page.said.filter(line => !own.test(line));
+  },
+
+  async 'the theme outlasts a reload'(page) {
+    await page.page.setViewportSize({ width: 960, height: 1000 });
+    for (const light of [true, false]) {
+      await page.go('#scene=chain');
+      const { landmarks } = await page.until('panels', now => now.landmarks.light);
+      const [left, top, width, height] = landmarks.light;
+      await page.click([left + 8, top + height / 2]);
+      await page.page.waitForFunction(
+        light => JSON.parse(localStorage['msd.preferences'] ?? '{}').light === light, light);
+      await page.go('#scene=chain');
+      await page.frames(6);
+      const [brightness] = await page.pixels([left - 4, top - 4, width + 8, height + 8]);
+      assert.equal(120 < brightness, light, `${brightness}`);
+    }
+    await page.page.setViewportSize({ width: 960, height: 640 });
+  },
+
+  async 'a finger grabs or turns, two zoom and pan, a long touch pins'(page) {
+    await page.go('#scene=cloth');
+    await page.until('steps', now => 2 < now.steps);
+    await page.page.keyboard.press('Space');
+    const { aim, view: [left, top, width, height], pins } = await page.until('a pause', now => now.paused);
+    const [x, y] = aim.screen;
+    await page.swipe([[x, y]], [[x + 60, y - 60]], () => page.until('a grab', now => now.held !== null));
+    const before = await page.until('a release', now => now.held === null);
+    const [besideX, besideY] = [left + 30, top + height - 40];
+    await page.swipe([[besideX, besideY]], [[besideX + 90, besideY - 12]]);
+    const turned = await page.status();
+    assert.notEqual(turned.camera.yaw, before.camera.yaw, 'the camera turned');
+    assert.equal(turned.pins, pins);
+    await page.touch(turned.aim.screen);
+    await page.until('a pin', now => now.pins !== pins);
+    await page.touch();
+    await page.frames();
+    const at = (x, y) => [left + width / 2 + x, top + height / 2 + y];
+    await page.swipe([at(-30, 0), at(30, 0)], [at(-90, 0), at(90, 0)]);
+    const near = await page.status();
+    assert(near.camera.distance < 0.6 * turned.camera.distance, `${near.camera.distance} m away`);
+    await page.swipe([at(-30, 0), at(30, 0)], [at(-30, 80), at(30, 80)]);
+    const panned = await page.status();
+    assert.notDeepEqual(panned.camera.target, near.camera.target, 'the camera moved');
+  },
+
+  async 'a hidden page is paused and catches nothing up'(page) {
+    await page.go('#scene=chain');
+    await page.until('steps', now => 2 < now.steps);
+    const see = state => page.page.evaluate(state => {
+      Object.defineProperty(document, 'visibilityState', { value: state, configurable: true });
+      document.dispatchEvent(new Event('visibilitychange', { bubbles: true }));
+    }, state);
+    await see('hidden');
+    // A frame that was under way ends.
+    await page.frames(6);
+    const before = await page.status();
+    await new Promise(next => setTimeout(next, 3000));
+    assert.equal((await page.status()).steps, before.steps);
+    await see('visible');
+    const after = await page.until('going on', now => before.steps < now.steps);
+    // As much as a slow frame or two, not the 180 steps of three seconds.
+    assert(after.steps < before.steps + 90, `${after.steps - before.steps} steps`);
+  },
+
+  async 'a file that is too large is refused before it is read'(page) {
+    await page.go('#scene=chain');
+    await page.page.evaluate(() => {
+      File.prototype.arrayBuffer = () => { throw new Error('it was read'); };
+      const dataTransfer = new DataTransfer();
+      const part = new Uint8Array(1e6);
+      dataTransfer.items.add(new File(Array(201).fill(part), 'large.obj'));
+      document.body.dispatchEvent(new DragEvent('drop', { dataTransfer, bubbles: true, cancelable: true }));
+    });
+    await page.line('large.obj: too large for a browser, 201 MB of at most 200 MB');
+    assert.equal((await page.status()).scene, 'chain');
+  },
+
   async 'a mesh that is dropped on the page is opened'(page) {
     await page.go('#scene=chain');
     const mesh = await readFile(new URL('../crates/msd-scene/meshes/teapot.obj', import.meta.url), 'utf8');
@@ -148,6 +282,22 @@ const tests = {
     assert.equal(report.replay.same_bits, true);
   },
 
+  async 'a recording is kept, and opens where it ended'(page) {
+    await page.go('#scene=chain');
+    await page.page.keyboard.press('F9');
+    const begun = await page.status();
+    await page.until('steps', now => begun.steps + 20 < now.steps);
+    await Promise.all([page.page.waitForEvent('download'), page.page.keyboard.press('F9')]);
+    await page.go('#scene=square');
+    const newest = page.page.locator('#recordings option').nth(1);
+    assert.match(await newest.textContent(), /^chain-1\.msdrec/);
+    await page.page.selectOption('#recordings', { index: 1 });
+    await page.line('here is its last state');
+    const after = await page.status();
+    assert.equal(after.scene, 'chain');
+    assert(begun.steps + 20 < after.steps, `${after.steps}`);
+  },
+
   async 'embedded, the scene fills the frame'(page) {
     await page.go('#scene=cube&embed');
     const { view } = await page.until('no panels', now => now.view[2] === 960);
@@ -185,6 +335,25 @@ const once = {
   },
 };
 
+// A phone: a small screen with two pixels for one of CSS.
+const phone = {
+  async 'the canvas has as many pixels as the screen, and the scene the room'(page) {
+    await page.go('#scene=cube');
+    const { view } = await page.until('steps', now => 2 < now.steps);
+    const canvas = await page.page.evaluate(() => {
+      const { width, height, clientWidth, clientHeight } = document.getElementById('canvas');
+      return { ratio: devicePixelRatio, width, height, clientWidth, clientHeight };
+    });
+    assert.equal(canvas.ratio, 2);
+    assert(Math.abs(canvas.width - 2 * canvas.clientWidth) <= 1, JSON.stringify(canvas));
+    assert(Math.abs(canvas.height - 2 * canvas.clientHeight) <= 1, JSON.stringify(canvas));
+    assert.equal(view[2], canvas.clientWidth);
+    await page.photo('browser-phone');
+    await page.page.getByRole('button', { name: 'Panels' }).click();
+    await page.until('panels', now => now.view[2] < view[2]);
+  },
+};
+
 // A browser that can draw neither way gets words.
 const blind = {
   async 'a page without graphics says what is missing'(page) {
@@ -201,12 +370,14 @@ if (!executable) {
 const { server, url } = await serve();
 let failed = 0;
 const only = process.env.MSD_WEB_TEST ? new RegExp(process.env.MSD_WEB_TEST) : /./;
-for (const [way, flags, list] of [
+const small = [...WAYS.webgpu, '--force-device-scale-factor=2', '--window-size=500,860'];
+for (const [way, flags, list, view] of [
   ['webgpu', WAYS.webgpu, { ...tests, ...once }],
   ['webgl2', WAYS.webgl2, tests],
+  ['webgpu on a phone', small, phone, null],
   ['neither', ['--disable-gpu', '--disable-3d-apis'], blind],
 ]) {
-  const page = await Page.open(executable, way, flags, url);
+  const page = await Page.open(executable, way, flags, url, view);
   page.pictures = process.argv[2];
   for (const [name, test] of Object.entries(list)) {
     if (!only.test(`${way}: ${name}`)) continue;

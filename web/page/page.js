@@ -1,5 +1,6 @@
 // Loads the program, and carries words between it and the controls of the page.
 import init, * as msd from './msd.js';
+import * as store from './store.js';
 
 const element = id => document.getElementById(id);
 const options = () => new Set(location.hash.slice(1).split('&'));
@@ -50,7 +51,12 @@ const told = {
     if (element('scene').value !== name) element('scene').value = '';
   },
   copy: text => copy(text),
-  file: (name, bytes) => download(new Blob([bytes]), name),
+  file(name, bytes) {
+    download(new Blob([bytes]), name);
+    if (name.endsWith('.msdrec')) store.keepRecording(name, bytes).then(listRecordings).catch(() => {});
+  },
+  preferences: text => store.keepPreferences(text),
+  line: text => say(text),
   refused: text => say(text),
   missing: text => missing(text),
 };
@@ -83,7 +89,42 @@ async function openFile(file) {
     return say(`${file.name}: too large for a browser, ${Math.round(file.size / 1e6)} MB of at most `
       + `${LARGEST / 1e6} MB; the program for the desktop takes it`);
   }
-  await msd.open_file(file.name, new Uint8Array(await file.arrayBuffer()));
+  await openBytes(file.name, new Uint8Array(await file.arrayBuffer()));
+}
+
+// Opens the bytes of a file; of a recording the run that it ends in.
+async function openBytes(name, bytes) {
+  if (!name.endsWith('.msdrec')) return msd.open_file(name, bytes);
+  say(`Replaying ${name}`);
+  const run = await replay(name, bytes);
+  await msd.open_file(name.replace(/rec$/, ''), run);
+  say(`${name}: here is its last state`);
+}
+
+function replay(name, bytes) {
+  const worker = new Worker('replay.js', { type: 'module' });
+  const ended = new Promise((done, failed) => {
+    worker.onmessage = ({ data }) => (data.error ? failed(data.error) : done(data.run));
+    worker.onerror = error => failed(error.message);
+  });
+  worker.postMessage({ name, bytes });
+  return ended.finally(() => worker.terminate());
+}
+
+async function listRecordings() {
+  const kept = await store.recordings();
+  const choice = element('recordings');
+  const option = ({ key, name, date }) => new Option(`${name}, ${new Date(date).toLocaleString()}`, key);
+  choice.replaceChildren(new Option('Choose', ''), ...kept.map(option));
+  element('recorded').hidden = kept.length === 0;
+}
+
+async function openRecording() {
+  const key = Number(element('recordings').value);
+  element('recordings').value = '';
+  if (!key) return;
+  const { name, bytes } = await store.recording(key);
+  await openBytes(name, bytes);
 }
 
 // The program, counted as it arrives.
@@ -110,6 +151,10 @@ function listScenes() {
     choice.add(option);
   }
 }
+
+// What is remembered; at first the scene has a small screen to itself.
+const SMALL = 700;
+const remembered = () => store.preferences() ?? (innerWidth < SMALL ? '{"panels": false}' : undefined);
 
 const refused = error => say(String(error));
 
@@ -138,6 +183,13 @@ function connect() {
     if (file) openFile(file).catch(refused);
     element('open').value = '';
   });
+  element('recordings').addEventListener('change', () => openRecording().catch(refused));
+  // Of WebGL2 alone: a device of WebGPU says itself that it is lost.
+  element('canvas').addEventListener('webglcontextlost', event => {
+    event.preventDefault();
+    msd.graphics_lost();
+  });
+  element('canvas').addEventListener('webglcontextrestored', () => msd.graphics_restored());
   addEventListener('dragover', event => event.preventDefault());
   addEventListener('drop', event => {
     event.preventDefault();
@@ -146,7 +198,7 @@ function connect() {
   });
   addEventListener('hashchange', () => {
     msd.set_bare(setOptions());
-    if (options().has('scene')) msd.open(location.hash).catch(refused);
+    if (location.hash.startsWith('#scene=')) msd.open(location.hash).catch(refused);
     if (options().has('verify')) verify();
   });
   // After a click of the mouse the keys belong to the simulation again.
@@ -192,7 +244,8 @@ try {
   element('stage').textContent = 'Opening the scene';
   listScenes();
   connect();
-  msd.start(location.hash, (kind, ...what) => told[kind]?.(...what));
+  listRecordings().catch(() => {});
+  msd.start(location.hash, remembered(), (kind, ...what) => told[kind]?.(...what));
   msd.set_bare(setOptions());
   if (options().has('verify')) verify();
 } catch (error) {

@@ -5,7 +5,7 @@ mod common;
 use common::{folder, json, msd, outcome, text};
 use msd_app::catalogue;
 use msd_app::session::{MaterialEdit, Tuning};
-use msd_app::viewer::{Changes, Link, LinkError, Look, Viewer};
+use msd_app::viewer::{Changes, Link, LinkError, Look, OwnScene, Viewer};
 use msd_core::{Integrator, Interaction, Select, Settings};
 use msd_run::on;
 use msd_scene::{Precision, state_hash};
@@ -98,18 +98,136 @@ fn a_link_that_says_nothing_usable_is_refused_in_one_line() {
     }
 }
 
-#[test]
-fn a_scene_that_is_not_built_in_has_no_link() {
+const TETRAHEDRON: &str =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+
+/// A scene of the user's own, with a mesh of their own.
+const OWN: &str = r#"
+version = 1
+title = "My own"
+[world]
+gravity = [0.0, -3.0, 0.0]
+[[bodies]]
+name = "tetrahedron"
+kind = "mesh"
+file = "parts/t.obj"
+"#;
+
+/// The viewer of a scene of the user's own, changed in what a user can set.
+fn own(folder: &std::path::Path) -> Viewer {
+    std::fs::create_dir(folder.join("parts")).expect("a folder");
+    std::fs::write(folder.join("parts/t.obj"), TETRAHEDRON).expect("a mesh");
+    // It is called as a built-in scene is, and is another.
+    std::fs::write(folder.join("cloth.toml"), OWN).expect("a scene");
     let mut viewer = viewer("cube");
-    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
-    viewer.open_bytes("tetra.obj", mesh.as_bytes());
+    viewer.open_path(&folder.join("cloth.toml"));
+    assert_eq!(viewer.session.loaded().title, "My own", "{:?}", viewer.note);
+    viewer.session.edit(MaterialEdit::Stiffness(321.0));
+    viewer.camera.orbit(0.5, 0.25);
+    viewer.follow = false;
+    viewer
+}
+
+#[test]
+fn a_link_holds_a_scene_of_the_users_own_with_its_mesh() {
+    let folder = folder();
+    let first = own(folder.path());
+    let text = first.link().expect("a link").to_string();
+    assert!(text.len() < 1000, "{text}");
+    std::fs::remove_file(folder.path().join("parts/t.obj")).expect("it was there");
+    let link = Link::parse(&text).expect("a link");
+    let fresh = Viewer::of_link(&link, catalogue()).expect("a link");
+    let mut other = viewer("jelly");
+    other.open_link(&link);
+    for second in [&fresh, &other] {
+        assert_eq!(second.session.loaded().scene, first.session.loaded().scene);
+        assert_eq!(second.session.material().values(), first.session.material().values());
+        assert_eq!((second.camera, second.current()), (first.camera, None));
+        assert_eq!(hash_after(second, STEPS), hash_after(&first, STEPS));
+        assert_eq!(second.link().expect("a link").to_string(), text);
+    }
+    let report =
+        json(msd(folder.path(), &["run", &text, "--duration", "0.5", "--save", "end.msd"]));
+    assert_eq!(report["scene"], "cloth");
+    let end = msd_scene::open(folder.path().join("end.msd")).expect("a saved run");
+    let end = msd_run::Runner::open(&end).expect("a saved run");
+    assert_eq!(state_hash(&end.state()), hash_after(&first, STEPS));
+    // A file that has changed meanwhile is not what is seen.
+    std::fs::write(folder.path().join("parts/t.obj"), TETRAHEDRON.replace("v 1", "v 2"))
+        .expect("a mesh");
+    assert!(first.link().expect_err("another scene").contains("open it again"));
+}
+
+#[test]
+fn a_link_holds_a_mesh_that_was_dropped_and_says_which_file_is_too_large() {
+    let mut viewer = viewer("cube");
+    viewer.open_bytes("tetra.obj", TETRAHEDRON.as_bytes());
     assert_eq!(viewer.session.refusal(), None);
-    assert_eq!(viewer.session.loaded().name, "tetra");
-    assert!(viewer.link().expect_err("a mesh").contains("tetra is not built in"));
-    // The mesh stays in the list, and something unusable leaves it running.
+    let link = Link::parse(&viewer.link().expect("a mesh").to_string()).expect("a link");
+    let again = Viewer::of_link(&link, catalogue()).expect("a link");
+    assert_eq!(again.session.loaded().scene, viewer.session.loaded().scene);
+    // Something unusable leaves it running.
     viewer.open_bytes("broken.obj", b"v 1 nan");
     assert!(viewer.session.refusal().is_some_and(|line| line.contains("broken.obj")));
     assert_eq!(viewer.session.loaded().name, "tetra");
+    // Beyond what a link may be long, and beyond what it may unfold to.
+    for lines in [10_000u64, 100_000] {
+        // Nothing that a compression would find.
+        let noise = (0..lines).map(|n| format!("# {}\n", n.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
+        let large = TETRAHEDRON.to_owned() + &noise.collect::<String>();
+        viewer.open_bytes("large.obj", large.as_bytes());
+        assert_eq!(viewer.session.loaded().name, "large");
+        let why = viewer.link().map(|link| link.to_string().len());
+        assert!(why.as_ref().is_err_and(|why| why.contains("large.obj is too large")), "{why:?}");
+    }
+}
+
+#[test]
+fn a_link_to_a_scene_of_ones_own_that_was_cut_off_or_changed_is_refused_at_every_place() {
+    let folder = folder();
+    let text = own(folder.path()).link().expect("a link").to_string();
+    for end in 1..text.len() {
+        // Before what was changed it is whole: the scene as its author made it.
+        if end == text.find("&with").expect("changes") {
+            continue;
+        }
+        let cut = Link::parse(&text[..end]);
+        assert!(cut.is_err(), "{end} of {}: {cut:?}", text.len());
+    }
+    let start = text.find("file=").expect("a file") + 5;
+    for place in start + 2..text.find("&with").expect("changes") {
+        let mut other = text.clone().into_bytes();
+        other[place] = if other[place] == b'A' { b'B' } else { b'A' };
+        let other = String::from_utf8(other).expect("letters");
+        assert_eq!(Link::parse(&other), Err(LinkError::Damaged), "{place}");
+    }
+    assert_eq!(Link::parse("#scene=own&file=Y2NjY2NjY2M"), Err(LinkError::Format(99)));
+}
+
+#[test]
+fn what_a_link_holds_and_is_no_scene_is_refused_in_one_line() {
+    let own = |file: &str, text: &str| {
+        let own = OwnScene { file: file.into(), bytes: text.into(), meshes: Default::default() };
+        Link { own: Some(own), ..Link::to("any") }
+    };
+    for (file, text_of_file, words) in [
+        ("a.toml", "version = 1\nbodies = 3", "a.toml"),
+        ("a.exe", "", "its ending tells no format"),
+        ("a.msd", "no run", "a.msd"),
+        ("a\n\nb.toml", "version", "b.toml"),
+    ] {
+        let link = own(file, text_of_file).to_string();
+        for command in ["run", "view"] {
+            let output = outcome(msd(folder().path(), &[command, &link]));
+            let said = text(&output.stderr);
+            assert_eq!(output.status.code(), Some(2), "{said}");
+            assert!(said.contains(words), "{said}");
+        }
+        let mut viewer = viewer("chain");
+        viewer.open_link(&Link::parse(&link).expect("whole"));
+        assert!(viewer.session.refusal().is_some());
+        assert_eq!(viewer.session.loaded().name, "chain");
+    }
 }
 
 fn sample() -> Link {
@@ -131,7 +249,7 @@ fn sample() -> Link {
         speed: 0.25,
         look,
     };
-    Link { scene: "cloth".into(), changes: Some(changes) }
+    Link { changes: Some(changes), ..Link::to("cloth") }
 }
 
 #[test]
@@ -146,7 +264,7 @@ fn a_link_says_all_that_it_was_made_of_and_is_short() {
         link
     };
     assert_eq!(Link::parse(&as_fast_as_it_goes.to_string()), Ok(as_fast_as_it_goes));
-    let plain = Link { scene: "jelly".into(), changes: None };
+    let plain = Link::to("jelly");
     assert_eq!(plain.to_string(), "#scene=jelly");
     assert_eq!(Link::parse("#scene=jelly"), Ok(plain));
 }

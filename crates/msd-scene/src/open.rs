@@ -44,6 +44,19 @@ pub fn open(name: impl AsRef<Path>) -> Result<Loaded, FileError> {
 /// # Errors
 /// An ending that tells no format; everything that [`load`] refuses.
 pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Loaded, FileError> {
+    open_bytes_with(name, bytes, &BTreeMap::new())
+}
+
+/// Opens what [`open_bytes`] does; a scene can also name the meshes that are given here, as the
+/// bytes of their files by the names that it has for them.
+///
+/// # Errors
+/// An ending that tells no format; everything that [`load`] refuses.
+pub fn open_bytes_with(
+    name: &str,
+    bytes: &[u8],
+    meshes: &BTreeMap<String, Vec<u8>>,
+) -> Result<Loaded, FileError> {
     let path = Path::new(name);
     let name = shown_path(path);
     let ending = ending(path);
@@ -63,7 +76,10 @@ pub fn open_bytes(name: &str, bytes: &[u8]) -> Result<Loaded, FileError> {
         let reason = "is no text in UTF-8".into();
         FileError::Unreadable { file: name.clone(), reason }
     })?;
-    parse(text, format_of(path), &name)
+    parse_with(text, format_of(path), &name, &|file| match meshes.get(file) {
+        Some(bytes) => given_mesh(bytes, file),
+        None => carried(file).unwrap_or_else(|| no_mesh(file)),
+    })
 }
 
 /// Loads a scene file, TOML or JSON by its ending.
@@ -324,6 +340,14 @@ fn read_mesh(path: &Path, file: &str) -> Result<Mesh, MeshError> {
     match carried(file) {
         Some(mesh) if !path.exists() => mesh,
         _ => mesh::read(path),
+    }
+}
+
+/// Reads a mesh from the bytes of its file.
+fn given_mesh(bytes: &[u8], file: &str) -> Result<Mesh, MeshError> {
+    match mesh::Format::from_extension(&ending(Path::new(file))) {
+        Some(format) => mesh::parse(bytes, format, file),
+        None => Err(MeshError::Unreadable { file: file.into(), reason: no_format() }),
     }
 }
 

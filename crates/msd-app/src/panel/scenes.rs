@@ -123,7 +123,8 @@ fn keep(ui: &mut Ui, viewer: &mut Viewer) {
 /// How the window itself looks.
 fn window(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Window");
-    ui.checkbox(&mut viewer.light, "Light");
+    let light = ui.checkbox(&mut viewer.light, "Light");
+    viewer.landmarks.insert("light", light.rect);
     let hover = "Fill the screen (F11)";
     ui.checkbox(&mut viewer.full_screen, "Full screen").on_hover_text(hover);
     if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {

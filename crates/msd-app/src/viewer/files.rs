@@ -16,7 +16,7 @@ impl Viewer {
         match msd_scene::open(path) {
             Ok(loaded) => {
                 let note = loaded.notes.first().cloned();
-                self.show_opened(loaded);
+                self.show_opened(loaded, None);
                 self.note = note;
             }
             Err(error) => self.note = Some(error.to_string()),

@@ -1,8 +1,11 @@
 //! Links: a scene, what was changed of it and how it is looked at, in the fragment of an address.
 //!
 //! `#scene=cloth` is the scene alone. `&with=` and a text in base 64 add what was changed: the
-//! number of the format, the changes, and a checksum.
+//! number of the format, the changes, and a checksum. `#scene=own&file=` and such a text hold a
+//! scene of the user's own (`own_scene.rs`).
 
+use super::link_error::LinkError;
+use super::own_scene::OwnScene;
 use base64::Engine;
 use base64::prelude::BASE64_URL_SAFE_NO_PAD as BASE64;
 use msd_core::{Interaction, Settings};
@@ -20,12 +23,16 @@ const PAGE: [&str; 2] = ["embed", "verify"];
 const CHECK: usize = 4;
 /// The longest text that may be a link; a browser takes more, a person sends less.
 const LONGEST: usize = 64_000;
+/// What stands for the name of a scene that the link holds.
+const OWN: &str = "own";
 
-/// A built-in scene, and what was changed of it.
+/// A scene, and what was changed of it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
-    /// The name of the scene.
+    /// The name of a built-in scene, or of the user's own.
     pub scene: String,
+    /// The scene itself, unless it is built in.
+    pub own: Option<OwnScene>,
     /// What was changed, unless it is as it was made.
     pub changes: Option<Changes>,
 }
@@ -66,28 +73,25 @@ pub struct Look {
     pub shown: u16,
 }
 
-/// Why a link is not followed.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LinkError {
-    /// It names no scene.
-    #[error("the link names no scene: it should read like #scene=cloth")]
-    NoScene,
-    /// It names a scene that is not there.
-    #[error("the link names a scene that is not there: `{0}`")]
-    UnknownScene(String),
-    /// It was made by another version.
-    #[error("the link was made by another version of msd: format {0}, here it is {FORMAT}")]
-    Format(u8),
-    /// Some of it is missing, or is not what it was.
-    #[error("the link is damaged: some of it is missing or was changed on its way")]
-    Damaged,
-}
-
 impl Link {
     /// Whether a text that stands for a scene is meant as a link.
     pub fn is_meant(text: &str) -> bool {
         text.contains("#scene=")
+    }
+
+    /// The link to a built-in scene as its author made it.
+    pub fn to(scene: &str) -> Self {
+        Link { scene: scene.to_owned(), own: None, changes: None }
+    }
+
+    /// The link to a scene of the user's own, with what was changed of it.
+    ///
+    /// # Errors
+    /// A line that says which file is too large.
+    pub(super) fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
+        let link = Link { scene: OWN.into(), own: None, changes: Some(changes) };
+        own.encode(LONGEST.saturating_sub(link.to_string().len() + "&file=".len()))?;
+        Ok(Link { scene: own.name(), own: Some(own), ..link })
     }
 
     /// Reads a link, or its fragment alone. What a page takes besides is passed over.
@@ -102,9 +106,19 @@ impl Link {
         let value = |key: &str| fragment.split('&').find_map(|part| part.strip_prefix(key));
         let scene = value("scene=").filter(|name| !name.is_empty()).ok_or(LinkError::NoScene)?;
         let is_known = |part: &str| {
-            ["scene=", "with="].iter().any(|key| part.starts_with(key)) || PAGE.contains(&part)
+            ["scene=", "file=", "with="].iter().any(|key| part.starts_with(key))
+                || PAGE.contains(&part)
         };
         if !fragment.split('&').all(is_known) {
+            return Err(LinkError::Damaged);
+        }
+        let changes = || value("with=").map(Changes::decode).transpose();
+        if let (OWN, Some(file)) = (scene, value("file=")) {
+            let own = OwnScene::decode(file)?;
+            return Ok(Link { scene: own.name(), own: Some(own), changes: changes()? });
+        }
+        // The file was cut off, or is of a scene that needs none.
+        if scene == OWN || value("file=").is_some() {
             return Err(LinkError::Damaged);
         }
         let known = BUILTINS.iter().any(|builtin| builtin.name == scene);
@@ -112,8 +126,7 @@ impl Link {
             let name: String = scene.chars().filter(|c| !c.is_control()).take(40).collect();
             return Err(LinkError::UnknownScene(name));
         }
-        let changes = value("with=").map(Changes::decode).transpose()?;
-        Ok(Link { scene: scene.to_owned(), changes })
+        Ok(Link { scene: scene.to_owned(), own: None, changes: changes()? })
     }
 
     /// Opens the scene, stepped as the link says; its edits are made by [`Link::edit`].
@@ -121,7 +134,8 @@ impl Link {
     /// # Errors
     /// See [`msd_scene::open()`].
     pub fn load(&self) -> Result<Loaded, msd_scene::FileError> {
-        let mut loaded = msd_scene::open(&self.scene)?;
+        let built_in = || msd_scene::open(&self.scene);
+        let mut loaded = self.own.as_ref().map_or_else(built_in, OwnScene::load)?;
         if let Some(changes) = &self.changes {
             (loaded.settings, loaded.precision) = (changes.settings, changes.precision);
             loaded.automatic = changes.automatic;
@@ -145,7 +159,14 @@ impl Link {
 
 impl fmt::Display for Link {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "#scene={}", self.scene)?;
+        match &self.own {
+            None => write!(f, "#scene={}", self.scene)?,
+            Some(own) => {
+                // One that was not measured may be longer than it should be.
+                let file = own.encode(usize::MAX).map_err(|_| fmt::Error)?;
+                write!(f, "#scene={OWN}&file={file}")?;
+            }
+        }
         self.changes.as_ref().map_or(Ok(()), |changes| write!(f, "&with={}", changes.encode()))
     }
 }

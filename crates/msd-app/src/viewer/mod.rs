@@ -2,6 +2,8 @@
 
 mod catalogue;
 mod gesture;
+mod link_error;
+mod own_scene;
 mod link;
 mod command;
 mod viewport;
@@ -17,7 +19,9 @@ pub use gallery::{Gallery, Picture};
 pub use gesture::Tool;
 pub(crate) use gesture::{Action, Gesture};
 pub use guide::{Guide, GuideStep};
-pub use link::{Changes, Link, LinkError, Look};
+pub use link::{Changes, Link, Look};
+pub use link_error::LinkError;
+pub use own_scene::OwnScene;
 pub use preferences::{Outlook, Preferences};
 pub use viewport::Viewport;
 
@@ -91,6 +95,8 @@ pub struct Viewer {
     framed: Camera,
     /// The scene that is not in the catalogue: of a file or a mesh.
     opened: Option<Loaded>,
+    /// What it was read from where that is no file on this machine, or why a link cannot hold it.
+    own: Option<Result<OwnScene, String>>,
     /// The entry of the catalogue that runs; `None` for the opened one.
     current: Option<usize>,
     /// Where the camera was left looking, and how far beside everything the user moved it.
@@ -120,14 +126,17 @@ impl Viewer {
     /// See [`Session::new`].
     pub fn new(loaded: Loaded, catalogue: Catalogue) -> Result<Self, msd_core::Error> {
         // By the title too: a file may have the name of a built-in scene.
-        let is_loaded =
-            |entry: &Entry| (entry.name, entry.title) == (&*loaded.name, &*loaded.title);
+        let is_built_in = loaded.files.is_empty();
+        let is_loaded = |entry: &Entry| {
+            is_built_in && (entry.name, entry.title) == (&*loaded.name, &*loaded.title)
+        };
         // A saved run of a built-in scene is another scene: one may return to it.
         let listed = catalogue.entries.iter().position(is_loaded);
         let current = listed.filter(|_| loaded.progress.is_none());
         let springs = shows_springs(&loaded.name);
         Ok(Viewer {
             opened: current.is_none().then(|| loaded.clone()),
+            own: None,
             current,
             session: Session::new(loaded)?,
             camera: Camera::default(),
@@ -306,12 +315,15 @@ impl Viewer {
         }
     }
 
-    /// Shows a scene that is not in the catalogue, and keeps it within reach.
-    fn show_opened(&mut self, loaded: Loaded) {
+    /// Shows a scene that is not in the catalogue, and keeps it within reach; returns whether it
+    /// did. `own` is what it was read from, where that is not a file on this machine.
+    fn show_opened(&mut self, loaded: Loaded, own: Option<Result<OwnScene, String>>) -> bool {
         let kept = loaded.clone();
-        if self.open(Ok(loaded), None) {
-            self.opened = Some(kept);
+        let is_shown = self.open(Ok(loaded), None);
+        if is_shown {
+            (self.opened, self.own) = (Some(kept), own);
         }
+        is_shown
     }
 
     /// The scene that is not in the catalogue, if one was opened.
@@ -358,16 +370,14 @@ impl Viewer {
         }
     }
 
-    /// The link to this scene as it is set up and looked at now, without what happened to it.
+    /// The link to this scene as it is set up and looked at now, without what happened to it. One
+    /// that is not in the catalogue is held by the link.
     ///
     /// # Errors
-    /// A scene that is not in the catalogue: a link names it, and does not hold it.
+    /// A line on why a link cannot hold it.
     pub fn link(&self) -> Result<Link, String> {
         let (session, camera) = (&self.session, self.camera);
         let name = &session.loaded().name;
-        if self.current.is_none() {
-            return Err(format!("{name} is not built in: send its file instead of a link"));
-        }
         let values = session.material().values();
         if values.rest_scale != 1.0 && values.select != Select::All {
             return Err(
@@ -392,11 +402,25 @@ impl Viewer {
             speed: session.speed(),
             look,
         };
-        Ok(Link { scene: name.clone(), changes: Some(changes) })
+        if self.current.is_some() {
+            return Ok(Link { scene: name.clone(), own: None, changes: Some(changes) });
+        }
+        Link::to_own(OwnScene::of(session.loaded(), self.own.as_ref())?, changes)
     }
 
     /// Opens the scene of a link, set up and looked at as it says.
     pub fn open_link(&mut self, link: &Link) {
+        if let Some(own) = &link.own {
+            match link.load() {
+                Err(error) => self.session.refuse(Err(error)),
+                Ok(loaded) => {
+                    if self.show_opened(loaded, Some(Ok(own.clone()))) {
+                        self.set_up(link);
+                    }
+                }
+            }
+            return;
+        }
         let is_meant = |entry: &Entry| entry.name == link.scene;
         let Some(index) = self.catalogue.entries.iter().position(is_meant) else {
             let unknown = LinkError::UnknownScene(link.scene.clone());
@@ -414,7 +438,13 @@ impl Viewer {
     /// Why it cannot be opened, or cannot run: one line.
     pub fn of_link(link: &Link, catalogue: Catalogue) -> Result<Self, String> {
         let loaded = link.load().map_err(|error| error.to_string())?;
+        let opened = link.own.is_some().then(|| loaded.clone());
         let mut viewer = Viewer::new(loaded, catalogue).map_err(|error| error.to_string())?;
+        if opened.is_some() {
+            // It may be called as a built-in scene is.
+            (viewer.current, viewer.opened) = (None, opened);
+            viewer.own = link.own.clone().map(Ok);
+        }
         viewer.set_up(link);
         Ok(viewer)
     }
@@ -443,7 +473,9 @@ impl Viewer {
     /// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`.
     pub fn open_bytes(&mut self, name: &str, bytes: &[u8]) {
         match msd_scene::open_bytes(name, bytes) {
-            Ok(loaded) => self.show_opened(loaded),
+            Ok(loaded) => {
+                self.show_opened(loaded, Some(OwnScene::new(name, bytes)));
+            }
             Err(error) => self.session.refuse(Err(error)),
         }
     }

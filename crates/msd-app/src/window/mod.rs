@@ -48,10 +48,20 @@ const SIZE: [f32; 2] = [1280.0, 800.0];
 #[cfg(not(target_arch = "wasm32"))]
 const BARS: f32 = 0.94;
 
+/// How often what is remembered is kept where the program may end without notice.
+#[cfg(target_arch = "wasm32")]
+const KEPT_EVERY: Duration = Duration::from_secs(1);
+
 /// What arrives from outside the window system.
 pub(crate) enum Arrival {
     /// The graphics device, which a browser gives later, and the surface of the window.
     Graphics(Box<Result<(Gpu, wgpu::Surface<'static>), RenderError>>),
+    /// The graphics device is lost; a browser takes it away when it likes.
+    #[cfg(target_arch = "wasm32")]
+    Lost,
+    /// There is a graphics device to be had again.
+    #[cfg(target_arch = "wasm32")]
+    Restored,
     /// What the page of a browser does between two frames.
     #[cfg(target_arch = "wasm32")]
     Ask(Box<dyn FnOnce(&mut Viewer)>),
@@ -71,6 +81,10 @@ pub(crate) struct Shell {
     clipboard: Option<Clipboard>,
     surface: Option<WindowSurface>,
     last_frame: Instant,
+    #[cfg(target_arch = "wasm32")]
+    last_kept: Instant,
+    #[cfg(target_arch = "wasm32")]
+    is_lost: bool,
     title: String,
     hidden: bool,
     is_full: bool,
@@ -87,11 +101,9 @@ impl Shell {
         proxy: EventLoopProxy<Arrival>,
         watcher: Option<Watcher>,
     ) -> Self {
-        let context = egui::Context::default();
         #[cfg(not(target_arch = "wasm32"))]
         let is_guided = viewer.preferences.is_guided;
-        panel::theme::apply(&context);
-        context.set_zoom_factor(viewer.preferences.scale);
+        let context = panel_context(viewer.preferences.scale);
         Shell {
             viewer,
             proxy,
@@ -102,6 +114,10 @@ impl Shell {
             clipboard: None,
             surface: None,
             last_frame: Instant::now(),
+            #[cfg(target_arch = "wasm32")]
+            last_kept: Instant::now(),
+            #[cfg(target_arch = "wasm32")]
+            is_lost: false,
             title: String::new(),
             hidden: false,
             is_full: false,
@@ -124,19 +140,18 @@ impl Shell {
         let attributes =
             winit::platform::web::WindowAttributesExtWebSys::with_canvas(attributes, web::canvas());
         let window = Arc::new(event_loop.create_window(attributes)?);
-        self.input = Some(egui_winit::State::new(
-            self.context.clone(),
-            egui::ViewportId::ROOT,
-            &window,
-            Some(window.scale_factor() as f32),
-            window.theme(),
-            None,
-        ));
+        self.input = Some(panel_input(&self.context, &window));
         #[cfg(not(target_arch = "wasm32"))]
         {
             self.clipboard = Some(Clipboard::of(event_loop));
         }
         self.window = Some(window.clone());
+        self.ask_for_graphics(event_loop, window);
+        Ok(())
+    }
+
+    /// Asks for a graphics device, which arrives later.
+    fn ask_for_graphics(&self, event_loop: &ActiveEventLoop, window: Arc<Window>) {
         let display = Box::new(event_loop.owned_display_handle());
         let proxy = self.proxy.clone();
         let arrive = async move {
@@ -148,7 +163,23 @@ impl Shell {
         drivers::quietly(|| pollster::block_on(arrive));
         #[cfg(target_arch = "wasm32")]
         wasm_bindgen_futures::spawn_local(arrive);
-        Ok(())
+    }
+
+    /// Lets go of a graphics device that is lost; what runs, and what the panels show, stays.
+    #[cfg(target_arch = "wasm32")]
+    fn lose_graphics(&mut self) {
+        let Some(window) = &self.window else { return };
+        if self.surface.take().is_none() {
+            return;
+        }
+        self.is_lost = true;
+        web::tell("line", "The graphics device was lost; the scene waits for another.");
+        // The textures of the panels are lost too, and a context hands them out only once.
+        let context = panel_context(self.context.zoom_factor());
+        let memory = self.context.memory(Clone::clone);
+        context.memory_mut(|new| *new = memory);
+        self.input = Some(panel_input(&context, window));
+        self.context = context;
     }
 
     /// The size of the window, points: as it was left, and no larger than the screen.
@@ -167,12 +198,15 @@ impl Shell {
     }
 
     /// Remembers how the window is left.
-    #[cfg(not(target_arch = "wasm32"))]
     fn remember(&mut self) {
         let Some(window) = &self.window else { return };
         let size = window.inner_size().to_logical::<f32>(window.scale_factor());
         let scale = self.context.zoom_factor();
-        preferences_file::write(self.viewer.remember([size.width, size.height], scale));
+        let preferences = self.viewer.remember([size.width, size.height], scale);
+        #[cfg(not(target_arch = "wasm32"))]
+        preferences_file::write(preferences);
+        #[cfg(target_arch = "wasm32")]
+        web::keep(preferences);
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, what: Missing) {
@@ -200,7 +234,13 @@ impl Shell {
         };
         input.set_max_texture_side(surface.longest_side());
         log::info!("drawing with {}", surface.adapter());
+        #[cfg(target_arch = "wasm32")]
+        web::watch_device(surface.device());
         self.surface = Some(surface);
+        #[cfg(target_arch = "wasm32")]
+        if std::mem::take(&mut self.is_lost) {
+            web::tell("line", "The scene is drawn again, from where it was.");
+        }
         self.last_frame = Instant::now();
         window.request_redraw();
     }
@@ -219,7 +259,10 @@ impl Shell {
             return;
         }
         let viewer = &mut self.viewer;
-        let raw = input.take_egui_input(window);
+        #[cfg_attr(not(target_arch = "wasm32"), allow(unused_mut, reason = "for a browser"))]
+        let mut raw = input.take_egui_input(window);
+        #[cfg(target_arch = "wasm32")]
+        web::join_fingers(&mut raw);
         let stopwatch = || start.elapsed().as_secs_f64();
         let (mut output, stepped) = lay_out(&self.context, raw, viewer, real, &stopwatch);
         dress(window, viewer, (&mut self.title, &mut self.is_full));
@@ -254,6 +297,12 @@ impl Shell {
         if let Some((name, bytes)) = self.viewer.session.take_recording() {
             web::give(&name, &bytes);
         }
+        // A page is left without notice.
+        #[cfg(target_arch = "wasm32")]
+        if KEPT_EVERY <= self.last_kept.elapsed() {
+            self.last_kept = start;
+            self.remember();
+        }
         if self.viewer.quit {
             return event_loop.exit();
         }
@@ -278,12 +327,29 @@ impl Shell {
 
     fn set_hidden(&mut self, hidden: bool) {
         self.hidden = hidden;
+        #[cfg(target_arch = "wasm32")]
+        self.remember();
         // Being hidden is not the simulation's to catch up with.
         self.viewer.session.resume();
         if let Some(window) = &self.window {
             window.request_redraw();
         }
     }
+}
+
+/// What the panels are laid out in.
+fn panel_context(scale: f32) -> egui::Context {
+    let context = egui::Context::default();
+    panel::theme::apply(&context);
+    context.set_zoom_factor(scale);
+    context
+}
+
+/// What turns the events of a window into input of the panels.
+fn panel_input(context: &egui::Context, window: &Window) -> egui_winit::State {
+    let scale = Some(window.scale_factor() as f32);
+    let id = egui::ViewportId::ROOT;
+    egui_winit::State::new(context.clone(), id, window, scale, window.theme(), None)
 }
 
 /// Lays out a frame: reads what the user did, lets `real` seconds pass, and lays out the panels.
@@ -345,9 +411,19 @@ impl ApplicationHandler<Arrival> for Shell {
         match arrival {
             Arrival::Graphics(graphics) => self.take_graphics(event_loop, *graphics),
             #[cfg(target_arch = "wasm32")]
+            Arrival::Lost => self.lose_graphics(),
+            #[cfg(target_arch = "wasm32")]
+            Arrival::Restored => {
+                if let (Some(window), None) = (self.window.clone(), &self.surface) {
+                    self.ask_for_graphics(event_loop, window);
+                }
+            }
+            #[cfg(target_arch = "wasm32")]
             Arrival::Ask(question) => {
                 question(&mut self.viewer);
-                self.window.as_ref().inspect(|window| window.request_redraw());
+                // A frame would step, and a hidden page is paused.
+                let shown = self.window.as_ref().filter(|_| !self.hidden);
+                shown.inspect(|window| window.request_redraw());
             }
         }
     }

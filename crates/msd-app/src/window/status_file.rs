@@ -5,11 +5,11 @@
 //! `real_time_factor`, `step_ms`, `frame_rate` (null before they are measured), `stability` (the
 //! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
 //! itself), `offers` (how many ways out there are), `held` (particle or null), `held_position`,
-//! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is),
-//! `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of the error or
-//! null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain view: `particle`,
-//! `screen`), `stiffness`, `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `view` and
-//! `landmarks` (rectangles: left, top, width, height).
+//! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is), `pins`
+//! (how many are), `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of
+//! the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
+//! view: `particle`, `screen`), `stiffness`, `wireframe`, `camera` (`yaw`, `pitch`, `distance`,
+//! `target`), `view` and `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
@@ -69,6 +69,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "held_screen": held.and_then(|particle| screen(position(particle).as_vec3())),
         "selected": session.selected(),
         "pinned": session.selected().map(|particle| session.is_pinned(particle)),
+        "pins": (0..session.runner().particle_count()).filter(|&at| session.is_pinned(at)).count(),
         "hovered": viewer.hovered,
         "springs": session.runner().spring_count(),
         "note": viewer.note,

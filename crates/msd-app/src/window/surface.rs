@@ -41,6 +41,12 @@ impl WindowSurface {
         self.canvas.gpu.device.limits().max_texture_dimension_2d as usize
     }
 
+    /// The device that it is drawn with.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn device(&self) -> &wgpu::Device {
+        &self.canvas.gpu.device
+    }
+
     /// The driver, for the log.
     pub(crate) fn adapter(&self) -> String {
         let info = self.canvas.gpu.adapter.get_info();

@@ -1,11 +1,14 @@
 //! The window on a page of a browser: a canvas, and what page and window tell each other.
 
 mod page;
+mod graphics;
+mod replay;
 mod verify;
 mod speed;
 
+pub(super) use graphics::watch_device;
 pub use page::start;
-pub(super) use page::{give, tell};
+pub(super) use page::{give, keep, tell};
 
 use super::{Missing, Shell};
 use crate::viewer::Viewer;
@@ -24,6 +27,16 @@ fn show(viewer: Viewer) -> Result<(), Missing> {
     let shell = Shell::new(viewer, event_loop.create_proxy(), Some(page::watcher()));
     event_loop.spawn_app(shell);
     Ok(())
+}
+
+/// Makes all fingers those of one screen: winit gives each a device of its own, and fingers of
+/// several devices make no gesture.
+pub(super) fn join_fingers(raw: &mut egui::RawInput) {
+    for event in &mut raw.events {
+        if let egui::Event::Touch { device_id, .. } = event {
+            *device_id = egui::TouchDeviceId(0);
+        }
+    }
 }
 
 /// The canvas of the page; without one winit makes its own, which nobody sees.

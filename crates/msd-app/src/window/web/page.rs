@@ -5,7 +5,7 @@
 
 use super::super::{Arrival, Watcher, status_file};
 use super::show;
-use crate::viewer::{Command, Link, LinkError, Viewer, catalogue};
+use crate::viewer::{Command, Link, LinkError, Preferences, Viewer, catalogue};
 use js_sys::{Function, Promise, Uint8Array};
 use msd_scene::Loaded;
 use std::cell::{Cell, RefCell};
@@ -16,31 +16,37 @@ use winit::event_loop::EventLoopProxy;
 thread_local! {
     static TOLD: RefCell<Option<Function>> = const { RefCell::new(None) };
     static WINDOW: RefCell<Option<EventLoopProxy<Arrival>>> = const { RefCell::new(None) };
+    static KEPT: RefCell<String> = const { RefCell::new(String::new()) };
     static FRAMES: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Starts the window in the canvas of the page, with the scene that a link's `fragment` names.
+/// Starts the window in the canvas of the page, with the scene that a link's `fragment` names and
+/// the `preferences` that the page has kept.
 ///
 /// # Errors
 /// Why there is no window, one line.
 #[wasm_bindgen]
-pub fn start(fragment: &str, told: Function) -> Result<(), String> {
+pub fn start(fragment: &str, preferences: Option<String>, told: Function) -> Result<(), String> {
     console_error_panic_hook::set_once();
     console_log::init_with_level(log::Level::Warn).ok();
     TOLD.set(Some(told));
-    let first = Link { scene: msd_scene::BUILTINS[0].name.to_owned(), changes: None };
+    let first = Link::to(msd_scene::BUILTINS[0].name);
     let link = match Link::parse(fragment) {
         Err(LinkError::NoScene) => Ok(first.clone()),
         link => link.map_err(|error| error.to_string()),
     };
-    let viewer = link.and_then(|link| Viewer::of_link(&link, catalogue())).or_else(|error| {
-        tell("refused", &format!("{error}; here is {} instead", first.scene));
-        Viewer::of_link(&first, catalogue())
-    })?;
+    let mut viewer =
+        link.and_then(|link| Viewer::of_link(&link, catalogue())).or_else(|error| {
+            tell("refused", &format!("{error}; here is {} instead", first.scene));
+            Viewer::of_link(&first, catalogue())
+        })?;
+    // The guide is not offered by itself: the page names what there is to do.
+    let kept = preferences.and_then(|text| Preferences::parse(&text).ok()).unwrap_or_default();
+    viewer.set_preferences(Preferences { is_guided: true, ..kept });
     show(viewer).map_err(|what| what.to_string())
 }
 
-/// Does what a key would: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`.
+/// Does what a key would: `pause`, `restart`, `step`, `back`, `frame`, `pin`, `record`, `panels`.
 #[wasm_bindgen]
 pub fn command(name: &str) -> Promise {
     let command = match name {
@@ -51,6 +57,7 @@ pub fn command(name: &str) -> Promise {
         "frame" => Some(Command::FrameAll),
         "pin" => Some(Command::Pin),
         "record" => Some(Command::Record),
+        "panels" => Some(Command::Panels),
         _ => None,
     };
     let name = name.to_owned();
@@ -136,11 +143,13 @@ fn ask_for(question: impl FnOnce(&mut Viewer) -> Result<JsValue, String> + 'stat
             // Settling a promise throws nothing.
             settle.call1(&JsValue::NULL, &answer).ok();
         };
-        WINDOW.with_borrow(|window| {
-            // Without a window nobody answers.
-            window.as_ref().map(|window| window.send_event(Arrival::Ask(Box::new(answer))).ok());
-        });
+        send(Arrival::Ask(Box::new(answer)));
     })
+}
+
+/// Sends something to the window. Without a window nobody answers.
+pub(super) fn send(arrival: Arrival) {
+    WINDOW.with_borrow(|window| window.as_ref().map(|window| window.send_event(arrival).ok()));
 }
 
 /// Sends questions of the page to this window.
@@ -165,11 +174,21 @@ pub(super) fn watcher() -> Watcher {
 
 /// Tells the page something. The kinds: `frame`, one was drawn; `scene`, this one is
 /// shown; `copy`, this text is for the clipboard; `refused`, why a link or file was not taken;
-/// `missing`, why there is no window any more.
+/// `line`, something that the user should know; `preferences`, to be kept; `missing`, why there is
+/// no window any more.
 pub(crate) fn tell(kind: &str, text: &str) {
     let told = TOLD.with_borrow(Clone::clone);
     // The page would have to fail in its own code, and says so on the console.
     told.map(|told| told.call2(&JsValue::NULL, &kind.into(), &text.into()).ok());
+}
+
+/// Lets the page keep preferences until the next start, where they differ from those kept last.
+pub(crate) fn keep(preferences: &Preferences) {
+    let text = preferences.to_text();
+    if KEPT.with_borrow(|kept| *kept != text) {
+        tell("preferences", &text);
+        KEPT.set(text);
+    }
 }
 
 /// Gives the page a file to be downloaded: tells it `file`, the name and the bytes.

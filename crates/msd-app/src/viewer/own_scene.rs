@@ -1,0 +1,173 @@
+//! Scenes of the user's own in links: a file and the meshes that it names, compressed.
+
+use super::link_error::LinkError;
+use base64::Engine;
+use base64::prelude::BASE64_URL_SAFE_NO_PAD as BASE64;
+use miniz_oxide::deflate::compress_to_vec;
+use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_with_limit};
+use msd_scene::{FileError, Loaded};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Raised whenever what a link holds of a scene changes its form.
+const FORMAT: u8 = 1;
+/// Bytes of the checksum, the first of a BLAKE3 hash.
+const CHECK: usize = 4;
+/// The most that a scene in a link holds, bytes: a few letters may stand for as much as one likes.
+const LARGEST: usize = 1_000_000;
+/// How hard it is compressed, of 10: the next level takes twice the time and saves little.
+const EFFORT: u8 = 8;
+
+/// A scene of the user's own, as the bytes of its file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OwnScene {
+    /// The name of the file, with its ending.
+    pub file: String,
+    /// What the file holds.
+    pub bytes: Vec<u8>,
+    /// What the files of its meshes hold, by the names that the scene has for them.
+    pub meshes: BTreeMap<String, Vec<u8>>,
+}
+
+impl OwnScene {
+    /// A file without others.
+    ///
+    /// # Errors
+    /// A line on one that is too large for a link.
+    pub(super) fn new(file: &str, bytes: &[u8]) -> Result<Self, String> {
+        if LARGEST <= bytes.len() {
+            return Err(too_large(file, bytes.len()));
+        }
+        let (file, bytes, meshes) = (file.to_owned(), bytes.to_vec(), BTreeMap::new());
+        Ok(OwnScene { file, bytes, meshes })
+    }
+
+    /// What a scene was read from: `own` where that is known, else its files as they are now.
+    ///
+    /// # Errors
+    /// A line on why a link cannot hold it.
+    pub(super) fn of(loaded: &Loaded, own: Option<&Result<Self, String>>) -> Result<Self, String> {
+        let own = own.cloned().unwrap_or_else(|| OwnScene::read(&loaded.files))?;
+        let read = own.load().map_err(|error| error.to_string())?;
+        if read.scene == loaded.scene {
+            return Ok(own);
+        }
+        // The file has changed meanwhile, or the command line said more: the link would lie.
+        Err(format!("{} is no longer what was opened: open it again for a link", own.file))
+    }
+
+    /// Reads the files of a scene again: its own, then those of its meshes.
+    ///
+    /// # Errors
+    /// A line on why it cannot be read, or is too large for a link.
+    fn read(files: &[PathBuf]) -> Result<Self, String> {
+        let [scene, meshes @ ..] = files else { return Err("it is not from a file".into()) };
+        let folder = scene.parent().unwrap_or(Path::new(""));
+        let read = |path: &Path| {
+            let name = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().into_owned();
+            let why = |error| format!("{name}: {error}");
+            let size = path.metadata().map_err(why)?.len();
+            if LARGEST as u64 <= size {
+                return Err(too_large(&name, size as usize));
+            }
+            Ok((name.clone(), std::fs::read(path).map_err(why)?))
+        };
+        let (file, bytes) = read(scene)?;
+        let meshes = meshes.iter().map(|mesh| read(mesh)).collect::<Result<_, _>>()?;
+        Ok(OwnScene { file, bytes, meshes })
+    }
+
+    /// Opens the scene.
+    ///
+    /// # Errors
+    /// See [`msd_scene::open_bytes_with`].
+    pub(super) fn load(&self) -> Result<Loaded, FileError> {
+        msd_scene::open_bytes_with(&self.file, &self.bytes, &self.meshes)
+    }
+
+    /// What the scene is called.
+    pub(super) fn name(&self) -> String {
+        let stem = Path::new(&self.file).file_stem().unwrap_or_default().to_string_lossy();
+        stem.chars().filter(|letter| !letter.is_control()).collect()
+    }
+
+    /// The largest of its files, by name, and its size, bytes.
+    fn largest(&self) -> (&str, usize) {
+        let own = (&*self.file, self.bytes.len());
+        let meshes = self.meshes.iter().map(|(name, bytes)| (&**name, bytes.len()));
+        meshes.chain([own]).max_by_key(|(_, size)| *size).unwrap_or(own)
+    }
+
+    /// The text of it in a link.
+    ///
+    /// # Errors
+    /// A line that names the file that makes it longer than `longest` characters.
+    pub(super) fn encode(&self, longest: usize) -> Result<String, String> {
+        let (name, size) = self.largest();
+        let content = postcard::to_stdvec(self).map_err(|error| error.to_string())?;
+        if LARGEST < content.len() {
+            return Err(too_large(name, size));
+        }
+        let mut bytes = vec![FORMAT];
+        bytes.extend(compress_to_vec(&content, EFFORT));
+        let check = blake3::hash(&bytes);
+        bytes.extend(&check.as_bytes()[..CHECK]);
+        let text = BASE64.encode(bytes);
+        if longest < text.len() { Err(too_large(name, size)) } else { Ok(text) }
+    }
+
+    /// Reads the text of it in a link.
+    ///
+    /// # Errors
+    /// See [`LinkError`]. Whether the scene is one is found when it is opened.
+    pub(super) fn decode(text: &str) -> Result<Self, LinkError> {
+        let bytes = BASE64.decode(text).map_err(|_| LinkError::Damaged)?;
+        let (bytes, check) = bytes.split_last_chunk::<CHECK>().ok_or(LinkError::Damaged)?;
+        // A format to come may check otherwise: it is asked for first.
+        let (&format, content) = bytes.split_first().ok_or(LinkError::Damaged)?;
+        if format != FORMAT {
+            return Err(LinkError::Format(format));
+        }
+        if blake3::hash(bytes).as_bytes()[..CHECK] != *check {
+            return Err(LinkError::Damaged);
+        }
+        let content = decompress_to_vec_with_limit(content, LARGEST).map_err(|error| {
+            let is_more = error.status == TINFLStatus::HasMoreOutput;
+            if is_more { LinkError::TooLarge } else { LinkError::Damaged }
+        })?;
+        postcard::from_bytes(&content).map_err(|_| LinkError::Damaged)
+    }
+}
+
+fn too_large(name: &str, size: usize) -> String {
+    let kilobytes = size.div_ceil(1000);
+    format!("{name} is too large for a link, {kilobytes} kB: send the file instead")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(format: u8, content: &[u8]) -> String {
+        let mut bytes = vec![format];
+        bytes.extend(compress_to_vec(content, EFFORT));
+        let check = blake3::hash(&bytes);
+        bytes.extend(&check.as_bytes()[..CHECK]);
+        BASE64.encode(bytes)
+    }
+
+    #[test]
+    fn a_text_that_unfolds_to_more_than_the_limit_is_refused() {
+        let bomb = text(FORMAT, &vec![0; 200 * LARGEST]);
+        assert!(bomb.len() < LARGEST, "{}", bomb.len());
+        assert_eq!(OwnScene::decode(&bomb), Err(LinkError::TooLarge));
+    }
+
+    #[test]
+    fn what_is_whole_and_no_scene_or_of_another_format_is_refused() {
+        assert_eq!(OwnScene::decode(&text(FORMAT, b"\xff")), Err(LinkError::Damaged));
+        assert_eq!(OwnScene::decode(&text(FORMAT + 1, b"")), Err(LinkError::Format(FORMAT + 1)));
+        assert_eq!(OwnScene::decode(""), Err(LinkError::Damaged));
+    }
+}
