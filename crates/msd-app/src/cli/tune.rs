@@ -73,9 +73,8 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         (None, budget) => Goal::Budget(1e-3 * budget.unwrap_or_default()),
     };
     let bar = Bar::new();
-    bar.tell("making the reference");
-    let tuned = tune(&loaded.scene, arguments.duration, goal, &mut |choice| {
-        bar.tell(&choice.to_string());
+    let tuned = tune(&loaded.scene, arguments.duration, goal, &mut |progress| {
+        bar.tell(&progress.now);
     });
     bar.end();
     let tuned = tuned.map_err(|error| explain_divergence(&loaded.name, error, None))?;
