@@ -21,10 +21,10 @@ pub use link::{Changes, Link, LinkError, Look};
 pub use preferences::{Outlook, Preferences};
 pub use viewport::Viewport;
 
-use crate::session::{ErrorNow, MaterialEdit, Session};
+use crate::session::{ErrorNow, Session};
 use egui::Rect;
 use glam::Vec3;
-use msd_core::{Real, Select, Vector};
+use msd_core::{Real, Vector};
 use msd_render::{Camera, Style};
 use msd_run::on;
 use msd_run::rescue::Offer;
@@ -368,12 +368,6 @@ impl Viewer {
         if self.current.is_none() {
             return Err(format!("{name} is not built in: send its file instead of a link"));
         }
-        let values = session.material().values();
-        if values.rest_scale != 1.0 && values.select != Select::All {
-            return Err(
-                "a link cannot hold the rest length of one body: save the run instead".into()
-            );
-        }
         let target = if self.follow { self.beside } else { camera.target };
         let look = Look {
             target: target.to_array(),
@@ -387,8 +381,7 @@ impl Viewer {
             settings: session.runner().settings(),
             automatic: session.runner().is_automatic(),
             precision: session.runner().precision(),
-            edits: session.material().kept().to_vec(),
-            rest_scale: session.material().values().rest_scale,
+            edits: session.material().edits(),
             speed: session.speed(),
             look,
         };
@@ -424,9 +417,6 @@ impl Viewer {
         let Some(changes) = &link.changes else { return };
         let session = &mut self.session;
         session.edit_again(&changes.edits);
-        if changes.rest_scale != 1.0 {
-            session.edit(MaterialEdit::RestScale(changes.rest_scale));
-        }
         session.set_speed(changes.speed);
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
         link::show_bits(&mut self.style, shown);

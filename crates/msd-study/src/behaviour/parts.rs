@@ -96,10 +96,10 @@ impl Part {
             }
             Part::Gravity => (scene.world.gravity != DVec3::ZERO)
                 .then(|| world(|scene| scene.world.gravity = DVec3::ZERO)),
-            Part::Drag => {
-                (scene.world.drag != 0.0).then(|| world(|scene| scene.world.drag = 0.0))
+            Part::Drag => (scene.world.drag != 0.0).then(|| world(|scene| scene.world.drag = 0.0)),
+            Part::Contact => {
+                (!scene.planes.is_empty()).then(|| world(|scene| scene.planes.clear()))
             }
-            Part::Contact => (!scene.planes.is_empty()).then(|| world(|scene| scene.planes.clear())),
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
                 let rows: BTreeSet<usize> = self.springs(scene).into_iter().flatten().collect();
                 let is_there = rows.iter().any(|&row| acts(&scene.springs[row]));

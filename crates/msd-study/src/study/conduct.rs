@@ -12,8 +12,8 @@ use crate::study::words::words;
 use msd_core::{Error, Friction, Plane};
 use msd_scene::Loaded;
 
-pub use crate::study::course::{Follower, Plan, Progress};
 pub(crate) use crate::study::course::Listener;
+pub use crate::study::course::{Follower, Plan, Progress};
 
 /// Studies a scene. `tell` hears how far it is.
 ///

@@ -210,11 +210,7 @@ impl Search<'_> {
     }
 
     /// Tries a choice; `None` where the core refuses it.
-    fn attempt(
-        &self,
-        choice: Choice,
-        follower: &mut dyn Follower,
-    ) -> Result<Option<Trial>, Halt> {
+    fn attempt(&self, choice: Choice, follower: &mut dyn Follower) -> Result<Option<Trial>, Halt> {
         let right = (self.right, self.reliable);
         unless_refused(try_by_leave(self.scene, choice, right, &mut || follower.goes_on()))
     }
