@@ -1,10 +1,11 @@
 //! A session and how it is looked at: camera, view settings, the list of scenes, commands.
 
 mod catalogue;
+mod viewport;
+mod sides;
 mod gesture;
 mod link;
 mod command;
-mod viewport;
 mod preferences;
 mod guide;
 mod gallery;
@@ -19,6 +20,7 @@ pub(crate) use gesture::{Action, Gesture};
 pub use guide::{Guide, GuideStep};
 pub use link::{Changes, Link, LinkError, Look};
 pub use preferences::{Outlook, Preferences};
+pub use sides::Side;
 pub use viewport::Viewport;
 
 use crate::session::{ErrorNow, Session};
@@ -45,6 +47,8 @@ pub struct Viewer {
     pub catalogue: Catalogue,
     /// Whether the camera keeps everything in the middle of the picture.
     pub follow: bool,
+    /// Whether a twin is shown beside the run, not as points over it.
+    pub side_by_side: bool,
     /// Whether the panels are shown.
     pub panels: bool,
     /// Whether the panels are light.
@@ -134,6 +138,7 @@ impl Viewer {
             style: Style { legend: false, springs, ..Style::default() },
             catalogue,
             follow: true,
+            side_by_side: false,
             panels: true,
             light: false,
             full_screen: false,
@@ -159,11 +164,6 @@ impl Viewer {
             aimed: Vec3::ZERO,
             beside: Vec3::ZERO,
         })
-    }
-
-    /// The camera and where its picture is.
-    pub fn viewport(&self) -> Viewport {
-        Viewport { camera: self.camera, rect: self.rect }
     }
 
     /// The name of the 3D view among egui's widgets.
@@ -441,7 +441,8 @@ impl Viewer {
     /// Brings every particle and the ground below into view.
     pub fn frame_all(&mut self) {
         let Some(subject) = self.subject() else { return };
-        let aspect = if self.rect.is_positive() { self.rect.aspect_ratio() } else { 1.5 };
+        let rect = self.viewport().rect;
+        let aspect = if rect.is_positive() { rect.aspect_ratio() } else { 1.5 };
         self.camera.frame(subject, aspect);
         // Room for what it is about to do.
         self.camera.zoom(1.35);
