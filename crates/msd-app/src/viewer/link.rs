@@ -191,11 +191,20 @@ impl Changes {
     /// Whether a link may hold this: settings alone, and a camera that is somewhere.
     fn is_usable(&self) -> bool {
         use Interaction::*;
-        let is_setting = |edit: &Interaction| match edit {
-            SetStiffness { .. } | SetDamping { .. } | SetMass { .. } => true,
-            SetGravity { .. } | SetDrag { .. } | ScaleRestLength { .. } => true,
-            SetPlane { .. } | RemovePlanes | AddPlane { .. } => true,
-            _ => false,
+        let is_setting = |edit: &Interaction| {
+            let is_material = matches!(
+                edit,
+                SetStiffness { .. } | SetDamping { .. } | SetMass { .. } | ScaleRestLength { .. }
+            );
+            let is_world = matches!(
+                edit,
+                SetGravity { .. }
+                    | SetDrag { .. }
+                    | SetPlane { .. }
+                    | RemovePlanes
+                    | AddPlane { .. }
+            );
+            is_material || is_world
         };
         let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
         self.edits.iter().all(is_setting)

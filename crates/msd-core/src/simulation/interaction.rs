@@ -226,10 +226,9 @@ pub(crate) fn check_interaction<R: Real>(
 ) -> Result<(), Error> {
     use Interaction::*;
     let at = ("interaction", 0);
-    let springs = model.ends().len();
     let one = |index| check_index(at, "particle", index, model.particle_count());
     let masses = |select| check_select(model, select, ("particle", model.particle_count()));
-    let among = |select| check_select(model, select, ("spring", springs));
+    let among = |select| check_select(model, select, ("spring", model.ends().len()));
     match *interaction {
         Grab { particle, target, frequency, damping_ratio, max_force } => {
             one(particle)?;
@@ -248,7 +247,7 @@ pub(crate) fn check_interaction<R: Real>(
             one(particle)?;
             check::check_vector::<R>("force", at, force)
         }
-        Cut { spring } => check_index(at, "spring", spring, springs),
+        Cut { spring } => check_index(at, "spring", spring, model.ends().len()),
         Freeze { springs } => among(springs),
         SetStiffness { springs, value } => {
             among(springs)?;
@@ -358,8 +357,7 @@ pub(crate) fn apply<R: Real>(
             }
         }
         Impulse { particles, impulse } => {
-            let range = particles_of(model, particles);
-            push_all(model, state, range, impulse);
+            push_all(model, state, particles_of(model, particles), impulse)
         }
         Spin { particles, velocity } => {
             spin(model, state, particles_of(model, particles), velocity)

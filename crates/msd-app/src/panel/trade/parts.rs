@@ -4,7 +4,7 @@
 use super::super::{heading, theme};
 use super::small;
 use crate::session::{Report, Session, Tuning};
-use egui::{RichText, Ui};
+use egui::{Label, RichText, Ui};
 use msd_scene::Precision;
 use msd_study::quantity::{estimate, rounded};
 use msd_study::terms::TermRow;
@@ -13,6 +13,7 @@ use msd_study::terms::TermRow;
 pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     heading(ui, "What matters here");
     session.look_at_parts();
+    ui.spacing_mut().item_spacing.y = 2.0;
     let report = session.terms();
     let rows = report.as_ref().and_then(|report| report.found.clone());
     let worth_of = |term: &str| {
@@ -43,8 +44,8 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
 const EACH_SPRING: &str = "values of each spring";
 const OFF_AND_ON: &str = "Off, or as the scene has it, while it runs. Springs that are off stay \
     in the run without stiffness and damping: the time is saved by a scene that leaves them out";
-const PRICE: &str = "Without it, after the time that is studied: how far the particles are from where \
-    they would be, root mean square, and how much less time a step takes";
+const PRICE: &str = "Without it, after the time that is studied: how far the particles are from \
+    where they would be, root mean square, and how much less time a step takes";
 const PRECISION: &str = "Double precision, f64, or single, f32";
 
 /// A switch with the price beside it; returns whether it was clicked.
@@ -52,9 +53,8 @@ fn switch(ui: &mut Ui, name: &str, is_on: bool, (hover, price): (&str, Option<St
     let mut on = is_on;
     let is_clicked = ui.checkbox(&mut on, name).on_hover_text(hover).changed();
     let text = price.unwrap_or_else(|| theme::VOID.into());
-    ui.indent(name, |ui| {
-        ui.label(RichText::new(text).small().color(theme::FAINT)).on_hover_text(PRICE);
-    });
+    let text = RichText::new(text).small().color(theme::FAINT);
+    ui.add(Label::new(text).wrap()).on_hover_text(PRICE);
     is_clicked
 }
 
