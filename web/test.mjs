@@ -90,7 +90,7 @@ const tests = {
 
   async 'a damaged link says so and shows the first scene'(page) {
     for (const [fragment, words] of [
-      ['#scene=cloth&with=AQIDBAUGBw', 'damaged'],
+      ['#scene=cloth&with=AgIDBAUGBw', 'damaged'],
       ['#scene=cloth&with=Y2NjY2NjY2M', 'another version'],
       ['#scene=nothing', 'not there'],
     ]) {

@@ -107,7 +107,7 @@ fn look<R: Real>(simulation: &Simulation<R>) {
 
 fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Interaction> {
     let (count, springs) = (of.model().particle_count(), of.model().ends().len());
-    let kind = u.arbitrary::<u8>()? % 18;
+    let kind = u.arbitrary::<u8>()? % 21;
     if kind < 7 {
         return for_one(u, kind, count);
     }
@@ -122,6 +122,9 @@ fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Inte
         14 => Interaction::Impulse { particles: select(u, count)?, impulse: vector(u)? },
         15 => Interaction::Spin { particles: select(u, count)?, velocity: vector(u)? },
         16 => Interaction::SetGravity { value: vector(u)? },
+        17 => Interaction::SetDrag { value: positive(u)? },
+        18 => Interaction::RemovePlanes,
+        19 => Interaction::AddPlane { plane: world::plane(u)? },
         _ => Interaction::SetPlane {
             plane: index(u, of.model().planes().len())?,
             restitution: world::fraction(u)?,

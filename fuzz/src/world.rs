@@ -96,7 +96,7 @@ fn world(u: &mut Unstructured) -> Result<World> {
     })
 }
 
-fn plane(u: &mut Unstructured) -> Result<Plane> {
+pub(crate) fn plane(u: &mut Unstructured) -> Result<Plane> {
     let (normal, offset) = match u.arbitrary::<u8>()? % 4 {
         0 => (vector(u)?, any(u)?),
         1 => (DVec3::X, decade(u)?),

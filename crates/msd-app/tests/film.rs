@@ -10,7 +10,7 @@ use egui::{
 };
 use image::{ColorType, ImageFormat};
 use msd_app::session::{ErrorNow, Session};
-use msd_app::viewer::{GuideStep, Preferences, Viewer, catalogue};
+use msd_app::viewer::{GuideStep, Preferences, Side, Viewer, catalogue};
 use msd_app::window::Film;
 use msd_core::Vector;
 use msd_render::{Gpu, Image};
@@ -92,6 +92,45 @@ fn what_the_user_does_shows_in_the_same_frame() {
         height(&still, particle) + 0.01 < height(&moved, particle),
         "it moves in the frame of the event"
     );
+}
+
+#[test]
+fn a_twin_beside_the_run_is_drawn_as_the_run_is() {
+    let begin = |viewer: &mut Viewer| {
+        let settings = viewer.session.runner().settings();
+        let other = msd_core::Settings { integrator: msd_core::Integrator::Rk4, ..settings };
+        viewer.session.toggle_pause();
+        viewer.session.set_twin(Some(other));
+        viewer.side_by_side = true;
+    };
+    // The panels take 450 points: what they leave is halved without a rest.
+    let mut viewer = viewer("cube");
+    begin(&mut viewer);
+    let Some(mut film) = film_of(viewer, [1050, 560]) else { return };
+    let image = wait(&mut film, 3);
+    let sides = [Side::Run, Side::Twin].map(|side| film.viewer().viewport_of(side).rect);
+    let pixel = |at: Pos2| {
+        let index = 4 * (at.y as usize * image.width as usize + at.x as usize);
+        [image.rgba[index], image.rgba[index + 1], image.rgba[index + 2]]
+    };
+    // In the middle of each is the body, and far from it the sky; below the captions and above
+    // the hint.
+    for rect in sides {
+        assert_ne!(pixel(rect.center()), pixel(rect.left_top() + vec2(12.0, 60.0)), "{rect}");
+    }
+    let (mut equal, mut all) = (0, 0);
+    for row in 60..(sides[0].height() - 90.0) as usize {
+        for column in 8..(sides[0].width() - 8.0) as usize {
+            let at = vec2(column as f32, row as f32);
+            let [a, b] = sides.map(|rect| pixel(rect.min + at));
+            all += 1;
+            // Colours are dithered by the place in the window.
+            let is_near = |(a, b): (u8, u8)| a.abs_diff(b) <= 4;
+            equal += usize::from(a.into_iter().zip(b).all(is_near));
+        }
+    }
+    // But for a few pixels on edges, which rounding puts on either side.
+    assert!(0.99 * f64::from(all as u32) <= f64::from(equal as u32), "{equal} of {all}");
 }
 
 /// Where the pointer of the film is beside where it grabs: over to the cube, up with a corner,

@@ -2,13 +2,14 @@
 
 mod common;
 
-use common::{folder, json, msd, outcome, text};
+use common::{folder, json, msd, outcome, refused, text};
 use msd_app::catalogue;
 use msd_app::session::{MaterialEdit, Tuning};
 use msd_app::viewer::{Changes, Link, LinkError, Look, OwnScene, Viewer};
 use msd_core::{Integrator, Interaction, Select, Settings};
 use msd_run::on;
 use msd_scene::{Precision, state_hash};
+use msd_study::parts::Part;
 
 const STEPS: u64 = 30;
 
@@ -57,6 +58,86 @@ fn a_link_brings_back_settings_camera_and_bits() {
     assert_eq!(second.link(), first.link());
     // What a link set counts as set by hand: a restart keeps it.
     assert!(second.session.material().is_edited());
+}
+
+#[test]
+fn a_link_leaves_nothing_to_undo_and_no_mark() {
+    let link = changed().link().expect("a built-in scene");
+    let viewer = Viewer::of_link(&link, catalogue()).expect("a link");
+    assert_eq!((viewer.session.undoes(), viewer.session.marks().count()), (None, 0));
+}
+
+/// The hash after half a second of the command line.
+fn hash_of_run(scene: &str) -> String {
+    let report = json(msd(folder().path(), &["run", scene, "--duration", "0.5"]));
+    report["state_hash"].as_str().expect("a hash").to_owned()
+}
+
+#[test]
+fn a_link_holds_what_was_set_of_each_body_rest_lengths_too() {
+    let mut first = viewer("mattress");
+    first.session.edit(MaterialEdit::RestScale(1.0625));
+    first.session.select(Select::Body(0));
+    first.session.edit(MaterialEdit::RestScale(0.875));
+    first.session.edit(MaterialEdit::Stiffness(654.0));
+    first.session.switch(Part::Contact, false);
+    let link = first.link().expect("a built-in scene").to_string();
+    let second = Viewer::of_link(&Link::parse(&link).expect("a link"), catalogue());
+    let second = second.expect("a link");
+    assert_eq!(hash_after(&second, STEPS), hash_after(&first, STEPS));
+    assert_eq!(second.link().map(|link| link.to_string()), Ok(link.clone()));
+    assert_eq!(hash_of_run(&link), format!("{:016x}", hash_after(&first, STEPS)));
+    assert_ne!(hash_of_run("mattress"), hash_of_run(&link));
+    // A restart brings the rest lengths of the scene back, and a link does not hold them then.
+    first.session.restart();
+    let held = first.link().expect("a built-in scene").changes.expect("changes").edits;
+    let scales = |edit: &Interaction| matches!(edit, Interaction::ScaleRestLength { .. });
+    assert!(!held.iter().any(scales) && !held.is_empty());
+}
+
+#[test]
+fn study_tune_and_render_take_a_link_and_a_sweep_says_that_it_does_not() {
+    let mut viewer = viewer("chain");
+    viewer.session.switch(Part::Gravity, false);
+    viewer.session.edit(MaterialEdit::Damping(0.0));
+    let link = viewer.link().expect("a built-in scene");
+    let opened = link.open().expect("a scene");
+    assert_eq!(opened.scene.world.gravity, msd_core::glam::DVec3::ZERO);
+    let link = link.to_string();
+    let folder = folder();
+    let rows = json(msd(folder.path(), &["study", &link, "--terms", "--duration", "0.1"]));
+    let terms: Vec<&str> =
+        rows.as_array().expect("rows").iter().filter_map(|row| row["term"].as_str()).collect();
+    assert!(!terms.contains(&"gravity") && !terms.contains(&"damping"), "{terms:?}");
+    let goal = ["--max-error", "0.01", "--duration", "0.1"];
+    let tuned = json(msd(folder.path(), &[&["tune", &link][..], &goal].concat()));
+    assert_eq!(tuned["scene"], "chain");
+    let write = msd(folder.path(), &[&["tune", &link, "--write"][..], &goal].concat());
+    assert!(refused(write, 2).contains("--write changes a scene file"));
+    let drawn = outcome(msd(folder.path(), &["render", &link, "--time", "0", "--size", "64x48"]));
+    // Without a graphics driver it gets as far as to say so.
+    let said = text(&drawn.stderr);
+    assert!(folder.path().join("chain.png").exists() || said.contains("adapter"), "{said}");
+    assert!(refused(msd(folder.path(), &["sweep", &link]), 2).contains("no link"));
+    let sweep =
+        format!("version = 1\nscene = '{link}'\nduration = 1\n[grid]\n'world.drag' = [0, 1]\n");
+    std::fs::write(folder.path().join("sweep.toml"), sweep).expect("a file");
+    let said = refused(msd(folder.path(), &["sweep", "sweep.toml"]), 2);
+    assert!(said.contains("a sweep takes no link"), "{said}");
+}
+
+#[test]
+fn a_file_that_is_named_like_a_link_is_a_file() {
+    let folder = folder();
+    let name = "#scene=x.toml";
+    let text = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\n";
+    std::fs::write(folder.path().join(name), text).expect("a file");
+    for scene in [name, "./#scene=x.toml"] {
+        let report = json(msd(folder.path(), &["run", scene, "--duration", "0.1"]));
+        assert_eq!(report["particles"], 3, "{scene}");
+    }
+    let missing = refused(msd(folder.path(), &["run", "./#scene=y.toml"]), 2);
+    assert!(missing.contains("y.toml") && !missing.contains("link"), "{missing}");
 }
 
 #[test]
@@ -245,7 +326,6 @@ fn sample() -> Link {
         automatic: false,
         precision: Precision::F64,
         edits: vec![stiffness],
-        rest_scale: 1.5,
         speed: 0.25,
         look,
     };

@@ -7,12 +7,13 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use msd_app::input::read_pointer;
 use msd_app::panel::{self, theme};
-use msd_app::session::{ERROR_WINDOW, MaterialEdit, Session, StudyFrom, Tuning, choice_of, pick};
+use msd_app::session::{ERROR_WINDOW, MaterialEdit, Session, StudyFrom, Tuning, choice_of};
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::{Integrator, Interaction, World};
 use msd_scene::{Loaded, Precision};
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::parts::Part;
 use msd_study::tune::Goal;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -68,7 +69,8 @@ fn a_change_of_the_scene_voids_the_study_at_once_and_a_change_of_the_solver_does
         change(&mut session);
         assert!(3 <= before && before <= points(&session), "change {row}");
     }
-    let voids: [fn(&mut Session); 6] = [
+    let voids: [fn(&mut Session); 7] = [
+        |session| session.switch(Part::Damping, false),
         |session| session.edit(MaterialEdit::Stiffness(777.0)),
         |session| session.edit(MaterialEdit::Gravity(1.6)),
         |session| session.edit(MaterialEdit::Damping(0.25)),
@@ -126,22 +128,50 @@ fn a_choice_sets_method_fineness_and_precision_and_says_so() {
 }
 
 #[test]
-fn what_is_picked_meets_the_goal_or_says_what_comes_nearest() {
+fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     let mut session = session();
-    wait_until(&mut session, |session| 20 <= points(session));
-    let study = found(&session).expect("points");
-    let front: Vec<_> = study.front().into_iter().map(|row| &study.trials[row]).collect();
-    let middle = front[front.len() / 2];
-    let error = 1.01 * middle.error();
-    let picked = pick(&study, Goal::MaxError(error)).expect("the middle meets it");
-    assert!(picked.error() <= error && picked.cost <= middle.cost);
-    let cost = 1.01 * middle.cost;
-    let picked = pick(&study, Goal::Budget(cost * FRAME)).expect("the middle meets it");
-    assert!(picked.cost <= cost && picked.error() <= middle.error());
-    let missed = pick(&study, Goal::MaxError(1e-30)).expect_err("nothing is that good");
-    assert!(missed.contains("errors are known to"), "{missed}");
-    let missed = pick(&study, Goal::Budget(1e-15)).expect_err("nothing is that fast");
-    assert!(missed.contains("the nearest is"), "{missed}");
+    session.tune(Tuning::Integrator(Integrator::ExplicitEuler));
+    session.tune(Tuning::Substeps(300));
+    let error = 1e-4;
+    session.search(Goal::MaxError(error));
+    assert!(session.searched().is_some_and(|search| search.words().contains("waiting")));
+    wait_until(&mut session, |session| session.searched().is_some_and(|search| !search.is_busy()));
+    let words = session.searched().expect("the scene is as it was").words();
+    assert!(words.contains("found") && words.contains("tried"), "{words}");
+    let changed = session.adopted().expect("a setting was taken").to_owned();
+    assert!(changed.contains("explicit-euler to "), "{changed}");
+    let now = choice_of(session.runner()).expect("a choice");
+    // The study measures the same setting against a reference of its own.
+    let measured = |session: &Session| {
+        let study = found(session)?;
+        study.trials.iter().find(|trial| trial.choice == now).map(|trial| trial.error())
+    };
+    wait_until(&mut session, |session| measured(session).is_some());
+    let measured = measured(&session).expect("a trial");
+    assert!(measured <= 1.01 * error, "{measured}");
+    // It is taken once: what the user sets afterwards stays.
+    session.tune(Tuning::Substeps(77));
+    session.advance(FRAME, &|| 0.0);
+    assert_eq!(session.runner().settings().substeps, 77);
+}
+
+#[test]
+fn a_search_is_void_with_its_scene_and_changes_nothing_that_does_not_meet_it() {
+    let mut session = session();
+    session.search(Goal::MaxError(1e-6));
+    wait_until(&mut session, |session| {
+        session.searched().is_some_and(|search| search.words().contains("tried"))
+    });
+    session.edit(MaterialEdit::Stiffness(777.0));
+    assert!(session.searched().is_none());
+    let before = choice_of(session.runner());
+    session.search(Goal::Budget(1e-15));
+    wait_until(&mut session, |session| session.searched().is_some_and(|search| !search.is_busy()));
+    let words = session.searched().expect("the scene is as it was").words();
+    assert!(words.contains("nothing was changed; the nearest is"), "{words}");
+    assert_eq!((choice_of(session.runner()), session.adopted()), (before, None));
+    session.end_search();
+    assert!(session.searched().is_none());
 }
 
 #[test]
@@ -216,10 +246,17 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     let fast = error(&harness);
     assert!(fast.0 < accurate.0 && accurate.1 < fast.1, "{fast:?} {accurate:?}");
     assert!(harness.query_by_label_contains("changed: ").is_some());
-    // Gravity is switched off by its switch, and the study is void with it.
-    harness.get_by_role_and_label(Role::CheckBox, "Weight").click();
+    // A field that is changed begins a search, which says how far it is.
+    harness.get_by_role_and_label(Role::SpinButton, "within").increment_accesskit();
+    harness.run_steps(3);
+    assert!(harness.query_by_label_contains("searching within").is_some());
+    assert!(harness.query_by_label("Stop").is_some());
+    // Gravity is switched off by its switch, and study and search are void with it.
+    harness.get_by_role_and_label(Role::CheckBox, "gravity").click();
     harness.run_steps(2);
     assert_eq!(harness.state().session.material().values().gravity, 0.0);
+    assert!(harness.query_by_label_contains("searching within").is_none());
+    assert!(harness.query_by_label("off").is_some());
     assert!(harness.query_by_label_contains("waiting until the scene").is_some());
 }
 

@@ -266,6 +266,11 @@ fn an_interaction_changes_what_its_effects_say_and_nothing_else() {
         Interaction::SetGravity { value: DVec3::Z },
         Interaction::SetForce { value: DVec3::ONE },
         Interaction::SetPlane { plane: 0, restitution: 0.5, friction },
+        Interaction::SetDrag { value: 0.5 },
+        Interaction::RemovePlanes,
+        Interaction::AddPlane {
+            plane: msd_core::Plane { normal: DVec3::Y, offset: -7.0, restitution: 0.5, friction },
+        },
     ];
     let mut scene = Scene::default();
     let material = Material { mass: 2.0, stiffness: 100.0, damping: 1.0 };
@@ -319,6 +324,41 @@ fn gravity_and_planes_change_between_steps() {
     );
     assert!((pair.velocity(0).y - 2.0 * H).abs() < 1e-15);
     assert_eq!(pair.model().planes()[0].restitution(), 0.25);
+}
+
+#[test]
+fn planes_come_and_go_and_drag_slows_a_fall_by_its_closed_form() {
+    let mut scene = two_masses([1.0, 1.0], 0.0, 0.0, 0.0);
+    let friction = msd_core::Friction::Coulomb(0.0);
+    let plane = msd_core::Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction };
+    scene.planes = vec![plane];
+    let value = DVec3::new(0.0, -2.0, 0.0);
+    let mut pair = simulation::<f64>(&scene, Integrator::VelocityVerlet, H);
+    apply(&mut pair, [Interaction::SetGravity { value }, Interaction::RemovePlanes]);
+    assert!(pair.model().planes().is_empty());
+    assert!((pair.velocity(0).y + 2.0 * H).abs() < 1e-15, "it falls where it stood");
+    // The number of a plane that is gone by the time it is set names nothing.
+    pair.queue(Interaction::AddPlane { plane }).unwrap();
+    pair.queue(Interaction::RemovePlanes).unwrap();
+    pair.queue(Interaction::AddPlane { plane }).unwrap();
+    pair.apply_queued().unwrap();
+    pair.queue(Interaction::RemovePlanes).unwrap();
+    pair.queue(Interaction::SetPlane { plane: 0, restitution: 0.5, friction }).unwrap();
+    pair.apply_queued().unwrap();
+    assert!(pair.model().planes().is_empty());
+    apply(&mut pair, [Interaction::AddPlane { plane }]);
+    assert!(0.0 <= pair.position(0).y && pair.velocity(0).y == 0.0, "it is moved out and stopped");
+    let mut falling = simulation::<f64>(&two_masses([1.0; 2], 0.0, 0.0, 0.0), Integrator::Rk4, H);
+    let drag = 3.0;
+    apply(&mut falling, [Interaction::SetGravity { value }, Interaction::SetDrag { value: drag }]);
+    (1..200).for_each(|_| falling.step().unwrap());
+    // v = -(m g / c)(1 - exp(-c t / m)); the local error of the fourth order is (c h)^5 / 120.
+    let right = -(2.0 / drag) * -(-drag * falling.time()).exp_m1();
+    let order = 200.0 * (drag * H).powi(5) / 120.0;
+    assert!((falling.velocity(0).y - right).abs() <= order + 1e-12, "{right}");
+    let bad = msd_core::Plane { normal: DVec3::ZERO, ..plane };
+    assert!(pair.queue(Interaction::AddPlane { plane: bad }).is_err());
+    assert!(pair.queue(Interaction::SetDrag { value: -1.0 }).is_err());
 }
 
 #[test]

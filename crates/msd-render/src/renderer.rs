@@ -135,6 +135,31 @@ impl Renderer {
         target_size: [u32; 2],
         viewport: [f32; 4],
     ) {
+        let clear = wgpu::Color { r: SURROUND, g: SURROUND, b: SURROUND, a: 1.0 };
+        self.draw_over(encoder, target, target_size, (viewport, wgpu::LoadOp::Clear(clear)));
+    }
+
+    /// The same, beside what was drawn into a target of this size before, which stays.
+    ///
+    /// The commands of that picture must have been submitted before this one was prepared: both
+    /// are drawn from the same buffers.
+    pub fn draw_beside(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        target_size: [u32; 2],
+        viewport: [f32; 4],
+    ) {
+        self.draw_over(encoder, target, target_size, (viewport, wgpu::LoadOp::Load));
+    }
+
+    fn draw_over(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        target_size: [u32; 2],
+        (viewport, load): ([f32; 4], wgpu::LoadOp<wgpu::Color>),
+    ) {
         let size = target_size.map(|side| side.max(1));
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
             self.targets = Some(Targets::new(&self.device, self.format, size));
@@ -149,7 +174,7 @@ impl Renderer {
             }
         }
         let Some(targets) = &self.targets else { return };
-        let mut pass = scene_pass(encoder, targets, target);
+        let mut pass = scene_pass(encoder, targets, (target, load));
         if let (Some(_), Some([left, top, width, height])) = (&self.prepared, area) {
             pass.set_viewport(left, top, width, height, 0.0, 1.0);
             pass.set_scissor_rect(left as u32, top as u32, width as u32, height as u32);
@@ -268,13 +293,12 @@ fn layout(
     device.create_bind_group_layout(&descriptor)
 }
 
-/// Begins the pass of the scene: cleared, and resolved into `target` at its end.
+/// Begins the pass of the scene, which is resolved into `target` at its end.
 fn scene_pass<'a>(
     encoder: &'a mut CommandEncoder,
     targets: &Targets,
-    target: &TextureView,
+    (target, load): (&TextureView, wgpu::LoadOp<wgpu::Color>),
 ) -> RenderPass<'a> {
-    let clear = wgpu::Color { r: SURROUND, g: SURROUND, b: SURROUND, a: 1.0 };
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("scene"),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -282,9 +306,9 @@ fn scene_pass<'a>(
             depth_slice: None,
             resolve_target: Some(target),
             ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(clear),
-                // Only the resolved picture is kept.
-                store: wgpu::StoreOp::Discard,
+                load,
+                // For a picture that may come beside it.
+                store: wgpu::StoreOp::Store,
             },
         })],
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {

@@ -89,7 +89,10 @@ const LINES: [(&str, &str); 56] = [
     ("[[pins]]\nbody = 0", "pins[0] needs exactly one of the keys"),
     ("[solver]\nstep = 0", "solver.step is 0; it must be positive and at most 1e6; a substep"),
     ("[solver]\nsteps_per_second = inf", "solver.steps_per_second is inf"),
-    ("[solver]\nsubsteps = 0", "solver.substeps is 0; it must be from 1 to 4294967295"),
+    (
+        "[solver]\nsubsteps = 0",
+        "solver.substeps is 0; it must be from 1 to 4294967295, or \"auto\"",
+    ),
     ("[solver]\nsubsteps = 1e3", "solver.substeps is 1000.0; it must be a whole number, without a"),
     (
         "[solver]\nsubsteps = 'many'",

@@ -4,7 +4,7 @@ use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::places::{Places, make_folder};
 use super::progress::Bar;
-use super::run::explain_divergence;
+use super::run::{explain_divergence, open_scene};
 use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::Study;
 use msd_study::choice::FRAME;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Studies a scene and writes the report.
 pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
-    let loaded = msd_scene::open(&arguments.scene).map_err(Failure::input)?;
+    let loaded = open_scene(&arguments.scene)?;
     if arguments.terms {
         return tell_terms(&loaded, arguments);
     }

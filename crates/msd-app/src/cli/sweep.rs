@@ -3,6 +3,7 @@
 use super::arguments::SweepArguments;
 use super::failure::{Failure, say, tell};
 use super::places::Places;
+use super::run::link;
 use indicatif::{ProgressBar, ProgressStyle};
 use msd_scene::shown_path;
 use msd_study::sweep::{Event, Store, Summary, Sweep, TableFormat};
@@ -13,6 +14,11 @@ use std::time::Duration;
 
 /// Lists, runs or collects cells.
 pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
+    if link(&arguments.sweep)?.is_some() {
+        let text = "a sweep takes a sweep file, no link: save the scene in the window, and name \
+                    the file in a sweep file";
+        return Err(Failure::input(text));
+    }
     let sweep = Sweep::open(&arguments.sweep).map_err(Failure::input)?;
     let store = Store::of(&sweep, arguments.out.clone());
     if arguments.list {

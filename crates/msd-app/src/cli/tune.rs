@@ -3,7 +3,7 @@
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
 use super::progress::Bar;
-use super::run::explain_divergence;
+use super::run::{explain_divergence, open_scene};
 use msd_scene::{SceneFormat, shown_path, write_file};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::quantity::{estimate, quantity};
@@ -65,7 +65,7 @@ impl Row {
 
 /// Tunes a scene and prints, or writes, the result.
 pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
-    let loaded = msd_scene::open(&arguments.scene).map_err(Failure::input)?;
+    let loaded = open_scene(&arguments.scene)?;
     let path = &arguments.scene;
     let format = writable(path, arguments.write)?;
     let goal = match (arguments.max_error, arguments.budget) {
@@ -73,9 +73,8 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         (None, budget) => Goal::Budget(1e-3 * budget.unwrap_or_default()),
     };
     let bar = Bar::new();
-    bar.tell("making the reference");
-    let tuned = tune(&loaded.scene, arguments.duration, goal, &mut |choice| {
-        bar.tell(&choice.to_string());
+    let tuned = tune(&loaded.scene, arguments.duration, goal, &mut |progress| {
+        bar.tell(&progress.now);
     });
     bar.end();
     let tuned = tuned.map_err(|error| explain_divergence(&loaded.name, error, None))?;

@@ -2,8 +2,10 @@
 
 use super::picking::pick;
 use super::stroke::{crossed, inside};
-use crate::viewer::{Action, Command, Gesture, Tool, Viewer};
+use crate::viewer::{Action, Command, Gesture, Side, Tool, Viewer};
 use egui::{Context, Modifiers, PointerButton, Pos2, Rect};
+use msd_core::Vector;
+use msd_run::on;
 
 /// Turn per point of motion, radians: half a turn over some 400 points.
 const TURN: f32 = 0.008;
@@ -63,7 +65,12 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     }
     let idle = viewer.gesture.is_none() && view.hovered();
     let at = pointer.latest.filter(|_| idle);
-    viewer.hovered = at.and_then(|at| pick(&viewer.viewport(), viewer.session.runner(), at));
+    viewer.hovered = at.and_then(|at| pick_at(viewer, viewer.side_at(at), at));
+}
+
+/// The particle of a side under a point of the window.
+fn pick_at(viewer: &Viewer, side: Side, at: Pos2) -> Option<usize> {
+    pick(&viewer.viewport_of(side), viewer.runner_of(side), at)
 }
 
 fn start(viewer: &mut Viewer, button: PointerButton, at: Pos2, modifiers: Modifiers) {
@@ -76,11 +83,11 @@ fn start(viewer: &mut Viewer, button: PointerButton, at: Pos2, modifiers: Modifi
         _ if modifiers.shift => Action::Pan,
         _ => Action::Orbit,
     };
-    viewer.gesture = Some(Gesture { button, last: at, action });
+    viewer.gesture = Some(Gesture { button, last: at, side: viewer.side_at(at), action });
 }
 
 fn start_tool(viewer: &mut Viewer, tool: Tool, at: Pos2) -> Action {
-    let viewport = viewer.viewport();
+    let side = viewer.side_at(at);
     match tool {
         Tool::Select => return Action::Select { from: at },
         Tool::Cut => {
@@ -89,20 +96,22 @@ fn start_tool(viewer: &mut Viewer, tool: Tool, at: Pos2) -> Action {
         }
         Tool::Grab => {}
     }
-    let Some(particle) = pick(&viewport, viewer.session.runner(), at) else {
+    let Some(particle) = pick_at(viewer, side, at) else {
         return Action::Orbit;
     };
-    let position = viewer.session.position(particle);
-    let through = position.as_vec3();
+    let runner = viewer.runner_of(side);
+    let position = on!(runner, simulation => simulation.position(particle).to_f64());
+    let (through, viewport) = (position.as_vec3(), viewer.viewport_of(side));
     viewer.session.grab(particle, position);
     viewer.hint = false;
     Action::Grab { through, offset: through - viewport.drag_point(at, through) }
 }
 
 fn follow(viewer: &mut Viewer, latest: Pos2) {
-    let viewport = viewer.viewport();
     let Some(gesture) = &mut viewer.gesture else { return };
     let last = std::mem::replace(&mut gesture.last, latest);
+    let gesture = *gesture;
+    let viewport = viewer.viewport_of(gesture.side);
     let way = latest - last;
     match gesture.action {
         Action::Orbit => viewer.camera.orbit(way.x * TURN, way.y * TURN),
@@ -114,9 +123,9 @@ fn follow(viewer: &mut Viewer, latest: Pos2) {
         Action::Cut if latest == last => {}
         Action::Cut => {
             // What lies under the panels is not seen, and not cut.
-            let [last, latest] = [last, latest].map(|at| viewer.rect.clamp(at));
+            let [last, latest] = [last, latest].map(|at| viewport.rect.clamp(at));
             viewer.stroke.push(latest);
-            let springs = crossed(&viewport, viewer.session.runner(), [last, latest]);
+            let springs = crossed(&viewport, viewer.runner_of(gesture.side), [last, latest]);
             viewer.session.cut(&springs);
         }
         Action::Grab { through, offset } => {
@@ -127,13 +136,14 @@ fn follow(viewer: &mut Viewer, latest: Pos2) {
 }
 
 fn end(viewer: &mut Viewer) {
-    let Some(Gesture { action, last, .. }) = viewer.gesture.take() else { return };
+    let Some(Gesture { action, last, side, .. }) = viewer.gesture.take() else { return };
     viewer.stroke.clear();
     match action {
         Action::Grab { .. } => viewer.session.release(),
         Action::Select { from } => {
-            let area = Rect::from_two_pos(from, last).intersect(viewer.rect);
-            let particles = inside(&viewer.viewport(), viewer.session.runner(), area);
+            let viewport = viewer.viewport_of(side);
+            let area = Rect::from_two_pos(from, last).intersect(viewport.rect);
+            let particles = inside(&viewport, viewer.runner_of(side), area);
             viewer.session.select_group(particles);
             // The next drag takes what the box has chosen.
             viewer.tool = Tool::Grab;

@@ -58,7 +58,7 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
     Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
         scrolled(ui, "right", |ui| {
             run::show(ui, viewer);
-            twin::show(ui, &mut viewer.session);
+            twin::show(ui, viewer);
             material::show(ui, viewer);
             solver::show(ui, viewer);
             live_error::show(ui, viewer);

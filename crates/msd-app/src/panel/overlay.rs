@@ -5,20 +5,26 @@ use super::live_error::is_fresh;
 use super::{theme, twin};
 use crate::input::KEYS;
 use crate::session::ErrorNow;
-use crate::viewer::{Action, Tool, Viewer};
+use crate::viewer::{Action, Side, Tool, Viewer};
 use egui::{
     Align2, Color32, FontId, Grid, Mesh, Painter, Pos2, Rect, RichText, Stroke, Ui, pos2, vec2,
 };
-use msd_core::Vector;
-use msd_run::on;
+use msd_core::{Settings, Vector};
+use msd_run::{Runner, on};
 use msd_study::quantity::estimate;
 
 /// Shows what lies over the 3D view.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let painter = ui.painter().with_clip_rect(viewer.rect);
-    twin::ghost(&painter, viewer);
+    match viewer.sides() {
+        [_, _] => captions(&painter, viewer),
+        _ => twin::ghost(&painter, viewer),
+    }
     fastest_springs(&painter, viewer);
-    marks(&painter, viewer);
+    for &side in viewer.sides() {
+        let painter = painter.with_clip_rect(viewer.viewport_of(side).rect);
+        marks(&painter, viewer, side);
+    }
     gesture(&painter, viewer);
     if viewer.style.springs {
         legend(&painter, viewer);
@@ -50,13 +56,13 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     }
 }
 
-/// The place of a particle in the window.
-fn place(viewer: &Viewer, particle: usize) -> Option<Pos2> {
-    let position = on!(viewer.session.runner(), simulation => {
+/// The place of a particle of a side in the window.
+fn place(viewer: &Viewer, side: Side, particle: usize) -> Option<Pos2> {
+    let position = on!(viewer.runner_of(side), simulation => {
         let there = particle < simulation.model().particle_count();
         there.then(|| simulation.position(particle).to_f32())
     })?;
-    viewer.viewport().project(position)
+    viewer.viewport_of(side).project(position)
 }
 
 /// The springs that carry the fastest motion of a run that blew up.
@@ -68,7 +74,7 @@ fn fastest_springs(painter: &Painter, viewer: &Viewer) {
         })
     };
     for ends in session.fastest_springs().iter().filter_map(ends) {
-        if let [Some(a), Some(b)] = ends.map(|end| place(viewer, end as usize)) {
+        if let [Some(a), Some(b)] = ends.map(|end| place(viewer, Side::Run, end as usize)) {
             painter.line_segment([a, b], Stroke::new(5.0, Color32::from_black_alpha(120)));
             painter.line_segment([a, b], Stroke::new(2.5, theme::BAD));
         }
@@ -76,8 +82,8 @@ fn fastest_springs(painter: &Painter, viewer: &Viewer) {
 }
 
 /// Rings around the particle under the pointer, the selected one and the one most wrong.
-fn marks(painter: &Painter, viewer: &Viewer) {
-    let place = |particle: usize| place(viewer, particle);
+fn marks(painter: &Painter, viewer: &Viewer, side: Side) {
+    let place = |particle: usize| place(viewer, side, particle);
     let ring = |particle: Option<usize>, radius: f32, colour: Color32| {
         if let Some(at) = particle.and_then(place) {
             painter.circle_stroke(
@@ -89,7 +95,7 @@ fn marks(painter: &Painter, viewer: &Viewer) {
         }
     };
     let worst = match viewer.session.error() {
-        Some(ErrorNow::Known(last)) if is_fresh(&viewer.session, last) => {
+        Some(ErrorNow::Known(last)) if side == Side::Run && is_fresh(&viewer.session, last) => {
             (last.error.rounding < last.worst.1).then_some(last.worst.0)
         }
         _ => None,
@@ -161,6 +167,31 @@ fn hint(painter: &Painter, viewer: &Viewer, text: &str) {
 /// What makes a text over the scene readable.
 fn paper(painter: &Painter, rect: Rect) {
     painter.rect_filled(rect, 0.5 * rect.height(), Color32::from_black_alpha(150));
+}
+
+/// How each side is stepped, in its corner, and a line between the two.
+fn captions(painter: &Painter, viewer: &Viewer) {
+    for (&side, colour) in viewer.sides().iter().zip([Color32::WHITE, twin::GHOST]) {
+        let text = how(viewer.runner_of(side));
+        let text = painter.layout_no_wrap(text, FontId::proportional(12.0), colour);
+        let corner = viewer.viewport_of(side).rect.right_top() + vec2(-16.0, 12.0);
+        let at = corner - vec2(text.size().x, 0.0);
+        paper(painter, Rect::from_min_size(at, text.size()).expand2(vec2(8.0, 3.0)));
+        painter.galley(at, text, colour);
+    }
+    let stroke = Stroke::new(1.0, theme::LINE);
+    painter.vline(viewer.rect.center().x, viewer.rect.y_range(), stroke);
+}
+
+/// How a run is stepped, in words.
+fn how(runner: &Runner) -> String {
+    let Settings { integrator, substeps, tolerance, .. } = runner.settings();
+    let fineness = match integrator.is_adaptive() {
+        true => format!("tolerance {tolerance:e}"),
+        false if substeps == 1 => "1 substep".into(),
+        false => format!("{substeps} substeps"),
+    };
+    format!("{integrator}, {fineness}, {}", runner.precision())
 }
 
 /// The colours of strain with their scale.

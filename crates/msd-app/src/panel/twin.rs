@@ -10,11 +10,12 @@ use msd_core::{Integrator, Settings};
 use msd_study::quantity::{estimate, quantity};
 
 /// The colour of the ghost and of its curve.
-const GHOST: Color32 = Color32::from_rgb(255, 120, 220);
+pub(super) const GHOST: Color32 = Color32::from_rgb(255, 120, 220);
 /// The most particles of the ghost that are drawn, every n-th of more.
 const MOST_POINTS: usize = 4000;
 
-const HOVER: &str = "A copy of the run under another method, drawn as points over the picture. \
+const HOVER: &str = "A copy of the run under another method, drawn as points over the picture or \
+    beside it. \
     All that you do happens to both. Both are at the same state where it begins, where the run is \
     stepped otherwise or goes back, and where it is restarted.";
 
@@ -34,8 +35,9 @@ pub(super) fn begin(ui: &mut Ui, viewer: &mut Viewer) {
 }
 
 /// The method of the twin, its distance and the plot of that.
-pub(super) fn show(ui: &mut Ui, session: &mut Session) {
-    let Some(now) = session.twin().map(Twin::settings) else { return };
+pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
+    let Some(now) = viewer.session.twin().map(Twin::settings) else { return };
+    let session = &mut viewer.session;
     ui.horizontal(|ui| {
         let name = super::left_label(ui, "Twin");
         let combo =
@@ -60,7 +62,13 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     if super::slider(ui, "Its substeps", slider).changed() {
         session.set_twin(Some(Settings { substeps, ..now }));
     }
-    distance(ui, session);
+    let mut beside = viewer.side_by_side;
+    let hover = "Two pictures, the run on the left and the twin on the right, by the same camera \
+                 and under the same hands; else the twin is drawn as points over the run";
+    if ui.checkbox(&mut beside, "Side by side").on_hover_text(hover).changed() {
+        viewer.set_side_by_side(beside);
+    }
+    distance(ui, &viewer.session);
 }
 
 /// What a method is set against: explicit Euler, which has its own method to stand beside.

@@ -1,7 +1,7 @@
 //! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
 
 use super::run::{Reading, Run};
-use super::solver::{MOST_SUBSTEPS, Tuning};
+use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
 use super::{Session, Wind};
 use msd_core::{Divergence, Error, Interaction, Vector};
 use msd_run::rescue::{LASTING, Offer, Origin, Remedy, Rescue};
@@ -58,23 +58,12 @@ pub struct Origins<'a> {
 impl Origins<'_> {
     /// Those that there are.
     fn list(&self) -> Vec<Origin> {
-        let is_as_written = self.is_as_written();
+        let is_as_written = Solver::of(self.runner) == Solver::written(self.loaded);
         let is_windy = self.wind.is_some_and(|wind| 0.0 < wind.strength);
         let is_edited = !is_as_written || !self.edits.is_empty() || is_windy;
         let earlier = (!self.history.is_empty()).then_some(Origin::Earlier);
         let scene = is_edited.then_some(Origin::Scene);
         [Origin::Here, Origin::Start].into_iter().chain(earlier).chain(scene).collect()
-    }
-
-    /// Whether it is stepped as the scene says.
-    fn is_as_written(&self) -> bool {
-        let Origins { loaded, runner, .. } = self;
-        let (written, mut now) = (loaded.settings, runner.settings());
-        if loaded.automatic && runner.is_automatic() {
-            now.substeps = written.substeps;
-        }
-        let how = (written, loaded.precision, loaded.automatic);
-        how == (now, runner.precision(), runner.is_automatic())
     }
 
     /// A copy of the run at one of them.

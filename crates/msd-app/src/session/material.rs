@@ -1,5 +1,6 @@
 //! Material and world: what the user has set, and what the sliders show.
 
+use super::{Deed, Session};
 use glam::DVec3;
 use msd_core::{Friction, Interaction, Model, Real, Scene, Select, Vector};
 use msd_run::{Runner, on};
@@ -43,6 +44,8 @@ impl MaterialEdit {
 pub struct Material {
     /// The edits that still count, oldest first, to be applied again after a restart.
     kept: Vec<Interaction>,
+    /// How much longer springs are at rest than those of the scene, since the last restart.
+    scales: Vec<(Select, f64)>,
     values: MaterialValues,
 }
 
@@ -62,6 +65,14 @@ impl Material {
         &self.kept
     }
 
+    /// All that makes the scene as it is set now: the edits that still count and the rest lengths,
+    /// which a restart gives back.
+    pub fn edits(&self) -> Vec<Interaction> {
+        let scale =
+            |&(springs, factor): &(Select, f64)| Interaction::ScaleRestLength { springs, factor };
+        self.kept.iter().copied().chain(self.scales.iter().map(scale)).collect()
+    }
+
     /// Forgets the edits, as the scene is to have its own values again.
     pub(super) fn forget(&mut self) {
         self.kept.clear();
@@ -74,8 +85,16 @@ impl Material {
         self.values.rest_scale = 1.0;
     }
 
-    /// Makes the present rest lengths those that the slider counts from.
-    pub(super) fn reset_rest_scale(&mut self) {
+    /// Makes the present rest lengths those that the slider counts from, as they were frozen.
+    fn reset_rest_scale(&mut self) {
+        let frozen = self.values.select;
+        self.scales.retain(|(select, _)| frozen != Select::All && *select != frozen);
+        self.values.rest_scale = 1.0;
+    }
+
+    /// Forgets what was done to rest lengths, as the scene's come back.
+    pub(super) fn forget_rest_lengths(&mut self) {
+        self.scales.clear();
         self.values.rest_scale = 1.0;
     }
 
@@ -116,20 +135,82 @@ impl Material {
         }]
     }
 
-    /// Keeps what was done for an edit, instead of the edits that it replaces.
-    pub(super) fn keep(&mut self, edit: MaterialEdit, done: Interaction) {
-        if let MaterialEdit::RestScale(scale) = edit {
-            // The rest lengths of the scene come back with a restart.
-            self.values.rest_scale = scale;
-            return;
-        }
-        self.keep_done(done);
-    }
-
     /// Keeps what was done, instead of the edits that it replaces.
-    pub(super) fn keep_done(&mut self, done: Interaction) {
+    pub(super) fn keep(&mut self, done: Interaction) {
+        if let Interaction::ScaleRestLength { springs, factor } = done {
+            return self.keep_scale(springs, factor);
+        }
         self.kept.retain(|old| !replaces(&done, old));
         self.kept.push(done);
+    }
+}
+
+impl Material {
+    /// Keeps that springs are so many times as long at rest as before.
+    fn keep_scale(&mut self, springs: Select, factor: f64) {
+        match self.scales.iter_mut().find(|(select, _)| *select == springs) {
+            Some((_, scale)) => *scale *= factor,
+            None => self.scales.push((springs, factor)),
+        }
+        self.scales.retain(|&(_, scale)| scale != 1.0);
+        if springs == self.values.select {
+            self.values.rest_scale *= factor;
+        }
+    }
+
+    /// Shows the very number that was set, which products miss by rounding.
+    fn show(&mut self, edit: MaterialEdit) {
+        if let MaterialEdit::RestScale(scale) = edit {
+            self.values.rest_scale = scale;
+        }
+    }
+}
+
+/// What the user sets of material and world.
+impl Session {
+    /// Makes the present lengths of the selected springs their rest lengths.
+    pub fn freeze(&mut self) {
+        self.remember(Deed::Freeze);
+        self.act(Interaction::Freeze { springs: self.material.values().select });
+        self.material.reset_rest_scale();
+    }
+
+    /// Sets a number of the selected bodies, or of the world.
+    pub fn edit(&mut self, edit: MaterialEdit) {
+        let begins = self.remember(Deed::Edit(edit.words()));
+        let mut accepted = false;
+        for interaction in self.material.interactions(edit, self.runner(), &self.loaded.scene) {
+            if self.act(interaction) {
+                self.material.keep(interaction);
+                self.material.show(edit);
+                accepted = true;
+            }
+        }
+        if begins && !accepted {
+            self.undo.withdraw();
+        }
+    }
+
+    /// Makes edits of material and world that were made elsewhere, as a link holds them.
+    pub fn edit_again(&mut self, edits: &[Interaction]) {
+        for &edit in edits {
+            if self.act(edit) {
+                self.material.keep(edit);
+            }
+        }
+    }
+
+    /// Chooses what the sliders of the material act on: all, or one body.
+    pub fn select(&mut self, select: Select) {
+        self.material.select(select);
+        self.material.read(self.run.runner());
+    }
+
+    /// Gives material and world the values of the scene again, and restarts.
+    pub fn reset_material(&mut self) {
+        self.material.forget();
+        self.wind = None;
+        self.restart();
     }
 }
 
@@ -157,7 +238,8 @@ fn replaces(new: &Interaction, old: &Interaction) -> bool {
         (SetStiffness { springs: new, .. }, SetStiffness { springs: old, .. })
         | (SetDamping { springs: new, .. }, SetDamping { springs: old, .. })
         | (SetMass { particles: new, .. }, SetMass { particles: old, .. }) => covers(new, old),
-        (SetGravity { .. }, SetGravity { .. }) => true,
+        (SetGravity { .. }, SetGravity { .. }) | (SetDrag { .. }, SetDrag { .. }) => true,
+        (RemovePlanes, SetPlane { .. } | RemovePlanes | AddPlane { .. }) => true,
         (SetPlane { plane: new, .. }, SetPlane { plane: old, .. }) => new == old,
         _ => false,
     }

@@ -18,6 +18,7 @@ mod recording;
 mod failure;
 mod trade;
 mod past;
+mod parts;
 mod twin;
 
 pub use clock::{BUDGET, Frame, Pace};
@@ -25,13 +26,14 @@ pub use failure::RunFailure;
 pub use hands::{MOST_HELD, Wind};
 pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
 pub use material::{Material, MaterialEdit, MaterialValues, MixedValue};
+pub use parts::Parts;
 pub use past::{Deed, Mark, MarkKind};
 pub use run::{Reading, Revision, Run};
-pub use solver::{MOST_SUBSTEPS, Tuning};
+pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
 pub use throttle::Throttle;
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 pub use trade::{
-    Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, StudyFrom, Trade, choice_of, pick,
+    Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, Search, StudyFrom, Trade, choice_of,
 };
 pub use twin::Twin;
 
@@ -41,7 +43,7 @@ use failure::WaysOut;
 use glam::DVec3;
 use hands::Grab;
 use live_error::LiveErrorMeter;
-use msd_core::{Energy, Error, Interaction, Select, Settings, Vector};
+use msd_core::{Energy, Error, Interaction, Settings, Vector};
 use msd_run::recording::Event;
 use msd_run::rescue::{Offer, Origin, debris};
 use msd_run::{History, Moment, Runner, on};
@@ -75,6 +77,7 @@ pub struct Session {
     trade: Trade,
     timeline: Timeline,
     undo: Undo,
+    parts: Parts,
     /// Steps at the last change of what automatic substeps follow from.
     limit_of: u64,
     /// Steps beside the run while the user wants it.
@@ -110,6 +113,7 @@ impl Session {
             trade: Trade::default(),
             timeline: Timeline::default(),
             undo: Undo::default(),
+            parts: Parts::default(),
             limit_of: 0,
             twin: None,
             refusal: None,
@@ -145,6 +149,7 @@ impl Session {
         self.stability_light.refresh(&self.run, real, stopwatch);
         self.search_ways_out(real, stopwatch);
         self.trade.refresh(&self.run, (&self.loaded, self.steady_force()), real);
+        self.take_found();
         frame
     }
 
@@ -293,7 +298,7 @@ impl Session {
             self.paused = false;
         }
         (self.grab, self.is_blowing) = (Grab::default(), false);
-        self.material.reset_rest_scale();
+        self.material.forget_rest_lengths();
         self.change(|runner| *runner = fresh);
         self.limit_of = 0;
         self.history.clear();
@@ -386,50 +391,6 @@ impl Session {
             }
         }
         is_accepted
-    }
-
-    /// Makes the present lengths of the selected springs their rest lengths.
-    pub fn freeze(&mut self) {
-        self.remember(Deed::Freeze);
-        self.act(Interaction::Freeze { springs: self.material.values().select });
-        self.material.reset_rest_scale();
-    }
-
-    /// Sets a number of the selected bodies, or of the world.
-    pub fn edit(&mut self, edit: MaterialEdit) {
-        let begins = self.remember(Deed::Edit(edit.words()));
-        let mut accepted = false;
-        for interaction in self.material.interactions(edit, self.runner(), &self.loaded.scene) {
-            if self.act(interaction) {
-                self.material.keep(edit, interaction);
-                accepted = true;
-            }
-        }
-        if begins && !accepted {
-            self.undo.withdraw();
-        }
-    }
-
-    /// Makes edits of material and world that were made elsewhere, as a link holds them.
-    pub fn edit_again(&mut self, edits: &[Interaction]) {
-        for &edit in edits {
-            if self.act(edit) {
-                self.material.keep_done(edit);
-            }
-        }
-    }
-
-    /// Chooses what the sliders of the material act on: all, or one body.
-    pub fn select(&mut self, select: Select) {
-        self.material.select(select);
-        self.material.read(self.run.runner());
-    }
-
-    /// Gives material and world the values of the scene again, and restarts.
-    pub fn reset_material(&mut self) {
-        self.material.forget();
-        self.wind = None;
-        self.restart();
     }
 
     /// Changes how the scene is stepped.

@@ -3,7 +3,7 @@
 use msd_core::{Error, Integrator, Settings};
 use msd_run::Runner;
 use msd_run::recording::Event;
-use msd_scene::Precision;
+use msd_scene::{Loaded, Precision};
 
 /// The most substeps that can be chosen.
 pub const MOST_SUBSTEPS: u32 = 1000;
@@ -61,5 +61,49 @@ impl Tuning {
         };
         runner.set_settings(settings)?;
         Ok(Event::Settings(runner.settings()))
+    }
+}
+
+/// How a scene is stepped. Automatic substeps follow from the state, and are no part of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Solver {
+    settings: Settings,
+    precision: Precision,
+    is_automatic: bool,
+}
+
+impl Solver {
+    fn new(settings: Settings, precision: Precision, is_automatic: bool) -> Self {
+        let substeps = if is_automatic { 0 } else { settings.substeps };
+        Solver { settings: Settings { substeps, ..settings }, precision, is_automatic }
+    }
+
+    /// That of a run.
+    pub fn of(runner: &Runner) -> Self {
+        Solver::new(runner.settings(), runner.precision(), runner.is_automatic())
+    }
+
+    /// That which the author of a scene wants.
+    pub fn written(loaded: &Loaded) -> Self {
+        Solver::new(loaded.settings, loaded.precision, loaded.automatic)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn automatic_substeps_are_no_difference_and_fixed_ones_are() {
+        let loaded = msd_scene::open("cube").expect("a built-in scene");
+        let mut runner = Runner::open(&loaded).expect("a valid scene");
+        assert!(loaded.automatic);
+        assert_eq!(Solver::of(&runner), Solver::written(&loaded));
+        let substeps = runner.settings().substeps;
+        Tuning::Substeps(substeps).apply(&mut runner).expect("in its domain");
+        assert_ne!(Solver::of(&runner), Solver::written(&loaded));
+        let fixed = Solver::of(&runner);
+        Tuning::Substeps(substeps + 1).apply(&mut runner).expect("in its domain");
+        assert_ne!(Solver::of(&runner), fixed);
     }
 }

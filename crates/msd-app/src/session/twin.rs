@@ -75,6 +75,11 @@ impl Twin {
         }
     }
 
+    /// The copy.
+    pub fn runner(&self) -> &Runner {
+        &self.runner
+    }
+
     /// How it is stepped.
     pub fn settings(&self) -> Settings {
         self.runner.settings()

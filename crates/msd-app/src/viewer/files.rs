@@ -47,7 +47,7 @@ impl Viewer {
             }),
             Command::SaveScene => self.save_scene().map(|path| {
                 let name = shown(&path);
-                let only = "cuts, pins and frozen shapes are in a saved run only";
+                let only = "cuts, pins, rest lengths and frozen shapes are in a saved run only";
                 format!("saved {name}, the scene with the values of now; {only}")
             }),
             _ => self.command_line().map(|line| {

@@ -1,5 +1,6 @@
 //! Mouse gestures over the 3D view, from press to release, and the tool that decides which.
 
+use super::Side;
 use egui::{PointerButton, Pos2};
 use glam::Vec3;
 
@@ -23,6 +24,8 @@ pub(crate) struct Gesture {
     ///
     /// egui's own delta holds, in the frame of the press, the motion before the press too.
     pub(crate) last: Pos2,
+    /// Where it began: it goes on by the picture of that side.
+    pub(crate) side: Side,
     pub(crate) action: Action,
 }
 

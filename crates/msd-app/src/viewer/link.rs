@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Raised whenever what a link holds changes its form.
-const FORMAT: u8 = 1;
+const FORMAT: u8 = 2;
 /// What a page takes besides a link.
 const PAGE: [&str; 2] = ["embed", "verify"];
 /// Bytes of the checksum, the first of a BLAKE3 hash.
@@ -46,10 +46,8 @@ pub struct Changes {
     pub automatic: bool,
     /// The precision.
     pub precision: Precision,
-    /// What was set of material and world, oldest first.
+    /// What was set of material and world, oldest first, and of rest lengths.
     pub edits: Vec<Interaction>,
-    /// Rest lengths as a multiple of the scene's.
-    pub rest_scale: f64,
     /// Simulated seconds per second.
     pub speed: f64,
     /// How it is looked at.
@@ -74,9 +72,11 @@ pub struct Look {
 }
 
 impl Link {
-    /// Whether a text that stands for a scene is meant as a link.
+    /// Whether a text that stands for a scene is meant as a link: no file of that name is there,
+    /// and it is no path.
     pub fn is_meant(text: &str) -> bool {
-        text.contains("#scene=")
+        let is_path = ["./", "../", "/"].iter().any(|start| text.starts_with(start));
+        text.contains("#scene=") && !is_path && !std::path::Path::new(text).exists()
     }
 
     /// The link to a built-in scene as its author made it.
@@ -143,16 +143,28 @@ impl Link {
         Ok(loaded)
     }
 
+    /// Opens the scene with its edits made, as a scene to be studied.
+    ///
+    /// # Errors
+    /// One line: see [`Link::load`] and [`Link::edit`].
+    pub fn open(&self) -> Result<Loaded, String> {
+        let loaded = self.load().map_err(|error| error.to_string())?;
+        let refused = |error| format!("{}: {error}", loaded.name);
+        // In double precision no number of the scene is rounded.
+        let mut runner =
+            Runner::open_with(&loaded, loaded.settings, Precision::F64, false).map_err(refused)?;
+        self.edit(&mut runner).map_err(refused)?;
+        let (scene, _) = runner.progress();
+        Ok(Loaded { scene, ..loaded })
+    }
+
     /// Makes the edits of material and world in a run of the scene.
     ///
     /// # Errors
     /// An edit that does not fit the scene.
     pub fn edit(&self, runner: &mut Runner) -> Result<(), msd_core::Error> {
-        let Some(Changes { edits, rest_scale, .. }) = &self.changes else { return Ok(()) };
-        let springs = msd_core::Select::All;
-        let scaled = Interaction::ScaleRestLength { springs, factor: *rest_scale };
-        let scaled = (*rest_scale != 1.0).then_some(scaled);
-        edits.iter().copied().chain(scaled).try_for_each(|edit| runner.queue(edit))?;
+        let Some(Changes { edits, .. }) = &self.changes else { return Ok(()) };
+        edits.iter().try_for_each(|&edit| runner.queue(edit))?;
         runner.apply_queued()
     }
 }
@@ -199,16 +211,21 @@ impl Changes {
 
     /// Whether a link may hold this: settings alone, and a camera that is somewhere.
     fn is_usable(&self) -> bool {
-        use Interaction::{SetDamping, SetGravity, SetMass, SetPlane, SetStiffness};
+        use Interaction::*;
         let is_setting = |edit: &Interaction| {
-            matches!(
+            let is_material = matches!(
                 edit,
-                SetStiffness { .. }
-                    | SetDamping { .. }
-                    | SetMass { .. }
-                    | SetGravity { .. }
+                SetStiffness { .. } | SetDamping { .. } | SetMass { .. } | ScaleRestLength { .. }
+            );
+            let is_world = matches!(
+                edit,
+                SetGravity { .. }
+                    | SetDrag { .. }
                     | SetPlane { .. }
-            )
+                    | RemovePlanes
+                    | AddPlane { .. }
+            );
+            is_material || is_world
         };
         let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
         self.edits.iter().all(is_setting)

@@ -1,12 +1,13 @@
 //! A session and how it is looked at: camera, view settings, the list of scenes, commands.
 
 mod catalogue;
+mod viewport;
+mod sides;
 mod gesture;
 mod link_error;
 mod own_scene;
 mod link;
 mod command;
-mod viewport;
 mod preferences;
 mod guide;
 mod gallery;
@@ -23,12 +24,13 @@ pub use link::{Changes, Link, Look};
 pub use link_error::LinkError;
 pub use own_scene::OwnScene;
 pub use preferences::{Outlook, Preferences};
+pub use sides::Side;
 pub use viewport::Viewport;
 
-use crate::session::{ErrorNow, MaterialEdit, Session};
+use crate::session::{ErrorNow, Session};
 use egui::Rect;
 use glam::Vec3;
-use msd_core::{Real, Select, Vector};
+use msd_core::{Real, Vector};
 use msd_render::{Camera, Style};
 use msd_run::on;
 use msd_run::rescue::Offer;
@@ -49,6 +51,8 @@ pub struct Viewer {
     pub catalogue: Catalogue,
     /// Whether the camera keeps everything in the middle of the picture.
     pub follow: bool,
+    /// Whether a twin is shown beside the run, not as points over it.
+    pub side_by_side: bool,
     /// Whether the panels are shown.
     pub panels: bool,
     /// Whether the panels are light.
@@ -143,6 +147,7 @@ impl Viewer {
             style: Style { legend: false, springs, ..Style::default() },
             catalogue,
             follow: true,
+            side_by_side: false,
             panels: true,
             light: false,
             full_screen: false,
@@ -168,11 +173,6 @@ impl Viewer {
             aimed: Vec3::ZERO,
             beside: Vec3::ZERO,
         })
-    }
-
-    /// The camera and where its picture is.
-    pub fn viewport(&self) -> Viewport {
-        Viewport { camera: self.camera, rect: self.rect }
     }
 
     /// The name of the 3D view among egui's widgets.
@@ -378,12 +378,6 @@ impl Viewer {
     pub fn link(&self) -> Result<Link, String> {
         let (session, camera) = (&self.session, self.camera);
         let name = &session.loaded().name;
-        let values = session.material().values();
-        if values.rest_scale != 1.0 && values.select != Select::All {
-            return Err(
-                "a link cannot hold the rest length of one body: save the run instead".into()
-            );
-        }
         let target = if self.follow { self.beside } else { camera.target };
         let look = Look {
             target: target.to_array(),
@@ -397,8 +391,7 @@ impl Viewer {
             settings: session.runner().settings(),
             automatic: session.runner().is_automatic(),
             precision: session.runner().precision(),
-            edits: session.material().kept().to_vec(),
-            rest_scale: session.material().values().rest_scale,
+            edits: session.material().edits(),
             speed: session.speed(),
             look,
         };
@@ -454,9 +447,6 @@ impl Viewer {
         let Some(changes) = &link.changes else { return };
         let session = &mut self.session;
         session.edit_again(&changes.edits);
-        if changes.rest_scale != 1.0 {
-            session.edit(MaterialEdit::RestScale(changes.rest_scale));
-        }
         session.set_speed(changes.speed);
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
         link::show_bits(&mut self.style, shown);
@@ -483,7 +473,8 @@ impl Viewer {
     /// Brings every particle and the ground below into view.
     pub fn frame_all(&mut self) {
         let Some(subject) = self.subject() else { return };
-        let aspect = if self.rect.is_positive() { self.rect.aspect_ratio() } else { 1.5 };
+        let rect = self.viewport().rect;
+        let aspect = if rect.is_positive() { rect.aspect_ratio() } else { 1.5 };
         self.camera.frame(subject, aspect);
         // Room for what it is about to do.
         self.camera.zoom(1.35);

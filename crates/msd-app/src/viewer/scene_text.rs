@@ -1,6 +1,7 @@
 //! The text of a scene with the values that the user has set; what else its author wrote stays.
 
-use msd_core::{Friction, Integrator, Model, Real, Settings, Vector};
+use crate::session::Solver;
+use msd_core::{Friction, Integrator, Model, Real, Vector};
 use msd_run::{Runner, on};
 use msd_scene::Loaded;
 use msd_study::tune::put;
@@ -12,6 +13,7 @@ use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 struct Values {
     gravity: [f64; 3],
     force: [f64; 3],
+    drag: f64,
     planes: Vec<(f64, Friction)>,
     bodies: Vec<[Option<f64>; 3]>,
 }
@@ -37,6 +39,7 @@ impl Values {
         Values {
             gravity: model.gravity().to_f64().to_array(),
             force: model.force().to_f64().to_array(),
+            drag: model.drag().to_f64(),
             planes: planes.map(|plane| (plane.restitution(), plane.friction())).collect(),
             bodies: model.bodies().iter().map(body).collect(),
         }
@@ -65,6 +68,12 @@ pub(super) fn with_values(text: &str, loaded: &Loaded, runner: &Runner) -> Resul
             put(world, key, Array::from_iter(now.map(shortest)).into());
         }
     }
+    if was.drag != now.drag {
+        put(world, "drag", shortest(now.drag).into());
+    }
+    if now.planes.is_empty() {
+        world.remove("planes");
+    }
     let mut planes = rows(world.get_mut("planes"));
     for (row, (was, now)) in was.planes.iter().zip(&now.planes).enumerate() {
         if was != now {
@@ -87,15 +96,8 @@ pub(super) fn with_values(text: &str, loaded: &Loaded, runner: &Runner) -> Resul
 
 /// Whether a scene, as it was read from the new text, has the values of a run.
 pub(super) fn says(written: &Loaded, runner: &Runner) -> bool {
-    Runner::open(written).is_ok_and(|read| {
-        let solver = |runner: &Runner| {
-            // Automatic substeps follow from the state.
-            let automatic = runner.is_automatic();
-            let substeps = if automatic { 0 } else { runner.settings().substeps };
-            (Settings { substeps, ..runner.settings() }, automatic, runner.precision())
-        };
-        solver(&read) == solver(runner) && Values::of(&read) == Values::of(runner)
-    })
+    Solver::written(written) == Solver::of(runner)
+        && Runner::open(written).is_ok_and(|read| Values::of(&read) == Values::of(runner))
 }
 
 /// The shortest number that is the same in single precision, where it came from there.

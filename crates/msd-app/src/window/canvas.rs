@@ -1,6 +1,6 @@
 //! The picture of a frame: the scene, and the panels over it.
 
-use crate::viewer::Viewer;
+use crate::viewer::{Side, Viewer};
 use egui::{ClippedPrimitive, TexturesDelta};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
 use msd_render::{Gpu, Renderer, Style, View};
@@ -63,21 +63,12 @@ impl Canvas {
         viewer: &Viewer,
         painting: &Painting,
     ) {
-        let Gpu { device, queue, .. } = &self.gpu;
         let &Painting { ref primitives, pixels_per_point, .. } = painting;
-        let shades = viewer.shades();
-        // A pattern would pass for a difference.
-        let pattern = viewer.style.pattern && shades.is_none();
-        let style = Style { pixels_per_point, pattern, ..viewer.style };
-        let view = View { camera: viewer.camera, style };
-        self.scene.set_shades(shades.into_iter().flatten());
-        on!(viewer.session.runner(), simulation => {
-            self.scene.prepare(device, queue, &simulation.snapshot(), &view);
-        });
+        for &side in viewer.sides() {
+            self.draw_side(target, size, viewer, (side, pixels_per_point));
+        }
+        let Gpu { device, queue, .. } = &self.gpu;
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let area = viewer.rect * pixels_per_point;
-        let viewport = [area.left(), area.top(), area.width(), area.height()];
-        self.scene.draw(&mut encoder, target, size, viewport);
         let screen = ScreenDescriptor { size_in_pixels: size, pixels_per_point };
         // Before the pass, which reads these buffers.
         let panels = &mut self.panels;
@@ -96,5 +87,34 @@ impl Canvas {
         // egui wants a pass without a lifetime; it must end before the encoder does.
         panels.render(&mut pass.forget_lifetime(), primitives, &screen);
         queue.submit(uploads.into_iter().chain([encoder.finish()]));
+    }
+
+    /// Draws the run or its twin into its part of the target.
+    fn draw_side(
+        &mut self,
+        target: &TextureView,
+        size: [u32; 2],
+        viewer: &Viewer,
+        (side, pixels_per_point): (Side, f32),
+    ) {
+        let Gpu { device, queue, .. } = &self.gpu;
+        // The error is that of the run.
+        let shades = viewer.shades().filter(|_| side == Side::Run);
+        // A pattern would pass for a difference.
+        let pattern = viewer.style.pattern && shades.is_none();
+        let style = Style { pixels_per_point, pattern, ..viewer.style };
+        let view = View { camera: viewer.camera, style };
+        self.scene.set_shades(shades.into_iter().flatten());
+        on!(viewer.runner_of(side), simulation => {
+            self.scene.prepare(device, queue, &simulation.snapshot(), &view);
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let area = viewer.viewport_of(side).rect * pixels_per_point;
+        let viewport = [area.left(), area.top(), area.width(), area.height()];
+        match side {
+            Side::Run => self.scene.draw(&mut encoder, target, size, viewport),
+            Side::Twin => self.scene.draw_beside(&mut encoder, target, size, viewport),
+        }
+        queue.submit([encoder.finish()]);
     }
 }

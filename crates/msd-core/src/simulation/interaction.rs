@@ -5,9 +5,9 @@ use crate::elements::grabs::Grab;
 use crate::energy::{self, centre_of_mass};
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::obstacles::ContactLaw;
-use crate::scene::Friction;
+use crate::obstacles::{ContactLaw, PlaneColumn};
 use crate::scene::check::{self, check, check_index};
+use crate::scene::{Friction, Plane};
 use crate::system::{Columns, Model};
 use core::ops::Range;
 use glam::DVec3;
@@ -150,6 +150,18 @@ pub enum Interaction {
         /// The force on every particle, newtons.
         value: DVec3,
     },
+    /// Sets the drag of the air.
+    SetDrag {
+        /// The drag of each particle, newton seconds per metre.
+        value: f64,
+    },
+    /// Removes every plane: nothing stops a particle but user-defined obstacles.
+    RemovePlanes,
+    /// Adds a plane after those there; the next substep moves out the particles inside it.
+    AddPlane {
+        /// The plane.
+        plane: Plane,
+    },
 }
 
 /// The parts of a simulation that an interaction changes.
@@ -181,8 +193,8 @@ impl Effects {
 }
 
 impl Interaction {
-    /// The changes that the interaction makes. A push and the restitution of a plane change none of
-    /// these.
+    /// The changes that the interaction makes. A push, the drag of the air and planes change none
+    /// of these.
     pub fn effects(&self) -> Effects {
         use Interaction::*;
         let none = Effects::default();
@@ -201,7 +213,8 @@ impl Interaction {
             Impulse { .. } | Spin { .. } => Effects { state: true, ..none },
             SetGravity { .. } | SetForce { .. } => Effects { energy: true, ..none },
             Grab { .. } | Release { .. } => Effects { grabs: true, ..none },
-            Push { .. } | SetPlane { .. } => none,
+            Push { .. } | SetDrag { .. } => none,
+            SetPlane { .. } | RemovePlanes | AddPlane { .. } => none,
         }
     }
 }
@@ -213,10 +226,9 @@ pub(crate) fn check_interaction<R: Real>(
 ) -> Result<(), Error> {
     use Interaction::*;
     let at = ("interaction", 0);
-    let springs = model.ends().len();
     let one = |index| check_index(at, "particle", index, model.particle_count());
     let masses = |select| check_select(model, select, ("particle", model.particle_count()));
-    let among = |select| check_select(model, select, ("spring", springs));
+    let among = |select| check_select(model, select, ("spring", model.ends().len()));
     match *interaction {
         Grab { particle, target, frequency, damping_ratio, max_force } => {
             one(particle)?;
@@ -235,7 +247,7 @@ pub(crate) fn check_interaction<R: Real>(
             one(particle)?;
             check::check_vector::<R>("force", at, force)
         }
-        Cut { spring } => check_index(at, "spring", spring, springs),
+        Cut { spring } => check_index(at, "spring", spring, model.ends().len()),
         Freeze { springs } => among(springs),
         SetStiffness { springs, value } => {
             among(springs)?;
@@ -269,6 +281,9 @@ pub(crate) fn check_interaction<R: Real>(
             check::check_fraction("restitution", at, restitution)?;
             check::check_friction(at, friction)
         }
+        SetDrag { value } => check::check_not_negative::<R>("drag", at, value),
+        RemovePlanes => Ok(()),
+        AddPlane { plane } => check::check_plane::<R>(model.planes().len(), &plane),
     }
 }
 
@@ -342,8 +357,7 @@ pub(crate) fn apply<R: Real>(
             }
         }
         Impulse { particles, impulse } => {
-            let range = particles_of(model, particles);
-            push_all(model, state, range, impulse);
+            push_all(model, state, particles_of(model, particles), impulse)
         }
         Spin { particles, velocity } => {
             spin(model, state, particles_of(model, particles), velocity)
@@ -351,9 +365,14 @@ pub(crate) fn apply<R: Real>(
         SetGravity { value } => model.fields.gravity = R::Vec3::of(value),
         SetForce { value } => model.fields.force = R::Vec3::of(value),
         SetPlane { plane, restitution, friction } => {
-            let plane = &mut model.obstacles.planes[plane];
-            (plane.law, plane.friction) = (ContactLaw::new(restitution, friction), friction);
+            // It may have been removed since this was queued.
+            if let Some(plane) = model.obstacles.planes.get_mut(plane) {
+                (plane.law, plane.friction) = (ContactLaw::new(restitution, friction), friction);
+            }
         }
+        SetDrag { value } => model.fields.drag = R::of(value),
+        RemovePlanes => model.obstacles.planes.clear(),
+        AddPlane { plane } => model.obstacles.planes.push(PlaneColumn::new(&plane)),
     }
 }
 

@@ -49,7 +49,7 @@ const LONGEST_STEP: f64 = 1e6;
 pub const DOMAINS: [(&str, Domain); 36] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
-    ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295")),
+    ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
     ("solver.tolerance", Domain::UpTo(1.0, "positive and at most 1")),
     ("solver.newton", Domain::Count(MOST_NEWTON as u64, "from 1 to 1000")),
     ("world.gravity", Domain::Vector),

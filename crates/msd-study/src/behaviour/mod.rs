@@ -1,6 +1,7 @@
-//! Behaviour of a method on a scene: stiffness and damping delivered, limits of stability, and what
-//! each term of the model is worth.
+//! Behaviour of a method on a scene: stiffness and damping delivered, limits of stability, the
+//! parts of a model and what each is worth.
 
 pub mod audit;
 pub mod limits;
+pub mod parts;
 pub mod terms;

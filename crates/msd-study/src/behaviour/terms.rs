@@ -1,18 +1,17 @@
 //! The worth of each part of the model, switched off one at a time: how much the answer changes,
 //! and how much time that saves.
 
+use crate::behaviour::parts::{Part, with_springs};
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
 use crate::measure::leave::{Halt, Leave, ask, unstopped};
 use crate::measure::reference::size_of;
 use crate::measure::trial::state;
 use crate::quantity::rounded;
-use msd_core::glam::DVec3;
-use msd_core::{Body, Error, Scene, Settings, Spring, State};
+use msd_core::{Error, Scene, Settings, Spring, State};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeSet;
 
 /// What a part of the model is worth.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,9 +36,6 @@ pub struct TermRow {
 const PATIENCE: f64 = 2.0;
 /// The fewest and the most runs of which the fastest counts.
 const ROUNDS: (usize, usize) = (3, 25);
-/// How far a rest length may be off that of a lattice, as a fraction of the spacing.
-const SLACK: f64 = 1e-3;
-
 /// A scene with a part switched off.
 struct Variant {
     term: &'static str,
@@ -190,36 +186,11 @@ fn row(
 /// The scene without each part that it has.
 fn variants(loaded: &Loaded) -> Vec<Variant> {
     let (scene, precision) = (&loaded.scene, loaded.precision);
-    let mut found = Vec::new();
-    let mut off = |term, scene| {
-        found.push(Variant { term, act: format!("switching off {term}"), scene, precision });
+    let off = |part: Part| {
+        let (term, act) = (part.name(), format!("switching off {}", part.name()));
+        part.without(scene).map(|scene| Variant { term, act, scene, precision })
     };
-    if scene.springs.iter().any(|spring| spring.damping != 0.0) {
-        off("damping", with_springs(scene, |spring| Spring { damping: 0.0, ..*spring }));
-    }
-    if scene.world.gravity != DVec3::ZERO {
-        let mut weightless = scene.clone();
-        weightless.world.gravity = DVec3::ZERO;
-        off("gravity", weightless);
-    }
-    let diagonals = diagonals(scene);
-    for (term, kind) in [("face diagonals", 2), ("space diagonals", 3)] {
-        if diagonals.contains(&kind) {
-            off(term, without(scene, &|spring| diagonals[spring] == kind));
-        }
-    }
-    let bending = bending(scene);
-    if !bending.is_empty() {
-        off("bending springs", without(scene, &|spring| bending.contains(&spring)));
-    }
-    if scene.world.drag != 0.0 {
-        let mut calm = scene.clone();
-        calm.world.drag = 0.0;
-        off("drag", calm);
-    }
-    if !scene.planes.is_empty() {
-        off("contact", Scene { planes: Vec::new(), ..scene.clone() });
-    }
+    let mut found: Vec<Variant> = Part::ALL.into_iter().filter_map(off).collect();
     let uniform = uniform(scene);
     if uniform != *scene {
         let (term, act) = ("values of each spring", "giving all springs the mean stiffness");
@@ -231,12 +202,6 @@ fn variants(loaded: &Loaded) -> Vec<Variant> {
     };
     found.push(Variant { term, act: act.into(), scene: scene.clone(), precision: other });
     found
-}
-
-fn with_springs(scene: &Scene, change: impl Fn(&Spring) -> Spring) -> Scene {
-    let mut scene = scene.clone();
-    scene.springs.iter_mut().for_each(|spring| *spring = change(spring));
-    scene
 }
 
 /// Every spring with the mean stiffness and damping.
@@ -251,83 +216,4 @@ fn uniform(scene: &Scene) -> Scene {
     };
     let (stiffness, damping) = (mean(|spring| spring.stiffness), mean(|spring| spring.damping));
     with_springs(scene, |spring| Spring { stiffness, damping, ..*spring })
-}
-
-/// The scene without some of its springs.
-fn without(scene: &Scene, leave_out: &dyn Fn(usize) -> bool) -> Scene {
-    // The row that each spring will have, and the number of springs that will be left.
-    let mut rows = vec![0];
-    for spring in 0..scene.springs.len() {
-        rows.push(rows[spring] + usize::from(!leave_out(spring)));
-    }
-    let mut scene = scene.clone();
-    let mut spring = 0..scene.springs.len();
-    scene.springs.retain(|_| spring.next().is_none_or(|spring| !leave_out(spring)));
-    for body in &mut scene.bodies {
-        body.springs = rows[body.springs.start]..rows[body.springs.end];
-    }
-    scene
-}
-
-/// Of each spring 2 for a face diagonal, 3 for a space diagonal, 1 for any other: the square of its
-/// rest length over that of the shortest spring of its body, if that is 1, 2 or 3 for all of them.
-fn diagonals(scene: &Scene) -> Vec<u8> {
-    let mut kinds = vec![1; scene.springs.len()];
-    for body in &scene.bodies {
-        let springs = &scene.springs[body.springs.clone()];
-        let spacing = springs.iter().map(|spring| spring.rest_length).fold(f64::MAX, f64::min);
-        let kind = |spring: &Spring| {
-            let length = spring.rest_length / spacing;
-            (1..=3u8).find(|&kind| (length - f64::from(kind).sqrt()).abs() <= SLACK)
-        };
-        let found: Option<Vec<u8>> = springs.iter().map(kind).collect();
-        if let Some(found) = found {
-            kinds[body.springs.clone()].copy_from_slice(&found);
-        }
-    }
-    kinds
-}
-
-/// The springs of shells that bridge the edge between two triangles.
-fn bending(scene: &Scene) -> BTreeSet<usize> {
-    let mut found = BTreeSet::new();
-    let lattice = diagonals(scene);
-    for body in &scene.bodies {
-        // A regular sheet is a shell too, but both its diagonals lie in it.
-        let regular = lattice[body.springs.clone()].iter().any(|&kind| kind != 1);
-        if !body.surface.two_sided || regular {
-            continue;
-        }
-        let (edges, bridges) = edges_and_bridges(body);
-        for row in body.springs.clone() {
-            let ends = sorted(scene.springs[row].ends);
-            if bridges.contains(&ends) && !edges.contains(&ends) {
-                found.insert(row);
-            }
-        }
-    }
-    found
-}
-
-/// Pairs of particles along the edges of triangles, and across them.
-fn edges_and_bridges(body: &Body) -> (BTreeSet<[usize; 2]>, BTreeSet<[usize; 2]>) {
-    let particle = |corner: u32| body.surface.corners[corner as usize].particle as usize;
-    let mut sides: Vec<([usize; 2], usize)> = Vec::new();
-    for corners in &body.surface.triangles {
-        let [a, b, c] = corners.map(particle);
-        sides.extend([(sorted([a, b]), c), (sorted([b, c]), a), (sorted([c, a]), b)]);
-    }
-    sides.sort_unstable();
-    let edges = sides.iter().map(|&(edge, _)| edge).collect();
-    let mut bridges = BTreeSet::new();
-    for group in sides.chunk_by(|a, b| a.0 == b.0) {
-        for (row, &(_, a)) in group.iter().enumerate() {
-            bridges.extend(group[row + 1..].iter().map(|&(_, b)| sorted([a, b])));
-        }
-    }
-    (edges, bridges)
-}
-
-fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
-    [a.min(b), a.max(b)]
 }

@@ -12,6 +12,7 @@ use crate::study::words::words;
 use msd_core::{Error, Friction, Plane};
 use msd_scene::Loaded;
 
+pub(crate) use crate::study::course::Listener;
 pub use crate::study::course::{Follower, Plan, Progress};
 
 /// Studies a scene. `tell` hears how far it is.
@@ -20,15 +21,6 @@ pub use crate::study::course::{Follower, Plan, Progress};
 /// What the core refuses of the scene.
 pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Result<Study, Error> {
     unstopped(|_| to_the_end(loaded, plan, &mut Listener(tell)))
-}
-
-/// One who listens.
-struct Listener<'a>(&'a mut dyn FnMut(Progress));
-
-impl Follower for Listener<'_> {
-    fn hear(&mut self, progress: Progress) {
-        (self.0)(progress);
-    }
 }
 
 fn to_the_end(loaded: &Loaded, plan: Plan, follower: &mut dyn Follower) -> Result<Study, Halt> {

@@ -83,6 +83,15 @@ pub trait Follower {
     }
 }
 
+/// One who listens, to the end.
+pub(crate) struct Listener<'a>(pub &'a mut dyn FnMut(Progress));
+
+impl Follower for Listener<'_> {
+    fn hear(&mut self, progress: Progress) {
+        (self.0)(progress);
+    }
+}
+
 /// A study that is under way.
 pub(super) struct Course<'a> {
     loaded: &'a Loaded,

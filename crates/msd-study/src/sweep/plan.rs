@@ -46,7 +46,7 @@ impl Sweep {
         let draft = Draft::open(Path::new(&file.scene), &file.folder);
         let draft = draft.map_err(|error| FileError::Malformed {
             place: file.scene_place.clone(),
-            reason: format!("scene: {error}"),
+            reason: format!("scene: {error}{}", hint(&file.scene)),
         })?;
         draft.source()?;
         Ok(Sweep { file, draft })
@@ -296,4 +296,12 @@ fn mesh_files(root: &Value) -> Vec<&str> {
         }
     }
     files
+}
+
+/// What to say to one who sweeps a link.
+fn hint(scene: &str) -> &'static str {
+    match scene.contains("#scene=") {
+        true => "; a sweep takes no link: save the scene in the window and name the file",
+        false => "",
+    }
 }

@@ -6,8 +6,10 @@ mod solver_section;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, ladders};
-use crate::measure::reference::{Reference, Wish, frames_of, reference, size_of};
-use crate::measure::trial::{Trial, time_choice, try_choice};
+use crate::measure::leave::{Halt, unstopped};
+use crate::measure::reference::{Reference, Wish, frames_of, reference_by_leave, size_of};
+use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
+use crate::study::conduct::{Follower, Listener, Progress};
 use crate::tune::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use msd_core::{Error, Integrator, Scene};
 use msd_scene::Precision;
@@ -78,15 +80,28 @@ pub fn tune(
     scene: &Scene,
     duration: f64,
     goal: Goal,
-    tell: &mut dyn FnMut(Choice),
+    tell: &mut dyn FnMut(Progress),
 ) -> Result<Tuned, Error> {
-    let tuned = tune_by(scene, (duration, 0.02), goal, tell)?;
+    unstopped(|_| tune_followed(scene, duration, goal, &mut Listener(tell)))
+}
+
+/// The same for one who follows, as long as that one goes on; what is wished for is not asked.
+///
+/// # Errors
+/// See [`tune`]; [`Halt::Stopped`] where the follower ended it.
+pub fn tune_followed(
+    scene: &Scene,
+    duration: f64,
+    goal: Goal,
+    follower: &mut dyn Follower,
+) -> Result<Tuned, Halt> {
+    let tuned = tune_by(scene, (duration, 0.02), goal, follower)?;
     if tuned.met || matches!(goal, Goal::Budget(_)) {
         return Ok(tuned);
     }
     // Dormand-Prince cannot be judged near the tolerance of its reference: a tighter one lets it
     // try what the first did not.
-    let again = tune_by(scene, (duration, 0.0002), goal, tell)?;
+    let again = tune_by(scene, (duration, 0.0002), goal, follower)?;
     Ok(if again.met { again } else { tuned })
 }
 
@@ -95,8 +110,8 @@ fn tune_by(
     scene: &Scene,
     (duration, part): (f64, f64),
     goal: Goal,
-    tell: &mut dyn FnMut(Choice),
-) -> Result<Tuned, Error> {
+    follower: &mut dyn Follower,
+) -> Result<Tuned, Halt> {
     let size = size_of(scene)?;
     let wanted = match goal {
         Goal::MaxError(error) => error,
@@ -104,7 +119,9 @@ fn tune_by(
         Goal::Budget(_) => 1e-6 * size,
     };
     let uncertainty = (part * wanted / size).clamp(1e-11, 1e-4);
-    let right = reference(scene, Wish { duration, uncertainty, ..Wish::default() })?;
+    follower.hear(Progress { now: "making the reference".into(), done: 0, left: None });
+    let wish = Wish { duration, uncertainty, ..Wish::default() };
+    let right = reference_by_leave(scene, wish, &mut || follower.goes_on())?;
     let (certain, reliable) = match goal {
         Goal::MaxError(error) => (0 < right.reliable(0.25 * error), right.comparable(0.25 * error)),
         Goal::Budget(_) => (true, right.comparable(2.0 * right.uncertainty())),
@@ -119,9 +136,9 @@ fn tune_by(
         seen: Vec::new(),
     };
     for ladder in in_order_of_merit(ladders(scene)?) {
-        search.climb(ladder, tell)?;
+        search.climb(ladder, follower)?;
     }
-    search.decide()
+    search.decide(follower)
 }
 
 /// Ladders with what always arrives first and then what wins most often: the others can be given up
@@ -159,8 +176,8 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// Looks for the best choice of one method and precision.
-    fn climb(&mut self, ladder: Ladder, tell: &mut dyn FnMut(Choice)) -> Result<(), Error> {
-        let Some(mut fineness) = self.start(&ladder)? else { return Ok(()) };
+    fn climb(&mut self, ladder: Ladder, follower: &mut dyn Follower) -> Result<(), Halt> {
+        let Some(mut fineness) = self.start(&ladder, follower)? else { return Ok(()) };
         let mut trials: Vec<Trial> = Vec::new();
         let mut predicted: Vec<Option<f64>> = Vec::new();
         while trials.len() < TRIALS {
@@ -171,11 +188,10 @@ impl Search<'_> {
             if trials.iter().any(|trial| trial.choice == choice) || self.is_hopeless(&trials) {
                 break;
             }
-            tell(choice);
+            let (now, done) = (choice.to_string(), self.seen.len());
+            follower.hear(Progress { now, done, left: None });
             // A precision that cannot hold the scene is no choice for it.
-            let Ok(trial) = try_choice(self.scene, choice, self.right, self.reliable) else {
-                break;
-            };
+            let Some(trial) = self.attempt(choice, follower)? else { break };
             self.seen.push((trial.cost, trial.error()));
             predicted.push(predict(&trials, fineness, ladder));
             trials.push(trial);
@@ -184,14 +200,27 @@ impl Search<'_> {
         }
         let rows = trials.into_iter().zip(predicted);
         if let Some((trial, predicted)) = rows.min_by(|a, b| self.compare(&a.0, &b.0)) {
-            let predicted_error = predicted.or_else(|| self.double(&trial, ladder));
+            let predicted_error = match predicted {
+                None => self.double(&trial, ladder, follower)?,
+                known => known,
+            };
             self.found.push(Found { trial, predicted_error });
         }
         Ok(())
     }
 
+    /// Tries a choice; `None` where the core refuses it.
+    fn attempt(&self, choice: Choice, follower: &mut dyn Follower) -> Result<Option<Trial>, Halt> {
+        let right = (self.right, self.reliable);
+        unless_refused(try_by_leave(self.scene, choice, right, &mut || follower.goes_on()))
+    }
+
     /// The coarsest fineness that is worth a trial.
-    fn start(&self, ladder: &Ladder) -> Result<Option<Fineness>, Error> {
+    fn start(
+        &self,
+        ladder: &Ladder,
+        follower: &mut dyn Follower,
+    ) -> Result<Option<Fineness>, Halt> {
         if ladder.integrator.is_adaptive() {
             let tolerance = match self.goal {
                 Goal::MaxError(error) => error / self.right.size,
@@ -205,10 +234,9 @@ impl Search<'_> {
         };
         // As fine as the budget allows, from what a few frames of the coarsest cost.
         let frames = frames_of(self.right.duration()).min(6);
-        let Ok(cost) = time_choice(self.scene, ladder.choice(Fineness::Substeps(fewest)), frames)
-        else {
-            return Ok(None);
-        };
+        let coarsest = ladder.choice(Fineness::Substeps(fewest));
+        let cost = time_by_leave(self.scene, coarsest, frames, &mut || follower.goes_on());
+        let Some(cost) = unless_refused(cost)? else { return Ok(None) };
         // What takes much longer than the reference is below its uncertainty: nothing to choose by.
         let patience = (2.0 * self.right.seconds).max(0.5) / self.right.duration();
         let factor = (budget / FRAME).min(patience) / cost;
@@ -292,14 +320,19 @@ impl Search<'_> {
 
     /// The error that a trial of twice the fineness predicts for the first one of a ladder, metres:
     /// step doubling.
-    fn double(&self, first: &Trial, ladder: Ladder) -> Option<f64> {
+    fn double(
+        &self,
+        first: &Trial,
+        ladder: Ladder,
+        follower: &mut dyn Follower,
+    ) -> Result<Option<f64>, Halt> {
         let finer = ladder.choice(scaled(first.choice.fineness, 2.0, ladder));
-        let finer = try_choice(self.scene, finer, self.right, self.reliable).ok()?;
-        predict(&[finer], first.choice.fineness, ladder)
+        let finer = self.attempt(finer, follower)?;
+        Ok(finer.and_then(|finer| predict(&[finer], first.choice.fineness, ladder)))
     }
 
     /// Times the best of all ladders again, in turn, and chooses.
-    fn decide(mut self) -> Result<Tuned, Error> {
+    fn decide(mut self, follower: &mut dyn Follower) -> Result<Tuned, Halt> {
         let frames = frames_of(self.right.duration());
         // In a budget what missed it by a little may have been unlucky.
         let good = |row: &usize| {
@@ -316,7 +349,9 @@ impl Search<'_> {
             for &row in &good {
                 let trial = &mut self.found[row].trial;
                 if trial.cost < 3.0 * least || matches!(self.goal, Goal::Budget(_)) {
-                    trial.cost = trial.cost.min(time_choice(self.scene, trial.choice, frames)?);
+                    let leave = &mut || follower.goes_on();
+                    let again = time_by_leave(self.scene, trial.choice, frames, leave)?;
+                    trial.cost = trial.cost.min(again);
                 }
             }
         }
@@ -324,7 +359,7 @@ impl Search<'_> {
         found.sort_by(|a, b| self.compare(&a.trial, &b.trial));
         found.retain(|found| found.trial.errors.is_some());
         let mut found = found.into_iter();
-        let Some(best) = found.next() else { return Err(nothing_runs(self.scene)) };
+        let Some(best) = found.next() else { return Err(nothing_runs(self.scene).into()) };
         let reliable = self.reliable.min(self.right.frames.len());
         let moved = self.right.moved[..reliable].iter().copied();
         Ok(Tuned {
@@ -339,6 +374,15 @@ impl Search<'_> {
             compared: self.right.frames[reliable - 1] as f64 * FRAME,
             tried: self.seen.len(),
         })
+    }
+}
+
+/// What was found; `None` where the core refused it.
+fn unless_refused<T>(found: Result<T, Halt>) -> Result<Option<T>, Halt> {
+    match found {
+        Ok(found) => Ok(Some(found)),
+        Err(Halt::Refused(_)) => Ok(None),
+        Err(Halt::Stopped) => Err(Halt::Stopped),
     }
 }
 

@@ -152,7 +152,7 @@ pub struct RunArguments {
 /// Arguments of `msd render`.
 #[derive(Debug, Args)]
 pub struct RenderArguments {
-    /// Built-in scene, scene file or mesh
+    /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
     #[command(flatten)]
     pub solver: SolverArguments,
@@ -192,7 +192,7 @@ pub struct RenderArguments {
 /// Arguments of `msd study`.
 #[derive(Debug, Args)]
 pub struct StudyArguments {
-    /// Built-in scene, scene file or mesh
+    /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
     /// Time to simulate, seconds; rounded to whole frames of 1/60 s
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
@@ -223,7 +223,7 @@ pub struct StudyArguments {
 #[derive(Debug, Args)]
 #[command(group(clap::ArgGroup::new("goal").required(true)))]
 pub struct TuneArguments {
-    /// Built-in scene, scene file or mesh
+    /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
     /// Largest error, metres: root mean square distance of the particles from the reference
     #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]

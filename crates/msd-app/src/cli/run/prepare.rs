@@ -61,6 +61,14 @@ pub fn link(scene: &Path) -> Result<Option<Link>, Failure> {
     text.map(Link::parse).transpose().map_err(Failure::input)
 }
 
+/// Opens a scene, or what a link makes of it, to be studied.
+pub fn open_scene(scene: &Path) -> Result<Loaded, Failure> {
+    match link(scene)? {
+        Some(link) => link.open().map_err(Failure::input),
+        None => msd_scene::open(scene).map_err(Failure::input),
+    }
+}
+
 /// Opens a scene and makes it ready to run for some seconds; prints warnings.
 pub fn prepare(
     scene: &Path,

@@ -5,7 +5,7 @@ mod parts;
 
 use super::{heading, theme};
 use crate::session::{
-    Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, Session, StudyFrom, choice_of, pick,
+    Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, Search, Session, StudyFrom, choice_of,
 };
 use crate::viewer::Viewer;
 use egui::{Button, DragValue, Panel, RichText, ScrollArea, Slider, Ui, vec2};
@@ -77,7 +77,8 @@ fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     origin(ui, session);
     small(ui, &progress(session, report), theme::FAINT);
     let Some(study) = report.and_then(|report| report.found.as_deref()) else { return };
-    let wish = along_the_front(ui, session, study).or(within(ui, session, study));
+    let wish = along_the_front(ui, session, study);
+    within(ui, session, study);
     small(ui, &present(session, study), theme::TEXT);
     if let Some(text) = session.adopted() {
         small(ui, &format!("changed: {text}"), theme::WARN);
@@ -169,18 +170,14 @@ fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
     own.or_else(as_good).unwrap_or(front.len() - 1)
 }
 
-/// The fields that choose by an error or by a cost; returns what was chosen.
-fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Option<Choice> {
-    let mut chosen = None;
+/// The fields that search by an error or by a cost, and what came of it.
+fn within(ui: &mut Ui, session: &mut Session, study: &Study) {
     let memory = egui::Id::unique("within");
-    // What was typed, and in which field last.
-    type Fields = ([f64; 2], Option<usize>);
+    // What was typed, and whether it is to be searched for.
+    type Fields = ([f64; 2], [bool; 2]);
     let known = ui.data(|data| data.get_temp::<Fields>(memory));
-    let (mut fields, mut asked) = known.unwrap_or(([1e3 * study.wanted, 1e3 * FRAME / 4.0], None));
-    let goal = |fields: [f64; 2], row: usize| match row {
-        0 => Goal::MaxError(1e-3 * fields[0]),
-        _ => Goal::Budget(1e-3 * fields[1]),
-    };
+    let begin = || ([1e3 * study.wanted, 1e3 * FRAME / 4.0], [false; 2]);
+    let (mut fields, mut changed) = known.unwrap_or_else(begin);
     ui.horizontal(|ui| {
         let units = [" mm", " ms"];
         for (row, (label, unit)) in ["within", "or in"].into_iter().zip(units).enumerate() {
@@ -189,25 +186,32 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Option<Choice> {
             let widget = DragValue::new(&mut fields[row]).range(1e-9..=1e9).speed(speed);
             let widget = widget.custom_formatter(|value, _| rounded(value, 3)).suffix(unit);
             let hover = [
-                "The cheapest setting that was measured to be within this error",
-                "The most accurate setting that takes at most this time of the processor per frame",
+                "Searches for the cheapest setting within this error, as msd tune does, and takes \
+                 it",
+                "Searches for the most accurate setting that takes at most this time of the \
+                 processor per frame, as msd tune does, and takes it",
             ][row];
             let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
-            if response.changed() {
-                asked = Some(row);
-                chosen = pick(study, goal(fields, row)).ok().map(|trial| trial.choice);
+            changed[row] |= response.changed();
+            // Not while it is dragged or typed.
+            let is_done = !response.dragged() && !response.has_focus();
+            if changed[row] && is_done {
+                changed[row] = false;
+                let value = 1e-3 * fields[row];
+                session.search([Goal::MaxError(value), Goal::Budget(value)][row]);
+            }
+        }
+        if session.searched().is_some_and(Search::is_busy) {
+            let hover = "Ends the search; nothing is changed";
+            if ui.add(Button::new("Stop").small()).on_hover_text(hover).clicked() {
+                session.end_search();
             }
         }
     });
-    let missed = asked.and_then(|row| pick(study, goal(fields, row)).err());
-    if let Some(text) = &missed {
-        small(ui, text, theme::WARN);
+    ui.data_mut(|data| data.insert_temp(memory, (fields, changed)));
+    if let Some(search) = session.searched() {
+        small(ui, &search.words(), theme::TEXT);
     }
-    ui.data_mut(|data| data.insert_temp(memory, (fields, asked)));
-    if chosen.is_some_and(|choice| Some(choice) == choice_of(session.runner())) {
-        return None;
-    }
-    chosen
 }
 
 /// The present setting beside what was measured of it.

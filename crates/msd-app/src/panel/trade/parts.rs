@@ -3,40 +3,72 @@
 
 use super::super::{heading, theme};
 use super::small;
-use crate::session::{MaterialEdit, STUDY_DURATION, Session, Tuning};
-use egui::{Checkbox, RichText, Ui};
+use crate::session::{Report, Session, Tuning};
+use egui::{Label, RichText, Ui};
 use msd_scene::Precision;
 use msd_study::quantity::{estimate, rounded};
 use msd_study::terms::TermRow;
 
-/// The parts, each with its effect and its price.
+/// The parts, each with a switch, its effect and its price.
 pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     heading(ui, "What matters here");
-    switches(ui, session);
-    let Some(report) = session.terms() else { return small(ui, theme::VOID, theme::FAINT) };
-    if let Some(failure) = &report.failure {
-        return small(ui, &format!("cannot be told: {failure}"), theme::FAINT);
-    }
-    let Some(rows) = report.found else {
-        let text = if session.trade().is_paused() {
-            "resting"
-        } else {
-            "switching off one part at a time, after the first points…"
-        };
-        return small(ui, text, theme::FAINT);
+    session.look_at_parts();
+    ui.spacing_mut().item_spacing.y = 2.0;
+    let report = session.terms();
+    let rows = report.as_ref().and_then(|report| report.found.clone());
+    let worth_of = |term: &str| {
+        rows.iter().flat_map(|rows| rows.iter()).find(|row| row.term == term).map(worth)
     };
-    let hover = format!(
-        "Without it, after {} s: how far the particles are from where they would be, root mean \
-         square, and how much less time a step takes",
-        rounded(STUDY_DURATION, 2)
-    );
-    for row in rows.iter() {
-        let text = format!("{}: {}", row.term, worth(row));
-        ui.label(RichText::new(text).small()).on_hover_text(&hover);
+    for (part, is_on) in session.parts().to_vec() {
+        let price = if is_on { worth_of(part.name()) } else { Some("off".to_owned()) };
+        if switch(ui, part.name(), is_on, (OFF_AND_ON, price)) {
+            session.switch(part, !is_on);
+        }
+    }
+    let is_double = session.runner().precision() == Precision::F64;
+    let price = worth_of(if is_double { "double precision" } else { "single precision" });
+    if switch(ui, "double precision", is_double, (PRECISION, price)) {
+        let other = if is_double { Precision::F32 } else { Precision::F64 };
+        session.tune(Tuning::Precision(other));
+    }
+    // What cannot be switched while it runs.
+    if let Some(price) = worth_of(EACH_SPRING) {
+        small(ui, &format!("{EACH_SPRING}: {price}"), theme::TEXT);
+    }
+    if rows.is_none() {
+        small(ui, &waiting(session, report.as_ref()), theme::FAINT);
     }
 }
 
-/// Effect and price of a part, in words.
+/// The term that has no switch.
+const EACH_SPRING: &str = "values of each spring";
+const OFF_AND_ON: &str = "Off, or as the scene has it, while it runs. Springs that are off stay \
+    in the run without stiffness and damping: the time is saved by a scene that leaves them out";
+const PRICE: &str = "Without it, after the time that is studied: how far the particles are from \
+    where they would be, root mean square, and how much less time a step takes";
+const PRECISION: &str = "Double precision, f64, or single, f32";
+
+/// A switch with the price beside it; returns whether it was clicked.
+fn switch(ui: &mut Ui, name: &str, is_on: bool, (hover, price): (&str, Option<String>)) -> bool {
+    let mut on = is_on;
+    let is_clicked = ui.checkbox(&mut on, name).on_hover_text(hover).changed();
+    let text = price.unwrap_or_else(|| theme::VOID.into());
+    let text = RichText::new(text).small().color(theme::FAINT);
+    ui.add(Label::new(text).wrap()).on_hover_text(PRICE);
+    is_clicked
+}
+
+/// Why there are no prices yet.
+fn waiting(session: &Session, report: Option<&Report<Vec<TermRow>>>) -> String {
+    match report {
+        Some(Report { failure: Some(failure), .. }) => format!("no prices: {failure}"),
+        _ if session.trade().is_paused() => "resting".into(),
+        _ => "prices come after the first points, switching off one part at a time…".into(),
+    }
+}
+
+/// Effect and price of a part, in words: how far the particles are off without it after the time
+/// of a study, root mean square, and its share of a step.
 fn worth(row: &TermRow) -> String {
     let (Some(change), Some(relative), Some(cost)) = (row.change, row.relative, row.cost_percent)
     else {
@@ -53,42 +85,6 @@ fn worth(row: &TermRow) -> String {
         cost => format!("{cost:.0} % of the time"),
     };
     format!("{change}; {cost}")
-}
-
-/// The switches of what can be switched off while it runs.
-fn switches(ui: &mut Ui, session: &mut Session) {
-    let scene = &session.loaded().scene;
-    let damping = scene.springs.first().map_or(0.0, |spring| spring.damping);
-    let is_uniform = scene.springs.iter().all(|spring| spring.damping == damping);
-    let gravity = scene.world.gravity.length();
-    let shown = *session.material().values();
-    ui.horizontal(|ui| {
-        if let Some(now) = shown.damping
-            && (now.first != 0.0 || damping != 0.0)
-        {
-            let mut on = now.first != 0.0 || now.mixed;
-            // What differs from spring to spring could not be given back.
-            let can = !now.mixed && is_uniform;
-            let hover = "Off, or as the scene has it";
-            if ui.add_enabled(can, Checkbox::new(&mut on, "Damping")).on_hover_text(hover).changed()
-            {
-                session.edit(MaterialEdit::Damping(if on { damping } else { 0.0 }));
-            }
-        }
-        if shown.gravity != 0.0 || gravity != 0.0 {
-            let mut on = shown.gravity != 0.0;
-            let hover = "Off, or as the scene has it";
-            if ui.checkbox(&mut on, "Weight").on_hover_text(hover).changed() {
-                session.edit(MaterialEdit::Gravity(if on { gravity } else { 0.0 }));
-            }
-        }
-        let mut on = session.runner().precision() == Precision::F64;
-        let hover = "Double precision, f64, or single, f32";
-        if ui.checkbox(&mut on, "Double").on_hover_text(hover).changed() {
-            let precision = if on { Precision::F64 } else { Precision::F32 };
-            session.tune(Tuning::Precision(precision));
-        }
-    });
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use super::{Before, Deed, Mark, MarkKind};
 use crate::session::{Session, now};
 use msd_run::recording::Event;
+use msd_run::{Runner, on};
 
 /// Looking back.
 impl Session {
@@ -93,8 +94,14 @@ impl Session {
             Ok(restored) => restored,
             Err(error) => return self.refusal = Some(error.to_string()),
         };
+        let has_planes =
+            |runner: &Runner| on!(runner, simulation => !simulation.model().planes().is_empty());
+        let is_floored = !has_planes(self.run.runner()) && has_planes(&runner);
         self.material = material;
         self.change(|now| *now = runner);
+        if is_floored {
+            self.lift();
+        }
         self.limit_of = self.runner().steps();
         self.record_start();
         // The wind is as it is now, whatever it was then.

@@ -16,6 +16,8 @@ const TOGETHER: f64 = 1.0;
 pub enum Deed {
     /// A slider was moved.
     Edit(&'static str),
+    /// A part of the model was switched off or on.
+    Switch(&'static str),
     /// A particle was pinned or freed.
     Pin,
     /// Springs were cut.
@@ -28,7 +30,7 @@ impl Deed {
     /// What it was, in a few words.
     pub fn words(self) -> &'static str {
         match self {
-            Deed::Edit(what) => what,
+            Deed::Edit(what) | Deed::Switch(what) => what,
             Deed::Pin => "pin",
             Deed::Cut => "cut",
             Deed::Freeze => "freeze",

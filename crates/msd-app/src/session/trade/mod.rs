@@ -6,7 +6,9 @@
 
 mod subject;
 mod worker;
+mod search;
 
+pub use search::Search;
 pub use subject::StudyFrom;
 pub use worker::{OFFERED as STUDY_IS_OFFERED, Report, SHARE as STUDY_SHARE};
 
@@ -16,14 +18,10 @@ use msd_core::{Scene, Settings};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 use msd_study::Study;
-use msd_study::choice::{Choice, FRAME, Fineness};
+use msd_study::choice::{Choice, Fineness};
 use msd_study::conduct::{Plan, follow};
 use msd_study::leave::Halt;
-use msd_study::quantity::estimate;
 use msd_study::terms::{TermRow, terms_by_leave};
-use msd_study::trial::Trial;
-use msd_study::tune::Goal;
-use msd_study::words::{cheapest, off, told};
 use subject::{Now, is_same, loaded_of, subject};
 use worker::Worker;
 
@@ -55,6 +53,7 @@ pub struct Trade {
     calm: f64,
     study: Option<Worker<Study>>,
     terms: Option<Terms>,
+    search: Option<Search>,
     /// What the last choice by the trade has changed, and that choice.
     adopted: Option<(String, Choice)>,
 }
@@ -118,7 +117,8 @@ impl Trade {
     }
 
     fn void(&mut self) {
-        (self.study, self.terms, self.subject, self.calm) = (None, None, None, 0.0);
+        (self.study, self.terms, self.search) = (None, None, None);
+        (self.subject, self.calm) = (None, 0.0);
     }
 
     /// Begins what is to be begun, and asks for the present setting.
@@ -136,6 +136,7 @@ impl Trade {
         {
             self.terms = self.begin_terms(runner, scene.0);
         }
+        let is_searching = self.refresh_search();
         let Some(study) = &self.study else { return };
         // One at a time: together they take no more than their share.
         let terms = self.terms.as_ref().map(|terms| terms.worker.report());
@@ -143,9 +144,9 @@ impl Trade {
         let points = report.found.as_ref().map_or(0, |study| study.trials.len());
         let is_first = !report.idle && points < FIRST;
         let is_busy = terms.is_some_and(|terms| !terms.idle);
-        study.set_paused(self.paused || (is_busy && !is_first));
+        study.set_paused(self.paused || is_searching || (is_busy && !is_first));
         if let Some(terms) = &self.terms {
-            terms.worker.set_paused(self.paused || is_first);
+            terms.worker.set_paused(self.paused || is_searching || is_first);
         }
         if let Some(choice) = choice_of(runner)
             && let Some(found) = report.found
@@ -205,32 +206,6 @@ pub fn choice_of(runner: &Runner) -> Option<Choice> {
     let is_whole = settings.integrator.is_adaptive()
         || (measured.substep() / settings.substep() - 1.0).abs() < 1e-9;
     (is_newton && is_whole).then_some(choice)
-}
-
-/// The cheapest trial within an error, or the most accurate within a time per frame.
-///
-/// # Errors
-/// That nothing measured meets the goal, or that errors are not known that well.
-pub fn pick(study: &Study, goal: Goal) -> Result<&Trial, String> {
-    let known = study.reference.uncertainty;
-    let found = match goal {
-        Goal::MaxError(error) if error < known => {
-            return Err(format!("errors are known to {} only", estimate(known, "m")));
-        }
-        Goal::MaxError(error) => cheapest(study, error),
-        Goal::Budget(budget) => study.best_within(budget / FRAME),
-    };
-    found.ok_or_else(|| {
-        let nearest = match goal {
-            Goal::MaxError(_) => study.front().last().copied(),
-            Goal::Budget(_) => study.front().first().copied(),
-        };
-        let nearest = nearest.map(|row| &study.trials[row]);
-        let nearest = nearest.map_or("nothing stayed in the world".into(), |trial| {
-            format!("the nearest is {}, {}", told(trial), off(study, trial))
-        });
-        format!("nothing measured so far comes within; {nearest}")
-    })
 }
 
 /// The trade on screen.

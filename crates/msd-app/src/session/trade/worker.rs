@@ -4,6 +4,7 @@ use msd_study::Study;
 use msd_study::choice::Choice;
 use msd_study::conduct::{Follower, Progress};
 use msd_study::leave::Halt;
+use msd_study::tune::Tuned;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -171,6 +172,16 @@ impl Follower for Job<Study> {
         }
         desk.report.idle = false;
         desk.wish.take().filter(|_| !desk.ended)
+    }
+}
+
+impl Follower for Job<Tuned> {
+    fn hear(&mut self, progress: Progress) {
+        self.shared.change(|desk| desk.report.progress = Some(progress));
+    }
+
+    fn goes_on(&mut self) -> bool {
+        self.may_go_on()
     }
 }
 

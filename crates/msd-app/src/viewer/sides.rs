@@ -1,0 +1,64 @@
+//! The sides of the picture: the run, and its twin beside it where the user wants to see both.
+
+use super::{Viewer, Viewport};
+use egui::{Pos2, Rect, pos2};
+use msd_run::Runner;
+
+/// One of two runs in the picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Side {
+    /// The run.
+    #[default]
+    Run,
+    /// Its twin.
+    Twin,
+}
+
+impl Viewer {
+    /// What the picture shows, from left to right.
+    pub fn sides(&self) -> &'static [Side] {
+        match self.side_by_side && self.session.twin().is_some() {
+            true => &[Side::Run, Side::Twin],
+            false => &[Side::Run],
+        }
+    }
+
+    /// Shows the twin beside the run, or as points over it.
+    pub fn set_side_by_side(&mut self, on: bool) {
+        self.let_go();
+        self.side_by_side = on;
+        self.frame_all();
+    }
+
+    /// The run of a side.
+    pub fn runner_of(&self, side: Side) -> &Runner {
+        match (side, self.session.twin()) {
+            (Side::Twin, Some(twin)) => twin.runner(),
+            _ => self.session.runner(),
+        }
+    }
+
+    /// The camera, the same for both, and where the picture of a side is.
+    pub fn viewport_of(&self, side: Side) -> Viewport {
+        let (whole, middle) = (self.rect, self.rect.center().x);
+        let rect = match (self.sides(), side) {
+            ([_], _) => whole,
+            (_, Side::Run) => Rect::from_min_max(whole.min, pos2(middle, whole.bottom())),
+            (_, Side::Twin) => Rect::from_min_max(pos2(middle, whole.top()), whole.max),
+        };
+        Viewport { camera: self.camera, rect }
+    }
+
+    /// The camera and where the picture of the run is.
+    pub fn viewport(&self) -> Viewport {
+        self.viewport_of(Side::Run)
+    }
+
+    /// The side that a point of the window is on.
+    pub fn side_at(&self, at: Pos2) -> Side {
+        match self.sides() {
+            [_, _] if self.rect.center().x <= at.x => Side::Twin,
+            _ => Side::Run,
+        }
+    }
+}

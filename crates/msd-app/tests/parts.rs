@@ -1,0 +1,141 @@
+//! Parts of the model, switched off and on again while it runs: edits like any other.
+
+#[path = "common/frames.rs"]
+mod frames;
+
+use frames::{loaded, run, session};
+use msd_app::catalogue;
+use msd_app::session::{Deed, MarkKind, MaterialEdit, Session};
+use msd_app::viewer::{Command, Viewer};
+use msd_core::{Scene, Vector};
+use msd_run::on;
+use msd_scene::open;
+use msd_study::parts::Part;
+
+fn parts(session: &mut Session) -> Vec<(Part, bool)> {
+    session.look_at_parts();
+    session.parts().to_vec()
+}
+
+fn is_on(session: &mut Session, part: Part) -> bool {
+    parts(session).contains(&(part, true))
+}
+
+/// The scene as it is now, at the state of its start.
+fn scene(session: &Session) -> Scene {
+    session.runner().progress().0
+}
+
+/// Springs, world and planes, to be compared.
+fn model(session: &Session) -> String {
+    let Scene { world, springs, planes, .. } = scene(session);
+    format!("{world:?} {springs:?} {planes:?}")
+}
+
+#[test]
+fn every_part_of_a_scene_is_switched_off_and_on_in_one_edit_that_undo_takes_back() {
+    let mut session = session("jelly");
+    let there = parts(&mut session);
+    let expected =
+        [Part::Damping, Part::Gravity, Part::FaceDiagonals, Part::SpaceDiagonals, Part::Contact];
+    assert_eq!(there, expected.map(|part| (part, true)));
+    let whole = model(&session);
+    for part in expected {
+        session.switch(part, false);
+        assert!(!is_on(&mut session, part), "{part:?}");
+        let others = parts(&mut session).iter().filter(|(other, on)| *other != part && *on).count();
+        assert_eq!(others, expected.len() - 1, "{part:?}");
+        assert_eq!(session.undoes(), Some(Deed::Switch(part.name())));
+        assert!(session.marks().any(|mark| mark.kind == MarkKind::Edit));
+        let without = model(&session);
+        session.undo();
+        assert_eq!(model(&session), whole, "{part:?}");
+        session.redo();
+        assert_eq!(model(&session), without, "{part:?}");
+        // What was switched off stays off over a restart.
+        session.restart();
+        assert_eq!(model(&session), without, "{part:?}");
+        session.switch(part, true);
+        assert_eq!(model(&session), whole, "{part:?}");
+        assert_eq!(session.refusal(), None);
+        session.restart();
+    }
+}
+
+#[test]
+fn parts_that_share_springs_come_back_alone() {
+    let mut session = session("jelly");
+    let whole = model(&session);
+    session.switch(Part::FaceDiagonals, false);
+    session.switch(Part::Damping, false);
+    session.switch(Part::FaceDiagonals, true);
+    assert!(is_on(&mut session, Part::FaceDiagonals) && !is_on(&mut session, Part::Damping));
+    assert!(scene(&session).springs.iter().all(|spring| spring.damping == 0.0));
+    session.switch(Part::FaceDiagonals, false);
+    session.switch(Part::Damping, true);
+    assert!(!is_on(&mut session, Part::FaceDiagonals) && is_on(&mut session, Part::Damping));
+    session.switch(Part::FaceDiagonals, true);
+    assert_eq!(model(&session), whole);
+    // A slider that gives springs stiffness again says so.
+    session.switch(Part::SpaceDiagonals, false);
+    session.edit(MaterialEdit::Stiffness(300.0));
+    assert!(is_on(&mut session, Part::SpaceDiagonals));
+}
+
+/// Positions of all particles.
+fn places(session: &Session) -> Vec<msd_core::glam::DVec3> {
+    on!(session.runner(), simulation => {
+        simulation.positions().map(|position| position.to_f64()).collect()
+    })
+}
+
+#[test]
+fn what_fell_through_the_ground_is_lifted_out_as_it_is() {
+    let mut session = session("jelly");
+    let by_switch: fn(&mut Session) = |session| session.switch(Part::Contact, true);
+    for back in [by_switch, Session::undo] {
+        session.restart();
+        session.switch(Part::Contact, false);
+        run(&mut session, 240);
+        let plane = loaded("jelly").scene.planes[0];
+        let depth = |places: &[msd_core::glam::DVec3]| {
+            places.iter().map(|at| at.dot(plane.normal) - plane.offset).fold(f64::MAX, f64::min)
+        };
+        let below = places(&session);
+        assert!(depth(&below) < -1.0);
+        back(&mut session);
+        let above = places(&session);
+        // Single precision at some metres.
+        assert!(-1e-4 <= depth(&above) && depth(&above) < 1e-3, "{}", depth(&above));
+        let way = above[0] - below[0];
+        assert!(below.iter().zip(&above).all(|(a, b)| (*b - *a - way).length() < 1e-3));
+        run(&mut session, 60);
+        assert!(session.failure().is_none() && -0.1 < depth(&places(&session)));
+        assert!(is_on(&mut session, Part::Contact));
+    }
+}
+
+#[test]
+fn a_scene_file_says_what_it_can_and_else_the_window_says_that_it_cannot() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut viewer = Viewer::new(loaded("jelly"), catalogue()).expect("a valid scene");
+    viewer.folder = folder.path().to_owned();
+    [Part::Contact, Part::Gravity, Part::Damping]
+        .into_iter()
+        .for_each(|part| viewer.session.switch(part, false));
+    viewer.command(Command::SaveScene);
+    let saved = open(folder.path().join("jelly-1.toml")).expect("a scene").scene;
+    assert!(saved.planes.is_empty() && saved.world.gravity.length() == 0.0);
+    assert!(saved.springs.iter().all(|spring| spring.damping == 0.0));
+    viewer.session.switch(Part::FaceDiagonals, false);
+    viewer.command(Command::SaveScene);
+    let note = viewer.note.clone().expect("a note");
+    assert!(note.contains("save the run instead"), "{note}");
+    // The command saves a run, which holds it.
+    viewer.command(Command::CopyCommand);
+    let line = viewer.clipboard.clone().expect("a command");
+    let run = line.strip_prefix("msd view ").expect("a command");
+    let run = msd_run::Runner::open(&open(run).expect("a saved run")).expect("a saved run");
+    assert_eq!(run.progress().0.planes, []);
+    assert_eq!(run.progress().0.springs, scene(&viewer.session).springs);
+}

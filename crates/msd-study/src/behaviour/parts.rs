@@ -1,0 +1,196 @@
+//! The parts of a model that can be left out, and the rows of a scene that each of them is.
+
+use msd_core::glam::DVec3;
+use msd_core::{Body, Scene, Spring};
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+/// How far a rest length may be off that of a lattice, as a fraction of the spacing.
+const SLACK: f64 = 1e-3;
+
+/// A part of a model that can be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Part {
+    /// The dampings of all springs.
+    Damping,
+    /// Gravity.
+    Gravity,
+    /// The springs along the diagonals of the faces of regular bodies.
+    FaceDiagonals,
+    /// The springs through the cells of regular bodies.
+    SpaceDiagonals,
+    /// The springs of shells that bridge the edge between two triangles.
+    BendingSprings,
+    /// The drag of the air.
+    Drag,
+    /// Contact with planes.
+    Contact,
+}
+
+impl Part {
+    /// All parts, in the order in which they are told.
+    pub const ALL: [Part; 7] = [
+        Part::Damping,
+        Part::Gravity,
+        Part::FaceDiagonals,
+        Part::SpaceDiagonals,
+        Part::BendingSprings,
+        Part::Drag,
+        Part::Contact,
+    ];
+
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Part::Damping => "damping",
+            Part::Gravity => "gravity",
+            Part::FaceDiagonals => "face diagonals",
+            Part::SpaceDiagonals => "space diagonals",
+            Part::BendingSprings => "bending springs",
+            Part::Drag => "drag",
+            Part::Contact => "contact",
+        }
+    }
+
+    /// The springs that it consists of, as ascending ranges of rows; none for what is no kind of
+    /// spring.
+    pub fn springs(self, scene: &Scene) -> Vec<Range<usize>> {
+        let rows = |is_of: &dyn Fn(usize) -> bool| {
+            let mut found: Vec<Range<usize>> = Vec::new();
+            for row in (0..scene.springs.len()).filter(|&row| is_of(row)) {
+                match found.last_mut().filter(|last| last.end == row) {
+                    Some(last) => last.end += 1,
+                    None => found.push(row..row + 1),
+                }
+            }
+            found
+        };
+        match self {
+            Part::FaceDiagonals | Part::SpaceDiagonals => {
+                let kind = if self == Part::FaceDiagonals { 2 } else { 3 };
+                let kinds = diagonals(scene);
+                rows(&|row| kinds[row] == kind)
+            }
+            Part::BendingSprings => {
+                let bending = bending(scene);
+                rows(&|row| bending.contains(&row))
+            }
+            Part::Damping | Part::Gravity | Part::Drag | Part::Contact => Vec::new(),
+        }
+    }
+
+    /// The scene without it; `None` where the scene does not have it, or has it with springs that
+    /// do nothing.
+    pub fn without(self, scene: &Scene) -> Option<Scene> {
+        let acts = |spring: &Spring| spring.stiffness != 0.0 || spring.damping != 0.0;
+        let world = |change: fn(&mut Scene)| {
+            let mut scene = scene.clone();
+            change(&mut scene);
+            scene
+        };
+        match self {
+            Part::Damping => {
+                let is_damped = scene.springs.iter().any(|spring| spring.damping != 0.0);
+                let undamped = |spring: &Spring| Spring { damping: 0.0, ..*spring };
+                is_damped.then(|| with_springs(scene, undamped))
+            }
+            Part::Gravity => (scene.world.gravity != DVec3::ZERO)
+                .then(|| world(|scene| scene.world.gravity = DVec3::ZERO)),
+            Part::Drag => (scene.world.drag != 0.0).then(|| world(|scene| scene.world.drag = 0.0)),
+            Part::Contact => {
+                (!scene.planes.is_empty()).then(|| world(|scene| scene.planes.clear()))
+            }
+            Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
+                let rows: BTreeSet<usize> = self.springs(scene).into_iter().flatten().collect();
+                let is_there = rows.iter().any(|&row| acts(&scene.springs[row]));
+                is_there.then(|| without(scene, &|spring| rows.contains(&spring)))
+            }
+        }
+    }
+}
+
+/// The scene with other springs.
+pub(super) fn with_springs(scene: &Scene, change: impl Fn(&Spring) -> Spring) -> Scene {
+    let mut scene = scene.clone();
+    scene.springs.iter_mut().for_each(|spring| *spring = change(spring));
+    scene
+}
+
+/// The scene without some of its springs.
+fn without(scene: &Scene, leave_out: &dyn Fn(usize) -> bool) -> Scene {
+    // The row that each spring will have, and the number of springs that will be left.
+    let mut rows = vec![0];
+    for spring in 0..scene.springs.len() {
+        rows.push(rows[spring] + usize::from(!leave_out(spring)));
+    }
+    let mut scene = scene.clone();
+    let mut spring = 0..scene.springs.len();
+    scene.springs.retain(|_| spring.next().is_none_or(|spring| !leave_out(spring)));
+    for body in &mut scene.bodies {
+        body.springs = rows[body.springs.start]..rows[body.springs.end];
+    }
+    scene
+}
+
+/// Of each spring 2 for a face diagonal, 3 for a space diagonal, 1 for any other: the square of its
+/// rest length over that of the shortest spring of its body, if that is 1, 2 or 3 for all of them.
+fn diagonals(scene: &Scene) -> Vec<u8> {
+    let mut kinds = vec![1; scene.springs.len()];
+    for body in &scene.bodies {
+        let springs = &scene.springs[body.springs.clone()];
+        let spacing = springs.iter().map(|spring| spring.rest_length).fold(f64::MAX, f64::min);
+        let kind = |spring: &Spring| {
+            let length = spring.rest_length / spacing;
+            (1..=3u8).find(|&kind| (length - f64::from(kind).sqrt()).abs() <= SLACK)
+        };
+        let found: Option<Vec<u8>> = springs.iter().map(kind).collect();
+        if let Some(found) = found {
+            kinds[body.springs.clone()].copy_from_slice(&found);
+        }
+    }
+    kinds
+}
+
+/// The springs of shells that bridge the edge between two triangles.
+fn bending(scene: &Scene) -> BTreeSet<usize> {
+    let mut found = BTreeSet::new();
+    let lattice = diagonals(scene);
+    for body in &scene.bodies {
+        // A regular sheet is a shell too, but both its diagonals lie in it.
+        let regular = lattice[body.springs.clone()].iter().any(|&kind| kind != 1);
+        if !body.surface.two_sided || regular {
+            continue;
+        }
+        let (edges, bridges) = edges_and_bridges(body);
+        for row in body.springs.clone() {
+            let ends = sorted(scene.springs[row].ends);
+            if bridges.contains(&ends) && !edges.contains(&ends) {
+                found.insert(row);
+            }
+        }
+    }
+    found
+}
+
+/// Pairs of particles along the edges of triangles, and across them.
+fn edges_and_bridges(body: &Body) -> (BTreeSet<[usize; 2]>, BTreeSet<[usize; 2]>) {
+    let particle = |corner: u32| body.surface.corners[corner as usize].particle as usize;
+    let mut sides: Vec<([usize; 2], usize)> = Vec::new();
+    for corners in &body.surface.triangles {
+        let [a, b, c] = corners.map(particle);
+        sides.extend([(sorted([a, b]), c), (sorted([b, c]), a), (sorted([c, a]), b)]);
+    }
+    sides.sort_unstable();
+    let edges = sides.iter().map(|&(edge, _)| edge).collect();
+    let mut bridges = BTreeSet::new();
+    for group in sides.chunk_by(|a, b| a.0 == b.0) {
+        for (row, &(_, a)) in group.iter().enumerate() {
+            bridges.extend(group[row + 1..].iter().map(|&(_, b)| sorted([a, b])));
+        }
+    }
+    (edges, bridges)
+}
+
+fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
+    [a.min(b), a.max(b)]
+}
