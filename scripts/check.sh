@@ -27,7 +27,7 @@ test_release() {
         --test stability --test limits
 }
 
-# Every example but the window, which tests/window.rs of the app drives in its stead. Not optimised
+# Every example but the window, which tests/window/ of the app drives in its stead. Not optimised
 # beyond the core, as the tests have compiled all that they need.
 examples() {
     local out

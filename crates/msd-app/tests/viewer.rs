@@ -4,7 +4,7 @@
 #[path = "common/frames.rs"]
 mod frames;
 
-use egui::accesskit::Role;
+use egui::accesskit::{Action, Role};
 use egui::{Event, Key, Modifiers, RawInput, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -318,6 +318,27 @@ fn everything_is_in_reach_in_a_small_window() {
 }
 
 #[test]
+fn finer_pixels_leave_everything_where_it_is() {
+    let mut harness = harness(viewer("cube", Path::new("")), [1280.0, 800.0]);
+    let names = ["Pause", "Stiffness", "Surface", "Frame all"];
+    let places = |harness: &Harness<'_, Viewer>| {
+        names.map(|name| harness.query_all_by_label(name).map(|node| node.rect()).next_back())
+    };
+    let (before, view) = (places(&harness), harness.state().rect);
+    let window = harness.input_mut().viewports.entry(egui::ViewportId::ROOT).or_default();
+    window.native_pixels_per_point = Some(2.0);
+    harness.run_steps(3);
+    assert_eq!(harness.ctx.pixels_per_point(), 2.0);
+    for (before, now) in before.into_iter().zip(places(&harness)) {
+        let [before, now] = [before, now].map(|rect| rect.expect("it is shown").center());
+        // Text is set to whole pixels.
+        assert!(before.distance(now) <= 4.0, "{before:?} {now:?}");
+    }
+    let moved = (harness.state().rect.min - view.min).length();
+    assert!(moved <= 4.0, "the view moved by {moved}");
+}
+
+#[test]
 fn hidden_panels_leave_the_whole_window_to_the_scene() {
     let mut harness = harness(viewer("cube", Path::new("")), [800.0, 600.0]);
     harness.state_mut().command(Command::Panels);
@@ -374,4 +395,73 @@ fn every_control_is_reached_by_tab_and_used_by_key() {
     harness.run_steps(2);
     key(&mut harness, Key::ArrowRight);
     assert!(before < harness.state().session.material().values().gravity);
+}
+
+/// What the focus can be on without a name that a screen reader could say: roles and places.
+fn nameless(harness: &Harness<'_, Viewer>) -> Vec<String> {
+    let nodes = harness.root().children_recursive();
+    let without = nodes.filter(|node| {
+        let node = node.accesskit_node();
+        let is_spoken = |name: String| name.chars().any(char::is_alphanumeric);
+        node.data().supports_action(Action::Focus) && !node.label().is_some_and(is_spoken)
+    });
+    without.map(|node| format!("{:?} at {:?}", node.accesskit_node().role(), node.rect())).collect()
+}
+
+#[test]
+fn every_control_has_a_name() {
+    let mut harness = harness(viewer("cube", Path::new("")), [1280.0, 1400.0]);
+    let none: Vec<String> = Vec::new();
+    assert_eq!(nameless(&harness), none, "at the start");
+    let wind = Wind { strength: 1.0, ..Wind::default() };
+    harness.state_mut().session.set_wind(wind);
+    harness.state_mut().command(Command::Help);
+    harness.state_mut().command(Command::Guide);
+    harness.get_by_label_contains("Twin: ").click();
+    harness.get_by_label_contains("Trade: ").click();
+    let at = harness.state().session.position(0);
+    harness.state_mut().session.grab(0, at);
+    harness.run_steps(3);
+    assert!(harness.query_by_role_and_label(Role::Slider, "Heading").is_some());
+    assert_eq!(nameless(&harness), none, "with wind, help, guide, twin, trade and a grab");
+    for integrator in [Integrator::ImplicitMidpoint, Integrator::DormandPrince] {
+        harness.state_mut().session.tune(Tuning::Integrator(integrator));
+        harness.run_steps(2);
+        assert_eq!(nameless(&harness), none, "{integrator}");
+    }
+    for name in ["Method", "Speed"] {
+        harness.get_by_role_and_label(Role::ComboBox, name).click();
+        harness.run_steps(2);
+        assert_eq!(nameless(&harness), none, "{name}");
+        key(&mut harness, Key::Escape);
+    }
+    harness.get_by_role_and_label(Role::SpinButton, "Gravity").focus();
+    harness.run_steps(2);
+    assert_eq!(nameless(&harness), none, "while a number is typed");
+    harness.state_mut().command(Command::Open);
+    harness.run_steps(3);
+    assert!(harness.query_by_label("File").is_some());
+    assert_eq!(nameless(&harness), none, "in the gallery");
+}
+
+#[test]
+fn every_control_of_a_failure_and_of_several_bodies_has_a_name() {
+    let mut harness = harness(viewer("jelly", Path::new("")), [1280.0, 1400.0]);
+    let none: Vec<String> = Vec::new();
+    let session = &mut harness.state_mut().session;
+    session.tune(Tuning::Substeps(1));
+    session.edit(MaterialEdit::Stiffness(1e6));
+    (0..600).for_each(|_| {
+        session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+    });
+    harness.run_steps(3);
+    assert!(!harness.state().session.offers().is_empty());
+    assert_eq!(nameless(&harness), none, "over a run that blew up");
+    let folder = folder();
+    let bodies = folder.path().join("rope.toml");
+    std::fs::write(&bodies, ROPE).expect("a file");
+    harness.state_mut().open_path(&bodies);
+    harness.run_steps(3);
+    assert!(harness.query_by_role_and_label(Role::ComboBox, "Of").is_some(), "it has bodies");
+    assert_eq!(nameless(&harness), none, "of several bodies");
 }

@@ -53,7 +53,7 @@ fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failure> {
     if let Some(link) = run::link(&scene)?
         && solver == SolverArguments::default()
     {
-        return msd_app::view_link(&link).map_err(Failure::input);
+        return msd_app::view_link(&link).map_err(Failure::window);
     }
     let loaded = if solver == SolverArguments::default() {
         msd_scene::open(&scene).map_err(Failure::input)?
@@ -66,7 +66,7 @@ fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failure> {
     solver.from.iter().for_each(|state| places.read("--from", state));
     let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
     status.iter().try_for_each(|status| places.write("MSD_STATUS", status))?;
-    msd_app::view_as(loaded, &shown_path(&scene)).map_err(Failure::input)
+    msd_app::view_as(loaded, &shown_path(&scene)).map_err(Failure::window)
 }
 
 fn list_scenes() -> Result<(), Failure> {

@@ -24,7 +24,9 @@ const BAND: f64 = 3.0;
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let session = &mut viewer.session;
     let mut on = session.error().is_some();
-    if ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD).changed() {
+    let estimate = ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD);
+    viewer.landmarks.insert("estimate", estimate.rect);
+    if estimate.changed() {
         session.set_estimating(on);
     }
     if on {

@@ -31,7 +31,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     });
     heading(ui, "World");
     world(ui, &mut viewer.session);
-    wind(ui, &mut viewer.session);
+    let rect = wind(ui, &mut viewer.session);
+    viewer.landmarks.insert("wind", rect);
 }
 
 /// Chooses what the sliders act on, where there is a choice.
@@ -165,14 +166,14 @@ fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
     });
 }
 
-/// A force on every particle, steady or in gusts; where it comes from, once there is one.
-fn wind(ui: &mut Ui, session: &mut Session) {
+/// A force on every particle, steady or in gusts; where it comes from, once there is one. Returns
+/// where the slider is.
+fn wind(ui: &mut Ui, session: &mut Session) -> Rect {
     let now = session.wind();
     let mut wanted = now;
     let number = |first: f64| MixedValue { first, mixed: false };
-    if let (Some(value), _) = change(ui, ("Wind", " N"), number(now.strength), 0.0..=100.0, 0.01) {
-        wanted.strength = value;
-    }
+    let (value, rect) = change(ui, ("Wind", " N"), number(now.strength), 0.0..=100.0, 0.01);
+    wanted.strength = value.unwrap_or(now.strength);
     if 0.0 < now.strength {
         let heading = number(now.heading.to_degrees());
         if let (Some(value), _) = change(ui, ("Heading", "°"), heading, -180.0..=180.0, 0.0) {
@@ -187,4 +188,5 @@ fn wind(ui: &mut Ui, session: &mut Session) {
     if wanted != now {
         session.set_wind(wanted);
     }
+    rect
 }

@@ -19,7 +19,7 @@ mod over;
 use crate::viewer::Viewer;
 use egui::{
     Align, CursorIcon, Frame, Layout, Panel, Response, RichText, ScrollArea, Sense, Slider, Ui,
-    Widget, vec2,
+    Widget, WidgetInfo, vec2,
 };
 use egui_plot::Plot;
 
@@ -82,7 +82,8 @@ fn view(ui: &mut Ui, viewer: &mut Viewer) {
     let rect = ui.available_rect_before_wrap();
     viewer.rect = rect;
     viewer.frame_once();
-    ui.interact(rect, Viewer::view_id(), Sense::click_and_drag());
+    let view = ui.interact(rect, Viewer::view_id(), Sense::click_and_drag());
+    view.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, "View of the scene"));
     if viewer.session.held().is_some() {
         ui.set_cursor_icon(CursorIcon::Grabbing);
     } else if viewer.hovered.is_some() {
@@ -101,17 +102,21 @@ fn heading(ui: &mut Ui, text: &str) {
     });
 }
 
-/// A plot that the pointer does not move.
+/// A plot that the pointer does not move; it is a picture, so that the keyboard passes it by.
 fn still_plot(name: &'static str) -> Plot<'static> {
-    Plot::new(name).allow_drag(false).allow_zoom(false).allow_scroll(false).allow_boxed_zoom(false)
+    let plot = Plot::new(name).allow_drag(false).allow_zoom(false).allow_scroll(false);
+    plot.allow_boxed_zoom(false).allow_double_click_reset(false).sense(Sense::hover())
 }
 
 /// A label and a slider beside it; the name of both is the label.
 fn slider(ui: &mut Ui, label: &str, slider: Slider<'_>) -> Response {
     ui.horizontal(|ui| {
-        let name = left_label(ui, label);
+        left_label(ui, label);
         ui.spacing_mut().slider_width = 96.0;
-        slider.ui(ui).labelled_by(name.id)
+        let response = slider.ui(ui);
+        // Not by the label's id: the number beside the slider takes over only a name of its own.
+        ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(label));
+        response
     })
     .inner
 }

@@ -3,7 +3,7 @@
 
 use super::heading;
 use crate::viewer::{Command, Tool, Viewer};
-use egui::{Button, RichText, Ui};
+use egui::{Button, RichText, Ui, WidgetInfo};
 
 /// The left panel.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
@@ -136,8 +136,10 @@ fn window(ui: &mut Ui, viewer: &mut Viewer) {
     ui.horizontal(|ui| {
         ui.label("Size").on_hover_text("Of text and controls (Ctrl + and Ctrl -)");
         let scale = ui.ctx().zoom_factor();
-        for (name, factor) in [("−", 1.0 / 1.1), ("+", 1.1)] {
-            if ui.button(name).clicked() {
+        for (sign, name, factor) in [("−", "Smaller", 1.0 / 1.1), ("+", "Larger", 1.1)] {
+            let button = ui.button(sign);
+            button.widget_info(|| WidgetInfo::labeled(egui::Role::Button, true, name));
+            if button.clicked() {
                 ui.ctx().set_zoom_factor((scale * factor).clamp(0.5, 3.0));
             }
         }

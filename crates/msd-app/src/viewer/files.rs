@@ -41,10 +41,7 @@ impl Viewer {
     /// Does what a command about files asks for.
     pub(super) fn file_command(&mut self, command: Command) {
         let done = match command {
-            Command::SaveRun => self.save_run().map(|path| {
-                let name = shown(&path);
-                format!("saved {name}; to go on from here: msd view {}", word(&name))
-            }),
+            Command::SaveRun => self.keep_run(),
             Command::SaveScene => self.save_scene().map(|path| {
                 let name = shown(&path);
                 let only = "cuts, pins, rest lengths and frozen shapes are in a saved run only";
@@ -62,6 +59,12 @@ impl Viewer {
     /// A file of a name that is free, in the folder of the program.
     fn free_path(&self, ending: &str) -> PathBuf {
         free(&self.folder, &self.session.loaded().name, ending)
+    }
+
+    /// Saves the run as it is, and returns a line that says how to go on from there.
+    pub(crate) fn keep_run(&self) -> Result<String, String> {
+        let name = shown(&self.save_run()?);
+        Ok(format!("saved {name}; to go on from here: msd view {}", word(&name)))
     }
 
     /// Saves the run as it is, and returns the file.

@@ -26,6 +26,9 @@ pub enum Missing {
     /// A graphics adapter.
     #[error("{error}{hint}", error = .0, hint = driver(.0))]
     Graphics(Box<RenderError>),
+    /// The graphics device, which was there.
+    #[error("{0}")]
+    Device(String),
     /// The window itself.
     #[error("no window: {0}")]
     Window(String),

@@ -34,6 +34,8 @@ use clipboard::Clipboard;
 use msd_render::{Gpu, RenderError};
 use std::sync::Arc;
 use std::time::Duration;
+#[cfg(not(target_arch = "wasm32"))]
+use surface::Loss;
 use surface::WindowSurface;
 use web_time::Instant;
 use winit::application::ApplicationHandler;
@@ -91,6 +93,9 @@ pub(crate) struct Shell {
     #[cfg(not(target_arch = "wasm32"))]
     is_guided: bool,
     watcher: Option<Watcher>,
+    /// What is to be lost once the run is paused, for tests.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) to_lose: Option<Loss>,
     /// Why the window could not be shown; a browser finds it in the log.
     pub(crate) missing: Option<Missing>,
 }
@@ -124,6 +129,8 @@ impl Shell {
             #[cfg(not(target_arch = "wasm32"))]
             is_guided,
             watcher,
+            #[cfg(not(target_arch = "wasm32"))]
+            to_lose: None,
             missing: None,
         }
     }
@@ -258,6 +265,10 @@ impl Shell {
         if !surface.is_visible() {
             return;
         }
+        if let Some(reason) = surface.loss() {
+            let text = lost(&self.viewer, reason);
+            return self.fail(event_loop, Missing::Device(text));
+        }
         let viewer = &mut self.viewer;
         #[cfg_attr(not(target_arch = "wasm32"), allow(unused_mut, reason = "for a browser"))]
         let mut raw = input.take_egui_input(window);
@@ -306,7 +317,19 @@ impl Shell {
         if self.viewer.quit {
             return event_loop.exit();
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        self.lose();
         self.schedule(event_loop, wait);
+    }
+
+    /// Loses what a test wants to be lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn lose(&mut self) {
+        let (Some(window), Some(surface)) = (&self.window, &mut self.surface) else { return };
+        if let Some(what) = self.to_lose.take_if(|_| self.viewer.session.is_paused()) {
+            surface.lose(what);
+            window.request_redraw();
+        }
     }
 
     /// Asks for the next frame: at once while something moves, else when egui or an event wants it.
@@ -381,6 +404,13 @@ fn lay_out(
         output.shapes.iter_mut().for_each(|shape| panel::theme::lighten(&mut shape.shape));
     }
     (output, stepped.unwrap_or_default())
+}
+
+/// That the graphics device was lost, and what became of the run, which needs none.
+fn lost(viewer: &Viewer, reason: &str) -> String {
+    let kept = viewer.keep_run();
+    let kept = kept.unwrap_or_else(|why| format!("the run cannot be saved: {why}"));
+    format!("the graphics device was lost ({reason}); {kept}")
 }
 
 /// Gives the window the title and the screen that the viewer asks for, where they have changed.

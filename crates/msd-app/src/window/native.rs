@@ -1,5 +1,6 @@
 //! The window on a desktop.
 
+use super::surface::Loss;
 use super::{Arrival, Missing, Shell, ViewError, preferences_file, status_file};
 use crate::viewer::{Link, Viewer, catalogue};
 use msd_scene::Loaded;
@@ -17,7 +18,8 @@ pub fn view(loaded: Loaded) -> Result<(), ViewError> {
 /// Shows a scene in a window until it is closed; `called` is how the user named it, for errors.
 ///
 /// The environment variable `MSD_STATUS` names a file that gets a line of JSON per frame: a
-/// debugging aid, and how tests see what the window did.
+/// debugging aid, and how tests see what the window did. `MSD_LOSE` says what is lost when the run
+/// is paused first, `surface` or `device`, so that tests see what the window does then.
 ///
 /// # Errors
 /// A display, a graphics adapter or a library is missing, or the scene is out of its domain.
@@ -51,10 +53,19 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
     let watcher = status.map(status_file::watcher).transpose().map_err(Missing::Status)?;
     let event_loop = event_loop()?;
     let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
+    shell.to_lose = to_lose();
     let ended = event_loop.run_app(&mut shell);
     match shell.missing.take() {
         Some(what) => Err(what),
         None => ended.map_err(|error| Missing::Window(error.to_string())),
+    }
+}
+
+fn to_lose() -> Option<Loss> {
+    match std::env::var("MSD_LOSE").ok()?.as_str() {
+        "surface" => Some(Loss::Surface),
+        "device" => Some(Loss::Device),
+        _ => None,
     }
 }
 

@@ -8,13 +8,15 @@
 //! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is), `pins`
 //! (how many are), `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of
 //! the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
-//! view: `particle`, `screen`), `stiffness`, `wireframe`, `camera` (`yaw`, `pitch`, `distance`,
-//! `target`), `view` and `landmarks` (rectangles: left, top, width, height).
+//! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `group` and `grabs` (how many
+//! particles are to be grabbed together, and are held), `guide` (steps done of the guide, or null),
+//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `pixels_per_point`, `view` and
+//! `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
 use crate::session::ErrorNow;
-use crate::viewer::Viewer;
+use crate::viewer::{Guide, Viewer};
 use egui::{Pos2, Rect};
 use glam::Vec3;
 use msd_core::Vector;
@@ -78,6 +80,10 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
             json!({ "particle": particle, "screen": pixels(at, scale) })
         }),
         "stiffness": session.material().values().stiffness.map(|value| value.first),
+        "wind": session.wind().strength,
+        "group": session.group().len(),
+        "grabs": on!(session.runner(), simulation => simulation.model().grabs().len()),
+        "guide": viewer.guide.as_ref().map(Guide::done),
         "wireframe": viewer.style.wireframe,
         "camera": {
             "yaw": viewer.camera.yaw,
@@ -85,6 +91,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
             "distance": viewer.camera.distance,
             "target": viewer.camera.target.to_array(),
         },
+        "pixels_per_point": scale,
         "view": area(viewer.rect, scale),
         "landmarks": landmarks,
     })

@@ -3,7 +3,7 @@
 use super::canvas::{Canvas, Painting};
 use crate::viewer::Viewer;
 use msd_render::Gpu;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use wgpu::{CurrentSurfaceTexture, SurfaceTexture};
 use winit::window::Window;
 
@@ -13,6 +13,20 @@ pub(crate) struct WindowSurface {
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
     canvas: Canvas,
+    /// Why the device is lost, once it is.
+    loss: Arc<OnceLock<String>>,
+    /// Whether a test has taken the surface away.
+    is_lost: bool,
+}
+
+/// What a test takes away from a window.
+#[cfg(not(target_arch = "wasm32"))]
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Loss {
+    /// The surface, which is made anew.
+    Surface,
+    /// The graphics device, without which there is no window.
+    Device,
 }
 
 impl WindowSurface {
@@ -23,6 +37,13 @@ impl WindowSurface {
         surface: wgpu::Surface<'static>,
     ) -> Option<Self> {
         gpu.device.on_uncaptured_error(Arc::new(|error| log::error!("wgpu: {error}")));
+        let loss = Arc::new(OnceLock::new());
+        let lost = loss.clone();
+        gpu.device.set_device_lost_callback(move |reason, text| {
+            let text = if text.is_empty() { format!("{reason:?}").to_lowercase() } else { text };
+            // The first reason is the cause.
+            lost.set(text).ok();
+        });
         let size = window.inner_size();
         let (width, height) = (size.width.max(1), size.height.max(1));
         let capabilities = surface.get_capabilities(&gpu.adapter);
@@ -31,7 +52,7 @@ impl WindowSurface {
         config.format = egui_wgpu::preferred_framebuffer_format(&capabilities.formats).ok()?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
         let canvas = Canvas::new(gpu, config.format);
-        let mut surface = WindowSurface { window, surface, config, canvas };
+        let mut surface = WindowSurface { window, surface, config, canvas, loss, is_lost: false };
         surface.resize();
         Some(surface)
     }
@@ -51,6 +72,24 @@ impl WindowSurface {
     pub(crate) fn adapter(&self) -> String {
         let info = self.canvas.gpu.adapter.get_info();
         format!("{} ({})", info.name, info.backend)
+    }
+
+    /// Why the graphics device is lost, if it is.
+    pub(crate) fn loss(&self) -> Option<&str> {
+        self.loss.get().map(String::as_str)
+    }
+
+    /// Loses the surface or the device, as a driver may.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn lose(&mut self, what: Loss) {
+        match what {
+            Loss::Surface => self.is_lost = true,
+            Loss::Device => {
+                self.canvas.gpu.device.destroy();
+                // That it is lost is told by the queue, once it is empty.
+                self.canvas.gpu.device.poll(wgpu::PollType::Poll).ok();
+            }
+        }
     }
 
     /// Takes the size of the window; a minimised one has none.
@@ -85,20 +124,29 @@ impl WindowSurface {
     }
 
     fn next_frame(&mut self) -> Option<SurfaceTexture> {
-        match self.surface.get_current_texture() {
+        let texture = if std::mem::take(&mut self.is_lost) {
+            CurrentSurfaceTexture::Lost
+        } else {
+            self.surface.get_current_texture()
+        };
+        match texture {
             CurrentSurfaceTexture::Success(frame) | CurrentSurfaceTexture::Suboptimal(frame) => {
                 Some(frame)
             }
             CurrentSurfaceTexture::Outdated => {
                 self.resize();
+                // A paused window asks for no other frame by itself.
+                self.window.request_redraw();
                 None
             }
             CurrentSurfaceTexture::Lost => {
+                log::warn!("the surface was lost, and is made anew");
                 match self.canvas.gpu.instance.create_surface(self.window.clone()) {
                     Ok(surface) => self.surface = surface,
-                    Err(error) => log::error!("the surface is lost: {error}"),
+                    Err(error) => log::error!("no other surface: {error}"),
                 }
                 self.resize();
+                self.window.request_redraw();
                 None
             }
             CurrentSurfaceTexture::Timeout

@@ -56,7 +56,6 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
         HoverPosition::Elsewhere { .. } => None,
     };
     let plot = crate::panel::still_plot("error against cost")
-        .allow_double_click_reset(false)
         .set_margin_fraction(egui::vec2(0.06, 0.08))
         .x_grid_spacer(decades)
         .y_grid_spacer(decades)

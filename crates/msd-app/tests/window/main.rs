@@ -6,198 +6,17 @@
 //! the test says so and passes, unless `MSD_REQUIRE_WINDOW` is set.
 #![cfg(target_os = "linux")]
 
+mod desk;
+mod ends;
+mod hands;
+mod hidden;
+mod x11;
+
+use desk::{Desk, desk, distance, numbers};
 use serde_json::Value;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read, Seek, SeekFrom};
-use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::thread::sleep;
-use std::time::{Duration, Instant};
-
-/// A software renderer on a busy machine draws a few frames per second.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// A virtual display with the window on it.
-struct Desk {
-    display: String,
-    status: PathBuf,
-    xvfb: Child,
-    window: Option<Child>,
-    _folder: tempfile::TempDir,
-}
-
-impl Drop for Desk {
-    fn drop(&mut self) {
-        for child in self.window.iter_mut().chain([&mut self.xvfb]) {
-            child.kill().ok();
-            child.wait().ok();
-        }
-    }
-}
-
-fn is_installed(program: &str) -> bool {
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
-}
-
-impl Desk {
-    /// Opens the window on a screen of this size, or says why it cannot be.
-    fn open(screen: &str) -> Result<Desk, String> {
-        for program in ["Xvfb", "xdotool"] {
-            if !is_installed(program) {
-                return Err(format!("{program} is not installed"));
-            }
-        }
-        let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-        // Xvfb picks a free display itself and writes its number.
-        let mut xvfb = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", screen, "-nolisten", "tcp"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .map_err(|error| format!("Xvfb did not start: {error}"))?;
-        let mut number = String::new();
-        if let Some(output) = xvfb.stdout.take() {
-            BufReader::new(output).read_line(&mut number).map_err(|error| error.to_string())?;
-        }
-        let status = folder.path().join("status.jsonl");
-        let display = format!(":{}", number.trim());
-        let mut desk = Desk { display, status, xvfb, window: None, _folder: folder };
-        desk.start()?;
-        Ok(desk)
-    }
-
-    fn start(&mut self) -> Result<(), String> {
-        let window = Command::new(env!("CARGO_BIN_EXE_msd"))
-            .args(["view", "jelly"])
-            .env("DISPLAY", &self.display)
-            // Left over from another session: no such display is there any more.
-            .env("WAYLAND_DISPLAY", "wayland-gone")
-            .env_remove("WAYLAND_SOCKET")
-            .env("XDG_RUNTIME_DIR", self._folder.path())
-            .env("MSD_STATUS", &self.status)
-            .env("MSD_PREFERENCES", self._folder.path().join("preferences.json"))
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("msd starts");
-        let window = self.window.insert(window);
-        let start = Instant::now();
-        while start.elapsed() < PATIENCE {
-            if let Ok(Some(_)) = window.try_wait() {
-                let mut text = String::new();
-                window.stderr.take().map(|mut pipe| pipe.read_to_string(&mut text));
-                // Two lines tell what the machine lacks; all else is a fault of ours.
-                assert!(text.contains("no graphics adapter"), "the window closed: {text}");
-                return Err(text);
-            }
-            if self.status.metadata().is_ok_and(|data| 0 < data.len()) {
-                self.xdotool("search --sync --onlyvisible --name ^msd windowfocus --sync");
-                return Ok(());
-            }
-            sleep(Duration::from_millis(50));
-        }
-        panic!("no frame was drawn")
-    }
-
-    /// Waits for the window to end; returns its exit code and what it said.
-    fn end(&mut self) -> (Option<i32>, String) {
-        let Some(mut window) = self.window.take() else { panic!("the window is gone") };
-        let start = Instant::now();
-        let status = loop {
-            match window.try_wait().expect("it is our child") {
-                Some(status) => break status,
-                None => assert!(start.elapsed() < PATIENCE, "it does not end"),
-            }
-            sleep(Duration::from_millis(20));
-        };
-        let mut told = String::new();
-        window.stderr.take().map(|mut pipe| pipe.read_to_string(&mut told));
-        (status.code(), told)
-    }
-
-    /// Moves the real pointer or presses a real key of the display.
-    fn xdotool(&self, arguments: &str) {
-        let mut command = Command::new("xdotool");
-        command.args(arguments.split_whitespace()).env("DISPLAY", &self.display);
-        let status = command.status().expect("xdotool is installed");
-        assert!(status.success(), "xdotool {arguments} failed");
-        // Two events in one frame are one event: a press and a jump would be a drag.
-        self.settle();
-    }
-
-    /// Waits until a frame was drawn after now, or, paused, until none is coming.
-    fn settle(&self) {
-        let before = self.last()["frame"].as_u64();
-        let start = Instant::now();
-        while self.last()["frame"].as_u64() == before && start.elapsed().as_millis() < 700 {
-            sleep(Duration::from_millis(10));
-        }
-        sleep(Duration::from_millis(20));
-    }
-
-    /// The last whole line of the report.
-    fn last(&self) -> Value {
-        let read = || -> std::io::Result<String> {
-            let mut file = File::open(&self.status)?;
-            let length = file.metadata()?.len();
-            file.seek(SeekFrom::Start(length.saturating_sub(16_000)))?;
-            let mut text = String::new();
-            file.read_to_string(&mut text)?;
-            Ok(text)
-        };
-        let text = read().unwrap_or_default();
-        let whole = text.rsplit_once('\n').map_or("", |(whole, _)| whole);
-        let line = whole.lines().next_back().unwrap_or_default();
-        serde_json::from_str(line).unwrap_or(Value::Null)
-    }
-
-    /// Waits until the report satisfies a condition.
-    fn wait(&self, what: &str, condition: impl Fn(&Value) -> bool) -> Value {
-        let start = Instant::now();
-        loop {
-            let last = self.last();
-            if condition(&last) {
-                return last;
-            }
-            assert!(start.elapsed() < PATIENCE, "never: {what}; last report: {last}");
-            sleep(Duration::from_millis(20));
-        }
-    }
-
-    fn move_to(&self, [x, y]: [f64; 2]) {
-        self.xdotool(&format!("mousemove {x:.0} {y:.0}"));
-    }
-
-    fn drag(&self, button: u32, from: [f64; 2], to: [f64; 2]) {
-        self.move_to(from);
-        self.xdotool(&format!("mousedown {button}"));
-        for part in 1..=4 {
-            let share = f64::from(part) / 4.0;
-            self.move_to([0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * share));
-        }
-        self.xdotool(&format!("mouseup {button}"));
-    }
-}
-
-fn numbers<const N: usize>(value: &Value) -> [f64; N] {
-    std::array::from_fn(|index| value[index].as_f64().unwrap_or(f64::NAN))
-}
-
-fn distance<const N: usize>(a: [f64; N], b: [f64; N]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-}
-
-/// A desk with the window on it, unless there can be none here.
-fn desk(screen: &str) -> Option<Desk> {
-    match Desk::open(screen) {
-        Ok(desk) => Some(desk),
-        Err(reason) if std::env::var_os("MSD_REQUIRE_WINDOW").is_none() => {
-            eprintln!("SKIPPED: no window can be tested here: {reason}");
-            None
-        }
-        Err(reason) => panic!("no window can be tested here: {reason}"),
-    }
-}
+use std::time::Duration;
 
 #[test]
 fn a_small_screen_holds_the_window_which_is_remembered() {
@@ -235,7 +54,7 @@ fn a_small_screen_holds_the_window_which_is_remembered() {
     desk.xdotool("key ctrl+q");
     assert_eq!(desk.end().0, Some(0));
     // Damaged preferences are no reason not to start.
-    std::fs::write(desk._folder.path().join("preferences.json"), "{").expect("a file");
+    std::fs::write(desk.folder.path().join("preferences.json"), "{").expect("a file");
     std::fs::remove_file(&desk.status).expect("the report of before");
     desk.start().expect("a third window");
     let fresh = desk.wait("it is drawn", |now| !now["landmarks"]["stiffness"].is_null());

@@ -1,0 +1,80 @@
+//! Hands on the scene: a box around what to grab, the wind, a dropped file, the guide.
+
+use super::desk::{Desk, desk, desk_with, distance, numbers};
+use super::x11::drop_file;
+
+#[test]
+fn a_box_the_wind_and_a_dropped_file_act_on_the_simulation() {
+    let Some(desk) = desk("1400x900x24") else { return };
+    what_a_box_holds_is_grabbed_together(&desk);
+    wind_drives_the_body_along(&desk);
+    a_dropped_file_is_opened(&desk);
+}
+
+fn what_a_box_holds_is_grabbed_together(desk: &Desk) {
+    desk.xdotool("key space");
+    let start = desk.wait("it pauses", |now| now["paused"] == true);
+    let [x, y] = numbers(&start["aim"]["screen"]);
+    desk.xdotool("keydown ctrl");
+    desk.drag(1, [x - 40.0, y - 40.0], [x + 40.0, y + 40.0]);
+    desk.xdotool("keyup ctrl");
+    let count = |value: &serde_json::Value| value.as_u64().unwrap_or(0);
+    let boxed = desk.wait("a box makes a group", |now| 1 < count(&now["group"]));
+    assert_eq!(boxed["camera"]["yaw"], start["camera"]["yaw"], "a box turns nothing");
+    desk.move_to([x, y]);
+    desk.wait("the particle is under the pointer", |now| !now["hovered"].is_null());
+    desk.xdotool("mousedown 1");
+    desk.wait("all of the group is held", |now| now["grabs"] == boxed["group"]);
+    desk.xdotool("key space");
+    desk.move_to([x + 60.0, y - 120.0]);
+    let held = desk.wait("it is pulled", |now| {
+        distance::<2>(numbers(&now["held_screen"]), [x + 60.0, y - 120.0]) < 60.0
+    });
+    assert_eq!(held["grabs"], boxed["group"]);
+    desk.xdotool("mouseup 1");
+    desk.wait("release lets go of all", |now| count(&now["grabs"]) == 0);
+    desk.xdotool("key Escape");
+    desk.wait("Escape forgets the group", |now| count(&now["group"]) == 0);
+}
+
+fn wind_drives_the_body_along(desk: &Desk) {
+    let start = desk.wait("it runs", |now| now["paused"] == false);
+    assert_eq!(start["wind"], 0.0);
+    let [left, top, _, height]: [f64; 4] = numbers(&start["landmarks"]["wind"]);
+    let y = top + 0.5 * height;
+    desk.drag(1, [left + 6.0, y], [left + 84.0, y]);
+    let blown = desk.wait("it blows", |now| now["wind"].as_f64().is_some_and(|wind| 1.0 < wind));
+    // The camera follows the middle of everything; the wind blows along x.
+    let along = |now: &serde_json::Value| now["camera"]["target"][0].as_f64().unwrap_or(0.0);
+    desk.wait("the body goes along", |now| along(&blown) + 0.5 < along(now));
+}
+
+fn a_dropped_file_is_opened(desk: &Desk) {
+    let file = desk.folder.path().join("a rope.toml");
+    std::fs::write(&file, "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [4]\n").expect("a file");
+    drop_file(&desk.display, &file);
+    let opened = desk.wait("the file is opened", |now| now["scene"] == "a rope");
+    assert_eq!(opened["note"], serde_json::Value::Null, "{opened}");
+}
+
+#[test]
+fn the_guide_is_followed_to_its_end() {
+    let Some(desk) = desk_with("1400x900x24", "cube", &[]) else { return };
+    let is_done = |steps: u64| move |now: &serde_json::Value| now["guide"] == steps;
+    desk.wait("it is offered", is_done(0));
+    desk.xdotool("key space");
+    let start = desk.wait("it pauses", |now| now["paused"] == true);
+    let [x, y] = numbers(&start["aim"]["screen"]);
+    desk.drag(1, [x, y], [x + 40.0, y - 40.0]);
+    desk.wait("a throw is the first step", is_done(1));
+    desk.xdotool("key space");
+    let runs = desk.wait("it runs", |now| now["paused"] == false);
+    let [left, top, width, height]: [f64; 4] = numbers(&runs["landmarks"]["stiffness"]);
+    let y = top + 0.5 * height;
+    desk.drag(1, [left + 30.0, y], [left + width, y]);
+    desk.wait("it blows up, the third step", is_done(3));
+    desk.click("way out");
+    desk.wait("a way out is the fourth", is_done(4));
+    desk.click("estimate");
+    desk.wait("the estimate is the last", is_done(5));
+}

@@ -1,0 +1,143 @@
+//! Another program of the desktop: it drops a file, covers the screen, takes a picture.
+
+use super::desk::PATIENCE;
+use std::path::Path;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+use x11rb::connection::Connection;
+use x11rb::protocol::Event;
+use x11rb::protocol::xproto::{
+    AtomEnum, ClientMessageEvent, ConnectionExt, CreateWindowAux, EventMask, ImageFormat, PropMode,
+    SELECTION_NOTIFY_EVENT, SelectionNotifyEvent, Window, WindowClass,
+};
+use x11rb::rust_connection::RustConnection;
+use x11rb::wrapper::ConnectionExt as _;
+
+/// A connection to a display, with its root.
+fn connect(display: &str) -> (RustConnection, Window) {
+    let (connection, screen) = x11rb::connect(Some(display)).expect("the display");
+    let root = connection.setup().roots[screen].root;
+    (connection, root)
+}
+
+fn atom(connection: &RustConnection, name: &str) -> u32 {
+    let asked = connection.intern_atom(false, name.as_bytes()).expect("the display");
+    asked.reply().expect("an atom").atom
+}
+
+/// A new window of this size that no window manager touches.
+fn window(connection: &RustConnection, root: Window, size: [u16; 2]) -> Window {
+    let window = connection.generate_id().expect("a number");
+    let own = CreateWindowAux::new().override_redirect(1).background_pixel(0);
+    let [width, height] = size;
+    let class = WindowClass::INPUT_OUTPUT;
+    let made = connection.create_window(0, window, root, 0, 0, width, height, 0, class, 0, &own);
+    made.expect("the display").check().expect("a window");
+    window
+}
+
+/// Drops a file onto the window that takes such: the messages of XDND, version 5.
+pub fn drop_file(display: &str, file: &Path) {
+    let (connection, root) = connect(display);
+    let atom = |name: &str| atom(&connection, name);
+    let source = window(&connection, root, [1, 1]);
+    let (selection, list) = (atom("XdndSelection"), atom("text/uri-list"));
+    connection.set_selection_owner(source, selection, 0u32).expect("the display");
+    let target = target(&connection, root);
+    let send = |kind: &str, data: [u32; 4]| {
+        let [a, b, c, d] = data;
+        let event = ClientMessageEvent::new(32, target, atom(kind), [source, a, b, c, d]);
+        connection.send_event(false, target, EventMask::NO_EVENT, event).expect("the display");
+        connection.flush().expect("the display");
+    };
+    send("XdndEnter", [5 << 24, list, 0, 0]);
+    send("XdndPosition", [0, 600 << 16 | 400, 0, atom("XdndActionCopy")]);
+    let asked = wait(&connection, |event| match event {
+        Event::SelectionRequest(asked) => Some(asked),
+        _ => None,
+    });
+    let text = format!("file://{}\r\n", file.display().to_string().replace(' ', "%20"));
+    let [to, property] = [asked.requestor, asked.property];
+    let put = connection.change_property8(PropMode::REPLACE, to, property, list, text.as_bytes());
+    put.expect("the display");
+    let answer = SelectionNotifyEvent {
+        response_type: SELECTION_NOTIFY_EVENT,
+        sequence: 0,
+        time: asked.time,
+        requestor: asked.requestor,
+        selection,
+        target: list,
+        property,
+    };
+    connection.send_event(false, to, EventMask::NO_EVENT, answer).expect("the display");
+    send("XdndDrop", [0, 0, 0, 0]);
+    let finished = atom("XdndFinished");
+    wait(&connection, |event| match event {
+        Event::ClientMessage(message) if message.type_ == finished => Some(()),
+        _ => None,
+    });
+}
+
+/// The window that files can be dropped onto.
+fn target(connection: &RustConnection, root: Window) -> Window {
+    let aware = atom(connection, "XdndAware");
+    let tree = connection.query_tree(root).expect("the display").reply().expect("windows");
+    let takes_files = |&window: &Window| {
+        let asked = connection.get_property(false, window, aware, AtomEnum::ANY, 0, 1);
+        asked.expect("the display").reply().is_ok_and(|found| found.value_len == 1)
+    };
+    tree.children.into_iter().find(takes_files).expect("a window that takes files")
+}
+
+fn wait<T>(connection: &RustConnection, wanted: impl Fn(Event) -> Option<T>) -> T {
+    let start = Instant::now();
+    while start.elapsed() < PATIENCE {
+        match connection.poll_for_event().expect("the display") {
+            Some(event) => {
+                if let Some(found) = wanted(event) {
+                    return found;
+                }
+            }
+            None => sleep(Duration::from_millis(10)),
+        }
+    }
+    panic!("the window does not answer")
+}
+
+/// A window over the whole screen, until it is dropped.
+pub struct Cover {
+    _connection: RustConnection,
+}
+
+impl Cover {
+    pub fn over(display: &str) -> Self {
+        let (connection, root) = connect(display);
+        let screen = connection.get_geometry(root).expect("the display").reply().expect("a size");
+        let window = window(&connection, root, [screen.width, screen.height]);
+        connection.map_window(window).expect("the display").check().expect("a window");
+        Cover { _connection: connection }
+    }
+}
+
+/// What a screen shows.
+pub struct Picture {
+    width: usize,
+    bytes: Vec<u8>,
+}
+
+impl Picture {
+    /// Blue, green and red at a place.
+    pub fn pixel(&self, [x, y]: [usize; 2]) -> &[u8] {
+        let start = 4 * (y * self.width + x);
+        &self.bytes[start..start + 3]
+    }
+}
+
+pub fn picture(display: &str) -> Picture {
+    let (connection, root) = connect(display);
+    let screen = connection.get_geometry(root).expect("the display").reply().expect("a size");
+    let [width, height] = [screen.width, screen.height];
+    let asked = connection.get_image(ImageFormat::Z_PIXMAP, root, 0, 0, width, height, !0);
+    let image = asked.expect("the display").reply().expect("a picture");
+    Picture { width: width.into(), bytes: image.data }
+}
