@@ -72,8 +72,8 @@ fn check_spacing(spacing: f64) -> Result<(), Error> {
     check(usable, "spacing", ("body", 0), spacing, "positive and finite")
 }
 
-/// The rows of a lattice, with the mass of the particle at a place, and the stiffness and damping of
-/// a spring.
+/// The rows of a lattice from the mass of the particle at a place, and stiffness and damping of a
+/// spring.
 fn part(
     lattice: &Lattice,
     spacing: f64,
