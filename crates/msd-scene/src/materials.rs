@@ -69,8 +69,8 @@ pub const MATERIALS: [Named; 9] = [
     Named {
         name: "sylgard-184",
         numbers: uniform(1.32e6, 0.5, 1030.0),
-        source: "Johnston and others, J. Micromech. Microeng. 24 (2014) 035017; density: data sheet \
-                 of Dow",
+        source: "Johnston and others, J. Micromech. Microeng. 24 (2014) 035017; density: data \
+                 sheet of Dow",
         remarks: "tension, cured at 25 °C; 1.32 to 2.97 MPa for curing at 25 to 200 °C; taken for \
                   incompressible",
     },

@@ -174,7 +174,8 @@ const REFUSED: [(&str, &str); 20] = [
         "bodies[0].young and the moduli of a woven cloth",
     ),
     (
-        "kind = 'cloth'\nsize = [3, 3]\nyoung_warp = 2\nyoung_weft = 1\nshear = 3\narea_density = 1",
+        "kind = 'cloth'\nsize = [3, 3]\nyoung_warp = 2\n\
+         young_weft = 1\nshear = 3\narea_density = 1",
         "bodies[0].shear is 3; it must be at most 2, young_warp young_weft",
     ),
     ("kind = 'rope'\nsize = [3]\nmaterial = 'steel'", "bodies[0] lacks the key `diameter`"),
