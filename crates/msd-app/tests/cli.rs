@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{folder, json, outcome, parse, quiet, text};
+use common::{folder, json, outcome, parse, quiet, refused, text};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -266,4 +266,31 @@ fn a_recording_of_automatic_substeps_is_replayed_to_the_bit() {
     assert!(
         text(&outcome(msd(folder.path(), &refused)).stderr).contains("--substeps auto does not")
     );
+}
+
+#[test]
+fn inspect_prints_what_a_body_amounts_to_and_refuses_what_is_no_scene() {
+    let folder = folder();
+    let path = folder.path();
+    let block = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [3, 3, 3]\nspacing = 0.01\n\
+                 material = 'gelatine-5%'\n";
+    std::fs::write(path.join("gel.toml"), block).expect("a file");
+    let report = json(msd(path, &["inspect", "gel.toml"]));
+    let body = &report["bodies"][0];
+    let is_near = |value: &serde_json::Value, expected: f64| {
+        let value = value.as_f64().expect("a number");
+        assert!((value / expected - 1.0).abs() < 1e-9, "{value} is not {expected}");
+    };
+    is_near(&body["mass"], 998.0 * 8e-6);
+    assert_eq!(body["moduli"]["young"].as_array().expect("a list").len(), 13);
+    is_near(&body["moduli"]["young"][9][1], 3.0 * 4180.0);
+    is_near(&body["moduli"]["anisotropy"], 1.0);
+    is_near(&body["moduli"]["poisson"][0], 0.25);
+    assert!(0.0 < report["stable_step"].as_f64().expect("a limit"));
+    let text = quiet(msd(path, &["inspect", "gel.toml"]));
+    assert!(text.contains("Young's modulus 12540 to 12540 Pa in 26 directions"), "{text}");
+    assert!(text.contains("gelatine-5%: Poisson's ratio is 1/4, that of springs"), "{text}");
+    let bunny = quiet(msd(path, &["inspect", "bunny"]));
+    assert!(bunny.contains("volume") && bunny.contains("bunny.obj: "), "{bunny}");
+    assert!(refused(msd(path, &["inspect", "gel.tml"]), 2).contains("gel.tml"));
 }

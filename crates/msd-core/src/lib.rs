@@ -190,7 +190,7 @@ mod simulation;
 pub mod testing;
 
 pub use elements::grabs::Grab;
-pub use energy::{Energy, Ledger, Momentum};
+pub use energy::{Energy, Ledger, Moduli, Momentum};
 pub use error::{Divergence, Error};
 pub use glam;
 pub use methods::{Integrator, Settings};
@@ -198,9 +198,10 @@ pub use number::{Instructions, Real, Vector};
 pub use obstacles::{Contacts, PlaneColumn};
 pub use scene::lattice;
 pub use scene::shape;
+pub use scene::substance;
 pub use scene::{
-    Body, Corner, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part,
-    Particle, Pin, Plane, Scene, Spring, Surface, World,
+    Body, Corner, Elasticity, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours,
+    Part, Particle, Pin, Plane, Scene, Spring, Substance, Surface, World,
 };
 pub use simulation::{Effects, Held, Interaction, Progress, Select, Simulation, Witness};
 pub use system::hash::state_hash;

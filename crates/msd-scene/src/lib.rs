@@ -17,6 +17,7 @@ mod state;
 mod nearby;
 pub mod mesh;
 mod error;
+pub mod materials;
 mod disk;
 mod file;
 mod loaded;

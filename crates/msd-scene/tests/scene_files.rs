@@ -179,6 +179,7 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("[world]", "world."),
         ("[[world.planes]]", "world.planes."),
         ("[[bodies]]", "bodies."),
+        ("What a body is made of", "bodies."),
         ("rotation", "bodies.rotation."),
         ("spin as a table", "bodies.spin."),
         ("particles of an explicit body", "bodies.particles."),

@@ -26,7 +26,7 @@ pub mod live_error;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod sweep;
 
-pub use behaviour::{audit, limits, parts, terms};
+pub use behaviour::{audit, inspection, limits, parts, terms};
 pub use candidates::{choice, ladder};
 pub use measure::{clock, errors, leave, machine, reference, trial};
 pub use study::{ReferenceNote, Study, conduct, words};

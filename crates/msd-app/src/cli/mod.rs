@@ -10,6 +10,7 @@ mod study;
 mod tune;
 mod sweep;
 mod bench;
+mod inspect;
 
 pub use arguments::{Arguments, explain};
 pub use failure::exit_code;
@@ -37,6 +38,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
             None => run::run(&arguments),
         },
         Some(CliCommand::Render(arguments)) => render::render(&arguments),
+        Some(CliCommand::Inspect(arguments)) => inspect::run_inspect(&arguments),
         Some(CliCommand::Study(arguments)) => study::run_study(&arguments),
         Some(CliCommand::Tune(arguments)) => tune::run_tune(&arguments),
         Some(CliCommand::Sweep(arguments)) => sweep::run_sweep(&arguments),

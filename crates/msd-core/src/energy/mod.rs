@@ -1,10 +1,13 @@
 //! Energy, momentum, and lengths and strains of springs. All sums are in `f64`.
 //!
-//! [`Ledger`] counts the energy dissipated since the start.
+//! [`Ledger`] counts the energy dissipated since the start; [`Moduli`] are those of the springs, as
+//! if they were a uniform material.
 
 mod ledger;
+mod moduli;
 
 pub use ledger::Ledger;
+pub use moduli::Moduli;
 
 use crate::columns::{self, LANES, RECORD};
 use crate::elements::springs::law;

@@ -6,12 +6,14 @@ pub(crate) mod check;
 pub mod surface;
 pub mod lattice;
 pub mod part;
+pub mod substance;
 pub mod shape;
 mod origin;
 
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use lattice::{Lattice, Neighbours};
 pub use part::{Material, Part};
+pub use substance::{Elasticity, Substance};
 pub use surface::{Corner, Surface};
 
 use alloc::{string::String, vec::Vec};

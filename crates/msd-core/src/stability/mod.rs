@@ -18,7 +18,7 @@ use crate::number::Real;
 use crate::system::{Columns, Model};
 use alloc::vec;
 use alloc::vec::Vec;
-use dense::Matrix;
+pub(crate) use dense::Matrix;
 use few::{Few, single_substep};
 use glam::DVec3;
 use spectrum::{Basis, OperatingPoint, Rough};

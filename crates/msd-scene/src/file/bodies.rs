@@ -4,6 +4,7 @@ use crate::error::{FileError, plain};
 use crate::file::budget::{Budget, count_lattice};
 use crate::file::domain::Domain;
 use crate::file::schema::{BodyRow, Kind, Spin};
+use crate::file::substance::{caveat, check_fits, substance};
 use crate::file::tree::Source;
 use crate::file::turn::{random_axis, rotation};
 use crate::mesh::{self, Filling, Mesh, MeshError, MeshOptions};
@@ -24,7 +25,7 @@ pub(crate) struct Builder<'b> {
     /// Precision that the scene asks for.
     pub(crate) precision: Precision,
     pub(crate) budget: Budget,
-    /// What was done to meshes, one line each.
+    /// What was done to meshes, and what a material lacks, one line each.
     pub(crate) notes: Vec<String>,
 }
 
@@ -58,13 +59,21 @@ impl Builder<'_> {
         let spacing = self
             .source
             .number(format_args!("bodies[{row}].spacing"), body.spacing.unwrap_or(1.0))?;
+        let substance = substance(self.source, row, body)?;
         let material = self.material(row, body, Material::default())?;
         let counts = count_lattice(size, neighbours);
         self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;
         let file = || self.source.name.to_string();
         let core = |source| FileError::Core { file: file(), source: Box::new(source) };
         let lattice = Lattice::new(size, neighbours).map_err(core)?;
-        let part = shape::lattice(size, neighbours, spacing, material).map_err(core)?;
+        let part = match substance {
+            Some(substance) => shape::body(size, spacing, &substance).map_err(core)?,
+            None => shape::lattice(size, neighbours, spacing, material).map_err(core)?,
+        };
+        if substance.is_some() {
+            check_fits(self.source, row, &part)?;
+            self.notes.extend(caveat(body));
+        }
         Ok(Built { part, lattice: Some(lattice) })
     }
 
@@ -377,6 +386,7 @@ fn mesh_error(source: &Source<'_>, (row, key): (usize, &str), error: MeshError) 
 /// Refuses keys that the kind of a body does not use: they would have no effect silently.
 fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), FileError> {
     const LATTICES: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block];
+    const BROAD: &[Kind] = &[Kind::Cloth, Kind::Block];
     const SPACED: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block, Kind::Mesh];
     let keys = [
         ("size", body.size.is_some(), LATTICES),
@@ -386,6 +396,17 @@ fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), Fil
         ("filling", body.filling.is_some(), &[Kind::Mesh]),
         ("length", body.length.is_some(), &[Kind::Mesh]),
         ("bending", body.bending.is_some(), &[Kind::Mesh]),
+        ("material", body.material.is_some(), LATTICES),
+        ("young", body.young.is_some(), LATTICES),
+        ("poisson", body.poisson.is_some(), BROAD),
+        ("density", body.density.is_some(), LATTICES),
+        ("relaxation_time", body.relaxation_time.is_some(), LATTICES),
+        ("thickness", body.thickness.is_some(), &[Kind::Cloth]),
+        ("area_density", body.area_density.is_some(), &[Kind::Cloth]),
+        ("young_warp", body.young_warp.is_some(), &[Kind::Cloth]),
+        ("young_weft", body.young_weft.is_some(), &[Kind::Cloth]),
+        ("shear", body.shear.is_some(), &[Kind::Cloth]),
+        ("diameter", body.diameter.is_some(), &[Kind::Rope]),
         ("particles", !body.particles.is_empty(), &[Kind::Explicit]),
         ("springs", !body.springs.is_empty(), &[Kind::Explicit]),
     ];

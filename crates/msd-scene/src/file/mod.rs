@@ -2,7 +2,7 @@
 //!
 //! [`text`] is read into a [`tree`] of values that know where they were written; [`decode`] makes
 //! the rows of the [`schema`] of it; [`build`] checks each number against its [`domain`] and makes
-//! the rows of a scene, body by body ([`bodies`]), within a [`budget`] of memory.
+//! the rows of a scene, body by body ([`bodies`], [`substance`]), within a [`budget`] of memory.
 
 mod text;
 pub mod tree;
@@ -11,6 +11,7 @@ pub mod schema;
 pub mod domain;
 mod turn;
 mod budget;
+mod substance;
 mod bodies;
 mod build;
 

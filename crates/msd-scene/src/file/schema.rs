@@ -235,6 +235,39 @@ pub struct BodyRow {
     /// open one 0.2.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
+    /// Lattices: the name of what the body is made of, instead of mass, stiffness and damping.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub material: Option<String>,
+    /// Lattices: Young's modulus, pascals.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub young: Option<f64>,
+    /// Blocks and cloths: Poisson's ratio. Default what springs give: 1/4 and 1/3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poisson: Option<f64>,
+    /// Lattices of a material: density, kilograms per cubic metre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub density: Option<f64>,
+    /// Lattices of a material: viscosity over modulus, seconds. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relaxation_time: Option<f64>,
+    /// Cloths: thickness, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub thickness: Option<f64>,
+    /// Cloths: mass per area, kilograms per square metre, instead of `density` times `thickness`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub area_density: Option<f64>,
+    /// Woven cloths: modulus along the rows, newtons per metre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub young_warp: Option<f64>,
+    /// Woven cloths: modulus along the columns, newtons per metre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub young_weft: Option<f64>,
+    /// Woven cloths: shear modulus, newtons per metre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shear: Option<f64>,
+    /// Ropes: diameter, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diameter: Option<f64>,
     /// Where the origin of the body is put, metres. Default the origin of the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,

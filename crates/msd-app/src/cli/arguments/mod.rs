@@ -43,6 +43,8 @@ pub enum CliCommand {
     Run(RunArguments),
     /// Render a scene to a PNG picture; needs no display
     Render(RenderArguments),
+    /// Print what the bodies of a scene amount to: mass, moduli by direction, stable step
+    Inspect(InspectArguments),
     /// Measure what every accuracy costs on a scene, and write a report
     Study(StudyArguments),
     /// Find the fastest setting within an error, or the most accurate within a time budget
@@ -187,6 +189,16 @@ pub struct RenderArguments {
     /// Leave out the surfaces
     #[arg(long, help_heading = DRAWN)]
     pub no_surfaces: bool,
+}
+
+/// Arguments of `msd inspect`.
+#[derive(Debug, Args)]
+pub struct InspectArguments {
+    /// Built-in scene, scene file or mesh
+    pub scene: PathBuf,
+    /// Print one JSON object instead of a summary
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
 }
 
 /// Arguments of `msd study`.

@@ -1,0 +1,89 @@
+//! `msd inspect`: what the bodies of a scene amount to as materials.
+
+use super::arguments::InspectArguments;
+use super::failure::{Failure, say};
+use msd_core::{Settings, Simulation};
+use msd_scene::{Loaded, shown_path};
+use msd_study::inspection::{Directions, Inspection, inspect};
+use msd_study::quantity::{number, quantity};
+use serde::Serialize;
+
+/// The keys of `--json`.
+#[derive(Debug, Serialize)]
+struct InspectReport {
+    scene: String,
+    integrator: String,
+    /// The largest stable substep, seconds; null where any is stable.
+    stable_step: f64,
+    bodies: Vec<Inspection>,
+    notes: Vec<String>,
+}
+
+/// Inspects a scene at its start.
+pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
+    let loaded = msd_scene::open(&arguments.scene).map_err(Failure::input)?;
+    let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
+    let Loaded { name, scene, settings, notes, .. } = loaded;
+    let bodies = inspect(&scene).map_err(refused)?;
+    let Settings { integrator, .. } = settings;
+    let simulation = Simulation::<f64>::new(&scene, settings).map_err(refused)?;
+    let stable_step = simulation.stable_substep();
+    let report = InspectReport {
+        scene: name,
+        integrator: integrator.to_string(),
+        stable_step,
+        bodies,
+        notes,
+    };
+    if arguments.json {
+        return say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
+    }
+    say(&text(&report))
+}
+
+fn text(report: &InspectReport) -> String {
+    let mut lines: Vec<String> = report.bodies.iter().flat_map(body_lines).collect();
+    let limit = match report.stable_step {
+        f64::INFINITY => "any substep is stable".to_owned(),
+        limit => format!("substeps are stable up to {}", quantity(limit, "s")),
+    };
+    lines.push(format!("{}: {limit} with {}", report.scene, report.integrator));
+    lines.extend(report.notes.iter().cloned());
+    lines.join("\n")
+}
+
+/// The lines about a body.
+fn body_lines(body: &Inspection) -> Vec<String> {
+    let Inspection { name, particles, springs, mass, .. } = body;
+    let mut lines =
+        vec![format!("{name}: {particles} particles, {springs} springs, {} kg", number(*mass))];
+    if let Some(filled) = body.filled {
+        let (noun, unit, modulus, count) = match filled.dimensions {
+            1 => ("length", "m", "N", 2),
+            2 => ("area", "m²", "N/m", 8),
+            _ => ("volume", "m³", "Pa", 26),
+        };
+        let size = number(filled.size);
+        let density = number(mass / filled.size);
+        lines.push(format!("  {noun} {size} {unit}, density {density} kg/{unit}"));
+        if let Some(moduli) = &body.moduli {
+            lines.extend(moduli_lines(moduli, (modulus, count)));
+        }
+    }
+    lines.push(format!("  fastest motion {}", quantity(body.fastest, "Hz")));
+    lines
+}
+
+/// The lines about moduli in a unit, along so many directions.
+fn moduli_lines(moduli: &Directions, (unit, count): (&str, u32)) -> Vec<String> {
+    let [least, most] = moduli.range().map(number);
+    let ratio = number(moduli.anisotropy);
+    let young = format!(
+        "  Young's modulus {least} to {most} {unit} in {count} directions, a ratio of {ratio}"
+    );
+    let poisson = moduli.poisson.map(|ratios| {
+        let [least, most] = ratios.map(number);
+        format!("  Poisson's ratio {least} to {most}")
+    });
+    [Some(young), poisson].into_iter().flatten().collect()
+}

@@ -1,0 +1,186 @@
+//! Substances: what a body is made of, in the numbers of an engineer, and the springs of a lattice
+//! that behave like it.
+//!
+//! A lattice of spacing a is cut into cells between neighbouring particles: cubes, squares or
+//! lengths. A spring inside the body belongs to all cells around it, one in a face of the body to
+//! half as many, one along an edge to a quarter; each counts for what it belongs to, and so do the
+//! masses of particles. A network of springs of stiffness k, length L and direction n in a volume V
+//! has the elasticity C_ijkl = (1/V) Σ k L² n_i n_j n_k n_l, which gives the formulas below.
+
+use crate::error::Error;
+use crate::number::Real;
+use crate::scene::check::{check, check_not_negative};
+use crate::scene::lattice::{FAMILIES, Lattice};
+
+/// Poisson's ratio of an isotropic solid of central springs: C12 = C44 leaves no other.
+pub const SOLID_POISSON: f64 = 0.25;
+/// Poisson's ratio of an isotropic sheet of central springs.
+pub const SHEET_POISSON: f64 = 1.0 / 3.0;
+
+/// What a body is made of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Substance {
+    /// How it resists strain.
+    pub elasticity: Elasticity,
+    /// Density: of a solid kg/m³, of a sheet kg/m², of a rope kg/m; positive.
+    pub density: f64,
+    /// Viscosity over modulus (Kelvin and Voigt), seconds; not negative. Default 0.
+    pub relaxation_time: f64,
+}
+
+/// How a substance resists strain, by the dimensions of its lattice.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
+pub enum Elasticity {
+    /// An isotropic solid, whose Poisson's ratio is [`SOLID_POISSON`].
+    Solid {
+        /// Young's modulus, pascals; positive.
+        young: f64,
+    },
+    /// A sheet: pull per width and strain along its threads, and shear between them.
+    Sheet {
+        /// Modulus along the rows, newtons per metre; positive.
+        warp: f64,
+        /// Modulus along the columns, newtons per metre; positive.
+        weft: f64,
+        /// Shear modulus, newtons per metre; positive and at most warp weft / |warp − weft|.
+        shear: f64,
+    },
+    /// A rope.
+    Rope {
+        /// Young's modulus times the area of the section, newtons; positive.
+        stretch: f64,
+    },
+}
+
+impl Elasticity {
+    /// An isotropic sheet, whose Poisson's ratio is [`SHEET_POISSON`].
+    pub fn sheet(young: f64, thickness: f64) -> Self {
+        let modulus = young * thickness;
+        let shear = modulus / (2.0 * (1.0 + SHEET_POISSON));
+        Elasticity::Sheet { warp: modulus, weft: modulus, shear }
+    }
+
+    /// The number of dimensions of its lattice.
+    fn dimensions(self) -> usize {
+        match self {
+            Elasticity::Solid { .. } => 3,
+            Elasticity::Sheet { .. } => 2,
+            Elasticity::Rope { .. } => 1,
+        }
+    }
+}
+
+/// The springs and the mass of a cell inside a body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cell {
+    /// Stiffness of springs along rows, columns and stacks, newtons per metre.
+    axes: [f64; 3],
+    /// Stiffness of the diagonals of faces, newtons per metre.
+    faces: f64,
+    /// Stiffness of space diagonals, newtons per metre.
+    space: f64,
+    /// Mass, kilograms.
+    mass: f64,
+    /// Damping over stiffness, seconds.
+    relaxation_time: f64,
+}
+
+impl Cell {
+    /// The cell of a lattice of `size` = (rows, columns, stacks) particles `spacing` metres apart.
+    ///
+    /// # Errors
+    /// [`Error::OutOfDomain`] for a number outside its domain, or a size with more or fewer
+    /// dimensions than the substance.
+    pub(crate) fn new(
+        substance: &Substance,
+        size: [usize; 3],
+        spacing: f64,
+    ) -> Result<Self, Error> {
+        let at = ("substance", 0);
+        let dimensions = size.iter().filter(|&&length| 1 < length).count();
+        let expected = match substance.elasticity {
+            Elasticity::Solid { .. } => "3, each of at least 2 particles, for a solid",
+            Elasticity::Sheet { .. } => "2, each of at least 2 particles, for a sheet",
+            Elasticity::Rope { .. } => "1, of at least 2 particles, for a rope",
+        };
+        let fits = dimensions == substance.elasticity.dimensions();
+        check(fits, "number of dimensions", at, dimensions as f64, expected)?;
+        check_positive("density", substance.density)?;
+        check_not_negative::<f64>("relaxation time", at, substance.relaxation_time)?;
+        let (axes, faces, space) = stiffnesses(substance.elasticity, spacing)?;
+        let mass = (0..dimensions).fold(substance.density, |mass, _| mass * spacing);
+        Ok(Cell { axes, faces, space, mass, relaxation_time: substance.relaxation_time })
+    }
+
+    /// Mass of the particle at a place, kilograms: half for each face of the body that it lies in.
+    pub(crate) fn mass_at(&self, lattice: &Lattice, place: [usize; 3]) -> f64 {
+        self.mass * share(lattice.size(), place, [0; 3])
+    }
+
+    /// Stiffness, newtons per metre, and damping, newton seconds per metre, of a spring: half for
+    /// each face of the body that it lies in.
+    pub(crate) fn spring(&self, lattice: &Lattice, spring: usize) -> [f64; 2] {
+        let step = FAMILIES[lattice.family_of(spring)];
+        let place = lattice.place(lattice.spring(spring)[0]);
+        let along = step.iter().filter(|&&length| length != 0).count();
+        let inside = match along {
+            1 => self.axes[step.iter().position(|&length| length != 0).unwrap_or(0)],
+            2 => self.faces,
+            _ => self.space,
+        };
+        let stiffness = inside * share(lattice.size(), place, step);
+        [stiffness, stiffness * self.relaxation_time]
+    }
+}
+
+/// The share of the cells around something inside the body that are around what starts at `place`
+/// and goes on by `step`.
+fn share(size: [usize; 3], place: [usize; 3], step: [isize; 3]) -> f64 {
+    let is_in_face = |axis: usize| {
+        let ends = place[axis] == 0 || place[axis] == size[axis] - 1;
+        step[axis] == 0 && 1 < size[axis] && ends
+    };
+    (0..3).filter(|&axis| is_in_face(axis)).fold(1.0, |share, _| 0.5 * share)
+}
+
+/// Stiffnesses inside a lattice of spacing a, newtons per metre: along its axes, of diagonals of
+/// faces, of space diagonals.
+///
+/// Solid: C11 = (k1 + 2 k2 + 4/3 k3)/a, C12 = C44 = (k2 + 4/3 k3)/a, isotropic where
+/// k1 = k2 + 8/3 k3. Of these, 16 : 8 : 3 is the nearest to isotropic at sixth order.
+///
+/// Sheet: C11 = k1 + k2, C22 = k1' + k2, C12 = C66 = k2, and the moduli that one measures, with
+/// the sides free, are C11 − C12²/C22 and C22 − C12²/C11. Hence C22 = C11 weft/warp, and
+/// C11² − warp C11 − shear² warp/weft = 0.
+fn stiffnesses(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64, f64), Error> {
+    match elasticity {
+        Elasticity::Solid { young } => {
+            check_positive("Young's modulus", young)?;
+            let stiffness = young * spacing;
+            Ok(([8.0 / 15.0 * stiffness; 3], 4.0 / 15.0 * stiffness, 0.1 * stiffness))
+        }
+        Elasticity::Sheet { warp, weft, shear } => {
+            check_positive("warp", warp)?;
+            check_positive("weft", weft)?;
+            check_positive("shear", shear)?;
+            let c11 = 0.5 * (warp + Real::sqrt(warp * warp + 4.0 * shear * shear * (warp / weft)));
+            let c22 = c11 * (weft / warp);
+            let fits = shear <= c11 && shear <= c22;
+            let expected = "at most warp weft / |warp - weft|";
+            check(fits, "shear", ("substance", 0), shear, expected)?;
+            Ok(([c11 - shear, c22 - shear, c22 - shear], shear, 0.0))
+        }
+        Elasticity::Rope { stretch } => {
+            check_positive("stretch", stretch)?;
+            Ok(([stretch / spacing; 3], 0.0, 0.0))
+        }
+    }
+}
+
+fn check_positive(quantity: &'static str, value: f64) -> Result<(), Error> {
+    let usable = 0.0 < value && value.is_finite();
+    check(usable, quantity, ("substance", 0), value, "positive and finite")
+}

@@ -1,0 +1,236 @@
+//! The substance of a body, from the keys of its row.
+
+use crate::error::{FileError, nearest, plain};
+use crate::file::domain::Domain;
+use crate::file::schema::{BodyRow, Kind};
+use crate::file::tree::Source;
+use crate::materials::{MATERIALS, Numbers, named};
+use msd_core::substance::{SHEET_POISSON, SOLID_POISSON};
+use msd_core::{Elasticity, Part, Substance};
+use std::f64::consts::PI;
+
+/// How near a given Poisson's ratio must be to that of springs: 0.33 is meant for 1/3.
+const POISSON_WITHIN: f64 = 0.005;
+
+/// The keys of a substance in a row, each with what it is given as.
+fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 10] {
+    [
+        ("young", body.young),
+        ("poisson", body.poisson),
+        ("density", body.density),
+        ("relaxation_time", body.relaxation_time),
+        ("thickness", body.thickness),
+        ("area_density", body.area_density),
+        ("young_warp", body.young_warp),
+        ("young_weft", body.young_weft),
+        ("shear", body.shear),
+        ("diameter", body.diameter),
+    ]
+}
+
+/// The first key of a row that says what the body is made of.
+pub(super) fn first_key(body: &BodyRow) -> Option<&'static str> {
+    let number = given(body).into_iter().find(|(_, value)| value.is_some()).map(|(key, _)| key);
+    body.material.as_ref().map(|_| "material").or(number)
+}
+
+/// The keys of body number `row`, over the numbers of the material that it names.
+struct Keys<'k> {
+    source: &'k Source<'k>,
+    row: usize,
+    body: &'k BodyRow,
+    material: Option<Numbers>,
+}
+
+/// Reads what body number `row` is made of; `None` where it is given by masses and springs.
+///
+/// # Errors
+/// A number outside its domain, a key that is missing, keys that exclude each other.
+pub(super) fn substance(
+    source: &Source<'_>,
+    row: usize,
+    body: &BodyRow,
+) -> Result<Option<Substance>, FileError> {
+    let Some(first) = first_key(body) else { return Ok(None) };
+    let plain_keys = [
+        ("mass", body.mass.is_some()),
+        ("stiffness", body.stiffness.is_some()),
+        ("damping", body.damping.is_some()),
+        ("neighbours", body.neighbours.is_some()),
+    ];
+    if let Some((other, _)) = plain_keys.into_iter().find(|(_, is_given)| *is_given) {
+        let reason = format!("and bodies[{row}].{other} exclude each other");
+        return Err(source.refuse(format_args!("bodies[{row}].{first}"), reason));
+    }
+    for (axis, &length) in body.size.iter().flatten().enumerate() {
+        if length < 2 {
+            let key = format_args!("bodies[{row}].size[{axis}]");
+            let expected = format!("at least 2 in a body that has the key `{first}`");
+            return Err(source.out_of_domain(key, length, expected));
+        }
+    }
+    let material = match &body.material {
+        Some(name) => Some(find(source, row, name)?),
+        None => None,
+    };
+    Keys { source, row, body, material }.substance().map(Some)
+}
+
+/// The numbers of a material by its name.
+fn find(source: &Source<'_>, row: usize, name: &str) -> Result<Numbers, FileError> {
+    if let Some(material) = named(name) {
+        return Ok(material.numbers);
+    }
+    let names = || MATERIALS.iter().map(|material| material.name);
+    let expected = match nearest(name, names()) {
+        Some(near) => format!("the name of a material; did you mean `{near}`?"),
+        None => format!("one of {}", names().collect::<Vec<_>>().join(", ")),
+    };
+    let value = format!("\"{}\"", crate::shown::tame(name));
+    Err(source.out_of_domain(format_args!("bodies[{row}].material"), value, expected))
+}
+
+impl Keys<'_> {
+    fn substance(&self) -> Result<Substance, FileError> {
+        let relaxation_time = self.number("relaxation_time")?.unwrap_or(0.0);
+        let (elasticity, density) = match self.body.kind {
+            Kind::Rope => self.rope()?,
+            Kind::Cloth => self.sheet()?,
+            _ => {
+                self.check_poisson(SOLID_POISSON, "0.25 (1/4) in a block")?;
+                (Elasticity::Solid { young: self.needed("young")? }, self.needed("density")?)
+            }
+        };
+        Ok(Substance { elasticity, density, relaxation_time })
+    }
+
+    fn rope(&self) -> Result<(Elasticity, f64), FileError> {
+        let diameter = self.needed("diameter")?;
+        let area = 0.25 * PI * diameter * diameter;
+        let stretch = self.needed("young")? * area;
+        Ok((Elasticity::Rope { stretch }, self.needed("density")? * area))
+    }
+
+    fn sheet(&self) -> Result<(Elasticity, f64), FileError> {
+        let (source, row) = (self.source, self.row);
+        let density = match (self.body.area_density, self.body.density) {
+            (Some(_), Some(_)) => {
+                let reason = format!("and bodies[{row}].density exclude each other");
+                return Err(source.refuse(format_args!("bodies[{row}].area_density"), reason));
+            }
+            (None, Some(_)) => None,
+            _ => self.number("area_density")?,
+        };
+        let density = match density {
+            Some(density) => density,
+            None => self.needed("density")? * self.needed("thickness")?,
+        };
+        let woven = ["young_warp", "young_weft", "shear"];
+        let [warp, weft, shear] = woven;
+        let is_woven = woven.iter().any(|key| self.value(key).is_some());
+        if !is_woven {
+            self.check_poisson(SHEET_POISSON, "0.3333 (1/3) in a cloth")?;
+            let elasticity = Elasticity::sheet(self.needed("young")?, self.needed("thickness")?);
+            return Ok((elasticity, density));
+        }
+        if let Some(key) = ["young", "poisson"].into_iter().find(|key| self.value(key).is_some()) {
+            let reason = format!(
+                "and the moduli of a woven cloth, {warp}, {weft} and {shear}, \
+                                  exclude each other"
+            );
+            return Err(source.refuse(format_args!("bodies[{row}].{key}"), reason));
+        }
+        let [warp, weft, shear] = [self.needed(warp)?, self.needed(weft)?, self.needed(shear)?];
+        let most = warp * weft / (warp - weft).abs();
+        if most < shear {
+            let key = format_args!("bodies[{row}].shear");
+            let limit = "young_warp young_weft / |young_warp - young_weft|";
+            let expected = format!("at most {}, {limit}: springs give no more", plain(most));
+            return Err(source.out_of_domain(key, plain(shear), expected));
+        }
+        Ok((Elasticity::Sheet { warp, weft, shear }, density))
+    }
+
+    /// Refuses a Poisson's ratio that springs do not give.
+    fn check_poisson(&self, springs: f64, words: &str) -> Result<(), FileError> {
+        match self.number_of_row("poisson")? {
+            Some(poisson) if POISSON_WITHIN < (poisson - springs).abs() => {
+                let key = format_args!("bodies[{}].poisson", self.row);
+                let expected = format!("{words}, the only one that springs give");
+                Err(self.source.out_of_domain(key, plain(poisson), expected))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What a key is given as in the row, or by the material.
+    fn value(&self, key: &str) -> Option<f64> {
+        self.of_row(key).or_else(|| self.of_material(key))
+    }
+
+    fn of_row(&self, key: &str) -> Option<f64> {
+        given(self.body).into_iter().find(|(known, _)| *known == key).and_then(|(_, value)| value)
+    }
+
+    fn of_material(&self, key: &str) -> Option<f64> {
+        match (self.material?, key) {
+            (Numbers::Uniform { young, .. }, "young") => Some(young),
+            (Numbers::Uniform { density, .. }, "density") => Some(density),
+            (Numbers::Uniform { relaxation_time, .. }, "relaxation_time") => Some(relaxation_time),
+            (Numbers::Fabric { young_warp, .. }, "young_warp") => Some(young_warp),
+            (Numbers::Fabric { young_weft, .. }, "young_weft") => Some(young_weft),
+            (Numbers::Fabric { shear, .. }, "shear") => Some(shear),
+            (Numbers::Fabric { area_density, .. }, "area_density") => Some(area_density),
+            _ => None,
+        }
+    }
+
+    /// A number that may be left out, in its domain.
+    fn number(&self, key: &str) -> Result<Option<f64>, FileError> {
+        let row = self.number_of_row(key)?;
+        Ok(row.or_else(|| self.of_material(key)))
+    }
+
+    fn number_of_row(&self, key: &str) -> Result<Option<f64>, FileError> {
+        let number = |value| self.source.number(format_args!("bodies[{}].{key}", self.row), value);
+        self.of_row(key).map(number).transpose()
+    }
+
+    /// A number that must be given, in its domain.
+    fn needed(&self, key: &str) -> Result<f64, FileError> {
+        let missing = || self.source.missing(format_args!("bodies[{}]", self.row), key);
+        self.number(key)?.ok_or_else(missing)
+    }
+}
+
+/// What a body does not have of the material that it names; nothing of a rope.
+pub(super) fn caveat(body: &BodyRow) -> Option<String> {
+    let name = body.material.as_deref()?;
+    let Numbers::Uniform { poisson, .. } = named(name)?.numbers else { return None };
+    let springs = match body.kind {
+        Kind::Block => "1/4",
+        Kind::Cloth => "1/3",
+        _ => return None,
+    };
+    Some(format!("{name}: Poisson's ratio is {springs}, that of springs, instead of {poisson}"))
+}
+
+/// Refuses a substance whose masses or springs do not fit the precision of the scene.
+pub(super) fn check_fits(source: &Source<'_>, row: usize, part: &Part) -> Result<(), FileError> {
+    let precision = source.precision.get();
+    let masses = part.particles.iter().map(|particle| particle.mass);
+    let lightest = masses.fold(f64::INFINITY, f64::min);
+    let constants = part.springs.iter().flat_map(|spring| [spring.stiffness, spring.damping]);
+    let largest = constants.fold(0.0, f64::max);
+    let fits = Domain::Mass.holds(lightest, precision)
+        && Domain::NotNegative.holds(largest, precision)
+        && (precision == crate::Precision::F64 || (largest as f32).is_finite());
+    if fits {
+        return Ok(());
+    }
+    let reason = format!(
+        "is made of particles down to {lightest:e} kg and springs up to {largest:e} N/m, which do \
+         not fit {precision}"
+    );
+    Err(source.refuse(format_args!("bodies[{row}]"), reason))
+}

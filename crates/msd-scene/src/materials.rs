@@ -1,0 +1,108 @@
+//! Materials by name: what was measured, by whom and on what.
+//!
+//! Every number has its source, but for what the field `remarks` says; what has no source is not
+//! here. Moduli are those of small strains, at room temperature.
+
+/// A material that a scene may name.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Named {
+    /// The name a user writes.
+    pub name: &'static str,
+    /// Its numbers.
+    pub numbers: Numbers,
+    /// Who measured or set them, and where they are published.
+    pub source: &'static str,
+    /// What was measured, over which range, and what was added.
+    pub remarks: &'static str,
+}
+
+/// The numbers of a material.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Numbers {
+    /// A uniform material, of which blocks, sheets and ropes are made.
+    Uniform {
+        /// Young's modulus, pascals.
+        young: f64,
+        /// Poisson's ratio.
+        poisson: f64,
+        /// Density, kilograms per cubic metre.
+        density: f64,
+        /// Viscosity over modulus, seconds.
+        relaxation_time: f64,
+    },
+    /// A fabric.
+    Fabric {
+        /// Modulus along the warp, newtons per metre.
+        young_warp: f64,
+        /// Modulus along the weft, newtons per metre.
+        young_weft: f64,
+        /// Shear modulus, newtons per metre.
+        shear: f64,
+        /// Mass per area, kilograms per square metre.
+        area_density: f64,
+    },
+}
+
+/// A gel of gelatine in water by its shear modulus: it keeps its volume, so that E = 3 G.
+const fn gelatine(name: &'static str, shear: f64, relaxation_time: f64) -> Named {
+    let (young, poisson, density) = (3.0 * shear, 0.5, 998.0);
+    Named {
+        name,
+        numbers: Numbers::Uniform { young, poisson, density, relaxation_time },
+        source: "Nguyen and others, Ultrasound in Medicine and Biology 40 (2014) 168",
+        remarks: "shear modulus by shear waves at 3 to 7 % of gelatine in water, as E = 3 G; \
+                  viscosity of 3 % only, 0.60 Pa s; the density is that of water",
+    }
+}
+
+const fn uniform(young: f64, poisson: f64, density: f64) -> Numbers {
+    Numbers::Uniform { young, poisson, density, relaxation_time: 0.0 }
+}
+
+/// The materials, soft ones first.
+pub const MATERIALS: [Named; 9] = [
+    gelatine("gelatine-3%", 2010.0, 0.60 / 2010.0),
+    gelatine("gelatine-4%", 3100.0, 0.0),
+    gelatine("gelatine-5%", 4180.0, 0.0),
+    gelatine("gelatine-6%", 8050.0, 0.0),
+    gelatine("gelatine-7%", 10_240.0, 0.0),
+    Named {
+        name: "sylgard-184",
+        numbers: uniform(1.32e6, 0.5, 1030.0),
+        source: "Johnston and others, J. Micromech. Microeng. 24 (2014) 035017; density: data \
+                 sheet of Dow",
+        remarks: "tension, cured at 25 °C; 1.32 to 2.97 MPa for curing at 25 to 200 °C; taken for \
+                  incompressible",
+    },
+    Named {
+        name: "cotton-denim",
+        // Moduli with free sides: C11 − C12²/C22 and C22 − C12²/C11 of the matrix that was fitted.
+        numbers: Numbers::Fabric {
+            young_warp: 1013.886 - 10.234 * 10.234 / 205.352,
+            young_weft: 205.352 - 10.234 * 10.234 / 1013.886,
+            shear: 53.387,
+            area_density: 0.324,
+        },
+        source: "Wang, O'Brien and Ramamoorthi, ACM Trans. Graph. 30 (2011) 71: 11 oz black denim, \
+                 99 % cotton",
+        remarks: "a fit to samples pulled by weights, as distributed with ARCSim, its row of \
+                  the smallest strains; the stiffer direction taken for the warp",
+    },
+    Named {
+        name: "aluminium",
+        numbers: uniform(70e9, 0.3, 2700.0),
+        source: "EN 1999-1-1:2007, 3.2.5",
+        remarks: "values to be used in design, for all alloys of that standard",
+    },
+    Named {
+        name: "steel",
+        numbers: uniform(210e9, 0.3, 7850.0),
+        source: "EN 1993-1-1:2005, 3.2.6; density: EN 1991-1-1:2002, table A.4",
+        remarks: "values to be used in design, for structural steels; density 7850 of 7850 to 8000",
+    },
+];
+
+/// The material of a name.
+pub fn named(name: &str) -> Option<&'static Named> {
+    MATERIALS.iter().find(|material| material.name == name)
+}

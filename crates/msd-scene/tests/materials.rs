@@ -1,0 +1,203 @@
+//! Bodies made of a material, from scene files, and the materials by name.
+
+use msd_core::glam::DVec3;
+use msd_core::{Moduli, Scene, Simulation};
+use msd_scene::materials::{MATERIALS, Named, Numbers, named};
+use msd_scene::{Loaded, SceneFormat, parse};
+
+const PAGE: &str = include_str!("../../../docs/materials.md");
+
+fn toml(text: &str) -> Result<Loaded, String> {
+    parse(text, SceneFormat::Toml, "s.toml").map_err(|error| error.to_string())
+}
+
+fn body(lines: &str) -> Result<Loaded, String> {
+    toml(&format!("version = 1\n[solver]\nprecision = 'f64'\n[[bodies]]\n{lines}\n"))
+}
+
+/// Moduli of a scene of one body that fills a volume, an area or a length, and its density.
+fn measured(scene: &Scene, volume: f64) -> (Moduli, f64) {
+    let spring = |spring: &msd_core::Spring| {
+        let [a, b] = spring.ends.map(|end| scene.particles[end].position);
+        (spring.stiffness, b - a)
+    };
+    let mass: f64 = scene.particles.iter().map(|particle| particle.mass).sum();
+    (Moduli::of(scene.springs.iter().map(spring), volume), mass / volume)
+}
+
+fn is_near(value: f64, expected: f64) -> bool {
+    (value / expected - 1.0).abs() < 1e-12
+}
+
+#[test]
+fn a_block_a_cloth_and_a_rope_have_the_moduli_and_the_mass_of_their_keys() {
+    let keys = "spacing = 0.1\nyoung = 5e4\ndensity = 800\nrelaxation_time = 0.01\n";
+    let block = body(&format!("kind = 'block'\nsize = [3, 4, 5]\npoisson = 0.25\n{keys}"));
+    let scene = block.expect("a block").scene;
+    let (moduli, density) = measured(&scene, 0.024);
+    assert!(is_near(moduli.young(DVec3::ONE.normalize()), 5e4) && is_near(density, 800.0));
+    assert!(scene.springs.iter().all(|spring| is_near(spring.damping, 0.01 * spring.stiffness)));
+    let cloth = format!("kind = 'cloth'\nsize = [3, 4]\nthickness = 0.002\npoisson = 0.33\n{keys}");
+    let (moduli, density) = measured(&body(&cloth).expect("a cloth").scene, 0.06);
+    assert!(is_near(moduli.young(DVec3::X), 100.0) && is_near(density, 1.6));
+    let rope =
+        body(&format!("kind = 'rope'\nsize = [5]\ndiameter = 0.02\n{keys}")).expect("a rope");
+    let (moduli, density) = measured(&rope.scene, 0.4);
+    let area = 1e-4 * std::f64::consts::PI;
+    assert!(is_near(moduli.young(DVec3::X), 5e4 * area) && is_near(density, 800.0 * area));
+    let woven = "kind = 'cloth'\nsize = [4, 4]\nyoung_warp = 300\nyoung_weft = 200\nshear = 20\n\
+                 area_density = 0.2";
+    let (moduli, density) = measured(&body(woven).expect("a woven cloth").scene, 9.0);
+    let pull = [DVec3::Y, DVec3::X].map(|way| moduli.young(way));
+    assert!(is_near(pull[0], 300.0) && is_near(pull[1], 200.0) && is_near(density, 0.2));
+}
+
+#[test]
+fn a_number_beside_a_material_replaces_that_of_the_material() {
+    let lines = "kind = 'block'\nsize = [2, 2, 2]\nmaterial = 'gelatine-3%'";
+    let scene = body(lines).expect("gelatine").scene;
+    let (moduli, density) = measured(&scene, 1.0);
+    assert!(is_near(moduli.young(DVec3::X), 3.0 * 2010.0) && is_near(density, 998.0));
+    let tau = scene.springs[0].damping / scene.springs[0].stiffness;
+    assert!(is_near(tau, 0.60 / 2010.0));
+    let other = format!("{lines}\nyoung = 7000\nrelaxation_time = 0");
+    let scene = body(&other).expect("other gelatine").scene;
+    assert!(is_near(measured(&scene, 1.0).0.young(DVec3::X), 7000.0));
+    assert!(scene.springs.iter().all(|spring| spring.damping == 0.0));
+}
+
+#[test]
+fn every_material_makes_a_body_that_runs() {
+    for material in MATERIALS {
+        let kinds: &[&str] = match material.numbers {
+            Numbers::Uniform { .. } => &[
+                "kind = 'block'\nsize = [3, 3, 3]",
+                "kind = 'cloth'\nsize = [3, 3]\nthickness = 1e-3",
+                "kind = 'rope'\nsize = [3]\ndiameter = 1e-3",
+            ],
+            Numbers::Fabric { .. } => &["kind = 'cloth'\nsize = [3, 3]"],
+        };
+        for kind in kinds {
+            let lines = format!("{kind}\nspacing = 0.01\nmaterial = '{}'", material.name);
+            let loaded = body(&lines).expect(material.name);
+            let simulation = Simulation::<f32>::new(&loaded.scene, loaded.settings);
+            let stable = simulation.expect("a valid scene").stable_substep();
+            assert!(0.0 < stable && stable.is_finite(), "{}: {stable}", material.name);
+        }
+        assert!(!material.source.is_empty() && !material.remarks.is_empty());
+        assert_eq!(named(material.name), Some(&material), "two materials of one name");
+    }
+}
+
+/// The row of a material on the page.
+fn row(material: &Named) -> String {
+    let numbers = match material.numbers {
+        Numbers::Uniform { young, poisson, density, relaxation_time } => format!(
+            "E {young:e} Pa, Poisson's ratio {poisson}, {density} kg/m³{}",
+            match relaxation_time {
+                0.0 => String::new(),
+                time => format!(", relaxation time {time:.2e} s"),
+            }
+        ),
+        Numbers::Fabric { young_warp, young_weft, shear, area_density } => format!(
+            "warp {young_warp:.1} N/m, weft {young_weft:.1} N/m, shear {shear:.1} N/m, \
+             {area_density} kg/m²"
+        ),
+    };
+    format!("| `{}` | {numbers} | {} | {} |\n", material.name, material.source, material.remarks)
+}
+
+#[test]
+fn the_page_lists_every_material_with_its_source() {
+    let rows: String = MATERIALS.iter().map(row).collect();
+    let notes = body("kind = 'block'\nsize = [2, 2, 2]\nmaterial = 'steel'").expect("steel").notes;
+    assert_eq!(notes, ["steel: Poisson's ratio is 1/4, that of springs, instead of 0.3"]);
+    assert!(PAGE.contains(&rows), "docs/materials.md should end in\n{rows}");
+}
+
+#[test]
+fn the_scenes_of_the_page_are_complete() {
+    let scenes: Vec<&str> = PAGE.split("```toml\n").skip(1).collect();
+    assert_eq!(scenes.len(), 2);
+    for scene in scenes {
+        let loaded = toml(scene.split("```").next().expect("an end")).expect("a scene");
+        assert!(loaded.scene.springs.iter().all(|spring| 0.0 < spring.damping));
+    }
+}
+
+/// Lines of a body, and what is said of them.
+const REFUSED: [(&str, &str); 20] = [
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steal'",
+        "s.toml:7:12: bodies[0].material is \"steal\"; it must be the name of a material; did you \
+         mean `steel`?",
+    ),
+    ("kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'zzz'", "it must be one of gelatine-3%, gel"),
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nyoung = -1\ndensity = 1",
+        "young is -1; it must be positive",
+    ),
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nyoung = 1e4\nstiffness = 3",
+        "bodies[0].young and bodies[0].stiffness exclude each other",
+    ),
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steel'\nmass = 1",
+        "bodies[0].material and bodies[0].mass exclude each other",
+    ),
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steel'\nneighbours = 6",
+        "bodies[0].material and bodies[0].neighbours exclude each other",
+    ),
+    ("kind = 'block'\nsize = [3, 3, 3]\nyoung = 1e4", "bodies[0] lacks the key `density`"),
+    ("kind = 'block'\nsize = [3, 3, 3]\ndensity = 1e4", "bodies[0] lacks the key `young`"),
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steel'\npoisson = 0.45",
+        "bodies[0].poisson is 0.45; it must be 0.25 (1/4) in a block, the only one that springs",
+    ),
+    (
+        "kind = 'cloth'\nsize = [3, 3]\nmaterial = 'steel'\nthickness = 1\npoisson = 0.5",
+        "bodies[0].poisson is 0.5; it must be 0.3333 (1/3) in a cloth",
+    ),
+    (
+        "kind = 'block'\nsize = [3, 3, 1]\nmaterial = 'steel'",
+        "bodies[0].size[2] is 1; it must be at least 2 in a body that has the key `material`",
+    ),
+    ("kind = 'cloth'\nsize = [3, 3]\nmaterial = 'steel'", "bodies[0] lacks the key `thickness`"),
+    ("kind = 'cloth'\nsize = [3, 3]\nyoung = 1\narea_density = 1", "lacks the key `thickness`"),
+    (
+        "kind = 'cloth'\nsize = [3, 3]\nyoung = 1\narea_density = 1\ndensity = 3",
+        "bodies[0].area_density and bodies[0].density exclude each other",
+    ),
+    (
+        "kind = 'cloth'\nsize = [3, 3]\nmaterial = 'cotton-denim'\nyoung = 1",
+        "bodies[0].young and the moduli of a woven cloth",
+    ),
+    (
+        "kind = 'cloth'\nsize = [3, 3]\nyoung_warp = 2\n\
+         young_weft = 1\nshear = 3\narea_density = 1",
+        "bodies[0].shear is 3; it must be at most 2, young_warp young_weft",
+    ),
+    ("kind = 'rope'\nsize = [3]\nmaterial = 'steel'", "bodies[0] lacks the key `diameter`"),
+    (
+        "kind = 'rope'\nsize = [3]\nmaterial = 'steel'\nthickness = 1",
+        "bodies[0].thickness means nothing to a rope; it belongs to kind cloth",
+    ),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'",
+        "bodies[0].material means nothing to a mesh; it belongs to kind rope, cloth, block",
+    ),
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nyoung = 1e300\ndensity = 1e-300\nspacing = 1e-3",
+        "which do not fit f64",
+    ),
+];
+
+#[test]
+fn what_makes_no_body_is_refused_in_one_line() {
+    for (lines, expected) in REFUSED {
+        let message = body(lines).expect_err(lines);
+        assert!(message.contains(expected), "{message}\nshould say {expected}");
+        assert!(message.lines().count() == 1 && message.len() < 250, "{message}");
+    }
+}

@@ -1,0 +1,167 @@
+//! The material that the bodies of a scene amount to: mass, moduli by direction, fastest motion.
+
+use core::f64::consts::TAU;
+use msd_core::glam::DVec3;
+use msd_core::{Body, Error, Moduli, Scene, Settings, Simulation, Spring};
+use serde::Serialize;
+
+/// A body as if it were of a uniform material; the keys of `msd inspect --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Inspection {
+    /// Its name.
+    pub name: String,
+    /// The number of particles.
+    pub particles: usize,
+    /// The number of springs.
+    pub springs: usize,
+    /// Mass, kilograms.
+    pub mass: f64,
+    /// What it fills; `None` for particles and springs of no shape.
+    pub filled: Option<Filled>,
+    /// Its moduli, if it is a solid, a flat sheet or a straight rope.
+    pub moduli: Option<Directions>,
+    /// Frequency of its fastest motion on its own, hertz.
+    pub fastest: f64,
+}
+
+/// The volume of a solid, the area of a sheet or the length of a rope.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Filled {
+    /// 3 for a solid, 2 for a sheet, 1 for a rope.
+    pub dimensions: u32,
+    /// Cubic metres, square metres or metres.
+    pub size: f64,
+}
+
+/// Moduli along the directions to the neighbours in a lattice: the 26 of a solid, the 8 of a sheet
+/// or the 2 of a rope, opposite ones once.
+#[derive(Clone, Debug, Serialize)]
+pub struct Directions {
+    /// Young's modulus by direction: pascals, newtons per metre of a sheet, newtons of a rope.
+    pub young: Vec<([f64; 3], f64)>,
+    /// The smallest and the largest Poisson's ratio; `None` of a rope.
+    pub poisson: Option<[f64; 2]>,
+    /// The largest modulus over the smallest; infinite where nothing resists some pull.
+    pub anisotropy: f64,
+}
+
+impl Directions {
+    /// The smallest and the largest modulus.
+    pub fn range(&self) -> [f64; 2] {
+        let moduli = || self.young.iter().map(|&(_, modulus)| modulus);
+        [moduli().fold(f64::INFINITY, f64::min), moduli().fold(0.0, f64::max)]
+    }
+}
+
+/// Inspects every body of a scene as it stands at the start.
+///
+/// # Errors
+/// A scene that a simulation refuses.
+pub fn inspect(scene: &Scene) -> Result<Vec<Inspection>, Error> {
+    scene.bodies.iter().map(|body| inspect_body(scene, body)).collect()
+}
+
+fn inspect_body(scene: &Scene, body: &Body) -> Result<Inspection, Error> {
+    let springs = &scene.springs[body.springs.clone()];
+    let alone = alone(scene, body);
+    let simulation = Simulation::<f64>::new(&alone, Settings::default())?;
+    let filled = filled(scene, body);
+    let across = |spring: &Spring| across(scene, spring);
+    let rows = springs.iter().map(|spring| (spring.stiffness, across(spring)));
+    Ok(Inspection {
+        name: body.name.clone(),
+        particles: body.particles.len(),
+        springs: springs.len(),
+        mass: scene.particles[body.particles.clone()].iter().map(|row| row.mass).sum(),
+        moduli: filled.and_then(|filled| {
+            let frame = frame(scene, body);
+            let mut beside = frame[filled.dimensions as usize..].iter();
+            let is_flat = beside.all(|axis| {
+                springs.iter().map(across).all(|way| way.dot(*axis).abs() <= 1e-6 * way.length())
+            });
+            let moduli = || Moduli::of(rows, filled.size);
+            is_flat.then(|| directions(&moduli(), frame, filled.dimensions))
+        }),
+        filled,
+        fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
+    })
+}
+
+/// The body without the rest of its scene.
+fn alone(scene: &Scene, body: &Body) -> Scene {
+    let mut alone = Scene { world: scene.world, ..Scene::default() };
+    alone.particles = scene.particles[body.particles.clone()].to_vec();
+    let first = body.particles.start;
+    let inside = |spring: &&Spring| spring.ends.iter().all(|end| body.particles.contains(end));
+    let springs = scene.springs[body.springs.clone()].iter().filter(inside);
+    let moved = |spring: &Spring| Spring { ends: spring.ends.map(|end| end - first), ..*spring };
+    alone.springs = springs.map(moved).collect();
+    alone
+}
+
+fn across(scene: &Scene, spring: &Spring) -> DVec3 {
+    let [a, b] = spring.ends.map(|end| scene.particles[end].position);
+    b - a
+}
+
+/// What a body fills: the inside of its surface, its surface if that has two sides, or the length
+/// of a line of springs.
+fn filled(scene: &Scene, body: &Body) -> Option<Filled> {
+    let surface = &body.surface;
+    let at = |corner: u32| {
+        let particle = surface.corners[corner as usize].particle as usize;
+        scene.particles[particle].position
+    };
+    let corners = surface.triangles.iter().map(|triangle| triangle.map(at));
+    let (dimensions, size) = if surface.triangles.is_empty() {
+        let springs = &scene.springs[body.springs.clone()];
+        let is_line = springs.len() + 1 == body.particles.len()
+            && springs.iter().zip(body.particles.clone()).all(|(s, at)| s.ends == [at, at + 1]);
+        let length = springs.iter().map(|spring| across(scene, spring).length()).sum();
+        (1, if is_line { length } else { 0.0 })
+    } else if surface.two_sided {
+        (2, corners.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum())
+    } else {
+        // Measured from a corner of the body: far from the origin the sum would lose its digits.
+        let origin = scene.particles[body.particles.start].position;
+        let corners = corners.map(|corners| corners.map(|corner| corner - origin));
+        (3, corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum::<f64>())
+    };
+    (0.0 < size).then_some(Filled { dimensions, size })
+}
+
+/// Three directions at right angles that go along the lattice of a body, if it is one; those in a
+/// sheet and along a rope first.
+fn frame(scene: &Scene, body: &Body) -> [DVec3; 3] {
+    let springs = scene.springs[body.springs.clone()].iter();
+    let mut ways = springs.map(|spring| across(scene, spring).normalize_or_zero());
+    let first = ways.next().unwrap_or(DVec3::X);
+    let square = |way: &DVec3| way.dot(first).abs() < 1e-6 && 0.5 < way.length_squared();
+    let second = ways.find(square).unwrap_or_else(|| first.any_orthonormal_vector());
+    [first, second, first.cross(second)]
+}
+
+/// Moduli along the axes and diagonals of a frame.
+fn directions(moduli: &Moduli, frame: [DVec3; 3], dimensions: u32) -> Directions {
+    let neighbours = msd_core::lattice::FAMILIES
+        .into_iter()
+        .filter(|step| (dimensions as usize..3).all(|axis| step[axis] == 0));
+    let way = |step: [isize; 3]| {
+        let along = step.iter().zip(frame).map(|(&length, axis)| axis * length as f64);
+        along.sum::<DVec3>().normalize()
+    };
+    let ways: Vec<DVec3> = neighbours.map(way).collect();
+    let young: Vec<_> = ways.iter().map(|way| (way.to_array(), moduli.young(*way))).collect();
+    let ratios = ways.iter().flat_map(|&way| {
+        let normal = if dimensions == 2 { frame[2] } else { way.any_orthonormal_vector() };
+        let transverse = [Some(normal.cross(way)), (dimensions == 3).then_some(normal)];
+        transverse.into_iter().flatten().map(move |across| moduli.poisson(way, across))
+    });
+    let poisson =
+        [ratios.clone().fold(f64::INFINITY, f64::min), ratios.fold(f64::NEG_INFINITY, f64::max)];
+    let mut directions =
+        Directions { young, poisson: (1 < dimensions).then_some(poisson), anisotropy: 1.0 };
+    let [least, most] = directions.range();
+    directions.anisotropy = most / least;
+    directions
+}

@@ -1,0 +1,71 @@
+//! The material that bodies amount to, against what they were made of.
+
+use msd_core::Scene;
+use msd_scene::{SceneFormat, parse};
+use msd_study::inspection::{Filled, Inspection, inspect};
+
+fn scene(lines: &str) -> Scene {
+    let text = format!("version = 1\n[[bodies]]\n{lines}\n");
+    parse(&text, SceneFormat::Toml, "s.toml").expect("a scene").scene
+}
+
+fn only(lines: &str) -> Inspection {
+    let mut bodies = inspect(&scene(lines)).expect("a valid scene");
+    assert_eq!(bodies.len(), 1);
+    bodies.remove(0)
+}
+
+fn is_near(value: f64, expected: f64) {
+    assert!((value / expected - 1.0).abs() < 1e-9, "{value} is not {expected}");
+}
+
+#[test]
+fn a_solid_a_sheet_and_a_rope_amount_to_their_material_however_they_are_turned() {
+    let turned = "spacing = 0.1\nyoung = 5e4\ndensity = 800\nposition = [3, 4, 5]\n\
+                  rotation = { axis = [1, 2, 3], angle_deg = 40 }\n";
+    let solid = only(&format!("kind = 'block'\nsize = [3, 4, 5]\n{turned}"));
+    is_near(solid.mass, 800.0 * 0.024);
+    let filled = solid.filled.expect("a volume");
+    assert_eq!(filled.dimensions, 3);
+    is_near(filled.size, 0.024);
+    let moduli = solid.moduli.expect("moduli");
+    assert_eq!(moduli.young.len(), 13);
+    moduli.range().into_iter().for_each(|young| is_near(young, 5e4));
+    moduli.poisson.expect("ratios").into_iter().for_each(|ratio| is_near(ratio, 0.25));
+    is_near(moduli.anisotropy, 1.0);
+    let sheet = only(&format!("kind = 'cloth'\nsize = [3, 4]\nthickness = 0.01\n{turned}"));
+    let moduli = sheet.moduli.expect("moduli");
+    assert_eq!(moduli.young.len(), 4);
+    moduli.range().into_iter().for_each(|young| is_near(young, 500.0));
+    moduli.poisson.expect("ratios").into_iter().for_each(|ratio| is_near(ratio, 1.0 / 3.0));
+    let rope = only(&format!("kind = 'rope'\nsize = [5]\ndiameter = 0.02\n{turned}"));
+    let moduli = rope.moduli.expect("moduli");
+    assert_eq!((moduli.young.len(), moduli.poisson), (1, None));
+    is_near(moduli.young[0].1, 5e4 * 1e-4 * std::f64::consts::PI);
+    is_near(rope.filled.expect("a length").size, 0.4);
+}
+
+#[test]
+fn the_fastest_motion_of_two_particles_is_that_of_the_textbook() {
+    let pair = only("kind = 'rope'\nsize = [2]\nmass = 2\nstiffness = 100");
+    // w² = k (1/m + 1/m).
+    is_near(pair.fastest, 10.0 / std::f64::consts::TAU);
+    assert_eq!(pair.filled, Some(Filled { dimensions: 1, size: 1.0 }));
+}
+
+#[test]
+fn a_lattice_that_shears_freely_has_no_modulus_on_the_bias_and_loose_particles_have_none_at_all() {
+    let net = only("kind = 'cloth'\nsize = [4, 4]\nneighbours = 4");
+    let moduli = net.moduli.expect("moduli");
+    assert_eq!(moduli.range()[0], 0.0);
+    assert_eq!(moduli.anisotropy, f64::INFINITY);
+    let teapot = only("kind = 'mesh'\nfile = 'teapot.obj'");
+    assert!(teapot.filled.is_some() && teapot.moduli.is_none(), "curved");
+    let bent = only(
+        "kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }, { position = [1, 0, 0] }, \
+         { position = [1, 1, 0] }]\nsprings = [{ ends = [0, 1] }, { ends = [1, 2] }]",
+    );
+    assert!(bent.filled.is_some() && bent.moduli.is_none(), "bent");
+    let loose = only("kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]");
+    assert!(loose.filled.is_none() && loose.moduli.is_none() && loose.fastest == 0.0);
+}
