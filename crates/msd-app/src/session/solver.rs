@@ -95,9 +95,9 @@ mod tests {
 
     #[test]
     fn automatic_substeps_are_no_difference_and_fixed_ones_are() {
-        let loaded = msd_scene::open("cube").expect("a built-in scene");
+        let cube = msd_scene::open("cube").expect("a built-in scene");
+        let loaded = Loaded { automatic: true, ..cube };
         let mut runner = Runner::open(&loaded).expect("a valid scene");
-        assert!(loaded.automatic);
         assert_eq!(Solver::of(&runner), Solver::written(&loaded));
         let substeps = runner.settings().substeps;
         Tuning::Substeps(substeps).apply(&mut runner).expect("in its domain");
