@@ -191,7 +191,7 @@ gravity = [0.0, -3.0, 0.0]
 [[bodies]]
 name = "tetrahedron"
 kind = "mesh"
-file = "parts/t.obj"
+file = "./parts/t.obj"
 "#;
 
 /// The viewer of a scene of the user's own, changed in what a user can set.
@@ -373,6 +373,17 @@ fn a_link_of_another_format_or_scene_says_so() {
     let unknown = Err(LinkError::UnknownScene("/etc/passwd".into()));
     assert_eq!(Link::parse("#scene=/etc/passwd"), unknown);
     assert_eq!(Link::parse("#with=abc"), Err(LinkError::NoScene));
+}
+
+#[test]
+fn a_link_that_would_be_too_long_is_not_made_and_not_read() {
+    let edit = Interaction::SetStiffness { springs: Select::Range(0, 1), value: 0.5 };
+    let mut link = sample();
+    link.changes.as_mut().expect("changes").edits = vec![edit; 10_000];
+    assert_eq!(Link::parse(&link.to_string()), Err(LinkError::TooLarge));
+    // The address of a page before it does not count.
+    let page = format!("http://127.0.0.1/{}/", "msd".repeat(30_000));
+    assert_eq!(Link::parse(&format!("{page}#scene=cloth")), Ok(Link::to("cloth")));
 }
 
 #[test]

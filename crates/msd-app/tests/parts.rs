@@ -131,6 +131,20 @@ fn a_scene_file_says_what_it_can_and_else_the_window_says_that_it_cannot() {
     viewer.command(Command::SaveScene);
     let note = viewer.note.clone().expect("a note");
     assert!(note.contains("save the run instead"), "{note}");
+    // Springs that differ from the start must not pass for springs that are as they were.
+    let gel = folder.path().join("gel.toml");
+    let text = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [3, 3, 3]\nspacing = 0.01\n\
+        material = 'gelatine-3%'\n";
+    std::fs::write(&gel, text).expect("a file");
+    let mut of_gel = Viewer::new(open(&gel).expect("a scene"), catalogue()).expect("a valid scene");
+    of_gel.folder = folder.path().to_owned();
+    of_gel.command(Command::SaveScene);
+    assert!(folder.path().join("gel-1.toml").exists(), "{:?}", of_gel.note);
+    of_gel.session.switch(Part::FaceDiagonals, false);
+    of_gel.command(Command::SaveScene);
+    let note = of_gel.note.clone().expect("a note");
+    assert!(note.contains("save the run instead"), "{note}");
+    assert!(!folder.path().join("gel-2.toml").exists());
     // The command saves a run, which holds it.
     viewer.command(Command::CopyCommand);
     let line = viewer.clipboard.clone().expect("a command");

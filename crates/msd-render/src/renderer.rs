@@ -15,6 +15,8 @@ use wgpu::{RenderPipeline, TextureFormat, TextureView};
 
 /// Colour around the viewport, sRGB; an application covers it with its panels.
 const SURROUND: f64 = 0.12;
+const CLEAR: wgpu::LoadOp<wgpu::Color> =
+    wgpu::LoadOp::Clear(wgpu::Color { r: SURROUND, g: SURROUND, b: SURROUND, a: 1.0 });
 
 /// Draws snapshots into textures of one format; one picture at a time.
 ///
@@ -135,11 +137,23 @@ impl Renderer {
         target_size: [u32; 2],
         viewport: [f32; 4],
     ) {
-        let clear = wgpu::Color { r: SURROUND, g: SURROUND, b: SURROUND, a: 1.0 };
-        self.draw_over(encoder, target, target_size, (viewport, wgpu::LoadOp::Clear(clear)));
+        let ops = wgpu::Operations { load: CLEAR, store: wgpu::StoreOp::Discard };
+        self.draw_over(encoder, target, target_size, (viewport, ops));
     }
 
-    /// The same, beside what was drawn into a target of this size before, which stays.
+    /// The same, where [`Renderer::draw_beside`] follows.
+    pub fn draw_first(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        target_size: [u32; 2],
+        viewport: [f32; 4],
+    ) {
+        let ops = wgpu::Operations { load: CLEAR, store: wgpu::StoreOp::Store };
+        self.draw_over(encoder, target, target_size, (viewport, ops));
+    }
+
+    /// The same, beside what [`Renderer::draw_first`] drew into a target of this size before.
     ///
     /// The commands of that picture must have been submitted before this one was prepared: both
     /// are drawn from the same buffers.
@@ -150,7 +164,8 @@ impl Renderer {
         target_size: [u32; 2],
         viewport: [f32; 4],
     ) {
-        self.draw_over(encoder, target, target_size, (viewport, wgpu::LoadOp::Load));
+        let ops = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Discard };
+        self.draw_over(encoder, target, target_size, (viewport, ops));
     }
 
     fn draw_over(
@@ -158,7 +173,7 @@ impl Renderer {
         encoder: &mut CommandEncoder,
         target: &TextureView,
         target_size: [u32; 2],
-        (viewport, load): ([f32; 4], wgpu::LoadOp<wgpu::Color>),
+        (viewport, ops): ([f32; 4], wgpu::Operations<wgpu::Color>),
     ) {
         let size = target_size.map(|side| side.max(1));
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
@@ -174,7 +189,7 @@ impl Renderer {
             }
         }
         let Some(targets) = &self.targets else { return };
-        let mut pass = scene_pass(encoder, targets, (target, load));
+        let mut pass = scene_pass(encoder, targets, (target, ops));
         if let (Some(_), Some([left, top, width, height])) = (&self.prepared, area) {
             pass.set_viewport(left, top, width, height, 0.0, 1.0);
             pass.set_scissor_rect(left as u32, top as u32, width as u32, height as u32);
@@ -297,7 +312,7 @@ fn layout(
 fn scene_pass<'a>(
     encoder: &'a mut CommandEncoder,
     targets: &Targets,
-    (target, load): (&TextureView, wgpu::LoadOp<wgpu::Color>),
+    (target, ops): (&TextureView, wgpu::Operations<wgpu::Color>),
 ) -> RenderPass<'a> {
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("scene"),
@@ -305,11 +320,7 @@ fn scene_pass<'a>(
             view: &targets.colour,
             depth_slice: None,
             resolve_target: Some(target),
-            ops: wgpu::Operations {
-                load,
-                // For a picture that may come beside it.
-                store: wgpu::StoreOp::Store,
-            },
+            ops,
         })],
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: &targets.depth,

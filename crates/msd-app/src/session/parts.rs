@@ -178,8 +178,9 @@ fn runs(
     found.into_iter().map(|(range, value)| (select(range), value)).collect()
 }
 
-/// Moves each body, and each particle of none, along the normals of planes until nothing of it is
-/// inside; returns whether anything had to be moved.
+/// Moves each body, and each particle of none, out of one plane after the other along its normal,
+/// pins and all; returns whether anything had to be moved. What a later plane pushes back into an
+/// earlier one is left to contact.
 pub(super) fn lift(runner: &mut Runner, planes: &[Plane]) -> Result<bool, msd_core::Error> {
     let (count, bodies): (usize, Vec<Range<usize>>) = on!(&*runner, simulation => {
         let model = simulation.model();

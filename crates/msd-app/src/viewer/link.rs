@@ -87,11 +87,22 @@ impl Link {
     /// The link to a scene of the user's own, with what was changed of it.
     ///
     /// # Errors
-    /// A line that says which file is too large.
+    /// A line that says which file is too large, or that too much was changed.
     pub(super) fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
-        let link = Link { scene: OWN.into(), own: None, changes: Some(changes) };
+        let link = Link { scene: OWN.into(), own: None, changes: Some(changes) }.checked()?;
         own.encode(LONGEST.saturating_sub(link.to_string().len() + "&file=".len()))?;
         Ok(Link { scene: own.name(), own: Some(own), ..link })
+    }
+
+    /// The link, unless what was changed makes it longer than a link may be.
+    ///
+    /// # Errors
+    /// A line that says so.
+    pub(super) fn checked(self) -> Result<Self, String> {
+        if LONGEST < self.to_string().len() {
+            return Err("too much was changed for a link: save the run instead".into());
+        }
+        Ok(self)
     }
 
     /// Reads a link, or its fragment alone. What a page takes besides is passed over.
@@ -99,10 +110,10 @@ impl Link {
     /// # Errors
     /// See [`LinkError`]. Whether the changes fit the scene is found when they are made.
     pub fn parse(text: &str) -> Result<Link, LinkError> {
-        if LONGEST < text.len() {
-            return Err(LinkError::Damaged);
-        }
         let fragment = text.split_once('#').map_or(text, |(_, fragment)| fragment);
+        if LONGEST < fragment.len() {
+            return Err(LinkError::TooLarge);
+        }
         let value = |key: &str| fragment.split('&').find_map(|part| part.strip_prefix(key));
         let scene = value("scene=").filter(|name| !name.is_empty()).ok_or(LinkError::NoScene)?;
         let is_known = |part: &str| {

@@ -16,7 +16,7 @@ pub enum LinkError {
     /// Some of it is missing, or is not what it was.
     #[error("the link is damaged: some of it is missing or was changed on its way")]
     Damaged,
-    /// What it holds unfolds to more than a link may hold.
-    #[error("the link holds a scene that is too large")]
+    /// It is longer than a link may be, or what it holds unfolds to more.
+    #[error("the link holds more than a link may hold")]
     TooLarge,
 }

@@ -396,7 +396,7 @@ impl Viewer {
             look,
         };
         if self.current.is_some() {
-            return Ok(Link { scene: name.clone(), own: None, changes: Some(changes) });
+            return Link { scene: name.clone(), own: None, changes: Some(changes) }.checked();
         }
         Link::to_own(OwnScene::of(session.loaded(), self.own.as_ref())?, changes)
     }
@@ -560,6 +560,9 @@ impl Viewer {
     /// It turns to the middle of everything, not only as far as that moved: what was dragged
     /// away comes back into the picture. A camera that the user moved aside stays aside.
     pub fn look(&mut self, real: f64) {
+        if self.side_by_side && self.session.twin().is_none() {
+            self.set_side_by_side(false);
+        }
         self.beside += self.camera.target - self.aimed;
         self.aimed = self.camera.target;
         if !self.follow {

@@ -63,9 +63,11 @@ impl OwnScene {
     /// A line on why it cannot be read, or is too large for a link.
     fn read(files: &[PathBuf]) -> Result<Self, String> {
         let [scene, meshes @ ..] = files else { return Err("it is not from a file".into()) };
-        let folder = scene.parent().unwrap_or(Path::new(""));
+        let folder = scene.parent().unwrap_or(Path::new("")).join("");
         let read = |path: &Path| {
-            let name = path.strip_prefix(folder).unwrap_or(path).to_string_lossy().into_owned();
+            // As the scene has it: a path without its folder would lose a leading dot.
+            let name = path.to_string_lossy();
+            let name = name.strip_prefix(&*folder.to_string_lossy()).unwrap_or(&name).to_owned();
             let why = |error| format!("{name}: {error}");
             let size = path.metadata().map_err(why)?.len();
             if LARGEST as u64 <= size {

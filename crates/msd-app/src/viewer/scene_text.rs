@@ -96,8 +96,34 @@ pub(super) fn with_values(text: &str, loaded: &Loaded, runner: &Runner) -> Resul
 
 /// Whether a scene, as it was read from the new text, has the values of a run.
 pub(super) fn says(written: &Loaded, runner: &Runner) -> bool {
+    let is_same = |read: &Runner| {
+        Values::of(read) == Values::of(runner) && has_rows_of(&rows_of(read), &rows_of(runner))
+    };
     Solver::written(written) == Solver::of(runner)
-        && Runner::open(written).is_ok_and(|read| Values::of(&read) == Values::of(runner))
+        && Runner::open(written).is_ok_and(|read| is_same(&read))
+}
+
+/// The mass of each particle, and stiffness and damping of each spring; nothing of one that is cut.
+fn rows_of(runner: &Runner) -> (Vec<f64>, Vec<Option<[f64; 2]>>) {
+    on!(runner, simulation => {
+        let model = simulation.model();
+        let spring = |row: usize| {
+            let constants = || [model.stiffness(row).to_f64(), model.damping(row).to_f64()];
+            (!model.is_cut(row)).then(constants)
+        };
+        let masses = model.masses().iter().map(|mass| mass.to_f64());
+        (masses.collect(), (0..model.spring_count()).map(spring).collect())
+    })
+}
+
+/// Whether rows that were read are those of a run, but for springs that it has cut.
+fn has_rows_of(
+    read: &(Vec<f64>, Vec<Option<[f64; 2]>>),
+    run: &(Vec<f64>, Vec<Option<[f64; 2]>>),
+) -> bool {
+    let is_same =
+        |(read, run): (&Option<[f64; 2]>, &Option<[f64; 2]>)| run.is_none() || read == run;
+    read.0 == run.0 && read.1.len() == run.1.len() && read.1.iter().zip(&run.1).all(is_same)
 }
 
 /// The shortest number that is the same in single precision, where it came from there.

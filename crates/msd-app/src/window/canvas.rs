@@ -111,9 +111,10 @@ impl Canvas {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let area = viewer.viewport_of(side).rect * pixels_per_point;
         let viewport = [area.left(), area.top(), area.width(), area.height()];
-        match side {
-            Side::Run => self.scene.draw(&mut encoder, target, size, viewport),
-            Side::Twin => self.scene.draw_beside(&mut encoder, target, size, viewport),
+        match (side, viewer.sides()) {
+            (Side::Run, [_]) => self.scene.draw(&mut encoder, target, size, viewport),
+            (Side::Run, _) => self.scene.draw_first(&mut encoder, target, size, viewport),
+            (Side::Twin, _) => self.scene.draw_beside(&mut encoder, target, size, viewport),
         }
         queue.submit([encoder.finish()]);
     }

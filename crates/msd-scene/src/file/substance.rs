@@ -205,7 +205,7 @@ impl Keys<'_> {
 
 /// What a body does not have of the material that it names; nothing of a rope.
 pub(super) fn caveat(body: &BodyRow) -> Option<String> {
-    let name = body.material.as_deref()?;
+    let name = body.material.as_deref().filter(|_| body.poisson.is_none())?;
     let Numbers::Uniform { poisson, .. } = named(name)?.numbers else { return None };
     let springs = match body.kind {
         Kind::Block => "1/4",

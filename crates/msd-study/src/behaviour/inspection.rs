@@ -80,7 +80,9 @@ fn inspect_body(scene: &Scene, body: &Body) -> Result<Inspection, Error> {
                 springs.iter().map(across).all(|way| way.dot(*axis).abs() <= 1e-6 * way.length())
             });
             let moduli = || Moduli::of(rows, filled.size);
-            is_flat.then(|| directions(&moduli(), frame, filled.dimensions))
+            let found = || directions(&moduli(), frame, filled.dimensions);
+            // Springs without stiffness amount to no material.
+            is_flat.then(found).filter(|found| 0.0 < found.range()[1])
         }),
         filled,
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
