@@ -37,6 +37,8 @@ use std::time::Duration;
 #[cfg(not(target_arch = "wasm32"))]
 use surface::Loss;
 use surface::WindowSurface;
+#[cfg(target_arch = "wasm32")]
+use web::Clipboard;
 use web_time::Instant;
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
@@ -79,7 +81,6 @@ pub(crate) struct Shell {
     context: egui::Context,
     window: Option<Arc<Window>>,
     input: Option<egui_winit::State>,
-    #[cfg(not(target_arch = "wasm32"))]
     clipboard: Option<Clipboard>,
     surface: Option<WindowSurface>,
     last_frame: Instant,
@@ -115,7 +116,6 @@ impl Shell {
             context,
             window: None,
             input: None,
-            #[cfg(not(target_arch = "wasm32"))]
             clipboard: None,
             surface: None,
             last_frame: Instant::now(),
@@ -148,10 +148,7 @@ impl Shell {
             winit::platform::web::WindowAttributesExtWebSys::with_canvas(attributes, web::canvas());
         let window = Arc::new(event_loop.create_window(attributes)?);
         self.input = Some(panel_input(&self.context, &window));
-        #[cfg(not(target_arch = "wasm32"))]
-        {
-            self.clipboard = Some(Clipboard::of(event_loop));
-        }
+        self.clipboard = Some(Clipboard::of(event_loop));
         self.window = Some(window.clone());
         self.ask_for_graphics(event_loop, window);
         Ok(())
@@ -277,13 +274,6 @@ impl Shell {
         let stopwatch = || start.elapsed().as_secs_f64();
         let (mut output, stepped) = lay_out(&self.context, raw, viewer, real, &stopwatch);
         dress(window, viewer, (&mut self.title, &mut self.is_full));
-        #[cfg(target_arch = "wasm32")]
-        for command in &output.platform_output.commands {
-            if let egui::OutputCommand::CopyText(text) = command {
-                web::tell("copy", text);
-            }
-        }
-        #[cfg(not(target_arch = "wasm32"))]
         if let Some(clipboard) = &mut self.clipboard {
             clipboard.copy(&output.platform_output.commands);
         }
@@ -299,27 +289,35 @@ impl Shell {
         if let Some(watch) = &mut self.watcher {
             watch(viewer, pixels_per_point);
         }
-        #[cfg(not(target_arch = "wasm32"))]
-        if self.is_guided != self.viewer.preferences.is_guided {
-            self.is_guided = self.viewer.preferences.is_guided;
-            self.remember();
-        }
-        #[cfg(target_arch = "wasm32")]
-        if let Some((name, bytes)) = self.viewer.session.take_recording() {
-            web::give(&name, &bytes);
-        }
-        // A page is left without notice.
-        #[cfg(target_arch = "wasm32")]
-        if KEPT_EVERY <= self.last_kept.elapsed() {
-            self.last_kept = start;
-            self.remember();
-        }
+        self.keep();
         if self.viewer.quit {
             return event_loop.exit();
         }
         #[cfg(not(target_arch = "wasm32"))]
         self.lose();
         self.schedule(event_loop, wait);
+    }
+
+    /// Keeps what the user would miss: that the guide is over.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn keep(&mut self) {
+        if self.is_guided != self.viewer.preferences.is_guided {
+            self.is_guided = self.viewer.preferences.is_guided;
+            self.remember();
+        }
+    }
+
+    /// Keeps what the user would miss: a recording that has ended, and now and then the
+    /// preferences, as a page is left without notice.
+    #[cfg(target_arch = "wasm32")]
+    fn keep(&mut self) {
+        if let Some((name, bytes)) = self.viewer.session.take_recording() {
+            web::give(&name, &bytes);
+        }
+        if KEPT_EVERY <= self.last_kept.elapsed() {
+            self.last_kept = Instant::now();
+            self.remember();
+        }
     }
 
     /// Loses what a test wants to be lost.
@@ -460,7 +458,6 @@ impl ApplicationHandler<Arrival> for Shell {
 
     fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let (Some(window), Some(input)) = (&self.window, &mut self.input) else { return };
-        #[cfg(not(target_arch = "wasm32"))]
         if let Some(clipboard) = &mut self.clipboard {
             clipboard.offer(&event, input);
         }

@@ -1,11 +1,13 @@
 //! The window on a page of a browser: a canvas, and what page and window tell each other.
 
 mod page;
+mod clipboard;
 mod graphics;
 mod replay;
 mod verify;
 mod speed;
 
+pub(super) use clipboard::Clipboard;
 pub(super) use graphics::watch_device;
 pub use page::start;
 pub(super) use page::{give, keep, tell};

@@ -1,0 +1,27 @@
+//! The clipboard of a page, which the browser sees to when it pastes.
+
+use super::tell;
+use egui::OutputCommand;
+use winit::event::WindowEvent;
+
+/// The clipboard of a page.
+pub(in crate::window) struct Clipboard;
+
+impl Clipboard {
+    /// The clipboard of the page that a window is on.
+    pub(in crate::window) fn of<T>(_: &T) -> Self {
+        Clipboard
+    }
+
+    /// Hands what a frame copied to the page.
+    pub(in crate::window) fn copy(&mut self, commands: &[OutputCommand]) {
+        for command in commands {
+            if let OutputCommand::CopyText(text) = command {
+                tell("copy", text);
+            }
+        }
+    }
+
+    /// Does nothing: a browser tells of what is pasted.
+    pub(in crate::window) fn offer(&mut self, _: &WindowEvent, _: &mut egui_winit::State) {}
+}
