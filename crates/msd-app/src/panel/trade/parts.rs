@@ -81,7 +81,7 @@ fn worth(row: &TermRow) -> String {
     // Costs of a run repeat within one or two percent.
     let cost = match cost {
         cost if cost.abs() < 2.0 => "no time".to_owned(),
-        cost if cost < 0.0 => format!("{:.0} % less than without", -cost),
+        cost if cost < 0.0 => format!("without it {:.0} % more time", -cost),
         cost => format!("{cost:.0} % of the time"),
     };
     format!("{change}; {cost}")
@@ -103,7 +103,7 @@ mod tests {
         };
         assert_eq!(worth(&row(Some(0.02), Some(38.7))), "20 mm (1 %); 39 % of the time");
         assert_eq!(worth(&row(Some(0.0), Some(-1.0))), "nothing; no time");
-        assert_eq!(worth(&row(Some(0.02), Some(-20.0))), "20 mm (1 %); 20 % less than without");
+        assert_eq!(worth(&row(Some(0.02), Some(-20.0))), "20 mm (1 %); without it 20 % more time");
         assert_eq!(worth(&row(None, None)), "without it the run fails");
     }
 }
