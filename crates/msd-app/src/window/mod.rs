@@ -38,7 +38,7 @@ use std::time::Duration;
 use surface::Loss;
 use surface::WindowSurface;
 #[cfg(target_arch = "wasm32")]
-use web::Clipboard;
+use web::PageClipboard as Clipboard;
 use web_time::Instant;
 use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;

@@ -5,12 +5,12 @@ use egui::OutputCommand;
 use winit::event::WindowEvent;
 
 /// The clipboard of a page.
-pub(in crate::window) struct Clipboard;
+pub(in crate::window) struct PageClipboard;
 
-impl Clipboard {
+impl PageClipboard {
     /// The clipboard of the page that a window is on.
     pub(in crate::window) fn of<T>(_: &T) -> Self {
-        Clipboard
+        PageClipboard
     }
 
     /// Hands what a frame copied to the page.

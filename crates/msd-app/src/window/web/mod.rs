@@ -7,7 +7,7 @@ mod replay;
 mod verify;
 mod speed;
 
-pub(super) use clipboard::Clipboard;
+pub(super) use clipboard::PageClipboard;
 pub(super) use graphics::watch_device;
 pub use page::start;
 pub(super) use page::{give, keep, tell};
