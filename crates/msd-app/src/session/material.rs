@@ -143,9 +143,7 @@ impl Material {
         self.kept.retain(|old| !replaces(&done, old));
         self.kept.push(done);
     }
-}
 
-impl Material {
     /// Keeps that springs are so many times as long at rest as before.
     fn keep_scale(&mut self, springs: Select, factor: f64) {
         match self.scales.iter_mut().find(|(select, _)| *select == springs) {

@@ -37,8 +37,7 @@ impl Parts {
 }
 
 fn kinds(scene: &Scene) -> Vec<Kind> {
-    let there = Part::ALL.into_iter().filter(|part| part.without(scene).is_some());
-    there.map(|part| (part, part.springs(scene))).collect()
+    Part::ALL.into_iter().filter_map(|part| Some((part, part.found_in(scene)?))).collect()
 }
 
 fn is_on((part, springs): &Kind, runner: &Runner) -> bool {

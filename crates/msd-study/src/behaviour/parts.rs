@@ -52,9 +52,24 @@ impl Part {
         }
     }
 
-    /// The springs that it consists of, as ascending ranges of rows; none for what is no kind of
-    /// spring.
-    pub fn springs(self, scene: &Scene) -> Vec<Range<usize>> {
+    /// The springs that it consists of, as ascending ranges of rows; of what is no kind of spring
+    /// none. `None` where the scene does not have it, or has it with springs that do nothing.
+    pub fn found_in(self, scene: &Scene) -> Option<Vec<Range<usize>>> {
+        let springs = self.springs(scene);
+        let is_there = match self {
+            Part::Damping => scene.springs.iter().any(|spring| spring.damping != 0.0),
+            Part::Gravity => scene.world.gravity != DVec3::ZERO,
+            Part::Drag => scene.world.drag != 0.0,
+            Part::Contact => !scene.planes.is_empty(),
+            Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
+                let mut found = springs.iter().flat_map(|rows| &scene.springs[rows.clone()]);
+                found.any(|spring| spring.stiffness != 0.0 || spring.damping != 0.0)
+            }
+        };
+        is_there.then_some(springs)
+    }
+
+    fn springs(self, scene: &Scene) -> Vec<Range<usize>> {
         let rows = |is_of: &dyn Fn(usize) -> bool| {
             let mut found: Vec<Range<usize>> = Vec::new();
             for row in (0..scene.springs.len()).filter(|&row| is_of(row)) {
@@ -79,57 +94,36 @@ impl Part {
         }
     }
 
-    /// The scene without it; `None` where the scene does not have it, or has it with springs that
-    /// do nothing.
+    /// The scene without it; `None` where it is not [found](Part::found_in).
     pub fn without(self, scene: &Scene) -> Option<Scene> {
-        let acts = |spring: &Spring| spring.stiffness != 0.0 || spring.damping != 0.0;
-        let world = |change: fn(&mut Scene)| {
-            let mut scene = scene.clone();
-            change(&mut scene);
-            scene
-        };
+        let springs = self.found_in(scene)?;
+        let mut rest = scene.clone();
         match self {
-            Part::Damping => {
-                let is_damped = scene.springs.iter().any(|spring| spring.damping != 0.0);
-                let undamped = |spring: &Spring| Spring { damping: 0.0, ..*spring };
-                is_damped.then(|| with_springs(scene, undamped))
-            }
-            Part::Gravity => (scene.world.gravity != DVec3::ZERO)
-                .then(|| world(|scene| scene.world.gravity = DVec3::ZERO)),
-            Part::Drag => (scene.world.drag != 0.0).then(|| world(|scene| scene.world.drag = 0.0)),
-            Part::Contact => {
-                (!scene.planes.is_empty()).then(|| world(|scene| scene.planes.clear()))
-            }
+            Part::Damping => rest.springs.iter_mut().for_each(|spring| spring.damping = 0.0),
+            Part::Gravity => rest.world.gravity = DVec3::ZERO,
+            Part::Drag => rest.world.drag = 0.0,
+            Part::Contact => rest.planes.clear(),
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
-                let rows: BTreeSet<usize> = self.springs(scene).into_iter().flatten().collect();
-                let is_there = rows.iter().any(|&row| acts(&scene.springs[row]));
-                is_there.then(|| without(scene, &|spring| rows.contains(&spring)))
+                let rows: BTreeSet<usize> = springs.into_iter().flatten().collect();
+                leave_out(&mut rest, &|spring| rows.contains(&spring));
             }
         }
+        Some(rest)
     }
 }
 
-/// The scene with other springs.
-pub(super) fn with_springs(scene: &Scene, change: impl Fn(&Spring) -> Spring) -> Scene {
-    let mut scene = scene.clone();
-    scene.springs.iter_mut().for_each(|spring| *spring = change(spring));
-    scene
-}
-
-/// The scene without some of its springs.
-fn without(scene: &Scene, leave_out: &dyn Fn(usize) -> bool) -> Scene {
+/// Leaves out some of the springs of a scene.
+fn leave_out(scene: &mut Scene, is_out: &dyn Fn(usize) -> bool) {
     // The row that each spring will have, and the number of springs that will be left.
     let mut rows = vec![0];
     for spring in 0..scene.springs.len() {
-        rows.push(rows[spring] + usize::from(!leave_out(spring)));
+        rows.push(rows[spring] + usize::from(!is_out(spring)));
     }
-    let mut scene = scene.clone();
     let mut spring = 0..scene.springs.len();
-    scene.springs.retain(|_| spring.next().is_none_or(|spring| !leave_out(spring)));
+    scene.springs.retain(|_| spring.next().is_none_or(|spring| !is_out(spring)));
     for body in &mut scene.bodies {
         body.springs = rows[body.springs.start]..rows[body.springs.end];
     }
-    scene
 }
 
 /// Of each spring 2 for a face diagonal, 3 for a space diagonal, 1 for any other: the square of its

@@ -1,7 +1,7 @@
 //! The worth of each part of the model, switched off one at a time: how much the answer changes,
 //! and how much time that saves.
 
-use crate::behaviour::parts::{Part, with_springs};
+use crate::behaviour::parts::Part;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
 use crate::measure::leave::{Halt, Leave, ask, unstopped};
@@ -215,5 +215,9 @@ fn uniform(scene: &Scene) -> Scene {
         scene.springs.iter().map(of).sum::<f64>() / scene.springs.len() as f64
     };
     let (stiffness, damping) = (mean(|spring| spring.stiffness), mean(|spring| spring.damping));
-    with_springs(scene, |spring| Spring { stiffness, damping, ..*spring })
+    let mut alike = scene.clone();
+    for spring in &mut alike.springs {
+        (spring.stiffness, spring.damping) = (stiffness, damping);
+    }
+    alike
 }

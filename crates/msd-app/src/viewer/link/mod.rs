@@ -4,14 +4,18 @@
 //! number of the format, the changes, and a checksum. `#scene=own&file=` and such a text hold a
 //! scene of the user's own (`own_scene.rs`).
 
-use super::link_error::LinkError;
-use super::own_scene::OwnScene;
-use base64::Engine;
-use base64::prelude::BASE64_URL_SAFE_NO_PAD as BASE64;
+mod error;
+mod seal;
+mod own_scene;
+
+pub use error::LinkError;
+pub use own_scene::OwnScene;
+
 use msd_core::{Interaction, Settings};
 use msd_render::Style;
 use msd_run::Runner;
 use msd_scene::{BUILTINS, Loaded, Precision};
+use seal::{seal, unseal};
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
@@ -19,8 +23,6 @@ use std::fmt;
 const FORMAT: u8 = 2;
 /// What a page takes besides a link.
 const PAGE: [&str; 2] = ["embed", "verify"];
-/// Bytes of the checksum, the first of a BLAKE3 hash.
-const CHECK: usize = 4;
 /// The longest text that may be a link; a browser takes more, a person sends less.
 const LONGEST: usize = 64_000;
 /// What stands for the name of a scene that the link holds.
@@ -88,7 +90,7 @@ impl Link {
     ///
     /// # Errors
     /// A line that says which file is too large, or that too much was changed.
-    pub(super) fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
+    pub(in crate::viewer) fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
         let link = Link { scene: OWN.into(), own: None, changes: Some(changes) }.checked()?;
         own.encode(LONGEST.saturating_sub(link.to_string().len() + "&file=".len()))?;
         Ok(Link { scene: own.name(), own: Some(own), ..link })
@@ -98,7 +100,7 @@ impl Link {
     ///
     /// # Errors
     /// A line that says so.
-    pub(super) fn checked(self) -> Result<Self, String> {
+    pub(in crate::viewer) fn checked(self) -> Result<Self, String> {
         if LONGEST < self.to_string().len() {
             return Err("too much was changed for a link: save the run instead".into());
         }
@@ -196,28 +198,13 @@ impl fmt::Display for Link {
 
 impl Changes {
     fn encode(&self) -> String {
-        let content = postcard::to_stdvec(self).unwrap_or_default();
-        let mut bytes = [&[FORMAT], &content[..]].concat();
-        let check = blake3::hash(&bytes);
-        bytes.extend(&check.as_bytes()[..CHECK]);
-        BASE64.encode(bytes)
+        seal(FORMAT, &postcard::to_stdvec(self).unwrap_or_default())
     }
 
     fn decode(text: &str) -> Result<Self, LinkError> {
-        let bytes = BASE64.decode(text).map_err(|_| LinkError::Damaged)?;
-        let (bytes, check) = bytes.split_last_chunk::<CHECK>().ok_or(LinkError::Damaged)?;
-        // A format to come may check otherwise: it is asked for first.
-        let (&format, content) = bytes.split_first().ok_or(LinkError::Damaged)?;
-        let is_whole = blake3::hash(bytes).as_bytes()[..CHECK] == *check;
-        match (format, is_whole) {
-            (FORMAT, false) => Err(LinkError::Damaged),
-            (FORMAT, true) => {
-                let changes: Changes =
-                    postcard::from_bytes(content).map_err(|_| LinkError::Damaged)?;
-                if changes.is_usable() { Ok(changes) } else { Err(LinkError::Damaged) }
-            }
-            (other, _) => Err(LinkError::Format(other)),
-        }
+        let content = unseal(FORMAT, text)?;
+        let changes: Changes = postcard::from_bytes(&content).map_err(|_| LinkError::Damaged)?;
+        if changes.is_usable() { Ok(changes) } else { Err(LinkError::Damaged) }
     }
 
     /// Whether a link may hold this: settings alone, and a camera that is somewhere.

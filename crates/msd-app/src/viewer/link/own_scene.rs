@@ -1,8 +1,7 @@
 //! Scenes of the user's own in links: a file and the meshes that it names, compressed.
 
-use super::link_error::LinkError;
-use base64::Engine;
-use base64::prelude::BASE64_URL_SAFE_NO_PAD as BASE64;
+use super::error::LinkError;
+use super::seal::{seal, unseal};
 use miniz_oxide::deflate::compress_to_vec;
 use miniz_oxide::inflate::{TINFLStatus, decompress_to_vec_with_limit};
 use msd_scene::{FileError, Loaded};
@@ -12,8 +11,6 @@ use std::path::{Path, PathBuf};
 
 /// Raised whenever what a link holds of a scene changes its form.
 const FORMAT: u8 = 1;
-/// Bytes of the checksum, the first of a BLAKE3 hash.
-const CHECK: usize = 4;
 /// The most that a scene in a link holds, bytes: a few letters may stand for as much as one likes.
 const LARGEST: usize = 1_000_000;
 /// How hard it is compressed, of 10: the next level takes twice the time and saves little.
@@ -35,7 +32,7 @@ impl OwnScene {
     ///
     /// # Errors
     /// A line on one that is too large for a link.
-    pub(super) fn new(file: &str, bytes: &[u8]) -> Result<Self, String> {
+    pub(in crate::viewer) fn new(file: &str, bytes: &[u8]) -> Result<Self, String> {
         if LARGEST <= bytes.len() {
             return Err(too_large(file, bytes.len()));
         }
@@ -47,7 +44,10 @@ impl OwnScene {
     ///
     /// # Errors
     /// A line on why a link cannot hold it.
-    pub(super) fn of(loaded: &Loaded, own: Option<&Result<Self, String>>) -> Result<Self, String> {
+    pub(in crate::viewer) fn of(
+        loaded: &Loaded,
+        own: Option<&Result<Self, String>>,
+    ) -> Result<Self, String> {
         let own = own.cloned().unwrap_or_else(|| OwnScene::read(&loaded.files))?;
         let read = own.load().map_err(|error| error.to_string())?;
         if read.scene == loaded.scene {
@@ -111,11 +111,7 @@ impl OwnScene {
         if LARGEST < content.len() {
             return Err(too_large(name, size));
         }
-        let mut bytes = vec![FORMAT];
-        bytes.extend(compress_to_vec(&content, EFFORT));
-        let check = blake3::hash(&bytes);
-        bytes.extend(&check.as_bytes()[..CHECK]);
-        let text = BASE64.encode(bytes);
+        let text = seal(FORMAT, &compress_to_vec(&content, EFFORT));
         if longest < text.len() { Err(too_large(name, size)) } else { Ok(text) }
     }
 
@@ -124,17 +120,8 @@ impl OwnScene {
     /// # Errors
     /// See [`LinkError`]. Whether the scene is one is found when it is opened.
     pub(super) fn decode(text: &str) -> Result<Self, LinkError> {
-        let bytes = BASE64.decode(text).map_err(|_| LinkError::Damaged)?;
-        let (bytes, check) = bytes.split_last_chunk::<CHECK>().ok_or(LinkError::Damaged)?;
-        // A format to come may check otherwise: it is asked for first.
-        let (&format, content) = bytes.split_first().ok_or(LinkError::Damaged)?;
-        if format != FORMAT {
-            return Err(LinkError::Format(format));
-        }
-        if blake3::hash(bytes).as_bytes()[..CHECK] != *check {
-            return Err(LinkError::Damaged);
-        }
-        let content = decompress_to_vec_with_limit(content, LARGEST).map_err(|error| {
+        let content = unseal(FORMAT, text)?;
+        let content = decompress_to_vec_with_limit(&content, LARGEST).map_err(|error| {
             let is_more = error.status == TINFLStatus::HasMoreOutput;
             if is_more { LinkError::TooLarge } else { LinkError::Damaged }
         })?;
@@ -152,11 +139,7 @@ mod tests {
     use super::*;
 
     fn text(format: u8, content: &[u8]) -> String {
-        let mut bytes = vec![format];
-        bytes.extend(compress_to_vec(content, EFFORT));
-        let check = blake3::hash(&bytes);
-        bytes.extend(&check.as_bytes()[..CHECK]);
-        BASE64.encode(bytes)
+        seal(format, &compress_to_vec(content, EFFORT))
     }
 
     #[test]
