@@ -46,9 +46,9 @@ fn check_body(mesh: &Mesh, choice: u8) {
     if LARGEST < mesh.triangles.len() {
         return;
     }
-    let default = MeshOptions::for_mesh(mesh);
+    let filling = [Filling::Auto, Filling::Solid, Filling::Shell][usize::from(choice % 3)];
+    let default = MeshOptions::for_mesh(mesh, filling);
     let options = MeshOptions {
-        filling: [Filling::Auto, Filling::Solid, Filling::Shell][usize::from(choice % 3)],
         size: [Some(1.0), None, Some(1e-9), Some(1e9)][usize::from(choice / 4 % 4)],
         // Of a mesh in its own units this is a lattice of a few points, of many, or one too fine.
         spacing: [Some(0.25), Some(1e8), Some(1e-10), None][usize::from(choice / 16 % 4)],

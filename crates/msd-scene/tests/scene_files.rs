@@ -2,7 +2,7 @@
 
 use msd_core::{Error, Friction, Integrator, Neighbours, Real, Scene, Settings, Simulation};
 use msd_scene::domain::{DOMAINS, Domain};
-use msd_scene::mesh::{Format, MeshOptions, parse as parse_mesh};
+use msd_scene::mesh::{Filling, Format, MeshOptions, parse as parse_mesh};
 use msd_scene::schema::SceneFile;
 use msd_scene::{BUILTINS, Loaded, Precision, SceneFormat, open, parse, read, write};
 use std::collections::BTreeMap;
@@ -260,7 +260,7 @@ fn the_documentation_has_the_defaults_of_meshes() {
     let defaults = |file: &str, faces: &str| {
         let text = format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{faces}");
         let mesh = parse_mesh(text.as_bytes(), Format::Obj, file).expect("a mesh");
-        MeshOptions::for_mesh(&mesh)
+        MeshOptions::for_mesh(&mesh, Filling::Auto)
     };
     let closed = defaults("closed.obj", "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
     let open = defaults("open.obj", "f 1 3 2\nf 1 2 4\nf 1 4 3\n");

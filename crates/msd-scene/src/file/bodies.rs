@@ -7,7 +7,7 @@ use crate::file::schema::{BodyRow, Kind, Spin};
 use crate::file::substance::{caveat, check_fits, substance};
 use crate::file::tree::Source;
 use crate::file::turn::{random_axis, rotation};
-use crate::mesh::{self, Filling, Mesh, MeshError, MeshOptions};
+use crate::mesh::{self, Mesh, MeshError, MeshOptions};
 use crate::precision::Precision;
 use crate::shown::tame;
 use glam::{DMat3, DVec3};
@@ -154,7 +154,7 @@ impl Builder<'_> {
                 MeshError::Option { quantity: "size", .. } => "length",
                 MeshError::Option { quantity: "mass", .. } => "mass",
                 MeshError::Option { .. } | MeshError::TooFine { .. } => "spacing",
-                MeshError::NotClosed { .. } => "filling",
+                MeshError::Undecided { .. } => "filling",
                 _ => "file",
             };
             mesh_error(source, (row, key), error)
@@ -176,7 +176,7 @@ impl Builder<'_> {
         mesh: &Mesh,
     ) -> Result<MeshOptions, FileError> {
         let source = self.source;
-        let default = MeshOptions::for_mesh(mesh);
+        let default = MeshOptions::for_mesh(mesh, body.filling.unwrap_or_default());
         let MeshOptions { mass, stiffness, damping, .. } = default;
         let Material { mass, stiffness, damping } =
             self.material(row, body, Material { mass, stiffness, damping })?;
@@ -187,7 +187,7 @@ impl Builder<'_> {
             None => None,
         };
         Ok(MeshOptions {
-            filling: body.filling.unwrap_or(Filling::Auto),
+            filling: default.filling,
             size: Some(source.number(format_args!("bodies[{row}].length"), length)?),
             bending: source.number(format_args!("bodies[{row}].bending"), bending)?,
             spacing,

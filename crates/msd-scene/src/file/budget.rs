@@ -12,8 +12,9 @@ pub(crate) struct Budget {
     springs: u128,
 }
 
-/// The most memory a scene may take, bytes: beyond it a small machine starts to swap.
-const MEMORY: u128 = 4_000_000_000;
+/// The most memory a scene may take, bytes: beyond it a small machine starts to swap, and a page of
+/// a browser, which has 4 GiB for everything, would abort.
+const MEMORY: u128 = if cfg!(target_pointer_width = "32") { 1_000_000_000 } else { 4_000_000_000 };
 /// Rows, columns in double precision and work space of a particle and of a spring, bytes.
 const PARTICLE_BYTES: u128 = 400;
 const SPRING_BYTES: u128 = 100;

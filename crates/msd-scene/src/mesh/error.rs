@@ -112,18 +112,16 @@ pub enum MeshError {
         /// Triangles in the file, polygons cut up.
         faces: usize,
     },
-    /// A solid asked of a mesh that does not enclose a volume.
+    /// A solid asked of a mesh that has no clear inside.
     #[error(
-        "{file}: not closed, so it has no inside: {open_edges} open edges, {non_manifold_edges} \
-         edges with more than two faces; ask for a shell instead"
+        "{file}: over {:.0} % of its surface it is undecided what is inside; at most 10 % may be: \
+         close its holes, or ask for a shell", 100.0 * undecided
     )]
-    NotClosed {
+    Undecided {
         /// Which file.
         file: String,
-        /// Edges with a single face.
-        open_edges: usize,
-        /// Edges with more than two faces.
-        non_manifold_edges: usize,
+        /// The share of its area, from 0 to 1.
+        undecided: f64,
     },
     /// An option outside its domain.
     #[error("{quantity} of the mesh body is {value}; it must be {expected}")]

@@ -2,4 +2,6 @@
 
 pub(crate) mod inside;
 pub(crate) mod topology;
+pub(crate) mod winding;
+pub(crate) mod interior;
 pub(crate) mod weld;

@@ -17,6 +17,14 @@ pub(crate) struct Side {
     pub(crate) opposite: u32,
 }
 
+impl Side {
+    /// The two vertices in the direction of the face.
+    pub(crate) fn along(&self) -> [u32; 2] {
+        let [low, high] = self.ends;
+        if self.forward { [low, high] } else { [high, low] }
+    }
+}
+
 /// The sides of all faces, sorted: those of one edge stand together.
 pub(crate) fn sides(triangles: &[[u32; 3]]) -> Vec<Side> {
     let mut sides = Vec::with_capacity(3 * triangles.len());
@@ -85,15 +93,9 @@ pub(crate) fn components(count: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, usi
 }
 
 /// Six times the volume between a triangle and a point, positive if it faces away from the point.
-fn volume6(positions: &[DVec3], triangle: [u32; 3], from: DVec3) -> f64 {
+pub(crate) fn volume6(positions: &[DVec3], triangle: [u32; 3], from: DVec3) -> f64 {
     let [a, b, c] = triangle.map(|corner| positions[corner as usize] - from);
     a.dot(b.cross(c))
-}
-
-/// The signed volume that triangles enclose, in cubed units of the positions.
-pub(crate) fn volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
-    let from = positions.first().copied().unwrap_or_default();
-    triangles.iter().map(|&triangle| volume6(positions, triangle, from)).sum::<f64>() / 6.0
 }
 
 /// Turns faces so that neighbours agree and closed pieces face outward; returns which were turned.

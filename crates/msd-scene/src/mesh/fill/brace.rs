@@ -1,6 +1,6 @@
 //! Springs that tie the surface of a solid to its inside, so that no particle can give way.
 
-use crate::mesh::clean::inside::Inside;
+use crate::mesh::clean::interior::Interior;
 use crate::mesh::clean::topology::Sets;
 use crate::nearby::Nearby;
 use glam::{DMat3, DVec3};
@@ -24,7 +24,7 @@ pub(crate) struct Frame<'a> {
     pub(crate) normals: &'a [DVec3],
     /// The body that each point belongs to.
     pub(crate) pieces: &'a [usize],
-    pub(crate) inside: &'a Inside<'a>,
+    pub(crate) inside: &'a Interior<'a>,
     pub(crate) spacing: f64,
     /// Pairs joined so far, the lower first.
     pub(crate) joined: BTreeSet<[usize; 2]>,

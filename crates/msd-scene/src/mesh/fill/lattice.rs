@@ -1,6 +1,6 @@
-//! The lattice of particles that fills a closed mesh, and the springs that join them.
+//! The lattice of particles that fills a mesh, and the springs that join them.
 
-use crate::mesh::clean::inside::Inside;
+use crate::mesh::clean::interior::Interior;
 use crate::mesh::error::MeshError;
 use glam::{DVec3, IVec3};
 use msd_core::lattice::FAMILIES;
@@ -20,13 +20,13 @@ pub(crate) struct Lattice {
     pub(crate) springs: Vec<[usize; 2]>,
 }
 
-/// Fills a closed mesh with a lattice centred in its bounding box.
+/// Fills a mesh with a lattice centred in its bounding box.
 ///
 /// # Errors
 /// More than 2²¹ lattice points in the box.
 pub(crate) fn fill(
     (positions, triangles): (&[DVec3], &[[u32; 3]]),
-    inside: &Inside,
+    inside: &Interior,
     spacing: f64,
     file: &str,
 ) -> Result<Lattice, MeshError> {

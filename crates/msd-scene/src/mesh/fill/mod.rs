@@ -5,8 +5,9 @@ mod pieces;
 mod brace;
 mod texture;
 
-use crate::mesh::clean::inside::Inside;
-use crate::mesh::clean::topology::{components, edges, sides, volume};
+use crate::mesh::clean::interior::Interior;
+use crate::mesh::clean::topology::{components, edges, sides};
+use crate::mesh::clean::winding::{Winding, holes};
 use crate::mesh::error::MeshError;
 use crate::mesh::fill::brace::Frame;
 use crate::mesh::fill::lattice::{check_spacing, fill};
@@ -21,6 +22,9 @@ use std::collections::BTreeSet;
 /// Seam springs from a particle on an open edge to the piece beside it.
 const SEAMS: usize = 3;
 
+/// The most of its surface over which a mesh may leave undecided what is inside.
+const MOST_UNDECIDED: f64 = 0.1;
+
 /// What is inside the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -28,7 +32,8 @@ pub enum Filling {
     /// A solid if the mesh is closed, else a shell.
     #[default]
     Auto,
-    /// An interior lattice; refused if the mesh is not closed.
+    /// An interior lattice. Holes are taken for closed; a mesh that leaves undecided what is inside,
+    /// over more than a tenth of its surface, is refused.
     Solid,
     /// Nothing.
     Shell,
@@ -74,11 +79,11 @@ impl Default for MeshOptions {
 }
 
 impl MeshOptions {
-    /// The defaults for a mesh: an open one gets five times the stiffness and damping, since a
-    /// shell has no inside to hold it up.
-    pub fn for_mesh(mesh: &Mesh) -> Self {
-        let default = Self::default();
-        if mesh.is_closed() {
+    /// The defaults for a mesh that is filled so: an open one that is not gets five times the
+    /// stiffness and damping, since it has no inside to hold it up.
+    pub fn for_mesh(mesh: &Mesh, filling: Filling) -> Self {
+        let default = Self { filling, ..Self::default() };
+        if mesh.is_closed() || filling == Filling::Solid {
             return default;
         }
         Self { stiffness: 5.0 * default.stiffness, damping: 5.0 * default.damping, ..default }
@@ -108,7 +113,9 @@ pub struct BodyReport {
     /// quarter of one spring: those of a flat body, or of one too small for its lattice. 0 in a
     /// shell.
     pub loose_particles: usize,
-    /// Enclosed volume, cubic metres; 0 for an open mesh.
+    /// Loops of open edges that were taken for closed, to make a solid of an open mesh.
+    pub holes: usize,
+    /// Enclosed volume, cubic metres; 0 for the shell of an open mesh.
     pub volume: f64,
     /// Spacing of the interior lattice, metres; 0 for a shell.
     pub spacing: f64,
@@ -117,10 +124,16 @@ pub struct BodyReport {
 impl core::fmt::Display for BodyReport {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let kind = if self.solid { "solid" } else { "shell" };
+        let closed = match self.holes {
+            0 => String::new(),
+            1 => ", one hole taken for closed".into(),
+            holes => format!(", {holes} holes taken for closed"),
+        };
         write!(
             f,
-            "{kind}: {} surface and {} interior particles; {} edge, {} lattice, {} brace, {} \
+            "{kind}{}: {} surface and {} interior particles; {} edge, {} lattice, {} brace, {} \
              bending and {} seam springs; {} loose particles",
+            closed,
             self.surface_particles,
             self.interior_particles,
             self.edge_springs,
@@ -142,8 +155,8 @@ impl core::fmt::Display for BodyReport {
 /// within a mean edge length of another. Each spring is as long as it is at rest.
 ///
 /// # Errors
-/// An option outside its domain; a solid of a mesh that is not closed, with the number of its open
-/// edges; a lattice too fine.
+/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a lattice
+/// too fine.
 ///
 /// # Panics
 /// If a triangle names no vertex, or there are texture coordinates of fewer triangles: no [`Mesh`]
@@ -152,8 +165,8 @@ pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), Me
     let solid = check(mesh, options)?;
     let mut points = place(&mesh.positions, options.size);
     let mut report = BodyReport { solid, surface_particles: points.len(), ..Default::default() };
-    if mesh.is_closed() {
-        report.volume = volume(&points, &mesh.triangles);
+    if solid || mesh.is_closed() {
+        (report.holes, report.volume) = holes(&points, &mesh.triangles);
     }
     let springs = if solid {
         solid_springs(mesh, options, &mut points, &mut report)?
@@ -192,7 +205,8 @@ pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], 
     check_spacing(&points, spacing, &mesh.name)?;
     // A lattice point per cell of the volume, with 13 springs; braces from the surface.
     let cell = spacing * spacing * spacing;
-    let inside = (volume(&points, &mesh.triangles).abs() / cell).ceil() as u128;
+    let (_, volume) = holes(&points, &mesh.triangles);
+    let inside = (volume.abs() / cell).ceil() as u128;
     Ok([surface + inside, edges + 13 * inside + 4 * surface])
 }
 
@@ -205,11 +219,12 @@ fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
         Filling::Shell => false,
     };
     if solid && !mesh.is_closed() {
-        return Err(MeshError::NotClosed {
-            file: mesh.name.clone(),
-            open_edges: mesh.report.open_edges,
-            non_manifold_edges: mesh.report.non_manifold_edges,
-        });
+        let undecided = Winding::new(&mesh.positions, &mesh.triangles).undecided();
+        // A mesh whose area underflows has no share that could be compared.
+        let is_clear = undecided <= MOST_UNDECIDED;
+        if !is_clear {
+            return Err(MeshError::Undecided { file: mesh.name.clone(), undecided });
+        }
     }
     Ok(solid)
 }
@@ -267,14 +282,14 @@ fn solid_springs(
     let (mut springs, mean) = edge_springs(mesh, points);
     let vertices = points.clone();
     let spacing = spacing(options, points, mean);
-    let inside = Inside::new(&vertices, &mesh.triangles);
+    let inside = Interior::new(&vertices, &mesh.triangles, mesh.is_closed());
     let lattice = fill((&vertices, &mesh.triangles), &inside, spacing, &mesh.name)?;
     let first = vertices.len();
     points.extend(&lattice.points);
     report.spacing = spacing;
     report.interior_particles = lattice.points.len();
     report.edge_springs = springs.len();
-    let pieces = pieces(&vertices, &mesh.triangles, &lattice.points);
+    let pieces = pieces((&vertices, &mesh.triangles), &lattice.points, mesh.is_closed());
     let inner = lattice.springs.iter().map(|ends| ends.map(|end| first + end));
     springs.extend(inner.filter(|&[a, b]| pieces[a] == pieces[b]));
     report.lattice_springs = springs.len() - report.edge_springs;

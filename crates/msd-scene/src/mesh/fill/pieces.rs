@@ -1,6 +1,6 @@
 //! The separate bodies of a solid, if a file holds several.
 
-use crate::mesh::clean::inside::Inside;
+use crate::mesh::clean::interior::Interior;
 use crate::mesh::clean::topology::{Sets, components};
 use glam::DVec3;
 
@@ -8,7 +8,11 @@ use glam::DVec3;
 ///
 /// Components of the mesh are one body if one has its first vertex in the other, as a void has, or
 /// if a lattice point lies in both.
-pub(crate) fn pieces(positions: &[DVec3], triangles: &[[u32; 3]], lattice: &[DVec3]) -> Vec<usize> {
+pub(crate) fn pieces(
+    (positions, triangles): (&[DVec3], &[[u32; 3]]),
+    lattice: &[DVec3],
+    is_closed: bool,
+) -> Vec<usize> {
     let (numbers, count) = components(positions.len(), triangles);
     if count == 1 {
         return vec![0; positions.len() + lattice.len()];
@@ -20,7 +24,7 @@ pub(crate) fn pieces(positions: &[DVec3], triangles: &[[u32; 3]], lattice: &[DVe
     let mut sets = Sets::new(count);
     let mut homes = vec![count; lattice.len()];
     for (component, faces) in faces.iter().enumerate() {
-        let inside = Inside::new(positions, faces);
+        let inside = Interior::new(positions, faces, is_closed);
         let mut firsts = vec![true; count];
         for (&number, &position) in numbers.iter().zip(positions) {
             let first = std::mem::take(&mut firsts[number as usize]);
@@ -38,7 +42,8 @@ pub(crate) fn pieces(positions: &[DVec3], triangles: &[[u32; 3]], lattice: &[DVe
         }
     }
     let surface = numbers.iter().map(|&number| number as usize);
-    // A point that is inside by the sum of all components is inside at least one of them.
+    // A point that is inside by the sum of all components is inside at least one of them, if they
+    // are closed; else a few between two of them belong to the last.
     let all = surface.chain(homes.into_iter().map(|home| home.min(count - 1)));
     all.map(|component| sets.find(component)).collect()
 }
