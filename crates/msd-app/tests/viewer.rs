@@ -318,6 +318,20 @@ fn everything_is_in_reach_in_a_small_window() {
 }
 
 #[test]
+fn the_help_fits_a_small_window() {
+    let mut viewer = viewer("cube", Path::new(""));
+    viewer.help = true;
+    let mut harness = harness(viewer, [800.0, 600.0]);
+    harness.run_steps(3);
+    let window = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(800.0, 600.0));
+    for node in harness.query_all_by_label("Help") {
+        assert!(window.contains_rect(node.rect()), "{:?}", node.rect());
+    }
+    let first = harness.get_by_label(msd_app::panel::MOUSE[0].0).rect();
+    assert!(window.contains_rect(first), "{first:?}");
+}
+
+#[test]
 fn finer_pixels_leave_everything_where_it_is() {
     let mut harness = harness(viewer("cube", Path::new("")), [1280.0, 800.0]);
     let names = ["Pause", "Stiffness", "Surface", "Frame all"];

@@ -37,6 +37,15 @@ fn energy_of_bounces_that_dampers_dissipate_is_a_field() {
     // 4.9 kJ of 72: see docs/trade.md, "Bounces of stiff bodies".
     let change = told["imbalance"].as_f64().expect("a number");
     assert!((4e3..6e3).contains(&change), "{change}");
+    assert!(!text(&output.stderr).contains("total energy"), "less than a tenth");
+    // Near the limit of stability they add more than a tenth.
+    let run = ["run", "dice", "--substeps", "10", "--duration", "3", "--json"];
+    let output = outcome(msd(folder.path(), &run));
+    let told = parse(&text(&output.stdout));
+    assert_eq!(told["energy_gain"], Value::Null);
+    let warning = told["warnings"][0].as_str().expect("a warning");
+    assert!(warning.starts_with("the total energy has risen by 21.2 kJ, "), "{warning}");
+    assert!(text(&output.stderr).contains(warning));
 }
 
 #[test]

@@ -14,15 +14,15 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Begins a trace with its header: the step (0 is the start), the time, s, the energies, J, the
-    /// linear momentum, N s, the angular momentum about the origin, N m s, and the position, m, of
+    /// Begins a trace with its header: the step (0 is the start), the time, s, the energies, J, what
+    /// contact took and what it added by its own account, J, the linear momentum, N s, the angular momentum about the origin, N m s, and the position, m, of
     /// each watched particle.
     ///
     /// # Errors
     /// [`FileError::Unwritable`].
     pub fn begin(mut output: Output, watched: Vec<usize>) -> Result<Self, FileError> {
         let mut header = String::from(
-            "step,time,kinetic,elastic,gravitational,dissipated,total,px,py,pz,lx,ly,lz",
+            "step,time,kinetic,elastic,gravitational,dissipated,total,contact_taken,contact_added,px,py,pz,lx,ly,lz",
         );
         for particle in &watched {
             header.push_str(&format!(",x{particle},y{particle},z{particle}"));
@@ -37,6 +37,7 @@ impl Trace {
     /// [`FileError::Unwritable`].
     pub fn add(&mut self, runner: &Runner) -> Result<(), FileError> {
         let (energy, momentum) = (runner.energy(), runner.momentum());
+        let contacts = runner.contacts();
         let mut row = vec![
             runner.time(),
             energy.kinetic,
@@ -44,6 +45,8 @@ impl Trace {
             energy.gravitational,
             energy.dissipated,
             energy.total(),
+            contacts.taken,
+            contacts.added,
         ];
         row.extend(momentum.linear.to_array());
         row.extend(momentum.angular.to_array());

@@ -7,7 +7,8 @@ use crate::input::KEYS;
 use crate::session::ErrorNow;
 use crate::viewer::{Action, Side, Tool, Viewer};
 use egui::{
-    Align2, Color32, FontId, Grid, Mesh, Painter, Pos2, Rect, RichText, Stroke, Ui, pos2, vec2,
+    Align2, Color32, FontId, Grid, Mesh, Painter, Pos2, Rect, RichText, ScrollArea, Stroke, Ui,
+    pos2, vec2,
 };
 use msd_core::{Settings, Vector};
 use msd_run::{Runner, on};
@@ -245,13 +246,17 @@ fn help(ui: &Ui, viewer: &mut Viewer) {
     let mut open = true;
     let window = egui::Window::new("Help").open(&mut open).collapsible(false).resizable(false);
     let window = window.pivot(Align2::CENTER_CENTER).fixed_pos(viewer.rect.center());
+    // Below the title, whatever the height of the view.
+    let rows = ScrollArea::vertical().max_height((viewer.rect.height() - 60.0).max(60.0));
     window.show(ui.ctx(), |ui| {
-        Grid::new("help").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
-            for &(what, does) in MOUSE.iter().chain(KEYS) {
-                ui.label(RichText::new(what).strong());
-                ui.label(does);
-                ui.end_row();
-            }
+        rows.show(ui, |ui| {
+            Grid::new("help").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
+                for &(what, does) in MOUSE.iter().chain(KEYS) {
+                    ui.label(RichText::new(what).strong());
+                    ui.label(does);
+                    ui.end_row();
+                }
+            });
         });
     });
     viewer.help &= open;

@@ -4,6 +4,7 @@ use super::theme;
 use crate::session::Pace;
 use crate::viewer::Viewer;
 use egui::{Color32, Label, RichText, Ui};
+use msd_study::quantity::estimate;
 
 /// The status line.
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
@@ -28,6 +29,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             let hover = "The energy has grown although nothing supplied any: shorten the step or \
                          use another method";
             item("the integrator is adding energy".to_owned(), theme::BAD, hover);
+        } else if let Some(surplus) = session.energy_surplus() {
+            let text = format!("the energy balance is {} too high", estimate(surplus, "J"));
+            let hover = "Of what dampers and contact took, more is booked than was taken: shorten \
+                         the step";
+            item(text, theme::WARN, hover);
         }
         let number = |decimals: usize, value: fn(&Pace) -> f64| {
             let text = |pace| format!("{:.decimals$}", value(&pace));

@@ -49,6 +49,12 @@ impl EnergyReadings {
         self.known(run).map(|balance| balance.witness.imbalance())
     }
 
+    /// That change where it is a rise that a method must not make, joules; `None` if it made none.
+    pub fn surplus(&self, run: &Run) -> Option<f64> {
+        let surplus = self.known(run).map(|balance| balance.witness.surplus());
+        surplus.filter(|&surplus| 0.0 < surplus)
+    }
+
     /// Energy that contact has added since the run was changed last, by its own account, joules:
     /// an error that a shorter substep lowers; `None` while it is being worked out.
     pub fn added_by_contact(&self, run: &Run) -> Option<f64> {

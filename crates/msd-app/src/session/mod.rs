@@ -465,6 +465,11 @@ impl Session {
         self.energy.imbalance(&self.run)
     }
 
+    /// That change where it is a rise that a method must not make, joules; `None` if it made none.
+    pub fn energy_surplus(&self) -> Option<f64> {
+        self.energy.surplus(&self.run)
+    }
+
     /// Energy that contact has added since the run was changed last, joules.
     pub fn energy_of_contact(&self) -> Option<f64> {
         self.energy.added_by_contact(&self.run)

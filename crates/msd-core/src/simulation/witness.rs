@@ -21,9 +21,9 @@
 //! checked separately, since dampers may dissipate it at once.
 //!
 //! What dampers dissipate as fast as it is added shows in the balance alone: [`Energy::total`],
-//! which only an error of the method changes, see [`Witness::imbalance`]. It is read, not judged:
-//! at long steps the work of dampers is booked so coarsely that runs whose motion is right would
-//! alarm.
+//! which only an error of the method changes, see [`Witness::imbalance`]. A rise by more than a tenth
+//! of the most that was in motion is told apart, see [`Witness::surplus`]: it says that the balance
+//! is wrong. The motion need not be, as at long steps the work of dampers is booked coarsely.
 //!
 //! The detector sees no gain before the second window.
 
@@ -186,6 +186,13 @@ impl Witness {
     /// what added up in a body at rest: the error of the method in the balance of the energy.
     pub fn imbalance(&self) -> f64 {
         self.balance.change
+    }
+
+    /// That change where it is a rise by more than a tenth of the most kinetic and elastic energy so
+    /// far, joules; else 0.
+    pub fn surplus(&self) -> f64 {
+        let change = self.balance.change;
+        if FRACTION * self.most < change { change } else { 0.0 }
     }
 
     /// Energy that the integrator has added for good, joules: 0 if none was seen, infinite if the

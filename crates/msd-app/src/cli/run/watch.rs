@@ -87,6 +87,20 @@ impl Watch {
         least < self.stable && least < settings.substep()
     }
 
+    /// The warning that the balance of energy is wrong, unless a gain says so already.
+    fn surplus(&self, integrator: Integrator) -> Option<String> {
+        let surplus = self.witness.surplus();
+        let is_told = self.is_handled || self.gain.is_some();
+        (0.0 < surplus && !is_told).then(|| {
+            format!(
+                "the total energy has risen by {}, more than a tenth of the most that was in \
+                 motion, and nothing supplied it: errors of {integrator} and of its bounces; \
+                 shorten the step",
+                quantity(surplus, "J")
+            )
+        })
+    }
+
     /// The warnings to print, with advice on the step if there is any.
     pub fn warnings(&self, settings: Settings, advice: Option<&str>) -> Vec<String> {
         let (least, time) = self.least;
@@ -96,6 +110,7 @@ impl Watch {
             format!("at the latest from t = {} on, {warning}{advice}", quantity(time, "s"))
         });
         let gained = self.gain.map(|gain| gain.warning(settings.integrator));
+        let surplus = self.surplus(settings.integrator);
         let poor =
             self.solved.filter(Solved::is_poor).map(|Solved { residual, tolerance, .. }| {
                 format!(
@@ -106,7 +121,7 @@ impl Watch {
                     rounded(tolerance, 1)
                 )
             });
-        moved.into_iter().chain(gained).chain(poor).collect()
+        moved.into_iter().chain(gained).chain(surplus).chain(poor).collect()
     }
 
     /// Predicts if it is time to; what is known to be over the limit is not asked again.
