@@ -327,7 +327,7 @@ fn the_help_fits_a_small_window() {
     for node in harness.query_all_by_label("Help") {
         assert!(window.contains_rect(node.rect()), "{:?}", node.rect());
     }
-    let first = harness.get_by_label(msd_app::panel::MOUSE[0].0).rect();
+    let first = harness.get_by_label("Left drag on a particle").rect();
     assert!(window.contains_rect(first), "{first:?}");
 }
 
