@@ -9,6 +9,8 @@ use msd_app::session::{Deed, MarkKind, MaterialEdit, Session};
 use msd_app::viewer::{Command, Viewer};
 use msd_core::{Scene, Vector};
 use msd_run::on;
+use msd_run::recording::load_recording;
+use msd_run::replay::{Changes, Replay};
 use msd_scene::open;
 use msd_study::parts::Part;
 
@@ -76,10 +78,65 @@ fn parts_that_share_springs_come_back_alone() {
     assert!(!is_on(&mut session, Part::FaceDiagonals) && is_on(&mut session, Part::Damping));
     session.switch(Part::FaceDiagonals, true);
     assert_eq!(model(&session), whole);
-    // A slider that gives springs stiffness again says so.
+}
+
+#[test]
+fn what_is_off_stays_off_under_the_sliders_and_comes_back_as_they_set_it() {
+    let mut session = session("jelly");
     session.switch(Part::SpaceDiagonals, false);
     session.edit(MaterialEdit::Stiffness(300.0));
-    assert!(is_on(&mut session, Part::SpaceDiagonals));
+    session.edit(MaterialEdit::Damping(0.5));
+    assert!(!is_on(&mut session, Part::SpaceDiagonals) && is_on(&mut session, Part::Damping));
+    let without = model(&session);
+    session.restart();
+    assert_eq!(model(&session), without);
+    session.switch(Part::SpaceDiagonals, true);
+    let all = |session: &Session, wanted: [f64; 2]| {
+        scene(session).springs.iter().all(|spring| [spring.stiffness, spring.damping] == wanted)
+    };
+    assert!(all(&session, [300.0, 0.5]));
+    session.restart();
+    assert!(all(&session, [300.0, 0.5]));
+    // The slider of what is off itself switches it on, and the switch shows it.
+    session.switch(Part::Damping, false);
+    assert!(!is_on(&mut session, Part::Damping));
+    session.edit(MaterialEdit::Damping(0.25));
+    assert!(is_on(&mut session, Part::Damping) && all(&session, [300.0, 0.25]));
+    // One step of undo for each.
+    session.undo();
+    assert!(all(&session, [300.0, 0.0]));
+}
+
+#[test]
+fn a_body_of_a_material_is_switched_in_a_few_edits_however_many_values_it_has() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let gel = folder.path().join("gel.toml");
+    let text = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [9, 9, 9]\nspacing = 0.01\n\
+        material = 'gelatine-3%'\n";
+    std::fs::write(&gel, text).expect("a file");
+    let mut session = Session::new(open(&gel).expect("a scene")).expect("a valid scene");
+    let whole = model(&session);
+    let tape = folder.path().join("tape.msdrec");
+    session.start_recording(&tape);
+    session.set_twin(Some(session.runner().settings()));
+    run(&mut session, 3);
+    session.switch(Part::FaceDiagonals, false);
+    run(&mut session, 3);
+    // A range for each of the six directions of face diagonals at most, for two constants.
+    assert!(session.material().kept().len() <= 12, "{}", session.material().kept().len());
+    session.switch(Part::FaceDiagonals, true);
+    assert_eq!(model(&session), whole);
+    assert_eq!(session.material().edits(), []);
+    run(&mut session, 3);
+    let twin = session.twin().expect("it is on");
+    assert_eq!((twin.apart().max, twin.failure()), (0.0, None));
+    session.restart();
+    assert_eq!(model(&session), whole);
+    session.stop_recording();
+    let tape = load_recording(&tape).expect("a recording");
+    assert!(tape.events.len() < 40, "{} events", tape.events.len());
+    let mut replay = Replay::new(&tape, Changes::default()).expect("a run");
+    while replay.advance().expect("it replays") {}
 }
 
 /// Positions of all particles.

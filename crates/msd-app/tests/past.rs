@@ -4,11 +4,11 @@
 mod frames;
 
 use frames::{run, session};
-use msd_app::session::{MarkKind, MaterialEdit, Session, Tuning, Wind};
+use msd_app::session::{Deed, MarkKind, MaterialEdit, Session, Tuning, Wind};
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Real, Settings, Vector};
 use msd_run::on;
-use msd_scene::state_hash;
+use msd_scene::{Precision, state_hash};
 
 /// Steps taken, and the hash of the state.
 fn now(session: &Session) -> (u64, u64) {
@@ -169,6 +169,62 @@ fn what_was_refused_is_not_undone_and_a_hand_lets_go() {
     session.undo();
     let grabs = on!(session.runner(), simulation => simulation.model().grabs().len());
     assert_eq!((session.held(), grabs), (None, 0));
+}
+
+#[test]
+fn what_was_set_of_the_solver_is_undone_and_the_model_of_now_stays() {
+    let mut session = session("jelly");
+    let solver = |session: &Session| {
+        let runner = session.runner();
+        (runner.settings(), runner.precision(), runner.is_automatic())
+    };
+    let start = solver(&session);
+    let deeds: [(Tuning, &str); 5] = [
+        (Tuning::Integrator(Integrator::Rk4), "method"),
+        (Tuning::Substeps(37), "substeps"),
+        (Tuning::Precision(Precision::F64), "precision"),
+        (Tuning::Automatic(true), "automatic substeps"),
+        (Tuning::Integrator(Integrator::DormandPrince), "method"),
+    ];
+    let mut seen = vec![start];
+    for (tuning, words) in deeds {
+        session.tune(tuning);
+        assert_eq!(session.undoes(), Some(Deed::Solver(words)));
+        run(&mut session, 3);
+        seen.push(solver(&session));
+    }
+    // An edit between them is undone on its own.
+    session.edit(MaterialEdit::Stiffness(1234.0));
+    session.tune(Tuning::Tolerance(1e-5));
+    session.undo();
+    assert_eq!((stiffness(&session), solver(&session)), (1234.0, seen[5]));
+    session.undo();
+    assert_eq!((stiffness(&session), solver(&session)), (2200.0, seen[5]));
+    let (steps, _) = now(&session);
+    session.edit(MaterialEdit::Stiffness(2100.0));
+    session.undo();
+    for before in seen[..5].iter().rev() {
+        session.undo();
+        assert_eq!(solver(&session), *before);
+        assert_eq!((stiffness(&session), session.runner().steps()), (2200.0, steps));
+    }
+    assert_eq!(session.undoes(), None);
+    for after in &seen[1..] {
+        session.redo();
+        assert_eq!(solver(&session), *after);
+    }
+    // What is refused is nothing to undo, and a slider that is dragged is put back where it was.
+    while session.undoes().is_some() {
+        session.undo();
+    }
+    session.tune(Tuning::Substeps(0));
+    assert!(session.refusal().is_some() && session.undoes().is_none());
+    for substeps in 9..60 {
+        session.tune(Tuning::Substeps(substeps));
+        run(&mut session, 1);
+    }
+    session.undo();
+    assert_eq!((solver(&session), session.undoes()), (start, None));
 }
 
 fn force(session: &Session) -> DVec3 {

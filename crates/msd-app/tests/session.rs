@@ -120,6 +120,24 @@ fn a_restart_keeps_what_was_set_and_forgets_what_was_done() {
 }
 
 #[test]
+fn a_step_that_would_take_minutes_ends_in_a_failure_that_is_told() {
+    let mut session = session("jelly");
+    session.tune(Tuning::Precision(Precision::F64));
+    session.tune(Tuning::Integrator(Integrator::DormandPrince));
+    session.tune(Tuning::Tolerance(1e-10));
+    session.edit(MaterialEdit::Stiffness(1e14));
+    session.set_twin(Some(session.runner().settings()));
+    let before = session.runner().state();
+    run(&mut session, 3);
+    let work = on!(session.runner(), simulation => simulation.work()).expect("it is adaptive");
+    let text = &session.failure().expect("it gave up").text;
+    assert!(text.contains("evaluations of the forces"), "{text}");
+    assert!(session.is_paused() && session.runner().state() == before);
+    // A fifth of all that a step may take however small the scene.
+    assert!(work.evaluations < 150_000, "{}", work.evaluations);
+}
+
+#[test]
 fn sliders_act_on_one_body_or_all() {
     let mut two = loaded("jelly");
     let part = msd_core::shape::rope(4, 1.0, msd_core::Material::default()).expect("a valid rope");

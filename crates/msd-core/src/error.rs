@@ -92,6 +92,27 @@ pub enum Error {
         /// Simulated time at the start of that step, seconds.
         time: f64,
     },
+    /// A step of an adaptive method takes more evaluations than it may; the state is the last good
+    /// one.
+    #[error(
+        "step {step} (t = {time:.6} s) takes more than the {most} evaluations of the forces that a \
+         step may take here, at tolerance {}: {:.1} % of it was done; the last good state is kept. \
+         Use another method or a larger tolerance, or look for a stiffness, force or speed too \
+         large",
+        Number(*tolerance), 100.0 * done
+    )]
+    TooManyEvaluations {
+        /// The most that a step may take.
+        most: u64,
+        /// The tolerance asked for.
+        tolerance: f64,
+        /// The part of the step that they sufficed for, 0 to 1.
+        done: f64,
+        /// The step that failed, counted from 1; the state kept is the one before it.
+        step: u64,
+        /// Simulated time at the start of that step, seconds.
+        time: f64,
+    },
     /// An implicit method cannot solve for a step; the state is the last good one.
     #[error(
         "step {step} (t = {time:.6} s) is not solved: {residual:.1e} of what had to be cancelled \
@@ -116,7 +137,13 @@ pub enum Error {
 impl Error {
     /// Whether a step failed, rather than its arguments: the state is the last good one.
     pub fn is_of_step(&self) -> bool {
-        matches!(self, Error::Diverged(_) | Error::Unreachable { .. } | Error::Unsolved { .. })
+        matches!(
+            self,
+            Error::Diverged(_)
+                | Error::Unreachable { .. }
+                | Error::TooManyEvaluations { .. }
+                | Error::Unsolved { .. }
+        )
     }
 }
 

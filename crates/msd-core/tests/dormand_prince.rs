@@ -473,3 +473,24 @@ fn a_tolerance_out_of_reach_is_an_error_that_says_so() {
     assert!(ball.remove_element(broken));
     ball.step().unwrap();
 }
+
+#[test]
+fn a_step_that_takes_more_evaluations_than_it_may_fails_and_keeps_the_state() {
+    let scene = falling_block(1e8, 0.3, Friction::Coulomb(0.5));
+    let mut block = simulation::<f64>(&scene, 1.0 / 60.0, 1e-9);
+    let mut free = block.clone();
+    let before = block.state();
+    block.set_most_evaluations(50);
+    let error = block.step().unwrap_err();
+    let Error::TooManyEvaluations { most, done, step, .. } = error else { panic!("{error}") };
+    assert_eq!((most, step, block.steps()), (50, 1, 0));
+    assert!((0.0..1.0).contains(&done) && error.is_of_step(), "{error}");
+    assert_eq!(block.state(), before);
+    // The bound, and what the last attempt took beyond it.
+    assert!(block.work().unwrap().evaluations <= 50 + 8);
+    // A bound that is not reached changes no bit.
+    block.set_most_evaluations(10_000_000);
+    block.step().unwrap();
+    free.step().unwrap();
+    assert_eq!(block.state(), free.state());
+}

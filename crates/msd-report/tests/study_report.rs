@@ -60,6 +60,7 @@ fn trial(integrator: Integrator, fineness: Fineness, precision: Precision, sizes
         cost: 60.0 * price * faster * count * 0.01,
         errors: (!diverged).then(|| errors(libm::hypot(error, floor))),
         energies: (0..if diverged { 4 } else { sizes }).map(energy).collect(),
+        gained: 0.0,
         diverged: diverged.then(|| "step 7: particle 12 left the world".into()),
     }
 }

@@ -20,11 +20,6 @@ const LOOSEST: f64 = 0.1;
 /// The longest that a trial may take, seconds of the wall clock; what is predicted to last is then
 /// offered as that.
 const PATIENCE: f64 = 1.0;
-/// Steps by which the cost of the run as it was stepped is measured.
-const TIMED: u32 = 5;
-/// Their length as a part of the usual one, lest they diverge: an explicit step costs the same.
-const SHORT: f64 = 1e-3;
-
 /// A run that gains more than this part of the most that was in motion will blow up, but later;
 /// bounces of a stiff body add a few per cent.
 const GAIN: f64 = 0.5;
@@ -103,7 +98,8 @@ pub struct Offer {
     /// Whether a copy lasted; else the limit of stability alone promises it, as the trial took too
     /// long.
     pub is_tried: bool,
-    /// The time that a step takes as a multiple of now; `None` where that is not known.
+    /// Wall-clock time per simulated second on the copy, seconds: 1 is real time. `None` where that
+    /// is not known.
     pub cost: Option<f64>,
 }
 
@@ -132,9 +128,6 @@ pub struct Rescue {
     /// The candidates of each kind that are left, the next one first.
     kinds: VecDeque<VecDeque<Candidate>>,
     dry: Option<Box<Dry>>,
-    /// The time that a step took, seconds; `None` before it was measured and where it was not.
-    cost: Option<f64>,
-    is_timed: bool,
     offers: Vec<Offer>,
 }
 
@@ -163,8 +156,7 @@ impl Rescue {
             methods.map(Remedy::Method).flat_map(from_each).collect(),
             only(Remedy::SceneValues, Origin::Scene),
         ]);
-        let (dry, cost, is_timed, offers) = (None, None, false, Vec::new());
-        Rescue { lasting, kinds, dry, cost, is_timed, offers }
+        Rescue { lasting, kinds, dry: None, offers: Vec::new() }
     }
 
     /// What was found so far.
@@ -189,22 +181,19 @@ impl Rescue {
         while !self.is_done() && stopwatch() - start <= budget {
             match self.dry.take() {
                 Some(dry) => self.go_on(dry, stopwatch),
-                None => self.begin(copy, stopwatch),
+                None => self.begin(copy),
             }
         }
     }
 
     /// Begins to try the next candidate, if it is predicted to last.
-    fn begin(&mut self, copy: &impl Fn(Origin) -> Option<Runner>, stopwatch: &impl Fn() -> f64) {
+    fn begin(&mut self, copy: &impl Fn(Origin) -> Option<Runner>) {
         let Some(kind) = self.kinds.front_mut() else { return };
         let Some((remedy, origin)) = kind.pop_front() else {
             self.kinds.pop_front();
             return;
         };
         let Some(mut run) = copy(origin) else { return };
-        if !std::mem::replace(&mut self.is_timed, true) {
-            self.cost = timed(run.clone(), stopwatch);
-        }
         if remedy.apply(&mut run).is_err() || !is_predicted(&run) {
             return;
         }
@@ -230,8 +219,8 @@ impl Rescue {
         let step = dry.run.settings().step;
         dry.offer.is_tried = self.lasting <= (dry.taken as f64 + 1e-6) * step;
         if dry.offer.is_tried || PATIENCE < dry.spent {
-            let each = dry.spent / dry.taken as f64;
-            dry.offer.cost = self.cost.filter(|&now| 0.0 < now).map(|now| each / now);
+            let cost = dry.spent / (dry.taken as f64 * step);
+            dry.offer.cost = Some(cost).filter(|&cost| 0.0 < cost);
             self.offers.push(dry.offer);
             self.kinds.pop_front();
         } else {
@@ -265,22 +254,6 @@ fn finer(settings: Settings, stable: f64, most: u32) -> Vec<Remedy> {
 /// Whether a run is predicted to be stable.
 fn is_predicted(run: &Runner) -> bool {
     run.settings().substep() <= run.stable_substep()
-}
-
-/// The time that a step of a run takes, seconds; `None` where it fails at once, and of an adaptive
-/// method, whose steps differ.
-fn timed(mut run: Runner, stopwatch: &impl Fn() -> f64) -> Option<f64> {
-    if run.integrator().is_adaptive() {
-        return None;
-    }
-    run.set_automatic(false).ok()?;
-    if !run.integrator().is_implicit() {
-        let settings = run.settings();
-        run.set_settings(Settings { step: SHORT * settings.step, ..settings }).ok()?;
-    }
-    let start = stopwatch();
-    let taken = (0..TIMED).take_while(|_| run.step().is_ok()).count();
-    (0 < taken).then(|| (stopwatch() - start) / taken as f64)
 }
 
 /// The number of states by which to go back from a run that blew up to one that is no debris: in

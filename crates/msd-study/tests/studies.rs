@@ -7,11 +7,13 @@ use msd_scene::{Loaded, Precision};
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::conduct::{Follower, Plan, Progress, follow, study};
+use msd_study::errors::Errors;
 use msd_study::leave::Halt;
 use msd_study::live_error::{Estimator, calibrate};
 use msd_study::reference::{Wish, make_reference};
-use msd_study::trial::try_choice;
-use msd_study::tune::{Goal, tune};
+use msd_study::trial::{Trial, try_choice};
+use msd_study::tune::{Found, Goal, retry, tune};
+use msd_study::words::words;
 
 fn weightless() -> World {
     World { gravity: DVec3::ZERO, ..World::default() }
@@ -136,6 +138,90 @@ fn tuning_delivers_what_is_asked_and_no_coarser_choice_would() {
             assert!(asked < coarse.error() || substeps == 1, "{choice} is finer than needed");
         }
     }
+}
+
+/// Dormand-Prince at its loosest, which lets energy grow as long as each substep is within it.
+const LOOSE: Choice = Choice {
+    integrator: Integrator::DormandPrince,
+    fineness: Fineness::Tolerance(1e-2),
+    precision: Precision::F32,
+};
+
+#[test]
+fn a_source_of_energy_is_measured_and_is_no_choice_however_near_it_is() {
+    let scene = msd_scene::open("jelly").unwrap().scene;
+    let right = make_reference(&scene, Wish::default()).unwrap();
+    let loose = try_choice(&scene, LOOSE, &right, 1).unwrap();
+    // All that moves is some tens of kilojoules: the drift detector of `msd run` warns, too.
+    assert!(0.0 < loose.gained && loose.errors.is_some(), "{}", loose.gained);
+    assert!(!loose.is_sound() && !loose.is_within(1e9));
+    let fine = Choice { fineness: Fineness::Tolerance(1e-6), ..LOOSE };
+    let fine = try_choice(&scene, fine, &right, 1).unwrap();
+    assert!(fine.is_sound() && fine.gained == 0.0, "{}", fine.gained);
+    let mut studied = study(&cloth(), quick(), &mut |_| {}).unwrap();
+    // As near as can be and cheaper than all others: only what it adds speaks against it.
+    let best = Trial { cost: 1e-12, errors: Some(Errors::default()), ..loose };
+    studied.trials.push(best);
+    let row = studied.trials.len() - 1;
+    assert!(!studied.front().contains(&row));
+    let told = words(&studied);
+    assert!(told.contains("adds energy") && !told.contains("tolerance 1e-2"), "{told}");
+    studied.trials[row].gained = 0.0;
+    assert!(studied.front().contains(&row) && words(&studied).contains("tolerance 1e-2"));
+}
+
+fn quick() -> Plan {
+    Plan { duration: 0.2, budget: 0.5, ..Plan::default() }
+}
+
+#[test]
+fn what_was_found_is_passed_over_where_it_adds_energy_from_another_state() {
+    let scene = msd_scene::open("jelly").unwrap().scene;
+    let right = make_reference(&scene, Wish { duration: 0.2, ..Wish::default() }).unwrap();
+    // The first fifth of a second is free fall: nothing speaks against it there.
+    let loose = try_choice(&scene, LOOSE, &right, right.frames.len()).unwrap();
+    assert!(loose.is_within(0.3), "{} m off, {} J", loose.error(), loose.gained);
+    let verlet = Integrator::VelocityVerlet;
+    let choice = Choice { integrator: verlet, fineness: Fineness::Substeps(16), ..LOOSE };
+    let sound = try_choice(&scene, choice, &right, right.frames.len()).unwrap();
+    let found = [loose, sound].map(|trial| Found { trial, predicted_error: None });
+    let mut run = Runner::new(&scene, choice.settings(), Precision::F64).unwrap();
+    (0..60).for_each(|_| run.step().unwrap());
+    let here = run.progress().0;
+    let wish = (Goal::MaxError(0.3), 0.2, 2.0);
+    let elsewhere = retry(&here, &found, wish, &mut Follows).unwrap();
+    assert_eq!(elsewhere.held.map(|trial| trial.choice), Some(choice));
+    let [(refused, why)] = &elsewhere.refused[..] else { panic!("{:?}", elsewhere.refused) };
+    assert_eq!(*refused, LOOSE);
+    assert!(why.contains("adds ") && why.contains("J that nothing supplied"), "{why}");
+    // One that is not as near as asked from there is passed over as well.
+    let wish = (Goal::MaxError(1e-9), 0.2, 2.0);
+    let elsewhere = retry(&here, &found[1..], wish, &mut Follows).unwrap();
+    assert!(elsewhere.held.is_none() && elsewhere.refused.len() == 1, "{elsewhere:?}");
+}
+
+/// One who lets it go on.
+struct Follows;
+
+impl Follower for Follows {
+    fn hear(&mut self, _: Progress) {}
+}
+
+#[test]
+fn how_many_methods_are_done_is_told_of_all_there_are() {
+    let mut heard = Vec::new();
+    tune(&cloth().scene, 0.2, Goal::MaxError(1e-3), &mut |now| heard.push(now)).unwrap();
+    let methods: Vec<_> = heard.iter().filter_map(|now| now.methods).collect();
+    // Eight methods in two precisions each, the cloth being damped.
+    assert!(methods.iter().all(|&[done, all]| done < all && all == 16), "{methods:?}");
+    assert!(methods.is_sorted() && 8 < methods[methods.len() - 1][0], "{methods:?}");
+    assert_eq!(heard[0].words(), "making the reference");
+    let last = &heard[heard.len() - 1];
+    assert!(last.words().contains(" of 16 methods done; "), "{}", last.words());
+    let mut heard = Vec::new();
+    study(&cloth(), quick(), &mut |now| heard.push(now)).unwrap();
+    let methods: Vec<_> = heard.iter().filter_map(|now| now.methods).collect();
+    assert!(methods.is_sorted() && methods.iter().all(|&[done, all]| done < all && all == 16));
 }
 
 #[test]

@@ -34,7 +34,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         ..Plan::default()
     };
     let bar = Bar::new();
-    let studied = study(&loaded, plan, &mut |Progress { now, done, left }| {
+    let studied = study(&loaded, plan, &mut |Progress { now, done, left, .. }| {
         let left =
             left.map_or(String::new(), |left| format!(", at most {} s left", rounded(left, 2)));
         bar.tell(&format!("{done} trials done{left}: {now}"));

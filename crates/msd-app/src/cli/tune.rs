@@ -94,7 +94,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         goal,
         met: tuned.met,
         best: Row::of(&tuned.best),
-        runner_up: tuned.runner_up.as_ref().map(Row::of),
+        runner_up: tuned.others.first().map(Row::of),
         reference_uncertainty: tuned.uncertainty,
         tried: tuned.tried,
         written,
@@ -127,7 +127,7 @@ fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), 
 }
 
 fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: bool) -> String {
-    let Tuned { goal, best, runner_up, met, .. } = tuned;
+    let Tuned { goal, best, others, met, .. } = tuned;
     let wish = match goal {
         Goal::MaxError(error) => format!("an error of at most {}", estimate(*error, "m")),
         Goal::Budget(seconds) => format!("at most {} per frame", estimate(*seconds, "s")),
@@ -141,7 +141,7 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
         ),
         format!("  {}", line(best)),
     ];
-    if let Some(second) = runner_up {
+    if let Some(second) = others.first() {
         lines.push(format!("second: {}", second.trial.choice));
         lines.push(format!("  {}", line(second)));
     }
@@ -169,9 +169,13 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
 
 fn line(found: &Found) -> String {
     format!(
-        "error {} (predicted {}), {} of processor time per frame",
+        "error {} (predicted {}), {} of processor time per frame{}",
         estimate(found.trial.error(), "m"),
         found.predicted_error.map_or("nothing".into(), |error| estimate(error, "m")),
-        estimate(found.trial.cost * FRAME, "s")
+        estimate(found.trial.cost * FRAME, "s"),
+        match found.trial.gained {
+            0.0 => String::new(),
+            gained => format!("; adds {} that nothing supplied", estimate(gained, "J")),
+        }
     )
 }

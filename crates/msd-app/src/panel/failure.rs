@@ -77,9 +77,16 @@ fn title(session: &Session, offer: &Offer) -> String {
         Remedy::Method(method) => method.name().to_owned(),
         Remedy::SceneValues => "The scene's own values".to_owned(),
     };
-    let cost = offer.cost.map(|cost| format!(", {} × the time", rounded(cost, 2)));
-    let cost = cost.filter(|_| offer.remedy != Remedy::Back).unwrap_or_default();
-    what + &cost + if offer.is_tried { "" } else { " (predicted)" }
+    let price = offer.cost.filter(|_| offer.remedy != Remedy::Back).map(price);
+    what + &price.unwrap_or_default() + if offer.is_tried { "" } else { " (predicted)" }
+}
+
+/// What a way out costs, in seconds of work per second that is simulated: with its baseline, as the
+/// run that blew up has no price to compare with.
+fn price(cost: f64) -> String {
+    let share = rounded(100.0 * cost, 2);
+    let late = if cost <= 1.0 { "" } else { ": slower than real time" };
+    format!(", takes {share} % of real time{late}")
 }
 
 /// What a way out does, and how sure it is.
@@ -101,4 +108,15 @@ fn explanation(offer: &Offer) -> String {
         "Predicted to be stable; a trial took too long.".to_owned()
     };
     format!("{what}; {from}. {sure}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_price_names_what_it_is_a_part_of_and_what_is_too_slow_says_so() {
+        assert_eq!(price(0.13), ", takes 13 % of real time");
+        assert_eq!(price(1.8), ", takes 180 % of real time: slower than real time");
+    }
 }

@@ -1,6 +1,6 @@
 //! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
 
-use super::run::{Reading, Run};
+use super::run::{Reading, Run, bound};
 use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
 use super::{Session, Wind};
 use msd_core::{Divergence, Error, Interaction, Vector};
@@ -66,8 +66,14 @@ impl Origins<'_> {
         [Origin::Here, Origin::Start].into_iter().chain(earlier).chain(scene).collect()
     }
 
-    /// A copy of the run at one of them.
+    /// A copy of the run at one of them, the steps of which take no longer than those of the run.
     pub(super) fn copy(&self, origin: Origin) -> Result<Runner, Error> {
+        let mut copy = self.unbounded(origin)?;
+        bound(&mut copy);
+        Ok(copy)
+    }
+
+    fn unbounded(&self, origin: Origin) -> Result<Runner, Error> {
         let (settings, precision) = (self.runner.settings(), self.runner.precision());
         match origin {
             Origin::Here => Ok(self.runner.clone()),

@@ -65,6 +65,11 @@ impl Material {
         &self.kept
     }
 
+    /// Gives up edits: what they had set was set back.
+    pub(super) fn give_up(&mut self, edits: &[Interaction]) {
+        self.kept.retain(|edit| !edits.contains(edit));
+    }
+
     /// All that makes the scene as it is set now: the edits that still count and the rest lengths,
     /// which a restart gives back.
     pub fn edits(&self) -> Vec<Interaction> {
@@ -178,8 +183,10 @@ impl Session {
         let begins = self.remember(Deed::Edit(edit.words()));
         let mut accepted = false;
         for interaction in self.material.interactions(edit, self.runner(), &self.loaded.scene) {
-            if self.act(interaction) {
-                self.material.keep(interaction);
+            let off_again = self.off_again(&interaction);
+            let all: Vec<_> = std::iter::once(interaction).chain(off_again).collect();
+            if self.act_all(&all) {
+                all.into_iter().for_each(|done| self.material.keep(done));
                 self.material.show(edit);
                 accepted = true;
             }

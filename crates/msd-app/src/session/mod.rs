@@ -53,6 +53,10 @@ use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
 
+/// The most that is done at once and recorded one by one: the springs of a body of a material have a
+/// hundred values, in thousands of runs, and the run as it is then is no longer than they are.
+const MOST_EVENTS: usize = 200;
+
 /// A scene that runs, pauses, goes back, is grabbed, tuned and recorded.
 #[derive(Debug)]
 pub struct Session {
@@ -356,7 +360,7 @@ impl Session {
             self.record(&Event::Act(interaction));
             self.note_renewal(settings);
             if let Some(twin) = &mut self.twin {
-                twin.act(interaction, &self.run);
+                twin.act(&[interaction], &self.run);
             }
         }
         is_accepted
@@ -384,10 +388,14 @@ impl Session {
         self.refusal = result.err().map(|error| error.to_string());
         if is_accepted {
             self.note_limit(interactions);
-            interactions.iter().for_each(|&each| self.record(&Event::Act(each)));
-            self.note_renewal(settings);
+            if interactions.len() <= MOST_EVENTS {
+                interactions.iter().for_each(|&each| self.record(&Event::Act(each)));
+                self.note_renewal(settings);
+            } else {
+                self.record_start();
+            }
             if let Some(twin) = &mut self.twin {
-                interactions.iter().for_each(|&each| twin.act(each, &self.run));
+                twin.act(interactions, &self.run);
             }
         }
         is_accepted
@@ -395,14 +403,26 @@ impl Session {
 
     /// Changes how the scene is stepped.
     pub fn tune(&mut self, tuning: Tuning) {
-        self.settle();
-        self.timeline.mark(self.runner().steps(), MarkKind::Edit);
-        let tuned = self.change(|runner| tuning.apply(runner));
-        self.refusal = tuned.as_ref().err().map(Error::to_string);
-        if let Ok(event) = tuned {
+        self.tune_all(&[tuning], tuning.words());
+    }
+
+    /// Changes several things of how the scene is stepped, up to the first that is refused, which
+    /// are undone as one: what undo calls it is a word or two.
+    fn tune_all(&mut self, tunings: &[Tuning], words: &'static str) {
+        let begins = self.remember(Deed::Solver(words));
+        let mut is_tuned = false;
+        for tuning in tunings {
+            let tuned = self.change(|runner| tuning.apply(runner));
+            self.refusal = tuned.as_ref().err().map(Error::to_string);
+            let Ok(event) = tuned else { break };
+            is_tuned = true;
             self.limit_of = self.runner().steps();
             self.record(&event);
+        }
+        if is_tuned {
             self.restart_twin();
+        } else if begins {
+            self.undo.withdraw();
         }
     }
 

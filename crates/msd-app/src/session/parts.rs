@@ -5,8 +5,9 @@ use super::{Deed, Session};
 use glam::DVec3;
 use msd_core::{Interaction, Model, Plane, Real, Scene, Select, Vector};
 use msd_run::{Runner, on};
-use msd_scene::{AnyState, Loaded};
+use msd_scene::{AnyState, Loaded, Precision};
 use msd_study::parts::Part;
+use std::mem::discriminant;
 use std::ops::Range;
 
 /// A part that a scene has, with the springs that it consists of.
@@ -69,76 +70,110 @@ impl Session {
         self.parts.refresh(&self.run, &self.loaded);
     }
 
-    /// Switches a part of the model off, or on as the scene has it, in one edit.
+    /// Switches a part of the model off, or on as the scene has it, in one edit. Springs come back
+    /// as what else was set makes them.
     ///
     /// Springs that are switched off stay where they are, with neither stiffness nor damping. What
     /// fell through an obstacle is lifted out of it, body by body, before there is contact again.
     pub fn switch(&mut self, part: Part, on: bool) {
         self.look_at_parts();
-        let edits = self.edits_of_switch(part, on);
-        if edits.is_empty() {
-            return;
-        }
+        let off = self.off(part);
+        let edits = match (on, is_of_springs(part)) {
+            (false, _) => Ok(off.clone()),
+            (true, false) => Ok(self.world_again(part)),
+            (true, true) => self.springs_again(part, &off),
+        };
+        let edits = match edits {
+            Ok(edits) if edits.is_empty() => return,
+            Ok(edits) => edits,
+            Err(error) => return self.refusal = Some(error.to_string()),
+        };
         self.remember(Deed::Switch(part.name()));
         if part == Part::Contact && on {
             self.lift();
         }
-        if self.act_all(&edits) {
-            edits.into_iter().for_each(|edit| self.material.keep(edit));
-        } else {
+        if !self.act_all(&edits) {
             self.undo.withdraw();
+        } else if on && is_of_springs(part) {
+            // A restart gives them back by itself, and a link needs no edit for each spring.
+            self.material.give_up(&off);
+        } else {
+            edits.into_iter().for_each(|edit| self.material.keep(edit));
         }
     }
 
-    fn edits_of_switch(&self, part: Part, on: bool) -> Vec<Interaction> {
-        let (scene, world) = (&self.loaded.scene, self.loaded.scene.world);
+    /// What switches a part off.
+    fn off(&self, part: Part) -> Vec<Interaction> {
+        let count = self.loaded.scene.springs.len();
+        let damping = |springs| Interaction::SetDamping { springs, value: 0.0 };
         match part {
-            Part::Gravity => {
-                vec![Interaction::SetGravity {
-                    value: if on { world.gravity } else { DVec3::ZERO },
-                }]
-            }
-            Part::Drag => vec![Interaction::SetDrag { value: if on { world.drag } else { 0.0 } }],
-            Part::Contact if on => {
-                scene.planes.iter().map(|&plane| Interaction::AddPlane { plane }).collect()
-            }
+            Part::Gravity => vec![Interaction::SetGravity { value: DVec3::ZERO }],
+            Part::Drag => vec![Interaction::SetDrag { value: 0.0 }],
             Part::Contact => vec![Interaction::RemovePlanes],
-            kind => self.edits_of_springs(kind, on),
+            Part::Damping => vec![damping(Select::All)],
+            Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
+                let kinds = self.parts.kinds.iter().flatten();
+                let rows = kinds.filter(|kind| kind.0 == part).flat_map(|kind| kind.1.clone());
+                rows.flat_map(|range| {
+                    let springs = select(range, count);
+                    [damping(springs), Interaction::SetStiffness { springs, value: 0.0 }]
+                })
+                .collect()
+            }
         }
     }
 
-    /// Sets stiffness and damping of the springs of a part: those of the scene, or nothing.
-    fn edits_of_springs(&self, part: Part, on: bool) -> Vec<Interaction> {
-        let springs = &self.loaded.scene.springs;
-        let is_off = |other: Part| match other == part {
-            true => !on,
-            false => self.parts().contains(&(other, false)),
-        };
-        let no_damping = is_off(Part::Damping);
-        let mut is_gone = vec![false; springs.len()];
-        let mut is_of = vec![part == Part::Damping; springs.len()];
-        for (kind, ranges) in self.parts.kinds.iter().flatten() {
-            for range in ranges {
-                is_gone[range.clone()].fill(is_off(*kind));
-                is_of[range.clone()].fill(*kind == part || part == Part::Damping);
-            }
+    /// What keeps springs off that are off, after an edit that would give them something again.
+    pub(super) fn off_again(&mut self, edit: &Interaction) -> Vec<Interaction> {
+        use Interaction::{SetDamping, SetStiffness};
+        if !matches!(edit, SetStiffness { .. } | SetDamping { .. }) {
+            return Vec::new();
         }
-        let rows = || (0..springs.len()).filter(|&row| is_of[row]);
-        let stiffness = |row: usize| if is_gone[row] { 0.0 } else { springs[row].stiffness };
-        let damping = |row: usize| match is_gone[row] || no_damping {
-            true => 0.0,
-            false => springs[row].damping,
+        self.look_at_parts();
+        let is_kind = |part: Part| is_of_springs(part) && part != Part::Damping;
+        let parts = self.parts().iter().filter(|&&(part, on)| is_kind(part) && !on);
+        let off = parts.flat_map(|&(part, _)| self.off(part));
+        off.filter(|off| discriminant(off) == discriminant(edit)).collect()
+    }
+
+    /// What the scene has of a part of its world.
+    fn world_again(&self, part: Part) -> Vec<Interaction> {
+        let (planes, world) = (&self.loaded.scene.planes, self.loaded.scene.world);
+        match part {
+            Part::Gravity => vec![Interaction::SetGravity { value: world.gravity }],
+            Part::Drag => vec![Interaction::SetDrag { value: world.drag }],
+            _ => planes.iter().map(|&plane| Interaction::AddPlane { plane }).collect(),
+        }
+    }
+
+    /// Gives the springs of a part what the scene and the edits give them but for those that
+    /// switched it `off`.
+    fn springs_again(
+        &self,
+        part: Part,
+        off: &[Interaction],
+    ) -> Result<Vec<Interaction>, msd_core::Error> {
+        // In double precision no number of the scene is rounded.
+        let settings = self.runner().settings();
+        let mut whole = Runner::open_with(&self.loaded, settings, Precision::F64, false)?;
+        let kept = self.material.kept().iter().filter(|edit| !off.contains(edit));
+        kept.filter(|edit| is_of_constants(edit)).try_for_each(|&edit| whole.queue(edit))?;
+        whole.apply_queued()?;
+        let springs = whole.progress().0.springs;
+        let kinds = self.parts.kinds.iter().flatten().filter(|kind| kind.0 == part);
+        let rows: Vec<usize> = match part {
+            Part::Damping => (0..springs.len()).collect(),
+            _ => kinds.flat_map(|kind| kind.1.iter().cloned().flatten()).collect(),
         };
-        let count = springs.len();
-        let set_damping = runs((rows(), count), damping).into_iter();
-        let mut edits: Vec<Interaction> = set_damping
-            .map(|(springs, value)| Interaction::SetDamping { springs, value })
-            .collect();
+        let dampings = runs((&rows, springs.len()), |row| springs[row].damping);
+        let damping = |(springs, value)| Interaction::SetDamping { springs, value };
+        let mut edits: Vec<Interaction> = dampings.into_iter().map(damping).collect();
         if part != Part::Damping {
-            let runs = runs((rows(), count), stiffness).into_iter();
-            edits.extend(runs.map(|(springs, value)| Interaction::SetStiffness { springs, value }));
+            let runs = runs((&rows, springs.len()), |row| springs[row].stiffness);
+            let stiffness = |(springs, value)| Interaction::SetStiffness { springs, value };
+            edits.extend(runs.into_iter().map(stiffness));
         }
-        edits
+        Ok(edits)
     }
 
     /// Lifts every body out of the planes of the scene; there is no way back to where it was.
@@ -157,24 +192,26 @@ impl Session {
     }
 }
 
-/// Rows that have one value and follow each other, with that value: all springs of `count` as such.
-fn runs(
-    (rows, count): (impl Iterator<Item = usize>, usize),
-    value: impl Fn(usize) -> f64,
-) -> Vec<(Select, f64)> {
-    let mut found: Vec<(Range<usize>, f64)> = Vec::new();
-    for row in rows {
-        let value = value(row);
-        match found.last_mut().filter(|(range, last)| range.end == row && *last == value) {
-            Some((range, _)) => range.end += 1,
-            None => found.push((row..row + 1, value)),
-        }
-    }
-    let select = |range: Range<usize>| match range == (0..count) {
-        true => Select::All,
-        false => Select::Range(range.start, range.end),
-    };
-    found.into_iter().map(|(range, value)| (select(range), value)).collect()
+/// Whether a part is of springs, rather than of the world.
+fn is_of_springs(part: Part) -> bool {
+    !matches!(part, Part::Gravity | Part::Drag | Part::Contact)
+}
+
+/// Whether an edit sets constants of springs.
+fn is_of_constants(edit: &Interaction) -> bool {
+    matches!(edit, Interaction::SetStiffness { .. } | Interaction::SetDamping { .. })
+}
+
+/// The springs of a range of rows, of so many in all.
+fn select(range: Range<usize>, count: usize) -> Select {
+    if range == (0..count) { Select::All } else { Select::Range(range.start, range.end) }
+}
+
+/// Rows that have one value and follow each other, with that value, of so many rows in all.
+fn runs((rows, count): (&[usize], usize), value: impl Fn(usize) -> f64) -> Vec<(Select, f64)> {
+    let goes_on = |a: &usize, b: &usize| a + 1 == *b && value(*a) == value(*b);
+    let runs = rows.chunk_by(goes_on);
+    runs.map(|run| (select(run[0]..run[run.len() - 1] + 1, count), value(run[0]))).collect()
 }
 
 /// Moves each body, and each particle of none, out of one plane after the other along its normal,

@@ -1,7 +1,13 @@
 //! The run behind one gate, and readings of it that are void once it was changed.
 
 use msd_core::{Error, Interaction};
-use msd_run::Runner;
+use msd_run::{Runner, on};
+
+/// The most that a step of an adaptive method may take, evaluations of springs and particles: a
+/// fraction of a second, after which the window would seem to hang.
+const MOST_WORK: usize = 100_000_000;
+/// The evaluations of all forces that a step of the largest scene may take all the same.
+const LEAST_EVALUATIONS: usize = 600;
 
 /// A count of the changes of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,6 +50,7 @@ impl Run {
     /// those that are carried over.
     pub(super) fn step(&mut self) -> Result<(), Error> {
         let before = self.runner.settings();
+        bound(&mut self.runner);
         let stepped = self.runner.step();
         if self.runner.settings() != before {
             self.revision.0 += 1;
@@ -61,6 +68,15 @@ impl Run {
         self.is_driven |= matches!(motion, Interaction::SetForce { .. });
         act(&mut self.runner, motion)
     }
+}
+
+/// Bounds the work of each step of a run, so that a frame ends.
+pub(super) fn bound(runner: &mut Runner) {
+    on!(runner, simulation => {
+        let model = simulation.model();
+        let rows = (model.particle_count() + model.ends().len()).max(1);
+        simulation.set_most_evaluations((MOST_WORK / rows).max(LEAST_EVALUATIONS) as u64);
+    });
 }
 
 /// Does something to a simulation at once.

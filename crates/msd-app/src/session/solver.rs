@@ -26,6 +26,18 @@ pub enum Tuning {
 }
 
 impl Tuning {
+    /// What it changes, in a word or two.
+    pub fn words(self) -> &'static str {
+        match self {
+            Tuning::Integrator(_) => "method",
+            Tuning::Substeps(_) => "substeps",
+            Tuning::Automatic(_) => "automatic substeps",
+            Tuning::Tolerance(_) => "tolerance",
+            Tuning::Newton(_) => "Newton iterations",
+            Tuning::Precision(_) => "precision",
+        }
+    }
+
     /// Whether a run is stepped like that already.
     pub(super) fn is_set(self, runner: &Runner) -> bool {
         let now = runner.settings();

@@ -41,24 +41,25 @@ impl Twin {
         if self.failure.is_some() {
             return;
         }
+        super::run::bound(&mut self.runner);
         match self.runner.step() {
             Ok(()) => self.measure(run),
-            Err(error) => {
+            Err(Error::Diverged(_)) => {
                 let (method, time) = (self.runner.integrator(), self.runner.time());
-                self.failure = Some(if error.is_of_step() {
-                    format!("{method} has left the world at t = {time:.2} s and stopped there")
-                } else {
-                    error.to_string()
-                });
+                self.failure = Some(format!(
+                    "{method} has left the world at t = {time:.2} s and stopped there"
+                ));
             }
+            Err(error) => self.failure = Some(error.to_string()),
         }
     }
 
-    /// Does what was done to the run, by a hand as strong as it was there.
-    pub(super) fn act(&mut self, interaction: Interaction, run: &Run) {
-        let felt = as_felt(interaction, run.runner().settings().substep());
-        let acted = super::run::act(&mut self.runner, felt);
-        if let Err(error) = acted {
+    /// Does what was done to the run, at once, by a hand as strong as it was there.
+    pub(super) fn act(&mut self, interactions: &[Interaction], run: &Run) {
+        let substep = run.runner().settings().substep();
+        let mut felt = interactions.iter().map(|&each| as_felt(each, substep));
+        let queued = felt.try_for_each(|each| self.runner.queue(each));
+        if let Err(error) = queued.and_then(|()| self.runner.apply_queued()) {
             self.failure.get_or_insert(error.to_string());
         }
     }

@@ -20,7 +20,8 @@ pub struct Desk {
     /// Where the program is started.
     pub folder: TempDir,
     window: Option<Child>,
-    scene: &'static str,
+    /// What `msd` is asked to view; nothing for `msd` alone.
+    pub scene: &'static str,
     environment: Vec<(&'static str, &'static str)>,
 }
 
@@ -72,7 +73,7 @@ impl Desk {
 
     pub fn start(&mut self) -> Result<(), String> {
         let window = Command::new(env!("CARGO_BIN_EXE_msd"))
-            .args(["view", self.scene])
+            .args(["view", self.scene].into_iter().filter(|_| !self.scene.is_empty()))
             .current_dir(&self.folder)
             .env("DISPLAY", &self.display)
             // Left over from another session: no such display is there any more.
@@ -102,6 +103,15 @@ impl Desk {
             sleep(Duration::from_millis(50));
         }
         panic!("no frame was drawn")
+    }
+
+    /// Ends the window by its key, and opens another scene, or what `msd` alone opens.
+    pub fn open_next(&mut self, scene: &'static str) {
+        self.xdotool("key ctrl+q");
+        assert_eq!(self.end().0, Some(0));
+        std::fs::remove_file(&self.status).expect("the report of before");
+        self.scene = scene;
+        self.start().expect("another window");
     }
 
     /// Waits for the window to end; returns its exit code and what it said.

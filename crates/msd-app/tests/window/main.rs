@@ -12,7 +12,7 @@ mod hands;
 mod hidden;
 mod x11;
 
-use desk::{Desk, desk, distance, numbers};
+use desk::{Desk, desk, desk_with, distance, numbers};
 use serde_json::Value;
 use std::process::Command;
 use std::thread::sleep;
@@ -59,6 +59,28 @@ fn a_small_screen_holds_the_window_which_is_remembered() {
     desk.start().expect("a third window");
     let fresh = desk.wait("it is drawn", |now| !now["landmarks"]["stiffness"].is_null());
     assert!(fresh["note"].as_str().is_some_and(|note| note.contains("preferences")), "{fresh}");
+}
+
+#[test]
+fn msd_alone_opens_the_last_scene_or_the_first_where_there_is_none() {
+    let Some(mut desk) = desk_with("1000x700x24", "", &[]) else { return };
+    let is = |scene: &'static str| move |now: &Value| now["scene"] == scene;
+    desk.wait("the first built-in scene", is("cube"));
+    desk.open_next("cloth");
+    desk.wait("what was asked for", is("cloth"));
+    desk.open_next("");
+    desk.wait("the last scene", is("cloth"));
+    // A file is remembered like a built-in scene, until it is gone.
+    let file = desk.folder.path().join("own.toml");
+    let text = "version = 1\n[[bodies]]\nkind = \"rope\"\nsize = [5]\n";
+    std::fs::write(&file, text).expect("a file");
+    desk.open_next("own.toml");
+    desk.wait("the file", is("own"));
+    desk.open_next("");
+    desk.wait("the file again", is("own"));
+    std::fs::remove_file(&file).expect("the file");
+    desk.open_next("");
+    desk.wait("the first built-in scene", is("cube"));
 }
 
 #[test]

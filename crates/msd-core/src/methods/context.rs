@@ -70,6 +70,8 @@ pub(crate) struct Done {
 pub(crate) enum Failure {
     /// The error of this particle stays above the tolerance of an adaptive method.
     Tolerance(usize),
+    /// An adaptive method has used up its evaluations after this part of the step.
+    Evaluations(f64),
     /// The force on this particle, or its velocity after a solve, is NaN or infinite.
     NotFinite(usize),
     /// A linear solve left so much of its residual that the step is of no use.
@@ -101,6 +103,8 @@ pub(crate) enum Way {
 pub struct StepContext<'a, R: Real> {
     pub(crate) model: &'a Model<R>,
     pub(crate) settings: &'a Settings,
+    /// The most evaluations that an adaptive method may take.
+    pub(crate) most_evaluations: u64,
     pub(crate) level: Level,
     /// Simulated time at the start of the step, seconds.
     pub(crate) start: f64,

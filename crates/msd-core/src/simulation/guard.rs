@@ -18,6 +18,10 @@ impl<R: Real> Simulation<R> {
                 let tolerance = self.settings.tolerance;
                 return Err(Error::Unreachable { tolerance, particle, step, time });
             }
+            Some(Failure::Evaluations(done)) => {
+                let (most, tolerance) = (self.most_evaluations, self.settings.tolerance);
+                return Err(Error::TooManyEvaluations { most, tolerance, done, step, time });
+            }
             Some(Failure::Unsolved { residual, iterations }) => {
                 return Err(Error::Unsolved { residual, iterations, step, time });
             }

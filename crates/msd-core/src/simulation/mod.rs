@@ -39,6 +39,8 @@ pub struct Simulation<R: Real = f32> {
     pub(crate) model: Model<R>,
     pub(crate) state: Columns<R>,
     settings: Settings,
+    /// The most evaluations of a step of an adaptive method.
+    most_evaluations: u64,
     /// A user-defined method, in place of that of the settings.
     own_method: Option<OwnMethod>,
     level: Level,
@@ -101,6 +103,7 @@ impl<R: Real> Simulation<R> {
             state: Columns::of(&model.slots, state, 0),
             model,
             settings,
+            most_evaluations: u64::MAX,
             own_method: None,
             level: Instructions::best().level(),
             queue: Vec::new(),
@@ -124,9 +127,10 @@ impl<R: Real> Simulation<R> {
     ///
     /// # Errors
     /// [`Error::Diverged`] if a particle left the world or the force on it is not finite,
-    /// [`Error::Unreachable`] if an adaptive method cannot keep its tolerance, [`Error::Unsolved`]
-    /// if an implicit one cannot solve for the step, [`Error::OutOfDomain`] for one step too many
-    /// to be counted exactly. State, queue and everything that the queue changes are then as they
+    /// [`Error::Unreachable`] if an adaptive method cannot keep its tolerance,
+    /// [`Error::TooManyEvaluations`] if it would take longer than it may, [`Error::Unsolved`] if an
+    /// implicit one cannot solve for the step, [`Error::OutOfDomain`] for one step too many to be
+    /// counted exactly. State, queue and everything that the queue changes are then as they
     /// were before the step: a shorter step may follow, or [`Simulation::clear_queue`].
     pub fn step(&mut self) -> Result<(), Error> {
         if !self.model.springs.is_shared() {
@@ -150,6 +154,7 @@ impl<R: Real> Simulation<R> {
             start: step_start(self.epoch, self.steps, self.settings.step),
             model: &self.model,
             settings: &self.settings,
+            most_evaluations: self.most_evaluations,
             level: self.level,
             finished: 0,
             state: &mut self.state,
@@ -371,6 +376,13 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
+    /// Bounds the evaluations of all forces that a step of an adaptive method may take, so that a
+    /// window is never kept waiting: a step that needs more fails. No bound by default, and none is
+    /// kept in a saved run.
+    pub fn set_most_evaluations(&mut self, most: u64) {
+        self.most_evaluations = most;
+    }
+
     /// Steps by a user-defined method from the next step on, in place of the integrator of the
     /// settings; their step, substeps and tolerance hold for it too.
     pub fn set_method(&mut self, method: impl Method<f32> + Method<f64> + 'static) {
@@ -475,6 +487,7 @@ impl<R: Real> Simulation<R> {
         let mut other = Simulation::from_parts(model, &state, self.settings)?;
         self.queue.iter().try_for_each(|&interaction| other.queue(interaction))?;
         other.own_method = self.own_method.clone();
+        other.most_evaluations = self.most_evaluations;
         other.renew_scratch();
         other.next_handle = self.next_handle;
         other.ledger = self.ledger;

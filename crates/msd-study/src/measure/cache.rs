@@ -17,7 +17,7 @@ pub fn folder() -> Option<PathBuf> {
 }
 
 /// Raised whenever a change of msd makes what was kept before wrong.
-const REVISION: u32 = 1;
+const REVISION: u32 = 2;
 
 /// The hash of anything that can be written down, 32 hexadecimal digits: BLAKE3 (O'Connor and
 /// others, 2020) of its postcard bytes, of the version of msd and of the revision of the

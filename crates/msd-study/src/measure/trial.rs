@@ -4,9 +4,10 @@ use crate::candidates::choice::Choice;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::{Errors, compare};
 use crate::measure::leave::{Halt, Leave, ask, unstopped};
-use crate::measure::reference::Reference;
-use msd_core::{Error, Scene, Settings, Simulation, State};
-use msd_run::{Runner, on};
+use crate::measure::reference::{Reference, frames_of};
+use crate::quantity::estimate;
+use msd_core::{Error, Scene, Settings, Simulation, State, Witness};
+use msd_run::Runner;
 use msd_scene::AnyState;
 use serde::{Deserialize, Serialize};
 
@@ -21,6 +22,9 @@ pub struct Trial {
     pub errors: Option<Errors>,
     /// Kinetic, elastic and gravitational energy at each sample, joules.
     pub energies: Vec<f64>,
+    /// The most energy that the method was seen to have added for good, joules, by the bound of the
+    /// drift detector, [`Witness`], that `msd run` warns by; 0 where it added none.
+    pub gained: f64,
     /// Why the run ended early, in words: it left the world, or its tolerance was out of reach.
     pub diverged: Option<String>,
 }
@@ -29,6 +33,17 @@ impl Trial {
     /// The error that choices are judged by, metres: infinite for a run that diverged.
     pub fn error(&self) -> f64 {
         self.errors.map_or(f64::INFINITY, |errors| errors.rms)
+    }
+
+    /// Whether it can be chosen: it stayed in the world, and added no energy. A source of energy
+    /// may be near the reference for as long as it was tried, and blow up later.
+    pub fn is_sound(&self) -> bool {
+        self.errors.is_some() && self.gained == 0.0
+    }
+
+    /// Whether it can be chosen where an error of so many metres is allowed.
+    pub fn is_within(&self, error: f64) -> bool {
+        self.is_sound() && self.error() <= error
     }
 }
 
@@ -56,6 +71,8 @@ pub(crate) fn try_by_leave(
     let system = Simulation::<f64>::new(scene, Settings::default())?;
     let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
     let (mut seconds, mut worst, mut energies) = (0.0, Errors::default(), Vec::new());
+    let (mut witness, mut gained) = (Witness::default(), 0.0f64);
+    runner.show_to(&mut witness);
     for (row, (&frame, right)) in reference.frames.iter().zip(&reference.states).enumerate() {
         // Not while the clock runs: it may wait.
         ask(leave)?;
@@ -66,17 +83,47 @@ pub(crate) fn try_by_leave(
             // Per second that it got through, and the step that it did not.
             let reached = runner.time() + runner.settings().step;
             let (diverged, cost) = (Some(error.to_string()), seconds / reached);
-            return Ok(Trial { choice, cost, errors: None, energies, diverged });
+            return Ok(Trial { choice, cost, errors: None, energies, gained, diverged });
         }
         let errors = compare(&system, &state(&runner), &right.state());
         let Errors { centre, energy, penetration, .. } = errors;
         let coarse = Errors { centre, energy, penetration, ..Errors::default() };
         worst = worst.worse(if row < reliable { &errors } else { &coarse });
-        let energy = on!(&runner, simulation => simulation.energy());
+        let energy = runner.show_to(&mut witness);
+        gained = gained.max(witness.gain());
         energies.push(energy.total() - energy.dissipated);
     }
     let cost = seconds / reference.duration();
-    Ok(Trial { choice, cost, errors: Some(worst), energies, diverged: None })
+    Ok(Trial { choice, cost, errors: Some(worst), energies, gained, diverged: None })
+}
+
+/// Runs a choice for some seconds for its soundness alone; returns why it is none to take, in
+/// words, where it leaves the world or adds energy.
+pub(crate) fn unsound_by_leave(
+    scene: &Scene,
+    choice: Choice,
+    duration: f64,
+    leave: Leave<'_>,
+) -> Result<Option<String>, Halt> {
+    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
+    let mut witness = Witness::default();
+    runner.show_to(&mut witness);
+    for _ in 0..frames_of(duration) {
+        ask(leave)?;
+        if let Err(error) = runner.step() {
+            return Ok(Some(error.to_string()));
+        }
+        runner.show_to(&mut witness);
+        if 0.0 < witness.gain() {
+            return Ok(Some(adds(witness.gain())));
+        }
+    }
+    Ok(None)
+}
+
+/// That energy is added, joules, in words.
+pub(crate) fn adds(gained: f64) -> String {
+    format!("adds {} that nothing supplied", estimate(gained, "J"))
 }
 
 /// Runs a choice once more for its cost alone: time of the processor per simulated second, seconds;

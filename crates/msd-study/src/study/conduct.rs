@@ -74,7 +74,7 @@ fn is_steppy(friction: Friction) -> bool {
 /// Of each method the cheapest choice within the wanted error, or else its best.
 pub fn representatives(study: &Study) -> Vec<Choice> {
     let best = |integrator| {
-        let fine = |trial: &&Trial| trial.error() <= study.wanted;
+        let fine = |trial: &&Trial| trial.is_within(study.wanted);
         let cheapest = study.of(integrator).filter(fine).min_by(|a, b| a.cost.total_cmp(&b.cost));
         let best = || study.of(integrator).min_by(|a, b| a.error().total_cmp(&b.error()));
         cheapest.or_else(best).map(|trial| trial.choice)

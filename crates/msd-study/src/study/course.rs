@@ -42,8 +42,26 @@ pub struct Progress {
     pub now: String,
     /// Trials done.
     pub done: usize,
+    /// Methods, each in one precision, of which nothing is left to try, and all of them; none while
+    /// no method is tried.
+    pub methods: Option<[usize; 2]>,
     /// Time of the processor still to be spent, at most, seconds; none before it can be told.
     pub left: Option<f64>,
+}
+
+impl Progress {
+    /// Before the first trial.
+    pub(crate) fn of_reference() -> Self {
+        Progress { now: "making the reference".into(), done: 0, methods: None, left: None }
+    }
+
+    /// How many methods are done, as far as that is known, and what is being done, in words.
+    pub fn words(&self) -> String {
+        match self.methods {
+            Some([done, all]) => format!("{done} of {all} methods done; {}", self.now),
+            None => self.now.clone(),
+        }
+    }
 }
 
 /// What is still to be tried of one method.
@@ -102,6 +120,8 @@ pub(super) struct Course<'a> {
     pub study: Study,
     hash: String,
     spent: f64,
+    /// Methods that are done, and all of them, while they are tried.
+    methods: Option<[usize; 2]>,
 }
 
 impl<'a> Course<'a> {
@@ -115,7 +135,7 @@ impl<'a> Course<'a> {
         let simulation = Simulation::<f64>::new(scene, Settings::default())?;
         let model = simulation.model();
         let wanted = plan.wanted.unwrap_or(1e-3 * model.size());
-        follower.hear(Progress { now: "making the reference".into(), done: 0, left: None });
+        follower.hear(Progress::of_reference());
         let Plan { duration, uncertainty, patience, .. } = plan;
         let wish = Wish { duration, uncertainty, patience };
         let right = reference_by_leave(scene, wish, &mut || follower.goes_on())?;
@@ -144,7 +164,8 @@ impl<'a> Course<'a> {
             date: machine::date(),
         };
         follower.see(&study);
-        Ok(Course { loaded, plan, right, reliable, study, hash, spent: 0.0 })
+        let (spent, methods) = (0.0, None);
+        Ok(Course { loaded, plan, right, reliable, study, hash, spent, methods })
     }
 
     /// Removes what would let the study be taken up again.
@@ -173,10 +194,14 @@ impl<'a> Course<'a> {
                 Fineness::Tolerance(tolerance) => least <= tolerance,
                 Fineness::Substeps(_) => true,
             });
-            let rungs = rungs.into_iter();
-            climbs.push(Climb { rungs, best: f64::INFINITY, idle: 0 });
+            if !rungs.is_empty() {
+                let rungs = rungs.into_iter();
+                climbs.push(Climb { rungs, best: f64::INFINITY, idle: 0 });
+            }
         }
+        let all = climbs.len();
         while !climbs.is_empty() {
+            self.methods = Some([all - climbs.len(), all]);
             let mut kept = Vec::new();
             for mut climb in climbs {
                 while let Some(choice) = follower.wish(false) {
@@ -191,6 +216,7 @@ impl<'a> Course<'a> {
             }
             climbs = kept;
         }
+        self.methods = None;
         Ok(())
     }
 
@@ -204,7 +230,8 @@ impl<'a> Course<'a> {
         let trial = match self.attempt(choice, follower) {
             Err(Halt::Refused(error)) => {
                 let diverged = Some(error.to_string());
-                Trial { choice, cost: f64::INFINITY, errors: None, energies: Vec::new(), diverged }
+                let (cost, energies) = (f64::INFINITY, Vec::new());
+                Trial { choice, cost, errors: None, energies, gained: 0.0, diverged }
             }
             trial => trial?,
         };
@@ -221,7 +248,8 @@ impl<'a> Course<'a> {
     /// What is being done, and how far it is.
     pub fn progress(&self, now: String) -> Progress {
         let left = (self.plan.budget - self.spent).max(0.0);
-        Progress { now, done: self.study.trials.len(), left: Some(left) }
+        let (done, methods) = (self.study.trials.len(), self.methods);
+        Progress { now, done, methods, left: Some(left) }
     }
 
     /// Tries one rung; returns whether the climb ends here, and what to say of it.
@@ -251,11 +279,12 @@ impl<'a> Course<'a> {
         let trials = &self.study.trials;
         let trial = &trials[kept.unwrap_or(trials.len() - 1)];
         climb.idle = if trial.error() < 0.8 * climb.best { 0 } else { climb.idle + 1 };
-        // What diverges on the first rungs may do better on the next.
-        if trial.errors.is_none() {
+        // What diverges on the first rungs, or adds energy, may do better on the next.
+        if trial.is_sound() {
+            climb.best = climb.best.min(trial.error());
+        } else {
             climb.idle = 0;
         }
-        climb.best = climb.best.min(trial.error());
         if IDLE <= climb.idle || self.is_beaten(trial) {
             return Ok(Some(None));
         }
@@ -268,8 +297,10 @@ impl<'a> Course<'a> {
     /// Whether another trial is better at a small part of the cost: finer ones of this method will
     /// not catch up.
     fn is_beaten(&self, trial: &Trial) -> bool {
-        let beats =
-            |other: &Trial| other.error() < trial.error() && other.cost * HOPELESS < trial.cost;
+        let beats = |other: &Trial| {
+            let is_better = other.is_sound() && other.error() < trial.error();
+            is_better && other.cost * HOPELESS < trial.cost
+        };
         // A tolerance ten times as tight costs little and may gain much.
         let steep = trial.choice.integrator.is_adaptive();
         !steep && trial.errors.is_some() && self.study.trials.iter().any(beats)

@@ -65,11 +65,11 @@ pub struct ReferenceNote {
 }
 
 impl Study {
-    /// Rows of the trials that no other trial beats in both cost and error, cheapest first; below
-    /// the uncertainty of the reference errors are alike.
+    /// Rows of the sound trials that no other one beats in both cost and error, cheapest first;
+    /// below the uncertainty of the reference errors are alike.
     pub fn front(&self) -> Vec<usize> {
         let mut rows: Vec<usize> = (0..self.trials.len()).collect();
-        rows.retain(|&row| self.trials[row].errors.is_some());
+        rows.retain(|&row| self.trials[row].is_sound());
         rows.sort_by(|&a, &b| self.trials[a].cost.total_cmp(&self.trials[b].cost));
         let mut best = f64::INFINITY;
         rows.retain(|&row| {

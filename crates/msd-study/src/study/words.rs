@@ -1,6 +1,6 @@
 //! The meaning of a study, in plain words.
 
-use crate::measure::trial::Trial;
+use crate::measure::trial::{Trial, adds};
 use crate::quantity::{estimate, rounded};
 use crate::study::Study;
 use msd_core::Integrator;
@@ -25,7 +25,7 @@ pub fn cheapest(study: &Study, wanted: f64) -> Option<&Trial> {
 }
 
 fn cheapest_of<'a>(trials: impl Iterator<Item = &'a Trial>, wanted: f64) -> Option<&'a Trial> {
-    let fine = trials.filter(|trial| trial.error() <= wanted);
+    let fine = trials.filter(|trial| trial.is_within(wanted));
     fine.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
@@ -39,9 +39,9 @@ fn recommendation(study: &Study, wanted: f64) -> String {
             off(study, trial)
         ),
         None => {
-            let best = study.trials.iter().min_by(|a, b| a.error().total_cmp(&b.error()));
-            let best = best.filter(|trial| trial.errors.is_some());
-            let nearest = best.map_or("nothing stayed in the world".into(), |trial| {
+            let sound = study.trials.iter().filter(|trial| trial.is_sound());
+            let best = sound.min_by(|a, b| a.error().total_cmp(&b.error()));
+            let nearest = best.map_or("nothing stays in the world".into(), |trial| {
                 format!("the nearest is {}, {}", told(trial), off(study, trial))
             });
             format!("Nothing that was tried comes within {}; {nearest}.", estimate(wanted, "m"))
@@ -121,6 +121,7 @@ fn caveats(study: &Study) -> Vec<String> {
     if study.left_out.iter().any(|line| line.contains("the time was up")) {
         said.push("Not everything was tried, for the time was up: --time gives more.".into());
     }
+    said.extend(sources(study));
     let steppy = study.left_out.iter().find(|line| line.contains("tangential_loss"));
     said.extend(steppy.cloned());
     let note = &study.reference;
@@ -141,10 +142,24 @@ fn caveats(study: &Study) -> Vec<String> {
     said
 }
 
+/// How many of the settings that were tried are sources of energy; `None` where none is.
+pub fn sources(study: &Study) -> Option<String> {
+    let count = study.trials.iter().filter(|trial| 0.0 < trial.gained).count();
+    match count {
+        0 => None,
+        1 => Some("One setting adds energy that nothing supplied: it is no choice.".into()),
+        _ => {
+            Some(format!("{count} settings add energy that nothing supplied: they are no choice."))
+        }
+    }
+}
+
 /// How far off a trial is, as far as the reference can tell.
 pub fn off(study: &Study, trial: &Trial) -> String {
     let uncertainty = study.reference.uncertainty;
-    if trial.error() < uncertainty {
+    if 0.0 < trial.gained {
+        format!("{} off, and {}", estimate(trial.error(), "m"), adds(trial.gained))
+    } else if trial.error() < uncertainty {
         format!(
             "less than {} off, which is what the reference is known to",
             estimate(uncertainty, "m")

@@ -3,6 +3,7 @@
 
 mod slope;
 mod solver_section;
+mod elsewhere;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, ladders};
@@ -15,6 +16,7 @@ use msd_core::{Error, Integrator, Scene};
 use msd_scene::Precision;
 use serde::Serialize;
 
+pub use elsewhere::{Elsewhere, retry};
 pub use solver_section::{put, with_choice};
 
 /// What is asked for.
@@ -44,8 +46,8 @@ pub struct Tuned {
     pub goal: Goal,
     /// The choice, or the nearest where nothing meets the goal.
     pub best: Found,
-    /// The second choice of another method or precision; none where only one was found.
-    pub runner_up: Option<Found>,
+    /// The best of other methods and precisions that meet the goal too, the next best first.
+    pub others: Vec<Found>,
     /// Whether the choice meets the goal.
     pub met: bool,
     /// Uncertainty of the reference, metres.
@@ -71,6 +73,8 @@ const HOPELESS: f64 = 4.0;
 const LEAST_PATIENCE: f64 = 0.05;
 /// The most trials of one method.
 const TRIALS: usize = 8;
+/// How much over a budget a single timing may be for what is within it.
+const UNLUCKY: f64 = 1.3;
 
 /// Tunes a scene over some seconds. `tell` hears of each trial.
 ///
@@ -119,24 +123,20 @@ fn tune_by(
         Goal::Budget(_) => 1e-6 * size,
     };
     let uncertainty = (part * wanted / size).clamp(1e-11, 1e-4);
-    follower.hear(Progress { now: "making the reference".into(), done: 0, left: None });
+    follower.hear(Progress::of_reference());
     let wish = Wish { duration, uncertainty, ..Wish::default() };
     let right = reference_by_leave(scene, wish, &mut || follower.goes_on())?;
     let (certain, reliable) = match goal {
         Goal::MaxError(error) => (0 < right.reliable(0.25 * error), right.comparable(0.25 * error)),
         Goal::Budget(_) => (true, right.comparable(2.0 * right.uncertainty())),
     };
-    let mut search = Search {
-        scene,
-        right: &right,
-        reliable,
-        goal,
-        certain,
-        found: Vec::new(),
-        seen: Vec::new(),
-    };
-    for ladder in in_order_of_merit(ladders(scene)?) {
+    let mut ladders = in_order_of_merit(ladders(scene)?);
+    ladders.retain(|ladder| ladder.integrator.is_adaptive() || ladder.fewest.is_some());
+    let (methods, found, seen) = ([0, ladders.len()], Vec::new(), Vec::new());
+    let mut search = Search { scene, right: &right, reliable, goal, certain, methods, found, seen };
+    for ladder in ladders {
         search.climb(ladder, follower)?;
+        search.methods[0] += 1;
     }
     search.decide(follower)
 }
@@ -168,9 +168,11 @@ struct Search<'a> {
     goal: Goal,
     /// Whether the reference is good enough to tell at all.
     certain: bool,
+    /// Ladders that were climbed, and all of them.
+    methods: [usize; 2],
     /// The best of each ladder.
     found: Vec<Found>,
-    /// Cost and error of every trial.
+    /// Cost and error of every trial; of one that is not sound the error is infinite.
     seen: Vec<(f64, f64)>,
 }
 
@@ -189,10 +191,11 @@ impl Search<'_> {
                 break;
             }
             let (now, done) = (choice.to_string(), self.seen.len());
-            follower.hear(Progress { now, done, left: None });
+            follower.hear(Progress { now, done, methods: Some(self.methods), left: None });
             // A precision that cannot hold the scene is no choice for it.
             let Some(trial) = self.attempt(choice, follower)? else { break };
-            self.seen.push((trial.cost, trial.error()));
+            let error = if trial.is_sound() { trial.error() } else { f64::INFINITY };
+            self.seen.push((trial.cost, error));
             predicted.push(predict(&trials, fineness, ladder));
             trials.push(trial);
             let Some(next) = self.next(&trials, ladder) else { break };
@@ -264,8 +267,8 @@ impl Search<'_> {
 
     fn meets(&self, trial: &Trial) -> bool {
         match self.goal {
-            Goal::MaxError(error) => self.certain && trial.error() <= error,
-            Goal::Budget(budget) => trial.errors.is_some() && trial.cost * FRAME <= budget,
+            Goal::MaxError(error) => self.certain && trial.is_within(error),
+            Goal::Budget(budget) => trial.is_sound() && trial.cost * FRAME <= budget,
         }
     }
 
@@ -274,7 +277,8 @@ impl Search<'_> {
         let (meets_a, meets_b) = (self.meets(a), self.meets(b));
         let by_cost = a.cost.total_cmp(&b.cost);
         let by_error = a.error().total_cmp(&b.error());
-        meets_b.cmp(&meets_a).then(match (self.goal, meets_a) {
+        let sound_first = b.is_sound().cmp(&a.is_sound());
+        meets_b.cmp(&meets_a).then(sound_first).then(match (self.goal, meets_a) {
             (Goal::MaxError(_), true) | (Goal::Budget(_), false) => by_cost,
             _ => by_error,
         })
@@ -284,8 +288,9 @@ impl Search<'_> {
     fn next(&self, trials: &[Trial], ladder: Ladder) -> Option<Fineness> {
         let last = trials.last()?;
         let finer = match self.goal {
-            // It blew up although it was predicted not to: contact made it stiffer.
-            _ if last.error() == f64::INFINITY => 1.5,
+            // It blew up although it was predicted not to, as contact made it stiffer, or would.
+            _ if !last.is_sound() && ladder.integrator.is_adaptive() => 10.0,
+            _ if !last.is_sound() => 1.5,
             Goal::MaxError(error) => {
                 let off = (last.error() / (AIM * error)).max(1e-12);
                 if self.meets(last) && (0.8 < off || is_coarsest(last.choice, ladder)) {
@@ -338,8 +343,8 @@ impl Search<'_> {
         let good = |row: &usize| {
             let trial = &self.found[*row].trial;
             let near =
-                matches!(self.goal, Goal::Budget(budget) if trial.cost * FRAME < 1.3 * budget);
-            self.meets(trial) || (near && trial.errors.is_some())
+                matches!(self.goal, Goal::Budget(budget) if trial.cost * FRAME < UNLUCKY * budget);
+            self.meets(trial) || (near && trial.is_sound())
         };
         let good: Vec<usize> = (0..self.found.len()).filter(good).collect();
         let cost = |found: &Found| found.trial.cost;
@@ -368,7 +373,7 @@ impl Search<'_> {
             duration: self.right.duration(),
             horizon: self.right.horizon(best.trial.error().max(1e-9 * self.right.size)),
             reference_tolerance: self.right.tolerance,
-            runner_up: found.next().filter(|second| self.meets(&second.trial)),
+            others: found.filter(|other| self.meets(&other.trial)).collect(),
             best,
             uncertainty: moved.fold(0.0, f64::max),
             compared: self.right.frames[reliable - 1] as f64 * FRAME,

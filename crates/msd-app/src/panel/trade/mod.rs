@@ -13,7 +13,7 @@ use msd_study::Study;
 use msd_study::choice::{Choice, FRAME};
 use msd_study::quantity::{estimate, rounded};
 use msd_study::tune::Goal;
-use msd_study::words::{off, told};
+use msd_study::words::{off, sources, told};
 use std::time::Duration;
 
 /// Height of the panel, points.
@@ -142,7 +142,9 @@ fn progress(session: &Session, report: Option<&Report<Study>>) -> String {
     match &report.progress {
         _ if report.idle => format!("{span}: done, {points} settings measured"),
         _ if trade.is_paused() => format!("{span}: resting, {points} settings measured"),
-        Some(progress) => format!("{span}: {points} settings measured; {}", progress.now),
+        Some(progress) => {
+            format!("{span}: {points} settings measured, {}", progress.words())
+        }
         None => format!("{span}: beginning"),
     }
 }
@@ -242,6 +244,7 @@ fn caveats(study: &Study) -> Vec<String> {
         let text = "particles are compared up to {} s only: what follows is chaotic";
         lines.push(text.replace("{}", &rounded(until, 2)));
     }
+    lines.extend(sources(study));
     lines.extend(study.left_out.iter().find(|line| line.contains("tangential_loss")).cloned());
     lines
 }

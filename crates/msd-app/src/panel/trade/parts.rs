@@ -42,8 +42,9 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
 
 /// The term that has no switch.
 const EACH_SPRING: &str = "values of each spring";
-const OFF_AND_ON: &str = "Off, or as the scene has it, while it runs. Springs that are off stay \
-    in the run without stiffness and damping: the time is saved by a scene that leaves them out";
+const OFF_AND_ON: &str = "Off, or as the scene and the sliders have it, while it runs. Springs \
+    that are off stay in the run without stiffness and damping: the time is saved by a scene that \
+    leaves them out";
 const PRICE: &str = "Without it, after the time that is studied: how far the particles are from \
     where they would be, root mean square, and how much less time a step takes";
 const PRECISION: &str = "Double precision, f64, or single, f32";

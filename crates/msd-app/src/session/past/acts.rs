@@ -74,8 +74,8 @@ impl Session {
         begins
     }
 
-    /// Undoes the last edit, pin, cut or freeze: what was set is as it was before, and the motion
-    /// goes on.
+    /// Undoes the last edit, pin, cut, freeze or change of the solver: what was set is as it was
+    /// before, and the motion goes on.
     pub fn undo(&mut self) {
         self.turn(true);
     }
@@ -90,7 +90,7 @@ impl Session {
         self.settle();
         let now = (self.run.runner(), &self.material);
         let Some(before) = self.undo.turn(is_undo, now) else { return };
-        let (runner, material) = match before.under(self.run.runner()) {
+        let (runner, material) = match before.restored((self.run.runner(), &self.material)) {
             Ok(restored) => restored,
             Err(error) => return self.refusal = Some(error.to_string()),
         };

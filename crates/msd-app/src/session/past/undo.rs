@@ -1,9 +1,11 @@
-//! Undo of what hands have set: the model as it was before, under the state of now.
+//! Undo of what hands have set: the model as it was before under the state and the settings of now,
+//! or the settings as they were before for the model of now.
 
 use crate::session::material::Material;
 use glam::DVec3;
-use msd_core::{Error, Interaction};
+use msd_core::{Error, Interaction, Settings};
 use msd_run::{Runner, on};
+use msd_scene::Precision;
 
 /// The most that is kept to go back to, rows of particles and springs: a hundred bytes each.
 const MOST_ROWS: usize = 2_000_000;
@@ -18,6 +20,8 @@ pub enum Deed {
     Edit(&'static str),
     /// A part of the model was switched off or on.
     Switch(&'static str),
+    /// It was stepped otherwise: by another method, or more finely.
+    Solver(&'static str),
     /// A particle was pinned or freed.
     Pin,
     /// Springs were cut.
@@ -30,7 +34,7 @@ impl Deed {
     /// What it was, in a few words.
     pub fn words(self) -> &'static str {
         match self {
-            Deed::Edit(what) | Deed::Switch(what) => what,
+            Deed::Edit(what) | Deed::Switch(what) | Deed::Solver(what) => what,
             Deed::Pin => "pin",
             Deed::Cut => "cut",
             Deed::Freeze => "freeze",
@@ -38,47 +42,83 @@ impl Deed {
     }
 }
 
-/// A model to go back to.
+/// What a deed has changed, to go back to.
 #[derive(Clone, Debug)]
 pub struct Before {
     deed: Deed,
-    runner: Runner,
-    material: Material,
+    kept: Kept,
+}
+
+#[derive(Clone, Debug)]
+enum Kept {
+    Model(Box<(Runner, Material)>),
+    Solver { settings: Settings, precision: Precision, automatic: bool },
 }
 
 impl Before {
-    /// A run and its material as they are.
+    /// What a deed is about to change of a run and its material.
     pub(in crate::session) fn new(deed: Deed, runner: &Runner, material: &Material) -> Self {
-        Before { deed, runner: runner.clone(), material: material.clone() }
+        let kept = match deed {
+            Deed::Solver(_) => Kept::Solver {
+                settings: runner.settings(),
+                precision: runner.precision(),
+                automatic: runner.is_automatic(),
+            },
+            _ => Kept::Model(Box::new((runner.clone(), material.clone()))),
+        };
+        Before { deed, kept }
     }
 
     fn rows(&self) -> usize {
-        self.runner.particle_count() + self.runner.spring_count()
+        match &self.kept {
+            Kept::Model(model) => model.0.particle_count() + model.0.spring_count(),
+            Kept::Solver { .. } => 1,
+        }
     }
 
-    /// Its model under the state, the settings and the precision of a run; nothing is held.
-    pub(in crate::session) fn under(self, now: &Runner) -> Result<(Runner, Material), Error> {
-        let mut runner = self.runner;
-        if runner.precision() != now.precision() {
-            runner = runner.convert(now.precision())?;
-        }
-        runner.set_automatic(false)?;
-        runner.set_settings(now.settings())?;
-        let grabs = on!(&runner, simulation => {
-            simulation.model().grabs().iter().map(|grab| grab.particle).collect::<Vec<u32>>()
-        });
-        for particle in grabs.into_iter().map(|particle| particle as usize) {
-            runner.queue(Interaction::Release { particle })?;
-            // A pin that was being moved then would move on.
-            if on!(&runner, simulation => simulation.model().is_pinned(particle)) {
-                runner.queue(Interaction::Pin { particle, velocity: DVec3::ZERO })?;
+    /// A run and its material as they are now, but for what the deed has changed.
+    pub(in crate::session) fn restored(
+        self,
+        (now, material): (&Runner, &Material),
+    ) -> Result<(Runner, Material), Error> {
+        match self.kept {
+            Kept::Model(model) => Ok((under(model.0, now)?, model.1)),
+            Kept::Solver { settings, precision, automatic } => {
+                let mut runner = now.clone();
+                if precision != runner.precision() {
+                    runner = runner.convert(precision)?;
+                }
+                runner.set_automatic(false)?;
+                runner.set_settings(settings)?;
+                runner.set_automatic(automatic)?;
+                Ok((runner, material.clone()))
             }
         }
-        runner.apply_queued()?;
-        runner.go_back(&now.moment())?;
-        runner.set_automatic(now.is_automatic())?;
-        Ok((runner, self.material))
     }
+}
+
+/// The model of a run under the state, the settings and the precision of that of now; nothing is
+/// held.
+fn under(mut runner: Runner, now: &Runner) -> Result<Runner, Error> {
+    if runner.precision() != now.precision() {
+        runner = runner.convert(now.precision())?;
+    }
+    runner.set_automatic(false)?;
+    runner.set_settings(now.settings())?;
+    let grabs = on!(&runner, simulation => {
+        simulation.model().grabs().iter().map(|grab| grab.particle).collect::<Vec<u32>>()
+    });
+    for particle in grabs.into_iter().map(|particle| particle as usize) {
+        runner.queue(Interaction::Release { particle })?;
+        // A pin that was being moved then would move on.
+        if on!(&runner, simulation => simulation.model().is_pinned(particle)) {
+            runner.queue(Interaction::Pin { particle, velocity: DVec3::ZERO })?;
+        }
+    }
+    runner.apply_queued()?;
+    runner.go_back(&now.moment())?;
+    runner.set_automatic(now.is_automatic())?;
+    Ok(runner)
 }
 
 /// What can be undone and done again, the last one last.
@@ -98,7 +138,7 @@ impl Undo {
 
     /// Whether what is about to be done begins something new, or goes on with the last edit.
     pub(in crate::session) fn begins(&mut self, deed: Deed) -> bool {
-        let goes_on = matches!(deed, Deed::Edit(_) | Deed::Cut)
+        let goes_on = matches!(deed, Deed::Edit(_) | Deed::Solver(_) | Deed::Cut)
             && self.age <= TOGETHER
             && self.future.is_empty()
             && self.past.last().is_some_and(|last| last.deed == deed);

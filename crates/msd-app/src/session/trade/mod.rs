@@ -254,6 +254,11 @@ impl Session {
     /// A choice is for frames of 1/60 s; a step of another length gets as many substeps as make
     /// them no longer.
     pub fn adopt(&mut self, choice: Choice) {
+        self.adopt_as(choice, "the trade's setting");
+    }
+
+    /// The same, with what undo calls it.
+    fn adopt_as(&mut self, choice: Choice, words: &'static str) {
         let before = solver(self.runner());
         let measured = choice.settings();
         let mut tunings = vec![Tuning::Integrator(choice.integrator)];
@@ -268,10 +273,9 @@ impl Session {
             tunings.push(Tuning::Newton(measured.newton));
         }
         tunings.push(Tuning::Precision(choice.precision));
-        for tuning in tunings {
-            if !tuning.is_set(self.runner()) {
-                self.tune(tuning);
-            }
+        tunings.retain(|tuning| !tuning.is_set(self.runner()));
+        if !tunings.is_empty() {
+            self.tune_all(&tunings, words);
         }
         let text = changes(before, solver(self.runner()));
         self.trade.adopted = choice_of(self.runner()).map(|choice| (text, choice));

@@ -1,12 +1,16 @@
 //! A search for one setting in the background, as `msd tune` makes it.
 
-use super::Trade;
-use super::worker::{Report, Worker};
+use super::subject::{StudyFrom, subject};
+use super::worker::Worker;
+use super::{STUDY_DURATION, Trade};
 use crate::session::Session;
 use crate::session::run::Run;
+use msd_core::Scene;
+use msd_run::rescue::LASTING;
 use msd_study::choice::FRAME;
 use msd_study::quantity::estimate;
-use msd_study::tune::{Goal, Tuned, tune_followed};
+use msd_study::tune::{Elsewhere, Found, Goal, Tuned, retry, tune_followed};
+use std::sync::Arc;
 
 /// A search that was asked for, of the scene as it is.
 #[derive(Debug)]
@@ -14,6 +18,8 @@ pub struct Search {
     goal: Goal,
     /// Nothing before the scene was left alone.
     worker: Option<Worker<Tuned>>,
+    /// What was found, tried from the state that the run was in then.
+    retrial: Option<Worker<Elsewhere>>,
     /// Whether what was found was applied, or did not meet the goal.
     is_over: bool,
 }
@@ -21,7 +27,7 @@ pub struct Search {
 impl Search {
     /// Waits until the scene is left alone.
     pub(super) fn new(goal: Goal) -> Self {
-        Search { goal, worker: None, is_over: false }
+        Search { goal, worker: None, retrial: None, is_over: false }
     }
 
     /// What was asked for.
@@ -43,34 +49,94 @@ impl Search {
         let Some(report) = self.worker.as_ref().map(Worker::report) else {
             return format!("searching {wish}: waiting until the scene is left alone…");
         };
-        match (&report.found, &report.failure, &report.progress) {
-            (_, Some(why), _) => format!("{wish}: cannot be searched: {why}"),
-            (Some(tuned), ..) => found_words(&wish, tuned),
-            (.., Some(progress)) => {
-                format!("searching {wish}: {} tried; {}…", progress.done, progress.now)
-            }
-            _ => format!("searching {wish}…"),
+        let retrial = self.retrial.as_ref().map(Worker::report);
+        let elsewhere = retrial.as_ref().and_then(|retrial| retrial.found.as_deref());
+        if let Some(why) = report.failure {
+            return format!("{wish}: cannot be searched: {why}");
+        }
+        match (&report.found, retrial.as_ref().and_then(|retrial| retrial.failure.as_ref())) {
+            (_, Some(why)) => format!("{wish}: cannot be tried from the state of now: {why}"),
+            (Some(tuned), None) if !tuned.met => nearest_words(&wish, tuned),
+            (Some(tuned), None) => match elsewhere {
+                Some(elsewhere) => found_words(&wish, tuned, elsewhere),
+                None => {
+                    let now = retrial.and_then(|retrial| retrial.progress);
+                    let now = now.map_or(String::new(), |progress| progress.now);
+                    format!("searching {wish}: found {}; trying {now}…", tuned.best.trial.choice)
+                }
+            },
+            (None, None) => match &report.progress {
+                Some(progress) => {
+                    format!("searching {wish}: {} tried, {}…", progress.done, progress.words())
+                }
+                None => format!("searching {wish}…"),
+            },
         }
     }
 
-    fn report(&self) -> Option<Report<Tuned>> {
-        self.worker.as_ref().map(Worker::report)
+    /// What is left to do, once the background has done what there was: try what was found from a
+    /// state, or take it.
+    fn next(&self) -> Option<Next> {
+        let report = self.worker.as_ref()?.report();
+        let tuned = report.found.filter(|tuned| report.idle && tuned.met);
+        let Some(tuned) = tuned else { return report.idle.then_some(Next::Nothing) };
+        let Some(retrial) = &self.retrial else { return Some(Next::Retry(tuned)) };
+        let report = retrial.report();
+        report.idle.then(|| report.found.map_or(Next::Nothing, Next::Take))
     }
 }
 
-fn found_words(wish: &str, tuned: &Tuned) -> String {
-    let trial = &tuned.best.trial;
-    let verdict = match tuned.met {
-        true => "found",
-        false => "no setting meets it, nothing was changed; the nearest is",
-    };
+/// What is to be done with what a search has found.
+enum Next {
+    Retry(Arc<Tuned>),
+    Take(Arc<Elsewhere>),
+    Nothing,
+}
+
+/// Tries what was found in the scene as it is now, on a thread of its own.
+fn retrial(scene: Scene, tuned: &Tuned) -> Worker<Elsewhere> {
+    let found: Vec<Found> = std::iter::once(&tuned.best).chain(&tuned.others).cloned().collect();
+    let wish = (tuned.goal, STUDY_DURATION, LASTING);
+    Worker::start(move |job| {
+        let elsewhere = retry(&scene, &found, wish, job)?;
+        job.show(elsewhere);
+        Ok(())
+    })
+}
+
+fn nearest_words(wish: &str, tuned: &Tuned) -> String {
+    let Found { trial, .. } = &tuned.best;
     format!(
-        "{wish}: {verdict} {}: {} off, {} per frame; {} tried",
+        "{wish}: no setting meets it, nothing was changed; the nearest is {}: {} off, {} per frame; \
+         {} tried",
         trial.choice,
         estimate(trial.error(), "m"),
         estimate(trial.cost * FRAME, "s"),
         tuned.tried
     )
+}
+
+fn found_words(wish: &str, tuned: &Tuned, elsewhere: &Elsewhere) -> String {
+    let refused = elsewhere.refused.iter();
+    let refused = refused.map(|(choice, why)| format!("{choice}: {why}")).collect::<Vec<_>>();
+    let Some(trial) = &elsewhere.held else {
+        return format!(
+            "{wish}: nothing was changed: what meets it in the study does not from the state of \
+             now. {}",
+            refused.join("; ")
+        );
+    };
+    let mut words = format!(
+        "{wish}: found {}: {} off and {} per frame from the state of now; {} tried",
+        trial.choice,
+        estimate(trial.error(), "m"),
+        estimate(trial.cost * FRAME, "s"),
+        tuned.tried
+    );
+    if !refused.is_empty() {
+        words += &format!("; passed over from that state: {}", refused.join("; "));
+    }
+    words
 }
 
 impl Trade {
@@ -89,13 +155,16 @@ impl Trade {
         let worker = search.worker.get_or_insert_with(|| {
             let scene = scene.clone();
             Worker::start(move |job| {
-                let tuned = tune_followed(&scene, super::STUDY_DURATION, goal, job)?;
+                let tuned = tune_followed(&scene, STUDY_DURATION, goal, job)?;
                 job.show(tuned);
                 Ok(())
             })
         });
         worker.set_paused(self.paused);
-        !worker.report().idle
+        if let Some(retrial) = &search.retrial {
+            retrial.set_paused(self.paused);
+        }
+        !search.is_over
     }
 }
 
@@ -117,15 +186,24 @@ impl Session {
         self.trade.search(&self.run)
     }
 
-    /// Applies what a search has found, once.
+    /// Goes on with what a search has found: tries it from the state of now, and steps the run by
+    /// what holds there, once.
     pub(in crate::session) fn take_found(&mut self) {
+        let scene = (&self.loaded, self.steady_force());
         let Some(search) = self.trade.search.as_mut().filter(|search| !search.is_over) else {
             return;
         };
-        let Some(report) = search.report().filter(|report| report.idle) else { return };
+        let Some(next) = search.next() else { return };
+        if let Next::Retry(tuned) = &next
+            && let Some(scene) = subject(self.run.runner(), scene, StudyFrom::Here)
+        {
+            return search.retrial = Some(retrial(scene, tuned));
+        }
         search.is_over = true;
-        if let Some(tuned) = report.found.filter(|tuned| tuned.met) {
-            self.adopt(tuned.best.trial.choice);
+        if let Next::Take(elsewhere) = next
+            && let Some(trial) = &elsewhere.held
+        {
+            self.adopt_as(trial.choice, "the search's setting");
         }
     }
 }

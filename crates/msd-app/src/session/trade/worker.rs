@@ -4,7 +4,7 @@ use msd_study::Study;
 use msd_study::choice::Choice;
 use msd_study::conduct::{Follower, Progress};
 use msd_study::leave::Halt;
-use msd_study::tune::Tuned;
+use msd_study::tune::{Elsewhere, Tuned};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -176,6 +176,16 @@ impl Follower for Job<Study> {
 }
 
 impl Follower for Job<Tuned> {
+    fn hear(&mut self, progress: Progress) {
+        self.shared.change(|desk| desk.report.progress = Some(progress));
+    }
+
+    fn goes_on(&mut self) -> bool {
+        self.may_go_on()
+    }
+}
+
+impl Follower for Job<Elsewhere> {
     fn hear(&mut self, progress: Progress) {
         self.shared.change(|desk| desk.report.progress = Some(progress));
     }

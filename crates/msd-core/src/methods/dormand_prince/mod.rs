@@ -74,7 +74,7 @@ impl AddAssign for Work {
 pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     let kept = step.scratch.dormand_prince.take();
     let mut scratch = kept.unwrap_or_else(|| Box::new(Scratch::new(&step.model.slots)));
-    step.done.failure = scratch.run(step).err().map(Failure::Tolerance);
+    step.done.failure = scratch.run(step).err();
     step.scratch.dormand_prince = Some(scratch);
 }
 
@@ -104,8 +104,9 @@ impl<R: Real> Scratch<R> {
         self.work
     }
 
-    /// Runs a step; the error is the particle for which it is given up.
-    fn run(&mut self, step: &mut StepContext<'_, R>) -> Result<(), usize> {
+    /// Runs a step.
+    fn run(&mut self, step: &mut StepContext<'_, R>) -> Result<(), Failure> {
+        let taken = self.work.evaluations;
         let (slots, level, whole) = (&step.model.slots, step.level, step.settings.step);
         let allowed = allowed_error::<R>(step.model.size, step.settings.tolerance);
         self.start(step, allowed);
@@ -114,6 +115,9 @@ impl<R: Real> Scratch<R> {
         let mut pace = Pace::new(first, whole);
         let (mut left, mut time) = (whole, step.start);
         loop {
+            if step.most_evaluations <= self.work.evaluations - taken {
+                return Err(Failure::Evaluations(1.0 - left / whole));
+            }
             let length = Real::min(pace.attempt(left), self.holds.longest());
             self.stages.start(step.state, time, length);
             self.run_stages(step);
@@ -126,7 +130,7 @@ impl<R: Real> Scratch<R> {
                 pace.reject(length, error);
             }
             if pace.is_hopeless() {
-                return Err(self.stages.worst(slots, allowance));
+                return Err(Failure::Tolerance(self.stages.worst(slots, allowance)));
             }
             if !accepted {
                 continue;
@@ -350,6 +354,7 @@ mod tests {
             let mut step = StepContext {
                 model: &model,
                 settings: &settings,
+                most_evaluations: u64::MAX,
                 level: Instructions::best().level(),
                 start: number as f64 * length,
                 finished: 0,

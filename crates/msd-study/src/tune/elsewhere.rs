@@ -1,0 +1,93 @@
+//! What a search has found, tried at another state of the scene: that of a run which is to take it.
+
+use super::{Found, Goal, UNLUCKY};
+use crate::candidates::choice::{Choice, FRAME};
+use crate::measure::leave::Halt;
+use crate::measure::reference::{Wish, reference_by_leave, size_of};
+use crate::measure::trial::{Trial, adds, try_by_leave, unsound_by_leave};
+use crate::quantity::estimate;
+use crate::study::conduct::{Follower, Progress};
+use msd_core::Scene;
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Elsewhere {
+    /// The trial of the first choice that serves the goal there too; none where none does.
+    pub held: Option<Trial>,
+    /// The choices before it, and why they do not, in words.
+    pub refused: Vec<(Choice, String)>,
+}
+
+/// Tries what was found, the best first, in a `scene` that is at another state: for the `lasting`
+/// seconds that it must stay in the world there and add no energy, and against a reference for the
+/// `duration` over which its error counts, seconds.
+///
+/// # Errors
+/// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it.
+pub fn retry(
+    scene: &Scene,
+    found: &[Found],
+    (goal, duration, lasting): (Goal, f64, f64),
+    follower: &mut dyn Follower,
+) -> Result<Elsewhere, Halt> {
+    let wanted = match goal {
+        Goal::MaxError(error) => error,
+        Goal::Budget(_) => 1e-6 * size_of(scene)?,
+    };
+    let uncertainty = (0.02 * wanted / size_of(scene)?).clamp(1e-11, 1e-4);
+    let tell = |follower: &mut dyn Follower, now: String, done| {
+        follower.hear(Progress { now, done, methods: None, left: None });
+    };
+    let (mut right, mut refused) = (None, Vec::new());
+    for Found { trial: Trial { choice, .. }, .. } in found {
+        let choice = *choice;
+        tell(follower, format!("{choice} from the state of now"), refused.len());
+        let leave = &mut || follower.goes_on();
+        let why = match unsound_by_leave(scene, choice, lasting, leave) {
+            Err(Halt::Refused(error)) => Some(error.to_string()),
+            unsound => unsound?,
+        };
+        if let Some(why) = why {
+            refused.push((choice, why));
+            continue;
+        }
+        // Made once, and only where something lasts.
+        let right = match &right {
+            Some(right) => right,
+            None => {
+                tell(follower, "a reference from the state of now".into(), refused.len());
+                let wish = Wish { duration, uncertainty, ..Wish::default() };
+                right.insert(reference_by_leave(scene, wish, &mut || follower.goes_on())?)
+            }
+        };
+        let reliable = right.comparable(0.25 * wanted);
+        let leave = &mut || follower.goes_on();
+        let trial = try_by_leave(scene, choice, (right, reliable), leave)?;
+        let is_certain = matches!(goal, Goal::Budget(_)) || 0 < right.reliable(0.25 * wanted);
+        match objection(goal, &trial, is_certain) {
+            Some(why) => refused.push((choice, why)),
+            None => return Ok(Elsewhere { held: Some(trial), refused }),
+        }
+    }
+    Ok(Elsewhere { held: None, refused })
+}
+
+/// Why a trial does not serve a goal.
+fn objection(goal: Goal, trial: &Trial, is_certain: bool) -> Option<String> {
+    if let Some(why) = &trial.diverged {
+        return Some(why.clone());
+    }
+    if 0.0 < trial.gained {
+        return Some(adds(trial.gained));
+    }
+    match goal {
+        Goal::MaxError(_) if !is_certain => Some("no reference is certain enough".into()),
+        Goal::MaxError(error) if error < trial.error() => {
+            Some(format!("is {} off", estimate(trial.error(), "m")))
+        }
+        Goal::Budget(budget) if UNLUCKY * budget < trial.cost * FRAME => {
+            Some(format!("takes {} per frame", estimate(trial.cost * FRAME, "s")))
+        }
+        _ => None,
+    }
+}
