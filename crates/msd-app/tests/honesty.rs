@@ -223,7 +223,7 @@ fn every_way_out_leads_to_a_run_that_stays_up() {
                 kinds[match offer.remedy {
                     Remedy::Back => 0,
                     Remedy::Substeps(_) | Remedy::Tolerance(_) => 1,
-                    Remedy::Method(_) => 2,
+                    Remedy::Method(..) => 2,
                     Remedy::SceneValues => 3,
                 }] += 1;
             }

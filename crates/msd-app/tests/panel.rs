@@ -286,7 +286,7 @@ fn a_divergence_shows_ways_out_and_what_the_panel_shows() {
         + harness.query_all_by_label_contains("% of the limit").count();
     assert_eq!(share, 2);
     assert!(harness.query_by_label("The scene's own values").is_some());
-    let method = |offer: &Offer| matches!(offer.remedy, Remedy::Method(_));
+    let method = |offer: &Offer| matches!(offer.remedy, Remedy::Method(..));
     assert!(offers.iter().any(method));
     let substeps = offers.iter().find_map(|offer| match offer.remedy {
         Remedy::Substeps(substeps) => Some(substeps),

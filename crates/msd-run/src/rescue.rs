@@ -49,8 +49,8 @@ pub enum Remedy {
     Substeps(u32),
     /// Another tolerance of an adaptive method, a fraction of the size of the scene.
     Tolerance(f64),
-    /// Another method, with the same substeps.
-    Method(Integrator),
+    /// Another method, with so many substeps per step.
+    Method(Integrator, u32),
     /// The settings and the values of the scene as it was written.
     SceneValues,
 }
@@ -62,7 +62,7 @@ impl Remedy {
             Remedy::Back | Remedy::SceneValues => now,
             Remedy::Substeps(substeps) => Settings { substeps, ..now },
             Remedy::Tolerance(tolerance) => Settings { tolerance, ..now },
-            Remedy::Method(integrator) => Settings { integrator, ..now },
+            Remedy::Method(integrator, substeps) => Settings { integrator, substeps, ..now },
         }
     }
 
@@ -125,6 +125,9 @@ type Candidate = (Remedy, Origin);
 pub struct Rescue {
     /// The time that a remedy must last, simulated seconds.
     lasting: f64,
+    /// The substeps that the method of now would need, and the most that are offered.
+    needed: f64,
+    most: u32,
     /// The candidates of each kind that are left, the next one first.
     kinds: VecDeque<VecDeque<Candidate>>,
     dry: Option<Box<Dry>>,
@@ -153,10 +156,14 @@ impl Rescue {
         let kinds = VecDeque::from([
             only(Remedy::Back, Origin::Earlier),
             finer(settings, stable, most).into_iter().flat_map(from_each).collect(),
-            methods.map(Remedy::Method).flat_map(from_each).collect(),
+            methods
+                .map(|method| Remedy::Method(method, settings.substeps))
+                .flat_map(from_each)
+                .collect(),
             only(Remedy::SceneValues, Origin::Scene),
         ]);
-        Rescue { lasting, kinds, dry: None, offers: Vec::new() }
+        let needed = fewest(settings, stable);
+        Rescue { lasting, needed, most, kinds, dry: None, offers: Vec::new() }
     }
 
     /// What was found so far.
@@ -194,13 +201,28 @@ impl Rescue {
             return;
         };
         let Some(mut run) = copy(origin) else { return };
-        if remedy.apply(&mut run).is_err() || !is_predicted(&run) {
+        if remedy.apply(&mut run).is_err() {
             return;
         }
+        let Some(remedy) = self.fitting(remedy, &mut run) else { return };
         let offer = Offer { remedy, origin, is_tried: false, cost: None };
         let mut witness = Witness::default();
         let most = moving(run.show_to(&mut witness));
         self.dry = Some(Box::new(Dry { offer, run, witness, most, taken: 0, spent: 0.0 }));
+    }
+
+    /// A remedy under which a run that has it is predicted to be stable: a method with more substeps
+    /// where it takes less than half as many as the method of now.
+    fn fitting(&self, remedy: Remedy, run: &mut Runner) -> Option<Remedy> {
+        let stable = run.stable_substep();
+        if run.settings().substep() <= stable {
+            return Some(remedy);
+        }
+        let Remedy::Method(method, _) = remedy else { return None };
+        let fewest = fewest(run.settings(), stable);
+        let is_fewer = 2.0 * fewest < self.needed && fewest <= f64::from(self.most);
+        let remedy = Remedy::Method(method, fewest as u32);
+        (is_fewer && remedy.apply(run).is_ok()).then_some(remedy)
     }
 
     /// Takes a step of a trial, and ends it where it has failed or lasted.
@@ -244,16 +266,15 @@ fn finer(settings: Settings, stable: f64, most: u32) -> Vec<Remedy> {
     if stable == 0.0 {
         return Vec::new();
     }
-    let needed = (settings.step / (CAUTION * stable)).ceil();
-    let first = needed.max(2.0 * f64::from(settings.substeps));
+    let first = fewest(settings, stable).max(2.0 * f64::from(settings.substeps));
     let doubled = std::iter::successors(Some(first), |last| Some(2.0 * last));
     let few = doubled.take(TRIES).filter(|&count| count <= f64::from(most));
     few.map(|count| Remedy::Substeps(count as u32)).collect()
 }
 
-/// Whether a run is predicted to be stable.
-fn is_predicted(run: &Runner) -> bool {
-    run.settings().substep() <= run.stable_substep()
+/// The substeps with which a step is stable, given the longest stable substep, seconds.
+fn fewest(settings: Settings, stable: f64) -> f64 {
+    (settings.step / (CAUTION * stable)).ceil()
 }
 
 /// The number of states by which to go back from a run that blew up to one that is no debris: in

@@ -37,7 +37,7 @@ fn what_is_offered_is_the_least_that_lasts() {
     let share = run.settings().step / f64::from(count) / run.stable_substep();
     assert!(share <= 0.8 && 0.8 < share * f64::from(count) / f64::from(count - 1), "{share}");
     // No explicit method bears a substep that is many times the limit of this one.
-    assert_eq!(method.remedy, Remedy::Method(Integrator::BackwardEuler));
+    assert_eq!(method.remedy, Remedy::Method(Integrator::BackwardEuler, 1));
     for Offer { remedy, is_tried, .. } in found {
         assert!(is_tried);
         let mut copy = run.clone();
@@ -55,7 +55,24 @@ fn explicit_euler_is_offered_verlet_at_the_same_substeps() {
     assert!(run.stable_substep() < run.settings().substep() && run.settings().substep() < verlet);
     let remedies: Vec<Remedy> =
         offers(&run, 1000, &|| 0.0).iter().map(|offer| offer.remedy).collect();
-    assert!(remedies.contains(&Remedy::Method(Integrator::VelocityVerlet)), "{remedies:?}");
+    assert!(remedies.contains(&Remedy::Method(Integrator::VelocityVerlet, 16)), "{remedies:?}");
+}
+
+#[test]
+fn explicit_euler_is_offered_verlet_with_the_few_substeps_that_it_needs() {
+    let run = rope(Integrator::ExplicitEuler, 1);
+    let found = offers(&run, 1000, &|| 0.0);
+    let few = found.iter().find_map(|offer| match offer.remedy {
+        Remedy::Method(Integrator::VelocityVerlet, substeps) => Some(substeps),
+        _ => None,
+    });
+    let few = few.unwrap_or_else(|| panic!("{found:?}"));
+    // 0.8 of the limit of Verlet, which is far beyond that of explicit Euler.
+    let limit = on!(&run, simulation => {
+        simulation.stable_substep_of(Integrator::VelocityVerlet, few)
+    });
+    let step = run.settings().step;
+    assert!(step / f64::from(few) <= 0.8 * limit && 0.8 * limit < step / f64::from(few - 1));
 }
 
 #[test]

@@ -74,7 +74,11 @@ fn title(session: &Session, offer: &Offer) -> String {
         Remedy::Back => format!("Back {}", estimate(session.way_back(), "s")),
         Remedy::Substeps(substeps) => format!("{substeps} substeps"),
         Remedy::Tolerance(tolerance) => format!("Tolerance {}", rounded(tolerance, 2)),
-        Remedy::Method(method) => method.name().to_owned(),
+        Remedy::Method(method, substeps) => {
+            let more = substeps != session.runner().settings().substeps;
+            let more = if more { format!(", {substeps} substeps") } else { String::new() };
+            method.name().to_owned() + &more
+        }
         Remedy::SceneValues => "The scene's own values".to_owned(),
     };
     let price = offer.cost.filter(|_| offer.remedy != Remedy::Back).map(price);
@@ -95,7 +99,7 @@ fn explanation(offer: &Offer) -> String {
         Remedy::Back => "An earlier state, and the settings of now",
         Remedy::Substeps(_) => "The method of now with more substeps per step",
         Remedy::Tolerance(_) => "The method of now with a tolerance that it can keep",
-        Remedy::Method(_) => "Another method with the substeps of now",
+        Remedy::Method(..) => "Another method, with the substeps that it needs",
         Remedy::SceneValues => "Solver, material and world as the scene has them",
     };
     let from = match offer.origin {

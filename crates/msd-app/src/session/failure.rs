@@ -209,7 +209,12 @@ impl Session {
         match offer.remedy {
             Remedy::Substeps(substeps) => self.tune(Tuning::Substeps(substeps)),
             Remedy::Tolerance(tolerance) => self.tune(Tuning::Tolerance(tolerance)),
-            Remedy::Method(method) => self.tune(Tuning::Integrator(method)),
+            Remedy::Method(method, substeps) => {
+                self.tune(Tuning::Integrator(method));
+                if substeps != self.runner().settings().substeps {
+                    self.tune(Tuning::Substeps(substeps));
+                }
+            }
             Remedy::SceneValues => {
                 self.material.forget();
                 self.wind = None;

@@ -17,7 +17,8 @@ pub fn advise(start: &Runner, frame: f64, stable: f64, lasting: f64) -> String {
     let mut rescue = Rescue::new(start.settings(), stable, (&[Origin::Start], u32::MAX), lasting);
     rescue.work(&|_| Some(start.clone()), BUDGET, &|| clock.elapsed().as_secs_f64());
     let frames = frame / start.settings().step;
-    let options = rescue.offers().iter().filter_map(|offer| option(offer, frames));
+    let substeps = start.settings().substeps;
+    let options = rescue.offers().iter().filter_map(|offer| option(offer, substeps, frames));
     let options: Vec<String> = options.collect();
     if options.is_empty() {
         return "no method or number of substeps that was tried helps".to_owned();
@@ -31,15 +32,16 @@ pub fn appended(advice: Option<&str>) -> String {
     advice.map_or(String::new(), |advice| format!("; {advice}"))
 }
 
-/// An offer as an option of the command line; `frames` is how many frames a step lasts.
-fn option(offer: &Offer, frames: f64) -> Option<String> {
+/// An offer as options of the command line; `now` is the number of substeps of now, and `frames` how
+/// many frames a step lasts.
+fn option(offer: &Offer, now: u32, frames: f64) -> Option<String> {
+    // A hair less: the quotient of equal times may be a rounding above one.
+    let substeps = |count: u32| format!("--substeps {}", (f64::from(count) * frames - 1e-6).ceil());
     let option = match offer.remedy {
-        // A hair less: the quotient of equal times may be a rounding above one.
-        Remedy::Substeps(count) => {
-            format!("--substeps {}", (f64::from(count) * frames - 1e-6).ceil())
-        }
+        Remedy::Substeps(count) => substeps(count),
         Remedy::Tolerance(tolerance) => format!("--tolerance {tolerance}"),
-        Remedy::Method(method) => format!("--integrator {method}"),
+        Remedy::Method(method, count) if count == now => format!("--integrator {method}"),
+        Remedy::Method(method, count) => format!("--integrator {method} {}", substeps(count)),
         Remedy::Back | Remedy::SceneValues => return None,
     };
     Some(if offer.is_tried { option } else { option + " (predicted)" })
@@ -48,16 +50,21 @@ fn option(offer: &Offer, frames: f64) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use msd_core::Integrator;
 
     #[test]
     fn substeps_are_those_of_a_frame() {
         let offer =
             |remedy, is_tried| Offer { remedy, origin: Origin::Start, is_tried, cost: None };
-        let text = |remedy, frames| option(&offer(remedy, true), frames);
+        let text = |remedy, frames| option(&offer(remedy, true), 1, frames);
         assert_eq!(text(Remedy::Substeps(3), 1.0).as_deref(), Some("--substeps 3"));
         // Steps of a fifth of a frame in three substeps each.
         assert_eq!(text(Remedy::Substeps(3), 5.0).as_deref(), Some("--substeps 15"));
-        let predicted = option(&offer(Remedy::Tolerance(1e-4), false), 1.0);
+        let verlet = |substeps| Remedy::Method(Integrator::VelocityVerlet, substeps);
+        assert_eq!(text(verlet(1), 1.0).as_deref(), Some("--integrator velocity-verlet"));
+        let both = "--integrator velocity-verlet --substeps 2";
+        assert_eq!(text(verlet(2), 1.0).as_deref(), Some(both));
+        let predicted = option(&offer(Remedy::Tolerance(1e-4), false), 1, 1.0);
         assert_eq!(predicted.as_deref(), Some("--tolerance 0.0001 (predicted)"));
         assert_eq!(text(Remedy::SceneValues, 1.0), None);
     }
