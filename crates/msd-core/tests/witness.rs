@@ -237,3 +237,24 @@ fn falls_within_a_substep_at_rest_are_not_in_the_balance() {
     (0..16_000).for_each(|sample| witness.see(rest(1.0 + 1e-4 * f64::from(sample)), 0.0));
     assert!(witness.imbalance().abs() < 1e-8, "{}", witness.imbalance());
 }
+
+#[test]
+fn a_particle_that_lies_still_gains_nothing_but_rounding() {
+    let gravity = DVec3::new(4.304_804_661_468_74, -8.826_157_534_657_82, 0.0);
+    let particle = Particle { position: DVec3::ZERO, velocity: DVec3::ZERO, mass: 1.0 };
+    let friction = Friction::Coulomb(0.5);
+    let plane = Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction };
+    let scene = Scene {
+        particles: vec![particle],
+        world: World { gravity, ..World::default() },
+        planes: vec![plane],
+        ..Scene::default()
+    };
+    for integrator in Integrator::ALL {
+        let settings = Settings { integrator, ..Settings::default() };
+        let mut single = Simulation::<f32>::new(&scene, settings).expect("a valid scene");
+        assert_eq!(told(&mut single, 600), 0.0, "{integrator} in f32");
+        let mut double = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+        assert_eq!(told(&mut double, 600), 0.0, "{integrator} in f64");
+    }
+}

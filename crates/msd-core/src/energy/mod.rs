@@ -45,12 +45,13 @@ impl Energy {
 /// Measures the energy of a state, nothing dissipated, and by how much rounding every coordinate
 /// and speed once can change it, joules.
 ///
-/// With δ the rounding of a coordinate, ε times its size, the latter is k δ (|stretch| + δ) of a
+/// With δ the rounding of a coordinate, ε times its size or times how far it falls in a `substep`
+/// onto what holds it, the latter is k δ (|stretch| + δ) of a
 /// spring, m |g| δ + ε m v² of a particle, and 2 ε E of a user-defined element.
 pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,
-    time: f64,
+    (time, substep): (f64, f64),
 ) -> (Energy, f64) {
     let motion = state.motion(&model.slots, time);
     let own = model.own.iter().map(|(_, own)| own.of::<R>().energy(&motion)).sum();
@@ -66,11 +67,11 @@ pub(crate) fn energy_and_rounding<R: Real>(
         total_stiffness += law.stiffness;
     }
     let epsilon = R::EPSILON.to_f64();
-    let delta = epsilon * far;
     let [gravity, force] = [model.gravity(), model.force()].map(|field| {
         let field = field.to_f64();
         Real::sqrt(field.dot(field))
     });
+    let delta = epsilon * Real::max(far, gravity * substep * substep);
     let rounding = delta * (gravity * mass + force * count + pull + delta * total_stiffness);
     (energy, rounding + 2.0 * epsilon * (kinetic + own.abs()))
 }

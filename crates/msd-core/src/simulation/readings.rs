@@ -144,7 +144,11 @@ impl<R: Real> Simulation<R> {
 
     /// Energy and rounding without the energy dissipated, compiled in this crate.
     pub(crate) fn measure(&self) -> (Energy, f64) {
-        energy::energy_and_rounding(&self.model, &self.state, self.time())
+        energy::energy_and_rounding(
+            &self.model,
+            &self.state,
+            (self.time(), self.settings.substep()),
+        )
     }
 
     /// Energy dissipated since the start by dampers, drag and contact, joules.
@@ -169,7 +173,7 @@ impl<R: Real> Simulation<R> {
     /// # Panics
     /// If the state has another number of particles.
     pub fn energy_at(&self, state: &State<R>) -> Energy {
-        energy::energy_and_rounding(&self.model, &self.columns_of(state), self.time()).0
+        energy::energy_and_rounding(&self.model, &self.columns_of(state), (self.time(), 0.0)).0
     }
 
     /// The centre of mass of a range of particles, metres.
