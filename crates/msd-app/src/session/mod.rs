@@ -53,8 +53,8 @@ use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
 
-/// The most that is done at once and recorded one by one: the springs of a body of a material have a
-/// hundred values, in thousands of runs, and the run as it is then is no longer than they are.
+/// The most that is done at once and recorded one by one: the springs of a body of a material have
+/// their values in thousands of runs of rows, and the run as it is then is no longer than they are.
 const MOST_EVENTS: usize = 200;
 
 /// A scene that runs, pauses, goes back, is grabbed, tuned and recorded.

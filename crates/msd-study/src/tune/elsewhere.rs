@@ -1,9 +1,9 @@
-//! What a search has found, tried at another state of the scene: that of a run which is to take it.
+//! Trials of what a search has found at another state of the scene: that of a run to step by it.
 
 use super::{Found, Goal, UNLUCKY};
 use crate::candidates::choice::{Choice, FRAME};
-use crate::measure::leave::Halt;
-use crate::measure::reference::{Wish, reference_by_leave, size_of};
+use crate::measure::leave::{Halt, Leave};
+use crate::measure::reference::{Reference, Wish, reference_by_leave, size_of};
 use crate::measure::trial::{Trial, adds, try_by_leave, unsound_by_leave};
 use crate::quantity::estimate;
 use crate::study::conduct::{Follower, Progress};
@@ -30,46 +30,53 @@ pub fn retry(
     (goal, duration, lasting): (Goal, f64, f64),
     follower: &mut dyn Follower,
 ) -> Result<Elsewhere, Halt> {
-    let wanted = match goal {
-        Goal::MaxError(error) => error,
-        Goal::Budget(_) => 1e-6 * size_of(scene)?,
-    };
-    let uncertainty = (0.02 * wanted / size_of(scene)?).clamp(1e-11, 1e-4);
-    let tell = |follower: &mut dyn Follower, now: String, done| {
-        follower.hear(Progress { now, done, methods: None, left: None });
-    };
     let (mut right, mut refused) = (None, Vec::new());
     for Found { trial: Trial { choice, .. }, .. } in found {
-        let choice = *choice;
-        tell(follower, format!("{choice} from the state of now"), refused.len());
-        let leave = &mut || follower.goes_on();
-        let why = match unsound_by_leave(scene, choice, lasting, leave) {
-            Err(Halt::Refused(error)) => Some(error.to_string()),
-            unsound => unsound?,
-        };
-        if let Some(why) = why {
-            refused.push((choice, why));
-            continue;
-        }
-        // Made once, and only where something lasts.
-        let right = match &right {
-            Some(right) => right,
-            None => {
-                tell(follower, "a reference from the state of now".into(), refused.len());
-                let wish = Wish { duration, uncertainty, ..Wish::default() };
-                right.insert(reference_by_leave(scene, wish, &mut || follower.goes_on())?)
-            }
-        };
-        let reliable = right.comparable(0.25 * wanted);
-        let leave = &mut || follower.goes_on();
-        let trial = try_by_leave(scene, choice, (right, reliable), leave)?;
-        let is_certain = matches!(goal, Goal::Budget(_)) || 0 < right.reliable(0.25 * wanted);
-        match objection(goal, &trial, is_certain) {
-            Some(why) => refused.push((choice, why)),
-            None => return Ok(Elsewhere { held: Some(trial), refused }),
+        let (now, done) = (format!("{choice} from the state of now"), refused.len());
+        follower.hear(Progress { now, done, methods: None, left: None });
+        let wish = (goal, duration, lasting);
+        match try_here((scene, &mut right), *choice, wish, &mut || follower.goes_on())? {
+            Ok(trial) => return Ok(Elsewhere { held: Some(trial), refused }),
+            Err(why) => refused.push((*choice, why)),
         }
     }
     Ok(Elsewhere { held: None, refused })
+}
+
+/// The trial of a choice, or why it does not serve the goal, in words. The reference is made once,
+/// for the first choice that lasts.
+fn try_here(
+    (scene, right): (&Scene, &mut Option<Reference>),
+    choice: Choice,
+    (goal, duration, lasting): (Goal, f64, f64),
+    leave: Leave<'_>,
+) -> Result<Result<Trial, String>, Halt> {
+    match unsound_by_leave(scene, choice, lasting, leave) {
+        Err(Halt::Refused(error)) => return Ok(Err(error.to_string())),
+        Err(Halt::Stopped) => return Err(Halt::Stopped),
+        Ok(Some(why)) => return Ok(Err(why)),
+        Ok(None) => {}
+    }
+    let size = size_of(scene)?;
+    let wanted = match goal {
+        Goal::MaxError(error) => error,
+        Goal::Budget(_) => 1e-6 * size,
+    };
+    let right = match right {
+        Some(right) => right,
+        None => {
+            let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
+            let wish = Wish { duration, uncertainty, ..Wish::default() };
+            right.insert(reference_by_leave(scene, wish, leave)?)
+        }
+    };
+    let is_certain = matches!(goal, Goal::Budget(_)) || 0 < right.reliable(0.25 * wanted);
+    let reliable = right.comparable(0.25 * wanted);
+    let trial = try_by_leave(scene, choice, (right, reliable), leave)?;
+    Ok(match objection(goal, &trial, is_certain) {
+        Some(why) => Err(why),
+        None => Ok(trial),
+    })
 }
 
 /// Why a trial does not serve a goal.

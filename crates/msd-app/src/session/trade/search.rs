@@ -107,8 +107,8 @@ fn retrial(scene: Scene, tuned: &Tuned) -> Worker<Elsewhere> {
 fn nearest_words(wish: &str, tuned: &Tuned) -> String {
     let Found { trial, .. } = &tuned.best;
     format!(
-        "{wish}: no setting meets it, nothing was changed; the nearest is {}: {} off, {} per frame; \
-         {} tried",
+        "{wish}: no setting meets it, nothing was changed; the nearest is {}: {} off, {} per \
+         frame; {} tried",
         trial.choice,
         estimate(trial.error(), "m"),
         estimate(trial.cost * FRAME, "s"),
