@@ -121,6 +121,8 @@ fn full() -> Study {
         left_out: vec!["xpbd with 1024 substeps: it would have taken 40 s".into()],
         limits: Integrator::ALL.map(limit).to_vec(),
         audit: Integrator::ALL.into_iter().enumerate().map(audited).collect(),
+        space: None,
+        balance: None,
         words: "For an error of 1.0 mm use velocity-verlet with 8 substeps in f32.".into(),
         machine: "Processor of 2 cores at 3 GHz, Linux".into(),
         date: "2026-11-21".into(),

@@ -220,8 +220,12 @@ pub struct StudyArguments {
     /// Write the report to this folder [default: SCENE-study]
     #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
+    /// Measure also what the spacing of the particles costs in accuracy, on finer meshes; --time is
+    /// spent on those as well
+    #[arg(long)]
+    pub mesh: bool,
     /// Report instead what each part of the model costs, and what it changes
-    #[arg(long, conflicts_with_all = ["max_error", "time", "out", "fresh"])]
+    #[arg(long, conflicts_with_all = ["max_error", "time", "out", "fresh", "mesh"])]
     pub terms: bool,
     /// Start afresh instead of resuming an interrupted study
     #[arg(long)]
