@@ -10,6 +10,7 @@ use msd_scene::Precision;
 use msd_study::audit::Audit;
 use msd_study::choice::{Choice, FRAME};
 use msd_study::limits::Limit;
+use msd_study::space::Balance;
 use msd_study::trial::Trial;
 use msd_study::{Study, words};
 
@@ -327,6 +328,59 @@ pub fn reference(study: &Study) -> Markup {
         p {
             "Cost is the time of the processor, best of all runs, on one core: it leaves out "
             "drawing and reading files."
+        }
+    }
+}
+
+/// The errors of space, time and precision, each with the price of less, and the spacings that were
+/// run.
+pub fn balance(study: &Study, balance: &Balance) -> Markup {
+    let shares =
+        [("space", &balance.space), ("time", &balance.time), ("precision", &balance.precision)];
+    let body = html! {
+        @for (name, share) in shares {
+            tr {
+                th scope="row" { (name) }
+                @match share {
+                    Some(share) => {
+                        td { (quantity(share.error, "m")) }
+                        td { (percent(relative(study, share.error))) }
+                        @if share.remedy.is_empty() {
+                            td.text colspan="3" { "nothing makes it less" }
+                        } @else {
+                            td.text { (share.remedy) }
+                            td { (quantity(share.left, "m")) }
+                            td {
+                                (quantity(FRAME * share.cost, "s")) " ("
+                                (number(share.cost / balance.cost)) "×)"
+                            }
+                        }
+                    }
+                    None => td.text colspan="5" { "not known" }
+                }
+            }
+            "\n"
+        }
+    };
+    let heads = ["Error of", "Error", "Of the size", "With", "It is", "Per frame"];
+    html! {
+        (table(&heads, 1, &body))
+        p.note {
+            "The scene as it is set: " (balance.choice.to_string()) ", "
+            (quantity(FRAME * balance.cost, "s")) " per frame. The error of time is that of the "
+            "same steps in f64, that of precision the distance of f32 from f64."
+        }
+        @if let Some(space) = &study.space {
+            p.note {
+                (clean(&space.words())) ". Run as good as exactly in time:"
+                @for spacing in &space.spacings {
+                    " 1/" (spacing.parts) " of the spacing, "
+                    (counted(spacing.particles, "particle"))
+                    @if let Some(error) = spacing.error { ", " (quantity(error, "m")) " off" }
+                    ";"
+                }
+                " compared at " (counted(space.points, "point")) " that all have."
+            }
         }
     }
 }

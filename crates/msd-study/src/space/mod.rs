@@ -15,6 +15,7 @@ pub use balance::{Balance, Share, balance};
 pub(crate) use halve::halve;
 pub use halve::{SpacePlan, known, space};
 pub use limit::Verdict;
+pub(crate) use track::{Track, picked};
 
 use crate::quantity::{estimate, rounded};
 use serde::{Deserialize, Serialize};

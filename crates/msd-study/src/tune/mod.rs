@@ -3,6 +3,7 @@
 
 mod slope;
 mod solver_section;
+mod spacing;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, ladders};
@@ -16,6 +17,7 @@ use msd_scene::Precision;
 use serde::Serialize;
 
 pub use solver_section::{put, with_choice};
+pub use spacing::{FoundSpacing, TunedSpacing, tune_spacing};
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

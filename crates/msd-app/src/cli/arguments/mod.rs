@@ -253,6 +253,13 @@ pub struct TuneArguments {
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
     pub duration: f64,
+    /// Choose the spacing of the particles too: the error counts from the limit of ever finer meshes
+    #[arg(long, requires = "max_error")]
+    pub mesh: bool,
+    /// Processor time to spend on finer meshes, seconds [default: 60]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(requires = "mesh")]
+    pub time: Option<f64>,
     /// Write the result into the solver section of the scene file
     #[arg(long, help_heading = OUTPUT)]
     pub write: bool,
