@@ -4,7 +4,7 @@ use crate::figure::relative;
 use crate::pen::{Axis, Drawn, Pen, Type, WIDTH};
 use crate::{ink, units};
 use msd_study::Study;
-use msd_study::space::Balance;
+use msd_study::space::ErrorBalance;
 use plotters::prelude::DrawingBackend;
 
 /// Height of the figure, pixels of a page [`WIDTH`] wide.
@@ -21,7 +21,7 @@ const DECADES: f64 = 9.0;
 /// What the surface refuses.
 pub fn errors_side_by_side<DB: DrawingBackend>(
     study: &Study,
-    balance: &Balance,
+    balance: &ErrorBalance,
     surface: DB,
 ) -> Drawn<DB> {
     let pen = Pen::new(surface, ink::PAPER.light)?;

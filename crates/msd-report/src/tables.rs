@@ -10,7 +10,7 @@ use msd_scene::Precision;
 use msd_study::audit::Audit;
 use msd_study::choice::{Choice, FRAME};
 use msd_study::limits::Limit;
-use msd_study::space::Balance;
+use msd_study::space::ErrorBalance;
 use msd_study::trial::Trial;
 use msd_study::{Study, words};
 
@@ -334,7 +334,7 @@ pub fn reference(study: &Study) -> Markup {
 
 /// The errors of space, time and precision, each with the price of less, and the spacings that were
 /// run.
-pub fn balance(study: &Study, balance: &Balance) -> Markup {
+pub fn balance(study: &Study, balance: &ErrorBalance) -> Markup {
     let shares =
         [("space", &balance.space), ("time", &balance.time), ("precision", &balance.precision)];
     let body = html! {

@@ -21,8 +21,8 @@ fn builtin(name: &str, halvings: u32) -> (Loaded, Finer) {
     opened(&Draft::open(Path::new(name), Path::new("")).unwrap(), halvings).unwrap()
 }
 
-/// The stress of a uniform strain of size 1 along x, times the volume: Σ k L² nx⁴, joules. Where the
-/// constants follow the continuum it does not change with the spacing.
+/// The stress of a uniform strain of size 1 along x, times the volume: Σ k L² nx⁴, joules. Where
+/// the constants follow the continuum it does not change with the spacing.
 fn stretch(scene: &Scene) -> f64 {
     let of = |spring: &Spring| {
         let [a, b] = spring.ends.map(|end| scene.particles[end].position);

@@ -99,7 +99,7 @@ fn summary(study: &Study, folder: &Path) -> String {
     }
     if let Some(balance) = &study.balance {
         lines.push(format!("as it is set, with {}:", balance.choice));
-        lines.push(columns("error of", "metres", "of the size", "with", "price of a second"));
+        lines.push(columns("error of", "metres", "of the size", "with", "per simulated second"));
         lines.extend(
             balance.rows(*size).iter().map(|[what, error, part, better, price]| {
                 columns(what, error, part, better, price)

@@ -5,7 +5,7 @@ use super::failure::{Failure, say};
 use super::progress::Bar;
 use super::run::open_draft;
 use super::tune::{Row, writable, write_choice};
-use msd_scene::schema::{BodyRow, SceneFile};
+use msd_scene::schema::{BodyRow, PinRow, SceneFile};
 use msd_scene::{plain, shown_path};
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::{Space, SpacePlan};
@@ -43,6 +43,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
     bar.end();
     let tuned = tuned.map_err(Failure::input)?;
     let source = draft.source().map_err(Failure::input)?;
+    let name = draft.load(&source).map_err(Failure::input)?.name;
     let rows = msd_scene::decode(&source).map_err(Failure::input)?;
     let found = tuned.found.as_ref();
     let keys = found.and_then(|found| found.rows.as_ref()).map(|fine| changed(&rows, fine));
@@ -54,7 +55,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
     let unwritten = done.and_then(Result::err);
     let said = if arguments.json {
         let report = MeshReport {
-            scene: draft.name.clone(),
+            scene: name,
             max_error,
             met: tuned.is_met(),
             parts: found.map(|found| found.parts),
@@ -67,7 +68,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
         };
         say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
     } else {
-        let mut lines = summary(&draft.name, &tuned, &keys);
+        let mut lines = summary(&name, &tuned, &keys);
         match (written, arguments.write) {
             (Some(file), _) => lines.push(format!("written to the solver section of {file}")),
             (None, true) => {
@@ -150,12 +151,21 @@ fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
         let said: Vec<String> = drag.into_iter().chain(force).collect();
         lines.push(format!("world: {}", said.join(", ")));
     }
-    if !fine.pins.is_empty() {
-        let places = fine.pins.iter().map(|pin| match (pin.at, pin.particle) {
-            (Some(at), _) => format!("at = {at:?}"),
-            (_, particle) => format!("particle = {}", particle.unwrap_or_default()),
+    let place = |pin: &PinRow| (pin.body.unwrap_or(0), pin.at, pin.particle);
+    if !fine.pins.iter().map(place).eq(rows.pins.iter().map(place)) {
+        let said = fine.pins.iter().map(|pin| {
+            let place = match (pin.at, pin.particle) {
+                (Some(at), _) => format!("at = {at:?}"),
+                (_, particle) => format!("particle = {}", particle.unwrap_or_default()),
+            };
+            let velocity = pin.velocity.map(|velocity| format!(", velocity = {velocity:?}"));
+            format!(
+                "{{ body = {}, {place}{} }}",
+                pin.body.unwrap_or(0),
+                velocity.unwrap_or_default()
+            )
         });
-        lines.push(format!("pins: {}", places.collect::<Vec<_>>().join("; ")));
+        lines.push(format!("pins = [{}]", said.collect::<Vec<_>>().join(", ")));
     }
     lines
 }

@@ -27,19 +27,19 @@ pub(crate) struct Refined {
 }
 
 /// What the particles of a body are found by in a finer one.
-enum Grid {
+enum Nesting {
     /// A lattice of so many rows, columns and stacks.
     Lattice([u64; 3]),
     /// A mesh, by the vertices of its surface; whether it is filled.
     Surface(Mesh, bool),
 }
 
-impl Grid {
+impl Nesting {
     /// Directions in which the body extends.
-    fn dimensions(&self) -> i32 {
+    fn dimensions(&self) -> u32 {
         match self {
-            Grid::Lattice(size) => size.iter().filter(|&&length| 1 < length).count() as i32,
-            Grid::Surface(_, is_filled) => 2 + i32::from(*is_filled),
+            Nesting::Lattice(size) => size.iter().filter(|&&length| 1 < length).count() as u32,
+            Nesting::Surface(_, is_filled) => 2 + u32::from(*is_filled),
         }
     }
 }
@@ -66,45 +66,45 @@ pub(crate) fn refine(
     }
     let file: SceneFile = decode(source)?;
     let rows = file.bodies.iter().enumerate();
-    let grids = rows.map(|(row, body)| grid(source, (row, body), read_mesh));
-    let grids = grids.collect::<Result<Vec<Grid>, FileError>>()?;
+    let nestings = rows.map(|(row, body)| nesting(source, (row, body), (halvings, read_mesh)));
+    let nestings = nestings.collect::<Result<Vec<Nesting>, FileError>>()?;
     let parts = 1u64 << halvings;
-    let bodies = file.bodies.iter().zip(&grids).map(|(body, grid)| finer(body, grid, parts));
+    let bodies =
+        file.bodies.iter().zip(&nestings).map(|(body, nesting)| finer(body, nesting, parts));
     let rows = SceneFile {
-        world: world(source, (&file.world, coarse), &grids, parts)?,
+        world: world(source, (&file.world, coarse), &nestings, parts)?,
         bodies: bodies.collect(),
-        pins: pins(source, coarse, &grids, halvings)?,
+        pins: pins(source, coarse, &nestings, halvings)?,
         ..file.clone()
     };
     let understood = understand_rows(source, rows.clone(), &|file| {
-        let mesh = read_mesh(file)?;
-        let count = (mesh.triangles.len() as u128) << (2 * halvings);
-        if MOST_TRIANGLES < count {
-            let (what, limit) = ("the number of triangles, each cut up,", MOST_TRIANGLES);
-            return Err(MeshError::TooLarge { file: mesh.name, what, count, limit });
-        }
-        Ok((0..halvings).fold(mesh, |mesh, _| subdivided(&mesh)))
+        Ok((0..halvings).fold(read_mesh(file)?, |mesh, _| subdivided(&mesh)))
     })?;
-    let common = common((coarse, &understood.scene), &grids, parts);
+    let common = common((coarse, &understood.scene), &nestings, parts);
     Ok(Refined { rows, understood, common })
 }
 
-fn grid(
+fn nesting(
     source: &Source<'_>,
     (row, body): (usize, &BodyRow),
-    read_mesh: &MeshReader<'_>,
-) -> Result<Grid, FileError> {
+    (halvings, read_mesh): (u32, &MeshReader<'_>),
+) -> Result<Nesting, FileError> {
     let named = || body.name.as_deref().map_or(String::new(), |name| format!(" `{name}`"));
     match (body.kind, body.size.as_deref(), body.file.as_deref()) {
-        (Kind::Rope, Some(&[count]), _) => Ok(Grid::Lattice([1, count, 1])),
-        (Kind::Cloth, Some(&[rows, columns]), _) => Ok(Grid::Lattice([rows, columns, 1])),
+        (Kind::Rope, Some(&[count]), _) => Ok(Nesting::Lattice([1, count, 1])),
+        (Kind::Cloth, Some(&[rows, columns]), _) => Ok(Nesting::Lattice([rows, columns, 1])),
         (Kind::Block, Some(&[rows, columns, stacks]), _) => {
-            Ok(Grid::Lattice([rows, columns, stacks]))
+            Ok(Nesting::Lattice([rows, columns, stacks]))
         }
         (Kind::Mesh, _, Some(file)) => {
             let mesh = read_mesh(file).map_err(FileError::from)?;
+            let count = (mesh.triangles.len() as u128) << (2 * halvings);
+            if MOST_TRIANGLES < count {
+                let (what, limit) = ("the number of triangles, each cut up,", MOST_TRIANGLES);
+                return Err(MeshError::TooLarge { file: mesh.name, what, count, limit }.into());
+            }
             let is_filled = is_solid(&mesh, body.filling.unwrap_or_default());
-            Ok(Grid::Surface(mesh, is_filled))
+            Ok(Nesting::Surface(mesh, is_filled))
         }
         _ => {
             let reason = format!(
@@ -117,40 +117,45 @@ fn grid(
 }
 
 /// A body at a part of its spacing.
-fn finer(body: &BodyRow, grid: &Grid, parts: u64) -> BodyRow {
-    let times = parts as f64;
+fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
+    let dimensions = nesting.dimensions();
     let mut fine = body.clone();
-    let scale = times.powi(2 - grid.dimensions());
-    match grid {
-        Grid::Lattice(_) => {
+    let scale = power(parts, 2) / power(parts, dimensions);
+    match nesting {
+        Nesting::Lattice(_) => {
             let length = |&length: &u64| length.saturating_sub(1).saturating_mul(parts) + 1;
             fine.size = body.size.as_ref().map(|size| size.iter().map(length).collect());
-            fine.spacing = Some(body.spacing.unwrap_or(1.0) / times);
+            fine.spacing = Some(body.spacing.unwrap_or(1.0) / parts as f64);
             if first_key(body).is_none() {
                 let Material { mass, stiffness, damping } = Material::default();
-                fine.mass = Some(body.mass.unwrap_or(mass) / times.powi(grid.dimensions()));
+                fine.mass = Some(body.mass.unwrap_or(mass) / power(parts, dimensions));
                 fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
                 fine.damping = Some(body.damping.unwrap_or(damping) * scale);
             }
         }
-        Grid::Surface(mesh, is_filled) => {
+        Nesting::Surface(mesh, is_filled) => {
             let MeshOptions { stiffness, damping, .. } = MeshOptions::for_mesh(mesh);
             fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
             fine.damping = Some(body.damping.unwrap_or(damping) * scale);
             if *is_filled {
                 let own = || own_spacing(mesh, body.length.unwrap_or(1.0));
-                fine.spacing = Some(body.spacing.unwrap_or_else(own) / times);
+                fine.spacing = Some(body.spacing.unwrap_or_else(own) / parts as f64);
             }
         }
     }
     fine
 }
 
+/// A power of a small number, exact.
+fn power(parts: u64, exponent: u32) -> f64 {
+    parts.pow(exponent) as f64
+}
+
 /// The world of finer bodies: what acts on each particle is shared out among more.
 fn world(
     source: &Source<'_>,
     (world, coarse): (&WorldRow, &Scene),
-    grids: &[Grid],
+    nestings: &[Nesting],
     parts: u64,
 ) -> Result<WorldRow, FileError> {
     let key = match (coarse.world.drag != 0.0, coarse.world.force != DVec3::ZERO) {
@@ -158,13 +163,13 @@ fn world(
         (_, true) => "force",
         _ => return Ok(world.clone()),
     };
-    let dimensions = grids.first().map_or(0, Grid::dimensions);
-    if grids.iter().any(|grid| grid.dimensions() != dimensions) {
+    let dimensions = nestings.first().map_or(0, Nesting::dimensions);
+    if nestings.iter().any(|nesting| nesting.dimensions() != dimensions) {
         let reason = "acts on each particle, whose number grows otherwise in a block than in a \
                       cloth or a rope: one scene with several of them cannot be refined";
         return Err(source.refuse(format_args!("world.{key}"), reason));
     }
-    let share = (parts as f64).powi(-dimensions);
+    let share = 1.0 / power(parts, dimensions);
     Ok(WorldRow {
         drag: world.drag.map(|drag| drag * share),
         force: world.force.map(|force| force.map(|force| force * share)),
@@ -176,11 +181,11 @@ fn world(
 fn pins(
     source: &Source<'_>,
     coarse: &Scene,
-    grids: &[Grid],
+    nestings: &[Nesting],
     halvings: u32,
 ) -> Result<Vec<PinRow>, FileError> {
     let mut rows = Vec::new();
-    for (number, (body, grid)) in coarse.bodies.iter().zip(grids).enumerate() {
+    for (number, (body, nesting)) in coarse.bodies.iter().zip(nestings).enumerate() {
         let of_body = coarse.pins.iter().filter(|pin| body.particles.contains(&pin.particle));
         let held: BTreeMap<usize, DVec3> =
             of_body.map(|pin| (pin.particle - body.particles.start, pin.velocity)).collect();
@@ -189,14 +194,14 @@ fn pins(
             velocity: Some(velocity.to_array()).filter(|_| velocity != DVec3::ZERO),
             ..PinRow::default()
         };
-        match grid {
-            Grid::Lattice(size) => {
+        match nesting {
+            Nesting::Lattice(size) => {
                 let held = held_in_lattice(size.map(|length| length as usize), &held, halvings);
                 rows.extend(
                     held.into_iter().map(|(at, pull)| PinRow { at: Some(at), ..row(pull) }),
                 );
             }
-            Grid::Surface(mesh, _) => {
+            Nesting::Surface(mesh, _) => {
                 if let Some(inside) = held.keys().find(|&&vertex| mesh.positions.len() <= vertex) {
                     let reason = format!(
                         "hold particle {inside} of body {number}, which is inside the mesh: a \
@@ -278,13 +283,13 @@ fn held_in_surface(
 }
 
 /// Pairs of particles that stand at one place: all of a lattice, the surface of a mesh.
-fn common((coarse, fine): (&Scene, &Scene), grids: &[Grid], parts: u64) -> Vec<[usize; 2]> {
+fn common((coarse, fine): (&Scene, &Scene), nestings: &[Nesting], parts: u64) -> Vec<[usize; 2]> {
     let parts = parts as usize;
-    let bodies = coarse.bodies.iter().zip(&fine.bodies).zip(grids);
-    let of_body = bodies.flat_map(|((coarse, fine), grid)| {
+    let bodies = coarse.bodies.iter().zip(&fine.bodies).zip(nestings);
+    let of_body = bodies.flat_map(|((coarse, fine), nesting)| {
         let (first, fine) = (coarse.particles.start, fine.particles.start);
-        let numbers: Vec<usize> = match grid {
-            Grid::Lattice(size) => {
+        let numbers: Vec<usize> = match nesting {
+            Nesting::Lattice(size) => {
                 let [rows, columns, stacks] = size.map(|length| length as usize);
                 let [across, deep] = [columns, stacks].map(|length| (length - 1) * parts + 1);
                 let each = (0..rows * columns * stacks).map(|number| {
@@ -295,7 +300,7 @@ fn common((coarse, fine): (&Scene, &Scene), grids: &[Grid], parts: u64) -> Vec<[
                 });
                 each.collect()
             }
-            Grid::Surface(mesh, _) => (0..mesh.positions.len()).collect(),
+            Nesting::Surface(mesh, _) => (0..mesh.positions.len()).collect(),
         };
         numbers.into_iter().enumerate().map(move |(number, at)| [first + number, fine + at])
     });

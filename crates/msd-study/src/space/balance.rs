@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 /// What a scene as it is set costs in accuracy, by where it is lost.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Balance {
+pub struct ErrorBalance {
     /// How the scene is stepped.
     pub choice: Choice,
     /// Time of the processor per simulated second, seconds.
@@ -55,13 +55,13 @@ const PRICED: u64 = 6;
 const FINER: f64 = 1.0 / (1u64 << 29) as f64;
 
 /// A run that was followed.
-struct Followed {
+struct Stepped {
     cost: f64,
     positions: Vec<Vec<DVec3>>,
 }
 
-/// Measures the errors of time and precision of a scene as it is set, beside that of `space`; `finer`
-/// is the scene at half its spacing.
+/// Measures the errors of time and precision of a scene as it is set, beside that of `space`;
+/// `finer` is the scene at half its spacing.
 ///
 /// # Errors
 /// What the core refuses of the scene.
@@ -70,13 +70,13 @@ pub fn balance(
     finer: &Scene,
     space: &Space,
     reference: &Reference,
-) -> Result<Balance, Error> {
+) -> Result<ErrorBalance, Error> {
     let Loaded { scene, precision, .. } = loaded;
     let choice = Choice::of(Runner::open(loaded)?.settings(), *precision);
     let samples = reference.comparable(1e-4 * reference.size);
     let frames = &reference.frames[..samples];
     let follow = |choice: Choice| follow(scene, choice, frames);
-    let right = |run: &Followed| {
+    let right = |run: &Stepped| {
         let rows = run.positions.iter().zip(&reference.states);
         rows.map(|(here, right)| rms_between(here, &right.positions)).fold(0.0, f64::max)
     };
@@ -109,7 +109,7 @@ pub fn balance(
         }),
         None => None,
     };
-    let mut balance = Balance { choice, cost, space, time, precision, advice: String::new() };
+    let mut balance = ErrorBalance { choice, cost, space, time, precision, advice: String::new() };
     let mut longer = None;
     if let Some(most) = balance.room()
         && let Some(longest) = longest(scene, choice)?
@@ -122,7 +122,7 @@ pub fn balance(
     Ok(balance)
 }
 
-impl Balance {
+impl ErrorBalance {
     /// The error of time that would be small beside that of space, metres; none where time or
     /// precision cost as much already, or space is not known.
     fn room(&self) -> Option<f64> {
@@ -195,7 +195,7 @@ impl Balance {
 }
 
 /// Runs a choice and follows all particles; `None` where it diverges.
-fn follow(scene: &Scene, choice: Choice, frames: &[u64]) -> Result<Option<Followed>, Error> {
+fn follow(scene: &Scene, choice: Choice, frames: &[u64]) -> Result<Option<Stepped>, Error> {
     let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
     let (mut seconds, mut positions) = (0.0, Vec::with_capacity(frames.len()));
     for &frame in frames {
@@ -208,7 +208,7 @@ fn follow(scene: &Scene, choice: Choice, frames: &[u64]) -> Result<Option<Follow
         seconds += clock.seconds();
         positions.push(state(&runner).positions);
     }
-    Ok(Some(Followed { cost: seconds / runner.time(), positions }))
+    Ok(Some(Stepped { cost: seconds / runner.time(), positions }))
 }
 
 /// The same method, its step halved or its tolerance ten times as tight.
@@ -259,7 +259,7 @@ mod tests {
         let (integrator, precision_name) = (Integrator::VelocityVerlet, Precision::F32);
         let choice = Choice { integrator, fineness, precision: precision_name };
         let advice = String::new();
-        Balance { choice, cost: 1.0, space, time, precision, advice }.words(None)
+        ErrorBalance { choice, cost: 1.0, space, time, precision, advice }.words(None)
     }
 
     #[test]

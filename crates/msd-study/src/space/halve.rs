@@ -39,11 +39,13 @@ const MOST_HALVINGS: u32 = 2;
 const TOLERANCES: [f64; 3] = [1e-6, 1e-8, 1e-10];
 /// The part of the difference of two spacings that the error of time may be.
 const TIME_PART: f64 = 0.05;
+/// Roundings of a run, as a part of the size of the scene.
+const ROUNDING: f64 = 1e-12;
 /// Kept in the cache by the scene.
 const SPACE: &str = "space";
 
 /// A scene that was run at several spacings.
-pub(crate) struct Limit {
+pub(crate) struct Halved {
     pub space: Space,
     /// Where the points would be without an error of space, and at how many samples that is known.
     pub right: Option<(Track, usize)>,
@@ -81,7 +83,7 @@ pub(crate) fn halve(
     draft: &Draft,
     plan: SpacePlan,
     tell: &mut dyn FnMut(&str),
-) -> Result<Limit, FileError> {
+) -> Result<Halved, FileError> {
     let source = draft.source()?;
     let scene = draft.load(&source)?.scene;
     let finer = vec![draft.finer(&source, 1)?];
@@ -93,10 +95,10 @@ pub(crate) fn halve(
     // Samples beyond which rounding alone moves the particles.
     let samples = reference.comparable(1e-4 * reference.size);
     let points: Vec<usize> = finer[0].common.iter().map(|pair| pair[0]).collect();
-    let mut ladder = Ladder { draft, source, scene, finer, points, reference, samples, budget };
+    let mut halving = Halving { draft, source, scene, finer, points, reference, samples, budget };
     let mut run = Run { tracks: Vec::new(), off: 0.0, stopped: String::new() };
     for tolerance in TOLERANCES {
-        let tighter = ladder.run(tolerance, tell)?;
+        let tighter = halving.run(tolerance, tell)?;
         // What is not affordable to the last digit is known to the first.
         if 1 < tighter.tracks.len() || run.tracks.is_empty() {
             run = tighter;
@@ -105,11 +107,11 @@ pub(crate) fn halve(
             break;
         }
     }
-    Ok(ladder.limit(run))
+    Ok(halving.limit(run))
 }
 
 /// A scene and its finer ones.
-struct Ladder<'d> {
+struct Halving<'d> {
     draft: &'d Draft,
     source: Source<'d>,
     scene: Scene,
@@ -126,7 +128,8 @@ struct Ladder<'d> {
 struct Run {
     /// Coarsest first; that of the scene as it is comes from its reference.
     tracks: Vec<Track>,
-    /// The error of time that the tolerance leaves in the scene as it is, metres.
+    /// The error of time that the tolerance leaves in the scene as it is, metres; at least what
+    /// rounding makes.
     off: f64,
     /// Why there is no finer one.
     stopped: String,
@@ -147,7 +150,7 @@ impl Run {
     }
 }
 
-impl Ladder<'_> {
+impl Halving<'_> {
     fn run(&mut self, tolerance: f64, tell: &mut dyn FnMut(&str)) -> Result<Run, FileError> {
         let mut coarse = Track::of(&self.reference, &self.points);
         coarse.samples.truncate(self.samples);
@@ -157,8 +160,8 @@ impl Ladder<'_> {
         let own = track(own, (0.0, f64::INFINITY), leave);
         let own = own.map_err(|halt| refused(self.draft, halt))?.unwrap_or_else(|| coarse.clone());
         let (mut springs, mut seconds) = (self.scene.springs.len(), own.seconds);
-        let off = own.distance(&coarse, self.samples);
-        let stopped = "the finest spacing tells enough".into();
+        let off = own.distance(&coarse, self.samples).max(ROUNDING * self.reference.size);
+        let stopped = "a spacing is halved twice at most".into();
         let mut run = Run { tracks: vec![coarse], off, stopped };
         let mut left = self.budget;
         for halvings in 1..=MOST_HALVINGS {
@@ -195,13 +198,13 @@ impl Ladder<'_> {
     }
 
     /// What the runs tell.
-    fn limit(self, run: Run) -> Limit {
-        let Ladder { scene, mut finer, points, reference, samples, .. } = self;
+    fn limit(self, run: Run) -> Halved {
+        let Halving { scene, mut finer, points, reference, samples, .. } = self;
         let frames = &reference.frames[..samples];
         let times: Vec<f64> = frames.iter().map(|&frame| frame as f64 * FRAME).collect();
         let (right, mut verdict) = extrapolate(&run.tracks, &times);
         if 1 < run.tracks.len() && !run.is_resolved() {
-            // An order of less than 1 is not to be expected: the first difference and as much again.
+            // An order of less than 1 is not to be expected: twice the first difference.
             verdict = Verdict::Below { error: run.off + 2.0 * run.first_difference() };
         }
         let scenes = std::iter::once(&scene).chain(finer.iter().map(|finer| &finer.loaded.scene));
@@ -219,7 +222,7 @@ impl Ladder<'_> {
             cache::put(SPACE, &scene_hash(&scene), &space);
         }
         finer.truncate(run.tracks.len().max(2) - 1);
-        Limit { space, right, reference, finer }
+        Halved { space, right, reference, finer }
     }
 }
 

@@ -36,8 +36,8 @@ pub enum Verdict {
     Untold,
 }
 
-/// The order of a lattice of springs; also the most that is believed of an observation: a higher one
-/// is luck.
+/// The order of a lattice of springs; also the most that is believed of an observation: a higher
+/// one is luck.
 const ORDER: f64 = 2.0;
 /// Below this order there is no limit to extrapolate to.
 const LEAST_ORDER: f64 = 0.5;

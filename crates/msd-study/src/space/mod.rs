@@ -3,15 +3,15 @@
 //!
 //! A [`Space`] is what is known of it: the scene was run at its own spacing a, at a/2 and a/4, each
 //! as good as exact in time, and Richardson's extrapolation (1911) told where the positions go as
-//! the spacing goes to nothing. A [`Balance`] has the errors of space, time and precision side by
-//! side, with their prices.
+//! the spacing goes to nothing. An [`ErrorBalance`] has the errors of space, time and precision
+//! side by side, with their prices.
 
 mod track;
 mod limit;
 mod halve;
 mod balance;
 
-pub use balance::{Balance, Share, balance};
+pub use balance::{ErrorBalance, Share, balance};
 pub(crate) use halve::halve;
 pub use halve::{SpacePlan, known, space};
 pub use limit::Verdict;

@@ -24,8 +24,8 @@ pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Res
     unstopped(|_| to_the_end(loaded, plan, &mut Listener(tell)))
 }
 
-/// Adds the error of space to a study of a scene as a user writes it, and the balance of its errors;
-/// takes up to as much time again as the plan gives to trials.
+/// Adds the error of space to a study of a scene as a user writes it, and the balance of its
+/// errors; takes up to as much time again as the plan gives to trials.
 ///
 /// # Errors
 /// A body that has no spacing; what the core refuses of a finer scene.

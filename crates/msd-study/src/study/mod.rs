@@ -8,7 +8,7 @@ use crate::behaviour::audit::Audit;
 use crate::behaviour::limits::Limit;
 use crate::measure::trial::Trial;
 use crate::quantity::quantity;
-use crate::space::{Balance, Space};
+use crate::space::{ErrorBalance, Space};
 use msd_core::Integrator;
 use serde::{Deserialize, Serialize};
 
@@ -47,7 +47,7 @@ pub struct Study {
     pub space: Option<Space>,
     /// The errors of space, time and precision of the scene as it is set; none without
     /// [`conduct::add_space`].
-    pub balance: Option<Balance>,
+    pub balance: Option<ErrorBalance>,
     /// What it all means, in plain words.
     pub words: String,
     /// The machine, in words.

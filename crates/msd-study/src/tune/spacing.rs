@@ -33,8 +33,8 @@ pub struct FoundSpacing {
     pub space_error: f64,
     /// The choice, tuned at that spacing to what the error of space leaves.
     pub tuned: Tuned,
-    /// Root mean square distance of the particles from the limit of ever finer spacings, in a run of
-    /// the choice at that spacing: space, time and precision together, metres.
+    /// Root mean square distance of the particles from the limit of ever finer spacings, in a run
+    /// of the choice at that spacing: space, time and precision together, metres.
     pub verified: f64,
 }
 

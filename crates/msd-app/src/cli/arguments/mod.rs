@@ -254,7 +254,7 @@ pub struct TuneArguments {
     #[arg(default_value = "1")]
     pub duration: f64,
     /// Choose the spacing of the particles too: the error counts from the limit of ever finer meshes
-    #[arg(long, requires = "max_error")]
+    #[arg(long, conflicts_with = "budget")]
     pub mesh: bool,
     /// Processor time to spend on finer meshes, seconds [default: 60]
     #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
