@@ -5,7 +5,7 @@ use crate::energy_figure::{self, energy_over_time};
 use crate::figure::{self, Spot, relative, work_precision};
 use crate::ink::{self, Ink};
 use crate::pen::WIDTH;
-use crate::tables::{self, clean};
+use crate::tables::{self, clean, sentence};
 use crate::{raster, units};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use msd_core::Integrator;
@@ -178,7 +178,7 @@ fn energies(study: &Study) -> Markup {
 /// The errors of the scene as it is set side by side, or what is known of that of space.
 fn balance(study: &Study) -> Markup {
     let Some(balance) = &study.balance else {
-        return html! { p { (clean(&study.space_line())) "." } };
+        return html! { p { (sentence(&study.space_line())) } };
     };
     let label = format!("{}: errors of space, time and precision, on a log scale", study.scene);
     let drawing = drawing(balance_figure::HEIGHT, &label, |surface| {
@@ -187,7 +187,7 @@ fn balance(study: &Study) -> Markup {
         debug_assert!(drawn.is_ok());
     });
     html! {
-        p { (clean(&balance.advice)) "." }
+        p { (sentence(&balance.advice)) }
         (tables::chart(&drawing))
         (tables::balance(study, balance))
     }

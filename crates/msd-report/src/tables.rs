@@ -19,6 +19,14 @@ pub fn clean(text: &str) -> String {
     text.chars().map(|letter| if letter == '\n' { letter } else { shown(letter) }).collect()
 }
 
+/// What is said in a line as a sentence of its own.
+pub fn sentence(line: &str) -> String {
+    let line = clean(line);
+    let mut letters = line.chars();
+    let first = letters.next().map(|letter| letter.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
+}
+
 /// How fast it runs, times real time: `39.2×`.
 pub fn speed(cost: f64) -> String {
     if 0.0 < cost && cost.is_finite() { format!("{}×", number(1.0 / cost)) } else { "–".into() }
@@ -348,7 +356,7 @@ pub fn balance(study: &Study, balance: &ErrorBalance) -> Markup {
                         @if share.remedy.is_empty() {
                             td.text colspan="3" { "nothing makes it less" }
                         } @else {
-                            td.text { (share.remedy) }
+                            td { (share.remedy) }
                             td { (quantity(share.left, "m")) }
                             td {
                                 (quantity(FRAME * share.cost, "s")) " ("
@@ -368,13 +376,18 @@ pub fn balance(study: &Study, balance: &ErrorBalance) -> Markup {
         p.note {
             "The scene as it is set: " (balance.choice.to_string()) ", "
             (quantity(FRAME * balance.cost, "s")) " per frame. The error of time is that of the "
-            "same steps in f64, that of precision the distance of f32 from f64."
+            "same steps in f64, that of precision the distance of f32 from f64. The dark mark in a "
+            "bar is what its remedy leaves."
         }
         @if let Some(space) = &study.space {
             p.note {
-                (clean(&space.words())) ". Run as good as exactly in time:"
+                (sentence(&space.words())) " Run as good as exactly in time:"
                 @for spacing in &space.spacings {
-                    " 1/" (spacing.parts) " of the spacing, "
+                    @if spacing.parts == 1 {
+                        " at its own spacing, "
+                    } @else {
+                        " at 1/" (spacing.parts) " of it, "
+                    }
                     (counted(spacing.particles, "particle"))
                     @if let Some(error) = spacing.error { ", " (quantity(error, "m")) " off" }
                     ";"

@@ -504,7 +504,7 @@ fn errors_of_space_time_and_precision_stand_side_by_side() {
     assert!(page.contains("up to t = 1.5 s") && page.contains("which two spacings cannot tell"));
     assert!(page.contains("8000 particles"));
     let page = html(&full());
-    assert!(page.contains("the error of space is not included"));
+    assert!(page.contains("The error of space is not included"));
     // What no figure can hold is drawn all the same.
     for value in [0.0, f64::NAN, f64::INFINITY, 1e-300] {
         let mut study = with(balanced);

@@ -31,7 +31,7 @@ enum Nesting {
     /// A lattice of so many rows, columns and stacks.
     Lattice([u64; 3]),
     /// A mesh, by the vertices of its surface; whether it is filled.
-    Surface(Mesh, bool),
+    Surface(Box<Mesh>, bool),
 }
 
 impl Nesting {
@@ -104,7 +104,7 @@ fn nesting(
                 return Err(MeshError::TooLarge { file: mesh.name, what, count, limit }.into());
             }
             let is_filled = is_solid(&mesh, body.filling.unwrap_or_default());
-            Ok(Nesting::Surface(mesh, is_filled))
+            Ok(Nesting::Surface(Box::new(mesh), is_filled))
         }
         _ => {
             let reason = format!(
@@ -237,7 +237,7 @@ fn held_in_lattice(
             // lattice is not held either.
             let mut velocity = Some(DVec3::ZERO);
             for corner in 0..8usize {
-                let up = [corner >> 2, corner >> 1 & 1, corner & 1];
+                let up = [corner / 4, corner / 2 % 2, corner % 2];
                 let weight = |axis: usize| {
                     let part = inside[axis] as f64 / parts as f64;
                     if up[axis] == 1 { part } else { 1.0 - part }

@@ -70,7 +70,7 @@ impl Space {
                 };
                 let until = match until < self.duration - 1e-9 {
                     true => format!(
-                        " up to t = {} s (after that no two spacings agree)",
+                        " up to t = {} s (after that finer spacings do not approach one motion)",
                         rounded(until, 2)
                     ),
                     false => String::new(),

@@ -253,7 +253,7 @@ pub struct TuneArguments {
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
     pub duration: f64,
-    /// Choose the spacing of the particles too: the error counts from the limit of ever finer meshes
+    /// Choose the spacing of the particles too: errors count from the limit of ever finer meshes
     #[arg(long, conflicts_with = "budget")]
     pub mesh: bool,
     /// Processor time to spend on finer meshes, seconds [default: 60]
