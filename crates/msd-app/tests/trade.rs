@@ -144,3 +144,56 @@ fn every_method_runs_every_small_scene() {
         }
     }
 }
+
+/// A bar of ten cells that starts to hang along x.
+const BAR: &str = "version = 1\n[world]\ngravity = [9.82, 0, 0]\n[[bodies]]\nkind = \"rope\"\n\
+                   size = [11]\nspacing = 0.1\nyoung = 1e5\ndensity = 1000\ndiameter = 0.01\n\
+                   relaxation_time = 4e-3\nposition = [0.5, 0, 0]\n[[pins]]\nat = [0, 0, 0]\n";
+
+#[test]
+fn a_study_says_what_the_spacing_costs_and_a_later_one_remembers() {
+    let folder = folder();
+    std::fs::write(folder.path().join("bar.toml"), BAR).unwrap();
+    let study = ["study", "bar.toml", "--duration", "0.5", "--time", "2"];
+    let told = done(msd(folder.path(), &study));
+    assert!(told.contains("the error of space is not included: --mesh measures it"), "{told}");
+    let mesh: Vec<&str> = study.into_iter().chain(["--mesh"]).collect();
+    let told = done(msd(folder.path(), &mesh));
+    // The closed form of this bar has 230 µm.
+    assert!(told.contains("refine the mesh") && told.contains("space costs you 230 µm"), "{told}");
+    assert!(told.contains("of order 2 as observed"), "{told}");
+    let page = std::fs::read(folder.path().join("bar-study").join("report.html")).unwrap();
+    assert!(text(&page).contains("Space, time and precision"));
+    let told = done(msd(folder.path(), &study));
+    assert!(told.contains("is not included; when last measured, over 500 ms, "), "{told}");
+    assert!(told.contains("the error of space is 230 µm"), "{told}");
+    let json: Vec<&str> = mesh.into_iter().chain(["--json"]).collect();
+    let object = parse(&done(msd(folder.path(), &json)));
+    assert!(object["space"]["verdict"]["known"]["is_seen"].as_bool().unwrap());
+    assert!(object["balance"]["time"]["error"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn tuning_the_mesh_says_what_to_write_and_a_scene_without_spacing_is_refused() {
+    let folder = folder();
+    std::fs::write(folder.path().join("bar.toml"), BAR).unwrap();
+    let tune = ["tune", "bar.toml", "--duration", "0.5", "--mesh", "--max-error"];
+    let with = |error| tune.into_iter().chain([error]).collect::<Vec<&str>>();
+    let told = done(msd(folder.path(), &with("1e-4")));
+    assert!(told.contains("use 1/2 of the spacing"), "{told}");
+    assert!(told.contains("bodies[0]: size = [21], spacing = 0.05"), "{told}");
+    let told = done(msd(folder.path(), &with("1e-9")));
+    assert!(told.contains("no spacing that was run meets it"), "{told}");
+    let write: Vec<&str> = with("1e-3").into_iter().chain(["--write", "--json"]).collect();
+    let object = parse(&done(msd(folder.path(), &write)));
+    assert_eq!((object["parts"].as_u64(), object["met"].as_bool()), (Some(1), Some(true)));
+    assert!(object["total_error"].as_f64().unwrap() <= 1e-3);
+    let written = std::fs::read_to_string(folder.path().join("bar.toml")).unwrap();
+    assert!(written.contains("integrator") && written.contains("size = [11]"), "{written}");
+    let budget = ["tune", "bar.toml", "--budget", "1", "--mesh"];
+    let told = outcome(msd(folder.path(), &budget));
+    assert_eq!(told.status.code(), Some(2));
+    assert!(text(&told.stderr).contains("--mesh"), "{told:?}");
+    let told = refused(msd(folder.path(), &["study", "chain", "--mesh"]), 2);
+    assert!(told.contains("bodies[0] is a body `chain` of particles and springs"), "{told}");
+}

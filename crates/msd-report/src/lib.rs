@@ -16,6 +16,7 @@ mod raster;
 mod labels;
 mod figure;
 pub mod energy_figure;
+mod balance_figure;
 mod tables;
 mod report;
 

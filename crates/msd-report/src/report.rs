@@ -1,10 +1,11 @@
 //! The report of a study: one page to open in a browser, a table of numbers, and a figure.
 
+use crate::balance_figure::{self, errors_side_by_side};
 use crate::energy_figure::{self, energy_over_time};
 use crate::figure::{self, Spot, relative, work_precision};
 use crate::ink::{self, Ink};
 use crate::pen::WIDTH;
-use crate::tables::{self, clean};
+use crate::tables::{self, clean, sentence};
 use crate::{raster, units};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use msd_core::Integrator;
@@ -24,6 +25,7 @@ pub fn html(study: &Study) -> String {
     let sections = [
         ("Error against cost", tables::chart(&costs(study))),
         ("The best trade-offs", tables::front(study)),
+        ("Space, time and precision", balance(study)),
         ("Energy over time", energies(study)),
         ("Where methods blow up", tables::limits(study)),
         ("The stiffness and damping you get", tables::audit(study)),
@@ -170,6 +172,24 @@ fn energies(study: &Study) -> Markup {
             "Of each method the trial whose error is nearest to the wanted one. Where a line hides "
             "the broad one of the reference, its energy is right; a cross ends a run that diverged."
         }
+    }
+}
+
+/// The errors of the scene as it is set side by side, or what is known of that of space.
+fn balance(study: &Study) -> Markup {
+    let Some(balance) = &study.balance else {
+        return html! { p { (sentence(&study.space_line())) } };
+    };
+    let label = format!("{}: errors of space, time and precision, on a log scale", study.scene);
+    let drawing = drawing(balance_figure::HEIGHT, &label, |surface| {
+        // A drawing in memory refuses nothing.
+        let drawn = errors_side_by_side(study, balance, surface);
+        debug_assert!(drawn.is_ok());
+    });
+    html! {
+        p { (sentence(&balance.advice)) }
+        (tables::chart(&drawing))
+        (tables::balance(study, balance))
     }
 }
 

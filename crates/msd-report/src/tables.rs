@@ -10,12 +10,21 @@ use msd_scene::Precision;
 use msd_study::audit::Audit;
 use msd_study::choice::{Choice, FRAME};
 use msd_study::limits::Limit;
+use msd_study::space::ErrorBalance;
 use msd_study::trial::Trial;
 use msd_study::{Study, words};
 
 /// Text without the letters that no document may hold; its lines stay.
 pub fn clean(text: &str) -> String {
     text.chars().map(|letter| if letter == '\n' { letter } else { shown(letter) }).collect()
+}
+
+/// What is said in a line as a sentence of its own.
+pub fn sentence(line: &str) -> String {
+    let line = clean(line);
+    let mut letters = line.chars();
+    let first = letters.next().map(|letter| letter.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
 /// How fast it runs, times real time: `39.2×`.
@@ -327,6 +336,64 @@ pub fn reference(study: &Study) -> Markup {
         p {
             "Cost is the time of the processor, best of all runs, on one core: it leaves out "
             "drawing and reading files."
+        }
+    }
+}
+
+/// The errors of space, time and precision, each with the price of less, and the spacings that were
+/// run.
+pub fn balance(study: &Study, balance: &ErrorBalance) -> Markup {
+    let shares =
+        [("space", &balance.space), ("time", &balance.time), ("precision", &balance.precision)];
+    let body = html! {
+        @for (name, share) in shares {
+            tr {
+                th scope="row" { (name) }
+                @match share {
+                    Some(share) => {
+                        td { (quantity(share.error, "m")) }
+                        td { (percent(relative(study, share.error))) }
+                        @if share.remedy.is_empty() {
+                            td.text colspan="3" { "nothing makes it less" }
+                        } @else {
+                            td { (share.remedy) }
+                            td { (quantity(share.left, "m")) }
+                            td {
+                                (quantity(FRAME * share.cost, "s")) " ("
+                                (number(share.cost / balance.cost)) "×)"
+                            }
+                        }
+                    }
+                    None => td.text colspan="5" { "not known" }
+                }
+            }
+            "\n"
+        }
+    };
+    let heads = ["Error of", "Error", "Of the size", "With", "It is", "Per frame"];
+    html! {
+        (table(&heads, 1, &body))
+        p.note {
+            "The scene as it is set: " (balance.choice.to_string()) ", "
+            (quantity(FRAME * balance.cost, "s")) " per frame. The error of time is that of the "
+            "same steps in f64, that of precision the distance of f32 from f64. The dark mark in a "
+            "bar is what its remedy leaves."
+        }
+        @if let Some(space) = &study.space {
+            p.note {
+                (sentence(&space.words())) " Run as good as exactly in time:"
+                @for spacing in &space.spacings {
+                    @if spacing.parts == 1 {
+                        " at its own spacing, "
+                    } @else {
+                        " at 1/" (spacing.parts) " of it, "
+                    }
+                    (counted(spacing.particles, "particle"))
+                    @if let Some(error) = spacing.error { ", " (quantity(error, "m")) " off" }
+                    ";"
+                }
+                " compared at " (counted(space.points, "point")) " that all have."
+            }
         }
     }
 }

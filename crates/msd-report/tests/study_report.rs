@@ -8,6 +8,7 @@ use msd_study::audit::Audit;
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::errors::Errors;
 use msd_study::limits::Limit;
+use msd_study::space::{ErrorBalance, Share, Space, Spacing, Verdict};
 use msd_study::trial::Trial;
 use msd_study::{ReferenceNote, Study};
 use roxmltree::{Document, Node};
@@ -122,6 +123,8 @@ fn full() -> Study {
         left_out: vec!["xpbd with 1024 substeps: it would have taken 40 s".into()],
         limits: Integrator::ALL.map(limit).to_vec(),
         audit: Integrator::ALL.into_iter().enumerate().map(audited).collect(),
+        space: None,
+        balance: None,
         words: "For an error of 1.0 mm use velocity-verlet with 8 substeps in f32.".into(),
         machine: "Processor of 2 cores at 3 GHz, Linux".into(),
         date: "2026-11-21".into(),
@@ -453,5 +456,63 @@ fn the_energy_is_shown_of_one_trial_per_method_nearest_to_what_is_wanted() {
         let off = |trial: &Trial| (trial.error() / study.wanted).ln().abs();
         let others = study.of(trial.choice.integrator);
         assert!(others.into_iter().all(|other| off(trial) <= off(other)), "{}", trial.choice);
+    }
+}
+
+/// A study with what the spacing costs.
+fn balanced(study: &mut Study) {
+    let share = |error: f64, remedy: &str| {
+        Some(Share { error, remedy: remedy.into(), left: 0.25 * error, cost: 0.5 })
+    };
+    let spacing = |parts: u32, error: f64| Spacing {
+        parts,
+        particles: 1000 * parts.pow(3) as usize,
+        springs: 9000,
+        error: Some(error),
+        seconds: 1.0,
+    };
+    study.space = Some(Space {
+        duration: 2.0,
+        points: 1000,
+        spacings: vec![spacing(1, 12e-3), spacing(2, 3e-3)],
+        verdict: Verdict::Known {
+            error: 12e-3,
+            band: 9e-3,
+            order: 2.0,
+            is_seen: false,
+            until: 1.5,
+        },
+        stopped: "1/4 of the spacing takes about 80 s".into(),
+    });
+    study.balance = Some(ErrorBalance {
+        choice: study.trials[0].choice,
+        cost: 0.1,
+        space: share(12e-3, "half the spacing"),
+        time: share(3e-6, "16 substeps"),
+        precision: share(1e-15, ""),
+        advice: "refine the mesh: space costs you 12 mm, time 3 µm".into(),
+    });
+}
+
+#[test]
+fn errors_of_space_time_and_precision_stand_side_by_side() {
+    let page = html(&with(balanced));
+    for said in
+        ["refine the mesh", "12.0 mm", "3.00 µm", "half the spacing", "nothing makes it less"]
+    {
+        assert!(page.contains(said), "{said}");
+    }
+    assert!(page.contains("up to t = 1.5 s") && page.contains("which two spacings cannot tell"));
+    assert!(page.contains("8000 particles"));
+    let page = html(&full());
+    assert!(page.contains("The error of space is not included"));
+    // What no figure can hold is drawn all the same.
+    for value in [0.0, f64::NAN, f64::INFINITY, 1e-300] {
+        let mut study = with(balanced);
+        let balance = study.balance.as_mut().unwrap();
+        balance.time = balance.time.clone().map(|time| Share { error: value, cost: value, ..time });
+        balance.space = None;
+        study.size = value;
+        assert!(html(&study).contains("not known"));
     }
 }

@@ -31,7 +31,7 @@ pub use disk::{FileId, Output, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
 pub use file::{SceneFormat, decode, domain, format_of, read_text, schema, tree};
 pub use loaded::Loaded;
-pub use open::{Draft, load, open, open_bytes, open_bytes_with, parse, read, write};
+pub use open::{Draft, Finer, load, open, open_bytes, open_bytes_with, parse, read, write};
 pub use precision::Precision;
 pub use shown::{shown_path, tame};
 pub use state::{AnyState, state_hash};

@@ -4,7 +4,9 @@ use crate::builtin::{BUILTINS, carried};
 use crate::error::{FileError, nearest};
 use crate::file::schema::SceneFile;
 use crate::file::tree::Source;
-use crate::file::{MeshReader, SceneFormat, decode, ending, format_of, read_text, understand};
+use crate::file::{
+    MeshReader, SceneFormat, Understood, decode, ending, format_of, read_text, refine, understand,
+};
 use crate::loaded::Loaded;
 use crate::mesh::{self, Mesh, MeshError};
 use crate::precision::Precision;
@@ -134,6 +136,21 @@ pub struct Draft {
     meshes: Mutex<BTreeMap<String, Result<Mesh, MeshError>>>,
 }
 
+/// A scene at a part of its spacing: the same bodies, of the same material and size.
+///
+/// Bodies of alike springs keep their density and the moduli that their springs give inside; a
+/// shell keeps the stiffness of its springs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finer {
+    /// The scene, ready to run; its settings are those of the scene as it was.
+    pub loaded: Loaded,
+    /// Its rows.
+    pub rows: SceneFile,
+    /// Pairs of particles that stand at one place in the scene as it was and in this one: all of a
+    /// lattice, those on the surface of a mesh.
+    pub common: Vec<[usize; 2]>,
+}
+
 /// Where a scene comes from, and so where its meshes are.
 enum Origin {
     Builtin,
@@ -194,7 +211,24 @@ impl Draft {
 
     /// Understands the tree, changed or not.
     pub fn load(&self, source: &Source<'_>) -> Result<Loaded, FileError> {
-        let mut loaded = finish(source, &|file| self.mesh(file))?;
+        self.finish(source, understand(source, &|file| self.mesh(file))?)
+    }
+
+    /// Understands the tree with every body at its spacing halved so many times: see [`Finer`].
+    ///
+    /// # Errors
+    /// A body that has no spacing, with its name; a finer scene that does not fit the memory; what
+    /// [`Draft::load`] refuses.
+    pub fn finer(&self, source: &Source<'_>, halvings: u32) -> Result<Finer, FileError> {
+        let read_mesh = |file: &str| self.mesh(file);
+        let coarse = understand(source, &read_mesh)?.scene;
+        let refined = refine(source, &coarse, halvings, &read_mesh)?;
+        let loaded = self.finish(source, refined.understood)?;
+        Ok(Finer { loaded, rows: refined.rows, common: refined.common })
+    }
+
+    fn finish(&self, source: &Source<'_>, understood: Understood) -> Result<Loaded, FileError> {
+        let mut loaded = finish(source, understood);
         if matches!(self.origin, Origin::Mesh) {
             drop_mesh(&mut loaded, source)?;
         }
@@ -274,15 +308,15 @@ fn parse_with(
     name: &str,
     read_mesh: &MeshReader<'_>,
 ) -> Result<Loaded, FileError> {
-    finish(&Source::parse(text, format, name)?, read_mesh)
+    let source = Source::parse(text, format, name)?;
+    Ok(finish(&source, understand(&source, read_mesh)?))
 }
 
-fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, FileError> {
-    let understood = understand(source, read_mesh)?;
+fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
     // In messages and in saved runs both are a part of a line.
     let line = |text: &str| text.replace(char::is_control, " ");
     let name = line(&Path::new(source.name).file_stem().unwrap_or_default().to_string_lossy());
-    Ok(Loaded {
+    Loaded {
         title: understood.title.map_or_else(|| name.clone(), |title| line(&title)),
         name,
         scene: understood.scene,
@@ -292,7 +326,7 @@ fn finish(source: &Source<'_>, read_mesh: &MeshReader<'_>) -> Result<Loaded, Fil
         notes: understood.notes,
         files: Vec::new(),
         progress: None,
-    })
+    }
 }
 
 /// The scene that a bare mesh drops into.

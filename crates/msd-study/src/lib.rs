@@ -20,6 +20,7 @@ pub mod quantity;
 mod candidates;
 mod measure;
 mod behaviour;
+pub mod space;
 mod study;
 pub mod tune;
 pub mod live_error;

@@ -8,6 +8,7 @@ mod run;
 mod render;
 mod study;
 mod tune;
+mod tune_mesh;
 mod sweep;
 mod bench;
 mod inspect;
@@ -40,7 +41,10 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(CliCommand::Render(arguments)) => render::render(&arguments),
         Some(CliCommand::Inspect(arguments)) => inspect::run_inspect(&arguments),
         Some(CliCommand::Study(arguments)) => study::run_study(&arguments),
-        Some(CliCommand::Tune(arguments)) => tune::run_tune(&arguments),
+        Some(CliCommand::Tune(arguments)) => match arguments.max_error.filter(|_| arguments.mesh) {
+            Some(max_error) => tune_mesh::run_tune_mesh(&arguments, max_error),
+            None => tune::run_tune(&arguments),
+        },
         Some(CliCommand::Sweep(arguments)) => sweep::run_sweep(&arguments),
         Some(CliCommand::Bench(arguments)) => bench::run_bench(&arguments),
     }

@@ -4,11 +4,11 @@ use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::places::{Places, make_folder};
 use super::progress::Bar;
-use super::run::{explain_divergence, open_scene};
+use super::run::{explain_divergence, open_draft, open_scene};
 use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::Study;
 use msd_study::choice::FRAME;
-use msd_study::conduct::{Plan, Progress, study};
+use msd_study::conduct::{Plan, Progress, add_space, study};
 use msd_study::quantity::{estimate, quantity, rounded};
 use msd_study::terms::terms;
 use msd_study::words::{off, told};
@@ -33,14 +33,20 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         fresh: arguments.fresh,
         ..Plan::default()
     };
+    // What cannot be refined is refused before the long work.
+    let draft = arguments.mesh.then(|| open_draft(&arguments.scene)).transpose()?;
     let bar = Bar::new();
     let studied = study(&loaded, plan, &mut |Progress { now, done, left, .. }| {
         let left =
             left.map_or(String::new(), |left| format!(", at most {} s left", rounded(left, 2)));
         bar.tell(&format!("{done} trials done{left}: {now}"));
     });
+    let mut studied = studied.map_err(|error| explain_divergence(&loaded.name, error, None))?;
+    if let Some(draft) = draft {
+        let added = add_space(&mut studied, &draft, plan, &mut |now| bar.tell(now));
+        added.map_err(Failure::input)?;
+    }
     bar.end();
-    let studied = studied.map_err(|error| explain_divergence(&loaded.name, error, None))?;
     let json = serde_json::to_string_pretty(&studied).map_err(Failure::input)?;
     let contents = [
         msd_report::html(&studied).into_bytes(),
@@ -91,10 +97,26 @@ fn summary(study: &Study, folder: &Path) -> String {
             off(study, trial)
         ));
     }
+    if let Some(balance) = &study.balance {
+        lines.push(format!("as it is set, with {}:", balance.choice));
+        lines.push(columns("error of", "metres", "of the size", "with", "per simulated second"));
+        lines.extend(
+            balance.rows(*size).iter().map(|[what, error, part, better, price]| {
+                columns(what, error, part, better, price)
+            }),
+        );
+        lines.push(balance.advice.clone());
+    }
+    lines.push(study.space_line());
     lines.push(format!(
         "{} trials; report: {}",
         study.trials.len(),
         shown_path(&folder.join(FILES[0]))
     ));
     lines.join("\n")
+}
+
+/// A row of the table of errors.
+fn columns(what: &str, error: &str, part: &str, better: &str, price: &str) -> String {
+    format!("  {what:<9}  {error:>9}  {part:>11}  {better:<26}  {price}").trim_end().into()
 }

@@ -30,7 +30,7 @@ struct TuneReport {
 
 /// A choice and what is known of it.
 #[derive(Debug, Serialize)]
-struct Row {
+pub struct Row {
     integrator: String,
     precision: String,
     /// Length of an integration step, seconds; null for adaptive methods.
@@ -43,7 +43,7 @@ struct Row {
 }
 
 impl Row {
-    fn of(found: &Found) -> Self {
+    pub fn of(found: &Found) -> Self {
         let Found { trial, predicted_error } = found;
         let Choice { integrator, fineness, precision } = trial.choice;
         let (substeps, tolerance) = match fineness {
@@ -104,7 +104,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
 }
 
 /// The format of a scene file that may be written to; `None` if that is not wanted.
-fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failure> {
+pub fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failure> {
     if !wanted {
         return Ok(None);
     }
@@ -118,7 +118,7 @@ fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failure> {
     }
 }
 
-fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), Failure> {
+pub fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), Failure> {
     let name = shown_path(path);
     let refused = |error| Failure::input(format!("{name}: {error}"));
     let text = std::fs::read_to_string(path).map_err(refused)?;

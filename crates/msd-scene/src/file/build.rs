@@ -29,7 +29,18 @@ pub(crate) fn understand(
     source: &Source<'_>,
     read_mesh: &MeshReader<'_>,
 ) -> Result<Understood, FileError> {
-    let file: SceneFile = decode(source)?;
+    understand_rows(source, decode(source)?, read_mesh)
+}
+
+/// Understands rows; what is wrong with them is named by its place in their source.
+///
+/// # Errors
+/// The first thing that is wrong, by key.
+pub(crate) fn understand_rows(
+    source: &Source<'_>,
+    file: SceneFile,
+    read_mesh: &MeshReader<'_>,
+) -> Result<Understood, FileError> {
     source.count(format_args!("version"), file.version.into())?;
     let precision = file.solver.precision.unwrap_or_default();
     source.precision.set(precision);

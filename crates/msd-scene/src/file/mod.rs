@@ -3,6 +3,7 @@
 //! [`text`] is read into a [`tree`] of values that know where they were written; [`decode`] makes
 //! the rows of the [`schema`] of it; [`build`] checks each number against its [`domain`] and makes
 //! the rows of a scene, body by body ([`bodies`], [`substance`]), within a [`budget`] of memory.
+//! [`refine`] makes the same scene at a part of its spacing.
 
 mod text;
 pub mod tree;
@@ -14,10 +15,12 @@ mod budget;
 mod substance;
 mod bodies;
 mod build;
+mod refine;
 
 pub(crate) use bodies::MeshReader;
 pub(crate) use budget::{Budget, count_lattice};
-pub(crate) use build::understand;
+pub(crate) use build::{Understood, understand};
 pub use decode::decode;
+pub(crate) use refine::refine;
 pub(crate) use text::ending;
 pub use text::{SceneFormat, format_of, read_text};

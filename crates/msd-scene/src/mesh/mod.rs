@@ -20,9 +20,11 @@ mod raw;
 mod clean;
 mod read;
 mod import;
+mod subdivide;
 mod fill;
 
 pub use error::{MeshError, Row};
-pub(crate) use fill::estimate;
 pub use fill::{BodyReport, Filling, MeshOptions, body};
+pub(crate) use fill::{estimate, is_solid, own_spacing};
 pub use import::{Format, Mesh, MeshReport, parse, read};
+pub(crate) use subdivide::{edge_ends, subdivided};

@@ -80,8 +80,15 @@ pub fn compare(simulation: &Simulation<f64>, state: &State<f64>, right: &State<f
 /// # Panics
 /// If they have different numbers of particles.
 pub fn rms_distance(a: &State<f64>, b: &State<f64>) -> f64 {
-    assert_eq!(a.positions.len(), b.positions.len(), "two states of one system");
-    let pairs = a.positions.iter().zip(&b.positions);
-    let squares: f64 = pairs.map(|(a, b)| (*a - *b).length_squared()).sum();
-    (squares / a.positions.len().max(1) as f64).sqrt()
+    rms_between(&a.positions, &b.positions)
+}
+
+/// Root of the mean square distance between as many points here and there, metres.
+///
+/// # Panics
+/// If there are not as many.
+pub fn rms_between(a: &[DVec3], b: &[DVec3]) -> f64 {
+    assert_eq!(a.len(), b.len(), "as many points here and there");
+    let squares: f64 = a.iter().zip(b).map(|(a, b)| (*a - *b).length_squared()).sum();
+    (squares / a.len().max(1) as f64).sqrt()
 }

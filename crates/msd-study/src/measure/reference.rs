@@ -164,6 +164,17 @@ pub fn frames_of(duration: f64) -> u64 {
     (duration / FRAME).round().max(1.0) as u64
 }
 
+/// The frames at which states of a duration are kept, ascending.
+fn sample_frames(duration: f64) -> Vec<u64> {
+    let total = frames_of(duration);
+    let stride = total.div_ceil(MAX_SAMPLES);
+    let mut frames: Vec<u64> = (1..=total / stride).map(|row| row * stride).collect();
+    if frames.last() != Some(&total) {
+        frames.push(total);
+    }
+    frames
+}
+
 /// Makes the reference of a scene: Dormand-Prince in double precision, its tolerance tightened
 /// tenfold until that moves the particles by no more than the wish allows.
 ///
@@ -176,12 +187,7 @@ pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
 fn make_by_leave(scene: &Scene, wish: Wish, leave: Leave<'_>) -> Result<Reference, Halt> {
     let clock = CpuClock::start();
     let size = size_of(scene)?;
-    let total = frames_of(wish.duration);
-    let stride = total.div_ceil(MAX_SAMPLES);
-    let mut frames: Vec<u64> = (1..=total / stride).map(|row| row * stride).collect();
-    if frames.last() != Some(&total) {
-        frames.push(total);
-    }
+    let frames = sample_frames(wish.duration);
     if let Some(states) = in_closed_form(scene, &frames) {
         let moved = vec![0.0; frames.len()];
         let grown = vec![0.0; frames.len()];
@@ -243,21 +249,32 @@ fn states_at(
     tolerance: f64,
     leave: Leave<'_>,
 ) -> Result<Vec<Sample>, Halt> {
+    let mut states = Vec::with_capacity(frames.len());
+    visit_frames(scene, (frames, tolerance), &mut |state| states.push(Sample::of(state)), leave)?;
+    Ok(states)
+}
+
+/// Shows the states at some frames of a run of Dormand-Prince in double precision.
+pub(crate) fn visit_frames(
+    scene: &Scene,
+    (frames, tolerance): (&[u64], f64),
+    see: &mut dyn FnMut(State<f64>),
+    leave: Leave<'_>,
+) -> Result<(), Halt> {
     let choice = Choice {
         integrator: Integrator::DormandPrince,
         fineness: Fineness::Tolerance(tolerance),
         precision: Precision::F64,
     };
     let mut simulation = Simulation::<f64>::new(scene, choice.settings())?;
-    let mut states = Vec::with_capacity(frames.len());
     for &frame in frames {
         while simulation.steps() < frame {
             ask(leave)?;
             simulation.step()?;
         }
-        states.push(Sample::of(simulation.state()));
+        see(simulation.state());
     }
-    Ok(states)
+    Ok(())
 }
 
 /// Where both runs took one substep per frame nothing moves, and nothing is learnt: the tolerance

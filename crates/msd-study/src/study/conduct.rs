@@ -6,11 +6,12 @@ use crate::candidates::choice::Choice;
 use crate::candidates::ladder::ladders;
 use crate::measure::leave::{Halt, unstopped};
 use crate::measure::trial::Trial;
+use crate::space::{SpacePlan, balance, halve};
 use crate::study::Study;
 use crate::study::course::Course;
 use crate::study::words::words;
 use msd_core::{Error, Friction, Plane};
-use msd_scene::Loaded;
+use msd_scene::{Draft, FileError, Loaded};
 
 pub(crate) use crate::study::course::Listener;
 pub use crate::study::course::{Follower, Plan, Progress};
@@ -21,6 +22,30 @@ pub use crate::study::course::{Follower, Plan, Progress};
 /// What the core refuses of the scene.
 pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Result<Study, Error> {
     unstopped(|_| to_the_end(loaded, plan, &mut Listener(tell)))
+}
+
+/// Adds the error of space to a study of a scene as a user writes it, and the balance of its
+/// errors; takes up to as much time again as the plan gives to trials.
+///
+/// # Errors
+/// A body that has no spacing; what the core refuses of a finer scene.
+pub fn add_space(
+    study: &mut Study,
+    draft: &Draft,
+    plan: Plan,
+    tell: &mut dyn FnMut(&str),
+) -> Result<(), FileError> {
+    let Plan { duration, budget, uncertainty, patience, .. } = plan;
+    let plan = SpacePlan { duration, budget, uncertainty, patience };
+    let found = halve(draft, plan, tell)?;
+    tell("balancing space, time and precision");
+    let loaded = draft.load(&draft.source()?)?;
+    let finer = &found.finer[0].loaded.scene;
+    let balance = balance(&loaded, finer, &found.space, &found.reference);
+    let refused = |error| FileError::Core { file: draft.name.clone(), source: Box::new(error) };
+    study.balance = Some(balance.map_err(refused)?);
+    study.space = Some(found.space);
+    Ok(())
 }
 
 fn to_the_end(loaded: &Loaded, plan: Plan, follower: &mut dyn Follower) -> Result<Study, Halt> {

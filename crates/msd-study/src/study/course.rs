@@ -7,6 +7,7 @@ use crate::measure::leave::Halt;
 use crate::measure::reference::{Reference, Sample, Wish, frames_of, reference_by_leave};
 use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
 use crate::measure::{cache, machine};
+use crate::space::known;
 use crate::study::{ReferenceNote, Study};
 use msd_core::{Settings, Simulation};
 use msd_scene::Loaded;
@@ -159,6 +160,8 @@ impl<'a> Course<'a> {
             left_out: Vec::new(),
             limits: Vec::new(),
             audit: Vec::new(),
+            space: known(scene),
+            balance: None,
             words: String::new(),
             machine: machine::name(),
             date: machine::date(),

@@ -7,6 +7,8 @@ pub mod conduct;
 use crate::behaviour::audit::Audit;
 use crate::behaviour::limits::Limit;
 use crate::measure::trial::Trial;
+use crate::quantity::quantity;
+use crate::space::{ErrorBalance, Space};
 use msd_core::Integrator;
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +43,11 @@ pub struct Study {
     pub limits: Vec<Limit>,
     /// What stiffness and damping each method delivers.
     pub audit: Vec<Audit>,
+    /// The error of space: from [`conduct::add_space`], or as it was last found.
+    pub space: Option<Space>,
+    /// The errors of space, time and precision of the scene as it is set; none without
+    /// [`conduct::add_space`].
+    pub balance: Option<ErrorBalance>,
     /// What it all means, in plain words.
     pub words: String,
     /// The machine, in words.
@@ -86,6 +93,19 @@ impl Study {
     pub fn best_within(&self, cost: f64) -> Option<&Trial> {
         let rows = self.front().into_iter().map(|row| &self.trials[row]);
         rows.filter(|trial| trial.cost <= cost).min_by(|a, b| a.error().total_cmp(&b.error()))
+    }
+
+    /// What is known of the error of space, which the trials leave out, in a line.
+    pub fn space_line(&self) -> String {
+        match (&self.balance, &self.space) {
+            (Some(_), Some(space)) => space.words(),
+            (None, Some(space)) => format!(
+                "the error of space is not included; when last measured, over {}, {}",
+                quantity(space.duration, "s"),
+                space.words()
+            ),
+            _ => "the error of space is not included: --mesh measures it".into(),
+        }
     }
 
     /// The trials of one method, in the order they were tried.

@@ -4,6 +4,7 @@
 mod slope;
 mod solver_section;
 mod elsewhere;
+mod spacing;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, ladders};
@@ -18,6 +19,7 @@ use serde::Serialize;
 
 pub use elsewhere::{Elsewhere, retry};
 pub use solver_section::{put, with_choice};
+pub use spacing::{FoundSpacing, TunedSpacing, tune_spacing};
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

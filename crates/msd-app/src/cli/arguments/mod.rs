@@ -220,8 +220,12 @@ pub struct StudyArguments {
     /// Write the report to this folder [default: SCENE-study]
     #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
+    /// Measure also what the spacing of the particles costs in accuracy, on finer meshes; --time is
+    /// spent on those as well
+    #[arg(long)]
+    pub mesh: bool,
     /// Report instead what each part of the model costs, and what it changes
-    #[arg(long, conflicts_with_all = ["max_error", "time", "out", "fresh"])]
+    #[arg(long, conflicts_with_all = ["max_error", "time", "out", "fresh", "mesh"])]
     pub terms: bool,
     /// Start afresh instead of resuming an interrupted study
     #[arg(long)]
@@ -249,6 +253,13 @@ pub struct TuneArguments {
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
     pub duration: f64,
+    /// Choose the spacing of the particles too: errors count from the limit of ever finer meshes
+    #[arg(long, conflicts_with = "budget")]
+    pub mesh: bool,
+    /// Processor time to spend on finer meshes, seconds [default: 60]
+    #[arg(long, value_name = "SECONDS", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(requires = "mesh")]
+    pub time: Option<f64>,
     /// Write the result into the solver section of the scene file
     #[arg(long, help_heading = OUTPUT)]
     pub write: bool,

@@ -7,7 +7,7 @@ mod watch;
 mod files;
 mod replay;
 
-pub use prepare::{FRAME, Prepared, is_endless, link, open_scene, prepare};
+pub use prepare::{FRAME, Prepared, is_endless, link, open_draft, open_scene, prepare};
 pub use replay::replay;
 pub use report::evaluations;
 

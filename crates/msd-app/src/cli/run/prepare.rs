@@ -8,7 +8,7 @@ use msd_app::viewer::Link;
 use msd_core::{Integrator, Settings};
 use msd_run::rescue::LASTING;
 use msd_run::{Rounding, Runner};
-use msd_scene::{Loaded, load_state, plain, shown_path};
+use msd_scene::{Draft, Loaded, load_state, plain, shown_path};
 use msd_study::quantity::{estimate, number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
@@ -67,6 +67,16 @@ pub fn open_scene(scene: &Path) -> Result<Loaded, Failure> {
         Some(link) => link.open().map_err(Failure::input),
         None => msd_scene::open(scene).map_err(Failure::input),
     }
+}
+
+/// Opens a scene as its author wrote it, at whatever spacing it is to be run.
+pub fn open_draft(scene: &Path) -> Result<Draft, Failure> {
+    if link(scene)?.is_some() {
+        return Err(Failure::input("--mesh takes a scene by name or file, not by link"));
+    }
+    let draft = Draft::open(scene, Path::new("")).map_err(Failure::input)?;
+    draft.source().and_then(|source| draft.finer(&source, 1).map(drop)).map_err(Failure::input)?;
+    Ok(draft)
 }
 
 /// Opens a scene and makes it ready to run for some seconds; prints warnings.

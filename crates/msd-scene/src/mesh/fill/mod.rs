@@ -213,11 +213,7 @@ pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], 
 /// Checks the options; returns whether the body is a solid.
 fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
     check_options(options)?;
-    let solid = match options.filling {
-        Filling::Auto => mesh.is_closed(),
-        Filling::Solid => true,
-        Filling::Shell => false,
-    };
+    let solid = is_solid(mesh, options.filling);
     if solid && !mesh.is_closed() {
         let undecided = Winding::new(&mesh.positions, &mesh.triangles).undecided();
         // A mesh whose area underflows has no share that could be compared.
@@ -227,6 +223,22 @@ fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
         }
     }
     Ok(solid)
+}
+
+/// Whether a mesh is to become a solid.
+pub(crate) fn is_solid(mesh: &Mesh, filling: Filling) -> bool {
+    match filling {
+        Filling::Auto => mesh.is_closed(),
+        Filling::Solid => true,
+        Filling::Shell => false,
+    }
+}
+
+/// The spacing of the lattice that fills a mesh of this size where none is given, metres.
+pub(crate) fn own_spacing(mesh: &Mesh, size: f64) -> f64 {
+    let points = place(&mesh.positions, Some(size));
+    let (_, mean) = edge_springs(mesh, &points);
+    spacing(&MeshOptions::default(), &points, mean)
 }
 
 fn check_options(options: &MeshOptions) -> Result<(), MeshError> {

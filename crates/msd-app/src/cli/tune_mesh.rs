@@ -1,0 +1,171 @@
+//! `msd tune --mesh`: the spacing and the setting that together stay within an error.
+
+use super::arguments::TuneArguments;
+use super::failure::{Failure, say};
+use super::progress::Bar;
+use super::run::open_draft;
+use super::tune::{Row, writable, write_choice};
+use msd_scene::schema::{BodyRow, PinRow, SceneFile};
+use msd_scene::{plain, shown_path};
+use msd_study::quantity::{estimate, quantity};
+use msd_study::space::{Space, SpacePlan};
+use msd_study::tune::{FoundSpacing, TunedSpacing, tune_spacing};
+use serde::Serialize;
+
+/// What tuning with the mesh found; the keys of `--json`.
+#[derive(Debug, Serialize)]
+struct MeshReport {
+    scene: String,
+    max_error: f64,
+    met: bool,
+    /// Parts that the spacing is cut into.
+    parts: Option<u32>,
+    /// Keys to be written into the scene where the spacing is not its own.
+    keys: Vec<String>,
+    space_error: Option<f64>,
+    total_error: Option<f64>,
+    #[serde(flatten)]
+    best: Option<Row>,
+    space: Space,
+    written: Option<String>,
+}
+
+/// Tunes spacing and setting, and prints the result; writes it where the spacing stays as it is.
+pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Failure> {
+    let path = &arguments.scene;
+    let format = writable(path, arguments.write)?;
+    let draft = open_draft(path)?;
+    let duration = arguments.duration;
+    let plan = SpacePlan { duration, ..SpacePlan::default() };
+    let plan = SpacePlan { budget: arguments.time.unwrap_or(plan.budget), ..plan };
+    let bar = Bar::new();
+    let tuned = tune_spacing(&draft, plan, max_error, &mut |now| bar.tell(now));
+    bar.end();
+    let tuned = tuned.map_err(Failure::input)?;
+    let source = draft.source().map_err(Failure::input)?;
+    let name = draft.load(&source).map_err(Failure::input)?.name;
+    let rows = msd_scene::decode(&source).map_err(Failure::input)?;
+    let found = tuned.found.as_ref();
+    let keys = found.and_then(|found| found.rows.as_ref()).map(|fine| changed(&rows, fine));
+    let keys = keys.unwrap_or_default();
+    let own = found.filter(|found| found.rows.is_none() && tuned.is_met());
+    let choice = own.map(|found| found.tuned.best.trial.choice);
+    let done = format.zip(choice).map(|(format, choice)| write_choice(path, format, choice));
+    let written = matches!(done, Some(Ok(()))).then(|| shown_path(path));
+    let unwritten = done.and_then(Result::err);
+    let said = if arguments.json {
+        let report = MeshReport {
+            scene: name,
+            max_error,
+            met: tuned.is_met(),
+            parts: found.map(|found| found.parts),
+            keys,
+            space_error: found.map(|found| found.space_error),
+            total_error: found.map(|found| found.verified),
+            best: found.map(|found| Row::of(&found.tuned.best)),
+            space: tuned.space,
+            written,
+        };
+        say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?)
+    } else {
+        let mut lines = summary(&name, &tuned, &keys);
+        match (written, arguments.write) {
+            (Some(file), _) => lines.push(format!("written to the solver section of {file}")),
+            (None, true) => {
+                lines.push("not written: only a setting at the spacing as it is".into())
+            }
+            _ => {}
+        }
+        say(&lines.join("\n"))
+    };
+    Failure::all(unwritten.into_iter().chain(said.err()))
+}
+
+fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
+    let TunedSpacing { wanted, space, found } = tuned;
+    let wish = format!(
+        "{name}, {}, an error of at most {}, that of space included",
+        quantity(space.duration, "s"),
+        estimate(*wanted, "m")
+    );
+    let Some(FoundSpacing { parts, space_error, tuned: best, verified, .. }) = found else {
+        let finest = space.spacings.iter().rev().find_map(|row| Some((row.parts, row.error?)));
+        let off = finest.map_or(String::new(), |(parts, error)| {
+            format!("; at 1/{parts} of the spacing it is {}", estimate(error, "m"))
+        });
+        let stopped = &space.stopped;
+        return vec![
+            format!("{wish}: no spacing that was run meets it"),
+            format!("  {}{off}", space.words()),
+            format!("  no finer one: {stopped}"),
+        ];
+    };
+    let verdict = if tuned.is_met() { "use" } else { "nothing meets it; the nearest is" };
+    let spacing = match parts {
+        1 => "the spacing as it is".to_owned(),
+        parts => format!("1/{parts} of the spacing"),
+    };
+    let trial = &best.best.trial;
+    let mut lines = vec![
+        format!("{wish}: {verdict} {spacing} and {}", trial.choice),
+        format!(
+            "  space {}, time and precision {}; together {} from the limit of ever finer meshes",
+            estimate(*space_error, "m"),
+            estimate(trial.error(), "m"),
+            estimate(*verified, "m")
+        ),
+        format!("  {} of processor time per frame", estimate(trial.cost / 60.0, "s")),
+    ];
+    if !keys.is_empty() {
+        lines.push("write into the scene:".into());
+        lines.extend(keys.iter().map(|key| format!("  {key}")));
+    }
+    lines.push(space.words());
+    lines
+}
+
+/// The keys of a finer scene that differ, as they are written.
+fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (row, (before, after)) in rows.bodies.iter().zip(&fine.bodies).enumerate() {
+        let keys: [(&str, fn(&BodyRow) -> Option<f64>); 4] = [
+            ("spacing", |body| body.spacing),
+            ("mass", |body| body.mass),
+            ("stiffness", |body| body.stiffness),
+            ("damping", |body| body.damping),
+        ];
+        let mut said = Vec::new();
+        if let Some(size) = after.size.as_ref().filter(|_| before.size != after.size) {
+            said.push(format!("size = {size:?}"));
+        }
+        for (key, of) in keys {
+            if let Some(value) = of(after).filter(|_| of(before) != of(after)) {
+                said.push(format!("{key} = {}", plain(value)));
+            }
+        }
+        lines.push(format!("bodies[{row}]: {}", said.join(", ")));
+    }
+    if rows.world != fine.world {
+        let drag = fine.world.drag.map(|drag| format!("drag = {}", plain(drag)));
+        let force = fine.world.force.map(|force| format!("force = {force:?}"));
+        let said: Vec<String> = drag.into_iter().chain(force).collect();
+        lines.push(format!("world: {}", said.join(", ")));
+    }
+    let place = |pin: &PinRow| (pin.body.unwrap_or(0), pin.at, pin.particle);
+    if !fine.pins.iter().map(place).eq(rows.pins.iter().map(place)) {
+        let said = fine.pins.iter().map(|pin| {
+            let place = match (pin.at, pin.particle) {
+                (Some(at), _) => format!("at = {at:?}"),
+                (_, particle) => format!("particle = {}", particle.unwrap_or_default()),
+            };
+            let velocity = pin.velocity.map(|velocity| format!(", velocity = {velocity:?}"));
+            format!(
+                "{{ body = {}, {place}{} }}",
+                pin.body.unwrap_or(0),
+                velocity.unwrap_or_default()
+            )
+        });
+        lines.push(format!("pins = [{}]", said.collect::<Vec<_>>().join(", ")));
+    }
+    lines
+}

@@ -1,0 +1,308 @@
+//! A scene at a part of its spacing: the same bodies, finer.
+//!
+//! A lattice keeps its particles and gets others between them; of a mesh every triangle is cut into
+//! four and the lattice inside is set closer. A body made of a material stays one of that material.
+//! One of alike springs keeps its density and the moduli that its springs give inside: with n parts
+//! to a spacing in d dimensions masses become n⁻ᵈ times what they were, springs and dampers n²⁻ᵈ
+//! times.
+
+use crate::error::FileError;
+use crate::file::bodies::MeshReader;
+use crate::file::build::{Understood, understand_rows};
+use crate::file::decode::decode;
+use crate::file::schema::{BodyRow, Kind, PinRow, SceneFile, WorldRow};
+use crate::file::substance::first_key;
+use crate::file::tree::Source;
+use crate::mesh::{Mesh, MeshError, MeshOptions, edge_ends, is_solid, own_spacing, subdivided};
+use glam::DVec3;
+use msd_core::{Material, Scene};
+use std::collections::BTreeMap;
+
+/// A scene file at a part of its spacing.
+pub(crate) struct Refined {
+    pub(crate) rows: SceneFile,
+    pub(crate) understood: Understood,
+    /// Pairs of particles that stand at one place, before and after.
+    pub(crate) common: Vec<[usize; 2]>,
+}
+
+/// What the particles of a body are found by in a finer one.
+enum Nesting {
+    /// A lattice of so many rows, columns and stacks.
+    Lattice([u64; 3]),
+    /// A mesh, by the vertices of its surface; whether it is filled.
+    Surface(Box<Mesh>, bool),
+}
+
+impl Nesting {
+    /// Directions in which the body extends.
+    fn dimensions(&self) -> u32 {
+        match self {
+            Nesting::Lattice(size) => size.iter().filter(|&&length| 1 < length).count() as u32,
+            Nesting::Surface(_, is_filled) => 2 + u32::from(*is_filled),
+        }
+    }
+}
+
+/// How often a spacing may be halved: further on no body fits a memory.
+const MOST_HALVINGS: u32 = 8;
+/// The most triangles that a surface is cut into.
+const MOST_TRIANGLES: u128 = 1 << 22;
+
+/// Halves the spacing of every body of a source so many times; `coarse` is the scene as it is.
+///
+/// # Errors
+/// A body of particles and springs one by one; a pin inside a mesh; drag or a force on each
+/// particle of bodies of different dimensions; more than fits.
+pub(crate) fn refine(
+    source: &Source<'_>,
+    coarse: &Scene,
+    halvings: u32,
+    read_mesh: &MeshReader<'_>,
+) -> Result<Refined, FileError> {
+    if MOST_HALVINGS < halvings {
+        let reason = format!("cannot be halved {halvings} times, at most {MOST_HALVINGS}");
+        return Err(source.refuse(format_args!("the spacing"), reason));
+    }
+    let file: SceneFile = decode(source)?;
+    let rows = file.bodies.iter().enumerate();
+    let nestings = rows.map(|(row, body)| nesting(source, (row, body), (halvings, read_mesh)));
+    let nestings = nestings.collect::<Result<Vec<Nesting>, FileError>>()?;
+    let parts = 1u64 << halvings;
+    let bodies =
+        file.bodies.iter().zip(&nestings).map(|(body, nesting)| finer(body, nesting, parts));
+    let rows = SceneFile {
+        world: world(source, (&file.world, coarse), &nestings, parts)?,
+        bodies: bodies.collect(),
+        pins: pins(source, coarse, &nestings, halvings)?,
+        ..file.clone()
+    };
+    let understood = understand_rows(source, rows.clone(), &|file| {
+        Ok((0..halvings).fold(read_mesh(file)?, |mesh, _| subdivided(&mesh)))
+    })?;
+    let common = common((coarse, &understood.scene), &nestings, parts);
+    Ok(Refined { rows, understood, common })
+}
+
+fn nesting(
+    source: &Source<'_>,
+    (row, body): (usize, &BodyRow),
+    (halvings, read_mesh): (u32, &MeshReader<'_>),
+) -> Result<Nesting, FileError> {
+    let named = || body.name.as_deref().map_or(String::new(), |name| format!(" `{name}`"));
+    match (body.kind, body.size.as_deref(), body.file.as_deref()) {
+        (Kind::Rope, Some(&[count]), _) => Ok(Nesting::Lattice([1, count, 1])),
+        (Kind::Cloth, Some(&[rows, columns]), _) => Ok(Nesting::Lattice([rows, columns, 1])),
+        (Kind::Block, Some(&[rows, columns, stacks]), _) => {
+            Ok(Nesting::Lattice([rows, columns, stacks]))
+        }
+        (Kind::Mesh, _, Some(file)) => {
+            let mesh = read_mesh(file).map_err(FileError::from)?;
+            let count = (mesh.triangles.len() as u128) << (2 * halvings);
+            if MOST_TRIANGLES < count {
+                let (what, limit) = ("the number of triangles, each cut up,", MOST_TRIANGLES);
+                return Err(MeshError::TooLarge { file: mesh.name, what, count, limit }.into());
+            }
+            let is_filled = is_solid(&mesh, body.filling.unwrap_or_default());
+            Ok(Nesting::Surface(Box::new(mesh), is_filled))
+        }
+        _ => {
+            let reason = format!(
+                "is a body{} of particles and springs one by one, which has no spacing to refine",
+                named()
+            );
+            Err(source.refuse(format_args!("bodies[{row}]"), reason))
+        }
+    }
+}
+
+/// A body at a part of its spacing.
+fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
+    let dimensions = nesting.dimensions();
+    let mut fine = body.clone();
+    let scale = power(parts, 2) / power(parts, dimensions);
+    match nesting {
+        Nesting::Lattice(_) => {
+            let length = |&length: &u64| length.saturating_sub(1).saturating_mul(parts) + 1;
+            fine.size = body.size.as_ref().map(|size| size.iter().map(length).collect());
+            fine.spacing = Some(body.spacing.unwrap_or(1.0) / parts as f64);
+            if first_key(body).is_none() {
+                let Material { mass, stiffness, damping } = Material::default();
+                fine.mass = Some(body.mass.unwrap_or(mass) / power(parts, dimensions));
+                fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
+                fine.damping = Some(body.damping.unwrap_or(damping) * scale);
+            }
+        }
+        Nesting::Surface(mesh, is_filled) => {
+            let MeshOptions { stiffness, damping, .. } = MeshOptions::for_mesh(mesh);
+            fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
+            fine.damping = Some(body.damping.unwrap_or(damping) * scale);
+            if *is_filled {
+                let own = || own_spacing(mesh, body.length.unwrap_or(1.0));
+                fine.spacing = Some(body.spacing.unwrap_or_else(own) / parts as f64);
+            }
+        }
+    }
+    fine
+}
+
+/// A power of a small number, exact.
+fn power(parts: u64, exponent: u32) -> f64 {
+    parts.pow(exponent) as f64
+}
+
+/// The world of finer bodies: what acts on each particle is shared out among more.
+fn world(
+    source: &Source<'_>,
+    (world, coarse): (&WorldRow, &Scene),
+    nestings: &[Nesting],
+    parts: u64,
+) -> Result<WorldRow, FileError> {
+    let key = match (coarse.world.drag != 0.0, coarse.world.force != DVec3::ZERO) {
+        (true, _) => "drag",
+        (_, true) => "force",
+        _ => return Ok(world.clone()),
+    };
+    let dimensions = nestings.first().map_or(0, Nesting::dimensions);
+    if nestings.iter().any(|nesting| nesting.dimensions() != dimensions) {
+        let reason = "acts on each particle, whose number grows otherwise in a block than in a \
+                      cloth or a rope: one scene with several of them cannot be refined";
+        return Err(source.refuse(format_args!("world.{key}"), reason));
+    }
+    let share = 1.0 / power(parts, dimensions);
+    Ok(WorldRow {
+        drag: world.drag.map(|drag| drag * share),
+        force: world.force.map(|force| force.map(|force| force * share)),
+        ..world.clone()
+    })
+}
+
+/// The pins of the finer scene: what stands where a pin was, and what stands between pins.
+fn pins(
+    source: &Source<'_>,
+    coarse: &Scene,
+    nestings: &[Nesting],
+    halvings: u32,
+) -> Result<Vec<PinRow>, FileError> {
+    let mut rows = Vec::new();
+    for (number, (body, nesting)) in coarse.bodies.iter().zip(nestings).enumerate() {
+        let of_body = coarse.pins.iter().filter(|pin| body.particles.contains(&pin.particle));
+        let held: BTreeMap<usize, DVec3> =
+            of_body.map(|pin| (pin.particle - body.particles.start, pin.velocity)).collect();
+        let row = |velocity: DVec3| PinRow {
+            body: Some(number as u64),
+            velocity: Some(velocity.to_array()).filter(|_| velocity != DVec3::ZERO),
+            ..PinRow::default()
+        };
+        match nesting {
+            Nesting::Lattice(size) => {
+                let held = held_in_lattice(size.map(|length| length as usize), &held, halvings);
+                rows.extend(
+                    held.into_iter().map(|(at, pull)| PinRow { at: Some(at), ..row(pull) }),
+                );
+            }
+            Nesting::Surface(mesh, _) => {
+                if let Some(inside) = held.keys().find(|&&vertex| mesh.positions.len() <= vertex) {
+                    let reason = format!(
+                        "hold particle {inside} of body {number}, which is inside the mesh: a \
+                         finer lattice has none at its place"
+                    );
+                    return Err(source.refuse(format_args!("pins"), reason));
+                }
+                let held = held_in_surface(mesh, held, halvings);
+                let pin = |(vertex, pull)| PinRow { particle: Some(vertex as u64), ..row(pull) };
+                rows.extend(held.into_iter().map(pin));
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// Row, column, stack and velocity of the pins of a finer lattice: a particle between others is
+/// pinned where all of those are, and moves between them.
+fn held_in_lattice(
+    size: [usize; 3],
+    held: &BTreeMap<usize, DVec3>,
+    halvings: u32,
+) -> Vec<([u64; 3], DVec3)> {
+    let [_, columns, stacks] = size;
+    let parts = 1usize << halvings;
+    let [up, across, deep] = size.map(|length| if 1 < length { parts } else { 1 });
+    let mut found = Vec::new();
+    for &number in held.keys() {
+        let low = [number / stacks / columns, number / stacks % columns, number % stacks];
+        for index in 0..up * across * deep {
+            let inside = [index / deep / across, index / deep % across, index % deep];
+            // The corners of the least cell around it, each by its weight; one that is off the
+            // lattice is not held either.
+            let mut velocity = Some(DVec3::ZERO);
+            for corner in 0..8usize {
+                let up = [corner / 4, corner / 2 % 2, corner % 2];
+                let weight = |axis: usize| {
+                    let part = inside[axis] as f64 / parts as f64;
+                    if up[axis] == 1 { part } else { 1.0 - part }
+                };
+                let weight = weight(0) * weight(1) * weight(2);
+                if weight == 0.0 {
+                    continue;
+                }
+                let [row, column, stack] = [0, 1, 2].map(|axis| low[axis] + up[axis]);
+                let is_on = column < columns && stack < stacks;
+                let at = (row * columns + column) * stacks + stack;
+                let pull = held.get(&at).filter(|_| is_on);
+                velocity = velocity.zip(pull).map(|(sum, &pull)| sum + weight * pull);
+            }
+            let at = [0, 1, 2].map(|axis| (low[axis] * parts + inside[axis]) as u64);
+            found.extend(velocity.map(|velocity| (at, velocity)));
+        }
+    }
+    found
+}
+
+/// The pinned vertices of a finer mesh and their velocities: the middle of an edge is pinned where
+/// both ends are.
+fn held_in_surface(
+    mesh: &Mesh,
+    mut held: BTreeMap<usize, DVec3>,
+    halvings: u32,
+) -> BTreeMap<usize, DVec3> {
+    if held.is_empty() {
+        return held;
+    }
+    let mut mesh = mesh.clone();
+    for _ in 0..halvings {
+        for (edge, ends) in edge_ends(&mesh).into_iter().enumerate() {
+            let [a, b] = ends.map(|end| held.get(&(end as usize)).copied());
+            if let (Some(a), Some(b)) = (a, b) {
+                held.insert(mesh.positions.len() + edge, 0.5 * (a + b));
+            }
+        }
+        mesh = subdivided(&mesh);
+    }
+    held
+}
+
+/// Pairs of particles that stand at one place: all of a lattice, the surface of a mesh.
+fn common((coarse, fine): (&Scene, &Scene), nestings: &[Nesting], parts: u64) -> Vec<[usize; 2]> {
+    let parts = parts as usize;
+    let bodies = coarse.bodies.iter().zip(&fine.bodies).zip(nestings);
+    let of_body = bodies.flat_map(|((coarse, fine), nesting)| {
+        let (first, fine) = (coarse.particles.start, fine.particles.start);
+        let numbers: Vec<usize> = match nesting {
+            Nesting::Lattice(size) => {
+                let [rows, columns, stacks] = size.map(|length| length as usize);
+                let [across, deep] = [columns, stacks].map(|length| (length - 1) * parts + 1);
+                let each = (0..rows * columns * stacks).map(|number| {
+                    let at =
+                        [number / stacks / columns, number / stacks % columns, number % stacks];
+                    let [row, column, stack] = at.map(|step| step * parts);
+                    (row * across + column) * deep + stack
+                });
+                each.collect()
+            }
+            Nesting::Surface(mesh, _) => (0..mesh.positions.len()).collect(),
+        };
+        numbers.into_iter().enumerate().map(move |(number, at)| [first + number, fine + at])
+    });
+    of_body.collect()
+}

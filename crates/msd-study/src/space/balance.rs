@@ -1,0 +1,278 @@
+//! The errors of space, time and precision of a scene side by side, with their prices.
+
+use crate::candidates::choice::{Choice, Fineness};
+use crate::candidates::ladder::ladders;
+use crate::measure::clock::CpuClock;
+use crate::measure::errors::rms_between;
+use crate::measure::leave::unstopped;
+use crate::measure::reference::Reference;
+use crate::measure::trial::{state, time_by_leave};
+use crate::quantity::{estimate, rounded};
+use crate::space::Space;
+use msd_core::glam::DVec3;
+use msd_core::{Error, Scene};
+use msd_run::Runner;
+use msd_scene::{Loaded, Precision};
+use serde::{Deserialize, Serialize};
+
+/// What a scene as it is set costs in accuracy, by where it is lost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorBalance {
+    /// How the scene is stepped.
+    pub choice: Choice,
+    /// Time of the processor per simulated second, seconds.
+    pub cost: f64,
+    /// What the spacing costs; none where that is not known.
+    pub space: Option<Share>,
+    /// What the step costs; none for a run that diverged.
+    pub time: Option<Share>,
+    /// What the precision costs; none for a run that diverged.
+    pub precision: Option<Share>,
+    /// What to do, in words.
+    pub advice: String,
+}
+
+/// An error, and the price of having less of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Share {
+    /// The error, root mean square, metres.
+    pub error: f64,
+    /// What makes it less, in words; empty where nothing does.
+    pub remedy: String,
+    /// The error with that, metres.
+    pub left: f64,
+    /// Time of the processor per simulated second with that, seconds; infinite where it diverges.
+    pub cost: f64,
+}
+
+/// An error that is so many times as large as another rules.
+const RULES: f64 = 2.0;
+/// A step may be made so long that the error of time is at most this part of that of space.
+const LONGEST: f64 = 0.2;
+/// Frames of a finer scene that are run to know its price.
+const PRICED: u64 = 6;
+/// What f64 rounds to beside what f32 does: 2⁻⁵² to 2⁻²³.
+const FINER: f64 = 1.0 / (1u64 << 29) as f64;
+
+/// A run that was followed.
+struct Stepped {
+    cost: f64,
+    positions: Vec<Vec<DVec3>>,
+}
+
+/// Measures the errors of time and precision of a scene as it is set, beside that of `space`;
+/// `finer` is the scene at half its spacing.
+///
+/// # Errors
+/// What the core refuses of the scene.
+pub fn balance(
+    loaded: &Loaded,
+    finer: &Scene,
+    space: &Space,
+    reference: &Reference,
+) -> Result<ErrorBalance, Error> {
+    let Loaded { scene, precision, .. } = loaded;
+    let choice = Choice::of(Runner::open(loaded)?.settings(), *precision);
+    let samples = reference.comparable(1e-4 * reference.size);
+    let frames = &reference.frames[..samples];
+    let follow = |choice: Choice| follow(scene, choice, frames);
+    let right = |run: &Stepped| {
+        let rows = run.positions.iter().zip(&reference.states);
+        rows.map(|(here, right)| rms_between(here, &right.positions)).fold(0.0, f64::max)
+    };
+    let single = follow(Choice { precision: Precision::F32, ..choice })?;
+    let double = follow(Choice { precision: Precision::F64, ..choice })?;
+    let closer = closer(choice);
+    let less = follow(Choice { precision: Precision::F64, ..closer })?;
+    let is_single = *precision == Precision::F32;
+    let own = if is_single { &single } else { &double };
+    let cost = own.as_ref().map_or(f64::INFINITY, |run| run.cost);
+    let time = double.as_ref().zip(own.as_ref()).map(|(double, own)| Share {
+        error: right(double),
+        remedy: closer.fineness(),
+        left: less.as_ref().map_or(f64::INFINITY, right),
+        cost: less.as_ref().map_or(f64::INFINITY, |less| own.cost * less.cost / double.cost),
+    });
+    let precision = single.as_ref().zip(double.as_ref()).map(|(single, double)| {
+        let rows = single.positions.iter().zip(&double.positions);
+        let apart = rows.map(|(single, double)| rms_between(single, double)).fold(0.0, f64::max);
+        let remedy = if is_single { "f64".into() } else { String::new() };
+        let error = if is_single { apart } else { FINER * apart };
+        Share { error, remedy, left: FINER * apart, cost: double.cost }
+    });
+    let space = match space.error() {
+        Some(error) => Some(Share {
+            error,
+            remedy: "half the spacing".into(),
+            left: space.spacings.get(1).and_then(|finer| finer.error).unwrap_or(error),
+            cost: price(finer, choice)?,
+        }),
+        None => None,
+    };
+    let mut balance = ErrorBalance { choice, cost, space, time, precision, advice: String::new() };
+    let mut longer = None;
+    if let Some(most) = balance.room()
+        && let Some(longest) = longest(scene, choice)?
+    {
+        let run = follow(Choice { precision: Precision::F64, ..longest })?;
+        let off = run.as_ref().map(right).filter(|off| *off <= most);
+        longer = off.map(|off| (longest, off));
+    }
+    balance.advice = balance.words(longer);
+    Ok(balance)
+}
+
+impl ErrorBalance {
+    /// The error of time that would be small beside that of space, metres; none where time or
+    /// precision cost as much already, or space is not known.
+    fn room(&self) -> Option<f64> {
+        let (space, time) = (self.space.as_ref()?, self.time.as_ref()?);
+        let room = LONGEST * space.error;
+        (time.error < 0.5 * room).then_some(room)
+    }
+
+    /// What to do; `longer` is the longest step that would do, with its error.
+    fn words(&self, longer: Option<(Choice, f64)>) -> String {
+        let (Some(time), Some(precision)) = (&self.time, &self.precision) else {
+            return format!("shorten the step: with {} the run leaves the world", self.choice);
+        };
+        let shown = |error: f64| estimate(error, "m");
+        let (in_time, in_precision) = (shown(time.error), shown(precision.error));
+        let Some(space) = &self.space else {
+            let costs = format!("time costs you {in_time}, precision {in_precision}");
+            return format!("{costs}; what space costs is not known");
+        };
+        let in_space = shown(space.error);
+        let rules = |a: &Share, b: &Share| RULES * b.error <= a.error;
+        if rules(precision, space) && rules(precision, time) {
+            let others = format!("space {in_space}, time {in_time}");
+            return format!("take f64: precision costs you {in_precision}, {others}");
+        }
+        if rules(time, space) {
+            return format!(
+                "shorten the step: time costs you {in_time}, space {in_space}; {} leave {}",
+                time.remedy,
+                shown(time.left)
+            );
+        }
+        if rules(space, time) {
+            let costs = format!("space costs you {in_space}, time {in_time}");
+            return match longer {
+                Some((longer, off)) => format!(
+                    "refine the mesh, or lengthen the step: {costs}, and {} would cost {}",
+                    longer.fineness(),
+                    shown(off)
+                ),
+                None => format!("refine the mesh: {costs}"),
+            };
+        }
+        format!("space and time are in balance: {in_space} and {in_time}")
+    }
+
+    /// The errors in rows: what costs it, the error in metres, of a size, and the price of less.
+    pub fn rows(&self, size: f64) -> Vec<[String; 5]> {
+        let shares = [("space", &self.space), ("time", &self.time), ("precision", &self.precision)];
+        let row = |(name, share): (&str, &Option<Share>)| match share {
+            Some(share) => {
+                let is_better = !share.remedy.is_empty();
+                let better = |text: String| if is_better { text } else { String::new() };
+                [
+                    name.into(),
+                    estimate(share.error, "m"),
+                    format!("{} %", rounded(100.0 * share.error / size, 2)),
+                    better(format!("{}: {}", share.remedy, estimate(share.left, "m"))),
+                    better(format!(
+                        "{} ({} times)",
+                        estimate(share.cost, "s"),
+                        rounded(share.cost / self.cost, 2)
+                    )),
+                ]
+            }
+            None => [name.into(), "not known".into(), String::new(), String::new(), String::new()],
+        };
+        shares.into_iter().map(row).collect()
+    }
+}
+
+/// Runs a choice and follows all particles; `None` where it diverges.
+fn follow(scene: &Scene, choice: Choice, frames: &[u64]) -> Result<Option<Stepped>, Error> {
+    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
+    let (mut seconds, mut positions) = (0.0, Vec::with_capacity(frames.len()));
+    for &frame in frames {
+        let clock = CpuClock::start();
+        while runner.steps() < frame {
+            if runner.step().is_err() {
+                return Ok(None);
+            }
+        }
+        seconds += clock.seconds();
+        positions.push(state(&runner).positions);
+    }
+    Ok(Some(Stepped { cost: seconds / runner.time(), positions }))
+}
+
+/// The same method, its step halved or its tolerance ten times as tight.
+fn closer(choice: Choice) -> Choice {
+    let fineness = match choice.fineness {
+        Fineness::Substeps(substeps) => Fineness::Substeps(substeps.saturating_mul(2)),
+        Fineness::Tolerance(tolerance) => Fineness::Tolerance((0.1 * tolerance).max(1e-13)),
+    };
+    Choice { fineness, ..choice }
+}
+
+/// The fewest substeps of the same method that are predicted stable, where those are fewer.
+fn longest(scene: &Scene, choice: Choice) -> Result<Option<Choice>, Error> {
+    let Fineness::Substeps(substeps) = choice.fineness else { return Ok(None) };
+    let is_own = |ladder: &&crate::candidates::ladder::Ladder| {
+        ladder.integrator == choice.integrator && ladder.precision == choice.precision
+    };
+    let fewest = ladders(scene)?.iter().find(is_own).and_then(|ladder| ladder.fewest);
+    let fewest = fewest.filter(|&fewest| fewest < substeps);
+    Ok(fewest.map(|fewest| Choice { fineness: Fineness::Substeps(fewest), ..choice }))
+}
+
+/// Time of the processor per simulated second of a finer scene, whose steps are as much shorter,
+/// seconds.
+fn price(finer: &Scene, choice: Choice) -> Result<f64, Error> {
+    let choice = match choice.fineness {
+        Fineness::Substeps(_) => closer(choice),
+        Fineness::Tolerance(_) => choice,
+    };
+    match unstopped(|leave| time_by_leave(finer, choice, PRICED, leave)) {
+        // A precision that cannot hold the finer scene is no price.
+        Err(_) => Ok(f64::INFINITY),
+        price => price,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_core::Integrator;
+
+    fn share(error: f64) -> Option<Share> {
+        Some(Share { error, remedy: "more".into(), left: 0.25 * error, cost: 2.0 })
+    }
+
+    fn advice([space, time, precision]: [Option<Share>; 3]) -> String {
+        let fineness = Fineness::Substeps(8);
+        let (integrator, precision_name) = (Integrator::VelocityVerlet, Precision::F32);
+        let choice = Choice { integrator, fineness, precision: precision_name };
+        let advice = String::new();
+        ErrorBalance { choice, cost: 1.0, space, time, precision, advice }.words(None)
+    }
+
+    #[test]
+    fn the_advice_is_about_the_largest_error() {
+        let words = advice([share(12e-3), share(3e-6), share(1e-6)]);
+        assert_eq!(words, "refine the mesh: space costs you 12 mm, time 3 µm");
+        let words = advice([share(3e-6), share(12e-3), share(1e-6)]);
+        assert!(words.starts_with("shorten the step: time costs you 12 mm, space 3 µm"), "{words}");
+        let words = advice([share(3e-6), share(3e-6), share(1e-3)]);
+        assert!(words.starts_with("take f64: precision costs you 1 mm"), "{words}");
+        let words = advice([share(3e-3), share(2e-3), share(1e-6)]);
+        assert!(words.contains("in balance"), "{words}");
+        assert!(advice([None, share(1e-3), share(1e-6)]).contains("is not known"));
+        assert!(advice([share(1e-3), None, None]).contains("leaves the world"));
+    }
+}

@@ -1,0 +1,235 @@
+//! A scene at ever finer spacings, as far as the time and the memory allow.
+
+use crate::candidates::choice::FRAME;
+use crate::measure::cache;
+use crate::measure::leave::{Halt, Leave};
+use crate::measure::reference::{Reference, Wish, reference_by_leave};
+use crate::quantity::estimate;
+use crate::space::limit::{Verdict, extrapolate};
+use crate::space::track::{Followed, Track, track};
+use crate::space::{Space, Spacing};
+use msd_core::{Scene, Surface};
+use msd_scene::tree::Source;
+use msd_scene::{Draft, FileError, Finer};
+
+/// What the error of space is to be found for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpacePlan {
+    /// Time to simulate, seconds.
+    pub duration: f64,
+    /// Time of the processor to spend on finer spacings, seconds; the reference of the scene as it
+    /// is comes on top.
+    pub budget: f64,
+    /// What that reference may be off, root mean square, as a fraction of the size of the scene.
+    pub uncertainty: f64,
+    /// Time of the processor after which it is not tightened further, seconds.
+    pub patience: f64,
+}
+
+impl Default for SpacePlan {
+    fn default() -> Self {
+        let Wish { duration, uncertainty, patience } = Wish::default();
+        SpacePlan { duration, budget: 60.0, uncertainty, patience }
+    }
+}
+
+/// How often a spacing is halved at most.
+const MOST_HALVINGS: u32 = 2;
+/// Tolerances at which finer spacings are run: the first that is good enough.
+const TOLERANCES: [f64; 3] = [1e-6, 1e-8, 1e-10];
+/// The part of the difference of two spacings that the error of time may be.
+const TIME_PART: f64 = 0.05;
+/// Roundings of a run, as a part of the size of the scene.
+const ROUNDING: f64 = 1e-12;
+/// Kept in the cache by the scene.
+const SPACE: &str = "space";
+
+/// A scene that was run at several spacings.
+pub(crate) struct Halved {
+    pub space: Space,
+    /// Where the points would be without an error of space, and at how many samples that is known.
+    pub right: Option<(Track, usize)>,
+    /// The reference of the scene as it is.
+    pub reference: Reference,
+    /// The finer scenes that were run, finest last.
+    pub finer: Vec<Finer>,
+}
+
+/// Finds the error of space of a scene. `tell` hears what is being done.
+///
+/// # Errors
+/// A body that has no spacing; what the core refuses of the scene.
+pub fn space(
+    draft: &Draft,
+    plan: SpacePlan,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Space, FileError> {
+    Ok(halve(draft, plan, tell)?.space)
+}
+
+/// What was found of a scene before, for whatever duration.
+pub fn known(scene: &Scene) -> Option<Space> {
+    cache::get(SPACE, &scene_hash(scene))
+}
+
+fn scene_hash(scene: &Scene) -> String {
+    let mut plain = scene.clone();
+    plain.bodies.iter_mut().for_each(|body| body.surface = Surface::default());
+    cache::content_hash(&plain)
+}
+
+/// Runs a scene at ever finer spacings.
+pub(crate) fn halve(
+    draft: &Draft,
+    plan: SpacePlan,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Halved, FileError> {
+    let source = draft.source()?;
+    let scene = draft.load(&source)?.scene;
+    let finer = vec![draft.finer(&source, 1)?];
+    tell("making the reference");
+    let SpacePlan { duration, budget, uncertainty, patience } = plan;
+    let wish = Wish { duration, uncertainty, patience };
+    let reference = reference_by_leave(&scene, wish, &mut || true);
+    let reference = reference.map_err(|halt| refused(draft, halt))?;
+    // Samples beyond which rounding alone moves the particles.
+    let samples = reference.comparable(1e-4 * reference.size);
+    let points: Vec<usize> = finer[0].common.iter().map(|pair| pair[0]).collect();
+    let mut halving = Halving { draft, source, scene, finer, points, reference, samples, budget };
+    let mut run = Run { tracks: Vec::new(), off: 0.0, stopped: String::new() };
+    for tolerance in TOLERANCES {
+        let tighter = halving.run(tolerance, tell)?;
+        // What is not affordable to the last digit is known to the first.
+        if 1 < tighter.tracks.len() || run.tracks.is_empty() {
+            run = tighter;
+        }
+        if run.is_resolved() || run.tracks.len() < 2 {
+            break;
+        }
+    }
+    Ok(halving.limit(run))
+}
+
+/// A scene and its finer ones.
+struct Halving<'d> {
+    draft: &'d Draft,
+    source: Source<'d>,
+    scene: Scene,
+    finer: Vec<Finer>,
+    /// Particles of the scene that all finer ones have too.
+    points: Vec<usize>,
+    reference: Reference,
+    /// Samples that are compared.
+    samples: usize,
+    budget: f64,
+}
+
+/// What came of running them at one tolerance.
+struct Run {
+    /// Coarsest first; that of the scene as it is comes from its reference.
+    tracks: Vec<Track>,
+    /// The error of time that the tolerance leaves in the scene as it is, metres; at least what
+    /// rounding makes.
+    off: f64,
+    /// Why there is no finer one.
+    stopped: String,
+}
+
+impl Run {
+    /// The largest distance between the two coarsest, metres.
+    fn first_difference(&self) -> f64 {
+        match &self.tracks[..] {
+            [coarse, fine, ..] => coarse.distance(fine, coarse.samples.len()),
+            _ => 0.0,
+        }
+    }
+
+    /// Whether the error of time is a small part of what the spacing makes.
+    fn is_resolved(&self) -> bool {
+        self.off <= TIME_PART * self.first_difference()
+    }
+}
+
+impl Halving<'_> {
+    fn run(&mut self, tolerance: f64, tell: &mut dyn FnMut(&str)) -> Result<Run, FileError> {
+        let mut coarse = Track::of(&self.reference, &self.points);
+        coarse.samples.truncate(self.samples);
+        let (frames, leave): (_, Leave<'_>) =
+            (&self.reference.frames[..self.samples], &mut || true);
+        let own = Followed { scene: &self.scene, points: &self.points, frames, tolerance };
+        let own = track(own, (0.0, f64::INFINITY), leave);
+        let own = own.map_err(|halt| refused(self.draft, halt))?.unwrap_or_else(|| coarse.clone());
+        let (mut springs, mut seconds) = (self.scene.springs.len(), own.seconds);
+        let off = own.distance(&coarse, self.samples).max(ROUNDING * self.reference.size);
+        let stopped = "a spacing is halved twice at most".into();
+        let mut run = Run { tracks: vec![coarse], off, stopped };
+        let mut left = self.budget;
+        for halvings in 1..=MOST_HALVINGS {
+            if self.finer.len() < halvings as usize {
+                match self.draft.finer(&self.source, halvings) {
+                    Ok(finer) => self.finer.push(finer),
+                    Err(error) => {
+                        run.stopped = error.to_string();
+                        break;
+                    }
+                }
+            }
+            let Finer { loaded, common, .. } = &self.finer[halvings as usize - 1];
+            let scene = &loaded.scene;
+            let points: Vec<usize> = common.iter().map(|pair| pair[1]).collect();
+            // Twice as many steps, each of more springs.
+            let predicted = 2.0 * scene.springs.len() as f64 / springs.max(1) as f64 * seconds;
+            tell(&format!("running it at 1/{} of its spacing", 1 << halvings));
+            let followed = Followed { scene, points: &points, frames, tolerance };
+            let fine = track(followed, (predicted, left), leave);
+            let Some(fine) = fine.map_err(|halt| refused(self.draft, halt))? else {
+                run.stopped = format!(
+                    "1/{} of the spacing takes about {} of processor time: --time gives more",
+                    1 << halvings,
+                    estimate(predicted, "s")
+                );
+                break;
+            };
+            left -= fine.seconds;
+            (springs, seconds) = (scene.springs.len(), fine.seconds);
+            run.tracks.push(fine);
+        }
+        Ok(run)
+    }
+
+    /// What the runs tell.
+    fn limit(self, run: Run) -> Halved {
+        let Halving { scene, mut finer, points, reference, samples, .. } = self;
+        let frames = &reference.frames[..samples];
+        let times: Vec<f64> = frames.iter().map(|&frame| frame as f64 * FRAME).collect();
+        let (right, mut verdict) = extrapolate(&run.tracks, &times);
+        if 1 < run.tracks.len() && !run.is_resolved() {
+            // An order of less than 1 is not to be expected: twice the first difference.
+            verdict = Verdict::Below { error: run.off + 2.0 * run.first_difference() };
+        }
+        let scenes = std::iter::once(&scene).chain(finer.iter().map(|finer| &finer.loaded.scene));
+        let spacing = |(row, (scene, track)): (usize, (&Scene, &Track))| Spacing {
+            parts: 1 << row,
+            particles: scene.particles.len(),
+            springs: scene.springs.len(),
+            error: right.as_ref().map(|(limit, samples)| track.distance(limit, *samples)),
+            seconds: track.seconds,
+        };
+        let spacings = scenes.zip(&run.tracks).enumerate().map(spacing).collect();
+        let (duration, points) = (reference.duration(), points.len());
+        let space = Space { duration, points, spacings, verdict, stopped: run.stopped };
+        if !matches!(space.verdict, Verdict::Untold) {
+            cache::put(SPACE, &scene_hash(&scene), &space);
+        }
+        finer.truncate(run.tracks.len().max(2) - 1);
+        Halved { space, right, reference, finer }
+    }
+}
+
+fn refused(draft: &Draft, halt: Halt) -> FileError {
+    let error = match halt {
+        Halt::Refused(error) => error,
+        Halt::Stopped => unreachable!("leave is always given"),
+    };
+    FileError::Core { file: draft.name.clone(), source: Box::new(error) }
+}

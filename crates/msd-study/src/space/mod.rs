@@ -1,0 +1,92 @@
+//! The error of space: what the spacing of the particles is worth, beside the step and the
+//! precision.
+//!
+//! A [`Space`] is what is known of it: the scene was run at its own spacing a, at a/2 and a/4, each
+//! as good as exact in time, and Richardson's extrapolation (1911) told where the positions go as
+//! the spacing goes to nothing. An [`ErrorBalance`] has the errors of space, time and precision
+//! side by side, with their prices.
+
+mod track;
+mod limit;
+mod halve;
+mod balance;
+
+pub use balance::{ErrorBalance, Share, balance};
+pub(crate) use halve::halve;
+pub use halve::{SpacePlan, known, space};
+pub use limit::Verdict;
+pub(crate) use track::{Track, picked};
+
+use crate::quantity::{estimate, rounded};
+use serde::{Deserialize, Serialize};
+
+/// What is known of the error of space of a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Space {
+    /// Time simulated, seconds.
+    pub duration: f64,
+    /// Points that were compared: those that are particles at every spacing.
+    pub points: usize,
+    /// What was run, coarsest first: the scene as it is, then finer ones.
+    pub spacings: Vec<Spacing>,
+    /// What came of it.
+    pub verdict: Verdict,
+    /// Why no finer one was run, in words.
+    pub stopped: String,
+}
+
+/// A scene at a part of its spacing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Spacing {
+    /// Parts that the spacing of the scene was cut into: 1, 2, 4.
+    pub parts: u32,
+    /// Number of particles.
+    pub particles: usize,
+    /// Number of springs.
+    pub springs: usize,
+    /// Error of space, metres; none where no limit is known.
+    pub error: Option<f64>,
+    /// Time of the processor that the run took, seconds.
+    pub seconds: f64,
+}
+
+impl Space {
+    /// The error of space of the scene as it is, metres; none where it is not known.
+    pub fn error(&self) -> Option<f64> {
+        match self.verdict {
+            Verdict::Known { error, .. } | Verdict::Below { error } => Some(error),
+            Verdict::Lost { .. } | Verdict::Untold => None,
+        }
+    }
+
+    /// What is known, in a sentence.
+    pub fn words(&self) -> String {
+        match self.verdict {
+            Verdict::Known { error, band, order, is_seen, until } => {
+                let order = if is_seen {
+                    format!("of order {} as observed", rounded(order, 2))
+                } else {
+                    "if it is of order 2, which two spacings cannot tell".into()
+                };
+                let until = match until < self.duration - 1e-9 {
+                    true => format!(
+                        " up to t = {} s (after that finer spacings do not approach one motion)",
+                        rounded(until, 2)
+                    ),
+                    false => String::new(),
+                };
+                let (error, band) = (estimate(error, "m"), estimate(band, "m"));
+                format!("the error of space is {error}{until}, give or take {band}, {order}")
+            }
+            Verdict::Below { error } => {
+                format!("the error of space is below {}", estimate(error, "m"))
+            }
+            Verdict::Lost { order } => format!(
+                "the error of space cannot be told: finer spacings do not approach one motion (an \
+                 order of {}), as in a chaotic fall; a shorter --duration may tell",
+                rounded(order, 2)
+            ),
+            Verdict::Untold => format!("the error of space is not known: {}", self.stopped),
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! The search for a spacing, and for the choice that goes with it.
+
+use crate::candidates::choice::Choice;
+use crate::measure::errors::rms_between;
+use crate::measure::trial::state;
+use crate::space::{Space, SpacePlan, Track, Verdict, halve, picked};
+use crate::tune::{Goal, Tuned, tune};
+use msd_core::{Error, Scene};
+use msd_run::Runner;
+use msd_scene::schema::SceneFile;
+use msd_scene::{Draft, FileError};
+
+/// The result of tuning spacing, method, fineness and precision together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TunedSpacing {
+    /// The error asked for, metres.
+    pub wanted: f64,
+    /// What is known of the error of space.
+    pub space: Space,
+    /// The coarsest spacing that meets the goal, or else the last that was tried; none where the
+    /// error of space alone is too large at all that were run.
+    pub found: Option<FoundSpacing>,
+}
+
+/// A spacing and a choice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FoundSpacing {
+    /// Parts that the spacing of the scene is cut into.
+    pub parts: u32,
+    /// Rows of the scene at that spacing; none where it is as it was.
+    pub rows: Option<SceneFile>,
+    /// Error of space at that spacing, metres.
+    pub space_error: f64,
+    /// The choice, tuned at that spacing to what the error of space leaves.
+    pub tuned: Tuned,
+    /// Root mean square distance of the particles from the limit of ever finer spacings, in a run
+    /// of the choice at that spacing: space, time and precision together, metres.
+    pub verified: f64,
+}
+
+impl TunedSpacing {
+    /// Whether the goal is met.
+    pub fn is_met(&self) -> bool {
+        self.found.as_ref().is_some_and(|found| found.meets(self.wanted))
+    }
+}
+
+impl FoundSpacing {
+    fn meets(&self, wanted: f64) -> bool {
+        self.tuned.met && self.verified <= wanted
+    }
+}
+
+/// Tunes a scene to an error against the limit of ever finer spacings. `tell` hears what is being
+/// done.
+///
+/// # Errors
+/// A body that has no spacing; what the core refuses of the scene.
+pub fn tune_spacing(
+    draft: &Draft,
+    plan: SpacePlan,
+    wanted: f64,
+    tell: &mut dyn FnMut(&str),
+) -> Result<TunedSpacing, FileError> {
+    let ran = halve(draft, plan, tell)?;
+    let space = ran.space.clone();
+    let mut result = TunedSpacing { wanted, space, found: None };
+    let Some((limit, samples)) = ran.right.filter(|_| is_told(&result.space)) else {
+        return Ok(result);
+    };
+    let frames = &ran.reference.frames[..samples];
+    let refused = |error| FileError::Core { file: draft.name.clone(), source: Box::new(error) };
+    let coarse = draft.load(&draft.source()?)?.scene;
+    for (row, spacing) in result.space.spacings.clone().into_iter().enumerate() {
+        let Some(space_error) = spacing.error.filter(|&error| error < wanted) else { continue };
+        let finer = row.checked_sub(1).map(|row| &ran.finer[row]);
+        let scene = finer.map_or(&coarse, |finer| &finer.loaded.scene);
+        let common = ran.finer[row.saturating_sub(1)].common.iter();
+        let points: Vec<usize> = common.map(|pair| pair[usize::from(finer.is_some())]).collect();
+        let goal = Goal::MaxError(wanted - space_error);
+        let at = format!("at 1/{} of the spacing", spacing.parts);
+        let tuned = tune(scene, result.space.duration, goal, &mut |progress| {
+            tell(&format!("{at}: {}", progress.now));
+        });
+        let tuned = tuned.map_err(refused)?;
+        let choice = tuned.best.trial.choice;
+        let verified = distance((scene, &points), choice, (frames, &limit)).map_err(refused)?;
+        let rows = finer.map(|finer| finer.rows.clone());
+        let found = FoundSpacing { parts: spacing.parts, rows, space_error, tuned, verified };
+        let is_met = found.meets(wanted);
+        result.found = Some(found);
+        // A coarser one is cheaper by far: half the spacing takes several times as long.
+        if is_met {
+            break;
+        }
+    }
+    Ok(result)
+}
+
+fn is_told(space: &Space) -> bool {
+    matches!(space.verdict, Verdict::Known { .. } | Verdict::Below { .. })
+}
+
+/// The largest root mean square distance of points from a course, in a run of a choice, metres.
+fn distance(
+    (scene, points): (&Scene, &[usize]),
+    choice: Choice,
+    (frames, right): (&[u64], &Track),
+) -> Result<f64, Error> {
+    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
+    let mut largest = 0.0f64;
+    for (&frame, right) in frames.iter().zip(&right.samples) {
+        while runner.steps() < frame {
+            runner.step()?;
+        }
+        let here: Vec<_> = picked(&state(&runner).positions, points).collect();
+        largest = largest.max(rms_between(&here, right));
+    }
+    Ok(largest)
+}
