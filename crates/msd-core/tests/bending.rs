@@ -257,16 +257,23 @@ fn the_cantilever_test_of_fabrics_returns_the_bending_stiffness() {
 }
 
 /// A strip cut on the bias, its long side along x: the particles of a sheet that are near its
-/// diagonal, and what joins them.
-fn bias_strip(length: usize, half: isize, substance: &Substance) -> Part {
+/// diagonal, and what joins them. Its ends are straight; the particles of the last one stand for
+/// half of a column.
+fn bias_strip(length: usize, half: usize, substance: &Substance) -> Part {
     let sheet = shape::body([length, length, 1], SPACING, substance).expect("a sheet");
-    let is_in = |particle: usize| (particle % length).abs_diff(particle / length) <= half as usize;
-    let kept: Vec<usize> = (0..length * length).filter(|&particle| is_in(particle)).collect();
+    let column = |particle: usize| particle % length + particle / length;
+    let last = 2 * (length - 1) - half;
+    let is_in = |&particle: &usize| {
+        let across = (particle % length).abs_diff(particle / length);
+        across <= half && half <= column(particle) && column(particle) <= last
+    };
+    let kept: Vec<usize> = (0..length * length).filter(is_in).collect();
     let row = |particle: usize| kept.binary_search(&particle).ok();
     let turn = |x: DVec3| DVec3::new(x.x + x.y, x.y - x.x, 0.0) * 0.5f64.sqrt();
     let particle = |&particle: &usize| {
         let row = sheet.particles[particle];
-        msd_core::Particle { position: turn(row.position), ..row }
+        let share = if column(particle) == last { 0.5 } else { 1.0 };
+        msd_core::Particle { position: turn(row.position), mass: share * row.mass, ..row }
     };
     let spring = |spring: &Spring| {
         let [a, b] = spring.ends.map(row);
@@ -288,23 +295,23 @@ fn bias_strip(length: usize, half: isize, substance: &Substance) -> Part {
 fn a_strip_on_the_bias_sags_more_by_the_ratio_of_the_stiffnesses() {
     // Softer on the bias than along the threads, as fabrics are. Its sides being free, the strip
     // curls across, which makes it softer still: with D11 = b, D12 = B − b and D22 = b on the bias,
-    // D11 − D12²/D22.
-    let (threads, bias) = (2e-5, 1.2e-5);
+    // D11 − D12²/D22. Near the clamp it cannot curl, which takes some 2 % of the sag.
+    let (threads, bias) = (2e-5, 1.6e-5);
     let free = bias - (threads - bias) * (threads - bias) / bias;
     let substance = sheet(Bending { warp: threads, weft: threads, bias }, 0.0);
-    let (gravity, half) = (1e-3, 3);
+    let (gravity, half) = (2e-5, 3);
     let strip = bias_strip(40, half, &substance);
     let right = strip.particles.iter().map(|row| row.position.x).fold(0.0, f64::max);
     let step = SPACING * 0.5f64.sqrt();
     // Of each 2 half + 1 particles 2 half − 1 are in the middle of lines and cells.
-    let share = f64::from(2 * half as i32 - 1) / f64::from(2 * half as i32 + 1);
+    let share = (2 * half - 1) as f64 / (2 * half + 1) as f64;
     let positions = at_rest(&clamped(strip, 10.5 * step, gravity), 30.0);
     let tip = positions.iter().map(|x| x.x).fold(0.0, f64::max);
     let sag = -positions.iter().find(|x| x.x == tip).expect("a tip").z;
-    let length = 2.0 * right - 10.0 * step;
+    let length = 2.0 * right - 9.5 * step;
     let expected = 0.2 * gravity * length.powi(4) / (8.0 * free * share);
     println!("sag {sag}, expected {expected}: {}", sag / expected);
-    assert!((sag / expected - 1.0).abs() < 0.05, "{sag} m, not {expected} m");
+    assert!((sag / expected - 1.0).abs() < 0.03, "{sag} m, not {expected} m");
 }
 
 #[test]
@@ -322,7 +329,7 @@ fn a_clamped_rope_swings_at_the_frequency_of_euler_and_bernoulli() {
             let x = root * (row.position.x - left).max(0.0) / length;
             row.position.z = 1e-5 * (x.cosh() - x.cos() - sigma * (x.sinh() - x.sin()));
         }
-        let step = 2.0 * PI / expected / 4000.0;
+        let step = 2.0 * PI / expected / 16000.0;
         let mut simulation = simulation(&scene, Integrator::VelocityVerlet, step);
         let mut last = simulation.position(count - 1).z;
         let mut crossings = Vec::new();
@@ -371,23 +378,26 @@ fn error(scene: &Scene, (integrator, steps): (Integrator, usize), reference: &St
 
 #[test]
 fn every_method_converges_with_bends_by_its_order() {
-    // Springs so soft that bends decide.
-    let mut scene = shaken([4, 9, 1], 5, 1e-5);
-    scene.bends.iter_mut().for_each(|row| {
-        (row.stiffness, row.damping) = (30.0 * row.stiffness, 30.0 * row.damping);
+    // Springs so soft that bends decide. The damper of a bend turns quickly where that is all but
+    // straight, which no method of fourth order follows.
+    let [damped, free] = [1e-5, 0.0].map(|relaxation_time| {
+        let mut scene = shaken([4, 9, 1], 5, relaxation_time);
+        scene.bends.iter_mut().for_each(|row| {
+            (row.stiffness, row.damping) = (30.0 * row.stiffness, 30.0 * row.damping);
+        });
+        let mut reference = simulation(&scene, Integrator::Rk4, 0.02 / 16000.0);
+        (0..16000).for_each(|_| reference.step().expect("a stable step"));
+        (scene, reference.state())
     });
-    let mut reference = simulation(&scene, Integrator::Rk4, 0.02 / 16000.0);
-    (0..16000).for_each(|_| reference.step().expect("a stable step"));
-    let reference = reference.state();
-    for (integrator, order, steps) in [
-        (Integrator::SymplecticEuler, 1, 1000),
-        (Integrator::VelocityVerlet, 2, 1000),
-        (Integrator::Rk4, 4, 500),
-        (Integrator::BackwardEuler, 1, 2000),
-        (Integrator::ImplicitMidpoint, 2, 1000),
-        (Integrator::Xpbd, 1, 4000),
+    for (integrator, order, steps, (scene, reference)) in [
+        (Integrator::SymplecticEuler, 1, 1000, &damped),
+        (Integrator::VelocityVerlet, 2, 1000, &damped),
+        (Integrator::Rk4, 4, 500, &free),
+        (Integrator::BackwardEuler, 1, 32000, &damped),
+        (Integrator::ImplicitMidpoint, 2, 1000, &damped),
+        (Integrator::Xpbd, 1, 16000, &damped),
     ] {
-        let errors = [steps, 2 * steps].map(|steps| error(&scene, (integrator, steps), &reference));
+        let errors = [steps, 2 * steps].map(|steps| error(scene, (integrator, steps), reference));
         let ratio = errors[0] / errors[1];
         let expected = f64::from(1 << order);
         assert!((ratio / expected - 1.0).abs() < 0.15, "{integrator}: {errors:?}, {ratio}");
