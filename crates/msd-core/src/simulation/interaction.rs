@@ -112,7 +112,7 @@ pub enum Interaction {
         /// The factor, positive.
         factor: f64,
     },
-    /// Makes the present lengths the rest lengths.
+    /// Makes the present lengths the rest lengths; bends stay straight at rest.
     Freeze {
         /// Of which springs.
         springs: Select,
