@@ -5,8 +5,8 @@ use arbitrary::{Result, Unstructured};
 use core::ops::Range;
 use msd_core::glam::DVec3;
 use msd_core::{
-    Body, Corner, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Spring, Surface,
-    World,
+    Bend, Body, Corner, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Spring,
+    Surface, World,
 };
 
 /// The methods that take a step in a time known before.
@@ -49,6 +49,15 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
             particles: first.min(last)..first.max(last),
             springs: 0..index(u, count + 1)?,
             surface: Surface::default(),
+        });
+    }
+    for _ in 0..u.int_in_range(0..=2)? {
+        let mut particle = || index(u, particles);
+        let at = [particle()?, particle()?, particle()?, particle()?];
+        let (stiffness, damping) = (positive(u)?, positive(u)?);
+        scene.bends.push(match u.arbitrary()? {
+            true => Bend::line([at[0], at[1], at[2]], stiffness, damping),
+            false => Bend::twist(at, stiffness, damping),
         });
     }
     Ok(scene)

@@ -3,7 +3,7 @@
 use allocation_counter::measure;
 use msd_core::glam::DVec3;
 use msd_core::{
-    Friction, Integrator, Interaction, Material, Particle, Pin, Plane, Real, Scene, Settings,
+    Bend, Friction, Integrator, Interaction, Material, Particle, Pin, Plane, Real, Scene, Settings,
     Simulation, Spring, shape,
 };
 use std::fmt::Write;
@@ -27,6 +27,7 @@ fn busy_scene(damping: f64) -> Scene {
     let floor = plane(DVec3::Y, lowest(DVec3::Y), Friction::Coulomb(0.5));
     let wall = plane(DVec3::X, lowest(DVec3::X), Friction::TangentialLoss(0.3));
     scene.planes = vec![floor, wall];
+    scene.bends = (0..62).map(|row| Bend::line([row, row + 1, row + 2], 20.0, damping)).collect();
     scene.pins.push(Pin { particle: 63, velocity: DVec3::new(0.0, -0.2, 0.0) });
     scene
 }

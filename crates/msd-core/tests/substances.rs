@@ -3,8 +3,8 @@
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::substance::{SHEET_POISSON, SOLID_POISSON};
 use msd_core::{
-    Elasticity, Error, Integrator, Moduli, Part, Scene, Settings, Simulation, Substance, World,
-    shape,
+    Bending, Elasticity, Error, Integrator, Moduli, Part, Scene, Settings, Simulation, Substance,
+    World, shape,
 };
 
 const SPACING: f64 = 0.01;
@@ -17,8 +17,9 @@ const SOLID: Substance = Substance {
 const WARP: f64 = 900.0;
 const WEFT: f64 = 400.0;
 const SHEAR: f64 = 60.0;
+const LIMP: Bending = Bending { warp: 0.0, weft: 0.0, bias: 0.0 };
 const WOVEN: Substance = Substance {
-    elasticity: Elasticity::Sheet { warp: WARP, weft: WEFT, shear: SHEAR },
+    elasticity: Elasticity::Sheet { warp: WARP, weft: WEFT, shear: SHEAR, bending: LIMP },
     density: 0.12,
     relaxation_time: 0.0,
 };
@@ -132,7 +133,7 @@ fn a_uniform_strain_of_an_isotropic_sheet_has_its_stress_at_edges_and_corners() 
 
 #[test]
 fn a_rope_pulls_by_its_stretch_times_its_strain() {
-    let (elasticity, size) = (Elasticity::Rope { stretch: 70.0 }, [1, 9, 1]);
+    let (elasticity, size) = (Elasticity::Rope { stretch: 70.0, bending: 0.0 }, [1, 9, 1]);
     let rope = Substance { elasticity, density: 0.02, relaxation_time: 0.0 };
     let part = shape::body(size, SPACING, &rope).unwrap();
     let strain = strains(&[[0, 0]])[0];
@@ -280,19 +281,19 @@ fn a_substance_outside_its_domain_or_of_other_dimensions_is_refused() {
         assert!(refused([3, 3, 3], Substance { density: bad, ..SOLID }).contains("density"));
         let young = with(Elasticity::Solid { young: bad });
         assert!(refused([3, 3, 3], young).contains("Young's modulus"));
-        let stretch = with(Elasticity::Rope { stretch: bad });
+        let stretch = with(Elasticity::Rope { stretch: bad, bending: 0.0 });
         assert!(refused([1, 3, 1], stretch).contains("stretch"));
-        let sheet = with(Elasticity::Sheet { warp: bad, weft: 1.0, shear: 0.1 });
+        let sheet = with(Elasticity::Sheet { warp: bad, weft: 1.0, shear: 0.1, bending: LIMP });
         assert!(refused([3, 3, 1], sheet).contains("warp"));
     }
     let slow = Substance { relaxation_time: -1.0, ..SOLID };
     assert!(refused([3, 3, 3], slow).contains("relaxation time"));
     // Three springs cannot be stiffer in shear than this: 2·1/(2 − 1).
-    let stiff = |shear| with(Elasticity::Sheet { warp: 2.0, weft: 1.0, shear });
+    let stiff = |shear| with(Elasticity::Sheet { warp: 2.0, weft: 1.0, shear, bending: LIMP });
     assert!(refused([3, 3, 1], stiff(2.01)).contains("at most warp weft"));
     assert!(shape::body([3, 3, 1], SPACING, &stiff(1.99)).is_ok());
     assert!(refused([3, 3, 1], SOLID).contains("for a solid"));
     assert!(refused([3, 3, 3], WOVEN).contains("for a sheet"));
-    let rope = with(Elasticity::Rope { stretch: 1.0 });
+    let rope = with(Elasticity::Rope { stretch: 1.0, bending: 0.0 });
     assert!(refused([1, 1, 1], rope).contains("for a rope"));
 }

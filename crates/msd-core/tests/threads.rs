@@ -3,7 +3,7 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{
-    Friction, Integrator, Material, Pin, Plane, Scene, Settings, Simulation, Spring, shape,
+    Bend, Friction, Integrator, Material, Pin, Plane, Scene, Settings, Simulation, Spring, shape,
     state_hash,
 };
 use rayon::ThreadPoolBuilder;
@@ -52,6 +52,8 @@ fn scenes() -> [(Scene, usize); 4] {
             damping: 0.01,
         };
         scene.springs.extend((0..100).map(extra));
+        let bend = |row: usize| Bend::line([row, row + 1, row + 2], 0.1, 0.01);
+        scene.bends.extend((0..last - 1).map(bend));
         (scene, steps)
     })
 }

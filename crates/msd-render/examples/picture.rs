@@ -38,6 +38,7 @@ fn scene() -> Scene {
     let sheet = Part {
         particles: corners.map(particle).to_vec(),
         springs: [[0, 1], [2, 3], [0, 2], [1, 3]].map(spring).to_vec(),
+        bends: Vec::new(),
         surface: Surface {
             corners: corners.into_iter().enumerate().map(corner).collect(),
             triangles: vec![[0, 2, 1], [1, 2, 3]],

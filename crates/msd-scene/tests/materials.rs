@@ -67,6 +67,40 @@ fn a_number_beside_a_material_replaces_that_of_the_material() {
 }
 
 #[test]
+fn a_cloth_and_a_rope_bend_by_their_keys_or_by_their_modulus() {
+    // Of a bend inside: B/a² of a cloth, B/a³ of a rope.
+    let stiffnesses = |lines: &str| {
+        let lines = format!("spacing = 0.1\ndensity = 800\nrelaxation_time = 0.01\n{lines}");
+        let scene = body(&lines).expect("a body").scene;
+        assert!(scene.bends.iter().all(|bend| is_near(bend.damping, 0.01 * bend.stiffness)));
+        let all: Vec<f64> = scene.bends.iter().map(|bend| bend.stiffness).collect();
+        let largest = all.iter().fold(0.0, |most: f64, &next| most.max(next));
+        (all.len(), largest, all.last().copied().unwrap_or(0.0))
+    };
+    let cloth = "kind = 'cloth'\nsize = [4, 5]\nyoung = 5e4\nthickness = 0.002\n";
+    // Lines along rows and columns, and cells; the last bend is a twist: 2 B/a².
+    let plate = 5e4 * 8e-9 / (12.0 * (1.0 - 1.0 / 9.0));
+    let count = 2 * 5 + 4 * 3 + 3 * 4;
+    for (key, bending) in [("", plate), ("bending = 0.003", 0.003)] {
+        let found = stiffnesses(&format!("{cloth}{key}"));
+        assert!(found.0 == count && is_near(found.2, 2.0 * bending / 0.01), "{found:?}");
+    }
+    assert_eq!(stiffnesses(&format!("{cloth}bending = 0")).0, 0);
+    let woven = "kind = 'cloth'\nsize = [4, 5]\nyoung_warp = 300\nyoung_weft = 200\nshear = 20\n\
+                 thickness = 1\n";
+    assert_eq!(stiffnesses(woven).0, 0);
+    let three = "bending_warp = 0.003\nbending_weft = 0.001\nbending_bias = 0.002";
+    let found = stiffnesses(&format!("{woven}{three}"));
+    assert!(is_near(found.1, 0.4) && is_near(found.2, 0.4), "{found:?}");
+    let rope = "kind = 'rope'\nsize = [5]\nyoung = 5e4\ndiameter = 0.02\n";
+    let rod = 5e4 * std::f64::consts::PI / 64.0 * 1.6e-7;
+    for (key, bending) in [("", rod), ("bending = 0.003", 0.003)] {
+        let found = stiffnesses(&format!("{rope}{key}"));
+        assert!(found.0 == 3 && is_near(found.1, bending / 0.001), "{found:?}");
+    }
+}
+
+#[test]
 fn every_material_makes_a_body_that_runs() {
     for material in MATERIALS {
         let kinds: &[&str] = match material.numbers {
@@ -126,7 +160,7 @@ fn the_scenes_of_the_page_are_complete() {
 }
 
 /// Lines of a body, and what is said of them.
-const REFUSED: [(&str, &str); 20] = [
+const REFUSED: [(&str, &str); 26] = [
     (
         "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steal'",
         "s.toml:7:12: bodies[0].material is \"steal\"; it must be the name of a material; did you \
@@ -179,6 +213,31 @@ const REFUSED: [(&str, &str); 20] = [
         "bodies[0].shear is 3; it must be at most 2, young_warp young_weft",
     ),
     ("kind = 'rope'\nsize = [3]\nmaterial = 'steel'", "bodies[0] lacks the key `diameter`"),
+    (
+        "kind = 'rope'\nsize = [3]\nmaterial = 'steel'\ndiameter = 1\nbending = -1",
+        "bodies[0].bending is -1; it must be finite and not negative",
+    ),
+    (
+        "kind = 'cloth'\nsize = [3, 3]\nbending = 1\nstiffness = 1",
+        "bodies[0].bending and bodies[0].stiffness exclude each other",
+    ),
+    (
+        "kind = 'cloth'\nsize = [3, 3]\nmaterial = 'cotton-denim'\nbending = 1\nbending_warp = 1",
+        "bodies[0].bending and bodies[0].bending_warp exclude each other",
+    ),
+    (
+        "kind = 'cloth'\nsize = [3, 3]\nmaterial = 'cotton-denim'\nbending_weft = 1",
+        "bodies[0] lacks the key `bending_warp`",
+    ),
+    (
+        "kind = 'cloth'\nsize = [3, 3]\nmaterial = 'cotton-denim'\nbending_warp = 3\n\
+         bending_weft = 1\nbending_bias = 0.9",
+        "bodies[0].bending_bias is 0.9; it must be at least 1, (bending_warp + bending_weft)/4",
+    ),
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steel'\nbending = 1",
+        "bodies[0].bending means nothing to a block; it belongs to kind rope, cloth, mesh",
+    ),
     (
         "kind = 'rope'\nsize = [3]\nmaterial = 'steel'\nthickness = 1",
         "bodies[0].thickness means nothing to a rope; it belongs to kind cloth",

@@ -38,6 +38,23 @@ fn a_solid_a_sheet_and_a_rope_amount_to_their_material_however_they_are_turned()
     assert_eq!(moduli.young.len(), 4);
     moduli.range().into_iter().for_each(|young| is_near(young, 500.0));
     moduli.poisson.expect("ratios").into_iter().for_each(|ratio| is_near(ratio, 1.0 / 3.0));
+    let plate = format!("kind = 'cloth'\nsize = [6, 7]\nthickness = 0.01\n{turned}");
+    let plate = only(&plate).bending.expect("a stiffness");
+    // E t³/(12 (1 − ν²)) in all directions.
+    plate.into_iter().for_each(|bending| is_near(bending, 5e4 * 1e-6 / 12.0 * 9.0 / 8.0));
+    let woven = format!(
+        "kind = 'cloth'\nsize = [6, 7]\nyoung_warp = 30\nyoung_weft = 20\nshear = 2\n\
+         thickness = 0.01\nbending_warp = 3e-3\nbending_weft = 1e-3\nbending_bias = 2e-3\n\
+         {}",
+        turned.replace("young = 5e4\n", "")
+    );
+    let [least, most] = only(&woven).bending.expect("a stiffness");
+    is_near(least, 1e-3);
+    is_near(most, 3e-3);
+    assert_eq!(only(&format!("kind = 'block'\nsize = [3, 3, 3]\n{turned}")).bending, None);
+    let long = only(&format!("kind = 'rope'\nsize = [7]\ndiameter = 0.02\n{turned}"));
+    let rod = 5e4 * std::f64::consts::PI / 64.0 * 1.6e-7;
+    long.bending.expect("a stiffness").into_iter().for_each(|bending| is_near(bending, rod));
     let rope = only(&format!("kind = 'rope'\nsize = [5]\ndiameter = 0.02\n{turned}"));
     let moduli = rope.moduli.expect("moduli");
     assert_eq!((moduli.young.len(), moduli.poisson), (1, None));

@@ -69,6 +69,11 @@ fn body_lines(body: &Inspection) -> Vec<String> {
         if let Some(moduli) = &body.moduli {
             lines.extend(moduli_lines(moduli, (modulus, count)));
         }
+        if let Some(stiffness) = body.bending {
+            let [least, most] = stiffness.map(number);
+            let unit = if filled.dimensions == 1 { "N m²" } else { "N m" };
+            lines.push(format!("  bending stiffness {least} to {most} {unit}"));
+        }
     }
     lines.push(format!("  fastest motion {}", quantity(body.fastest, "Hz")));
     lines

@@ -8,6 +8,7 @@
 pub mod fields;
 pub mod grabs;
 pub mod springs;
+pub mod bends;
 
 use crate::columns::slots::Slots;
 use crate::columns::{self, Aligned, LANES, RECORD};

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::scene::{Body, Friction, Particle, Plane, Scene, Spring};
+use crate::scene::{Bend, Body, Friction, Particle, Plane, Scene, Spring};
 use glam::DVec3;
 
 /// The most particles a system may have.
@@ -50,6 +50,7 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     }
     check_count("the number of particles", scene.particles.len(), MAX_PARTICLES)?;
     check_count("the number of springs", scene.springs.len(), MAX_SPRINGS)?;
+    check_count("the number of bends", scene.bends.len(), MAX_SPRINGS)?;
     check_world::<R>(scene)?;
     for (row, particle) in scene.particles.iter().enumerate() {
         check_particle::<R>(row, particle, scene.world.extent)?;
@@ -57,6 +58,9 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     let count = scene.particles.len();
     for (row, spring) in scene.springs.iter().enumerate() {
         check_spring::<R>(row, spring, count)?;
+    }
+    for (row, bend) in scene.bends.iter().enumerate() {
+        check_bend::<R>(row, bend, count)?;
     }
     for (row, plane) in scene.planes.iter().enumerate() {
         check_plane::<R>(row, plane)?;
@@ -101,6 +105,25 @@ pub(crate) fn check_spring<R: Real>(
     check_not_negative::<R>("rest length", at, spring.rest_length)?;
     check_not_negative::<R>("stiffness", at, spring.stiffness)?;
     check_not_negative::<R>("damping", at, spring.damping)
+}
+
+/// Checks a bend of some of `count` particles.
+pub(crate) fn check_bend<R: Real>(row: usize, bend: &Bend, count: usize) -> Result<(), Error> {
+    let at = ("bend", row);
+    for particle in bend.particles {
+        check_index(at, "particle", particle, count)?;
+    }
+    let (mut sum, mut largest) = (0.0, 0.0);
+    for weight in bend.weights {
+        check(is_finite::<R>(weight), "weight", at, weight, "finite")?;
+        sum += weight;
+        largest = f64::max(largest, weight.abs());
+    }
+    // What is left over would push the body as a whole.
+    let balanced = sum.abs() <= 1e-9 * largest;
+    check(balanced, "sum of the weights", at, sum, "0")?;
+    check_not_negative::<R>("stiffness", at, bend.stiffness)?;
+    check_not_negative::<R>("damping", at, bend.damping)
 }
 
 pub(crate) fn check_body(row: usize, body: &Body, scene: &Scene) -> Result<(), Error> {

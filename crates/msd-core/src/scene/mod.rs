@@ -13,7 +13,7 @@ mod origin;
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use lattice::{Lattice, Neighbours};
 pub use part::{Material, Part};
-pub use substance::{Elasticity, Substance};
+pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
 
 use alloc::{string::String, vec::Vec};
@@ -44,6 +44,41 @@ pub struct Spring {
     pub stiffness: f64,
     /// Damping b along the spring, newton seconds per metre; not negative.
     pub damping: f64,
+}
+
+/// A resistance against bending: of three particles in a line, or of four at the corners of a cell.
+///
+/// It stores k s²/2, s = Σ w x being a weighted sum of their positions that is zero where they are
+/// in a line, or in a plane. The force on a particle is −w (k s + b ŝ ŝ·s'), with ŝ the direction
+/// of s: without damping it is linear. It keeps linear and angular momentum. Over the square of the
+/// spacing s is a curvature, as long as the spacing stays what it was.
+///
+/// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Bend {
+    /// The particles.
+    pub particles: [usize; 4],
+    /// The weight of each; they add up to 0. A particle of weight 0 takes no part.
+    pub weights: [f64; 4],
+    /// Stiffness k, newtons per metre; not negative.
+    pub stiffness: f64,
+    /// Damping b, newton seconds per metre; not negative.
+    pub damping: f64,
+}
+
+impl Bend {
+    /// A bend of three particles, one after the other at equal distances a: s = x0 − 2 x1 + x2 is
+    /// a² times the curvature of the line through them.
+    pub fn line([a, b, c]: [usize; 3], stiffness: f64, damping: f64) -> Self {
+        Bend { particles: [a, b, c, c], weights: [1.0, -2.0, 1.0, 0.0], stiffness, damping }
+    }
+
+    /// A bend of the corners of a square cell of side a, of which the second and the third lie
+    /// opposite each other: s = x0 − x1 − x2 + x3 is a² times the twist of the surface.
+    pub fn twist(particles: [usize; 4], stiffness: f64, damping: f64) -> Self {
+        Bend { particles, weights: [1.0, -1.0, -1.0, 1.0], stiffness, damping }
+    }
 }
 
 /// Friction of a plane.
@@ -126,6 +161,8 @@ pub struct Scene {
     pub particles: Vec<Particle>,
     /// The springs.
     pub springs: Vec<Spring>,
+    /// The bends: what resists bending.
+    pub bends: Vec<Bend>,
     /// The planes.
     pub planes: Vec<Plane>,
     /// The pins.

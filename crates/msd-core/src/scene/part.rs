@@ -1,7 +1,7 @@
 //! Parts: bodies before they join a scene, as rows that count from zero.
 
 use crate::scene::surface::Surface;
-use crate::scene::{Body, Particle, Scene, Spring};
+use crate::scene::{Bend, Body, Particle, Scene, Spring};
 use alloc::string::String;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
@@ -31,6 +31,8 @@ pub struct Part {
     pub particles: Vec<Particle>,
     /// The springs.
     pub springs: Vec<Spring>,
+    /// The bends.
+    pub bends: Vec<Bend>,
     /// Its surface.
     pub surface: Surface,
 }
@@ -69,6 +71,10 @@ impl Scene {
         self.springs.extend(part.springs.into_iter().map(|mut spring| {
             spring.ends = spring.ends.map(|end| end.saturating_add(first));
             spring
+        }));
+        self.bends.extend(part.bends.into_iter().map(|mut bend| {
+            bend.particles = bend.particles.map(|particle| particle.saturating_add(first));
+            bend
         }));
         let mut surface = part.surface;
         let first_corner = u32::try_from(first).unwrap_or(u32::MAX);

@@ -7,6 +7,7 @@ use crate::scene::part::{Material, Part};
 use crate::scene::substance::{Cell, Substance};
 use crate::scene::surface::Surface;
 use crate::scene::{Particle, Scene, Spring};
+use alloc::vec::Vec;
 use glam::DVec3;
 
 /// Makes a straight rope of `count` particles along x, centred at the origin.
@@ -54,7 +55,9 @@ pub fn lattice(
 /// masses by which it behaves like a substance: a block of a solid, a cloth of a sheet, a rope.
 ///
 /// Any uniform strain of it has exactly the stress of the substance, at faces and edges too. (Shear
-/// adds loads at the eight corners of a block, which balance one another.)
+/// adds loads at the eight corners of a block, which balance one another.) A sheet and a rope resist
+/// bending too. One whose first two particles, or rows of them, are pinned is clamped in the middle
+/// between these.
 ///
 /// # Errors
 /// See [`lattice`]; a number of the substance outside its domain, or a size with more or fewer
@@ -64,7 +67,8 @@ pub fn body(size: [usize; 3], spacing: f64, substance: &Substance) -> Result<Par
     check_spacing(spacing)?;
     let cell = Cell::new(substance, size, spacing)?;
     let mass = |place| cell.mass_at(&lattice, place);
-    Ok(part(&lattice, spacing, mass, |index| cell.spring(&lattice, index)))
+    let part = part(&lattice, spacing, mass, |index| cell.spring(&lattice, index));
+    Ok(Part { bends: cell.bends(&lattice), ..part })
 }
 
 fn check_spacing(spacing: f64) -> Result<(), Error> {
@@ -97,6 +101,7 @@ fn part(
     Part {
         particles: (0..lattice.particle_count()).map(particle).collect(),
         springs: (0..lattice.spring_count()).map(spring).collect(),
+        bends: Vec::new(),
         surface: Surface {
             corners: corners.collect(),
             triangles: triangles.collect(),

@@ -9,8 +9,10 @@
 
 use crate::error::Error;
 use crate::number::Real;
+use crate::scene::Bend;
 use crate::scene::check::{check, check_not_negative};
 use crate::scene::lattice::{FAMILIES, Lattice};
+use alloc::vec::Vec;
 
 /// Poisson's ratio of an isotropic solid of central springs: C12 = C44 leaves no other.
 pub const SOLID_POISSON: f64 = 0.25;
@@ -47,20 +49,59 @@ pub enum Elasticity {
         weft: f64,
         /// Shear modulus, newtons per metre; positive and at most warp weft / |warp − weft|.
         shear: f64,
+        /// How it resists bending.
+        bending: Bending,
     },
     /// A rope.
     Rope {
         /// Young's modulus times the area of the section, newtons; positive.
         stretch: f64,
+        /// Bending stiffness, newton square metres; not negative.
+        bending: f64,
     },
 }
 
+/// Stiffness of a sheet against being bent to a cylinder, per width, newton metres; by where the
+/// line goes that is bent. Not negative.
+///
+/// With u and v along the rows and the columns, it stores
+/// (warp κ_uu² + weft κ_vv² + (4 bias − warp − weft) κ_uv²)/2 per area. Where all three are alike
+/// that is the energy of a uniform plate, whose Poisson's ratio only its free edges feel: there it
+/// is 0.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Bending {
+    /// Along the rows.
+    pub warp: f64,
+    /// Along the columns.
+    pub weft: f64,
+    /// At 45 degrees to both; at least (warp + weft)/4.
+    pub bias: f64,
+}
+
+impl Bending {
+    /// The same in all directions.
+    pub fn uniform(stiffness: f64) -> Self {
+        Bending { warp: stiffness, weft: stiffness, bias: stiffness }
+    }
+}
+
 impl Elasticity {
-    /// An isotropic sheet, whose Poisson's ratio is [`SHEET_POISSON`].
+    /// An isotropic sheet, whose Poisson's ratio is [`SHEET_POISSON`], and which bends as a plate:
+    /// by E t³/(12 (1 − ν²)).
     pub fn sheet(young: f64, thickness: f64) -> Self {
         let modulus = young * thickness;
         let shear = modulus / (2.0 * (1.0 + SHEET_POISSON));
-        Elasticity::Sheet { warp: modulus, weft: modulus, shear }
+        let plate = 12.0 * (1.0 - SHEET_POISSON * SHEET_POISSON);
+        let bending = Bending::uniform(modulus * thickness * thickness / plate);
+        Elasticity::Sheet { warp: modulus, weft: modulus, shear, bending }
+    }
+
+    /// A rope of round section: E A against a pull and E π d⁴/64 against bending.
+    pub fn rope(young: f64, diameter: f64) -> Self {
+        let square = diameter * diameter;
+        let stretch = young * (0.25 * core::f64::consts::PI * square);
+        Elasticity::Rope { stretch, bending: stretch * square / 16.0 }
     }
 
     /// The number of dimensions of its lattice.
@@ -82,6 +123,10 @@ pub(crate) struct Cell {
     faces: f64,
     /// Stiffness of space diagonals, newtons per metre.
     space: f64,
+    /// Stiffness of bends in a line along rows, columns and stacks, newtons per metre.
+    lines: [f64; 3],
+    /// Stiffness of the twist of a cell, newtons per metre.
+    twist: f64,
     /// Mass, kilograms.
     mass: f64,
     /// Damping over stiffness, seconds.
@@ -111,8 +156,50 @@ impl Cell {
         check_positive("density", substance.density)?;
         check_not_negative::<f64>("relaxation time", at, substance.relaxation_time)?;
         let (axes, faces, space) = stiffnesses(substance.elasticity, spacing)?;
+        let (lines, twist) = bends(substance.elasticity, spacing)?;
         let mass = (0..dimensions).fold(substance.density, |mass, _| mass * spacing);
-        Ok(Cell { axes, faces, space, mass, relaxation_time: substance.relaxation_time })
+        let relaxation_time = substance.relaxation_time;
+        Ok(Cell { axes, faces, space, lines, twist, mass, relaxation_time })
+    }
+
+    /// The bends of a sheet or a rope: of every line of three particles, half as stiff in an edge,
+    /// and of every cell.
+    pub(crate) fn bends(&self, lattice: &Lattice) -> Vec<Bend> {
+        let size = lattice.size();
+        let mut bends = Vec::new();
+        let at = |place: [usize; 3], steps: &[usize]| {
+            let mut place = place;
+            steps.iter().for_each(|&axis| place[axis] += 1);
+            (0..3).all(|axis| place[axis] < size[axis]).then(|| lattice.particle(place))
+        };
+        let mut add = |bend: Bend| {
+            let damping = bend.stiffness * self.relaxation_time;
+            if 0.0 < bend.stiffness {
+                bends.push(Bend { damping, ..bend });
+            }
+        };
+        for axis in (0..3).filter(|&axis| 1 < size[axis]) {
+            let mut step = [0; 3];
+            step[axis] = 1;
+            for particle in 0..lattice.particle_count() {
+                let place = lattice.place(particle);
+                let stiffness = self.lines[axis] * share(size, place, step);
+                let ends = [at(place, &[axis]), at(place, &[axis, axis])];
+                if let [Some(middle), Some(end)] = ends {
+                    add(Bend::line([particle, middle, end], stiffness, 0.0));
+                }
+            }
+        }
+        for [u, v] in [[0, 1], [0, 2], [1, 2]] {
+            for particle in 0..lattice.particle_count() {
+                let place = lattice.place(particle);
+                let corners = [at(place, &[u]), at(place, &[v]), at(place, &[u, v])];
+                if let [Some(a), Some(b), Some(far)] = corners {
+                    add(Bend::twist([particle, a, b, far], self.twist, 0.0));
+                }
+            }
+        }
+        bends
     }
 
     /// Mass of the particle at a place, kilograms: half for each face of the body that it lies in.
@@ -162,7 +249,7 @@ fn stiffnesses(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64, f
             let stiffness = young * spacing;
             Ok(([8.0 / 15.0 * stiffness; 3], 4.0 / 15.0 * stiffness, 0.1 * stiffness))
         }
-        Elasticity::Sheet { warp, weft, shear } => {
+        Elasticity::Sheet { warp, weft, shear, .. } => {
             check_positive("warp", warp)?;
             check_positive("weft", weft)?;
             check_positive("shear", shear)?;
@@ -173,9 +260,35 @@ fn stiffnesses(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64, f
             check(fits, "shear", ("substance", 0), shear, expected)?;
             Ok(([c11 - shear, c22 - shear, c22 - shear], shear, 0.0))
         }
-        Elasticity::Rope { stretch } => {
+        Elasticity::Rope { stretch, .. } => {
             check_positive("stretch", stretch)?;
             Ok(([stretch / spacing; 3], 0.0, 0.0))
+        }
+    }
+}
+
+/// Stiffnesses of bends in a lattice of spacing a, newtons per metre: in lines along its axes, and of
+/// the twist of a cell.
+///
+/// The sum of a line is a² κ and stands for a length a, in a sheet for an area a²: B κ²/2 gives
+/// B/a³ and B/a². The sum of a cell is a² κ_uv.
+fn bends(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64), Error> {
+    let at = ("substance", 0);
+    match elasticity {
+        Elasticity::Solid { .. } => Ok(([0.0; 3], 0.0)),
+        Elasticity::Sheet { bending: Bending { warp, weft, bias }, .. } => {
+            check_not_negative::<f64>("bending of the warp", at, warp)?;
+            check_not_negative::<f64>("bending of the weft", at, weft)?;
+            let expected = "finite and at least a quarter of the sum of the other two";
+            let fits = bias.is_finite() && 0.25 * (warp + weft) <= bias;
+            check(fits, "bending on the bias", at, bias, expected)?;
+            let area = spacing * spacing;
+            let twist = (4.0 * bias - warp - weft) / area;
+            Ok(([warp / area, weft / area, weft / area], twist))
+        }
+        Elasticity::Rope { bending, .. } => {
+            check_not_negative::<f64>("bending", at, bending)?;
+            Ok(([bending / (spacing * spacing * spacing); 3], 0.0))
         }
     }
 }

@@ -239,6 +239,11 @@ impl<R: Real> Simulation<R> {
                 changed = changed.or(interaction.effects());
             }
         }
+        let Model { springs, bends, .. } = &mut self.model;
+        bends.tear(self.queue.iter().filter_map(|interaction| match interaction {
+            Interaction::Cut { spring } => Some(springs.ends()[*spring]),
+            _ => None,
+        }));
         self.renew(changed);
     }
 

@@ -9,9 +9,9 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::check::{
-    check_body, check_count, check_index, check_particle, check_plane, check_spring,
+    check_bend, check_body, check_count, check_index, check_particle, check_plane, check_spring,
 };
-use crate::scene::{Body, Part, Particle, Plane, Scene, Spring};
+use crate::scene::{Bend, Body, Part, Particle, Plane, Scene, Spring};
 use crate::scene::{MAX_PARTICLES, MAX_SPRINGS};
 use crate::system::{Columns, State};
 
@@ -22,7 +22,7 @@ impl<R: Real> Simulation<R> {
     /// A number out of its domain; nothing is added then.
     pub fn add_particle(&mut self, particle: Particle) -> Result<usize, Error> {
         let number = self.model.particle_count();
-        self.add_rows(&[particle], &[], None)?;
+        self.add_rows(&[particle], (&[], &[]), None)?;
         Ok(number)
     }
 
@@ -32,7 +32,7 @@ impl<R: Real> Simulation<R> {
     /// An end that is out of range or a number out of its domain; nothing is added then.
     pub fn add_spring(&mut self, spring: Spring) -> Result<usize, Error> {
         let number = self.model.ends().len();
-        self.add_rows(&[], &[spring], None)?;
+        self.add_rows(&[], (&[spring], &[]), None)?;
         Ok(number)
     }
 
@@ -53,11 +53,12 @@ impl<R: Real> Simulation<R> {
             .bodies
             .pop()
             .map(|body| Body { springs: springs..springs + scene.springs.len(), ..body });
-        self.add_rows(&scene.particles[particles..], &scene.springs, body)?;
+        let joints = (&scene.springs[..], &scene.bends[..]);
+        self.add_rows(&scene.particles[particles..], joints, body)?;
         Ok(self.model.bodies.len() - 1)
     }
 
-    /// Removes a particle and cuts its springs.
+    /// Removes a particle, its bends, and cuts its springs.
     ///
     /// # Errors
     /// A number that names nothing.
@@ -67,18 +68,19 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Cuts a spring for good.
+    /// Cuts a spring for good, and removes the bends across it.
     ///
     /// # Errors
     /// A number that names nothing.
     pub fn remove_spring(&mut self, spring: usize) -> Result<(), Error> {
         check_index(("removal", 0), "spring", spring, self.model.ends().len())?;
         self.model.springs.cut(spring);
+        self.model.bends.tear(core::iter::once(self.model.springs.ends()[spring]));
         self.scratch.warm = false;
         Ok(())
     }
 
-    /// Removes a body: its particles, and the springs at them. Its number and its name stay.
+    /// Removes a body: its particles, and the springs and bends at them. Its number and its name stay.
     ///
     /// # Errors
     /// A number that names nothing.
@@ -116,7 +118,7 @@ impl<R: Real> Simulation<R> {
     fn add_rows(
         &mut self,
         particles: &[Particle],
-        springs: &[Spring],
+        (springs, bends): (&[Spring], &[Bend]),
         body: Option<Body>,
     ) -> Result<(), Error> {
         let count = self.model.particle_count() + particles.len();
@@ -130,6 +132,10 @@ impl<R: Real> Simulation<R> {
         for (row, spring) in springs.iter().enumerate() {
             check_spring::<R>(self.model.ends().len() + row, spring, count)?;
         }
+        check_count("the number of bends", self.model.bends.count() + bends.len(), MAX_SPRINGS)?;
+        for (row, bend) in bends.iter().enumerate() {
+            check_bend::<R>(row, bend, count)?;
+        }
         let mut state = self.state();
         for particle in particles {
             let mass = R::of(particle.mass);
@@ -140,15 +146,16 @@ impl<R: Real> Simulation<R> {
         }
         // Before the springs are put in order: a body has a block of its own.
         self.model.bodies.extend(body);
-        self.order_anew(springs, &state);
+        self.order_anew(springs, bends, &state);
         Ok(())
     }
 
-    fn order_anew(&mut self, springs: &[Spring], state: &State<R>) {
+    fn order_anew(&mut self, springs: &[Spring], bends: &[Bend], state: &State<R>) {
         let model = &mut self.model;
         let bodies: alloc::vec::Vec<_> =
             model.bodies.iter().map(|body| body.particles.clone()).collect();
         model.slots = model.springs.add(model.masses.len(), springs, &bodies);
+        model.bends.add(bends, &model.slots);
         model.make_columns();
         self.state = Columns::of(&self.model.slots, state, 0);
         self.good = Columns::new(&self.model.slots, 2);

@@ -92,7 +92,7 @@ pub(crate) fn fastest_motion<R: Real>(
 /// [`Estimator::limit`]; 0 for explicit Euler, for which such sums give no bound.
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add
-/// at most the sum of their k over its mass. User-defined elements are known about this state
+/// at most the sum of their k over its mass. Of bends the largest row sum of magnitudes counts. User-defined elements are known about this state
 /// alone, and are bounded only where they act on each particle by itself and give their blocks.
 pub(crate) fn guaranteed_limit<R: Real>(
     (model, state): (&Model<R>, &Columns<R>),
@@ -157,6 +157,7 @@ fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
     let drag = Mode { stiffness: 0.0, damping: model.drag().to_f64() };
     others.clear();
     others.resize(model.particle_count(), drag);
+    model.bends.row_sums(|particle, [stiffness, damping]| others[particle].add(stiffness, damping));
     // In full also where the largest force caps it now.
     for grab in model.grabs() {
         others[grab.particle as usize].add(grab.stiffness.to_f64(), grab.damping.to_f64());

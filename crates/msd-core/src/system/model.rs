@@ -3,6 +3,7 @@
 use super::state::{Columns, State};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single};
+use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::{SpringWork, Springs};
@@ -12,7 +13,7 @@ use crate::number::{Real, Vector};
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
 use crate::obstacles::{Contacts, Obstacles, PlaneColumn};
 use crate::scene::check::{
-    check, check_mass, check_not_negative, check_scene, check_vector, is_finite,
+    check, check_bend, check_mass, check_not_negative, check_scene, check_vector, is_finite,
 };
 use crate::scene::{Body, Particle, Scene};
 use alloc::vec::Vec;
@@ -35,6 +36,7 @@ pub struct Model<R: Real> {
     pub(crate) inverse_mass_column: Aligned<R>,
     pub(crate) fields: Fields<R>,
     pub(crate) springs: Springs<R>,
+    pub(crate) bends: Bends<R>,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
     /// User-defined elements, each with its handle.
@@ -65,6 +67,7 @@ impl<R: Real> Model<R> {
         }
         let bodies: Vec<_> = scene.bodies.iter().map(|body| body.particles.clone()).collect();
         let (slots, springs) = Springs::new(masses.len(), &scene.springs, &bodies);
+        let bends = Bends::new(&scene.bends, &slots);
         let mut model = Model {
             masses,
             inverse_masses,
@@ -77,6 +80,7 @@ impl<R: Real> Model<R> {
                 weights: Aligned::default(),
             },
             springs,
+            bends,
             grabs: Grabs::default(),
             pushes: Pushes::default(),
             own: Vec::new(),
@@ -130,10 +134,11 @@ impl<R: Real> Model<R> {
     ) -> f64 {
         let power = self.fields.set_forces(level, motion.velocities, forces);
         let power = power + self.springs.add_all(level, motion, work, forces);
+        let power = power + self.bends.add_all(level, motion, forces);
         power + self.add_single_forces(motion, work, forces)
     }
 
-    /// Overwrites `forces` with all forces but those of springs.
+    /// Overwrites `forces` with all forces but those of springs and bends.
     pub(crate) fn set_other_forces(
         &self,
         level: Level,
@@ -192,10 +197,11 @@ impl<R: Real> Model<R> {
         for particle in particles {
             (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
         }
-        let Model { masses, springs, grabs, pushes, .. } = self;
+        let Model { masses, springs, bends, grabs, pushes, .. } = self;
         let is_removed = |particle: u32| masses[particle as usize] == R::ZERO;
         grabs.0.retain(|grab| !is_removed(grab.particle));
         pushes.0.retain(|push| !is_removed(push.0));
+        bends.remove(is_removed);
         for spring in 0..springs.ends().len() {
             if springs.ends()[spring].into_iter().any(is_removed) {
                 springs.cut(spring);
@@ -203,16 +209,16 @@ impl<R: Real> Model<R> {
         }
     }
 
-    /// All elements but the springs: the fields, grabs, pushes and user-defined ones.
+    /// All elements but the springs: the fields, bends, grabs, pushes and user-defined ones.
     pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
-        let built_in: [&dyn Element<R>; 3] = [&self.fields, &self.grabs, &self.pushes];
+        let built_in: [&dyn Element<R>; 4] = [&self.fields, &self.bends, &self.grabs, &self.pushes];
         built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
     }
 
     /// Whether a force depends on velocity, as far as is known.
     pub(crate) fn is_damped_at_all(&self) -> bool {
         let by_hand = !self.grabs.0.is_empty() || !self.own.is_empty();
-        by_hand || self.springs.is_damped() || self.fields.drag != R::ZERO
+        by_hand || self.is_damped() || self.fields.drag != R::ZERO
     }
 
     /// The number of particles, removed ones included.
@@ -275,9 +281,14 @@ impl<R: Real> Model<R> {
         self.springs.law(spring).damping
     }
 
-    /// Whether any spring has a damper.
+    /// Whether any spring or bend has a damper.
     pub fn is_damped(&self) -> bool {
-        self.springs.is_damped()
+        self.springs.is_damped() || self.bends.is_damped()
+    }
+
+    /// The bends.
+    pub fn bends(&self) -> &Bends<R> {
+        &self.bends
     }
 
     /// The planes.
@@ -355,6 +366,9 @@ impl<R: Real> Model<R> {
             check_not_negative::<S>("stiffness", at, law.stiffness.to_f64())?;
             check_not_negative::<S>("damping", at, law.damping.to_f64())?;
         }
+        for (row, bend) in self.bends.rows().enumerate() {
+            check_bend::<S>(row, &bend, self.particle_count())?;
+        }
         Ok(())
     }
 
@@ -395,6 +409,7 @@ impl<R: Real> Model<R> {
                 weights: Aligned::default(),
             },
             springs: self.springs.convert(),
+            bends: self.bends.convert(&self.slots),
             grabs: Grabs(self.grabs().iter().map(grab).collect()),
             pushes: Pushes(pushes.map(|&(particle, force)| (particle, vector(force))).collect()),
             own: self.own.clone(),

@@ -11,7 +11,7 @@ use crate::mesh::{self, Mesh, MeshError, MeshOptions};
 use crate::precision::Precision;
 use crate::shown::tame;
 use glam::{DMat3, DVec3};
-use msd_core::{Lattice, Material, Neighbours, Part, Particle, Spring, shape};
+use msd_core::{Elasticity, Lattice, Material, Neighbours, Part, Particle, Spring, shape};
 
 /// Reads the mesh that a scene names.
 pub(crate) type MeshReader<'r> = dyn Fn(&str) -> Result<Mesh, MeshError> + 'r;
@@ -62,6 +62,12 @@ impl Builder<'_> {
         let substance = substance(self.source, row, body)?;
         let material = self.material(row, body, Material::default())?;
         let counts = count_lattice(size, neighbours);
+        self.budget.add_bends(match substance.map(|substance| substance.elasticity) {
+            // A line along either thread and a cell for each particle.
+            Some(Elasticity::Sheet { .. }) => counts[0].saturating_mul(3),
+            Some(Elasticity::Rope { .. }) => counts[0],
+            Some(Elasticity::Solid { .. }) | None => 0,
+        });
         self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;
         let file = || self.source.name.to_string();
         let core = |source| FileError::Core { file: file(), source: Box::new(source) };
@@ -395,7 +401,7 @@ fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), Fil
         ("file", body.file.is_some(), &[Kind::Mesh]),
         ("filling", body.filling.is_some(), &[Kind::Mesh]),
         ("length", body.length.is_some(), &[Kind::Mesh]),
-        ("bending", body.bending.is_some(), &[Kind::Mesh]),
+        ("bending", body.bending.is_some(), &[Kind::Rope, Kind::Cloth, Kind::Mesh]),
         ("material", body.material.is_some(), LATTICES),
         ("young", body.young.is_some(), LATTICES),
         ("poisson", body.poisson.is_some(), BROAD),
@@ -406,6 +412,9 @@ fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), Fil
         ("young_warp", body.young_warp.is_some(), &[Kind::Cloth]),
         ("young_weft", body.young_weft.is_some(), &[Kind::Cloth]),
         ("shear", body.shear.is_some(), &[Kind::Cloth]),
+        ("bending_warp", body.bending_warp.is_some(), &[Kind::Cloth]),
+        ("bending_weft", body.bending_weft.is_some(), &[Kind::Cloth]),
+        ("bending_bias", body.bending_bias.is_some(), &[Kind::Cloth]),
         ("diameter", body.diameter.is_some(), &[Kind::Rope]),
         ("particles", !body.particles.is_empty(), &[Kind::Explicit]),
         ("springs", !body.springs.is_empty(), &[Kind::Explicit]),

@@ -10,6 +10,7 @@ use msd_core::lattice::FAMILIES;
 pub(crate) struct Budget {
     particles: u128,
     springs: u128,
+    bends: u128,
 }
 
 /// The most memory a scene may take, bytes: beyond it a small machine starts to swap, and a page of
@@ -18,6 +19,7 @@ const MEMORY: u128 = if cfg!(target_pointer_width = "32") { 1_000_000_000 } else
 /// Rows, columns in double precision and work space of a particle and of a spring, bytes.
 const PARTICLE_BYTES: u128 = 400;
 const SPRING_BYTES: u128 = 100;
+const BEND_BYTES: u128 = 250;
 
 impl Budget {
     /// Counts what a body asks for, before anything is allocated.
@@ -34,6 +36,11 @@ impl Budget {
         self.take_for(asks, counts)
     }
 
+    /// Counts the bends of the body that is counted next.
+    pub(crate) fn add_bends(&mut self, bends: u128) {
+        self.bends = self.bends.saturating_add(bends);
+    }
+
     /// Counts what is no body of a scene file; `asks` is where it is asked for, and by which key.
     pub(crate) fn take_for(
         &mut self,
@@ -44,6 +51,7 @@ impl Budget {
         self.springs = self.springs.saturating_add(springs);
         let bytes = self.particles.saturating_mul(PARTICLE_BYTES);
         let bytes = bytes.saturating_add(self.springs.saturating_mul(SPRING_BYTES));
+        let bytes = bytes.saturating_add(self.bends.saturating_mul(BEND_BYTES));
         if bytes <= MEMORY {
             return Ok(());
         }

@@ -46,7 +46,7 @@ pub const MOST_NEWTON: u32 = 1000;
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 46] = [
+pub const DOMAINS: [(&str, Domain); 49] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -76,6 +76,9 @@ pub const DOMAINS: [(&str, Domain); 46] = [
     ("bodies.young_warp", Domain::Positive),
     ("bodies.young_weft", Domain::Positive),
     ("bodies.shear", Domain::Positive),
+    ("bodies.bending_warp", Domain::NotNegative),
+    ("bodies.bending_weft", Domain::NotNegative),
+    ("bodies.bending_bias", Domain::NotNegative),
     ("bodies.diameter", Domain::Positive),
     ("bodies.position", Domain::Place),
     ("bodies.velocity", Domain::Vector),

@@ -221,7 +221,9 @@ pub struct BodyRow {
     /// Meshes: longest side of the box around it, metres. Default 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
-    /// Shells: stiffness and damping of the springs against bending, as a fraction. Default 1.
+    /// Shells of a mesh: stiffness and damping of the springs against bending, as a fraction;
+    /// default 1. Cloths and ropes of a material: bending stiffness, newton metres of a cloth,
+    /// newton square metres of a rope; default that of a uniform plate or rod.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bending: Option<f64>,
     /// Mass of each particle, of a mesh the whole, kilograms. Default 1.
@@ -265,6 +267,15 @@ pub struct BodyRow {
     /// Woven cloths: shear modulus, newtons per metre.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear: Option<f64>,
+    /// Woven cloths: bending stiffness along the rows, newton metres. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bending_warp: Option<f64>,
+    /// Woven cloths: bending stiffness along the columns, newton metres. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bending_weft: Option<f64>,
+    /// Woven cloths: bending stiffness at 45 degrees to both, newton metres. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bending_bias: Option<f64>,
     /// Ropes: diameter, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,

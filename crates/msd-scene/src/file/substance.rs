@@ -6,14 +6,14 @@ use crate::file::schema::{BodyRow, Kind};
 use crate::file::tree::Source;
 use crate::materials::{MATERIALS, Numbers, named};
 use msd_core::substance::{SHEET_POISSON, SOLID_POISSON};
-use msd_core::{Elasticity, Part, Substance};
+use msd_core::{Bending, Elasticity, Part, Substance};
 use std::f64::consts::PI;
 
 /// How near a given Poisson's ratio must be to that of springs: 0.33 is meant for 1/3.
 const POISSON_WITHIN: f64 = 0.005;
 
 /// The keys of a substance in a row, each with what it is given as.
-fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 10] {
+fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 14] {
     [
         ("young", body.young),
         ("poisson", body.poisson),
@@ -25,6 +25,10 @@ fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 10] {
         ("young_weft", body.young_weft),
         ("shear", body.shear),
         ("diameter", body.diameter),
+        ("bending", body.bending),
+        ("bending_warp", body.bending_warp),
+        ("bending_weft", body.bending_weft),
+        ("bending_bias", body.bending_bias),
     ]
 }
 
@@ -106,9 +110,13 @@ impl Keys<'_> {
 
     fn rope(&self) -> Result<(Elasticity, f64), FileError> {
         let diameter = self.needed("diameter")?;
-        let area = 0.25 * PI * diameter * diameter;
-        let stretch = self.needed("young")? * area;
-        Ok((Elasticity::Rope { stretch }, self.needed("density")? * area))
+        let mut elasticity = Elasticity::rope(self.needed("young")?, diameter);
+        if let (Elasticity::Rope { bending, .. }, Some(given)) =
+            (&mut elasticity, self.number("bending")?)
+        {
+            *bending = given;
+        }
+        Ok((elasticity, self.needed("density")? * (0.25 * PI * diameter * diameter)))
     }
 
     fn sheet(&self) -> Result<(Elasticity, f64), FileError> {
@@ -130,7 +138,13 @@ impl Keys<'_> {
         let is_woven = woven.iter().any(|key| self.value(key).is_some());
         if !is_woven {
             self.check_poisson(SHEET_POISSON, "0.3333 (1/3) in a cloth")?;
-            let elasticity = Elasticity::sheet(self.needed("young")?, self.needed("thickness")?);
+            let mut elasticity =
+                Elasticity::sheet(self.needed("young")?, self.needed("thickness")?);
+            if let (Elasticity::Sheet { bending, .. }, Some(given)) =
+                (&mut elasticity, self.bending()?)
+            {
+                *bending = given;
+            }
             return Ok((elasticity, density));
         }
         if let Some(key) = ["young", "poisson"].into_iter().find(|key| self.value(key).is_some()) {
@@ -148,7 +162,32 @@ impl Keys<'_> {
             let expected = format!("at most {}, {limit}: springs give no more", plain(most));
             return Err(source.out_of_domain(key, plain(shear), expected));
         }
-        Ok((Elasticity::Sheet { warp, weft, shear }, density))
+        let bending = self.bending()?.unwrap_or_default();
+        Ok((Elasticity::Sheet { warp, weft, shear, bending }, density))
+    }
+
+    /// How a sheet resists bending, if that is given.
+    fn bending(&self) -> Result<Option<Bending>, FileError> {
+        let (source, row) = (self.source, self.row);
+        let woven = ["bending_warp", "bending_weft", "bending_bias"];
+        let all = self.number("bending")?;
+        let Some(first) = woven.into_iter().find(|key| self.value(key).is_some()) else {
+            return Ok(all.map(Bending::uniform));
+        };
+        if all.is_some() {
+            let reason = format!("and bodies[{row}].{first} exclude each other");
+            return Err(source.refuse(format_args!("bodies[{row}].bending"), reason));
+        }
+        let [warp, weft, bias] = woven.map(|key| self.needed(key));
+        let (warp, weft, bias) = (warp?, weft?, bias?);
+        let least = 0.25 * (warp + weft);
+        if bias < least {
+            let key = format_args!("bodies[{row}].bending_bias");
+            let limit = "(bending_warp + bending_weft)/4";
+            let expected = format!("at least {}, {limit}", plain(least));
+            return Err(source.out_of_domain(key, plain(bias), expected));
+        }
+        Ok(Some(Bending { warp, weft, bias }))
     }
 
     /// Refuses a Poisson's ratio that springs do not give.
@@ -220,8 +259,9 @@ pub(super) fn check_fits(source: &Source<'_>, row: usize, part: &Part) -> Result
     let precision = source.precision.get();
     let masses = part.particles.iter().map(|particle| particle.mass);
     let lightest = masses.fold(f64::INFINITY, f64::min);
-    let constants = part.springs.iter().flat_map(|spring| [spring.stiffness, spring.damping]);
-    let largest = constants.fold(0.0, f64::max);
+    let springs = part.springs.iter().flat_map(|spring| [spring.stiffness, spring.damping]);
+    let bends = part.bends.iter().flat_map(|bend| [bend.stiffness, bend.damping]);
+    let largest = springs.chain(bends).fold(0.0, f64::max);
     let fits = Domain::Mass.holds(lightest, precision)
         && Domain::NotNegative.holds(largest, precision)
         && (precision == crate::Precision::F64 || (largest as f32).is_finite());

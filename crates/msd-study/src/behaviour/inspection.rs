@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 use msd_core::glam::DVec3;
-use msd_core::{Body, Error, Moduli, Scene, Settings, Simulation, Spring};
+use msd_core::{Bend, Body, Error, Moduli, Particle, Scene, Settings, Simulation, Spring};
 use serde::Serialize;
 
 /// A body as if it were of a uniform material; the keys of `msd inspect --json`.
@@ -20,6 +20,10 @@ pub struct Inspection {
     pub filled: Option<Filled>,
     /// Its moduli, if it is a solid, a flat sheet or a straight rope.
     pub moduli: Option<Directions>,
+    /// Bending stiffness inside it, the smallest and the largest along its lattice and the diagonals
+    /// of that: newton metres of a sheet, newton square metres of a rope; `None` of a solid, and of
+    /// what does not resist bending.
+    pub bending: Option<[f64; 2]>,
     /// Frequency of its fastest motion on its own, hertz.
     pub fastest: f64,
 }
@@ -68,6 +72,7 @@ fn inspect_body(scene: &Scene, body: &Body) -> Result<Inspection, Error> {
     let filled = filled(scene, body);
     let across = |spring: &Spring| across(scene, spring);
     let rows = springs.iter().map(|spring| (spring.stiffness, across(spring)));
+    let bending = filled.and_then(|filled| bending(&alone, filled, frame(scene, body)));
     Ok(Inspection {
         name: body.name.clone(),
         particles: body.particles.len(),
@@ -85,6 +90,7 @@ fn inspect_body(scene: &Scene, body: &Body) -> Result<Inspection, Error> {
             is_flat.then(found).filter(|found| 0.0 < found.range()[1])
         }),
         filled,
+        bending,
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
     })
 }
@@ -98,7 +104,48 @@ fn alone(scene: &Scene, body: &Body) -> Scene {
     let springs = scene.springs[body.springs.clone()].iter().filter(inside);
     let moved = |spring: &Spring| Spring { ends: spring.ends.map(|end| end - first), ..*spring };
     alone.springs = springs.map(moved).collect();
+    let bends = scene.bends.iter().filter(|bend| body.particles.contains(&bend.particles[0]));
+    let bends = bends.filter(|bend| bend.particles.iter().all(|end| body.particles.contains(end)));
+    let moved = |bend: &Bend| Bend { particles: bend.particles.map(|end| end - first), ..*bend };
+    alone.bends = bends.map(moved).collect();
     alone
+}
+
+/// The smallest and the largest bending stiffness of a sheet or a rope along the axes and diagonals
+/// of a frame.
+///
+/// Bent to a cylinder of curvature κ along n, a particle at x rises by κ (n·x)²/2. A bend then
+/// stores k (Σ w (n·x)²/2)² κ²/2, and shares that among its particles by their weights; a particle
+/// stands for its part of the mass. Particles near an edge have too few bends: the one with most
+/// counts.
+fn bending(alone: &Scene, filled: Filled, frame: [DVec3; 3]) -> Option<[f64; 2]> {
+    if alone.bends.is_empty() || 2 < filled.dimensions {
+        return None;
+    }
+    let mass: f64 = alone.particles.iter().map(|row| row.mass).sum();
+    let along = |way: DVec3| {
+        let mut shares = vec![0.0; alone.particles.len()];
+        for bend in &alone.bends {
+            let origin = alone.particles[bend.particles[0]].position;
+            let rise = |(&end, weight): (&usize, &f64)| {
+                let reach = way.dot(alone.particles[end].position - origin);
+                weight * (0.5 * reach * reach)
+            };
+            let ends = || bend.particles.iter().zip(&bend.weights);
+            let sum: f64 = ends().map(rise).sum();
+            let weights: f64 = bend.weights.iter().map(|weight| weight.abs()).sum();
+            for (&end, weight) in ends() {
+                shares[end] += bend.stiffness * sum * sum * (weight.abs() / weights);
+            }
+        }
+        let stands_for = |row: &Particle| row.mass / mass * filled.size;
+        let rows = alone.particles.iter().zip(shares);
+        rows.map(|(row, share)| share / stands_for(row)).fold(0.0, f64::max)
+    };
+    let ways = lattice_ways(frame, filled.dimensions).into_iter().map(along);
+    let range = |[least, most]: [f64; 2], found: f64| [least.min(found), most.max(found)];
+    let found = ways.fold([f64::INFINITY, 0.0], range);
+    (0.0 < found[1]).then_some(found)
 }
 
 fn across(scene: &Scene, spring: &Spring) -> DVec3 {
@@ -143,8 +190,8 @@ fn frame(scene: &Scene, body: &Body) -> [DVec3; 3] {
     [first, second, first.cross(second)]
 }
 
-/// Moduli along the axes and diagonals of a frame.
-fn directions(moduli: &Moduli, frame: [DVec3; 3], dimensions: u32) -> Directions {
+/// The directions to the neighbours in a lattice of so many dimensions, opposite ones once.
+fn lattice_ways(frame: [DVec3; 3], dimensions: u32) -> Vec<DVec3> {
     let neighbours = msd_core::lattice::FAMILIES
         .into_iter()
         .filter(|step| (dimensions as usize..3).all(|axis| step[axis] == 0));
@@ -152,7 +199,12 @@ fn directions(moduli: &Moduli, frame: [DVec3; 3], dimensions: u32) -> Directions
         let along = step.iter().zip(frame).map(|(&length, axis)| axis * length as f64);
         along.sum::<DVec3>().normalize()
     };
-    let ways: Vec<DVec3> = neighbours.map(way).collect();
+    neighbours.map(way).collect()
+}
+
+/// Moduli along the axes and diagonals of a frame.
+fn directions(moduli: &Moduli, frame: [DVec3; 3], dimensions: u32) -> Directions {
+    let ways = lattice_ways(frame, dimensions);
     let young: Vec<_> = ways.iter().map(|way| (way.to_array(), moduli.young(*way))).collect();
     let ratios = ways.iter().flat_map(|&way| {
         let normal = if dimensions == 2 { frame[2] } else { way.any_orthonormal_vector() };

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 /// The matrix about a stage, kilograms.
 ///
-/// For springs see [`SpringMatrix`]. Drag adds its factor times τ. A grab adds τ² k + τ b, but
+/// For springs see [`SpringMatrix`]. The stiffness of bends is the same at every stage. Drag adds its factor times τ. A grab adds τ² k + τ b, but
 /// nothing at its largest force, which is taken as constant. User-defined elements supply their
 /// products.
 #[derive(Clone, Debug)]
@@ -48,6 +48,7 @@ impl<R: Real> Tangent<R> {
         let Tangent { springs, diagonals, inverses: [upper, lower], own } = self;
         at_level!(stage.level, _simd => set_blocks(diagonals, upper, lower));
         springs.linearise(&model.springs, stage, [upper, lower]);
+        model.bends.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
         if !model.own.is_empty() {
             own.add_blocks(model, stage, [upper, lower]);
         }
@@ -98,6 +99,8 @@ impl<R: Real> Tangent<R> {
         let (level, diagonals) = (stage.level, &self.diagonals);
         at_level!(level, _simd => multiply::<R>(diagonals, direction, products));
         self.springs.add_products(level, &model.springs, direction, products);
+        let (by, positions) = ((level, stage.tau), stage.motion.positions);
+        model.bends.add_column_products(by, positions, direction, products);
         if !model.own.is_empty() {
             self.own.add_products(model, stage, direction, products);
         }

@@ -185,7 +185,8 @@ pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), Me
         Spring { ends, rest_length, stiffness, damping }
     };
     let springs = springs.iter().enumerate().map(spring).collect();
-    Ok((Part { particles: points.iter().map(particle).collect(), springs, surface }, report))
+    let particles = points.iter().map(particle).collect();
+    Ok((Part { particles, springs, surface, ..Part::default() }, report))
 }
 
 /// Estimates, from above, the particles and springs of a body that is not built yet.

@@ -1,0 +1,545 @@
+//! Bends: stencils of particles that resist bending.
+//!
+//! [`Bend`] is the law of one. They stand in the order in which they are evaluated, which depends on
+//! them and on the slots of particles alone: first those that fit packs of up to sixteen, whose
+//! particles are in the same lane of records, as nearly all of a lattice are; then the others, one
+//! by one. A pack adds what its bends would add one after the other, to the bit.
+
+use super::{Element, Motion, Products, Vectors};
+use crate::columns::slots::Slots;
+use crate::columns::{LANES, RECORD, set_vector, vector};
+use crate::number::{Real, Vector, at_level};
+use crate::scene::Bend;
+use alloc::vec::Vec;
+use fearless_simd::Level;
+use glam::DVec3;
+
+/// A pack of fewer bends would cost more than they do one by one.
+const FEWEST: usize = 4;
+
+/// The bends of a model.
+#[derive(Clone, Debug)]
+pub struct Bends<R: Real> {
+    /// In the order of evaluation.
+    rows: Vec<Row<R>>,
+    packs: Vec<Pack<R>>,
+    /// How many of the rows are in packs: the first ones.
+    packed: usize,
+    is_damped: bool,
+}
+
+/// A bend, and where the numbers of its particles are.
+#[derive(Clone, Copy, Debug)]
+struct Row<R> {
+    particles: [u32; 4],
+    at: [u32; 4],
+    weights: [R; 4],
+    stiffness: R,
+    damping: R,
+}
+
+/// Bends of the same weights, each in a lane of its own; `at` is where their records start.
+#[derive(Clone, Debug)]
+struct Pack<R> {
+    at: [u32; 4],
+    weights: [R; 4],
+    stiffnesses: [R; LANES],
+    dampings: [R; LANES],
+    is_there: [bool; LANES],
+}
+
+impl<R: Real> Row<R> {
+    /// Where the records of its particles start, if these are in the same lane.
+    fn records(&self) -> Option<[u32; 4]> {
+        let lanes = self.at.map(|at| at as usize % RECORD);
+        let is_aligned = lanes.iter().all(|&lane| lane == lanes[0]);
+        is_aligned.then(|| self.at.map(|at| at - lanes[0] as u32))
+    }
+
+    /// The weighted sum of what a function says of its particles, 0 to 3.
+    ///
+    /// Of differences: positions far from the origin would leave their rounding.
+    #[inline(always)]
+    fn sum(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
+        let first = of(0);
+        let mut sum = R::Vec3::ZERO;
+        for end in (1..4).filter(|&end| self.weights[end] != R::ZERO) {
+            sum += (of(end) - first) * self.weights[end];
+        }
+        sum
+    }
+
+    /// Its sum and one of its edges, by positions.
+    #[inline(always)]
+    fn bent(&self, of: impl Fn(usize) -> R::Vec3) -> [R::Vec3; 2] {
+        let edge = of(1) - of(0);
+        [self.sum(of), edge]
+    }
+
+    /// The sum in double precision.
+    fn sum_f64(&self, of: impl Fn(usize) -> DVec3) -> DVec3 {
+        let first = of(0);
+        (1..4).map(|end| (of(end) - first) * self.weights[end].to_f64()).sum()
+    }
+
+    /// The particles that take part, each with its weight.
+    fn terms(&self) -> impl Iterator<Item = (usize, R)> {
+        let pairs = self.particles.map(|particle| particle as usize).into_iter().zip(self.weights);
+        pairs.filter(|&(_, weight)| weight != R::ZERO)
+    }
+
+    /// Its pull by its sum s and the rate of that, k s + b ŝ (ŝ·s'), and the power of its damper.
+    ///
+    /// Along its direction ŝ alone: against all of s' a damper would brake a bent body that turns.
+    #[inline(always)]
+    fn pull(&self, sum: R::Vec3, rate: R::Vec3) -> (R::Vec3, R) {
+        let square = sum.dot(sum);
+        let has_direction = R::SHORTEST_SQUARED <= square;
+        if !has_direction {
+            return (sum * self.stiffness, R::ZERO);
+        }
+        let along = sum.dot(rate);
+        let drag = along * self.damping * (R::ONE / square);
+        (sum * (self.stiffness + drag), along * drag)
+    }
+
+    /// The product of τ (τ k + b ŝ ŝᵀ) with the sum of a direction, bent by `sum`; see
+    /// [`is_straight`].
+    #[inline(always)]
+    fn product(&self, tau: R, [sum, edge]: [R::Vec3; 2], of: R::Vec3) -> R::Vec3 {
+        let elastic = of * (tau * tau * self.stiffness);
+        if self.damping == R::ZERO {
+            return elastic;
+        }
+        let square = sum.dot(sum);
+        let damping = tau * self.damping;
+        if is_straight::<R>(square, edge.dot(edge)) {
+            return elastic + of * damping;
+        }
+        elastic + sum * (damping * sum.dot(of) * (R::ONE / square))
+    }
+}
+
+/// Whether a bend is all but straight, by the squares of its sum and of an edge: its direction is
+/// not known yet, as any motion would give it one. Its damping is then taken to act in all.
+#[inline(always)]
+fn is_straight<R: Real>(square: R, edge: R) -> bool {
+    let bent = edge * R::of(1e-6) < square && R::SHORTEST_SQUARED <= square;
+    !bent
+}
+
+impl<R: Real> Bends<R> {
+    /// Puts bends in order.
+    pub(crate) fn new(rows: &[Bend], slots: &Slots) -> Self {
+        let mut bends = Bends { rows: Vec::new(), packs: Vec::new(), packed: 0, is_damped: false };
+        bends.add(rows, slots);
+        bends
+    }
+
+    /// Adds bends, and puts all in order anew: the slots may have changed.
+    pub(crate) fn add(&mut self, rows: &[Bend], slots: &Slots) {
+        self.rows.extend(rows.iter().map(|bend| Row {
+            particles: bend.particles.map(|particle| particle as u32),
+            at: [0; 4],
+            weights: bend.weights.map(R::of),
+            stiffness: R::of(bend.stiffness),
+            damping: R::of(bend.damping),
+        }));
+        for row in &mut self.rows {
+            row.at = row.particles.map(|particle| slots.at(particle as usize) as u32);
+        }
+        self.pack();
+    }
+
+    /// Puts bends in order and makes packs of them.
+    fn pack(&mut self) {
+        self.packs.clear();
+        // Stable: what is equal keeps its order, so that a resumed run has the same sums.
+        self.rows.sort_by_key(|row| (row.records().is_none(), row.records(), row.at[0]));
+        let mut singles = Vec::new();
+        let mut packed = Vec::with_capacity(self.rows.len());
+        let fit = |a: &Row<R>, b: &Row<R>| {
+            let is_next = a.at[0] < b.at[0] && a.weights == b.weights;
+            is_next && a.records().is_some() && a.records() == b.records()
+        };
+        for rows in self.rows.chunk_by(fit) {
+            if rows.len() < FEWEST {
+                singles.extend_from_slice(rows);
+                continue;
+            }
+            packed.extend_from_slice(rows);
+            self.packs.push(Pack::new(rows));
+        }
+        self.packed = packed.len();
+        packed.append(&mut singles);
+        self.rows = packed;
+        self.is_damped = self.rows.iter().any(|row| row.damping != R::ZERO);
+    }
+
+    /// The number of bends.
+    pub fn count(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether any bend has a damper.
+    pub fn is_damped(&self) -> bool {
+        self.is_damped
+    }
+
+    /// The bends as rows of a scene, in the order in which they are evaluated.
+    pub fn rows(&self) -> impl Iterator<Item = Bend> + '_ {
+        self.rows.iter().map(|row| Bend {
+            particles: row.particles.map(|particle| particle as usize),
+            weights: row.weights.map(R::to_f64),
+            stiffness: row.stiffness.to_f64(),
+            damping: row.damping.to_f64(),
+        })
+    }
+
+    /// Removes the bends of which both ends of a spring that was cut are a part: what is torn does
+    /// not go on bending.
+    pub(crate) fn tear(&mut self, springs: impl Iterator<Item = [u32; 2]>) {
+        let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
+        let mut torn: Vec<[u32; 2]> = springs.map(sorted).collect();
+        if torn.is_empty() || self.rows.is_empty() {
+            return;
+        }
+        torn.sort_unstable();
+        self.retain(|row| {
+            let is_torn = |a: usize, b: usize| {
+                torn.binary_search(&sorted([row.particles[a], row.particles[b]])).is_ok()
+            };
+            !(0..4).any(|a| (0..a).any(|b| is_torn(a, b)))
+        });
+    }
+
+    /// Removes the bends of particles that were removed.
+    pub(crate) fn remove(&mut self, is_removed: impl Fn(u32) -> bool) {
+        self.retain(|row| !row.terms().any(|(particle, _)| is_removed(particle as u32)));
+    }
+
+    fn retain(&mut self, is_left: impl Fn(&Row<R>) -> bool) {
+        let before = self.rows.len();
+        self.rows.retain(is_left);
+        if self.rows.len() < before {
+            self.pack();
+        }
+    }
+
+    /// The same bends in another precision, each number rounded once.
+    pub(crate) fn convert<S: Real>(&self, slots: &Slots) -> Bends<S> {
+        let rows: Vec<Bend> = self.rows().collect();
+        Bends::new(&rows, slots)
+    }
+
+    /// Adds the forces of all bends, newtons, and returns the power that they dissipate, watts.
+    pub(crate) fn add_all(&self, level: Level, motion: &Motion<'_, R>, forces: &mut [R]) -> f64 {
+        if self.rows.is_empty() {
+            return 0.0;
+        }
+        let Motion { positions, velocities, .. } = *motion;
+        at_level!(level, _simd => add_forces(self, positions, velocities, forces))
+    }
+
+    /// Adds the products of τ (τ k + b) about positions with a direction, in columns.
+    pub(crate) fn add_column_products(
+        &self,
+        (level, tau): (Level, R),
+        positions: &[R],
+        direction: &[R],
+        products: &mut [R],
+    ) {
+        if !self.rows.is_empty() {
+            at_level!(level, _simd => add_products(self, tau, (positions, direction), products));
+        }
+    }
+
+    /// Adds the diagonal blocks of τ (τ k + b) about positions to those of particles.
+    pub(crate) fn add_blocks(&self, tau: R, positions: &[R], [upper, lower]: [&mut [R]; 2]) {
+        for row in &self.rows {
+            let bent = row.bent(|end| vector::<R>(positions, row.at[end] as usize));
+            let axis = |row: [R; 3]| R::Vec3::from_components(row);
+            let [zero, one] = [R::ZERO, R::ONE];
+            let [x, y, z] = [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
+                .map(|unit| row.product(tau, bent, axis(unit)).components());
+            for (&at, &weight) in row.at.iter().zip(&row.weights) {
+                let (at, square) = (at as usize, weight * weight);
+                for (column, numbers) in [(&mut *upper, x), (&mut *lower, [y[1], y[2], z[2]])] {
+                    let sum = vector::<R>(column, at) + axis(numbers) * square;
+                    set_vector(column, at, sum);
+                }
+            }
+        }
+    }
+
+    /// Moves the particles of each bend, in order, as XPBD moves those of a spring: a bend is a
+    /// constraint |s| = 0 of compliance 1/k.
+    pub(crate) fn project(
+        &self,
+        h: R,
+        inverse_masses: &[R],
+        starts: &[R::Vec3],
+        ways: &mut [R::Vec3],
+    ) {
+        for row in &self.rows {
+            let [stiff, damp] = [row.stiffness * h * h, row.damping * h];
+            let particle = |end: usize| row.particles[end] as usize;
+            let moved = row.sum(|end| ways[particle(end)]);
+            let bent = row.sum(|end| starts[particle(end)]) + moved;
+            let square = bent.dot(bent);
+            if square < R::SHORTEST_SQUARED {
+                continue;
+            }
+            let squares = row.terms().map(|(end, weight)| weight * weight * inverse_masses[end]);
+            let yielding = R::ONE + (stiff + damp) * squares.fold(R::ZERO, |sum, add| sum + add);
+            let drag = damp * bent.dot(moved) * (R::ONE / square);
+            let pull = bent * ((stiff + drag) * (R::ONE / yielding));
+            for (end, weight) in row.terms() {
+                ways[end] -= pull * (weight * inverse_masses[end]);
+            }
+        }
+    }
+
+    /// The energy of all bends, joules; the sums of |k s| and of k, each times the weights, by which
+    /// rounding changes it.
+    pub(crate) fn energy_and_pulls(&self, motion: &Motion<'_, R>) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        for row in &self.rows {
+            let bent = row.sum_f64(|end| motion.position(row.particles[end] as usize).to_f64());
+            let weight: f64 = row.weights.iter().map(|weight| weight.abs().to_f64()).sum();
+            let (stiffness, square) = (row.stiffness.to_f64(), bent.dot(bent));
+            sums[0] += 0.5 * stiffness * square;
+            sums[1] += stiffness * weight * Real::sqrt(square);
+            sums[2] += stiffness * weight * weight;
+        }
+        sums
+    }
+
+    /// The stiffness and the damping that each particle meets at most, by a function: the row sums
+    /// of magnitudes of their matrices.
+    pub(crate) fn row_sums(&self, mut add: impl FnMut(usize, [f64; 2])) {
+        for row in &self.rows {
+            let all: f64 = row.weights.iter().map(|weight| weight.abs().to_f64()).sum();
+            for (particle, weight) in row.terms() {
+                let weight = weight.abs().to_f64() * all;
+                add(particle, [row.stiffness, row.damping].map(|value| value.to_f64() * weight));
+            }
+        }
+    }
+
+    /// Pairs of particles that bends join.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.rows.iter().flat_map(|row| {
+            let (ahead, behind) = (row.terms(), row.terms().skip(1));
+            ahead.zip(behind).map(|((a, _), (b, _))| [a as u32, b as u32])
+        })
+    }
+}
+
+impl<R: Real> Pack<R> {
+    fn new(rows: &[Row<R>]) -> Self {
+        let lane = |at: u32| at as usize % RECORD;
+        let first = &rows[0];
+        let mut pack = Pack {
+            at: first.at.map(|at| at - lane(at) as u32),
+            weights: first.weights,
+            stiffnesses: [R::ZERO; LANES],
+            dampings: [R::ZERO; LANES],
+            is_there: [false; LANES],
+        };
+        for row in rows {
+            let lane = lane(row.at[0]);
+            pack.stiffnesses[lane] = row.stiffness;
+            pack.dampings[lane] = row.damping;
+            pack.is_there[lane] = true;
+        }
+        pack
+    }
+
+    /// Sixteen components of the record of an end.
+    #[inline(always)]
+    fn record<'c>(&self, end: usize, column: &'c [R], axis: usize) -> &'c [R; LANES] {
+        let at = self.at[end] as usize + axis * LANES;
+        column[at..].first_chunk().expect("a record of the column")
+    }
+
+    /// The weighted sums along an axis.
+    #[inline(always)]
+    fn sums(&self, column: &[R], axis: usize) -> [R; LANES] {
+        let first = self.record(0, column, axis);
+        let mut sums = [R::ZERO; LANES];
+        for end in (1..4).filter(|&end| self.weights[end] != R::ZERO) {
+            let (other, weight) = (self.record(end, column, axis), self.weights[end]);
+            for lane in 0..LANES {
+                sums[lane] += (other[lane] - first[lane]) * weight;
+            }
+        }
+        sums
+    }
+
+    /// The components of first edges along an axis.
+    #[inline(always)]
+    fn edges(&self, column: &[R], axis: usize) -> [R; LANES] {
+        let [first, second] = [0, 1].map(|end| self.record(end, column, axis));
+        let mut edges = *second;
+        for lane in 0..LANES {
+            edges[lane] = edges[lane] - first[lane];
+        }
+        edges
+    }
+
+    /// Subtracts pulls along an axis, each times the weights, from what is summed.
+    #[inline(always)]
+    fn subtract(&self, pulls: [R; LANES], axis: usize, sums: &mut [R]) {
+        for end in (0..4).filter(|&end| self.weights[end] != R::ZERO) {
+            let (at, weight) = (self.at[end] as usize + axis * LANES, self.weights[end]);
+            let record = sums[at..].first_chunk_mut::<LANES>().expect("a record of the column");
+            for lane in 0..LANES {
+                let less = record[lane] - pulls[lane] * weight;
+                record[lane] = if self.is_there[lane] { less } else { record[lane] };
+            }
+        }
+    }
+}
+
+/// Adds the forces of all bends and returns the power that they dissipate.
+#[inline(always)]
+fn add_forces<R: Real>(bends: &Bends<R>, x: &[R], v: &[R], forces: &mut [R]) -> f64 {
+    let mut powers = [0.0; LANES];
+    for pack in &bends.packs {
+        let sums = [0, 1, 2].map(|axis| pack.sums(x, axis));
+        let mut factors = pack.stiffnesses;
+        if bends.is_damped {
+            let rates = [0, 1, 2].map(|axis| pack.sums(v, axis));
+            let (squares, alongs) = (dots(&sums, &sums), dots(&sums, &rates));
+            for lane in 0..LANES {
+                let drag = alongs[lane] * pack.dampings[lane] * (R::ONE / squares[lane]);
+                // A select: without a direction the quotient is NaN.
+                let drag = if R::SHORTEST_SQUARED <= squares[lane] { drag } else { R::ZERO };
+                factors[lane] += drag;
+                powers[lane] += (alongs[lane] * drag).to_f64();
+            }
+        }
+        for (axis, sums) in sums.into_iter().enumerate() {
+            pack.subtract(product(sums, factors), axis, forces);
+        }
+    }
+    let mut power: f64 = powers.iter().sum();
+    for row in &bends.rows[bends.packed..] {
+        let of = |column: &[R]| row.sum(|end| vector::<R>(column, row.at[end] as usize));
+        let (pull, taken) = row.pull(of(x), of(v));
+        subtract(row, pull, forces);
+        power += taken.to_f64();
+    }
+    power
+}
+
+/// Subtracts from products: what is summed is the opposite of a force.
+#[inline(always)]
+fn add_products<R: Real>(
+    bends: &Bends<R>,
+    tau: R,
+    (x, direction): (&[R], &[R]),
+    products: &mut [R],
+) {
+    for pack in &bends.packs {
+        let sums = [0, 1, 2].map(|axis| pack.sums(direction, axis));
+        let mut pulls = sums.map(|sums| product(sums, pack.stiffnesses.map(|k| tau * tau * k)));
+        if bends.is_damped {
+            let bent = [0, 1, 2].map(|axis| pack.sums(x, axis));
+            let edges = [0, 1, 2].map(|axis| pack.edges(x, axis));
+            let (squares, lengths) = (dots(&bent, &bent), dots(&edges, &edges));
+            let alongs = dots(&bent, &sums);
+            for lane in 0..LANES {
+                let damping = tau * pack.dampings[lane];
+                let straight = is_straight::<R>(squares[lane], lengths[lane]);
+                let along = damping * alongs[lane] * (R::ONE / squares[lane]);
+                for axis in 0..3 {
+                    let (all, one) = (sums[axis][lane] * damping, bent[axis][lane] * along);
+                    pulls[axis][lane] += if straight { all } else { one };
+                }
+            }
+        }
+        for (axis, pulls) in pulls.into_iter().enumerate() {
+            pack.subtract(pulls.map(|pull| -pull), axis, products);
+        }
+    }
+    for row in &bends.rows[bends.packed..] {
+        let bent = row.bent(|end| vector::<R>(x, row.at[end] as usize));
+        let of = row.sum(|end| vector::<R>(direction, row.at[end] as usize));
+        subtract(row, -row.product(tau, bent, of), products);
+    }
+}
+
+/// The scalar products of vectors in lanes.
+#[inline(always)]
+fn dots<R: Real>(a: &[[R; LANES]; 3], b: &[[R; LANES]; 3]) -> [R; LANES] {
+    let mut dots = [R::ZERO; LANES];
+    for lane in 0..LANES {
+        dots[lane] = a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane];
+    }
+    dots
+}
+
+/// The products of numbers, lane by lane.
+#[inline(always)]
+fn product<R: Real>(mut a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
+    for lane in 0..LANES {
+        a[lane] = a[lane] * b[lane];
+    }
+    a
+}
+
+/// Subtracts the pull of a bend, times its weights.
+#[inline(always)]
+fn subtract<R: Real>(row: &Row<R>, pull: R::Vec3, sums: &mut [R]) {
+    for (&at, &weight) in row.at.iter().zip(&row.weights) {
+        if weight != R::ZERO {
+            let at = at as usize;
+            set_vector(sums, at, vector::<R>(sums, at) - pull * weight);
+        }
+    }
+}
+
+impl<R: Real> Element<R> for Bends<R> {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        let mut power = 0.0;
+        for row in &self.rows {
+            let particle = |end: usize| row.particles[end] as usize;
+            let sum = row.sum(|end| motion.position(particle(end)));
+            let (pull, taken) = row.pull(sum, row.sum(|end| motion.velocity(particle(end))));
+            for (end, weight) in row.terms() {
+                forces.add(end, R::Vec3::ZERO - pull * weight);
+            }
+            power += taken.to_f64();
+        }
+        power
+    }
+
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        self.energy_and_pulls(motion)[0]
+    }
+
+    fn add_products(
+        &self,
+        motion: &Motion<'_, R>,
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        for row in &self.rows {
+            let particle = |end: usize| row.particles[end] as usize;
+            let of = row.sum_f64(|end| direction[particle(end)]);
+            let bent = row.sum_f64(|end| motion.position(particle(end)).to_f64());
+            let edge = (motion.position(particle(1)) - motion.position(particle(0))).to_f64();
+            let square = bent.dot(bent);
+            let along = match is_straight::<f64>(square, edge.dot(edge)) {
+                true => of,
+                false => bent * (bent.dot(of) / square),
+            };
+            for (end, weight) in row.terms() {
+                let by = [row.stiffness, row.damping].map(|value| (value * weight).to_f64());
+                products.add(end, [of * by[0], along * by[1]]);
+            }
+        }
+    }
+}
