@@ -13,11 +13,17 @@ fmt() {
     cargo fmt --manifest-path fuzz/Cargo.toml --check
     cargo fmt --manifest-path web/bind/Cargo.toml --check
 }
-clippy() { cargo clippy --workspace --all-targets -- -D warnings; }
+# And the command line without the window, for machines that have no screen.
+clippy() {
+    cargo clippy --workspace --all-targets -- -D warnings
+    cargo clippy -p msd-app --no-default-features --bin msd -- -D warnings
+}
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
+# As the programs of a release are built; a build with the feature and one without share little.
+features=(--features msd-app/accessibility)
 # With thousands of mutations of each corpus of the fuzz targets; `scripts/fuzz.sh` goes on.
 test_debug() {
-    MSD_MUTATIONS=5000 cargo test
+    MSD_MUTATIONS=5000 cargo test "${features[@]}"
     # What is left out of a build unless asked for.
     cargo test -p msd-study --features parquet --test sweep
 }
@@ -32,7 +38,7 @@ test_release() {
 examples() {
     local out
     out=$(mktemp -d)
-    cargo build --examples
+    cargo build --examples "${features[@]}"
     for example in hello_spring own_element own_obstacle own_method grow half_stiffer no_std_step; do
         "target/debug/examples/$example" >"$out/$example.txt"
         [ -s "$out/$example.txt" ]
@@ -51,7 +57,7 @@ examples() {
 bench() {
     local name
     for name in step performance stability promise trade; do
-        MSD_CACHE= cargo bench --profile dev --bench "$name" -- --test
+        MSD_CACHE= cargo bench --profile dev --bench "$name" "${features[@]}" -- --test
     done
     cargo bench --bench instructions
 }

@@ -236,6 +236,8 @@ fn tour(mut keep: impl FnMut(&str, Image)) {
 
     until(&mut film, |session| !session.offers().is_empty());
     keep("blow-up", wait(&mut film, 2));
+    // The guide stays until one has read that it blew up.
+    film.frame(4.0, Vec::new()).unwrap();
     let substeps = film.viewer().session.offers().iter().find_map(|offer| match offer.remedy {
         Remedy::Substeps(substeps) => Some(format!("{substeps} substeps")),
         _ => None,

@@ -4,8 +4,9 @@ mod common;
 
 use common::{folder, json, msd, outcome, refused, text};
 use msd_app::catalogue;
+use msd_app::link::{Changes, Link, LinkError, Look, OwnScene};
 use msd_app::session::{MaterialEdit, Tuning};
-use msd_app::viewer::{Changes, Link, LinkError, Look, OwnScene, Viewer};
+use msd_app::viewer::Viewer;
 use msd_core::{Integrator, Interaction, Select, Settings};
 use msd_run::on;
 use msd_scene::{Precision, state_hash};
@@ -96,7 +97,7 @@ fn a_link_holds_what_was_set_of_each_body_rest_lengths_too() {
 }
 
 #[test]
-fn study_tune_and_render_take_a_link_and_a_sweep_says_that_it_does_not() {
+fn study_tune_inspect_and_render_take_a_link_and_a_sweep_says_that_it_does_not() {
     let mut viewer = viewer("chain");
     viewer.session.switch(Part::Gravity, false);
     viewer.session.edit(MaterialEdit::Damping(0.0));
@@ -114,6 +115,8 @@ fn study_tune_and_render_take_a_link_and_a_sweep_says_that_it_does_not() {
     assert_eq!(tuned["scene"], "chain");
     let write = msd(folder.path(), &[&["tune", &link, "--write"][..], &goal].concat());
     assert!(refused(write, 2).contains("--write changes a scene file"));
+    let inspected = json(msd(folder.path(), &["inspect", &link]));
+    assert_eq!(inspected["scene"], "chain");
     let drawn = outcome(msd(folder.path(), &["render", &link, "--time", "0", "--size", "64x48"]));
     // Without a graphics driver it gets as far as to say so.
     let said = text(&drawn.stderr);

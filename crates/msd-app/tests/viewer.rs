@@ -262,6 +262,12 @@ fn the_guide_follows_what_is_done_and_is_not_offered_twice() {
     harness.run_steps(1);
     assert_eq!(now(&harness), Some(GuideStep::BlowUp));
     wait(&mut harness, 300);
+    assert_eq!(now(&harness), Some(GuideStep::BlowUp), "long enough to be read");
+    assert!(harness.query_by_label_contains("It blew up").is_some());
+    // Frames of a quarter of a second.
+    harness.run_steps(12);
+    assert_eq!(now(&harness), Some(GuideStep::BlowUp));
+    harness.run_steps(6);
     assert_eq!(now(&harness), Some(GuideStep::Mend));
     let offer = harness.state().session.offers()[0];
     harness.state_mut().take(offer);

@@ -14,7 +14,7 @@ const PREFIXES: [(f64, &str); 8] = [
     (1e-9, "n"),
 ];
 /// The units that take the prefixes above one: a time in kiloseconds would not read well.
-const LARGE: [&str; 1] = ["J"];
+const LARGE: [&str; 2] = ["J", "N/m"];
 
 /// A quantity in an SI unit, to four digits: `1.389 ms`.
 pub fn quantity(value: f64, unit: &str) -> String {
@@ -24,6 +24,16 @@ pub fn quantity(value: f64, unit: &str) -> String {
 /// A quantity that is only known roughly, as an error or a cost, to two digits: `1.4 ms`.
 pub fn estimate(value: f64, unit: &str) -> String {
     scaled(value, unit, 2)
+}
+
+/// Reads a quantity in an SI unit: a number, with a prefix and the unit or without.
+pub fn read(text: &str, unit: &str) -> Option<f64> {
+    let text = text.trim();
+    let text = text.strip_suffix(unit).unwrap_or(text).trim_end();
+    let ends = |&&(_, prefix): &&(f64, &str)| !prefix.is_empty() && text.ends_with(prefix);
+    let &(scale, prefix) = PREFIXES.iter().find(ends).unwrap_or(&(1.0, ""));
+    let number: f64 = text.strip_suffix(prefix)?.trim_end().parse().ok()?;
+    Some(number * scale)
 }
 
 /// A number to four digits: `0.1`, `1e-10`, `1835`, `5.271e6`.
@@ -99,9 +109,19 @@ mod tests {
             (1e-12, "m", "1e-12 m"),
             (98_200.0, "J", "98.2 kJ"),
             (-3.5e-3, "J", "-3.5 mJ"),
+            (1e6, "N/m", "1 MN/m"),
             (f64::INFINITY, "J", "inf J"),
         ] {
             assert_eq!(quantity(value, unit), text);
+            // Products of prefixes round.
+            let again = read(text, unit).unwrap_or(f64::NAN);
+            assert!(again == value || (again - value).abs() <= 1e-3 * value.abs(), "{text}");
+        }
+        for (text, value) in [("3000", 3e3), (" 3k", 3e3), ("2.5 MN/m ", 2.5e6), ("1e3N/m", 1e3)] {
+            assert_eq!(read(text, "N/m"), Some(value), "{text}");
+        }
+        for text in ["", "k", "N/m", "3 kk", "3 m/N", "stiff"] {
+            assert_eq!(read(text, "N/m"), None, "{text}");
         }
         assert_eq!(estimate(1.26e-3, "m"), "1.3 mm");
         assert_eq!(estimate(0.123, "m"), "123 mm");

@@ -1,12 +1,9 @@
 //! Failures of a command: messages, exit codes, and what is printed where.
 
-use msd_app::{Missing, ViewError};
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
-/// Exit code of a window whose graphics device was lost.
-const LOST: u8 = 1;
 /// Exit code of bad input or usage, and of a file that could not be written.
 const BAD_INPUT: u8 = 2;
 /// Exit code of a run that diverged.
@@ -25,12 +22,6 @@ impl Failure {
     /// Bad input or usage, or a file that could not be written.
     pub fn input(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: BAD_INPUT }
-    }
-
-    /// A window that could not be opened, or ended by itself.
-    pub fn window(error: ViewError) -> Self {
-        let code = if matches!(error.what, Missing::Device(_)) { LOST } else { BAD_INPUT };
-        Failure { message: error.to_string(), code }
     }
 
     /// A run that diverged.

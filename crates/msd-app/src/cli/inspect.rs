@@ -2,6 +2,7 @@
 
 use super::arguments::InspectArguments;
 use super::failure::{Failure, say};
+use super::run::open_scene;
 use msd_core::{Settings, Simulation};
 use msd_scene::{Loaded, shown_path};
 use msd_study::inspection::{Directions, Inspection, inspect};
@@ -21,7 +22,7 @@ struct InspectReport {
 
 /// Inspects a scene at its start.
 pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
-    let loaded = msd_scene::open(&arguments.scene).map_err(Failure::input)?;
+    let loaded = open_scene(&arguments.scene)?;
     let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
     let Loaded { name, scene, settings, notes, .. } = loaded;
     let bodies = inspect(&scene).map_err(refused)?;

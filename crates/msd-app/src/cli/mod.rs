@@ -5,7 +5,12 @@ mod arguments;
 mod places;
 mod progress;
 mod run;
+#[cfg(feature = "window")]
+mod view;
+#[cfg(feature = "window")]
 mod render;
+#[cfg(not(feature = "window"))]
+mod windowless;
 mod study;
 mod tune;
 mod tune_mesh;
@@ -16,11 +21,12 @@ mod inspect;
 pub use arguments::{Arguments, explain};
 pub use failure::exit_code;
 
-use arguments::{CliCommand, SolverArguments, Step, ViewArguments};
+use arguments::CliCommand;
 use failure::{Failure, say};
-use msd_scene::shown_path;
-use places::Places;
-use std::path::PathBuf;
+#[cfg(not(feature = "window"))]
+use windowless::{render, view};
+#[cfg(feature = "window")]
+use {render::render, view::view};
 
 /// Runs the command that was asked for.
 pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
@@ -38,7 +44,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
             Some(recording) => run::replay(&arguments, recording),
             None => run::run(&arguments),
         },
-        Some(CliCommand::Render(arguments)) => render::render(&arguments),
+        Some(CliCommand::Render(arguments)) => render(&arguments),
         Some(CliCommand::Inspect(arguments)) => inspect::run_inspect(&arguments),
         Some(CliCommand::Study(arguments)) => study::run_study(&arguments),
         Some(CliCommand::Tune(arguments)) => match arguments.max_error.filter(|_| arguments.mesh) {
@@ -48,31 +54,6 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
         Some(CliCommand::Sweep(arguments)) => sweep::run_sweep(&arguments),
         Some(CliCommand::Bench(arguments)) => bench::run_bench(&arguments),
     }
-}
-
-fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failure> {
-    let scene = scene.unwrap_or_else(|| {
-        // The file may be gone by now.
-        let last = msd_app::last_scene().filter(|last| msd_scene::open(last).is_ok());
-        last.unwrap_or(msd_scene::BUILTINS[0].name.into()).into()
-    });
-    if let Some(link) = run::link(&scene)?
-        && solver == SolverArguments::default()
-    {
-        return msd_app::view_link(&link).map_err(Failure::window);
-    }
-    let loaded = if solver == SolverArguments::default() {
-        msd_scene::open(&scene).map_err(Failure::input)?
-    } else {
-        let frame = if solver.step == Some(Step::Auto) { run::FRAME } else { 0.0 };
-        run::prepare(&scene, &solver, ("--step", frame))?.into_loaded()
-    };
-    let mut places = Places::default();
-    loaded.files.iter().for_each(|file| places.read("SCENE", file));
-    solver.from.iter().for_each(|state| places.read("--from", state));
-    let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
-    status.iter().try_for_each(|status| places.write("MSD_STATUS", status))?;
-    msd_app::view_as(loaded, &shown_path(&scene)).map_err(Failure::window)
 }
 
 fn list_scenes() -> Result<(), Failure> {

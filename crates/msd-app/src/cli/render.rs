@@ -3,7 +3,8 @@
 use super::arguments::RenderArguments;
 use super::failure::{Failure, say};
 use super::places::Places;
-use super::run::{Prepared, explain_divergence, prepare};
+use super::run::explain_divergence;
+use super::run::prepare::{Prepared, prepare};
 use msd_app::drivers::quietly;
 use msd_app::viewer::shows_springs;
 use msd_render::{Gpu, Image, Offscreen, RenderError, Style, View, bounds};

@@ -3,12 +3,15 @@
 use super::theme;
 use crate::session::{ErrorNow, ErrorReading, Session};
 use crate::viewer::Viewer;
-use egui::{Color32, Rect, RichText, Sense, Ui, lerp, vec2};
+use egui::{Checkbox, Color32, Rect, RichText, Sense, Ui, lerp, vec2};
 use msd_run::on;
 use msd_study::quantity::{estimate, rounded};
 
 /// How long an estimate counts as fresh, simulated seconds.
 const FRESH: f64 = 4.0;
+
+/// Height of the estimate in words, three lines at most, and of the scale of its colours, points.
+const HEIGHT: f32 = 58.0;
 
 /// How it is estimated.
 const METHOD: &str = "For half a second at a time a copy of the run goes along in double \
@@ -24,23 +27,30 @@ const BAND: f64 = 3.0;
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let session = &mut viewer.session;
     let mut on = session.error().is_some();
-    let estimate = ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD);
-    viewer.landmarks.insert("estimate", estimate.rect);
-    if estimate.changed() {
-        session.set_estimating(on);
-    }
-    if on {
+    ui.horizontal(|ui| {
+        let estimate = ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD);
+        viewer.landmarks.insert("estimate", estimate.rect);
+        if estimate.changed() {
+            session.set_estimating(on);
+        }
         let hover = "Surfaces and particles in the colour of their error, green to red; bodies \
                      have their own colours while it is being worked out";
-        ui.checkbox(&mut viewer.by_error, "Colour by error").on_hover_text(hover);
+        let colour = Checkbox::new(&mut viewer.by_error, "Colour by error");
+        ui.add_enabled(on, colour).on_hover_text(hover);
+    });
+    if !on {
+        return;
     }
-    if let Some(full) = viewer.error_scale() {
-        scale(ui, full);
-    }
-    let session = &viewer.session;
-    if let Some((text, colour)) = describe(session) {
-        ui.label(RichText::new(text).small().color(colour)).on_hover_text(METHOD);
-    }
+    // As high as it ever gets: what is below stays under the pointer while texts come and go.
+    ui.allocate_ui(vec2(ui.available_width(), HEIGHT), |ui| {
+        ui.set_min_height(HEIGHT);
+        if let Some((text, colour)) = describe(&viewer.session) {
+            ui.label(RichText::new(text).small().color(colour)).on_hover_text(METHOD);
+        }
+        if let Some(full) = viewer.error_scale() {
+            scale(ui, full);
+        }
+    });
 }
 
 /// The colours of the error with their scale, metres.

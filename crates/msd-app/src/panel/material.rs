@@ -6,7 +6,11 @@ use crate::viewer::{Command, Viewer};
 use egui::{Button, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
 use msd_core::{Friction, Select};
 use msd_run::on;
+use msd_study::quantity::{quantity, read};
 use std::ops::RangeInclusive;
+
+/// The unit of a stiffness, which goes over so many decades that its numbers need prefixes.
+const STIFFNESS: &str = "N/m";
 
 /// Sliders for material and world.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
@@ -21,9 +25,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         if ui.button("Freeze shape").on_hover_text(hover).clicked() {
             viewer.command(Command::Freeze);
         }
-        let reset = Button::new("Reset values");
+        let reset = Button::new("Reset and restart");
         let edited = viewer.session.material().is_edited();
-        let hover = "Material and world as the scene has them, and restart";
+        let hover = "Material and world as the scene has them, from its start";
         if ui.add_enabled(edited, reset).on_hover_text(hover).clicked() {
             viewer.let_go();
             viewer.session.reset_material();
@@ -81,13 +85,18 @@ fn change(
         .clamping(SliderClamping::Edits)
         .logarithmic(0.0 < least)
         .smallest_positive(least.max(1e-9))
-        .max_decimals(if 0.0 < least { 3 } else { 2 })
-        .suffix(if value.mixed { "" } else { unit });
-    let widget = if value.mixed {
+        .max_decimals(if 0.0 < least { 3 } else { 2 });
+    let widget = match unit {
         // The number of the first would pass for that of all.
-        widget.custom_formatter(|_, _| "mixed".to_owned())
-    } else {
-        widget
+        _ if value.mixed => widget.custom_formatter(|_, _| "mixed".to_owned()),
+        STIFFNESS => widget.custom_formatter(|value, _| quantity(value, STIFFNESS)).custom_parser(
+            // The keyboard may only pass by: what is shown has fewer digits than what is set.
+            move |text| match text == quantity(value.first, STIFFNESS) {
+                true => Some(value.first),
+                false => read(text, STIFFNESS),
+            },
+        ),
+        _ => widget.suffix(unit),
     };
     let mut response = slider(ui, label, widget);
     if value.mixed {
@@ -104,7 +113,7 @@ fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
         session.edit(MaterialEdit::Mass(value));
     }
     let (Some(stiffness), Some(damping)) = (shown.stiffness, shown.damping) else { return None };
-    let (value, rect) = change(ui, ("Stiffness", " N/m"), stiffness, 0.0..=1e6, 0.1);
+    let (value, rect) = change(ui, ("Stiffness", STIFFNESS), stiffness, 0.0..=1e6, 0.1);
     if let Some(value) = value {
         session.edit(MaterialEdit::Stiffness(value));
     }
@@ -125,7 +134,9 @@ fn world(ui: &mut Ui, session: &mut Session) {
         session.edit(MaterialEdit::Gravity(value));
     }
     let (Some(restitution), Some(friction)) = (shown.restitution, shown.friction) else {
-        ui.label(RichText::new("no planes in this scene").small().color(theme::FAINT));
+        let has_planes = !session.loaded().scene.planes.is_empty();
+        let text = if has_planes { "contact is switched off" } else { "no planes in this scene" };
+        ui.label(RichText::new(text).small().color(theme::FAINT));
         return;
     };
     if let (Some(value), _) = change(ui, ("Restitution", ""), restitution, 0.0..=1.0, 0.0) {

@@ -61,8 +61,8 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
             twin::show(ui, viewer);
             material::show(ui, viewer);
             solver::show(ui, viewer);
-            live_error::show(ui, viewer);
             trade::switch(ui, viewer);
+            live_error::show(ui, viewer);
             energy::show(ui, viewer);
         });
     });

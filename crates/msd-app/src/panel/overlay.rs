@@ -7,8 +7,8 @@ use crate::input::KEYS;
 use crate::session::ErrorNow;
 use crate::viewer::{Action, Side, Tool, Viewer};
 use egui::{
-    Align2, Color32, FontId, Grid, Mesh, Painter, Pos2, Rect, RichText, ScrollArea, Stroke, Ui,
-    pos2, vec2,
+    Align2, Area, Color32, FontId, Frame, Grid, Id, Label, Margin, Mesh, Painter, Pos2, Rect,
+    RichText, ScrollArea, Stroke, Ui, pos2, vec2,
 };
 use msd_core::{Settings, Vector};
 use msd_run::{Runner, on};
@@ -41,20 +41,35 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if is_new || viewer.tool != Tool::Grab {
         hint(&painter, viewer, text);
     }
-    if let Some(text) = &viewer.note {
-        let font = FontId::proportional(12.0);
-        let width = (viewer.rect.width() - 60.0).max(100.0);
-        let text = painter.layout(text.clone(), font, Color32::WHITE, width);
-        // Below the hint and the legend, above the guide.
-        let top = if viewer.style.springs { 84.0 } else { 56.0 };
-        let at = viewer.rect.left_top() + vec2(20.0, top);
-        let area = Rect::from_min_size(at, text.size()).expand2(vec2(12.0, 6.0));
-        painter.rect_filled(area, 6.0, Color32::from_black_alpha(150));
-        painter.galley(at, text, Color32::WHITE);
-    }
+    notes(ui, viewer);
     if viewer.help {
         help(ui, viewer);
     }
+}
+
+/// What was done last, and what was refused: where it displaces no control.
+fn notes(ui: &Ui, viewer: &Viewer) {
+    let note = viewer.note.as_deref().map(|text| (text, Color32::WHITE));
+    let refusal = viewer.session.refusal().map(|text| (text, theme::BAD));
+    let notes = Vec::from_iter(note.into_iter().chain(refusal));
+    if notes.is_empty() {
+        return;
+    }
+    // Below the hint and the legend, above the guide.
+    let top = if viewer.style.springs { 78.0 } else { 50.0 };
+    let at = viewer.rect.left_top() + vec2(8.0, top);
+    // The pointer reaches what is behind.
+    let area = Area::new(Id::unique("notes")).fixed_pos(at).interactable(false);
+    area.show(ui.ctx(), |ui| {
+        let frame = Frame::new().fill(Color32::from_black_alpha(150)).corner_radius(6.0);
+        frame.inner_margin(Margin::symmetric(12, 6)).show(ui, |ui| {
+            ui.set_max_width((viewer.rect.width() - 60.0).max(100.0));
+            for (text, colour) in notes {
+                let text = RichText::new(text).size(12.0).color(colour);
+                ui.add(Label::new(text).selectable(false));
+            }
+        });
+    });
 }
 
 /// The place of a particle of a side in the window.

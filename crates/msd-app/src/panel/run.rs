@@ -82,7 +82,4 @@ fn speed(ui: &mut Ui, viewer: &mut Viewer) {
         );
         ui.label(RichText::new("of real time").weak());
     });
-    if let Some(refusal) = viewer.session.refusal() {
-        ui.label(RichText::new(refusal).small().color(super::theme::BAD));
-    }
 }

@@ -98,10 +98,7 @@ fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     let hover = "Scene, settings and camera as a text, which the page in a browser, msd view and \
                  msd run take";
     if ui.button("Copy link").on_hover_text(hover).clicked() {
-        match viewer.link() {
-            Ok(link) => ui.copy_text(link.to_string()),
-            Err(reason) => viewer.session.refuse(Err(reason)),
-        }
+        viewer.copy_link();
     }
 }
 

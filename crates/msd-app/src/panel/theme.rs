@@ -62,6 +62,8 @@ pub fn apply(ctx: &Context) {
         style.spacing.button_padding = vec2(8.0, 3.0);
         style.spacing.interact_size.y = 20.0;
         style.spacing.combo_width = 150.0;
+        // That there is more to see shows without the pointer over it.
+        style.spacing.scroll.dormant_handle_opacity = 0.5;
         let font = |size| FontId::new(size, FontFamily::Proportional);
         style.text_styles.insert(TextStyle::Body, font(13.0));
         style.text_styles.insert(TextStyle::Button, font(13.0));

@@ -3,7 +3,7 @@
 use super::theme;
 use crate::session::{Session, Twin};
 use crate::viewer::Viewer;
-use egui::{Button, Color32, ComboBox, Mesh, Painter, Pos2, Rect, RichText, Ui, pos2, vec2};
+use egui::{Button, Color32, ComboBox, Label, Mesh, Painter, Pos2, Rect, RichText, Ui, pos2, vec2};
 use egui_plot::{Line, PlotPoints};
 use glam::Vec3;
 use msd_core::{Integrator, Settings};
@@ -92,9 +92,6 @@ fn distance(ui: &mut Ui, session: &Session) {
     let hover =
         format!("{} (rms), of particle {} at most", quantity(apart.rms, "m"), apart.particle);
     ui.label(RichText::new(text).small().color(GHOST)).on_hover_text(hover);
-    if let Some(failure) = twin.failure() {
-        ui.label(RichText::new(failure).small().color(theme::BAD));
-    }
     let most = twin.trace().map(|sample| sample[1]).fold(0.0, f64::max);
     super::still_plot("twin")
         .height(70.0)
@@ -108,7 +105,12 @@ fn distance(ui: &mut Ui, session: &Session) {
             plot.line(Line::new("distance", points).color(GHOST).width(1.5));
         });
     let scale = format!("distance up to {}, over time in s", estimate(most, "m"));
-    ui.label(RichText::new(scale).small().color(theme::FAINT));
+    // In one line, so that nothing below moves where the twin fails.
+    let (text, colour) = match twin.failure() {
+        Some(failure) => (failure.to_owned(), theme::BAD),
+        None => (scale, theme::FAINT),
+    };
+    ui.add(Label::new(RichText::new(&text).small().color(colour)).truncate()).on_hover_text(text);
 }
 
 /// The ghost: a point at each particle of the twin, over the picture.

@@ -56,6 +56,17 @@ impl Viewer {
         self.note = Some(done.unwrap_or_else(|why| why));
     }
 
+    /// Puts the link to what is seen on the clipboard, or says why there is none.
+    pub fn copy_link(&mut self) {
+        self.note = Some(match self.link() {
+            Ok(link) => {
+                self.clipboard = Some(link.to_string());
+                "link copied".to_owned()
+            }
+            Err(why) => why,
+        });
+    }
+
     /// A file of a name that is free, in the folder of the program.
     fn free_path(&self, ending: &str) -> PathBuf {
         free(&self.folder, &self.session.loaded().name, ending)

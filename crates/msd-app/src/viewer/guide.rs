@@ -22,12 +22,15 @@ impl GuideStep {
     pub const ALL: [GuideStep; 5] =
         [GuideStep::Grab, GuideStep::Stiffen, GuideStep::BlowUp, GuideStep::Mend, GuideStep::Cost];
 
-    /// What is to be done, one sentence.
-    pub fn text(self) -> &'static str {
+    /// What is to be done, or, where it was, what happened: one sentence.
+    fn text(self, is_reached: bool) -> &'static str {
         match self {
             GuideStep::Grab => "Press on the body, drag it, and let go to throw it.",
             GuideStep::Stiffen => {
                 "Drag Stiffness, on the right, up until the percentage under Solver is red."
+            }
+            GuideStep::BlowUp if is_reached => {
+                "It blew up: the step is too long for the stiffest springs."
             }
             GuideStep::BlowUp => "Wait: a step beyond the limit makes it blow up.",
             GuideStep::Mend => "Choose a way out in the box: each says what it costs.",
@@ -36,6 +39,12 @@ impl GuideStep {
                  what it costs."
             }
         }
+    }
+
+    /// How long it stays once it was done, seconds: stiff springs blow up before one has read that
+    /// they will.
+    fn stay(self) -> f64 {
+        if self == GuideStep::BlowUp { 4.0 } else { 0.0 }
     }
 
     /// Whether a session shows that it was done; `held` says whether something was held before.
@@ -56,10 +65,12 @@ impl GuideStep {
 }
 
 /// How far a user has got in the guide.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Guide {
     done: usize,
     held: bool,
+    /// How long ago the present step was done, seconds.
+    reached: Option<f64>,
 }
 
 impl Guide {
@@ -68,16 +79,30 @@ impl Guide {
         GuideStep::ALL.get(self.done).copied()
     }
 
+    /// The sentence of the step to take now.
+    pub fn text(&self) -> Option<&'static str> {
+        self.step().map(|step| step.text(self.reached.is_some()))
+    }
+
     /// Steps that were done.
     pub fn done(&self) -> usize {
         self.done
     }
 
-    /// Looks at a session, once per frame.
-    pub fn follow(&mut self, session: &Session) {
-        if self.step().is_some_and(|step| step.is_done(session, self.held)) {
-            self.done += 1;
+    /// Looks at a session, once per frame; `real` is how long the frame before was shown, seconds.
+    /// Returns how long the step that was done stays, seconds.
+    pub fn follow(&mut self, session: &Session, real: f64) -> Option<f64> {
+        let held = std::mem::replace(&mut self.held, session.held().is_some());
+        let step = self.step()?;
+        match &mut self.reached {
+            Some(reached) => *reached += real,
+            None => self.reached = step.is_done(session, held).then_some(0.0),
         }
-        self.held = session.held().is_some();
+        let left = step.stay() - self.reached?;
+        if 0.0 < left {
+            return Some(left);
+        }
+        (self.done, self.reached) = (self.done + 1, None);
+        None
     }
 }

@@ -4,7 +4,7 @@ mod catalogue;
 mod viewport;
 mod sides;
 mod gesture;
-mod link;
+mod shown;
 mod command;
 mod preferences;
 mod guide;
@@ -18,11 +18,11 @@ pub use gallery::{Gallery, Picture};
 pub use gesture::Tool;
 pub(crate) use gesture::{Action, Gesture};
 pub use guide::{Guide, GuideStep};
-pub use link::{Changes, Link, LinkError, Look, OwnScene};
 pub use preferences::{Outlook, Preferences};
 pub use sides::Side;
 pub use viewport::Viewport;
 
+use crate::link::{Changes, Link, LinkError, Look, OwnScene};
 use crate::session::{ErrorNow, Session};
 use egui::Rect;
 use glam::Vec3;
@@ -31,6 +31,7 @@ use msd_render::{Camera, Style};
 use msd_run::on;
 use msd_run::rescue::Offer;
 use msd_scene::Loaded;
+use shown::{show_bits, shown_bits};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -381,7 +382,7 @@ impl Viewer {
             yaw: camera.yaw,
             pitch: camera.pitch,
             follow: self.follow,
-            shown: link::shown_bits(self.style),
+            shown: shown_bits(self.style),
         };
         let changes = Changes {
             settings: session.runner().settings(),
@@ -445,7 +446,7 @@ impl Viewer {
         session.edit_again(&changes.edits);
         session.set_speed(changes.speed);
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
-        link::show_bits(&mut self.style, shown);
+        show_bits(&mut self.style, shown);
         self.follow = follow;
         let middle = self.subject().map_or(Vec3::ZERO, |(low, high)| (low + high) * 0.5);
         let target = Vec3::from(target);

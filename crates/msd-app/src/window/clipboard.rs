@@ -8,8 +8,8 @@ use winit::raw_window_handle::{HasDisplayHandle, RawDisplayHandle};
 
 /// The clipboard, and the keys that are held.
 pub(super) struct Clipboard {
-    /// Nothing where egui-winit sees to it or there is none.
-    text: Option<arboard::Clipboard>,
+    /// The clipboard, or why there is none; nothing where egui-winit sees to it.
+    text: Option<Result<arboard::Clipboard, String>>,
     held: ModifiersState,
 }
 
@@ -18,25 +18,29 @@ impl Clipboard {
     pub(super) fn of(display: &impl HasDisplayHandle) -> Self {
         let handle = display.display_handle().map(|handle| handle.as_raw());
         let is_wayland = matches!(handle, Ok(RawDisplayHandle::Wayland(_)));
-        let text = if is_wayland { None } else { arboard::Clipboard::new().ok() };
+        let text =
+            (!is_wayland).then(|| arboard::Clipboard::new().map_err(|error| error.to_string()));
         Clipboard { text, held: ModifiersState::empty() }
     }
 
     /// Takes over what a frame copied.
-    pub(super) fn copy(&mut self, commands: &[OutputCommand]) {
-        let Some(clipboard) = &mut self.text else { return };
+    ///
+    /// # Errors
+    /// A line on why it could not.
+    pub(super) fn copy(&mut self, commands: &[OutputCommand]) -> Result<(), String> {
+        let Some(clipboard) = &mut self.text else { return Ok(()) };
         for command in commands {
-            if let OutputCommand::CopyText(text) = command
-                && let Err(error) = clipboard.set_text(text)
-            {
-                log::error!("the clipboard did not take the text: {error}");
-            }
+            let OutputCommand::CopyText(text) = command else { continue };
+            let set = clipboard.as_mut().map_err(|why| why.clone());
+            set.and_then(|clipboard| clipboard.set_text(text).map_err(|error| error.to_string()))
+                .map_err(|why| format!("nothing was copied: {why}"))?;
         }
+        Ok(())
     }
 
     /// Hands over the text that an event is about to paste, before egui-winit reads the event.
     pub(super) fn offer(&mut self, event: &WindowEvent, input: &mut egui_winit::State) {
-        let Some(clipboard) = &mut self.text else { return };
+        let Some(Ok(clipboard)) = &mut self.text else { return };
         if let WindowEvent::ModifiersChanged(held) = event {
             self.held = held.state();
         }
@@ -60,4 +64,18 @@ fn pastes(event: &WindowEvent, held: ModifiersState) -> bool {
             Key::Named(NamedKey::Insert) => held.shift_key(),
             _ => is_letter() && (held.control_key() || held.super_key()),
         }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_could_not_be_copied_is_told() {
+        let text = Some(Err("there is no clipboard".to_owned()));
+        let mut clipboard = Clipboard { text, held: ModifiersState::empty() };
+        assert_eq!(clipboard.copy(&[]), Ok(()));
+        let why = clipboard.copy(&[OutputCommand::CopyText("a link".into())]);
+        assert_eq!(why, Err("nothing was copied: there is no clipboard".into()));
+    }
 }

@@ -10,6 +10,8 @@ mod film;
 #[cfg(not(target_arch = "wasm32"))]
 mod preferences_file;
 mod status_file;
+#[cfg(feature = "accessibility")]
+mod accessibility;
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
 #[cfg(target_arch = "wasm32")]
@@ -60,6 +62,9 @@ const KEPT_EVERY: Duration = Duration::from_secs(1);
 pub(crate) enum Arrival {
     /// The graphics device, which a browser gives later, and the surface of the window.
     Graphics(Box<Result<(Gpu, wgpu::Surface<'static>), RenderError>>),
+    /// What a screen reader asks for.
+    #[cfg(feature = "accessibility")]
+    Accessibility(egui_winit::accesskit_winit::WindowEvent),
     /// The graphics device is lost; a browser takes it away when it likes.
     #[cfg(target_arch = "wasm32")]
     Lost,
@@ -146,8 +151,13 @@ impl Shell {
         #[cfg(target_arch = "wasm32")]
         let attributes =
             winit::platform::web::WindowAttributesExtWebSys::with_canvas(attributes, web::canvas());
+        // Who reads it aloud must know it before it is shown.
+        #[cfg(feature = "accessibility")]
+        let attributes = attributes.with_visible(false);
         let window = Arc::new(event_loop.create_window(attributes)?);
         self.input = Some(panel_input(&self.context, &window));
+        #[cfg(feature = "accessibility")]
+        self.make_accessible(event_loop, &window);
         self.clipboard = Some(Clipboard::of(event_loop));
         self.window = Some(window.clone());
         self.ask_for_graphics(event_loop, window);
@@ -274,8 +284,12 @@ impl Shell {
         let stopwatch = || start.elapsed().as_secs_f64();
         let (mut output, stepped) = lay_out(&self.context, raw, viewer, real, &stopwatch);
         dress(window, viewer, (&mut self.title, &mut self.is_full));
-        if let Some(clipboard) = &mut self.clipboard {
-            clipboard.copy(&output.platform_output.commands);
+        if let Some(clipboard) = &mut self.clipboard
+            && let Err(why) = clipboard.copy(&output.platform_output.commands)
+        {
+            // It said that it was copied.
+            viewer.note = Some(why);
+            window.request_redraw();
         }
         input.handle_platform_output(window, std::mem::take(&mut output.platform_output));
         let root = output.viewport_output.get(&egui::ViewportId::ROOT);
@@ -438,6 +452,8 @@ impl ApplicationHandler<Arrival> for Shell {
     fn user_event(&mut self, event_loop: &ActiveEventLoop, arrival: Arrival) {
         match arrival {
             Arrival::Graphics(graphics) => self.take_graphics(event_loop, *graphics),
+            #[cfg(feature = "accessibility")]
+            Arrival::Accessibility(wish) => self.serve(wish),
             #[cfg(target_arch = "wasm32")]
             Arrival::Lost => self.lose_graphics(),
             #[cfg(target_arch = "wasm32")]

@@ -2,7 +2,8 @@
 
 use super::surface::Loss;
 use super::{Arrival, Missing, Shell, ViewError, preferences_file, status_file};
-use crate::viewer::{Link, Viewer, catalogue};
+use crate::link::Link;
+use crate::viewer::{Viewer, catalogue};
 use msd_scene::Loaded;
 use std::path::{Path, PathBuf};
 

@@ -22,7 +22,7 @@ pub struct Desk {
     window: Option<Child>,
     /// What `msd` is asked to view; nothing for `msd` alone.
     pub scene: &'static str,
-    environment: Vec<(&'static str, &'static str)>,
+    environment: Vec<(&'static str, String)>,
 }
 
 impl Drop for Desk {
@@ -44,7 +44,7 @@ impl Desk {
     fn open(
         screen: &str,
         scene: &'static str,
-        environment: &[(&'static str, &'static str)],
+        environment: &[(&'static str, &str)],
     ) -> Result<Desk, String> {
         for program in ["Xvfb", "xdotool"] {
             if !is_installed(program) {
@@ -65,7 +65,8 @@ impl Desk {
         }
         let status = folder.path().join("status.jsonl");
         let display = format!(":{}", number.trim());
-        let environment = environment.to_vec();
+        let owned = |&(name, value): &(&'static str, &str)| (name, value.to_owned());
+        let environment = environment.iter().map(owned).collect();
         let mut desk = Desk { display, status, xvfb, folder, window: None, scene, environment };
         desk.start()?;
         Ok(desk)
@@ -82,7 +83,7 @@ impl Desk {
             .env("XDG_RUNTIME_DIR", self.folder.path())
             .env("MSD_STATUS", &self.status)
             .env("MSD_PREFERENCES", self.folder.path().join("preferences.json"))
-            .envs(self.environment.iter().copied())
+            .envs(self.environment.iter().cloned())
             .stderr(Stdio::piped())
             .spawn()
             .expect("msd starts");
@@ -233,10 +234,15 @@ pub fn desk(screen: &str) -> Option<Desk> {
 pub fn desk_with(
     screen: &str,
     scene: &'static str,
-    environment: &[(&'static str, &'static str)],
+    environment: &[(&'static str, &str)],
 ) -> Option<Desk> {
-    match Desk::open(screen, scene, environment) {
-        Ok(desk) => Some(desk),
+    if_there(Desk::open(screen, scene, environment))
+}
+
+/// What a test needs, unless this machine lacks it and need not have it.
+pub fn if_there<T>(found: Result<T, String>) -> Option<T> {
+    match found {
+        Ok(found) => Some(found),
         Err(reason) if std::env::var_os("MSD_REQUIRE_WINDOW").is_none() => {
             eprintln!("SKIPPED: no window can be tested here: {reason}");
             None

@@ -6,6 +6,8 @@
 //! the test says so and passes, unless `MSD_REQUIRE_WINDOW` is set.
 #![cfg(target_os = "linux")]
 
+#[cfg(feature = "accessibility")]
+mod accessibility;
 mod desk;
 mod ends;
 mod hands;

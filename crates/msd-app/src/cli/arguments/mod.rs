@@ -194,7 +194,7 @@ pub struct RenderArguments {
 /// Arguments of `msd inspect`.
 #[derive(Debug, Args)]
 pub struct InspectArguments {
-    /// Built-in scene, scene file or mesh
+    /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
     /// Print one JSON object instead of a summary
     #[arg(long, help_heading = OUTPUT)]

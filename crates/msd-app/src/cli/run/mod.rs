@@ -1,13 +1,13 @@
 //! `msd run`: a scene runs without a window.
 
 mod advice;
-mod prepare;
+pub mod prepare;
 mod report;
 mod watch;
 mod files;
 mod replay;
 
-pub use prepare::{FRAME, Prepared, is_endless, link, open_draft, open_scene, prepare};
+pub use prepare::{is_endless, link, open_draft, open_scene};
 pub use replay::replay;
 pub use report::evaluations;
 
@@ -18,6 +18,7 @@ use files::Files;
 use msd_core::{Divergence, Error};
 use msd_run::Moment;
 use msd_run::rescue::LASTING;
+use prepare::{FRAME, Prepared, prepare};
 use report::{Done, RunReport};
 use std::path::Path;
 use watch::Watch;

@@ -4,7 +4,7 @@ use super::advice::advise;
 use crate::cli::arguments::{SolverArguments, Step, Substeps};
 use crate::cli::failure::{Failure, tell};
 use crate::cli::progress::SlowNotice;
-use msd_app::viewer::Link;
+use msd_app::link::Link;
 use msd_core::{Integrator, Settings};
 use msd_run::rescue::LASTING;
 use msd_run::{Rounding, Runner};
@@ -45,14 +45,6 @@ pub struct Prepared {
     pub steps: u64,
     /// What the user should know, one line each.
     pub warnings: Vec<String>,
-}
-
-impl Prepared {
-    /// The run, to be opened by the window.
-    pub fn into_loaded(self) -> Loaded {
-        let Prepared { name, title, notes, files, runner, .. } = self;
-        Loaded { notes, files, ..runner.to_loaded(&name, &title) }
-    }
 }
 
 /// The link that a scene is named by, if it is.
@@ -291,30 +283,4 @@ fn warn_of_rounding(rounding: &Rounding) -> Option<String> {
             100.0 * energy / stake
         )
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use msd_scene::Precision;
-
-    #[test]
-    fn the_window_opens_what_the_command_line_asks_for() {
-        let solver = SolverArguments {
-            integrator: Some(Integrator::Rk4),
-            step: Some(Step::Auto),
-            precision: Some(Precision::F64),
-            ..SolverArguments::default()
-        };
-        let prepared = prepare(Path::new("cloth"), &solver, ("--step", FRAME));
-        let prepared = prepared.unwrap_or_else(|failure| panic!("{}", failure.message));
-        let stable = prepared.stable;
-        let runner = Runner::open(&prepared.into_loaded()).expect("a valid scene");
-        let settings = runner.settings();
-        assert_eq!((settings.integrator, runner.precision()), (Integrator::Rk4, Precision::F64));
-        // Whole steps of a frame, as few as stay within nine tenths.
-        let count = FRAME / settings.step;
-        assert!((count - count.round()).abs() < 1e-9, "{count}");
-        assert!(settings.step <= AUTO * stable && AUTO * stable < FRAME / (count - 1.0));
-    }
 }

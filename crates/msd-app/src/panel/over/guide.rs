@@ -3,6 +3,7 @@
 use crate::panel::theme;
 use crate::viewer::{GuideStep, Viewer};
 use egui::{Align2, Area, Frame, RichText, Ui, vec2};
+use std::time::Duration;
 
 /// Width of the sentence, points.
 const WIDTH: f32 = 250.0;
@@ -10,7 +11,10 @@ const WIDTH: f32 = 250.0;
 /// The guide, while it is offered.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     let Some(mut guide) = viewer.guide else { return };
-    guide.follow(&viewer.session);
+    let real = f64::from(ui.input(|input| input.unstable_dt));
+    if let Some(left) = guide.follow(&viewer.session, real) {
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(left));
+    }
     viewer.guide = Some(guide);
     let at = viewer.rect.right_bottom() - vec2(14.0, 14.0);
     let area = Area::new(egui::Id::unique("guide")).fixed_pos(at).pivot(Align2::RIGHT_BOTTOM);
@@ -19,10 +23,8 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
         Frame::popup(ui.style()).fill(theme::PANEL).inner_margin(10.0).show(ui, |ui| {
             ui.set_width(WIDTH.min(viewer.rect.width() - 50.0));
             let count = GuideStep::ALL.len();
-            let (title, text, button) = match guide.step() {
-                Some(step) => {
-                    (format!("{} of {count}", guide.done() + 1), step.text(), "Skip the guide")
-                }
+            let (title, text, button) = match guide.text() {
+                Some(text) => (format!("{} of {count}", guide.done() + 1), text, "Skip the guide"),
                 None => {
                     let text = "That is the trade: a longer step costs less and gets more wrong, \
                                 until it blows up. F1 lists what else there is.";

@@ -20,6 +20,8 @@ use std::time::Duration;
 const HEIGHT: f32 = 236.0;
 /// Width of the controls and of the worth of the parts, points.
 const SIDE: f32 = 226.0;
+/// The least width of the diagram beside them, points.
+const DIAGRAM: f32 = 180.0;
 /// How often the panel looks for new points, seconds.
 const LOOK: f64 = 0.2;
 
@@ -50,15 +52,28 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: egui::Frame) {
         }
         ui.ctx().request_repaint_after(Duration::from_secs_f64(LOOK));
         let report = viewer.session.study();
+        let width = ui.available_width();
+        let rest = width - 2.0 * SIDE - 24.0;
+        if rest < DIAGRAM {
+            // One below the other: side by side the last would be out of the window.
+            return column(ui, "trade", width, |ui| {
+                choices(ui, viewer, report.as_ref());
+                figure(ui, width, viewer, report.as_ref());
+                parts::show(ui, &mut viewer.session);
+            });
+        }
         ui.horizontal_top(|ui| {
             column(ui, "choices", SIDE, |ui| choices(ui, viewer, report.as_ref()));
-            let rest = (ui.available_width() - SIDE - 24.0).max(180.0);
-            ui.allocate_ui(vec2(rest, HEIGHT - 20.0), |ui| {
-                let study = report.as_ref().and_then(|report| report.found.as_deref());
-                diagram::show(ui, study, choice_of(viewer.session.runner()));
-            });
+            figure(ui, rest, viewer, report.as_ref());
             column(ui, "parts", SIDE, |ui| parts::show(ui, &mut viewer.session));
         });
+    });
+}
+
+fn figure(ui: &mut Ui, width: f32, viewer: &Viewer, report: Option<&Report<Study>>) {
+    ui.allocate_ui(vec2(width, HEIGHT - 20.0), |ui| {
+        let study = report.and_then(|report| report.found.as_deref());
+        diagram::show(ui, study, choice_of(viewer.session.runner()));
     });
 }
 

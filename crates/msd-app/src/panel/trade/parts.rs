@@ -52,11 +52,15 @@ const PRECISION: &str = "Double precision, f64, or single, f32";
 /// A switch with the price beside it; returns whether it was clicked.
 fn switch(ui: &mut Ui, name: &str, is_on: bool, (hover, price): (&str, Option<String>)) -> bool {
     let mut on = is_on;
-    let is_clicked = ui.checkbox(&mut on, name).on_hover_text(hover).changed();
     let text = price.unwrap_or_else(|| theme::VOID.into());
     let text = RichText::new(text).small().color(theme::FAINT);
-    ui.add(Label::new(text).wrap()).on_hover_text(PRICE);
-    is_clicked
+    // The price beside the switch where there is room.
+    ui.horizontal_wrapped(|ui| {
+        let is_clicked = ui.checkbox(&mut on, name).on_hover_text(hover).changed();
+        ui.add(Label::new(text).extend()).on_hover_text(PRICE);
+        is_clicked
+    })
+    .inner
 }
 
 /// Why there are no prices yet.

@@ -14,12 +14,13 @@ impl PageClipboard {
     }
 
     /// Hands what a frame copied to the page.
-    pub(in crate::window) fn copy(&mut self, commands: &[OutputCommand]) {
+    pub(in crate::window) fn copy(&mut self, commands: &[OutputCommand]) -> Result<(), String> {
         for command in commands {
             if let OutputCommand::CopyText(text) = command {
                 tell("copy", text);
             }
         }
+        Ok(())
     }
 
     /// Does nothing: a browser tells of what is pasted.

@@ -5,7 +5,8 @@
 
 use super::super::{Arrival, Watcher, status_file};
 use super::show;
-use crate::viewer::{Command, Link, LinkError, Preferences, Viewer, catalogue};
+use crate::link::{Link, LinkError};
+use crate::viewer::{Command, Preferences, Viewer, catalogue};
 use js_sys::{Function, Promise, Uint8Array};
 use msd_scene::Loaded;
 use std::cell::{Cell, RefCell};

@@ -32,7 +32,7 @@ impl OwnScene {
     ///
     /// # Errors
     /// A line on one that is too large for a link.
-    pub(in crate::viewer) fn new(file: &str, bytes: &[u8]) -> Result<Self, String> {
+    pub fn new(file: &str, bytes: &[u8]) -> Result<Self, String> {
         if LARGEST <= bytes.len() {
             return Err(too_large(file, bytes.len()));
         }
@@ -44,10 +44,7 @@ impl OwnScene {
     ///
     /// # Errors
     /// A line on why a link cannot hold it.
-    pub(in crate::viewer) fn of(
-        loaded: &Loaded,
-        own: Option<&Result<Self, String>>,
-    ) -> Result<Self, String> {
+    pub fn of(loaded: &Loaded, own: Option<&Result<Self, String>>) -> Result<Self, String> {
         let own = own.cloned().unwrap_or_else(|| OwnScene::read(&loaded.files))?;
         let read = own.load().map_err(|error| error.to_string())?;
         if read.scene == loaded.scene {

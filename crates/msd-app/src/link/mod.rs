@@ -12,7 +12,6 @@ pub use error::LinkError;
 pub use own_scene::OwnScene;
 
 use msd_core::{Interaction, Settings};
-use msd_render::Style;
 use msd_run::Runner;
 use msd_scene::{BUILTINS, Loaded, Precision};
 use seal::{seal, unseal};
@@ -90,7 +89,7 @@ impl Link {
     ///
     /// # Errors
     /// A line that says which file is too large, or that too much was changed.
-    pub(in crate::viewer) fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
+    pub fn to_own(own: OwnScene, changes: Changes) -> Result<Self, String> {
         let link = Link { scene: OWN.into(), own: None, changes: Some(changes) }.checked()?;
         own.encode(LONGEST.saturating_sub(link.to_string().len() + "&file=".len()))?;
         Ok(Link { scene: own.name(), own: Some(own), ..link })
@@ -100,7 +99,7 @@ impl Link {
     ///
     /// # Errors
     /// A line that says so.
-    pub(in crate::viewer) fn checked(self) -> Result<Self, String> {
+    pub fn checked(self) -> Result<Self, String> {
         if LONGEST < self.to_string().len() {
             return Err("too much was changed for a link: save the run instead".into());
         }
@@ -229,24 +228,5 @@ impl Changes {
         self.edits.iter().all(is_setting)
             && [x, y, z, distance, yaw, pitch].iter().all(|number| number.is_finite())
             && (self.speed == f64::INFINITY || (1e-3..=100.0).contains(&self.speed))
-    }
-}
-
-/// What a link says of a style: what the window can show and hide, in the order of bits.
-fn shown(style: &mut Style) -> [&mut bool; 7] {
-    let Style { surfaces, pattern, wireframe, springs, particles, shadows, grid, .. } = style;
-    [surfaces, pattern, wireframe, springs, particles, shadows, grid]
-}
-
-/// The bits of what a style shows.
-pub(crate) fn shown_bits(mut style: Style) -> u16 {
-    let bits = shown(&mut style).map(|is_shown| u16::from(*is_shown));
-    bits.iter().enumerate().map(|(place, bit)| bit << place).sum()
-}
-
-/// Shows what the bits say.
-pub(crate) fn show_bits(style: &mut Style, bits: u16) {
-    for (place, is_shown) in shown(style).into_iter().enumerate() {
-        *is_shown = bits >> place & 1 == 1;
     }
 }

@@ -1,0 +1,18 @@
+//! `msd view` and `msd render` of a build without the window: they say so.
+
+use super::arguments::{RenderArguments, ViewArguments};
+use super::failure::Failure;
+
+/// Refuses to show a scene.
+pub fn view(_: ViewArguments) -> Result<(), Failure> {
+    refuse("has no window")
+}
+
+/// Refuses to draw a scene.
+pub fn render(_: &RenderArguments) -> Result<(), Failure> {
+    refuse("draws no pictures")
+}
+
+fn refuse(what: &str) -> Result<(), Failure> {
+    Err(Failure::input(format!("this build of msd {what}: build it with the default features")))
+}
