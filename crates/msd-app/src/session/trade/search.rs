@@ -1,12 +1,13 @@
 //! A search for one setting in the background, as `msd tune` makes it.
 
 use super::Trade;
+use super::work::SearchWork;
 use super::worker::{Report, Worker};
 use crate::session::Session;
 use crate::session::run::Run;
 use msd_study::choice::FRAME;
 use msd_study::quantity::estimate;
-use msd_study::tune::{Goal, Tuned, tune_followed};
+use msd_study::tune::{Goal, Tuned};
 
 /// A search that was asked for, of the scene as it is.
 #[derive(Debug)]
@@ -86,14 +87,8 @@ impl Trade {
             return false;
         };
         let goal = search.goal;
-        let worker = search.worker.get_or_insert_with(|| {
-            let scene = scene.clone();
-            Worker::start(move |job| {
-                let tuned = tune_followed(&scene, super::STUDY_DURATION, goal, job)?;
-                job.show(tuned);
-                Ok(())
-            })
-        });
+        let worker =
+            search.worker.get_or_insert_with(|| Worker::start(SearchWork(scene.clone(), goal)));
         worker.set_paused(self.paused);
         !worker.report().idle
     }
