@@ -316,6 +316,27 @@ const tests = {
 
 // These do not depend on how it is drawn.
 const once = {
+  async 'the trade is measured beside the page, with what is wished for and the prices of the parts'(page) {
+    await page.page.setViewportSize({ width: 1280, height: 800 });
+    await page.go('#scene=chain');
+    const { landmarks } = await page.until('steps', now => 2 < now.steps);
+    const [left, top, width, height] = landmarks.trade;
+    await page.click([left + width / 2, top + height / 2]);
+    const first = await page.until('points', now => 3 < (now.trade?.measured ?? 0));
+    // A clock whose ticks are longer than a run would say nothing.
+    assert(0 < first.trade.cheapest && first.trade.cheapest < 1, `${first.trade.cheapest} s/s`);
+    const priced = await page.until('prices', now => 0 < (now.trade?.parts ?? 0));
+    assert.equal(priced.trade.failure, null);
+    await page.picture('trade');
+    // Steps went on meanwhile.
+    assert(first.steps < priced.steps, `${first.steps} and ${priced.steps} steps`);
+    await page.page.evaluate(() => window.msd.msd.command('restart'));
+    await page.until('the end of the study', now => now.trade?.done);
+    await page.page.evaluate(() => window.msd.open('#scene=square'));
+    await page.until('a study of the new scene', now => now.scene === 'square' && 0 < (now.trade?.measured ?? 0));
+    await page.page.setViewportSize({ width: 960, height: 640 });
+  },
+
   async 'the kept hashes are those computed in the page'(page) {
     await page.go('#scene=chain&verify');
     await page.page.waitForFunction(() => document.documentElement.dataset.verified, null,

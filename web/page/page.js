@@ -50,6 +50,7 @@ const told = {
     // Of a file: not in the list.
     if (element('scene').value !== name) element('scene').value = '';
   },
+  open: fragment => open(fragment).catch(refused),
   copy: text => copy(text),
   file(name, bytes) {
     download(new Blob([bytes]), name);
@@ -94,37 +95,54 @@ async function openFile(file) {
 
 // Opens the bytes of a file; of a recording the run that it ends in.
 async function openBytes(name, bytes) {
-  if (!name.endsWith('.msdrec')) return msd.open_file(name, bytes);
+  if (!name.endsWith('.msdrec')) {
+    return msd.show_file(name, bytes, await beside('opened_file', name, bytes));
+  }
   say(`Replaying ${name}`);
-  const run = await replay(name, bytes);
-  await msd.open_file(name.replace(/rec$/, ''), run);
+  const run = await beside('replayed', name, bytes);
+  await openBytes(name.replace(/rec$/, ''), run);
   say(`${name}: here is its last state`);
 }
 
-function replay(name, bytes) {
-  const worker = new Worker('replay.js', { type: 'module' });
+// The scene that was asked for last.
+let asked = 0;
+
+// Opens the scene of a fragment.
+async function open(fragment) {
+  const turn = ++asked;
+  const rows = await beside('opened', fragment);
+  if (turn === asked) await msd.show_link(fragment, rows);
+}
+
+// The program as it was compiled, for workers.
+let module;
+
+// What a function of the program returns, which works in a worker beside the page.
+function beside(name, ...what) {
+  const worker = new Worker('beside.js', { type: 'module' });
   const ended = new Promise((done, failed) => {
-    worker.onmessage = ({ data }) => (data.error ? failed(data.error) : done(data.run));
+    worker.onmessage = ({ data }) => (data.error ? failed(data.error) : done(data.result));
     worker.onerror = error => failed(error.message);
   });
-  worker.postMessage({ name, bytes });
+  worker.postMessage({ module, name, what });
   return ended.finally(() => worker.terminate());
 }
 
 async function listRecordings() {
   const kept = await store.recordings();
   const choice = element('recordings');
-  const option = ({ key, name, date }) => new Option(`${name}, ${new Date(date).toLocaleString()}`, key);
+  const option = ([date, name]) =>
+    new Option(`${name}, ${new Date(date).toLocaleString()}`, JSON.stringify([date, name]));
   choice.replaceChildren(new Option('Choose', ''), ...kept.map(option));
   element('recorded').hidden = kept.length === 0;
 }
 
 async function openRecording() {
-  const key = Number(element('recordings').value);
+  const chosen = element('recordings').value;
   element('recordings').value = '';
-  if (!key) return;
-  const { name, bytes } = await store.recording(key);
-  await openBytes(name, bytes);
+  if (!chosen) return;
+  const key = JSON.parse(chosen);
+  await openBytes(key[1], await store.recording(key));
 }
 
 // The program, counted as it arrives.
@@ -140,7 +158,9 @@ async function program() {
       out.enqueue(part);
     },
   });
-  return new Response(response.body.pipeThrough(count), { headers: response.headers });
+  // Whatever the server calls it.
+  const headers = { 'content-type': 'application/wasm' };
+  return WebAssembly.compileStreaming(new Response(response.body.pipeThrough(count), { headers }));
 }
 
 function listScenes() {
@@ -166,7 +186,7 @@ function connect() {
     const fragment = `#scene=${element('scene').value}`;
     if (!element('scene').value) return;
     history.replaceState(null, '', fragment);
-    msd.open(fragment).catch(refused);
+    open(fragment).catch(refused);
   });
   element('copy').addEventListener('click', () => msd.link().then(copy, refused));
   element('verify').addEventListener('click', verify);
@@ -198,7 +218,7 @@ function connect() {
   });
   addEventListener('hashchange', () => {
     msd.set_bare(setOptions());
-    if (location.hash.startsWith('#scene=')) msd.open(location.hash).catch(refused);
+    if (location.hash.startsWith('#scene=')) open(location.hash).catch(refused);
     if (options().has('verify')) verify();
   });
   // After a click of the mouse the keys belong to the simulation again.
@@ -211,6 +231,17 @@ function setOptions() {
   const embedded = options().has('embed');
   document.documentElement.classList.toggle('embed', embedded);
   return embedded;
+}
+
+// The scene that the address names, or where that cannot be opened the first one.
+async function first() {
+  const fragment = location.hash;
+  try {
+    return [fragment, await beside('opened', fragment)];
+  } catch (error) {
+    say(`${error}; here is ${element('scene').options[0].value} instead`);
+    return ['', await beside('opened', '')];
+  }
 }
 
 let verifying = false;
@@ -234,18 +265,20 @@ function verify() {
 }
 
 // What tests ask.
-window.msd = { status: async () => JSON.parse(await msd.status()), msd };
+window.msd = { status: async () => JSON.parse(await msd.status()), open, msd };
 
 setOptions();
 if ('serviceWorker' in navigator) navigator.serviceWorker.register('sw.js').catch(() => {});
 try {
   if (!WebAssembly.validate(SIMD)) throw new Error('WebAssembly SIMD is missing');
-  await init({ module_or_path: await program() });
+  module = await program();
+  await init({ module_or_path: module });
   element('stage').textContent = 'Opening the scene';
   listScenes();
   connect();
   listRecordings().catch(() => {});
-  msd.start(location.hash, remembered(), (kind, ...what) => told[kind]?.(...what));
+  const [fragment, rows] = await first();
+  msd.start(fragment, rows, remembered(), (kind, ...what) => told[kind]?.(...what));
   msd.set_bare(setOptions());
   if (options().has('verify')) verify();
 } catch (error) {

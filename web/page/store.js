@@ -26,26 +26,38 @@ const result = request => new Promise((done, failed) => {
 });
 
 async function store(mode) {
-  const request = indexedDB.open('msd', 1);
-  request.onupgradeneeded = () => request.result.createObjectStore('recordings', { autoIncrement: true });
+  const request = indexedDB.open('msd', 2);
+  request.onupgradeneeded = () => upgrade(request.result, request.transaction);
   const base = await result(request);
-  const transaction = base.transaction('recordings', mode);
+  const transaction = base.transaction('files', mode);
   transaction.oncomplete = () => base.close();
-  return transaction.objectStore('recordings');
+  return transaction.objectStore('files');
+}
+
+// The bytes of recordings by date and name, so that a list of them needs no bytes. The first version
+// had rows that held all three.
+function upgrade(base, transaction) {
+  const files = base.createObjectStore('files');
+  if (!base.objectStoreNames.contains('recordings')) return;
+  transaction.objectStore('recordings').openCursor().onsuccess = ({ target: { result: cursor } }) => {
+    if (!cursor) return base.deleteObjectStore('recordings');
+    const { name, bytes, date } = cursor.value;
+    files.put(bytes, [date, name]);
+    cursor.continue();
+  };
 }
 
 export async function keepRecording(name, bytes) {
-  const recordings = await store('readwrite');
-  await result(recordings.add({ name, bytes, date: Date.now() }));
-  const keys = await result(recordings.getAllKeys());
-  for (const key of keys.slice(0, -MOST)) recordings.delete(key);
+  const files = await store('readwrite');
+  await result(files.put(bytes, [Date.now(), name]));
+  const keys = await result(files.getAllKeys());
+  for (const key of keys.slice(0, -MOST)) files.delete(key);
 }
 
-// The recordings that are kept, the newest first: key, name and date.
+// Dates and names of the recordings that are kept, the newest first.
 export async function recordings() {
-  const kept = await store('readonly');
-  const [keys, rows] = await Promise.all([result(kept.getAllKeys()), result(kept.getAll())]);
-  return rows.map(({ name, date }, row) => ({ key: keys[row], name, date })).reverse();
+  const keys = await result((await store('readonly')).getAllKeys());
+  return keys.reverse();
 }
 
 export async function recording(key) {

@@ -6,7 +6,7 @@ use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
-use msd_study::conduct::{Follower, Plan, Progress, follow, study};
+use msd_study::conduct::{Course, Follower, Plan, Progress, study};
 use msd_study::errors::Errors;
 use msd_study::leave::Halt;
 use msd_study::live_error::{Estimator, calibrate};
@@ -331,6 +331,16 @@ impl Follower for Guest {
     }
 }
 
+/// Goes on until nothing is left to do and nothing is wished for.
+fn follow(plan: Plan, guest: &mut Guest) -> Result<(), Halt> {
+    let mut course = Course::begin(cloth(), plan, guest)?;
+    loop {
+        while course.advance(guest)? {}
+        let Some(choice) = guest.wish(true) else { return Ok(()) };
+        course.grant(choice, guest)?;
+    }
+}
+
 #[test]
 fn a_study_shows_each_point_as_it_is_made_grants_wishes_and_stops_when_told() {
     let plan = Plan { duration: 0.1, budget: 0.5, fresh: true, ..Plan::default() };
@@ -342,10 +352,10 @@ fn a_study_shows_each_point_as_it_is_made_grants_wishes_and_stops_when_told() {
     };
     let mut guest =
         Guest { seen: Vec::new(), leaves_after: usize::MAX, wish: Some(wish), granted: false };
-    follow(&cloth(), plan, &mut guest).unwrap();
+    follow(plan, &mut guest).unwrap();
     assert!(guest.granted && guest.seen.windows(2).all(|pair| pair[1] <= pair[0] + 1));
     assert_eq!((guest.seen[0], guest.seen[1]), (0, 1));
     let mut hasty = Guest { leaves_after: 5, wish: None, seen: Vec::new(), granted: false };
-    assert_eq!(follow(&cloth(), plan, &mut hasty), Err(Halt::Stopped));
+    assert_eq!(follow(plan, &mut hasty), Err(Halt::Stopped));
     assert_eq!(hasty.seen.last(), Some(&5));
 }

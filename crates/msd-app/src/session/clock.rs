@@ -7,11 +7,12 @@ use std::collections::VecDeque;
 /// is dropped, not caught up with.
 const LARGEST_DEBT: f64 = 0.25;
 
-/// The most wall-clock time that one frame may spend on steps, seconds.
+/// The most wall-clock time that one frame may spend on steps, seconds: in a browser they share
+/// their thread with the whole page, which is to answer within 50 ms.
 ///
 /// A bound on time, not only on the number of steps: where a step costs more than it simulates,
 /// catching up would owe more after every frame than before it.
-pub const BUDGET: f64 = 1.0 / 30.0;
+pub const BUDGET: f64 = if cfg!(target_arch = "wasm32") { 1.0 / 60.0 } else { 1.0 / 30.0 };
 
 /// How far back the averages of the status line look, seconds.
 const AVERAGED: f64 = 1.0;

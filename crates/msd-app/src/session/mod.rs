@@ -32,9 +32,9 @@ pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
 pub use throttle::Throttle;
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
-pub use trade::{
-    Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, Search, StudyFrom, Trade, choice_of,
-};
+#[cfg(target_arch = "wasm32")]
+pub(crate) use trade::{Hand, Labour, RetryWork, SearchWork, StudyWork, TermsWork, Work};
+pub use trade::{Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of};
 pub use twin::Twin;
 
 use clock::Clock;

@@ -16,8 +16,9 @@ pub struct Entry {
 pub struct Catalogue {
     /// The scenes, in the order of the list.
     pub entries: Vec<Entry>,
-    /// Opens one by its name; the error is a line for the user.
-    pub open: fn(&str) -> Result<Loaded, String>,
+    /// Opens one by its name; the error is a line for the user. `None` where it is opened elsewhere
+    /// and arrives later, by [`Viewer::show_link`](super::Viewer::show_link).
+    pub open: fn(&str) -> Option<Result<Loaded, String>>,
 }
 
 /// The built-in scenes.
@@ -25,6 +26,6 @@ pub fn catalogue() -> Catalogue {
     let entry = |scene: &msd_scene::Builtin| Entry { name: scene.name, title: scene.title };
     Catalogue {
         entries: msd_scene::BUILTINS.iter().map(entry).collect(),
-        open: |name| msd_scene::open(name).map_err(|error| error.to_string()),
+        open: |name| Some(msd_scene::open(name).map_err(|error| error.to_string())),
     }
 }

@@ -300,8 +300,9 @@ impl Viewer {
     /// Opens a scene of the list.
     pub fn open_entry(&mut self, index: usize) {
         let Some(entry) = self.catalogue.entries.get(index) else { return };
-        let result = (self.catalogue.open)(entry.name);
-        self.open(result, Some(index));
+        if let Some(result) = (self.catalogue.open)(entry.name) {
+            self.open(result, Some(index));
+        }
     }
 
     /// Opens a scene of the list, or what else can be opened by this name.
@@ -400,24 +401,26 @@ impl Viewer {
 
     /// Opens the scene of a link, set up and looked at as it says.
     pub fn open_link(&mut self, link: &Link) {
-        if let Some(own) = &link.own {
-            match link.load() {
-                Err(error) => self.session.refuse(Err(error)),
-                Ok(loaded) => {
-                    if self.show_opened(loaded, Some(Ok(own.clone()))) {
-                        self.set_up(link);
-                    }
-                }
-            }
-            return;
+        match link.load() {
+            Err(error) => self.session.refuse(Err(error)),
+            Ok(loaded) => self.show_link(link, loaded),
         }
-        let is_meant = |entry: &Entry| entry.name == link.scene;
-        let Some(index) = self.catalogue.entries.iter().position(is_meant) else {
-            let unknown = LinkError::UnknownScene(link.scene.clone());
-            return self.session.refuse(Err(unknown));
+    }
+
+    /// Shows the scene of a link, which was loaded before, set up and looked at as it says.
+    pub fn show_link(&mut self, link: &Link, loaded: Loaded) {
+        let is_shown = match &link.own {
+            Some(own) => self.show_opened(loaded, Some(Ok(own.clone()))),
+            None => {
+                let mut entries = self.catalogue.entries.iter();
+                let Some(index) = entries.position(|entry| entry.name == link.scene) else {
+                    let unknown = LinkError::UnknownScene(link.scene.clone());
+                    return self.session.refuse(Err(unknown));
+                };
+                self.open(Ok(loaded), Some(index))
+            }
         };
-        let loaded = link.load().map_err(|error| error.to_string());
-        if self.open(loaded, Some(index)) {
+        if is_shown {
             self.set_up(link);
         }
     }
@@ -428,6 +431,14 @@ impl Viewer {
     /// Why it cannot be opened, or cannot run: one line.
     pub fn of_link(link: &Link, catalogue: Catalogue) -> Result<Self, String> {
         let loaded = link.load().map_err(|error| error.to_string())?;
+        Viewer::of_loaded(link, loaded, catalogue)
+    }
+
+    /// The same of a link whose scene was loaded before.
+    ///
+    /// # Errors
+    /// Why it cannot run: one line.
+    pub fn of_loaded(link: &Link, loaded: Loaded, catalogue: Catalogue) -> Result<Self, String> {
         let opened = link.own.is_some().then(|| loaded.clone());
         let mut viewer = Viewer::new(loaded, catalogue).map_err(|error| error.to_string())?;
         if opened.is_some() {
@@ -460,11 +471,14 @@ impl Viewer {
     /// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`.
     pub fn open_bytes(&mut self, name: &str, bytes: &[u8]) {
         match msd_scene::open_bytes(name, bytes) {
-            Ok(loaded) => {
-                self.show_opened(loaded, Some(OwnScene::new(name, bytes)));
-            }
+            Ok(loaded) => self.show_bytes(name, bytes, loaded),
             Err(error) => self.session.refuse(Err(error)),
         }
+    }
+
+    /// Shows what was loaded before from the bytes of a file called `name`.
+    pub fn show_bytes(&mut self, name: &str, bytes: &[u8], loaded: Loaded) {
+        self.show_opened(loaded, Some(OwnScene::new(name, bytes)));
     }
 
     /// Brings every particle and the ground below into view.

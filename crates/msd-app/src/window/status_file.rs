@@ -8,14 +8,15 @@
 //! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is), `pins`
 //! (how many are), `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of
 //! the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
-//! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `group` and `grabs` (how
-//! many particles are to be grabbed together, and are held), `guide` (steps done of the guide, or
-//! null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `pixels_per_point`, `view`
+//! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `trade` (null while it is off
+//! or waits: `measured` settings, the `cheapest` of them in s/s, `now`, `done`, `failure`, priced
+//! `parts`, `search`), `group` and `grabs` (how many particles are to be grabbed together, and are
+//! held), `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `pixels_per_point`, `view`
 //! and `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
-use crate::session::ErrorNow;
+use crate::session::{ErrorNow, Search, Session};
 use crate::viewer::{Guide, Viewer};
 use egui::{Pos2, Rect};
 use glam::Vec3;
@@ -81,6 +82,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         }),
         "stiffness": session.material().values().stiffness.map(|value| value.first),
         "wind": session.wind().strength,
+        "trade": trade(session),
         "group": session.group().len(),
         "grabs": on!(session.runner(), simulation => simulation.model().grabs().len()),
         "guide": viewer.guide.as_ref().map(Guide::done),
@@ -95,6 +97,22 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "view": area(viewer.rect, scale),
         "landmarks": landmarks,
     })
+}
+
+/// What is known of the trade, while it is shown.
+fn trade(session: &Session) -> Option<Value> {
+    let report = session.study().filter(|_| session.trade().is_on())?;
+    let parts = session.terms();
+    let costs = report.found.as_ref().map(|study| study.trials.iter().map(|trial| trial.cost));
+    Some(json!({
+        "measured": report.found.as_ref().map_or(0, |study| study.trials.len()),
+        "cheapest": costs.and_then(|costs| costs.reduce(f64::min)),
+        "now": report.progress.as_ref().map(|progress| &progress.now),
+        "done": report.idle,
+        "failure": report.failure,
+        "parts": parts.and_then(|report| report.found.as_ref().map(|rows| rows.len())),
+        "search": session.searched().map(Search::words),
+    }))
 }
 
 fn error(now: Option<ErrorNow<'_>>) -> Value {

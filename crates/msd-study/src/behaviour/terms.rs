@@ -6,7 +6,7 @@ use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
 use crate::measure::leave::{Halt, Leave, ask, unstopped};
 use crate::measure::reference::size_of;
-use crate::measure::trial::state;
+use crate::measure::trial::{state, time_run};
 use crate::quantity::rounded;
 use msd_core::{Error, Scene, Settings, Spring, State};
 use msd_run::Runner;
@@ -85,7 +85,7 @@ pub fn terms_by_leave(
             change[1] = change[1].max(change[0]);
         });
         changes.push(match ran {
-            Ok(_) => Ok(change),
+            Ok(()) => Ok(change),
             Err(Halt::Refused(error)) => Err(error),
             Err(Halt::Stopped) => return Err(Halt::Stopped),
         });
@@ -99,7 +99,8 @@ pub fn terms_by_leave(
         .collect())
 }
 
-/// The best time of the processor that each variant takes for its steps, seconds.
+/// The best time of the processor that each variant takes for its steps, seconds per simulated
+/// second.
 fn race(
     variants: &[Variant],
     settings: Settings,
@@ -113,7 +114,9 @@ fn race(
             break;
         }
         for (best, variant) in best.iter_mut().zip(variants) {
-            *best = best.min(match variant.run(settings, steps, leave, |_| {}) {
+            let runner = Runner::new(&variant.scene, settings, variant.precision);
+            let time = runner.map_err(Halt::from).and_then(|run| time_run(run, steps, leave));
+            *best = best.min(match time {
                 Ok(seconds) => seconds,
                 Err(Halt::Refused(_)) => f64::INFINITY,
                 Err(Halt::Stopped) => return Err(Halt::Stopped),
@@ -124,25 +127,21 @@ fn race(
 }
 
 impl Variant {
-    /// Runs `steps` steps, showing the state after each, and returns the time of the processor that
-    /// the steps took, seconds.
+    /// Runs `steps` steps, showing the state after each.
     fn run(
         &self,
         settings: Settings,
         steps: u64,
         leave: Leave<'_>,
         mut see: impl FnMut(State<f64>),
-    ) -> Result<f64, Halt> {
+    ) -> Result<(), Halt> {
         let mut runner = Runner::new(&self.scene, settings, self.precision)?;
-        let mut seconds = 0.0;
         for _ in 0..steps {
             ask(leave)?;
-            let clock = CpuClock::start();
             runner.step()?;
-            seconds += clock.seconds();
             see(state(&runner));
         }
-        Ok(seconds)
+        Ok(())
     }
 }
 

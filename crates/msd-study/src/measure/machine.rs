@@ -10,5 +10,13 @@ pub fn name() -> String {
 
 /// Today as year-month-day in universal time.
 pub fn date() -> String {
-    chrono::Utc::now().format("%Y-%m-%d").to_string()
+    #[cfg(not(target_arch = "wasm32"))]
+    let now = chrono::Utc::now();
+    // A browser has a clock that the standard library does not know.
+    #[cfg(target_arch = "wasm32")]
+    let now = {
+        let since = web_time::UNIX_EPOCH.elapsed().unwrap_or_default();
+        chrono::DateTime::UNIX_EPOCH + since
+    };
+    now.format("%Y-%m-%d").to_string()
 }

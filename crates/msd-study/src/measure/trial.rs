@@ -93,7 +93,10 @@ pub(crate) fn try_by_leave(
         gained = gained.max(witness.gain());
         energies.push(energy.total() - energy.dissipated);
     }
-    let cost = seconds / reference.duration();
+    let cost = match seconds < CpuClock::SURE {
+        true => time_by_leave(scene, choice, runner.steps(), leave)?,
+        false => seconds / reference.duration(),
+    };
     Ok(Trial { choice, cost, errors: Some(worst), energies, gained, diverged: None })
 }
 
@@ -142,19 +145,35 @@ pub(crate) fn time_by_leave(
     frames: u64,
     leave: Leave<'_>,
 ) -> Result<f64, Halt> {
-    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
+    time_run(Runner::new(scene, choice.settings(), choice.precision)?, frames, leave)
+}
+
+/// Takes so many steps for their cost alone, as long as leave is given: time of the processor per
+/// simulated second, seconds; infinite for a run that diverges.
+pub(crate) fn time_run(mut runner: Runner, steps: u64, leave: Leave<'_>) -> Result<f64, Halt> {
+    let start = runner.moment();
     let mut seconds = 0.0;
     // Few parts: reading the clock takes as long as a step of the smallest scenes.
     for part in 1..=PARTS {
         ask(leave)?;
         let clock = CpuClock::start();
-        let stepped = step_to(&mut runner, part * frames / PARTS);
+        let stepped = step_to(&mut runner, part * steps / PARTS);
         seconds += clock.seconds();
         if stepped.is_err() {
             return Ok(f64::INFINITY);
         }
     }
-    Ok(seconds / runner.time())
+    if CpuClock::SURE <= seconds {
+        return Ok(seconds / runner.time());
+    }
+    // Again and again, until the ticks of the clock are many.
+    let (clock, mut runs) = (CpuClock::start(), 0);
+    while clock.seconds() < CpuClock::SURE {
+        runner.go_back(&start)?;
+        step_to(&mut runner, steps)?;
+        runs += 1;
+    }
+    Ok(clock.seconds() / (f64::from(runs) * runner.time()))
 }
 
 /// How often a timed run asks for leave.

@@ -1,20 +1,18 @@
-//! The conduct of a study: to its end, or for as long as it is followed.
+//! The conduct of a study to its end.
 
 use crate::behaviour::audit::audit_all;
 use crate::behaviour::limits::limits;
 use crate::candidates::choice::Choice;
-use crate::candidates::ladder::ladders;
 use crate::measure::leave::{Halt, unstopped};
 use crate::measure::trial::Trial;
 use crate::space::{SpacePlan, balance, halve};
 use crate::study::Study;
-use crate::study::course::Course;
 use crate::study::words::words;
-use msd_core::{Error, Friction, Plane};
+use msd_core::Error;
 use msd_scene::{Draft, FileError, Loaded};
 
 pub(crate) use crate::study::course::Listener;
-pub use crate::study::course::{Follower, Plan, Progress};
+pub use crate::study::course::{Course, Follower, Plan, Progress};
 
 /// Studies a scene. `tell` hears how far it is.
 ///
@@ -50,7 +48,8 @@ pub fn add_space(
 
 fn to_the_end(loaded: &Loaded, plan: Plan, follower: &mut dyn Follower) -> Result<Study, Halt> {
     let scene = &loaded.scene;
-    let mut course = measured(loaded, plan, follower)?;
+    let mut course = Course::begin(loaded.clone(), plan, follower)?;
+    while course.advance(follower)? {}
     follower.hear(course.progress("observing the limits".into()));
     let mut limits = limits(scene, loaded.settings.substeps)?;
     limits.retain(|limit| limit.predicted.is_finite());
@@ -60,40 +59,6 @@ fn to_the_end(loaded: &Loaded, plan: Plan, follower: &mut dyn Follower) -> Resul
     course.study.words = words(&course.study);
     course.forget();
     Ok(course.study)
-}
-
-/// Measures a scene for one who follows: shows every trial as it is made, and when there are no
-/// more goes on to try what the follower wishes for. Ends when the follower no longer goes on or
-/// wishes; what was tried stays in the cache. Neither observes limits nor audits.
-///
-/// # Errors
-/// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it.
-pub fn follow(loaded: &Loaded, plan: Plan, follower: &mut dyn Follower) -> Result<(), Halt> {
-    let mut course = measured(loaded, plan, follower)?;
-    while let Some(choice) = follower.wish(true) {
-        course.grant(choice, follower)?;
-    }
-    Ok(())
-}
-
-/// Makes the reference and all trials.
-fn measured<'a>(
-    loaded: &'a Loaded,
-    plan: Plan,
-    follower: &mut dyn Follower,
-) -> Result<Course<'a>, Halt> {
-    let mut course = Course::begin(loaded, plan, follower)?;
-    course.climb_all(ladders(&loaded.scene)?, follower)?;
-    let steppy = |plane: &Plane| is_steppy(plane.friction);
-    if loaded.scene.planes.iter().any(steppy) {
-        course.study.left_out.push(STEPPY.into());
-    }
-    course.time_again(follower)?;
-    Ok(course)
-}
-
-fn is_steppy(friction: Friction) -> bool {
-    matches!(friction, Friction::TangentialLoss(loss) if 0.0 < loss && loss < 1.0)
 }
 
 /// Of each method the cheapest choice within the wanted error, or else its best.
@@ -106,8 +71,3 @@ pub fn representatives(study: &Study) -> Vec<Choice> {
     };
     msd_core::Integrator::ALL.into_iter().filter_map(best).collect()
 }
-
-/// What is said of a scene with the friction of the source report.
-pub const STEPPY: &str = "The tangential_loss of a plane takes its share in every substep of \
-                          contact: after contact no two settings agree, and none converges to the \
-                          reference, which takes it once per impact. Coulomb friction converges.";

@@ -1,7 +1,7 @@
 //! A study under way: round by round from coarse to fine, resumable, each choice timed often.
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
-use crate::candidates::ladder::Ladder;
+use crate::candidates::ladder::{Ladder, PRECISIONS, ladders};
 use crate::measure::clock::CpuClock;
 use crate::measure::leave::Halt;
 use crate::measure::reference::{Reference, Sample, Wish, frames_of, reference_by_leave};
@@ -9,11 +9,13 @@ use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
 use crate::measure::{cache, machine};
 use crate::space::known;
 use crate::study::{ReferenceNote, Study};
-use msd_core::{Settings, Simulation};
+use msd_core::{Friction, Plane, Settings, Simulation};
 use msd_scene::Loaded;
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
 
 /// What a study is to cover.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Time to simulate, seconds.
     pub duration: f64,
@@ -37,7 +39,7 @@ impl Default for Plan {
 }
 
 /// How far a study is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// What is being done.
     pub now: String,
@@ -66,6 +68,7 @@ impl Progress {
 }
 
 /// What is still to be tried of one method.
+#[derive(Debug)]
 struct Climb {
     rungs: std::vec::IntoIter<Choice>,
     /// The best error so far and how many rungs did not better it.
@@ -111,27 +114,33 @@ impl Follower for Listener<'_> {
     }
 }
 
-/// A study that is under way.
-pub(super) struct Course<'a> {
-    loaded: &'a Loaded,
+/// A study that is under way: the reference is made, and trials follow one by one.
+///
+/// It neither observes limits nor audits, as [`study`](crate::study::conduct::study) does.
+#[derive(Debug)]
+pub struct Course {
+    loaded: Loaded,
     plan: Plan,
     right: Reference,
     reliable: usize,
     /// What was found so far.
-    pub study: Study,
+    pub(super) study: Study,
     hash: String,
     spent: f64,
-    /// Methods that are done, and all of them, while they are tried.
-    methods: Option<[usize; 2]>,
+    /// Methods that are done, and all of them.
+    methods: [usize; 2],
+    /// Methods still to be tried, in turn.
+    climbs: VecDeque<Climb>,
+    /// The round of timing, and the trial that is timed next in it.
+    timed: (usize, usize),
 }
 
-impl<'a> Course<'a> {
+impl Course {
     /// Makes the reference, and takes up what an interrupted study left.
-    pub fn begin(
-        loaded: &'a Loaded,
-        plan: Plan,
-        follower: &mut dyn Follower,
-    ) -> Result<Self, Halt> {
+    ///
+    /// # Errors
+    /// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it.
+    pub fn begin(loaded: Loaded, plan: Plan, follower: &mut dyn Follower) -> Result<Self, Halt> {
         let scene = &loaded.scene;
         let simulation = Simulation::<f64>::new(scene, Settings::default())?;
         let model = simulation.model();
@@ -167,63 +176,70 @@ impl<'a> Course<'a> {
             date: machine::date(),
         };
         follower.see(&study);
-        let (spent, methods) = (0.0, None);
-        Ok(Course { loaded, plan, right, reliable, study, hash, spent, methods })
+        let ladders = ladders(scene)?;
+        let (spent, methods, climbs, timed) = (0.0, [0, 0], VecDeque::new(), (1, 0));
+        let mut course =
+            Course { loaded, plan, right, reliable, study, hash, spent, methods, climbs, timed };
+        let climbs = ladders.into_iter().map(|ladder| course.climb(ladder));
+        course.climbs = climbs.filter(|climb| !climb.rungs.as_slice().is_empty()).collect();
+        course.methods[1] = course.climbs.len();
+        if course.loaded.scene.planes.iter().any(is_steppy) {
+            course.study.left_out.push(STEPPY.into());
+        }
+        Ok(course)
+    }
+
+    /// Makes the next trial, or times one again: what the follower wishes for, or else what comes
+    /// next, so that all methods climb side by side and what is cheap comes first. Returns whether
+    /// there was anything to do.
+    ///
+    /// # Errors
+    /// See [`Course::begin`].
+    pub fn advance(&mut self, follower: &mut dyn Follower) -> Result<bool, Halt> {
+        if let Some(choice) = follower.wish(false) {
+            self.grant(choice, follower)?;
+            return Ok(true);
+        }
+        let Some(mut climb) = self.climbs.pop_front() else { return self.time_again(follower) };
+        let Some(choice) = climb.rungs.next() else {
+            self.methods[0] += 1;
+            return Ok(true);
+        };
+        follower.hear(self.progress(choice.to_string()));
+        match self.climb_one(&mut climb, choice, follower)? {
+            None => self.climbs.push_back(climb),
+            Some(why) => {
+                self.methods[0] += 1;
+                self.study.left_out.extend(why);
+            }
+        }
+        Ok(true)
     }
 
     /// Removes what would let the study be taken up again.
-    pub fn forget(&self) {
+    pub(super) fn forget(&self) {
         cache::remove(JOURNAL, &self.hash);
     }
 
-    /// Climbs all ladders side by side, so that what is cheap comes first.
-    pub fn climb_all(
-        &mut self,
-        ladders: Vec<Ladder>,
-        follower: &mut dyn Follower,
-    ) -> Result<(), Halt> {
-        let mut climbs = Vec::new();
+    /// What is to be tried of a method.
+    fn climb(&mut self, ladder: Ladder) -> Climb {
+        if ladder.fewest.is_none() && ladder.precision == PRECISIONS[0] {
+            let line = format!("{}: predicted unstable here at any step", ladder.integrator);
+            self.study.left_out.push(line);
+        }
         let least = self.right.least_tolerance();
-        for ladder in ladders {
-            if ladder.fewest.is_none()
-                && ladder.precision == crate::candidates::ladder::PRECISIONS[0]
-            {
-                let integrator = ladder.integrator;
-                let line = format!("{integrator}: predicted unstable here at any step");
-                self.study.left_out.push(line);
-            }
-            let mut rungs = ladder.rungs();
-            rungs.retain(|choice| match choice.fineness {
-                Fineness::Tolerance(tolerance) => least <= tolerance,
-                Fineness::Substeps(_) => true,
-            });
-            if !rungs.is_empty() {
-                let rungs = rungs.into_iter();
-                climbs.push(Climb { rungs, best: f64::INFINITY, idle: 0 });
-            }
-        }
-        let all = climbs.len();
-        while !climbs.is_empty() {
-            self.methods = Some([all - climbs.len(), all]);
-            let mut kept = Vec::new();
-            for mut climb in climbs {
-                while let Some(choice) = follower.wish(false) {
-                    self.grant(choice, follower)?;
-                }
-                let Some(choice) = climb.rungs.next() else { continue };
-                follower.hear(self.progress(choice.to_string()));
-                match self.climb_one(&mut climb, choice, follower)? {
-                    None => kept.push(climb),
-                    Some(why) => self.study.left_out.extend(why),
-                }
-            }
-            climbs = kept;
-        }
-        self.methods = None;
-        Ok(())
+        let mut rungs = ladder.rungs();
+        rungs.retain(|choice| match choice.fineness {
+            Fineness::Tolerance(tolerance) => least <= tolerance,
+            Fineness::Substeps(_) => true,
+        });
+        Climb { rungs: rungs.into_iter(), best: f64::INFINITY, idle: 0 }
     }
 
     /// Tries what the follower wishes for, unless it was tried before.
+    ///
+    /// # Errors
+    /// See [`Course::begin`].
     pub fn grant(&mut self, choice: Choice, follower: &mut dyn Follower) -> Result<(), Halt> {
         if self.study.trials.iter().any(|trial| trial.choice == choice) {
             follower.see(&self.study);
@@ -249,9 +265,10 @@ impl<'a> Course<'a> {
     }
 
     /// What is being done, and how far it is.
-    pub fn progress(&self, now: String) -> Progress {
+    pub(super) fn progress(&self, now: String) -> Progress {
         let left = (self.plan.budget - self.spent).max(0.0);
-        let (done, methods) = (self.study.trials.len(), self.methods);
+        let [tried, all] = self.methods;
+        let (done, methods) = (self.study.trials.len(), (tried < all).then_some(self.methods));
         Progress { now, done, methods, left: Some(left) }
     }
 
@@ -309,34 +326,44 @@ impl<'a> Course<'a> {
         !steep && trial.errors.is_some() && self.study.trials.iter().any(beats)
     }
 
-    /// Times every choice again, in turn, and keeps its best.
-    pub fn time_again(&mut self, follower: &mut dyn Follower) -> Result<(), Halt> {
-        let frames = frames_of(self.right.duration());
-        for round in 1..ROUNDS {
-            for row in 0..self.study.trials.len() {
-                while let Some(choice) = follower.wish(false) {
-                    self.grant(choice, follower)?;
-                }
-                let Trial { choice, cost, errors, .. } = self.study.trials[row].clone();
-                let seconds = cost * self.right.duration();
-                let left = self.plan.budget - self.spent;
-                // Long runs average over what disturbs short ones.
-                if errors.is_none() || left < seconds || 0.5 < seconds * round as f64 {
-                    continue;
-                }
-                let now = format!("timing, round {} of {ROUNDS}", round + 1);
-                follower.hear(self.progress(now));
-                let leave = &mut || follower.goes_on();
-                let cost = time_by_leave(&self.loaded.scene, choice, frames, leave)?;
-                self.spent += cost * self.right.duration();
-                let known = &mut self.study.trials[row].cost;
-                *known = known.min(cost);
+    /// Times the next choice again, in turn, and keeps its best; returns whether there was one.
+    fn time_again(&mut self, follower: &mut dyn Follower) -> Result<bool, Halt> {
+        while self.timed.0 < ROUNDS {
+            let (round, row) = self.timed;
+            let Some(trial) = self.study.trials.get(row) else {
+                self.timed = (round + 1, 0);
+                follower.see(&self.study);
+                continue;
+            };
+            self.timed.1 += 1;
+            let seconds = trial.cost * self.right.duration();
+            let left = self.plan.budget - self.spent;
+            // Long runs average over what disturbs short ones.
+            if trial.errors.is_none() || left < seconds || 0.5 < seconds * round as f64 {
+                continue;
             }
-            follower.see(&self.study);
+            let (choice, now) = (trial.choice, format!("timing, round {} of {ROUNDS}", round + 1));
+            follower.hear(self.progress(now));
+            let frames = frames_of(self.right.duration());
+            let leave = &mut || follower.goes_on();
+            let cost = time_by_leave(&self.loaded.scene, choice, frames, leave)?;
+            self.spent += cost * self.right.duration();
+            let known = &mut self.study.trials[row].cost;
+            *known = known.min(cost);
+            return Ok(true);
         }
-        Ok(())
+        Ok(false)
     }
 }
+
+fn is_steppy(plane: &Plane) -> bool {
+    matches!(plane.friction, Friction::TangentialLoss(loss) if 0.0 < loss && loss < 1.0)
+}
+
+/// What is said of a scene with the friction of the source report.
+const STEPPY: &str = "The tangential_loss of a plane takes its share in every substep of \
+                          contact: after contact no two settings agree, and none converges to the \
+                          reference, which takes it once per impact. Coulomb friction converges.";
 
 fn note(right: &Reference, reliable: usize, wanted: f64) -> ReferenceNote {
     let compared = &right.moved[..reliable.min(right.moved.len())];

@@ -8,9 +8,10 @@ use crate::measure::trial::{Trial, adds, try_by_leave, unsound_by_leave};
 use crate::quantity::estimate;
 use crate::study::conduct::{Follower, Progress};
 use msd_core::Scene;
+use serde::{Deserialize, Serialize};
 
 /// What came of it.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Elsewhere {
     /// The trial of the first choice that serves the goal there too; none where none does.
     pub held: Option<Trial>,

@@ -15,14 +15,14 @@ use crate::study::conduct::{Follower, Listener, Progress};
 use crate::tune::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use msd_core::{Error, Integrator, Scene};
 use msd_scene::Precision;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 pub use elsewhere::{Elsewhere, retry};
 pub use solver_section::{put, with_choice};
 pub use spacing::{FoundSpacing, TunedSpacing, tune_spacing};
 
 /// What is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Goal {
     /// The cheapest choice whose error is at most this, metres.
@@ -32,7 +32,7 @@ pub enum Goal {
 }
 
 /// A choice with what was predicted of it and what was found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
     /// The trial that verified it.
     pub trial: Trial,
@@ -42,7 +42,7 @@ pub struct Found {
 }
 
 /// What came of tuning.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tuned {
     /// What was asked for.
     pub goal: Goal,

@@ -5,7 +5,7 @@ mod parts;
 
 use super::{heading, theme};
 use crate::session::{
-    Report, STUDY_DURATION, STUDY_IS_OFFERED, STUDY_SHARE, Search, Session, StudyFrom, choice_of,
+    Report, STUDY_DURATION, STUDY_MANNERS, Search, Session, StudyFrom, choice_of,
 };
 use crate::viewer::Viewer;
 use egui::{Button, DragValue, Panel, RichText, ScrollArea, Slider, Ui, vec2};
@@ -46,10 +46,6 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer, frame: egui::Frame) {
     }
     let panel = Panel::bottom("trade").resizable(false).exact_size(HEIGHT).frame(frame);
     panel.show(ui, |ui| {
-        if !STUDY_IS_OFFERED {
-            ui.label("Not offered in a browser: a study needs a thread of its own.");
-            return;
-        }
         ui.ctx().request_repaint_after(Duration::from_secs_f64(LOOK));
         let report = viewer.session.study();
         let width = ui.available_width();
@@ -131,11 +127,7 @@ fn origin(ui: &mut Ui, session: &mut Session) {
         }
         let is_paused = session.trade().is_paused();
         let text = if is_paused { "Go on" } else { "Rest" };
-        let hover = format!(
-            "It takes at most {:.0} % of one core, at low priority; resting it takes nothing",
-            100.0 * STUDY_SHARE
-        );
-        if ui.add(Button::new(text).small()).on_hover_text(hover).clicked() {
+        if ui.add(Button::new(text).small()).on_hover_text(STUDY_MANNERS).clicked() {
             session.set_study_paused(!is_paused);
         }
     });

@@ -6,11 +6,18 @@
 
 mod subject;
 mod worker;
+mod work;
 mod search;
 
 pub use search::Search;
 pub use subject::StudyFrom;
-pub use worker::{OFFERED as STUDY_IS_OFFERED, Report, SHARE as STUDY_SHARE};
+pub use work::STUDY_DURATION;
+#[cfg(target_arch = "wasm32")]
+pub(crate) use work::{RetryWork, SearchWork};
+pub(crate) use work::{StudyWork, TermsWork};
+#[cfg(target_arch = "wasm32")]
+pub(crate) use worker::{Hand, Labour, Work};
+pub use worker::{MANNERS as STUDY_MANNERS, Report};
 
 use super::run::{Revision, Run};
 use super::{Session, Tuning};
@@ -19,14 +26,11 @@ use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 use msd_study::Study;
 use msd_study::choice::{Choice, Fineness};
-use msd_study::conduct::{Plan, follow};
-use msd_study::leave::Halt;
-use msd_study::terms::{TermRow, terms_by_leave};
+use msd_study::conduct::Plan;
+use msd_study::terms::TermRow;
 use subject::{Now, is_same, loaded_of, subject};
 use worker::Worker;
 
-/// Simulated time of a study, seconds.
-pub const STUDY_DURATION: f64 = 1.0;
 /// Time of the processor for trials and timing, seconds.
 const BUDGET: f64 = 30.0;
 /// Time of the processor for the reference, seconds: points are to come soon.
@@ -123,7 +127,7 @@ impl Trade {
 
     /// Begins what is to be begun, and asks for the present setting.
     pub(super) fn refresh(&mut self, run: &Run, scene: Now<'_>, real: f64) {
-        if !self.on || !STUDY_IS_OFFERED {
+        if !self.on {
             return;
         }
         self.follow(run, scene);
@@ -172,21 +176,14 @@ impl Trade {
             patience: PATIENCE,
             ..Plan::default()
         };
-        self.study = Some(Worker::start(move |job| follow(&studied, plan, job)));
+        self.study = Some(Worker::start(StudyWork::new(studied, plan)));
     }
 
     fn begin_terms(&self, runner: &Runner, loaded: &Loaded) -> Option<Terms> {
         let (scene, _) = self.subject.as_ref()?;
         let solver = solver(runner);
         let studied = loaded_of(scene.clone(), loaded, solver);
-        let worker = Worker::start(move |job| {
-            if !job.may_go_on() {
-                return Err(Halt::Stopped);
-            }
-            let rows = terms_by_leave(&studied, STUDY_DURATION, &mut || job.may_go_on())?;
-            job.show(rows);
-            Ok(())
-        });
+        let worker = Worker::start(TermsWork(studied));
         worker.set_paused(true);
         Some(Terms { solver, worker })
     }

@@ -1,15 +1,14 @@
 //! A search for one setting in the background, as `msd tune` makes it.
 
+use super::Trade;
 use super::subject::{StudyFrom, subject};
+use super::work::{RetryWork, SearchWork};
 use super::worker::Worker;
-use super::{STUDY_DURATION, Trade};
 use crate::session::Session;
 use crate::session::run::Run;
-use msd_core::Scene;
-use msd_run::rescue::LASTING;
 use msd_study::choice::FRAME;
 use msd_study::quantity::estimate;
-use msd_study::tune::{Elsewhere, Found, Goal, Tuned, retry, tune_followed};
+use msd_study::tune::{Elsewhere, Found, Goal, Tuned};
 use std::sync::Arc;
 
 /// A search that was asked for, of the scene as it is.
@@ -93,17 +92,6 @@ enum Next {
     Nothing,
 }
 
-/// Tries what was found in the scene as it is now, on a thread of its own.
-fn retrial(scene: Scene, tuned: &Tuned) -> Worker<Elsewhere> {
-    let found: Vec<Found> = std::iter::once(&tuned.best).chain(&tuned.others).cloned().collect();
-    let wish = (tuned.goal, STUDY_DURATION, LASTING);
-    Worker::start(move |job| {
-        let elsewhere = retry(&scene, &found, wish, job)?;
-        job.show(elsewhere);
-        Ok(())
-    })
-}
-
 fn nearest_words(wish: &str, tuned: &Tuned) -> String {
     let Found { trial, .. } = &tuned.best;
     format!(
@@ -152,14 +140,8 @@ impl Trade {
             return false;
         };
         let goal = search.goal;
-        let worker = search.worker.get_or_insert_with(|| {
-            let scene = scene.clone();
-            Worker::start(move |job| {
-                let tuned = tune_followed(&scene, STUDY_DURATION, goal, job)?;
-                job.show(tuned);
-                Ok(())
-            })
-        });
+        let worker =
+            search.worker.get_or_insert_with(|| Worker::start(SearchWork(scene.clone(), goal)));
         worker.set_paused(self.paused);
         if let Some(retrial) = &search.retrial {
             retrial.set_paused(self.paused);
@@ -197,7 +179,7 @@ impl Session {
         if let Next::Retry(tuned) = &next
             && let Some(scene) = subject(self.run.runner(), scene, StudyFrom::Here)
         {
-            return search.retrial = Some(retrial(scene, tuned));
+            return search.retrial = Some(Worker::start(RetryWork::new(scene, tuned)));
         }
         search.is_over = true;
         if let Next::Take(elsewhere) = next

@@ -1,9 +1,11 @@
 //! The window on a page of a browser: a canvas, and what page and window tell each other.
 
+mod opening;
 mod page;
 mod clipboard;
 mod graphics;
 mod replay;
+mod study;
 mod verify;
 mod speed;
 

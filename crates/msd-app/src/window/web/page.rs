@@ -4,9 +4,10 @@
 //! with the kind and the text of whatever the window has to tell: see [`tell`].
 
 use super::super::{Arrival, Watcher, status_file};
+use super::opening::{link_of, unpacked};
 use super::show;
 use crate::link::{Link, LinkError};
-use crate::viewer::{Command, Preferences, Viewer, catalogue};
+use crate::viewer::{Catalogue, Command, Preferences, Viewer, catalogue};
 use js_sys::{Function, Promise, Uint8Array};
 use msd_scene::Loaded;
 use std::cell::{Cell, RefCell};
@@ -21,26 +22,28 @@ thread_local! {
     static FRAMES: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Starts the window in the canvas of the page, with the scene that a link's `fragment` names and
-/// the `preferences` that the page has kept.
+/// Starts the window in the canvas of the page, with the scene that a link's `fragment` names,
+/// whose `rows` a worker has opened, and the `preferences` that the page has kept.
 ///
 /// # Errors
 /// Why there is no window, one line.
 #[wasm_bindgen]
-pub fn start(fragment: &str, preferences: Option<String>, told: Function) -> Result<(), String> {
+pub fn start(
+    fragment: &str,
+    rows: &[u8],
+    preferences: Option<String>,
+    told: Function,
+) -> Result<(), String> {
     console_error_panic_hook::set_once();
     console_log::init_with_level(log::Level::Warn).ok();
     TOLD.set(Some(told));
-    let first = Link::to(msd_scene::BUILTINS[0].name);
-    let link = match Link::parse(fragment) {
-        Err(LinkError::NoScene) => Ok(first.clone()),
-        link => link.map_err(|error| error.to_string()),
+    // A scene of the list is opened in a worker too.
+    let open = |name: &str| {
+        tell("open", &Link::to(name).to_string());
+        None
     };
-    let mut viewer =
-        link.and_then(|link| Viewer::of_link(&link, catalogue())).or_else(|error| {
-            tell("refused", &format!("{error}; here is {} instead", first.scene));
-            Viewer::of_link(&first, catalogue())
-        })?;
+    let catalogue = Catalogue { open, ..catalogue() };
+    let mut viewer = Viewer::of_loaded(&link_of(fragment)?, unpacked(rows)?, catalogue)?;
     // The guide is not offered by itself: the page names what there is to do.
     let kept = preferences.and_then(|text| Preferences::parse(&text).ok()).unwrap_or_default();
     viewer.set_preferences(Preferences { is_guided: true, ..kept });
@@ -68,13 +71,14 @@ pub fn command(name: &str) -> Promise {
     })
 }
 
-/// Opens the scene that a link's fragment names, set up as it says.
+/// Shows the scene that a link's fragment names, set up as it says; a worker has opened its `rows`.
 #[wasm_bindgen]
-pub fn open(fragment: &str) -> Promise {
-    let link = Link::parse(fragment).map_err(|error| error.to_string());
+pub fn show_link(fragment: &str, rows: &[u8]) -> Promise {
+    let scene = link_of(fragment).and_then(|link| Ok((link, unpacked(rows)?)));
     ask(move |viewer| {
-        viewer.open_link(&link?);
-        Ok(String::new())
+        let (link, loaded) = scene?;
+        viewer.show_link(&link, loaded);
+        refusal(viewer)
     })
 }
 
@@ -91,13 +95,20 @@ pub fn scenes() -> String {
     msd_scene::BUILTINS.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`.
+/// Shows a scene file, a mesh or a saved run from the bytes of a file called `name`, whose `rows` a
+/// worker has opened.
 #[wasm_bindgen]
-pub fn open_file(name: String, bytes: Vec<u8>) -> Promise {
+pub fn show_file(name: String, bytes: Vec<u8>, rows: &[u8]) -> Promise {
+    let loaded = unpacked(rows);
     ask(move |viewer| {
-        viewer.open_bytes(&name, &bytes);
-        viewer.session.refusal().map_or(Ok(String::new()), |reason| Err(reason.to_owned()))
+        viewer.show_bytes(&name, &bytes, loaded?);
+        refusal(viewer)
     })
+}
+
+/// Nothing, or why the last thing was refused.
+fn refusal(viewer: &Viewer) -> Result<String, String> {
+    viewer.session.refusal().map_or(Ok(String::new()), |reason| Err(reason.to_owned()))
 }
 
 /// The bytes of a saved run of what the window shows, to be downloaded.
@@ -174,7 +185,7 @@ pub(super) fn watcher() -> Watcher {
 }
 
 /// Tells the page something. The kinds: `frame`, one was drawn; `scene`, this one is
-/// shown; `copy`, this text is for the clipboard; `refused`, why a link or file was not taken;
+/// shown; `open`, this fragment is to be opened; `copy`, this text is for the clipboard; `refused`, why a link or file was not taken;
 /// `line`, something that the user should know; `preferences`, to be kept; `missing`, why there is
 /// no window any more.
 pub(crate) fn tell(kind: &str, text: &str) {

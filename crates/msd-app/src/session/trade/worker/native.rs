@@ -1,40 +1,20 @@
-//! Work in the background: a thread of low priority that takes a bounded share of one core.
+//! A thread of low priority that takes a bounded share of one core.
 
-use msd_study::Study;
+use super::{BROKEN, Report, Work};
 use msd_study::choice::Choice;
-use msd_study::conduct::{Follower, Progress};
+use msd_study::conduct::Progress;
 use msd_study::leave::Halt;
-use msd_study::tune::{Elsewhere, Tuned};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::time::Duration;
-use web_time::Instant;
+use std::time::{Duration, Instant};
 
+/// What a worker takes of the machine, in words.
+pub const MANNERS: &str =
+    "It takes at most half of one core, at low priority; resting it takes nothing";
 /// The largest share of one core that a worker takes.
-pub const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.5;
 /// How long it works before it rests, seconds: less than a frame, so that none waits for long.
 const SLICE: f64 = 4e-3;
-
-/// What a worker has to show.
-#[derive(Debug)]
-pub struct Report<T> {
-    /// How far it is; nothing before it began.
-    pub progress: Option<Progress>,
-    /// What it found so far.
-    pub found: Option<Arc<T>>,
-    /// Whether nothing is left to do.
-    pub idle: bool,
-    /// Why it gave up.
-    pub failure: Option<String>,
-}
-
-impl<T> Clone for Report<T> {
-    fn clone(&self) -> Self {
-        let Report { progress, found, idle, failure } = self;
-        let (progress, failure) = (progress.clone(), failure.clone());
-        Report { progress, found: found.clone(), idle: *idle, failure }
-    }
-}
 
 /// What both threads see.
 #[derive(Debug)]
@@ -66,24 +46,25 @@ impl<T> Shared<T> {
 
 /// The window's end: reads what was found. When it is dropped the work ends.
 #[derive(Debug)]
-pub(super) struct Worker<T>(Arc<Shared<T>>);
+pub(crate) struct Worker<T>(Arc<Shared<T>>);
 
 impl<T: Send + Sync + 'static> Worker<T> {
     /// Begins to work.
-    pub(super) fn start(
-        work: impl FnOnce(&mut Job<T>) -> Result<(), Halt> + Send + 'static,
-    ) -> Self {
-        let report = Report { progress: None, found: None, idle: false, failure: None };
+    pub(crate) fn start(mut work: impl Work<Found = T>) -> Self {
+        let report = Report::default();
         let desk = Mutex::new(Desk { report, paused: false, ended: false, wish: None });
         let shared = Arc::new(Shared { desk, woken: Condvar::new() });
         let mut job = Job { shared: shared.clone(), since: Instant::now() };
         let spawned = spawn(move || {
             // A panic would end the whole program.
-            let worked = catch_unwind(AssertUnwindSafe(|| work(&mut job)));
-            let failure = match worked {
+            let to_the_end = AssertUnwindSafe(|| {
+                while work.advance(&mut job)? {}
+                Ok(())
+            });
+            let failure = match catch_unwind(to_the_end) {
                 Ok(Err(Halt::Refused(error))) => Some(error.to_string()),
                 Ok(Ok(()) | Err(Halt::Stopped)) => None,
-                Err(_) => Some("it failed: please report this".to_owned()),
+                Err(_) => Some(BROKEN.to_owned()),
             };
             job.shared.change(|desk| (desk.report.idle, desk.report.failure) = (true, failure));
         });
@@ -94,17 +75,17 @@ impl<T: Send + Sync + 'static> Worker<T> {
     }
 
     /// What there is to show.
-    pub(super) fn report(&self) -> Report<T> {
+    pub(crate) fn report(&self) -> Report<T> {
         self.0.desk().report.clone()
     }
 
     /// Rests or goes on.
-    pub(super) fn set_paused(&self, paused: bool) {
+    pub(crate) fn set_paused(&self, paused: bool) {
         self.0.change(|desk| desk.paused = paused);
     }
 
     /// Asks for a choice to be tried next.
-    pub(super) fn wish(&self, choice: Choice) {
+    pub(crate) fn wish(&self, choice: Choice) {
         self.0.change(|desk| desk.wish = Some(choice));
     }
 }
@@ -117,7 +98,7 @@ impl<T> Drop for Worker<T> {
 
 /// The thread's end.
 #[derive(Debug)]
-pub(super) struct Job<T> {
+pub(crate) struct Job<T> {
     shared: Arc<Shared<T>>,
     /// When the present slice of work began.
     since: Instant,
@@ -125,7 +106,7 @@ pub(super) struct Job<T> {
 
 impl<T> Job<T> {
     /// Rests when it is time to, waits while paused; whether the result is still wanted.
-    pub(super) fn may_go_on(&mut self) -> bool {
+    pub(crate) fn may_go_on(&mut self) -> bool {
         let worked = self.since.elapsed().as_secs_f64();
         let desk = self.shared.desk();
         if worked < SLICE && !desk.paused {
@@ -143,29 +124,22 @@ impl<T> Job<T> {
     }
 
     /// Shows what was found.
-    pub(super) fn show(&self, found: T) {
+    pub(crate) fn show(&self, found: T) {
         self.shared.change(|desk| desk.report.found = Some(Arc::new(found)));
     }
-}
 
-impl Follower for Job<Study> {
-    fn hear(&mut self, progress: Progress) {
+    /// Tells how far it is.
+    pub(super) fn tell(&self, progress: Progress) {
         self.shared.change(|desk| desk.report.progress = Some(progress));
     }
 
-    fn see(&mut self, study: &Study) {
-        self.show(study.clone());
-    }
-
-    fn goes_on(&mut self) -> bool {
-        self.may_go_on()
-    }
-
-    fn wish(&mut self, idle: bool) -> Option<Choice> {
+    /// A choice to be tried next; one that has nothing else to do, as it is `idle`, waits for it,
+    /// until the result is not wanted any more.
+    pub(crate) fn wished(&mut self, idle: bool) -> Option<Choice> {
         let mut desk = self.shared.desk();
         desk.report.idle = idle && desk.wish.is_none();
         if idle {
-            let waits = |desk: &mut Desk<Study>| desk.wish.is_none() && !desk.ended;
+            let waits = |desk: &mut Desk<T>| desk.wish.is_none() && !desk.ended;
             let woken = self.shared.woken.wait_while(desk, waits);
             desk = woken.unwrap_or_else(PoisonError::into_inner);
             self.since = Instant::now();
@@ -175,31 +149,7 @@ impl Follower for Job<Study> {
     }
 }
 
-impl Follower for Job<Tuned> {
-    fn hear(&mut self, progress: Progress) {
-        self.shared.change(|desk| desk.report.progress = Some(progress));
-    }
-
-    fn goes_on(&mut self) -> bool {
-        self.may_go_on()
-    }
-}
-
-impl Follower for Job<Elsewhere> {
-    fn hear(&mut self, progress: Progress) {
-        self.shared.change(|desk| desk.report.progress = Some(progress));
-    }
-
-    fn goes_on(&mut self) -> bool {
-        self.may_go_on()
-    }
-}
-
-/// Whether there are threads to work on.
-pub const OFFERED: bool = cfg!(not(target_arch = "wasm32"));
-
 /// Runs work on a thread of its own, which is all that its steps may use: costs are of one core.
-#[cfg(not(target_arch = "wasm32"))]
 fn spawn(work: impl FnOnce() + Send + 'static) -> Result<(), String> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
@@ -209,13 +159,7 @@ fn spawn(work: impl FnOnce() + Send + 'static) -> Result<(), String> {
     pool.build().map(|pool| pool.spawn(work)).map_err(|error| error.to_string())
 }
 
-#[cfg(target_arch = "wasm32")]
-fn spawn(_: impl FnOnce() + Send + 'static) -> Result<(), String> {
-    Err("a browser has no threads for it".into())
-}
-
 /// Gives every other thread precedence. Where that is not possible the share is all that bounds it.
-#[cfg(not(target_arch = "wasm32"))]
 fn lower_priority() {
     // On Linux the priority is that of a thread; elsewhere it would be that of the whole program.
     #[cfg(target_os = "linux")]
@@ -235,9 +179,31 @@ mod tests {
         }
     }
 
+    /// Work of one piece.
+    struct Piece<T, F>(F, std::marker::PhantomData<fn(T)>);
+
+    impl<T: 'static, F> Work for Piece<T, F>
+    where
+        F: FnMut(&mut Job<T>) -> Result<(), Halt> + Send + 'static,
+    {
+        type Found = T;
+        const NAME: &'static str = "piece";
+        const IN_PIECES: bool = false;
+
+        fn advance(&mut self, job: &mut Job<T>) -> Result<bool, Halt> {
+            (self.0)(job).map(|()| false)
+        }
+    }
+
+    fn start<T: Send + Sync + 'static>(
+        work: impl FnMut(&mut Job<T>) -> Result<(), Halt> + Send + 'static,
+    ) -> Worker<T> {
+        Worker::start(Piece(work, std::marker::PhantomData))
+    }
+
     #[test]
     fn a_paused_worker_shows_nothing_new_and_goes_on_after() {
-        let worker = Worker::start(|job| {
+        let worker = start(|job| {
             let mut count = 0;
             while count < 1000 && job.may_go_on() {
                 count += 1;
@@ -262,7 +228,7 @@ mod tests {
     #[test]
     fn a_worker_that_nobody_wants_ends() {
         let (ended, end) = std::sync::mpsc::channel();
-        let worker: Worker<()> = Worker::start(move |job| {
+        let worker: Worker<()> = start(move |job| {
             while job.may_go_on() {}
             ended.send(()).ok();
             Err(Halt::Stopped)
@@ -274,7 +240,7 @@ mod tests {
 
     #[test]
     fn what_the_core_refuses_is_said() {
-        let worker: Worker<()> = Worker::start(|_| Err(msd_core::Error::Empty.into()));
+        let worker: Worker<()> = start(|_| Err(msd_core::Error::Empty.into()));
         wait_for(&worker, |report| report.idle);
         assert_eq!(worker.report().failure, Some(msd_core::Error::Empty.to_string()));
     }

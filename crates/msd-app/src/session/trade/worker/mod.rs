@@ -1,0 +1,110 @@
+//! Work in the background: on a thread, or in a browser in a worker of the page.
+
+#[cfg(not(target_arch = "wasm32"))]
+mod native;
+#[cfg(target_arch = "wasm32")]
+mod web;
+
+#[cfg(not(target_arch = "wasm32"))]
+use native as platform;
+#[cfg(target_arch = "wasm32")]
+use web as platform;
+#[cfg(target_arch = "wasm32")]
+pub(crate) use web::{Hand, Labour};
+
+pub use platform::MANNERS;
+pub(crate) use platform::{Job, Worker};
+
+use msd_study::Study;
+use msd_study::choice::Choice;
+use msd_study::conduct::{Follower, Progress};
+use msd_study::leave::Halt;
+use msd_study::tune::{Elsewhere, Tuned};
+use std::sync::Arc;
+
+/// What a worker has to show.
+#[derive(Debug)]
+pub struct Report<T> {
+    /// How far it is; nothing before it began.
+    pub progress: Option<Progress>,
+    /// What it found so far.
+    pub found: Option<Arc<T>>,
+    /// Whether nothing is left to do.
+    pub idle: bool,
+    /// Why it gave up.
+    pub failure: Option<String>,
+}
+
+impl<T> Default for Report<T> {
+    fn default() -> Self {
+        Report { progress: None, found: None, idle: false, failure: None }
+    }
+}
+
+impl<T> Clone for Report<T> {
+    fn clone(&self) -> Self {
+        let Report { progress, found, idle, failure } = self;
+        let (progress, failure) = (progress.clone(), failure.clone());
+        Report { progress, found: found.clone(), idle: *idle, failure }
+    }
+}
+
+/// What can be worked out in the background.
+pub(crate) trait Work: Send + 'static {
+    /// What comes of it.
+    type Found;
+    /// What a worker of a page knows it by.
+    #[cfg_attr(not(target_arch = "wasm32"), allow(dead_code, reason = "a thread is given it"))]
+    const NAME: &'static str;
+    /// Whether there is a place to rest between its pieces: what has only one begins anew after a
+    /// rest where it cannot wait within.
+    #[cfg_attr(not(target_arch = "wasm32"), allow(dead_code, reason = "a thread waits anywhere"))]
+    const IN_PIECES: bool;
+
+    /// Does the next piece. Returns whether there is more to do.
+    ///
+    /// # Errors
+    /// What the core refuses; [`Halt::Stopped`] where the job was ended.
+    fn advance(&mut self, job: &mut Job<Self::Found>) -> Result<bool, Halt>;
+}
+
+impl Follower for Job<Study> {
+    fn hear(&mut self, progress: Progress) {
+        self.tell(progress);
+    }
+
+    fn see(&mut self, study: &Study) {
+        self.show(study.clone());
+    }
+
+    fn goes_on(&mut self) -> bool {
+        self.may_go_on()
+    }
+
+    fn wish(&mut self, idle: bool) -> Option<Choice> {
+        self.wished(idle)
+    }
+}
+
+impl Follower for Job<Tuned> {
+    fn hear(&mut self, progress: Progress) {
+        self.tell(progress);
+    }
+
+    fn goes_on(&mut self) -> bool {
+        self.may_go_on()
+    }
+}
+
+impl Follower for Job<Elsewhere> {
+    fn hear(&mut self, progress: Progress) {
+        self.tell(progress);
+    }
+
+    fn goes_on(&mut self) -> bool {
+        self.may_go_on()
+    }
+}
+
+/// What is said of a worker that broke down.
+const BROKEN: &str = "it failed: please report this";

@@ -1,0 +1,43 @@
+//! What is worked out in a worker beside the page: see `session/trade/worker/web.rs`.
+
+use crate::session::{Hand, Labour, RetryWork, SearchWork, StudyWork, TermsWork, Work};
+use js_sys::Function;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+/// Work of a worker, which hears orders between its pieces.
+#[wasm_bindgen]
+pub struct BackgroundWork {
+    hand: Box<dyn Hand>,
+}
+
+#[wasm_bindgen]
+impl BackgroundWork {
+    /// Takes up work that the page sent, by its kind; `page` is called with what came of it.
+    ///
+    /// # Errors
+    /// A line, where the page is another version of the program.
+    #[wasm_bindgen(constructor)]
+    pub fn new(kind: &str, task: &[u8], page: Function) -> Result<BackgroundWork, String> {
+        let hand: Option<Box<dyn Hand>> = match kind {
+            StudyWork::NAME => Labour::<StudyWork>::of(task, page).map(|work| Box::new(work) as _),
+            TermsWork::NAME => Labour::<TermsWork>::of(task, page).map(|work| Box::new(work) as _),
+            SearchWork::NAME => {
+                Labour::<SearchWork>::of(task, page).map(|work| Box::new(work) as _)
+            }
+            RetryWork::NAME => Labour::<RetryWork>::of(task, page).map(|work| Box::new(work) as _),
+            _ => None,
+        };
+        let hand = hand.ok_or("the page and its worker are of two versions")?;
+        Ok(BackgroundWork { hand })
+    }
+
+    /// Does the next piece; whether there is more to do.
+    pub fn advance(&mut self) -> bool {
+        self.hand.advance()
+    }
+
+    /// Follows an order of the page.
+    pub fn hear(&mut self, order: &[u8]) {
+        self.hand.hear(order);
+    }
+}
