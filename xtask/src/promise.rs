@@ -89,8 +89,8 @@ fn independent(scene: &Scene, duration: f64, tolerance: f64) -> Result<Reference
     }
 }
 
-/// The cheapest choice within an error: every method and precision, each substep count a fifth
-/// more than the one before it, as long as it is cheaper than the best so far.
+/// The cheapest sound choice within an error: every method and precision, each substep count a
+/// fifth more than the one before it, as long as it is cheaper than the best so far.
 fn search(
     scene: &Scene,
     (right, reliable): (&Reference, usize),
@@ -115,7 +115,7 @@ fn search(
             if trial.errors.is_some() && (1.3 * cheapest < trial.cost || longest < took) {
                 break;
             }
-            if trial.error() <= asked {
+            if trial.is_within(asked) {
                 let again = (0..3).map(|_| time_choice(scene, choice, frames));
                 let cost = again.flatten().fold(trial.cost, f64::min);
                 if cost < cheapest {

@@ -5,7 +5,7 @@ mod frames;
 
 use frames::{loaded, run, session};
 use msd_app::catalogue;
-use msd_app::session::{Deed, MarkKind, MaterialEdit, Session};
+use msd_app::session::{Deed, MarkKind, MaterialEdit, Session, Tuning};
 use msd_app::viewer::{Command, Viewer};
 use msd_core::{Scene, Vector};
 use msd_run::on;
@@ -78,6 +78,13 @@ fn parts_that_share_springs_come_back_alone() {
     assert!(!is_on(&mut session, Part::FaceDiagonals) && is_on(&mut session, Part::Damping));
     session.switch(Part::FaceDiagonals, true);
     assert_eq!(model(&session), whole);
+    session.switch(Part::FaceDiagonals, false);
+    session.switch(Part::Damping, false);
+    session.switch(Part::Damping, true);
+    assert!(!is_on(&mut session, Part::FaceDiagonals) && is_on(&mut session, Part::Damping));
+    session.switch(Part::FaceDiagonals, true);
+    assert_eq!(model(&session), whole);
+    assert_eq!(session.material().edits(), []);
 }
 
 #[test]
@@ -115,6 +122,8 @@ fn a_body_of_a_material_is_switched_in_a_few_edits_however_many_values_it_has() 
         material = 'gelatine-3%'\n";
     std::fs::write(&gel, text).expect("a file");
     let mut session = Session::new(open(&gel).expect("a scene")).expect("a valid scene");
+    // Automatic substeps would be those of the run alone, not of its twin.
+    session.tune(Tuning::Substeps(64));
     let whole = model(&session);
     let tape = folder.path().join("tape.msdrec");
     session.start_recording(&tape);

@@ -79,6 +79,11 @@ impl Session {
         self.look_at_parts();
         let off = self.off(part);
         let edits = match (on, is_of_springs(part)) {
+            // All springs are set: those of the kinds that are off are off all the same.
+            (false, _) if part == Part::Damping => {
+                let again = self.off_again(&off[0]);
+                Ok(off.iter().copied().chain(again).collect())
+            }
             (false, _) => Ok(off.clone()),
             (true, false) => Ok(self.world_again(part)),
             (true, true) => self.springs_again(part, &off),
@@ -126,7 +131,11 @@ impl Session {
     /// What keeps springs off that are off, after an edit that would give them something again.
     pub(super) fn off_again(&mut self, edit: &Interaction) -> Vec<Interaction> {
         use Interaction::{SetDamping, SetStiffness};
-        if !matches!(edit, SetStiffness { .. } | SetDamping { .. }) {
+        let is_off = |edit: &Interaction| {
+            matches!(edit, SetDamping { value: 0.0, .. } | SetStiffness { value: 0.0, .. })
+        };
+        // A slider that is dragged looks at no spring where none was switched off.
+        if !is_of_constants(edit) || !self.material.kept().iter().any(is_off) {
             return Vec::new();
         }
         self.look_at_parts();
