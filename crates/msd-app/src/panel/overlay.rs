@@ -49,7 +49,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
 
 /// What was done last, and what was refused: where it displaces no control.
 fn notes(ui: &Ui, viewer: &Viewer) {
-    let note = viewer.note.as_deref().map(|text| (text, Color32::WHITE));
+    let note = viewer.note.as_deref().map(|text| (text, theme::TEXT));
     let refusal = viewer.session.refusal().map(|text| (text, theme::BAD));
     let notes = Vec::from_iter(note.into_iter().chain(refusal));
     if notes.is_empty() {
@@ -61,7 +61,8 @@ fn notes(ui: &Ui, viewer: &Viewer) {
     // The pointer reaches what is behind.
     let area = Area::new(Id::unique("notes")).fixed_pos(at).interactable(false);
     area.show(ui.ctx(), |ui| {
-        let frame = Frame::new().fill(Color32::from_black_alpha(150)).corner_radius(6.0);
+        // On the ground of the panels, on which these colours can be read in both themes.
+        let frame = Frame::new().fill(theme::PANEL).corner_radius(6.0);
         frame.inner_margin(Margin::symmetric(12, 6)).show(ui, |ui| {
             ui.set_max_width((viewer.rect.width() - 60.0).max(100.0));
             for (text, colour) in notes {
