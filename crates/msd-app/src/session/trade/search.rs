@@ -1,7 +1,7 @@
 //! A search for one setting in the background, as `msd tune` makes it.
 
 use super::Trade;
-use super::work::SearchWork;
+use super::task::SearchTask;
 use super::worker::{Report, Worker};
 use crate::session::Session;
 use crate::session::run::Run;
@@ -88,7 +88,7 @@ impl Trade {
         };
         let goal = search.goal;
         let worker =
-            search.worker.get_or_insert_with(|| Worker::start(SearchWork(scene.clone(), goal)));
+            search.worker.get_or_insert_with(|| Worker::start(SearchTask(scene.clone(), goal)));
         worker.set_paused(self.paused);
         !worker.report().idle
     }

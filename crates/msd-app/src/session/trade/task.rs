@@ -1,6 +1,6 @@
-//! What the trade has worked out in the background.
+//! The tasks of the trade: a study, the prices of the parts, a search.
 
-use super::worker::{Job, Work};
+use super::worker::{Job, Task};
 use msd_core::Scene;
 use msd_scene::Loaded;
 use msd_study::Study;
@@ -15,7 +15,7 @@ pub const STUDY_DURATION: f64 = 1.0;
 
 /// A study, which when nothing is left of it waits for wishes.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct StudyWork {
+pub(crate) struct StudyTask {
     loaded: Loaded,
     plan: Plan,
     /// Nothing before it began.
@@ -23,13 +23,13 @@ pub(crate) struct StudyWork {
     course: Option<Course>,
 }
 
-impl StudyWork {
+impl StudyTask {
     pub(super) fn new(loaded: Loaded, plan: Plan) -> Self {
-        StudyWork { loaded, plan, course: None }
+        StudyTask { loaded, plan, course: None }
     }
 }
 
-impl Work for StudyWork {
+impl Task for StudyTask {
     type Found = Study;
     const NAME: &'static str = "study";
     const IN_PIECES: bool = true;
@@ -50,9 +50,9 @@ impl Work for StudyWork {
 
 /// The worth of the parts of a scene, as it is stepped.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct TermsWork(pub(super) Loaded);
+pub(crate) struct TermsTask(pub(super) Loaded);
 
-impl Work for TermsWork {
+impl Task for TermsTask {
     type Found = Vec<TermRow>;
     const NAME: &'static str = "terms";
     const IN_PIECES: bool = false;
@@ -69,9 +69,9 @@ impl Work for TermsWork {
 
 /// A search for one setting, as `msd tune` makes it.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct SearchWork(pub(super) Scene, pub(super) Goal);
+pub(crate) struct SearchTask(pub(super) Scene, pub(super) Goal);
 
-impl Work for SearchWork {
+impl Task for SearchTask {
     type Found = Tuned;
     const NAME: &'static str = "search";
     const IN_PIECES: bool = false;
