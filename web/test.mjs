@@ -225,6 +225,20 @@ const tests = {
     assert.equal((await page.status()).scene, 'chain');
   },
 
+  async 'scenes are opened in a worker, from the list of the page and from that of the window'(page) {
+    await page.go('#scene=chain');
+    await page.until('steps', now => 2 < now.steps);
+    const workers = [];
+    page.page.on('worker', worker => workers.push(worker.url().split('/').at(-1)));
+    await page.page.selectOption('#scene', 'square');
+    await page.until('the scene', now => now.scene === 'square');
+    await page.page.focus('#canvas');
+    await page.page.keyboard.press('2');
+    await page.until('the second scene', now => now.scene === 'jelly');
+    assert.deepEqual(workers, ['beside.js', 'beside.js']);
+    await page.page.waitForFunction(() => document.getElementById('scene').value === 'jelly');
+  },
+
   async 'a mesh that is dropped on the page is opened'(page) {
     await page.go('#scene=chain');
     const mesh = await readFile(new URL('../crates/msd-scene/meshes/teapot.obj', import.meta.url), 'utf8');
@@ -331,7 +345,11 @@ const once = {
     // Steps went on meanwhile.
     assert(first.steps < priced.steps, `${first.steps} and ${priced.steps} steps`);
     await page.page.evaluate(() => window.msd.msd.command('restart'));
-    await page.until('the end of the study', now => now.trade?.done);
+    const done = await page.until('the end of the study', now => now.trade?.done);
+    // A field that is dragged begins a search, which is another worker.
+    const field = done.landmarks.within;
+    await page.drag([field[0] + field[2] / 2, field[1] + field[3] / 2], [-12, 0]);
+    await page.until('a search', now => /^within .* tried$/.test(now.trade?.search ?? ''));
     await page.page.evaluate(() => window.msd.open('#scene=square'));
     await page.until('a study of the new scene', now => now.scene === 'square' && 0 < (now.trade?.measured ?? 0));
     await page.page.setViewportSize({ width: 960, height: 640 });

@@ -134,7 +134,8 @@ fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
             }
         }
         Nesting::Surface(mesh, is_filled) => {
-            let MeshOptions { stiffness, damping, .. } = MeshOptions::for_mesh(mesh, body.filling.unwrap_or_default());
+            let MeshOptions { stiffness, damping, .. } =
+                MeshOptions::for_mesh(mesh, body.filling.unwrap_or_default());
             fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
             fine.damping = Some(body.damping.unwrap_or(damping) * scale);
             if *is_filled {

@@ -8,7 +8,7 @@ use crate::session::{
     Report, STUDY_DURATION, STUDY_MANNERS, Search, Session, StudyFrom, choice_of,
 };
 use crate::viewer::Viewer;
-use egui::{Button, DragValue, Panel, RichText, ScrollArea, Slider, Ui, vec2};
+use egui::{Button, DragValue, Panel, Rect, RichText, ScrollArea, Slider, Ui, vec2};
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME};
 use msd_study::quantity::{estimate, rounded};
@@ -84,12 +84,12 @@ fn column(ui: &mut Ui, name: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
 /// What is studied, and the ways to choose.
 fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     heading(ui, "Trade");
-    let session = &mut viewer.session;
+    let Viewer { session, landmarks, .. } = viewer;
     origin(ui, session);
     small(ui, &progress(session, report), theme::FAINT);
     let Some(study) = report.and_then(|report| report.found.as_deref()) else { return };
     let wish = along_the_front(ui, session, study);
-    within(ui, session, study);
+    landmarks.insert("within", within(ui, session, study));
     small(ui, &present(session, study), theme::TEXT);
     if let Some(text) = session.adopted() {
         small(ui, &format!("changed: {text}"), theme::WARN);
@@ -179,14 +179,16 @@ fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
     own.or_else(as_good).unwrap_or(front.len() - 1)
 }
 
-/// The fields that search by an error or by a cost, and what came of it.
-fn within(ui: &mut Ui, session: &mut Session, study: &Study) {
+/// The fields that search by an error or by a cost, and what came of it; returns where the first
+/// one is.
+fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Rect {
     let memory = egui::Id::unique("within");
     // What was typed, and whether it is to be searched for.
     type Fields = ([f64; 2], [bool; 2]);
     let known = ui.data(|data| data.get_temp::<Fields>(memory));
     let begin = || ([1e3 * study.wanted, 1e3 * FRAME / 4.0], [false; 2]);
     let (mut fields, mut changed) = known.unwrap_or_else(begin);
+    let mut places = [Rect::NOTHING; 2];
     ui.horizontal(|ui| {
         let units = [" mm", " ms"];
         for (row, (label, unit)) in ["within", "or in"].into_iter().zip(units).enumerate() {
@@ -201,6 +203,7 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) {
                  processor per frame, as msd tune does, and takes it",
             ][row];
             let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
+            places[row] = response.rect;
             changed[row] |= response.changed();
             // Not while it is dragged or typed.
             let is_done = !response.dragged() && !response.has_focus();
@@ -221,6 +224,7 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) {
     if let Some(search) = session.searched() {
         small(ui, &search.words(), theme::TEXT);
     }
+    places[0]
 }
 
 /// The present setting beside what was measured of it.

@@ -6,17 +6,17 @@
 
 mod subject;
 mod worker;
-mod work;
+mod task;
 mod search;
 
 pub use search::Search;
 pub use subject::StudyFrom;
-pub use work::STUDY_DURATION;
+pub use task::STUDY_DURATION;
 #[cfg(target_arch = "wasm32")]
-pub(crate) use work::{RetryWork, SearchWork};
-pub(crate) use work::{StudyWork, TermsWork};
+pub(crate) use task::{RetryTask, SearchTask};
+pub(crate) use task::{StudyTask, TermsTask};
 #[cfg(target_arch = "wasm32")]
-pub(crate) use worker::{Hand, Labour, Work};
+pub(crate) use worker::{Hand, Labour, Task};
 pub use worker::{MANNERS as STUDY_MANNERS, Report};
 
 use super::run::{Revision, Run};
@@ -176,14 +176,14 @@ impl Trade {
             patience: PATIENCE,
             ..Plan::default()
         };
-        self.study = Some(Worker::start(StudyWork::new(studied, plan)));
+        self.study = Some(Worker::start(StudyTask::new(studied, plan)));
     }
 
     fn begin_terms(&self, runner: &Runner, loaded: &Loaded) -> Option<Terms> {
         let (scene, _) = self.subject.as_ref()?;
         let solver = solver(runner);
         let studied = loaded_of(scene.clone(), loaded, solver);
-        let worker = Worker::start(TermsWork(studied));
+        let worker = Worker::start(TermsTask(studied));
         worker.set_paused(true);
         Some(Terms { solver, worker })
     }

@@ -2,7 +2,7 @@
 
 use super::Trade;
 use super::subject::{StudyFrom, subject};
-use super::work::{RetryWork, SearchWork};
+use super::task::{RetryTask, SearchTask};
 use super::worker::Worker;
 use crate::session::Session;
 use crate::session::run::Run;
@@ -141,7 +141,7 @@ impl Trade {
         };
         let goal = search.goal;
         let worker =
-            search.worker.get_or_insert_with(|| Worker::start(SearchWork(scene.clone(), goal)));
+            search.worker.get_or_insert_with(|| Worker::start(SearchTask(scene.clone(), goal)));
         worker.set_paused(self.paused);
         if let Some(retrial) = &search.retrial {
             retrial.set_paused(self.paused);
@@ -179,7 +179,7 @@ impl Session {
         if let Next::Retry(tuned) = &next
             && let Some(scene) = subject(self.run.runner(), scene, StudyFrom::Here)
         {
-            return search.retrial = Some(Worker::start(RetryWork::new(scene, tuned)));
+            return search.retrial = Some(Worker::start(RetryTask::new(scene, tuned)));
         }
         search.is_over = true;
         if let Next::Take(elsewhere) = next

@@ -1,4 +1,4 @@
-//! The opening of scenes in a worker: files are read and bodies filled there, and the page gets rows.
+//! The opening of scenes in a worker: bodies are filled there, and the page gets rows.
 
 use crate::link::{Link, LinkError};
 use msd_scene::Loaded;

@@ -185,9 +185,9 @@ pub(super) fn watcher() -> Watcher {
 }
 
 /// Tells the page something. The kinds: `frame`, one was drawn; `scene`, this one is
-/// shown; `open`, this fragment is to be opened; `copy`, this text is for the clipboard; `refused`, why a link or file was not taken;
-/// `line`, something that the user should know; `preferences`, to be kept; `missing`, why there is
-/// no window any more.
+/// shown; `open`, this fragment is to be opened; `copy`, this text is for the clipboard; `refused`,
+/// why a link or file was not taken; `line`, something that the user should know; `preferences`,
+/// to be kept; `missing`, why there is no window any more.
 pub(crate) fn tell(kind: &str, text: &str) {
     let told = TOLD.with_borrow(Clone::clone);
     // The page would have to fail in its own code, and says so on the console.

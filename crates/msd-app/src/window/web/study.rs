@@ -1,6 +1,6 @@
-//! What is worked out in a worker beside the page: see `session/trade/worker/web.rs`.
+//! The worker's side of work beside the page: see `session/trade/worker/web.rs`.
 
-use crate::session::{Hand, Labour, RetryWork, SearchWork, StudyWork, TermsWork, Work};
+use crate::session::{Hand, Labour, RetryTask, SearchTask, StudyTask, Task, TermsTask};
 use js_sys::Function;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -19,12 +19,12 @@ impl BackgroundWork {
     #[wasm_bindgen(constructor)]
     pub fn new(kind: &str, task: &[u8], page: Function) -> Result<BackgroundWork, String> {
         let hand: Option<Box<dyn Hand>> = match kind {
-            StudyWork::NAME => Labour::<StudyWork>::of(task, page).map(|work| Box::new(work) as _),
-            TermsWork::NAME => Labour::<TermsWork>::of(task, page).map(|work| Box::new(work) as _),
-            SearchWork::NAME => {
-                Labour::<SearchWork>::of(task, page).map(|work| Box::new(work) as _)
+            StudyTask::NAME => Labour::<StudyTask>::of(task, page).map(|work| Box::new(work) as _),
+            TermsTask::NAME => Labour::<TermsTask>::of(task, page).map(|work| Box::new(work) as _),
+            SearchTask::NAME => {
+                Labour::<SearchTask>::of(task, page).map(|work| Box::new(work) as _)
             }
-            RetryWork::NAME => Labour::<RetryWork>::of(task, page).map(|work| Box::new(work) as _),
+            RetryTask::NAME => Labour::<RetryTask>::of(task, page).map(|work| Box::new(work) as _),
             _ => None,
         };
         let hand = hand.ok_or("the page and its worker are of two versions")?;

@@ -6,14 +6,13 @@ mod native;
 mod web;
 
 #[cfg(not(target_arch = "wasm32"))]
-use native as platform;
+pub use native::MANNERS;
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) use native::{Job, Worker};
 #[cfg(target_arch = "wasm32")]
-use web as platform;
+pub use web::MANNERS;
 #[cfg(target_arch = "wasm32")]
-pub(crate) use web::{Hand, Labour};
-
-pub use platform::MANNERS;
-pub(crate) use platform::{Job, Worker};
+pub(crate) use web::{Hand, Labour, PageJob as Job, PageWorker as Worker};
 
 use msd_study::Study;
 use msd_study::choice::Choice;
@@ -50,7 +49,7 @@ impl<T> Clone for Report<T> {
 }
 
 /// What can be worked out in the background.
-pub(crate) trait Work: Send + 'static {
+pub(crate) trait Task: Send + 'static {
     /// What comes of it.
     type Found;
     /// What a worker of a page knows it by.

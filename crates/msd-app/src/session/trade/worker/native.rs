@@ -1,6 +1,6 @@
 //! A thread of low priority that takes a bounded share of one core.
 
-use super::{BROKEN, Report, Work};
+use super::{BROKEN, Report, Task};
 use msd_study::choice::Choice;
 use msd_study::conduct::Progress;
 use msd_study::leave::Halt;
@@ -50,7 +50,7 @@ pub(crate) struct Worker<T>(Arc<Shared<T>>);
 
 impl<T: Send + Sync + 'static> Worker<T> {
     /// Begins to work.
-    pub(crate) fn start(mut work: impl Work<Found = T>) -> Self {
+    pub(crate) fn start(mut work: impl Task<Found = T>) -> Self {
         let report = Report::default();
         let desk = Mutex::new(Desk { report, paused: false, ended: false, wish: None });
         let shared = Arc::new(Shared { desk, woken: Condvar::new() });
@@ -182,7 +182,7 @@ mod tests {
     /// Work of one piece.
     struct Piece<T, F>(F, std::marker::PhantomData<fn(T)>);
 
-    impl<T: 'static, F> Work for Piece<T, F>
+    impl<T: 'static, F> Task for Piece<T, F>
     where
         F: FnMut(&mut Job<T>) -> Result<(), Halt> + Send + 'static,
     {

@@ -1,6 +1,6 @@
 //! A worker of the page: the same program once more, beside the page, told and telling in bytes.
 
-use super::{BROKEN, Report, Work};
+use super::{BROKEN, Report, Task};
 use js_sys::{Array, Function, Uint8Array};
 use msd_study::choice::Choice;
 use msd_study::conduct::Progress;
@@ -39,7 +39,7 @@ enum Order {
 
 /// The page's end: reads what was found. When it is dropped the work ends.
 #[derive(Debug)]
-pub(crate) struct Worker<T> {
+pub(crate) struct PageWorker<T> {
     report: Rc<RefCell<Report<T>>>,
     /// What the worker knows the work by, and the work itself.
     task: (&'static str, Vec<u8>),
@@ -56,13 +56,13 @@ struct State {
     wish: Option<Choice>,
 }
 
-impl<T: DeserializeOwned + 'static> Worker<T> {
+impl<T: DeserializeOwned + 'static> PageWorker<T> {
     /// Prepares to work, once it is known not to be paused.
-    pub(crate) fn start<W: Work<Found = T> + Serialize>(work: W) -> Self {
+    pub(crate) fn start<W: Task<Found = T> + Serialize>(work: W) -> Self {
         let bytes = postcard::to_stdvec(&work);
         let failure = bytes.as_ref().err().map(ToString::to_string);
         let report = Report { idle: failure.is_some(), failure, ..Report::default() };
-        Worker {
+        PageWorker {
             report: Rc::new(RefCell::new(report)),
             task: (W::NAME, bytes.unwrap_or_default()),
             in_pieces: W::IN_PIECES,
@@ -166,13 +166,13 @@ fn fail<T>(report: &mut Report<T>, why: &str) {
 
 /// The worker's end, by which a piece of work tells the page.
 #[derive(Debug)]
-pub(crate) struct Job<T> {
+pub(crate) struct PageJob<T> {
     page: Function,
     wish: Option<Choice>,
     found: PhantomData<fn(T)>,
 }
 
-impl<T> Job<T> {
+impl<T> PageJob<T> {
     fn note(&self, note: &Note<T>)
     where
         T: Serialize,
@@ -210,17 +210,17 @@ impl<T> Job<T> {
 }
 
 /// Work as the worker does it: between two pieces it hears orders.
-pub(crate) struct Labour<W: Work> {
+pub(crate) struct Labour<W: Task> {
     work: W,
-    job: Job<W::Found>,
+    job: PageJob<W::Found>,
     paused: bool,
 }
 
-impl<W: Work + DeserializeOwned> Labour<W> {
+impl<W: Task + DeserializeOwned> Labour<W> {
     /// Takes up work that the page sent; `page` hears what came of it.
     pub(crate) fn of(task: &[u8], page: Function) -> Option<Self> {
         let work = postcard::from_bytes(task).ok()?;
-        let job = Job { page, wish: None, found: PhantomData };
+        let job = PageJob { page, wish: None, found: PhantomData };
         Some(Labour { work, job, paused: false })
     }
 }
@@ -234,7 +234,7 @@ pub(crate) trait Hand {
     fn hear(&mut self, order: &[u8]);
 }
 
-impl<W: Work<Found: Serialize>> Hand for Labour<W> {
+impl<W: Task<Found: Serialize>> Hand for Labour<W> {
     fn advance(&mut self) -> bool {
         if self.paused {
             return false;

@@ -1,6 +1,6 @@
-//! What the trade has worked out in the background.
+//! The tasks of the trade: a study, the prices of the parts, a search.
 
-use super::worker::{Job, Work};
+use super::worker::{Job, Task};
 use msd_core::Scene;
 use msd_run::rescue::LASTING;
 use msd_scene::Loaded;
@@ -16,7 +16,7 @@ pub const STUDY_DURATION: f64 = 1.0;
 
 /// A study, which when nothing is left of it waits for wishes.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct StudyWork {
+pub(crate) struct StudyTask {
     loaded: Loaded,
     plan: Plan,
     /// Nothing before it began.
@@ -24,13 +24,13 @@ pub(crate) struct StudyWork {
     course: Option<Course>,
 }
 
-impl StudyWork {
+impl StudyTask {
     pub(super) fn new(loaded: Loaded, plan: Plan) -> Self {
-        StudyWork { loaded, plan, course: None }
+        StudyTask { loaded, plan, course: None }
     }
 }
 
-impl Work for StudyWork {
+impl Task for StudyTask {
     type Found = Study;
     const NAME: &'static str = "study";
     const IN_PIECES: bool = true;
@@ -51,9 +51,9 @@ impl Work for StudyWork {
 
 /// The worth of the parts of a scene, as it is stepped.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct TermsWork(pub(super) Loaded);
+pub(crate) struct TermsTask(pub(super) Loaded);
 
-impl Work for TermsWork {
+impl Task for TermsTask {
     type Found = Vec<TermRow>;
     const NAME: &'static str = "terms";
     const IN_PIECES: bool = false;
@@ -70,9 +70,9 @@ impl Work for TermsWork {
 
 /// A search for one setting, as `msd tune` makes it.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct SearchWork(pub(super) Scene, pub(super) Goal);
+pub(crate) struct SearchTask(pub(super) Scene, pub(super) Goal);
 
-impl Work for SearchWork {
+impl Task for SearchTask {
     type Found = Tuned;
     const NAME: &'static str = "search";
     const IN_PIECES: bool = false;
@@ -86,20 +86,20 @@ impl Work for SearchWork {
 
 /// What a search has found, tried in the scene as it is now.
 #[derive(Debug, Serialize, Deserialize)]
-pub(crate) struct RetryWork {
+pub(crate) struct RetryTask {
     scene: Scene,
     found: Vec<Found>,
     goal: Goal,
 }
 
-impl RetryWork {
+impl RetryTask {
     pub(super) fn new(scene: Scene, Tuned { goal, best, others, .. }: &Tuned) -> Self {
         let found = std::iter::once(best).chain(others).cloned().collect();
-        RetryWork { scene, found, goal: *goal }
+        RetryTask { scene, found, goal: *goal }
     }
 }
 
-impl Work for RetryWork {
+impl Task for RetryTask {
     type Found = Elsewhere;
     const NAME: &'static str = "retry";
     const IN_PIECES: bool = false;
