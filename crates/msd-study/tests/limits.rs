@@ -7,26 +7,32 @@ fn scene(name: &str) -> Scene {
     msd_scene::open(name).unwrap().scene
 }
 
-/// Sheets in which bending is stiffer than stretching, flat and rolled up, without damping and with.
-fn bent() -> [(String, Scene); 4] {
-    [(0.0, 0.0), (0.0, 1e-3), (0.1, 0.0), (0.1, 1e-3)].map(|(turn, relaxation_time)| {
-        let bending = Bending { warp: 3e-3, weft: 1e-3, bias: 1.4e-3 };
-        let elasticity = Elasticity::Sheet { warp: 9.0, weft: 4.0, shear: 0.6, bending };
-        let substance = Substance { elasticity, density: 0.2, relaxation_time };
-        let mut part = shape::body([9, 7, 1], 0.01, &substance).expect("a sheet");
-        for row in part.particles.iter_mut().filter(|_| 0.0 < turn) {
-            let angle = row.position.y / 0.01 * turn;
-            (row.position.y, row.position.z) =
-                (0.01 / turn * angle.sin(), 0.01 / turn * (1.0 - angle.cos()));
-        }
-        (format!("turn {turn}, {relaxation_time} s"), Scene::of("sheet", part))
-    })
+/// A sheet in which bending is stiffer than stretching, rolled up by so much per row.
+fn sheet(turn: f64, relaxation_time: f64) -> Scene {
+    let bending = Bending { warp: 3e-3, weft: 1e-3, bias: 1.4e-3 };
+    let elasticity = Elasticity::Sheet { warp: 9.0, weft: 4.0, shear: 0.6, bending };
+    let substance = Substance { elasticity, density: 0.2, relaxation_time };
+    let mut part = shape::body([9, 7, 1], 0.01, &substance).expect("a sheet");
+    for row in part.particles.iter_mut().filter(|_| 0.0 < turn) {
+        let (angle, radius) = (row.position.y / 0.01 * turn, 0.01 / turn);
+        (row.position.y, row.position.z) = (radius * angle.sin(), radius * (1.0 - angle.cos()));
+    }
+    Scene::of("sheet", part)
 }
 
 #[test]
-fn a_sheet_that_is_stiff_against_bending_blows_up_where_predicted() {
-    for (name, scene) in bent() {
-        blows_up_where_predicted(&name, &scene);
+fn a_sheet_that_is_stiff_against_bending_blows_up_where_predicted_or_damped_a_little_later() {
+    for turn in [0.0, 0.1] {
+        blows_up_where_predicted(&format!("turn {turn}"), &sheet(turn, 0.0));
+        let fixed = [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4];
+        for limit in limits(&sheet(turn, 1e-3), 4).unwrap() {
+            if !fixed.contains(&limit.integrator) {
+                continue;
+            }
+            // Straight bends count as damped in all directions; other motions may give them one.
+            let ratio = limit.predicted / limit.observed.expect("an edge");
+            assert!((0.7..1.005).contains(&ratio), "turn {turn}: {limit:?}: {ratio}");
+        }
     }
 }
 

@@ -1,9 +1,9 @@
 //! Bends: stencils of particles that resist bending.
 //!
-//! [`Bend`] is the law of one. They stand in the order in which they are evaluated, which depends on
-//! them and on the slots of particles alone: first those that fit packs of up to sixteen, whose
-//! particles are in the same lane of records, as nearly all of a lattice are; then the others, one
-//! by one. A pack adds what its bends would add one after the other, to the bit.
+//! [`Bend`] is the law of one. They stand in the order in which they are evaluated, which depends
+//! on them and on the slots of particles alone: first those that fit bundles of up to sixteen,
+//! whose particles are in the same lane of records, as most of a lattice are; then the others, one
+//! by one. A bundle adds what its bends would add one after the other, to the bit.
 
 use super::{Element, Motion, Products, Vectors};
 use crate::columns::slots::Slots;
@@ -14,23 +14,23 @@ use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
 
-/// A pack of fewer bends would cost more than they do one by one.
+/// A bundle of fewer bends would cost more than they do one by one.
 const FEWEST: usize = 4;
 
 /// The bends of a model.
 #[derive(Clone, Debug)]
 pub struct Bends<R: Real> {
     /// In the order of evaluation.
-    rows: Vec<Row<R>>,
-    packs: Vec<Pack<R>>,
-    /// How many of the rows are in packs: the first ones.
-    packed: usize,
+    rows: Vec<Stencil<R>>,
+    bundles: Vec<Bundle<R>>,
+    /// How many of the rows are in bundles: the first ones.
+    bundled: usize,
     is_damped: bool,
 }
 
 /// A bend, and where the numbers of its particles are.
 #[derive(Clone, Copy, Debug)]
-struct Row<R> {
+struct Stencil<R> {
     particles: [u32; 4],
     at: [u32; 4],
     weights: [R; 4],
@@ -40,7 +40,7 @@ struct Row<R> {
 
 /// Bends of the same weights, each in a lane of its own; `at` is where their records start.
 #[derive(Clone, Debug)]
-struct Pack<R> {
+struct Bundle<R> {
     at: [u32; 4],
     weights: [R; 4],
     stiffnesses: [R; LANES],
@@ -48,7 +48,7 @@ struct Pack<R> {
     is_there: [bool; LANES],
 }
 
-impl<R: Real> Row<R> {
+impl<R: Real> Stencil<R> {
     /// Where the records of its particles start, if these are in the same lane.
     fn records(&self) -> Option<[u32; 4]> {
         let lanes = self.at.map(|at| at as usize % RECORD);
@@ -131,14 +131,15 @@ fn is_straight<R: Real>(square: R, edge: R) -> bool {
 impl<R: Real> Bends<R> {
     /// Puts bends in order.
     pub(crate) fn new(rows: &[Bend], slots: &Slots) -> Self {
-        let mut bends = Bends { rows: Vec::new(), packs: Vec::new(), packed: 0, is_damped: false };
+        let mut bends =
+            Bends { rows: Vec::new(), bundles: Vec::new(), bundled: 0, is_damped: false };
         bends.add(rows, slots);
         bends
     }
 
     /// Adds bends, and puts all in order anew: the slots may have changed.
     pub(crate) fn add(&mut self, rows: &[Bend], slots: &Slots) {
-        self.rows.extend(rows.iter().map(|bend| Row {
+        self.rows.extend(rows.iter().map(|bend| Stencil {
             particles: bend.particles.map(|particle| particle as u32),
             at: [0; 4],
             weights: bend.weights.map(R::of),
@@ -148,17 +149,17 @@ impl<R: Real> Bends<R> {
         for row in &mut self.rows {
             row.at = row.particles.map(|particle| slots.at(particle as usize) as u32);
         }
-        self.pack();
+        self.bundle();
     }
 
-    /// Puts bends in order and makes packs of them.
-    fn pack(&mut self) {
-        self.packs.clear();
+    /// Puts bends in order and makes bundles of them.
+    fn bundle(&mut self) {
+        self.bundles.clear();
         // Stable: what is equal keeps its order, so that a resumed run has the same sums.
         self.rows.sort_by_key(|row| (row.records().is_none(), row.records(), row.at[0]));
         let mut singles = Vec::new();
-        let mut packed = Vec::with_capacity(self.rows.len());
-        let fit = |a: &Row<R>, b: &Row<R>| {
+        let mut bundled = Vec::with_capacity(self.rows.len());
+        let fit = |a: &Stencil<R>, b: &Stencil<R>| {
             let is_next = a.at[0] < b.at[0] && a.weights == b.weights;
             is_next && a.records().is_some() && a.records() == b.records()
         };
@@ -167,12 +168,12 @@ impl<R: Real> Bends<R> {
                 singles.extend_from_slice(rows);
                 continue;
             }
-            packed.extend_from_slice(rows);
-            self.packs.push(Pack::new(rows));
+            bundled.extend_from_slice(rows);
+            self.bundles.push(Bundle::new(rows));
         }
-        self.packed = packed.len();
-        packed.append(&mut singles);
-        self.rows = packed;
+        self.bundled = bundled.len();
+        bundled.append(&mut singles);
+        self.rows = bundled;
         self.is_damped = self.rows.iter().any(|row| row.damping != R::ZERO);
     }
 
@@ -218,11 +219,11 @@ impl<R: Real> Bends<R> {
         self.retain(|row| !row.terms().any(|(particle, _)| is_removed(particle as u32)));
     }
 
-    fn retain(&mut self, is_left: impl Fn(&Row<R>) -> bool) {
+    fn retain(&mut self, is_left: impl Fn(&Stencil<R>) -> bool) {
         let before = self.rows.len();
         self.rows.retain(is_left);
         if self.rows.len() < before {
-            self.pack();
+            self.bundle();
         }
     }
 
@@ -300,8 +301,8 @@ impl<R: Real> Bends<R> {
         }
     }
 
-    /// The energy of all bends, joules; the sums of |k s| and of k, each times the weights, by which
-    /// rounding changes it.
+    /// The energy of all bends, joules; the sums of |k s| and of k, each times the weights, by
+    /// which rounding changes it.
     pub(crate) fn energy_and_pulls(&self, motion: &Motion<'_, R>) -> [f64; 3] {
         let mut sums = [0.0; 3];
         for row in &self.rows {
@@ -336,11 +337,11 @@ impl<R: Real> Bends<R> {
     }
 }
 
-impl<R: Real> Pack<R> {
-    fn new(rows: &[Row<R>]) -> Self {
+impl<R: Real> Bundle<R> {
+    fn new(rows: &[Stencil<R>]) -> Self {
         let lane = |at: u32| at as usize % RECORD;
         let first = &rows[0];
-        let mut pack = Pack {
+        let mut bundle = Bundle {
             at: first.at.map(|at| at - lane(at) as u32),
             weights: first.weights,
             stiffnesses: [R::ZERO; LANES],
@@ -349,11 +350,11 @@ impl<R: Real> Pack<R> {
         };
         for row in rows {
             let lane = lane(row.at[0]);
-            pack.stiffnesses[lane] = row.stiffness;
-            pack.dampings[lane] = row.damping;
-            pack.is_there[lane] = true;
+            bundle.stiffnesses[lane] = row.stiffness;
+            bundle.dampings[lane] = row.damping;
+            bundle.is_there[lane] = true;
         }
-        pack
+        bundle
     }
 
     /// Sixteen components of the record of an end.
@@ -406,14 +407,14 @@ impl<R: Real> Pack<R> {
 #[inline(always)]
 fn add_forces<R: Real>(bends: &Bends<R>, x: &[R], v: &[R], forces: &mut [R]) -> f64 {
     let mut powers = [0.0; LANES];
-    for pack in &bends.packs {
-        let sums = [0, 1, 2].map(|axis| pack.sums(x, axis));
-        let mut factors = pack.stiffnesses;
+    for bundle in &bends.bundles {
+        let sums = [0, 1, 2].map(|axis| bundle.sums(x, axis));
+        let mut factors = bundle.stiffnesses;
         if bends.is_damped {
-            let rates = [0, 1, 2].map(|axis| pack.sums(v, axis));
+            let rates = [0, 1, 2].map(|axis| bundle.sums(v, axis));
             let (squares, alongs) = (dots(&sums, &sums), dots(&sums, &rates));
             for lane in 0..LANES {
-                let drag = alongs[lane] * pack.dampings[lane] * (R::ONE / squares[lane]);
+                let drag = alongs[lane] * bundle.dampings[lane] * (R::ONE / squares[lane]);
                 // A select: without a direction the quotient is NaN.
                 let drag = if R::SHORTEST_SQUARED <= squares[lane] { drag } else { R::ZERO };
                 factors[lane] += drag;
@@ -421,11 +422,11 @@ fn add_forces<R: Real>(bends: &Bends<R>, x: &[R], v: &[R], forces: &mut [R]) -> 
             }
         }
         for (axis, sums) in sums.into_iter().enumerate() {
-            pack.subtract(product(sums, factors), axis, forces);
+            bundle.subtract(product(sums, factors), axis, forces);
         }
     }
     let mut power: f64 = powers.iter().sum();
-    for row in &bends.rows[bends.packed..] {
+    for row in &bends.rows[bends.bundled..] {
         let of = |column: &[R]| row.sum(|end| vector::<R>(column, row.at[end] as usize));
         let (pull, taken) = row.pull(of(x), of(v));
         subtract(row, pull, forces);
@@ -442,16 +443,16 @@ fn add_products<R: Real>(
     (x, direction): (&[R], &[R]),
     products: &mut [R],
 ) {
-    for pack in &bends.packs {
-        let sums = [0, 1, 2].map(|axis| pack.sums(direction, axis));
-        let mut pulls = sums.map(|sums| product(sums, pack.stiffnesses.map(|k| tau * tau * k)));
+    for bundle in &bends.bundles {
+        let sums = [0, 1, 2].map(|axis| bundle.sums(direction, axis));
+        let mut pulls = sums.map(|sums| product(sums, bundle.stiffnesses.map(|k| tau * tau * k)));
         if bends.is_damped {
-            let bent = [0, 1, 2].map(|axis| pack.sums(x, axis));
-            let edges = [0, 1, 2].map(|axis| pack.edges(x, axis));
+            let bent = [0, 1, 2].map(|axis| bundle.sums(x, axis));
+            let edges = [0, 1, 2].map(|axis| bundle.edges(x, axis));
             let (squares, lengths) = (dots(&bent, &bent), dots(&edges, &edges));
             let alongs = dots(&bent, &sums);
             for lane in 0..LANES {
-                let damping = tau * pack.dampings[lane];
+                let damping = tau * bundle.dampings[lane];
                 let straight = is_straight::<R>(squares[lane], lengths[lane]);
                 let along = damping * alongs[lane] * (R::ONE / squares[lane]);
                 for axis in 0..3 {
@@ -461,10 +462,10 @@ fn add_products<R: Real>(
             }
         }
         for (axis, pulls) in pulls.into_iter().enumerate() {
-            pack.subtract(pulls.map(|pull| -pull), axis, products);
+            bundle.subtract(pulls.map(|pull| -pull), axis, products);
         }
     }
-    for row in &bends.rows[bends.packed..] {
+    for row in &bends.rows[bends.bundled..] {
         let bent = row.bent(|end| vector::<R>(x, row.at[end] as usize));
         let of = row.sum(|end| vector::<R>(direction, row.at[end] as usize));
         subtract(row, -row.product(tau, bent, of), products);
@@ -492,7 +493,7 @@ fn product<R: Real>(mut a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
 
 /// Subtracts the pull of a bend, times its weights.
 #[inline(always)]
-fn subtract<R: Real>(row: &Row<R>, pull: R::Vec3, sums: &mut [R]) {
+fn subtract<R: Real>(row: &Stencil<R>, pull: R::Vec3, sums: &mut [R]) {
     for (&at, &weight) in row.at.iter().zip(&row.weights) {
         if weight != R::ZERO {
             let at = at as usize;

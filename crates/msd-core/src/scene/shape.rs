@@ -55,9 +55,9 @@ pub fn lattice(
 /// masses by which it behaves like a substance: a block of a solid, a cloth of a sheet, a rope.
 ///
 /// Any uniform strain of it has exactly the stress of the substance, at faces and edges too. (Shear
-/// adds loads at the eight corners of a block, which balance one another.) A sheet and a rope resist
-/// bending too. One whose first two particles, or rows of them, are pinned is clamped in the middle
-/// between these.
+/// adds loads at the eight corners of a block, which balance one another.) A sheet and a rope
+/// resist bending too. One whose first two particles, or rows of them, are pinned is clamped in the
+/// middle between these.
 ///
 /// # Errors
 /// See [`lattice`]; a number of the substance outside its domain, or a size with more or fewer

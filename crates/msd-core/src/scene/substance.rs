@@ -267,8 +267,8 @@ fn stiffnesses(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64, f
     }
 }
 
-/// Stiffnesses of bends in a lattice of spacing a, newtons per metre: in lines along its axes, and of
-/// the twist of a cell.
+/// Stiffnesses of bends in a lattice of spacing a, newtons per metre: in lines along its axes, and
+/// of the twist of a cell.
 ///
 /// The sum of a line is a² κ and stands for a length a, in a sheet for an area a²: B κ²/2 gives
 /// B/a³ and B/a². The sum of a cell is a² κ_uv.

@@ -80,7 +80,7 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Removes a body: its particles, and the springs and bends at them. Its number and its name stay.
+    /// Removes a body: its particles, and the springs and bends at them. Its number and name stay.
     ///
     /// # Errors
     /// A number that names nothing.

@@ -92,8 +92,9 @@ pub(crate) fn fastest_motion<R: Real>(
 /// [`Estimator::limit`]; 0 for explicit Euler, for which such sums give no bound.
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add
-/// at most the sum of their k over its mass. Of bends the largest row sum of magnitudes counts. User-defined elements are known about this state
-/// alone, and are bounded only where they act on each particle by itself and give their blocks.
+/// at most the sum of their k over its mass. Of bends the largest row sum of magnitudes counts.
+/// User-defined elements are known about this state alone, and are bounded only where they act on
+/// each particle by itself and give their blocks.
 pub(crate) fn guaranteed_limit<R: Real>(
     (model, state): (&Model<R>, &Columns<R>),
     time: f64,
@@ -203,7 +204,8 @@ impl Estimator {
     ///
     /// Within 0.5 % of what is observed, tested. The exception is explicit Euler with damping that
     /// does not go with stiffness: the motion that grows first need not be a fast one, and the true
-    /// limit may be shorter.
+    /// limit may be shorter. Strongly damped bends that are straight count as damped in all
+    /// directions, so that the true limit may be longer by a third.
     pub(crate) fn limit<R: Real>(
         &mut self,
         (model, state): (&Model<R>, &Columns<R>),

@@ -20,9 +20,9 @@ pub struct Inspection {
     pub filled: Option<Filled>,
     /// Its moduli, if it is a solid, a flat sheet or a straight rope.
     pub moduli: Option<Directions>,
-    /// Bending stiffness inside it, the smallest and the largest along its lattice and the diagonals
-    /// of that: newton metres of a sheet, newton square metres of a rope; `None` of a solid, and of
-    /// what does not resist bending.
+    /// Bending stiffness inside it, the smallest and the largest along its lattice and the
+    /// diagonals of that: newton metres of a sheet, newton square metres of a rope; `None` of a
+    /// solid, and of what does not resist bending.
     pub bending: Option<[f64; 2]>,
     /// Frequency of its fastest motion on its own, hertz.
     pub fastest: f64,
