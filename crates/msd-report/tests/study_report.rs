@@ -498,7 +498,7 @@ fn balanced(study: &mut Study) {
 fn errors_of_space_time_and_precision_stand_side_by_side() {
     let page = html(&with(balanced));
     for said in
-        ["refine the mesh", "12.0 mm", "3.00 µm", "half the spacing", "nothing makes it less"]
+        ["Refine the mesh", "12.0 mm", "3.00 µm", "half the spacing", "nothing makes it less"]
     {
         assert!(page.contains(said), "{said}");
     }

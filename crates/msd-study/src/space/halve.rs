@@ -2,7 +2,8 @@
 
 use crate::candidates::choice::FRAME;
 use crate::measure::cache;
-use crate::measure::leave::{Halt, Leave};
+use crate::measure::clock::CpuClock;
+use crate::measure::leave::Halt;
 use crate::measure::reference::{Reference, Wish, reference_by_leave};
 use crate::quantity::estimate;
 use crate::space::limit::{Verdict, extrapolate};
@@ -39,6 +40,8 @@ const MOST_HALVINGS: u32 = 2;
 const TOLERANCES: [f64; 3] = [1e-6, 1e-8, 1e-10];
 /// The part of the difference of two spacings that the error of time may be.
 const TIME_PART: f64 = 0.05;
+/// Where the error of time is more than this part, the difference says nothing.
+const LOST_PART: f64 = 0.5;
 /// Roundings of a run, as a part of the size of the scene.
 const ROUNDING: f64 = 1e-12;
 /// Kept in the cache by the scene.
@@ -98,12 +101,15 @@ pub(crate) fn halve(
     let mut halving = Halving { draft, source, scene, finer, points, reference, samples, budget };
     let mut run = Run { tracks: Vec::new(), off: 0.0, stopped: String::new() };
     for tolerance in TOLERANCES {
+        // Contact may put a tolerance out of reach, as it did for the reference.
+        let tolerance = tolerance.max(halving.reference.tolerance);
         let tighter = halving.run(tolerance, tell)?;
         // What is not affordable to the last digit is known to the first.
-        if 1 < tighter.tracks.len() || run.tracks.is_empty() {
+        let is_poorer = tighter.tracks.len() < run.tracks.len();
+        if !is_poorer {
             run = tighter;
         }
-        if run.is_resolved() || run.tracks.len() < 2 {
+        if is_poorer || run.is_resolved() || run.tracks.len() < 2 {
             break;
         }
     }
@@ -121,6 +127,7 @@ struct Halving<'d> {
     reference: Reference,
     /// Samples that are compared.
     samples: usize,
+    /// Time of the processor that is left, seconds.
     budget: f64,
 }
 
@@ -154,47 +161,62 @@ impl Halving<'_> {
     fn run(&mut self, tolerance: f64, tell: &mut dyn FnMut(&str)) -> Result<Run, FileError> {
         let mut coarse = Track::of(&self.reference, &self.points);
         coarse.samples.truncate(self.samples);
-        let (frames, leave): (_, Leave<'_>) =
-            (&self.reference.frames[..self.samples], &mut || true);
+        let frames = &self.reference.frames[..self.samples];
         let own = Followed { scene: &self.scene, points: &self.points, frames, tolerance };
-        let own = track(own, (0.0, f64::INFINITY), leave);
+        let own = track(own, (0.0, f64::INFINITY), &mut || true);
         let own = own.map_err(|halt| refused(self.draft, halt))?.unwrap_or_else(|| coarse.clone());
-        let (mut springs, mut seconds) = (self.scene.springs.len(), own.seconds);
         let off = own.distance(&coarse, self.samples).max(ROUNDING * self.reference.size);
         let stopped = "a spacing is halved twice at most".into();
         let mut run = Run { tracks: vec![coarse], off, stopped };
-        let mut left = self.budget;
+        let mut before = (self.scene.springs.len(), own.seconds);
         for halvings in 1..=MOST_HALVINGS {
-            if self.finer.len() < halvings as usize {
-                match self.draft.finer(&self.source, halvings) {
-                    Ok(finer) => self.finer.push(finer),
-                    Err(error) => {
-                        run.stopped = error.to_string();
-                        break;
-                    }
+            tell(&format!("running it at 1/{} of its spacing", 1 << halvings));
+            match self.run_finer(halvings, tolerance, before) {
+                Ok((springs, track)) => {
+                    before = (springs, track.seconds);
+                    run.tracks.push(track);
+                }
+                Err(why) => {
+                    run.stopped = why;
+                    break;
                 }
             }
-            let Finer { loaded, common, .. } = &self.finer[halvings as usize - 1];
-            let scene = &loaded.scene;
-            let points: Vec<usize> = common.iter().map(|pair| pair[1]).collect();
-            // Twice as many steps, each of more springs.
-            let predicted = 2.0 * scene.springs.len() as f64 / springs.max(1) as f64 * seconds;
-            tell(&format!("running it at 1/{} of its spacing", 1 << halvings));
-            let followed = Followed { scene, points: &points, frames, tolerance };
-            let fine = track(followed, (predicted, left), leave);
-            let Some(fine) = fine.map_err(|halt| refused(self.draft, halt))? else {
-                run.stopped = format!(
-                    "1/{} of the spacing takes about {} of processor time: --time gives more",
-                    1 << halvings,
-                    estimate(predicted, "s")
-                );
-                break;
-            };
-            left -= fine.seconds;
-            (springs, seconds) = (scene.springs.len(), fine.seconds);
-            run.tracks.push(fine);
         }
         Ok(run)
+    }
+
+    /// Runs the scene at a part of its spacing, by springs and seconds of the next
+    /// coarser one. Returns the number of springs as well, or why it was not run.
+    fn run_finer(
+        &mut self,
+        halvings: u32,
+        tolerance: f64,
+        (springs, seconds): (usize, f64),
+    ) -> Result<(usize, Track), String> {
+        if self.finer.len() < halvings as usize {
+            let finer = self.draft.finer(&self.source, halvings);
+            self.finer.push(finer.map_err(|error| error.to_string())?);
+        }
+        let Finer { loaded, common, .. } = &self.finer[halvings as usize - 1];
+        let scene = &loaded.scene;
+        let points: Vec<usize> = common.iter().map(|pair| pair[1]).collect();
+        // Twice as many steps, each of more springs.
+        let predicted = 2.0 * scene.springs.len() as f64 / springs.max(1) as f64 * seconds;
+        let frames = &self.reference.frames[..self.samples];
+        let followed = Followed { scene, points: &points, frames, tolerance };
+        let clock = CpuClock::start();
+        let found = track(followed, (predicted, self.budget), &mut || true);
+        // What the cache holds costs nothing.
+        self.budget -= clock.seconds();
+        let parts = 1 << halvings;
+        match found {
+            Ok(Some(track)) => Ok((scene.springs.len(), track)),
+            Ok(None) => Err(format!(
+                "1/{parts} of the spacing takes about {} of processor time: --time gives more",
+                estimate(predicted, "s")
+            )),
+            Err(halt) => Err(format!("at 1/{parts} of the spacing, {}", refused(self.draft, halt))),
+        }
     }
 
     /// What the runs tell.
@@ -203,9 +225,12 @@ impl Halving<'_> {
         let frames = &reference.frames[..samples];
         let times: Vec<f64> = frames.iter().map(|&frame| frame as f64 * FRAME).collect();
         let (right, mut verdict) = extrapolate(&run.tracks, &times);
-        if 1 < run.tracks.len() && !run.is_resolved() {
+        if 1 < run.tracks.len() && LOST_PART * run.first_difference() < run.off {
             // An order of less than 1 is not to be expected: twice the first difference.
             verdict = Verdict::Below { error: run.off + 2.0 * run.first_difference() };
+        } else if let Verdict::Known { band, .. } = &mut verdict {
+            // Each of the two that the limit is made of may be off by that much.
+            *band += 2.0 * run.off;
         }
         let scenes = std::iter::once(&scene).chain(finer.iter().map(|finer| &finer.loaded.scene));
         let spacing = |(row, (scene, track)): (usize, (&Scene, &Track))| Spacing {

@@ -80,8 +80,7 @@ pub(crate) fn track(
     };
     let mut is_late = false;
     let ran = visit_frames(scene, (frames, tolerance), &mut see, &mut || {
-        // What was predicted may be off by that much.
-        is_late = 2.0 * most < clock.seconds();
+        is_late = most < clock.seconds();
         !is_late && leave()
     });
     match ran {
