@@ -301,7 +301,11 @@ const tests = {
     await page.page.keyboard.press('F9');
     const begun = await page.status();
     await page.until('steps', now => begun.steps + 20 < now.steps);
+    const kept = await page.page.locator('#recordings option').count();
     await Promise.all([page.page.waitForEvent('download'), page.page.keyboard.press('F9')]);
+    // Left before it is kept, it would be lost.
+    await page.page.waitForFunction(
+      kept => kept < document.querySelectorAll('#recordings option').length, kept);
     await page.go('#scene=square');
     const newest = page.page.locator('#recordings option').nth(1);
     assert.match(await newest.textContent(), /^chain-1\.msdrec/);
