@@ -40,6 +40,8 @@ pub enum Numbers {
         shear: f64,
         /// Mass per area, kilograms per square metre.
         area_density: f64,
+        /// Bending stiffness of the warp, of the weft and at 45° to both, newton metres.
+        bending: [f64; 3],
     },
 }
 
@@ -60,7 +62,7 @@ const fn uniform(young: f64, poisson: f64, density: f64) -> Numbers {
 }
 
 /// The materials, soft ones first.
-pub const MATERIALS: [Named; 9] = [
+pub const MATERIALS: [Named; 10] = [
     gelatine("gelatine-3%", 2010.0, 0.60 / 2010.0),
     gelatine("gelatine-4%", 3100.0, 0.0),
     gelatine("gelatine-5%", 4180.0, 0.0),
@@ -75,6 +77,12 @@ pub const MATERIALS: [Named; 9] = [
                   incompressible",
     },
     Named {
+        name: "natural-rubber",
+        numbers: uniform(3.0 * 0.5e6, 0.5, 950.0),
+        source: "MatWeb, data sheet of vulcanized natural rubber",
+        remarks: "shear modulus of 0.5 MPa, as E = 3 G; unfilled: compounds are stiffer and denser",
+    },
+    Named {
         name: "cotton-denim",
         // Moduli with free sides: C11 − C12²/C22 and C22 − C12²/C11 of the matrix that was fitted.
         numbers: Numbers::Fabric {
@@ -82,11 +90,14 @@ pub const MATERIALS: [Named; 9] = [
             young_weft: 205.352 - 10.234 * 10.234 / 1013.886,
             shear: 53.387,
             area_density: 0.324,
+            // A quarter of the stiffness of hinges: see docs/materials.md.
+            bending: [64.196_457e-6 / 4.0, 19.824_701e-6 / 4.0, 60.943_428e-6 / 4.0],
         },
         source: "Wang, O'Brien and Ramamoorthi, ACM Trans. Graph. 30 (2011) 71: 11 oz black denim, \
                  99 % cotton",
         remarks: "a fit to samples pulled by weights, as distributed with ARCSim, its row of \
-                  the smallest strains; the stiffer direction taken for the warp",
+                  the smallest strains; the stiffer direction taken for the warp; bending by its row of the \
+                  smallest curvatures",
     },
     Named {
         name: "aluminium",

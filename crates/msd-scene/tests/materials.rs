@@ -133,10 +133,13 @@ fn row(material: &Named) -> String {
                 time => format!(", relaxation time {time:.2e} s"),
             }
         ),
-        Numbers::Fabric { young_warp, young_weft, shear, area_density } => format!(
-            "warp {young_warp:.1} N/m, weft {young_weft:.1} N/m, shear {shear:.1} N/m, \
-             {area_density} kg/m²"
-        ),
+        Numbers::Fabric { young_warp, young_weft, shear, area_density, bending } => {
+            let [warp, weft, bias] = bending.map(|stiffness| 1e6 * stiffness);
+            format!(
+                "warp {young_warp:.1} N/m, weft {young_weft:.1} N/m, shear {shear:.1} N/m, \
+                 {area_density} kg/m², bending {warp:.1}, {weft:.1} and on the bias {bias:.1} µN m"
+            )
+        }
     };
     format!("| `{}` | {numbers} | {} | {} |\n", material.name, material.source, material.remarks)
 }

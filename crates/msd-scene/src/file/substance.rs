@@ -171,10 +171,13 @@ impl Keys<'_> {
         let (source, row) = (self.source, self.row);
         let woven = ["bending_warp", "bending_weft", "bending_bias"];
         let all = self.number("bending")?;
-        let Some(first) = woven.into_iter().find(|key| self.value(key).is_some()) else {
+        let of_row = woven.into_iter().find(|key| self.of_row(key).is_some());
+        let is_woven = woven.into_iter().any(|key| self.value(key).is_some());
+        // One number beside a material replaces its three.
+        if !is_woven || (all.is_some() && of_row.is_none()) {
             return Ok(all.map(Bending::uniform));
-        };
-        if all.is_some() {
+        }
+        if let (Some(_), Some(first)) = (all, of_row) {
             let reason = format!("and bodies[{row}].{first} exclude each other");
             return Err(source.refuse(format_args!("bodies[{row}].bending"), reason));
         }
@@ -220,6 +223,9 @@ impl Keys<'_> {
             (Numbers::Fabric { young_weft, .. }, "young_weft") => Some(young_weft),
             (Numbers::Fabric { shear, .. }, "shear") => Some(shear),
             (Numbers::Fabric { area_density, .. }, "area_density") => Some(area_density),
+            (Numbers::Fabric { bending: [warp, ..], .. }, "bending_warp") => Some(warp),
+            (Numbers::Fabric { bending: [_, weft, _], .. }, "bending_weft") => Some(weft),
+            (Numbers::Fabric { bending: [.., bias], .. }, "bending_bias") => Some(bias),
             _ => None,
         }
     }
