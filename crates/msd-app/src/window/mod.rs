@@ -411,6 +411,8 @@ fn lay_out(
             stepped = Some(stopwatch());
         }
         panel::show(ui, viewer);
+        let root = egui::accesskit_root_id();
+        ui.ctx().accesskit_node_builder(root, |window| window.set_label(viewer.title()));
     });
     if viewer.light {
         output.shapes.iter_mut().for_each(|shape| panel::theme::lighten(&mut shape.shape));
