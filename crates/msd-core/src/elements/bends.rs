@@ -382,9 +382,9 @@ impl<R: Real> Bundle<R> {
     #[inline(always)]
     fn edges(&self, column: &[R], axis: usize) -> [R; LANES] {
         let [first, second] = [0, 1].map(|end| self.record(end, column, axis));
-        let mut edges = *second;
+        let mut edges = [R::ZERO; LANES];
         for lane in 0..LANES {
-            edges[lane] = edges[lane] - first[lane];
+            edges[lane] = second[lane] - first[lane];
         }
         edges
     }
@@ -484,11 +484,12 @@ fn dots<R: Real>(a: &[[R; LANES]; 3], b: &[[R; LANES]; 3]) -> [R; LANES] {
 
 /// The products of numbers, lane by lane.
 #[inline(always)]
-fn product<R: Real>(mut a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
+fn product<R: Real>(a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
+    let mut products = [R::ZERO; LANES];
     for lane in 0..LANES {
-        a[lane] = a[lane] * b[lane];
+        products[lane] = a[lane] * b[lane];
     }
-    a
+    products
 }
 
 /// Subtracts the pull of a bend, times its weights.
