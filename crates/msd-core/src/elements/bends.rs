@@ -25,6 +25,8 @@ pub struct Bends<R: Real> {
     bundles: Vec<Bundle<R>>,
     /// How many of the rows are in bundles: the first ones.
     bundled: usize,
+    /// Numbers of a column of vectors.
+    numbers: usize,
     is_damped: bool,
 }
 
@@ -38,7 +40,7 @@ struct Stencil<R> {
     damping: R,
 }
 
-/// Bends of the same weights, each in a lane of its own; `at` is where their records start.
+/// Bends of the same weights, each in a lane of its own; `at` is where their numbers start.
 #[derive(Clone, Debug)]
 struct Bundle<R> {
     at: [u32; 4],
@@ -46,14 +48,22 @@ struct Bundle<R> {
     stiffnesses: [R; LANES],
     dampings: [R; LANES],
     is_there: [bool; LANES],
+    /// Whether all lanes have a bend.
+    is_full: bool,
 }
 
 impl<R: Real> Stencil<R> {
-    /// Where the records of its particles start, if these are in the same lane.
-    fn records(&self) -> Option<[u32; 4]> {
-        let lanes = self.at.map(|at| at as usize % RECORD);
-        let is_aligned = lanes.iter().all(|&lane| lane == lanes[0]);
-        is_aligned.then(|| self.at.map(|at| at - lanes[0] as u32))
+    /// Where the sixteen numbers start, one of them that of each of its particles in the lane of
+    /// the first: at the start of a record, or one number on, where a particle is in the next lane.
+    /// `None` where they are in other lanes, or would reach beyond the columns.
+    fn starts(&self, numbers: usize) -> Option<[u32; 4]> {
+        let lane = self.at[0] % RECORD as u32;
+        let starts = self.at.map(|at| at.wrapping_sub(lane));
+        let fits = |&start: &u32| {
+            let start = start as usize;
+            start % RECORD <= 1 && start + RECORD <= numbers
+        };
+        starts.iter().all(fits).then_some(starts)
     }
 
     /// The weighted sum of what a function says of its particles, 0 to 3.
@@ -131,8 +141,13 @@ fn is_straight<R: Real>(square: R, edge: R) -> bool {
 impl<R: Real> Bends<R> {
     /// Puts bends in order.
     pub(crate) fn new(rows: &[Bend], slots: &Slots) -> Self {
-        let mut bends =
-            Bends { rows: Vec::new(), bundles: Vec::new(), bundled: 0, is_damped: false };
+        let mut bends = Bends {
+            rows: Vec::new(),
+            bundles: Vec::new(),
+            bundled: 0,
+            numbers: 0,
+            is_damped: false,
+        };
         bends.add(rows, slots);
         bends
     }
@@ -149,6 +164,7 @@ impl<R: Real> Bends<R> {
         for row in &mut self.rows {
             row.at = row.particles.map(|particle| slots.at(particle as usize) as u32);
         }
+        self.numbers = slots.record_count() * RECORD;
         self.bundle();
     }
 
@@ -156,12 +172,14 @@ impl<R: Real> Bends<R> {
     fn bundle(&mut self) {
         self.bundles.clear();
         // Stable: what is equal keeps its order, so that a resumed run has the same sums.
-        self.rows.sort_by_key(|row| (row.records().is_none(), row.records(), row.at[0]));
+        let numbers = self.numbers;
+        let starts = |row: &Stencil<R>| row.starts(numbers);
+        self.rows.sort_by_key(|row| (starts(row).is_none(), starts(row), row.at[0]));
         let mut singles = Vec::new();
         let mut bundled = Vec::with_capacity(self.rows.len());
         let fit = |a: &Stencil<R>, b: &Stencil<R>| {
             let is_next = a.at[0] < b.at[0] && a.weights == b.weights;
-            is_next && a.records().is_some() && a.records() == b.records()
+            is_next && starts(a).is_some() && starts(a) == starts(b)
         };
         for rows in self.rows.chunk_by(fit) {
             if rows.len() < FEWEST {
@@ -342,11 +360,12 @@ impl<R: Real> Bundle<R> {
         let lane = |at: u32| at as usize % RECORD;
         let first = &rows[0];
         let mut bundle = Bundle {
-            at: first.at.map(|at| at - lane(at) as u32),
+            at: first.at.map(|at| at - lane(first.at[0]) as u32),
             weights: first.weights,
             stiffnesses: [R::ZERO; LANES],
             dampings: [R::ZERO; LANES],
             is_there: [false; LANES],
+            is_full: rows.len() == LANES,
         };
         for row in rows {
             let lane = lane(row.at[0]);
@@ -382,9 +401,9 @@ impl<R: Real> Bundle<R> {
     #[inline(always)]
     fn edges(&self, column: &[R], axis: usize) -> [R; LANES] {
         let [first, second] = [0, 1].map(|end| self.record(end, column, axis));
-        let mut edges = *second;
+        let mut edges = [R::ZERO; LANES];
         for lane in 0..LANES {
-            edges[lane] = edges[lane] - first[lane];
+            edges[lane] = second[lane] - first[lane];
         }
         edges
     }
@@ -397,7 +416,8 @@ impl<R: Real> Bundle<R> {
             let record = sums[at..].first_chunk_mut::<LANES>().expect("a record of the column");
             for lane in 0..LANES {
                 let less = record[lane] - pulls[lane] * weight;
-                record[lane] = if self.is_there[lane] { less } else { record[lane] };
+                let is_there = self.is_full | self.is_there[lane];
+                record[lane] = if is_there { less } else { record[lane] };
             }
         }
     }
@@ -484,11 +504,12 @@ fn dots<R: Real>(a: &[[R; LANES]; 3], b: &[[R; LANES]; 3]) -> [R; LANES] {
 
 /// The products of numbers, lane by lane.
 #[inline(always)]
-fn product<R: Real>(mut a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
+fn product<R: Real>(a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
+    let mut products = [R::ZERO; LANES];
     for lane in 0..LANES {
-        a[lane] = a[lane] * b[lane];
+        products[lane] = a[lane] * b[lane];
     }
-    a
+    products
 }
 
 /// Subtracts the pull of a bend, times its weights.
