@@ -224,10 +224,14 @@ impl Halving<'_> {
         let Halving { scene, mut finer, points, reference, samples, .. } = self;
         let frames = &reference.frames[..samples];
         let times: Vec<f64> = frames.iter().map(|&frame| frame as f64 * FRAME).collect();
-        let (right, mut verdict) = extrapolate(&run.tracks, &times);
+        let (mut right, mut verdict) = extrapolate(&run.tracks, &times);
+        let mut below = None;
         if 1 < run.tracks.len() && LOST_PART * run.first_difference() < run.off {
             // An order of less than 1 is not to be expected: twice the first difference.
-            verdict = Verdict::Below { error: run.off + 2.0 * run.first_difference() };
+            let error = run.off + 2.0 * run.first_difference();
+            (verdict, below) = (Verdict::Below { error }, Some(error));
+            // As good as the limit.
+            right = run.tracks.last().map(|finest| (finest.clone(), samples));
         } else if let Verdict::Known { band, .. } = &mut verdict {
             // Each of the two that the limit is made of may be off by that much.
             *band += 2.0 * run.off;
@@ -237,7 +241,8 @@ impl Halving<'_> {
             parts: 1 << row,
             particles: scene.particles.len(),
             springs: scene.springs.len(),
-            error: right.as_ref().map(|(limit, samples)| track.distance(limit, *samples)),
+            error: below
+                .or_else(|| right.as_ref().map(|(limit, samples)| track.distance(limit, *samples))),
             seconds: track.seconds,
         };
         let spacings = scenes.zip(&run.tracks).enumerate().map(spacing).collect();
