@@ -189,14 +189,3 @@ fn tuning_keeps_the_sum_of_the_errors_within_the_goal() {
         assert!(truth <= wanted + band, "{truth} {wanted} {band}");
     }
 }
-
-#[test]
-fn what_no_spring_moves_has_no_error_of_space_and_is_tuned_all_the_same() {
-    // The bar falls freely: all of it alike.
-    let text = bar(CELLS, "").replace("[[pins]]\nat = [0, 0, 0]\n", "");
-    let plan = SpacePlan { duration: 0.25, ..SpacePlan::default() };
-    let tuned = tune_spacing(&draft(&text), plan, 1e-3, &mut |_| {}).unwrap();
-    let Verdict::Below { error } = tuned.space.verdict else { panic!("{:?}", tuned.space) };
-    assert!(error < 1e-9, "{error}");
-    assert!(tuned.is_met() && tuned.found.unwrap().parts == 1);
-}
