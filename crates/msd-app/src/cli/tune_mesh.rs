@@ -124,11 +124,14 @@ fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
     lines
 }
 
+/// A number of a body, where it is given.
+type NumberOf = fn(&BodyRow) -> Option<f64>;
+
 /// The keys of a finer scene that differ, as they are written.
 fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     let mut lines = Vec::new();
     for (row, (before, after)) in rows.bodies.iter().zip(&fine.bodies).enumerate() {
-        let keys: [(&str, fn(&BodyRow) -> Option<f64>); 4] = [
+        let keys: [(&str, NumberOf); 4] = [
             ("spacing", |body| body.spacing),
             ("mass", |body| body.mass),
             ("stiffness", |body| body.stiffness),

@@ -42,8 +42,10 @@ const TOLERANCES: [f64; 3] = [1e-6, 1e-8, 1e-10];
 const TIME_PART: f64 = 0.05;
 /// Where the error of time is more than this part, the difference says nothing.
 const LOST_PART: f64 = 0.5;
-/// Roundings of a run, as a part of the size of the scene.
-const ROUNDING: f64 = 1e-12;
+/// What roundings grow to in a run, as a part of the size of the scene.
+const ROUNDING: f64 = 1e-10;
+/// The part of what a tolerance allows that a run is taken to be off at least.
+const ALLOWED: f64 = 0.01;
 /// Kept in the cache by the scene.
 const SPACE: &str = "space";
 
@@ -165,7 +167,9 @@ impl Halving<'_> {
         let own = Followed { scene: &self.scene, points: &self.points, frames, tolerance };
         let own = track(own, (0.0, f64::INFINITY), &mut || true);
         let own = own.map_err(|halt| refused(self.draft, halt))?.unwrap_or_else(|| coarse.clone());
-        let off = own.distance(&coarse, self.samples).max(ROUNDING * self.reference.size);
+        // Finer runs may be off where this one happens not to be.
+        let least = ROUNDING.max(ALLOWED * tolerance) * self.reference.size;
+        let off = own.distance(&coarse, self.samples).max(least);
         let stopped = "a spacing is halved twice at most".into();
         let mut run = Run { tracks: vec![coarse], off, stopped };
         let mut before = (self.scene.springs.len(), own.seconds);
@@ -224,10 +228,14 @@ impl Halving<'_> {
         let Halving { scene, mut finer, points, reference, samples, .. } = self;
         let frames = &reference.frames[..samples];
         let times: Vec<f64> = frames.iter().map(|&frame| frame as f64 * FRAME).collect();
-        let (right, mut verdict) = extrapolate(&run.tracks, &times);
+        let (mut right, mut verdict) = extrapolate(&run.tracks, &times);
+        let mut below = None;
         if 1 < run.tracks.len() && LOST_PART * run.first_difference() < run.off {
             // An order of less than 1 is not to be expected: twice the first difference.
-            verdict = Verdict::Below { error: run.off + 2.0 * run.first_difference() };
+            let error = run.off + 2.0 * run.first_difference();
+            (verdict, below) = (Verdict::Below { error }, Some(error));
+            // As good as the limit.
+            right = run.tracks.last().map(|finest| (finest.clone(), samples));
         } else if let Verdict::Known { band, .. } = &mut verdict {
             // Each of the two that the limit is made of may be off by that much.
             *band += 2.0 * run.off;
@@ -237,7 +245,8 @@ impl Halving<'_> {
             parts: 1 << row,
             particles: scene.particles.len(),
             springs: scene.springs.len(),
-            error: right.as_ref().map(|(limit, samples)| track.distance(limit, *samples)),
+            error: below
+                .or_else(|| right.as_ref().map(|(limit, samples)| track.distance(limit, *samples))),
             seconds: track.seconds,
         };
         let spacings = scenes.zip(&run.tracks).enumerate().map(spacing).collect();
