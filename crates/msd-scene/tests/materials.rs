@@ -229,7 +229,8 @@ const REFUSED: [(&str, &str); 26] = [
         "bodies[0].bending and bodies[0].bending_warp exclude each other",
     ),
     (
-        "kind = 'cloth'\nsize = [3, 3]\nmaterial = 'cotton-denim'\nbending_weft = 1",
+        "kind = 'cloth'\nsize = [3, 3]\nyoung_warp = 3\nyoung_weft = 2\nshear = 1\n\
+         area_density = 1\nbending_weft = 1",
         "bodies[0] lacks the key `bending_warp`",
     ),
     (

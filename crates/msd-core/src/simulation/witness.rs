@@ -74,11 +74,14 @@ struct Balance {
     settled: f64,
     /// The largest kinetic energy of this window, joules.
     kinetic: f64,
+    /// What rounding can have added since the first sample, joules.
+    rounding: f64,
 }
 
 impl Balance {
     /// Takes a sample.
-    fn take(&mut self, energy: Energy) {
+    fn take(&mut self, energy: Energy, rounding: f64) {
+        self.rounding += rounding;
         let total = energy.total();
         self.change += self.last.map_or(0.0, |last| total - last);
         self.last = Some(total);
@@ -140,7 +143,7 @@ impl Witness {
         let now = moving + energy.gravitational + energy.own;
         let reference = *self.reference.get_or_insert(now);
         let window = &mut self.window;
-        self.balance.take(energy);
+        self.balance.take(energy, rounding);
         if window.count == 0 || now < window.lowest {
             (window.lowest, window.moving) = (now, moving);
         }
@@ -188,11 +191,12 @@ impl Witness {
         self.balance.change
     }
 
-    /// That change where it is a rise by more than a tenth of the most kinetic and elastic energy so
-    /// far, joules; else 0.
+    /// That change where it is a rise by more than rounding and a tenth of the most kinetic and
+    /// elastic energy so far, joules; else 0, as before the end of the first window.
     pub fn surplus(&self) -> f64 {
-        let change = self.balance.change;
-        if FRACTION * self.most < change { change } else { 0.0 }
+        let Balance { change, rounding, .. } = self.balance;
+        let is_judged = 0.0 < self.most;
+        if is_judged && FRACTION * self.most + rounding < change { change } else { 0.0 }
     }
 
     /// Energy that the integrator has added for good, joules: 0 if none was seen, infinite if the

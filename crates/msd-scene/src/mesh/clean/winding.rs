@@ -20,7 +20,7 @@ const DECIDED: f64 = 0.25;
 
 /// Some triangles that lie near each other.
 #[derive(Debug)]
-struct Node {
+struct Cluster {
     /// Half the sum of the cross products of two sides: the area, along the normal.
     area: DVec3,
     middle: DVec3,
@@ -28,14 +28,14 @@ struct Node {
     reach: f64,
     first: usize,
     count: usize,
-    /// Its two parts are the next node and this one; none in a leaf.
+    /// Its two parts are the next cluster and this one; none in a leaf.
     second: Option<usize>,
 }
 
 /// The triangles of a mesh in a tree.
 #[derive(Debug)]
 pub(crate) struct Winding {
-    nodes: Vec<Node>,
+    clusters: Vec<Cluster>,
     corners: Vec<[DVec3; 3]>,
 }
 
@@ -43,7 +43,7 @@ impl Winding {
     /// Sorts the triangles into a tree.
     pub(crate) fn new(positions: &[DVec3], triangles: &[[u32; 3]]) -> Self {
         let corners = triangles.iter().map(|t| t.map(|corner| positions[corner as usize]));
-        let mut tree = Winding { nodes: Vec::new(), corners: corners.collect() };
+        let mut tree = Winding { clusters: Vec::new(), corners: corners.collect() };
         tree.grow(0, triangles.len());
         tree
     }
@@ -56,8 +56,8 @@ impl Winding {
         let middle = (low + high) / 2.0;
         let reach = ends().map(|corner| corner.distance(middle)).fold(0.0, f64::max);
         let area = faces.iter().map(|[a, b, c]| (b - a).cross(c - a) / 2.0).sum();
-        let node = self.nodes.len();
-        self.nodes.push(Node { area, middle, reach, first, count, second: None });
+        let cluster = self.clusters.len();
+        self.clusters.push(Cluster { area, middle, reach, first, count, second: None });
         if count <= LEAF {
             return;
         }
@@ -65,7 +65,7 @@ impl Winding {
         let place = |[a, b, c]: &[DVec3; 3]| a[axis] + b[axis] + c[axis];
         faces.sort_by(|a, b| place(a).total_cmp(&place(b)));
         self.grow(first, count / 2);
-        self.nodes[node].second = Some(self.nodes.len());
+        self.clusters[cluster].second = Some(self.clusters.len());
         self.grow(first + count / 2, count - count / 2);
     }
 
@@ -74,15 +74,15 @@ impl Winding {
         let mut waiting = vec![0];
         let mut angle = 0.0;
         while let Some(index) = waiting.pop() {
-            let node = &self.nodes[index];
-            let away = node.middle - point;
+            let cluster = &self.clusters[index];
+            let away = cluster.middle - point;
             let distance = away.length();
-            if FAR * node.reach < distance {
-                angle += node.area.dot(away) / distance.powi(3);
-            } else if let Some(second) = node.second {
+            if FAR * cluster.reach < distance {
+                angle += cluster.area.dot(away) / (distance * distance * distance);
+            } else if let Some(second) = cluster.second {
                 waiting.extend([second, index + 1]);
             } else {
-                let faces = &self.corners[node.first..node.first + node.count];
+                let faces = &self.corners[cluster.first..cluster.first + cluster.count];
                 angle += faces.iter().map(|face| solid_angle(*face, point)).sum::<f64>();
             }
         }

@@ -32,8 +32,8 @@ pub enum Filling {
     /// A solid if the mesh is closed, else a shell.
     #[default]
     Auto,
-    /// An interior lattice. Holes are taken for closed; a mesh that leaves undecided what is inside,
-    /// over more than a tenth of its surface, is refused.
+    /// An interior lattice. Holes are taken for closed; a mesh that leaves undecided what is
+    /// inside, over more than a tenth of its surface, is refused.
     Solid,
     /// Nothing.
     Shell,
