@@ -1,7 +1,7 @@
 //! The inside of a mesh with holes, by generalised winding numbers.
 //!
-//! A triangle is seen from a point under a solid angle; the sum of these angles over 4π is how often
-//! the mesh winds around the point (Jacobson and others, 2013). It is whole where the mesh is
+//! A triangle is seen from a point under a solid angle; the sum of these angles over 4π is how
+//! often the mesh winds around the point (Jacobson and others, 2013). It is whole where the mesh is
 //! closed, and nearly so behind a surface with small holes.
 
 use crate::mesh::clean::topology::{Sets, edges, sides, volume6};
