@@ -96,7 +96,9 @@ async function openFile(file) {
 // Opens the bytes of a file; of a recording the run that it ends in.
 async function openBytes(name, bytes) {
   if (!name.endsWith('.msdrec')) {
-    return msd.show_file(name, bytes, await beside('opened_file', name, bytes));
+    const turn = ++asked;
+    const rows = await beside('opened_file', name, bytes);
+    return turn === asked ? msd.show_file(name, bytes, rows) : undefined;
   }
   say(`Replaying ${name}`);
   const run = await beside('replayed', name, bytes);

@@ -74,9 +74,9 @@ fn plain_forces<R: Real>(simulation: &Simulation<R>) -> Vec<R::Vec3> {
             sum
         };
         let (bent, rate) = (sum(&state.positions), sum(&state.velocities));
-        let (square, along) = (bent.dot(bent), bent.dot(rate));
-        let drag = along * R::of(bend.damping) * (R::ONE / square);
-        let drag = if R::SHORTEST_SQUARED <= square { drag } else { R::ZERO };
+        let [from, to] = [0, 1].map(|end| state.positions[bend.particles[end]]);
+        let whole = bent.dot(bent) + (to - from).dot(to - from) * R::of(1e-6);
+        let drag = R::of(bend.damping) / whole * bent.dot(rate);
         let pull = bent * (R::of(bend.stiffness) + drag);
         for end in (0..4).filter(|&end| weights[end] != R::ZERO) {
             forces[bend.particles[end]] -= pull * weights[end];
@@ -91,14 +91,15 @@ fn packs_are_plain<R: Real>(scene: &Scene) {
     for instructions in Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best()) {
         simulation.set_instructions(instructions);
         let (forces, _) = simulation.forces();
-        assert_eq!(common::bits::<R>(&forces), common::bits::<R>(&plain), "{instructions:?}");
+        assert!(common::bits::<R>(&forces) == common::bits::<R>(&plain), "{instructions:?}");
     }
 }
 
 #[test]
 fn sixteen_bends_at_a_time_have_the_bits_of_one_by_one_with_all_instructions() {
     // 35 x 30 particles: lines along rows cross from one lane to the next for six in seven.
-    for (size, damping) in [([35, 30, 1], 0.0), ([35, 30, 1], 0.01), ([3, 90, 1], 0.01)] {
+    let sizes = [[35, 30, 1], [3, 90, 1], [16, 20, 1], [16, 16, 1]];
+    for (size, damping) in sizes.into_iter().flat_map(|size| [(size, 0.0), (size, 0.01)]) {
         let mut scene = shaken(size, 7, damping);
         // Springs that pull nothing keep their order of the particles.
         scene.springs.iter_mut().for_each(|row| (row.stiffness, row.damping) = (0.0, 0.0));

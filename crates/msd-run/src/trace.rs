@@ -14,15 +14,16 @@ pub struct Trace {
 }
 
 impl Trace {
-    /// Begins a trace with its header: the step (0 is the start), the time, s, the energies, J, what
-    /// contact took and what it added by its own account, J, the linear momentum, N s, the angular momentum about the origin, N m s, and the position, m, of
-    /// each watched particle.
+    /// Begins a trace with its header: the step (0 is the start), the time, s, the energies, J,
+    /// what contact took and what it added by its own account, J, the linear momentum, N s, the
+    /// angular momentum about the origin, N m s, and the position, m, of each watched particle.
     ///
     /// # Errors
     /// [`FileError::Unwritable`].
     pub fn begin(mut output: Output, watched: Vec<usize>) -> Result<Self, FileError> {
         let mut header = String::from(
-            "step,time,kinetic,elastic,gravitational,dissipated,total,contact_taken,contact_added,px,py,pz,lx,ly,lz",
+            "step,time,kinetic,elastic,gravitational,dissipated,total,contact_taken,\
+             contact_added,px,py,pz,lx,ly,lz",
         );
         for particle in &watched {
             header.push_str(&format!(",x{particle},y{particle},z{particle}"));

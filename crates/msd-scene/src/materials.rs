@@ -96,8 +96,8 @@ pub const MATERIALS: [Named; 10] = [
         source: "Wang, O'Brien and Ramamoorthi, ACM Trans. Graph. 30 (2011) 71: 11 oz black denim, \
                  99 % cotton",
         remarks: "a fit to samples pulled by weights, as distributed with ARCSim, its row of \
-                  the smallest strains; the stiffer direction taken for the warp; bending by its row of the \
-                  smallest curvatures",
+                  the smallest strains; the stiffer direction taken for the warp; bending by its \
+                  row of the smallest curvatures",
     },
     Named {
         name: "aluminium",

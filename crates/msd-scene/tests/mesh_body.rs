@@ -254,7 +254,7 @@ fn a_surface_that_encloses_nothing_is_no_solid() {
     let error = solid(&mesh).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "square.obj: over 100 % of its surface it is undecided what is inside; at most 10 % may \
+        "square.obj: over 100.0 % of its surface it is undecided what is inside; at most 10 % may \
          be: close its holes, or ask for a shell"
     );
 }

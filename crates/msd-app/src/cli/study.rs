@@ -42,10 +42,9 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         bar.tell(&format!("{done} trials done{left}: {now}"));
     });
     let mut studied = studied.map_err(|error| explain_divergence(&loaded.name, error, None))?;
-    if let Some(draft) = draft {
-        let added = add_space(&mut studied, &draft, plan, &mut |now| bar.tell(now));
-        added.map_err(Failure::input)?;
-    }
+    let added = draft.map(|draft| add_space(&mut studied, &draft, plan, &mut |now| bar.tell(now)));
+    // What was studied is not lost with it.
+    let added = added.and_then(Result::err).map(Failure::input);
     bar.end();
     let json = serde_json::to_string_pretty(&studied).map_err(Failure::input)?;
     let contents = [
@@ -59,7 +58,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     let unwritten = FILES.into_iter().zip(contents).filter_map(write).map(Failure::input);
     let unwritten: Vec<Failure> = unwritten.collect();
     let said = if arguments.json { say(&json) } else { say(&summary(&studied, &folder)) };
-    Failure::all(unwritten.into_iter().chain(said.err()))
+    Failure::all(added.into_iter().chain(unwritten).chain(said.err()))
 }
 
 /// The files of a report.

@@ -5,8 +5,9 @@ use super::failure::{Failure, say};
 use super::progress::Bar;
 use super::run::open_draft;
 use super::tune::{Row, writable, write_choice};
-use msd_scene::schema::{BodyRow, PinRow, SceneFile};
+use msd_scene::schema::{BodyRow, Kind, PinRow, SceneFile};
 use msd_scene::{plain, shown_path};
+use msd_study::choice::FRAME;
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::{Space, SpacePlan};
 use msd_study::tune::{FoundSpacing, TunedSpacing, tune_spacing};
@@ -71,9 +72,10 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
         let mut lines = summary(&name, &tuned, &keys);
         match (written, arguments.write) {
             (Some(file), _) => lines.push(format!("written to the solver section of {file}")),
-            (None, true) => {
-                lines.push("not written: only a setting at the spacing as it is".into())
+            (None, true) if tuned.is_met() => {
+                lines.push("not written: --write writes a setting, and no spacing".into());
             }
+            (None, true) => lines.push("not written: nothing meets it".into()),
             _ => {}
         }
         say(&lines.join("\n"))
@@ -114,7 +116,7 @@ fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
             estimate(trial.error(), "m"),
             estimate(*verified, "m")
         ),
-        format!("  {} of processor time per frame", estimate(trial.cost / 60.0, "s")),
+        format!("  {} of processor time per frame", estimate(trial.cost * FRAME, "s")),
     ];
     if !keys.is_empty() {
         lines.push("write into the scene:".into());
@@ -130,6 +132,10 @@ type NumberOf = fn(&BodyRow) -> Option<f64>;
 /// The keys of a finer scene that differ, as they are written.
 fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     let mut lines = Vec::new();
+    if rows.bodies.iter().any(|body| body.kind == Kind::Mesh) {
+        let cut = "no keys: the triangles of its meshes were cut too, which no key of a scene does";
+        return vec![cut.into()];
+    }
     for (row, (before, after)) in rows.bodies.iter().zip(&fine.bodies).enumerate() {
         let keys: [(&str, NumberOf); 4] = [
             ("spacing", |body| body.spacing),
@@ -146,7 +152,9 @@ fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
                 said.push(format!("{key} = {}", plain(value)));
             }
         }
-        lines.push(format!("bodies[{row}]: {}", said.join(", ")));
+        if !said.is_empty() {
+            lines.push(format!("bodies[{row}]: {}", said.join(", ")));
+        }
     }
     if rows.world != fine.world {
         let drag = fine.world.drag.map(|drag| format!("drag = {}", plain(drag)));

@@ -210,10 +210,9 @@ impl Session {
             Remedy::Substeps(substeps) => self.tune(Tuning::Substeps(substeps)),
             Remedy::Tolerance(tolerance) => self.tune(Tuning::Tolerance(tolerance)),
             Remedy::Method(method, substeps) => {
-                self.tune(Tuning::Integrator(method));
-                if substeps != self.runner().settings().substeps {
-                    self.tune(Tuning::Substeps(substeps));
-                }
+                let tunings = [Tuning::Integrator(method), Tuning::Substeps(substeps)];
+                let is_other = substeps != self.runner().settings().substeps;
+                self.tune_all(&tunings[..1 + usize::from(is_other)], "way out");
             }
             Remedy::SceneValues => {
                 self.material.forget();

@@ -408,7 +408,7 @@ impl Session {
 
     /// Changes several things of how the scene is stepped, up to the first that is refused, which
     /// are undone as one: what undo calls it is a word or two.
-    fn tune_all(&mut self, tunings: &[Tuning], words: &'static str) {
+    pub(in crate::session) fn tune_all(&mut self, tunings: &[Tuning], words: &'static str) {
         let begins = self.remember(Deed::Solver(words));
         let mut is_tuned = false;
         for tuning in tunings {

@@ -11,7 +11,7 @@ use crate::mesh::{self, Mesh, MeshError, MeshOptions};
 use crate::precision::Precision;
 use crate::shown::tame;
 use glam::{DMat3, DVec3};
-use msd_core::{Elasticity, Lattice, Material, Neighbours, Part, Particle, Spring, shape};
+use msd_core::{Bending, Elasticity, Lattice, Material, Neighbours, Part, Particle, Spring, shape};
 
 /// Reads the mesh that a scene names.
 pub(crate) type MeshReader<'r> = dyn Fn(&str) -> Result<Mesh, MeshError> + 'r;
@@ -64,9 +64,11 @@ impl Builder<'_> {
         let counts = count_lattice(size, neighbours);
         self.budget.add_bends(match substance.map(|substance| substance.elasticity) {
             // A line along either thread and a cell for each particle.
-            Some(Elasticity::Sheet { .. }) => counts[0].saturating_mul(3),
-            Some(Elasticity::Rope { .. }) => counts[0],
-            Some(Elasticity::Solid { .. }) | None => 0,
+            Some(Elasticity::Sheet { bending, .. }) if bending != Bending::default() => {
+                counts[0].saturating_mul(3)
+            }
+            Some(Elasticity::Rope { bending, .. }) if bending != 0.0 => counts[0],
+            _ => 0,
         });
         self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;
         let file = || self.source.name.to_string();

@@ -267,13 +267,15 @@ pub struct BodyRow {
     /// Woven cloths: shear modulus, newtons per metre.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear: Option<f64>,
-    /// Woven cloths: bending stiffness along the rows, newton metres. Default 0.
+    /// Cloths: bending stiffness along the rows, newton metres; with the two others, instead of
+    /// `bending`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bending_warp: Option<f64>,
-    /// Woven cloths: bending stiffness along the columns, newton metres. Default 0.
+    /// Cloths: bending stiffness along the columns, newton metres; with the two others, instead of
+    /// `bending`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bending_weft: Option<f64>,
-    /// Woven cloths: bending stiffness at 45 degrees to both, newton metres. Default 0.
+    /// Cloths: bending stiffness at 45 degrees to both, newton metres; with the two others.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bending_bias: Option<f64>,
     /// Ropes: diameter, metres.

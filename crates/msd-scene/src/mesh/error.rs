@@ -114,7 +114,7 @@ pub enum MeshError {
     },
     /// A solid asked of a mesh that has no clear inside.
     #[error(
-        "{file}: over {:.0} % of its surface it is undecided what is inside; at most 10 % may be: \
+        "{file}: over {:.1} % of its surface it is undecided what is inside; at most 10 % may be: \
          close its holes, or ask for a shell", 100.0 * undecided
     )]
     Undecided {

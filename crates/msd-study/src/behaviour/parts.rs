@@ -57,7 +57,10 @@ impl Part {
     pub fn found_in(self, scene: &Scene) -> Option<Vec<Range<usize>>> {
         let springs = self.springs(scene);
         let is_there = match self {
-            Part::Damping => scene.springs.iter().any(|spring| spring.damping != 0.0),
+            Part::Damping => {
+                scene.springs.iter().any(|spring| spring.damping != 0.0)
+                    || scene.bends.iter().any(|bend| bend.damping != 0.0)
+            }
             Part::Gravity => scene.world.gravity != DVec3::ZERO,
             Part::Drag => scene.world.drag != 0.0,
             Part::Contact => !scene.planes.is_empty(),
@@ -99,7 +102,10 @@ impl Part {
         let springs = self.found_in(scene)?;
         let mut rest = scene.clone();
         match self {
-            Part::Damping => rest.springs.iter_mut().for_each(|spring| spring.damping = 0.0),
+            Part::Damping => {
+                rest.springs.iter_mut().for_each(|spring| spring.damping = 0.0);
+                rest.bends.iter_mut().for_each(|bend| bend.damping = 0.0);
+            }
             Part::Gravity => rest.world.gravity = DVec3::ZERO,
             Part::Drag => rest.world.drag = 0.0,
             Part::Contact => rest.planes.clear(),

@@ -123,8 +123,8 @@ pub fn balance(
 }
 
 impl ErrorBalance {
-    /// The error of time that would be small beside that of space, metres; none where time or
-    /// precision cost as much already, or space is not known.
+    /// The error of time that would be small beside that of space, metres; none where time costs
+    /// as much already, or space is not known.
     fn room(&self) -> Option<f64> {
         let (space, time) = (self.space.as_ref()?, self.time.as_ref()?);
         let room = LONGEST * space.error;
@@ -133,20 +133,26 @@ impl ErrorBalance {
 
     /// What to do; `longer` is the longest step that would do, with its error.
     fn words(&self, longer: Option<(Choice, f64)>) -> String {
-        let (Some(time), Some(precision)) = (&self.time, &self.precision) else {
+        let Some(time) = &self.time else {
             return format!("shorten the step: with {} the run leaves the world", self.choice);
         };
         let shown = |error: f64| estimate(error, "m");
-        let (in_time, in_precision) = (shown(time.error), shown(precision.error));
+        let in_time = shown(time.error);
+        let precision = self.precision.as_ref().filter(|precision| !precision.remedy.is_empty());
         let Some(space) = &self.space else {
-            let costs = format!("time costs you {in_time}, precision {in_precision}");
-            return format!("{costs}; what space costs is not known");
+            let precision = precision.map(|precision| shown(precision.error));
+            let precision = precision.map_or(String::new(), |error| format!(", precision {error}"));
+            return format!("time costs you {in_time}{precision}; what space costs is not known");
         };
         let in_space = shown(space.error);
         let rules = |a: &Share, b: &Share| RULES * b.error <= a.error;
-        if rules(precision, space) && rules(precision, time) {
-            let others = format!("space {in_space}, time {in_time}");
-            return format!("take f64: precision costs you {in_precision}, {others}");
+        if let Some(precision) = precision
+            && rules(precision, space)
+            && rules(precision, time)
+        {
+            let (error, others) =
+                (shown(precision.error), format!("space {in_space}, time {in_time}"));
+            return format!("take f64: precision costs you {error}, {others}");
         }
         if rules(time, space) {
             return format!(
@@ -194,9 +200,12 @@ impl ErrorBalance {
     }
 }
 
-/// Runs a choice and follows all particles; `None` where it diverges.
+/// Runs a choice and follows all particles; `None` where it diverges or is refused.
 fn follow(scene: &Scene, choice: Choice, frames: &[u64]) -> Result<Option<Stepped>, Error> {
-    let mut runner = Runner::new(scene, choice.settings(), choice.precision)?;
+    // A precision that cannot hold the scene is none to compare with.
+    let Ok(mut runner) = Runner::new(scene, choice.settings(), choice.precision) else {
+        return Ok(None);
+    };
     let (mut seconds, mut positions) = (0.0, Vec::with_capacity(frames.len()));
     for &frame in frames {
         let clock = CpuClock::start();

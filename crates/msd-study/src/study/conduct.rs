@@ -66,7 +66,11 @@ pub fn representatives(study: &Study) -> Vec<Choice> {
     let best = |integrator| {
         let fine = |trial: &&Trial| trial.is_within(study.wanted);
         let cheapest = study.of(integrator).filter(fine).min_by(|a, b| a.cost.total_cmp(&b.cost));
-        let best = || study.of(integrator).min_by(|a, b| a.error().total_cmp(&b.error()));
+        let best = || {
+            let sound_first = |a: &&Trial, b: &&Trial| b.is_sound().cmp(&a.is_sound());
+            let by_error = |a: &&Trial, b: &&Trial| a.error().total_cmp(&b.error());
+            study.of(integrator).min_by(|a, b| sound_first(a, b).then(by_error(a, b)))
+        };
         cheapest.or_else(best).map(|trial| trial.choice)
     };
     msd_core::Integrator::ALL.into_iter().filter_map(best).collect()

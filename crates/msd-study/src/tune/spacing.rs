@@ -97,11 +97,17 @@ pub fn tune_spacing(
     Ok(result)
 }
 
+/// Whether the error of space is known over all of the time.
 fn is_told(space: &Space) -> bool {
-    matches!(space.verdict, Verdict::Known { .. } | Verdict::Below { .. })
+    match space.verdict {
+        Verdict::Known { until, .. } => space.duration <= until + 1e-9,
+        Verdict::Below { .. } => true,
+        Verdict::Lost { .. } | Verdict::Untold => false,
+    }
 }
 
-/// The largest root mean square distance of points from a course, in a run of a choice, metres.
+/// The largest root mean square distance of points from a course, in a run of a choice, metres;
+/// infinite for one that leaves the world.
 fn distance(
     (scene, points): (&Scene, &[usize]),
     choice: Choice,
@@ -111,7 +117,9 @@ fn distance(
     let mut largest = 0.0f64;
     for (&frame, right) in frames.iter().zip(&right.samples) {
         while runner.steps() < frame {
-            runner.step()?;
+            if runner.step().is_err() {
+                return Ok(f64::INFINITY);
+            }
         }
         let here: Vec<_> = picked(&state(&runner).positions, points).collect();
         largest = largest.max(rms_between(&here, right));

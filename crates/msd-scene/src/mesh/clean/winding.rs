@@ -110,7 +110,8 @@ impl Winding {
             all += area;
             undecided += if is_open(1.0) || is_open(-1.0) { area } else { 0.0 };
         }
-        undecided / all
+        // All of a mesh whose area underflows.
+        if all == 0.0 { 1.0 } else { undecided / all }
     }
 }
 
@@ -124,8 +125,8 @@ fn solid_angle(corners: [DVec3; 3], point: DVec3) -> f64 {
     2.0 * libm::atan2(a.dot(b.cross(c)), below)
 }
 
-/// The holes of a mesh: how many loops its open edges form, and the signed volume that it encloses if
-/// each is closed by a fan around its middle, in cubed units of the positions.
+/// The holes of a mesh: how many loops its open edges form, and the signed volume that it encloses
+/// if each is closed by a fan around its middle, in cubed units of the positions.
 pub(crate) fn holes(positions: &[DVec3], triangles: &[[u32; 3]]) -> (usize, f64) {
     let mut sets = Sets::new(positions.len());
     let sides = sides(triangles);

@@ -79,7 +79,7 @@ impl Default for MeshOptions {
 }
 
 impl MeshOptions {
-    /// The defaults for a mesh that is filled so: an open one that is not gets five times the
+    /// The defaults for a mesh that is filled so: a shell of an open mesh gets five times the
     /// stiffness and damping, since it has no inside to hold it up.
     pub fn for_mesh(mesh: &Mesh, filling: Filling) -> Self {
         let default = Self { filling, ..Self::default() };
@@ -217,9 +217,7 @@ fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
     let solid = is_solid(mesh, options.filling);
     if solid && !mesh.is_closed() {
         let undecided = Winding::new(&mesh.positions, &mesh.triangles).undecided();
-        // A mesh whose area underflows has no share that could be compared.
-        let is_clear = undecided <= MOST_UNDECIDED;
-        if !is_clear {
+        if MOST_UNDECIDED < undecided {
             return Err(MeshError::Undecided { file: mesh.name.clone(), undecided });
         }
     }

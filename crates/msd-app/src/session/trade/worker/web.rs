@@ -146,6 +146,9 @@ impl Beside {
 
 impl Drop for Beside {
     fn drop(&mut self) {
+        // No late message meets a closure that is gone.
+        self.worker.set_onmessage(None);
+        self.worker.set_onerror(None);
         self.worker.terminate();
     }
 }
