@@ -75,7 +75,7 @@ fn plain_forces<R: Real>(simulation: &Simulation<R>) -> Vec<R::Vec3> {
         };
         let (bent, rate) = (sum(&state.positions), sum(&state.velocities));
         let [from, to] = [0, 1].map(|end| state.positions[bend.particles[end]]);
-        let whole = bent.dot(bent) + (to - from).dot(to - from) * R::of(1e-6);
+        let whole = bent.dot(bent) + (to - from).dot(to - from) * R::of(1e-10);
         let drag = R::of(bend.damping) / whole * bent.dot(rate);
         let pull = bent * (R::of(bend.stiffness) + drag);
         for end in (0..4).filter(|&end| weights[end] != R::ZERO) {

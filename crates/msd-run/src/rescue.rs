@@ -211,8 +211,8 @@ impl Rescue {
         self.dry = Some(Box::new(Dry { offer, run, witness, most, taken: 0, spent: 0.0 }));
     }
 
-    /// A remedy under which a run that has it is predicted to be stable: a method with more substeps
-    /// where it takes less than half as many as the method of now.
+    /// A remedy under which a run that has it is predicted to be stable: a method with more
+    /// substeps where it takes less than half as many as the method of now.
     fn fitting(&self, remedy: Remedy, run: &mut Runner) -> Option<Remedy> {
         let stable = run.stable_substep();
         if run.settings().substep() <= stable {

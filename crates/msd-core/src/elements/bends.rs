@@ -126,7 +126,7 @@ impl<R: Real> Stencil<R> {
 }
 
 /// The damping of a bend with the sum s. Its force is along s, as a damper across it would brake a
-/// bent body that turns: b s sᵀ/(ε² + s²), where ε is a thousandth of an edge. So it fades where the
+/// bent body that turns: b s sᵀ/(ε² + s²), where ε is 1e-5 of an edge. So it fades where the
 /// bend is all but straight and has no direction, smoothly, as an adaptive method must see it.
 /// Matrices add b ε²/(ε² + s²) in all directions there, as any motion gives it one.
 #[derive(Clone, Copy)]
@@ -141,7 +141,7 @@ impl<R: Real> Damper<R> {
     /// Of a damping and the squares of s and of an edge.
     #[inline(always)]
     fn new(damping: R, square: R, edge: R) -> Self {
-        let near = edge * R::of(1e-6);
+        let near = edge * R::of(1e-10);
         let whole = square + near;
         // A select: where both are nothing the quotient is NaN.
         let along = if R::SHORTEST_SQUARED <= whole { damping / whole } else { R::ZERO };
