@@ -101,53 +101,44 @@ impl<R: Real> Stencil<R> {
         pairs.filter(|&(_, weight)| weight != R::ZERO)
     }
 
-    /// Its pull by its sum s, an edge and the rate of the sum, k s + b s (s·s')/(ε² + s²), and the
-    /// power of its damper; see [`Damper`].
+    /// Its pull by its sum s and the rate of that, k s + b ŝ (ŝ·s'), and the power of its damper.
+    ///
+    /// Along its direction ŝ alone: against all of s' a damper would brake a bent body that turns.
     #[inline(always)]
-    fn pull(&self, [sum, edge]: [R::Vec3; 2], rate: R::Vec3) -> (R::Vec3, R) {
-        if self.damping == R::ZERO {
+    fn pull(&self, sum: R::Vec3, rate: R::Vec3) -> (R::Vec3, R) {
+        let square = sum.dot(sum);
+        let has_direction = R::SHORTEST_SQUARED <= square;
+        if !has_direction {
             return (sum * self.stiffness, R::ZERO);
         }
-        let damper = Damper::new(self.damping, sum.dot(sum), edge.dot(edge));
-        let (turned, along) = (sum.dot(rate), damper.along * sum.dot(rate));
-        (sum * (self.stiffness + along), along * turned)
+        let along = sum.dot(rate);
+        let drag = along * self.damping * (R::ONE / square);
+        (sum * (self.stiffness + drag), along * drag)
     }
 
-    /// The product of τ (τ k + D) with the sum of a direction, bent by `sum`; see [`Damper`].
+    /// The product of τ (τ k + b ŝ ŝᵀ) with the sum of a direction, bent by `sum`; see
+    /// [`is_straight`].
     #[inline(always)]
     fn product(&self, tau: R, [sum, edge]: [R::Vec3; 2], of: R::Vec3) -> R::Vec3 {
         let elastic = of * (tau * tau * self.stiffness);
         if self.damping == R::ZERO {
             return elastic;
         }
-        let damper = Damper::new(tau * self.damping, sum.dot(sum), edge.dot(edge));
-        elastic + of * damper.all + sum * (damper.along * sum.dot(of))
+        let square = sum.dot(sum);
+        let damping = tau * self.damping;
+        if is_straight::<R>(square, edge.dot(edge)) {
+            return elastic + of * damping;
+        }
+        elastic + sum * (damping * sum.dot(of) * (R::ONE / square))
     }
 }
 
-/// The damping of a bend with the sum s. Its force is along s, as a damper across it would brake a
-/// bent body that turns: b s sᵀ/(ε² + s²), where ε is 1e-5 of an edge. So it fades where the
-/// bend is all but straight and has no direction, smoothly, as an adaptive method must see it.
-/// Matrices add b ε²/(ε² + s²) in all directions there, as any motion gives it one.
-#[derive(Clone, Copy)]
-struct Damper<R> {
-    /// What all of a rate is times in matrices.
-    all: R,
-    /// b/(ε² + s²), what s (s·s') is times.
-    along: R,
-}
-
-impl<R: Real> Damper<R> {
-    /// Of a damping and the squares of s and of an edge.
-    #[inline(always)]
-    fn new(damping: R, square: R, edge: R) -> Self {
-        let near = edge * R::of(1e-10);
-        let whole = square + near;
-        // A select: where both are nothing the quotient is NaN.
-        let along = if R::SHORTEST_SQUARED <= whole { damping / whole } else { R::ZERO };
-        let all = if square < near { near * along } else { R::ZERO };
-        Damper { all, along }
-    }
+/// Whether a bend is all but straight, by the squares of its sum and of an edge: its direction is
+/// not known yet, as any motion would give it one. Its damping is then taken to act in all.
+#[inline(always)]
+fn is_straight<R: Real>(square: R, edge: R) -> bool {
+    let bent = edge * R::of(1e-6) < square && R::SHORTEST_SQUARED <= square;
+    !bent
 }
 
 impl<R: Real> Bends<R> {
@@ -441,31 +432,26 @@ fn add_forces<R: Real>(bends: &Bends<R>, x: &[R], v: &[R], forces: &mut [R]) -> 
     let mut powers = [0.0; LANES];
     for bundle in &bends.bundles {
         let sums = [0, 1, 2].map(|axis| bundle.sums(x, axis));
-        let mut pulls = sums.map(|sums| product(sums, bundle.stiffnesses));
+        let mut factors = bundle.stiffnesses;
         if bends.is_damped {
             let rates = [0, 1, 2].map(|axis| bundle.sums(v, axis));
-            let edges = [0, 1, 2].map(|axis| bundle.edges(x, axis));
-            let (squares, lengths) = (dots(&sums, &sums), dots(&edges, &edges));
-            let turned = dots(&sums, &rates);
+            let (squares, alongs) = (dots(&sums, &sums), dots(&sums, &rates));
             for lane in 0..LANES {
-                let damper = Damper::new(bundle.dampings[lane], squares[lane], lengths[lane]);
-                let along = damper.along * turned[lane];
-                let factor = bundle.stiffnesses[lane] + along;
-                for axis in 0..3 {
-                    pulls[axis][lane] = sums[axis][lane] * factor;
-                }
-                powers[lane] += (along * turned[lane]).to_f64();
+                let drag = alongs[lane] * bundle.dampings[lane] * (R::ONE / squares[lane]);
+                // A select: without a direction the quotient is NaN.
+                let drag = if R::SHORTEST_SQUARED <= squares[lane] { drag } else { R::ZERO };
+                factors[lane] += drag;
+                powers[lane] += (alongs[lane] * drag).to_f64();
             }
         }
-        for (axis, pulls) in pulls.into_iter().enumerate() {
-            bundle.subtract(pulls, axis, forces);
+        for (axis, sums) in sums.into_iter().enumerate() {
+            bundle.subtract(product(sums, factors), axis, forces);
         }
     }
     let mut power: f64 = powers.iter().sum();
     for row in &bends.rows[bends.bundled..] {
-        let bent = row.bent(|end| vector::<R>(x, row.at[end] as usize));
-        let rate = row.sum(|end| vector::<R>(v, row.at[end] as usize));
-        let (pull, taken) = row.pull(bent, rate);
+        let of = |column: &[R]| row.sum(|end| vector::<R>(column, row.at[end] as usize));
+        let (pull, taken) = row.pull(of(x), of(v));
         subtract(row, pull, forces);
         power += taken.to_f64();
     }
@@ -490,11 +476,11 @@ fn add_products<R: Real>(
             let alongs = dots(&bent, &sums);
             for lane in 0..LANES {
                 let damping = tau * bundle.dampings[lane];
-                let damper = Damper::new(damping, squares[lane], lengths[lane]);
-                let along = damper.along * alongs[lane];
+                let straight = is_straight::<R>(squares[lane], lengths[lane]);
+                let along = damping * alongs[lane] * (R::ONE / squares[lane]);
                 for axis in 0..3 {
-                    let pull = pulls[axis][lane] + sums[axis][lane] * damper.all;
-                    pulls[axis][lane] = pull + bent[axis][lane] * along;
+                    let (all, one) = (sums[axis][lane] * damping, bent[axis][lane] * along);
+                    pulls[axis][lane] += if straight { all } else { one };
                 }
             }
         }
@@ -545,8 +531,8 @@ impl<R: Real> Element<R> for Bends<R> {
         let mut power = 0.0;
         for row in &self.rows {
             let particle = |end: usize| row.particles[end] as usize;
-            let bent = row.bent(|end| motion.position(particle(end)));
-            let (pull, taken) = row.pull(bent, row.sum(|end| motion.velocity(particle(end))));
+            let sum = row.sum(|end| motion.position(particle(end)));
+            let (pull, taken) = row.pull(sum, row.sum(|end| motion.velocity(particle(end))));
             for (end, weight) in row.terms() {
                 forces.add(end, R::Vec3::ZERO - pull * weight);
             }
@@ -570,8 +556,11 @@ impl<R: Real> Element<R> for Bends<R> {
             let of = row.sum_f64(|end| direction[particle(end)]);
             let bent = row.sum_f64(|end| motion.position(particle(end)).to_f64());
             let edge = (motion.position(particle(1)) - motion.position(particle(0))).to_f64();
-            let damper = Damper::new(1.0, bent.dot(bent), edge.dot(edge));
-            let along = of * damper.all + bent * (damper.along * bent.dot(of));
+            let square = bent.dot(bent);
+            let along = match is_straight::<f64>(square, edge.dot(edge)) {
+                true => of,
+                false => bent * (bent.dot(of) / square),
+            };
             for (end, weight) in row.terms() {
                 let by = [row.stiffness, row.damping].map(|value| (value * weight).to_f64());
                 products.add(end, [of * by[0], along * by[1]]);

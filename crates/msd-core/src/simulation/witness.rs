@@ -21,9 +21,10 @@
 //! checked separately, since dampers may dissipate it at once.
 //!
 //! What dampers dissipate as fast as it is added shows in the balance alone: [`Energy::total`],
-//! which only an error of the method changes, see [`Witness::imbalance`]. A rise by more than a tenth
-//! of the most that was in motion is told apart, see [`Witness::surplus`]: it says that the balance
-//! is wrong. The motion need not be, as at long steps the work of dampers is booked coarsely.
+//! which only an error of the method changes, see [`Witness::imbalance`]. A rise by more than a
+//! tenth of the most that was in motion is told apart, see [`Witness::surplus`]: it says that the
+//! balance is wrong. The motion need not be, as at long steps the work of dampers is booked
+//! coarsely.
 //!
 //! The detector sees no gain before the second window.
 

@@ -32,8 +32,8 @@ pub fn appended(advice: Option<&str>) -> String {
     advice.map_or(String::new(), |advice| format!("; {advice}"))
 }
 
-/// An offer as options of the command line; `now` is the number of substeps of now, and `frames` how
-/// many frames a step lasts.
+/// An offer as options of the command line; `now` is the number of substeps of now, and `frames`
+/// how many frames a step lasts.
 fn option(offer: &Offer, now: u32, frames: f64) -> Option<String> {
     // A hair less: the quotient of equal times may be a rounding above one.
     let substeps = |count: u32| format!("--substeps {}", (f64::from(count) * frames - 1e-6).ceil());
