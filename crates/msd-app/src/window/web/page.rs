@@ -6,7 +6,7 @@
 use super::super::{Arrival, Watcher, status_file};
 use super::opening::{link_of, unpacked};
 use super::show;
-use crate::link::{Link, LinkError};
+use crate::link::Link;
 use crate::viewer::{Catalogue, Command, Preferences, Viewer, catalogue};
 use js_sys::{Function, Promise, Uint8Array};
 use msd_scene::Loaded;
