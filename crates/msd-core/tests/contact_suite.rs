@@ -29,7 +29,7 @@ macro_rules! check {
     };
 }
 
-const CHECKS: [Check; 8] = [
+const CHECKS: [Check; 9] = [
     check!(a_particle_sticks, "a particle sticks on slopes", "8 roundings of its place in 20 s"),
     check!(
         a_particle_slides,
@@ -38,17 +38,29 @@ const CHECKS: [Check; 8] = [
     ),
     check!(apexes_last, "apexes of 60 s of bounces, e = 1", "g h²"),
     check!(apexes_shrink, "apexes of bounces, e = 0.7", "2 g h²"),
-    check!(a_corner_holds, "a particle comes to rest in a corner", "8 roundings in 20 s"),
+    check!(a_corner_holds, "a particle comes to rest in a corner", "16 roundings in 20 s"),
     check!(a_block_rests, "a block rests on slopes for 600 s", "1e-5 of its size"),
+    check!(
+        blocks_hold,
+        "blocks hold up to 0.9 of the critical slope at 0.9 of the stable substep",
+        "1e-5 of their size in 60 s"
+    ),
     check!(a_column_stands, "a column stands on slopes for 120 s", "1e-5 of its size"),
     check!(a_force_presses, "a force holds a particle to a wall", "8 roundings in 20 s"),
 ];
 
 /// Checks that are known not to pass, and why.
 fn is_expected_to_fail(integrator: Integrator, check: &Check) -> bool {
-    // It adds energy to whatever vibrates: a body never lies still.
-    let vibrates = check.name.contains("block") || check.name.contains("column");
-    integrator == Integrator::ExplicitEuler && vibrates
+    match integrator {
+        // It adds energy to whatever vibrates: a body never lies still.
+        Integrator::ExplicitEuler => {
+            ["block", "column"].iter().any(|word| check.name.contains(word))
+        }
+        // At its default tolerance the stiffest of the blocks slides by 1 um/s (f64), or the
+        // tolerance cannot be kept (f32).
+        Integrator::DormandPrince => check.name.starts_with("blocks hold"),
+        _ => false,
+    }
 }
 
 /// The worst errors of a check in single and in double precision.
@@ -341,18 +353,20 @@ fn a_corner_holds<R: Real>(integrator: Integrator) -> f64 {
         run(&mut simulation, 20.0);
         let after = position(&simulation);
         let inside = planes.map(|plane| plane.offset - plane.normal.dot(after));
-        // A coordinate is as good as its rounding, and so is the corner of rounded planes.
+        // A gap counts as zero within four roundings of each of its terms, and a corner of three
+        // planes is as good as their gaps.
         // Explicit Euler falls by g h² in every other substep, to each plane in its own time.
         let falls = if integrator == Integrator::ExplicitEuler { G * H * H } else { 0.0 };
-        let allowed = 8.0 * slope.rounding::<R>() + falls;
+        let allowed = 16.0 * slope.rounding::<R>() + falls;
         worst(inside.into_iter().chain([(after - before).length()])) / allowed
     }))
 }
 
+/// Damped so that a body settles, and soft enough for the explicit methods at the default substep.
+const SOFT: Material = Material { mass: 0.1, stiffness: 1000.0, damping: 2.5 };
+
 /// A body that stands on a slope of so many degrees, at its place.
-fn standing(slope: &Slope, size: [usize; 3], degrees: f64) -> Scene {
-    // Damped so that it settles, and soft enough for the explicit methods at this substep.
-    let material = Material { mass: 0.1, stiffness: 1000.0, damping: 2.5 };
+fn standing(slope: &Slope, size: [usize; 3], material: Material, degrees: f64) -> Scene {
     let mut part = shape::block(size, 0.5, material).expect("a block");
     let low = part.particles.iter().map(|p| p.position.y).fold(f64::MAX, f64::min);
     let frame = DMat3::from_cols(slope.down, slope.normal, slope.down.cross(slope.normal));
@@ -365,8 +379,7 @@ fn standing(slope: &Slope, size: [usize; 3], degrees: f64) -> Scene {
 }
 
 /// How far a body moves once it has settled, as a fraction of 1e-5 of its size.
-fn drift<R: Real>(scene: &Scene, integrator: Integrator, (settle, seconds): (f64, f64)) -> f64 {
-    let mut simulation = simulation::<R>(scene, integrator);
+fn drift<R: Real>(mut simulation: Simulation<R>, (settle, seconds): (f64, f64)) -> f64 {
     run(&mut simulation, settle);
     let before = simulation.state();
     run(&mut simulation, seconds);
@@ -380,14 +393,40 @@ fn drift<R: Real>(scene: &Scene, integrator: Integrator, (settle, seconds): (f64
 fn a_block_rests<R: Real>(integrator: Integrator) -> f64 {
     let slopes = slopes::<R>();
     worst([(0, 24.0), (1, 0.0)].into_iter().map(|(number, degrees)| {
-        let scene = standing(&slopes[number], [3, 3, 3], degrees);
-        drift::<R>(&scene, integrator, (20.0, 600.0))
+        let scene = standing(&slopes[number], [3, 3, 3], SOFT, degrees);
+        drift(simulation::<R>(&scene, integrator), (20.0, 600.0))
+    }))
+}
+
+/// The fewest substeps of a step of 1/60 s that are at most 0.9 of the stable one; 8 where there is
+/// no limit.
+fn fewest_substeps<R: Real>(scene: &Scene, integrator: Integrator) -> u32 {
+    let simulation = simulation::<R>(scene, integrator);
+    let stable = |count: u32| simulation.stable_substep_of(integrator, count);
+    let is_stable = |&count: &u32| 1.0 / 60.0 / f64::from(count) <= 0.9 * stable(count);
+    if stable(1).is_infinite() { 8 } else { (1..).find(is_stable).expect("a stable substep") }
+}
+
+/// Neither a long substep nor a strong damper changes what friction holds.
+fn blocks_hold<R: Real>(integrator: Integrator) -> f64 {
+    let slope = &slopes::<R>()[1];
+    let materials = [(1e3, 2.5), (1e4, 2.5), (1e5, 30.0)];
+    worst(materials.into_iter().flat_map(|(stiffness, damping)| {
+        [0.5, 0.9].map(|part| {
+            let degrees = (0.5f64 * part).atan().to_degrees();
+            let material = Material { mass: 0.1, stiffness, damping };
+            let scene = standing(slope, [3, 3, 3], material, degrees);
+            let substeps = fewest_substeps::<R>(&scene, integrator);
+            let settings = Settings { integrator, substeps, ..Settings::default() };
+            drift(Simulation::<R>::new(&scene, settings).expect("a scene"), (20.0, 60.0))
+        })
     }))
 }
 
 fn a_column_stands<R: Real>(integrator: Integrator) -> f64 {
     let slope = &slopes::<R>()[1];
-    drift::<R>(&standing(slope, [6, 3, 3], 4.0), integrator, (80.0, 120.0))
+    let scene = standing(slope, [6, 3, 3], SOFT, 4.0);
+    drift(simulation::<R>(&scene, integrator), (80.0, 120.0))
 }
 
 /// Without gravity, a uniform force presses a particle to a wall that would give back half.

@@ -376,19 +376,18 @@ fn elastic_bounces_without_friction_keep_the_energy() {
 fn verlet_with_short_substeps_converges_to_it() {
     let scene = falling_block(500.0, 0.6, Friction::Coulomb(0.4));
     let exact = state(&scene, (1.0 / 60.0, 40), 1e-9);
-    let mut before = f64::INFINITY;
-    for substeps in [20, 80, 320] {
+    let [rough, fine] = [20, 320].map(|substeps| {
         let settings = Settings { substeps, ..Settings::default() };
         let mut verlet = Simulation::<f64>::new(&scene, settings).unwrap();
         for _ in 0..40 {
             verlet.step().unwrap();
         }
-        let error = distance(&verlet.state(), &exact);
-        // Contact at the end of substeps is of first order: a quarter.
-        assert!(error < 0.5 * before, "{substeps}: {error}, before {before}");
-        before = error;
-    }
-    assert!(before < 2e-3 * simulation::<f64>(&scene, 1.0, 1.0).model().size());
+        distance(&verlet.state(), &exact)
+    });
+    // Contact at the end of substeps is of first order, a sixteenth; which impacts fall early in a
+    // substep is chance.
+    assert!(fine < rough / 8.0, "{fine}, before {rough}");
+    assert!(fine < 2e-3 * simulation::<f64>(&scene, 1.0, 1.0).model().size());
 }
 
 #[test]

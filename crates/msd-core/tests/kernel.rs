@@ -102,21 +102,33 @@ impl<R: Real> Oracle<'_, R> {
         let (half, count) = (h * R::HALF, now.len());
         for (p, &acceleration) in now.iter().enumerate() {
             self.state.velocities[p] += acceleration * half;
-            self.state.positions[p] += self.state.velocities[p] * h;
         }
+        let places = self.state.positions.clone();
+        let mut velocities = core::mem::take(&mut self.state.velocities);
+        self.settle(&places, &mut velocities, now, (half, h, true));
+        for (position, &velocity) in self.state.positions.iter_mut().zip(&velocities) {
+            *position += velocity * h;
+        }
+        self.state.velocities = velocities;
         let damped = self.model.is_damped()
             || self.model.drag() != R::ZERO
             || !self.model.grabs().is_empty();
         let ahead = half * R::HALF;
-        let predicted = |p: usize| {
-            let v = self.state.velocities[p];
-            if damped { v + (now[p] + before[p]) * ahead } else { v }
-        };
-        let power = self.evaluate((0..count).map(predicted).collect());
+        let mut predicted = self.state.velocities.clone();
+        if damped {
+            for p in 0..count {
+                predicted[p] += (now[p] + before[p]) * ahead;
+            }
+            self.settle(&places, &mut predicted, now, (half, h, false));
+        }
+        let power = self.evaluate(predicted);
         *before = now.clone();
         for (p, now) in now.iter_mut().enumerate() {
             *now = self.acceleration(p);
             self.state.velocities[p] += *now * half;
+        }
+        if self.lies(&places) {
+            self.settle_state(now, (half, h, false));
         }
         self.counted += 0.5 * (power_before + power) * h.to_f64();
         power
@@ -129,6 +141,7 @@ impl<R: Real> Oracle<'_, R> {
         let mut slopes: State<R> =
             State { positions: vec![R::Vec3::ZERO; count], velocities: vec![R::Vec3::ZERO; count] };
         let mut energy = 0.0;
+        let lies = self.lies(&start.positions);
         for (weight, reach) in [(R::ONE, half), (two, half), (two, h)] {
             energy += weight.to_f64() * self.evaluate(self.state.velocities.clone());
             for p in 0..count {
@@ -138,6 +151,9 @@ impl<R: Real> Oracle<'_, R> {
                 self.state.positions[p] = start.positions[p] + velocity * reach;
                 self.state.velocities[p] = start.velocities[p] + acceleration * reach;
             }
+            if lies {
+                self.settle_stage(&start.velocities, reach, h, false);
+            }
         }
         energy += self.evaluate(self.state.velocities.clone());
         for p in 0..count {
@@ -146,7 +162,70 @@ impl<R: Real> Oracle<'_, R> {
             let slope = slopes.velocities[p] + self.acceleration(p);
             self.state.velocities[p] = start.velocities[p] + slope * sixth;
         }
+        if lies {
+            self.settle_stage(&start.velocities, h, h, true);
+        }
         self.counted += energy * sixth.to_f64();
+    }
+
+    /// Whether a particle that something moves is on a plane.
+    fn lies(&self, positions: &[R::Vec3]) -> bool {
+        let on = |&x: &R::Vec3| self.model.planes().iter().any(|plane| is_on(plane, x));
+        (0..positions.len()).any(|p| !self.model.is_pinned(p) && on(&positions[p]))
+    }
+
+    fn settle_stage(&mut self, starts: &[R::Vec3], reach: R, h: R, loses: bool) {
+        let kicks = self.state.velocities.iter().zip(starts);
+        let divided = |vector: R::Vec3| {
+            R::Vec3::from_components(vector.components().map(|number| number / reach))
+        };
+        let kicks: Vec<R::Vec3> = kicks.map(|(&v, &start)| divided(v - start)).collect();
+        self.settle_state(&kicks, (reach, h, loses));
+    }
+
+    fn settle_state(&mut self, accelerations: &[R::Vec3], kick: (R, R, bool)) {
+        let places = self.state.positions.clone();
+        let mut velocities = core::mem::take(&mut self.state.velocities);
+        self.settle(&places, &mut velocities, accelerations, kick);
+        self.state.velocities = velocities;
+    }
+
+    /// Holds velocities after a kick of a length, in a substep, that may take tangential losses.
+    fn settle(
+        &self,
+        positions: &[R::Vec3],
+        velocities: &mut [R::Vec3],
+        accelerations: &[R::Vec3],
+        (length, h, loses): (R, R, bool),
+    ) {
+        for p in (0..positions.len()).filter(|&p| !self.model.is_pinned(p)) {
+            let planes = self.model.planes().iter().filter(|plane| is_on(plane, positions[p]));
+            let planes: Vec<_> = planes.collect();
+            let (v, a) = (&mut velocities[p], accelerations[p]);
+            let start = *v - a * length;
+            if let [plane] = planes[..] {
+                let pull = plane.normal.dot(a);
+                let before = plane.normal.dot(*v) - pull * length;
+                let slow = plane.restitution() == 0.0 || (h + h) * pull < before;
+                if slow && pull < R::ZERO && plane.normal.dot(*v) < R::ZERO {
+                    *v = slowed(plane, loses, *v);
+                }
+                continue;
+            }
+            let (kicked, limit) = (*v, (h + h) * Real::sqrt(a.dot(a)));
+            for _ in 0..128 {
+                for plane in &planes {
+                    let slow = plane.restitution() == 0.0 || -limit <= plane.normal.dot(start);
+                    if slow && plane.normal.dot(*v) < R::ZERO {
+                        *v = slowed(plane, loses, *v);
+                    }
+                }
+            }
+            let rounding = R::EPSILON * R::EPSILON * R::of(64.0) * kicked.dot(kicked);
+            if v.dot(*v) <= rounding && !planes.is_empty() {
+                *v = R::Vec3::ZERO;
+            }
+        }
     }
 
     /// The stiffness of all springs at a particle.
@@ -184,6 +263,36 @@ impl<R: Real> Oracle<'_, R> {
     }
 }
 
+/// Whether a particle is on a plane.
+fn is_on<R: Real>(plane: &PlaneColumn<R>, x: R::Vec3) -> bool {
+    (plane.normal.dot(x) - plane.offset).abs() <= rounding(plane, x)
+}
+
+/// The rounding of a gap.
+fn rounding<R: Real>(plane: &PlaneColumn<R>, x: R::Vec3) -> R {
+    let (n, x) = (plane.normal.components(), x.components());
+    let [x, y, z] = [0, 1, 2].map(|axis| (n[axis] * x[axis]).abs());
+    (x + y + z) * (R::EPSILON * R::of(4.0))
+}
+
+/// Factor of Coulomb and tangential loss of a plane.
+fn friction<R: Real>(plane: &PlaneColumn<R>) -> (R, R) {
+    match plane.friction() {
+        Friction::Coulomb(factor) => (R::of(factor), R::ZERO),
+        Friction::TangentialLoss(loss) => (R::ZERO, R::of(loss)),
+    }
+}
+
+/// The velocity along a plane that friction leaves of one into it.
+fn slowed<R: Real>(plane: &PlaneColumn<R>, loses: bool, v: R::Vec3) -> R::Vec3 {
+    let speed = plane.normal.dot(v);
+    let along = v - plane.normal * speed;
+    let (factor, loss) = friction(plane);
+    let (slip, grip) = (Real::sqrt(along.dot(along)), factor * -speed);
+    let kept = if slip <= grip { R::ZERO } else { R::ONE - grip * (R::ONE / slip) };
+    along * (kept * (R::ONE - if loses { loss } else { R::ZERO }))
+}
+
 /// Position and velocity of a particle that may have come into a plane, and whether it bounced.
 fn met<R: Real>(
     plane: &PlaneColumn<R>,
@@ -193,14 +302,13 @@ fn met<R: Real>(
     (x, v): (R::Vec3, R::Vec3),
 ) -> ((R::Vec3, R::Vec3), bool) {
     let (n, depth) = (plane.normal, plane.offset - plane.normal.dot(x));
-    if depth <= R::ZERO {
+    // Methods whose velocities are those of the end hold what lies, which may be inside by rounding.
+    let noise = if shift == R::ZERO { rounding(plane, x) } else { R::ZERO };
+    if depth <= noise {
         return ((x, v), false);
     }
     let (e, two) = (R::of(plane.restitution()), R::ONE + R::ONE);
-    let (factor, loss) = match plane.friction() {
-        Friction::Coulomb(factor) => (R::of(factor), R::ZERO),
-        Friction::TangentialLoss(loss) => (R::ZERO, R::of(loss)),
-    };
+    let (factor, loss) = friction(plane);
     let (speed, press) = (n.dot(v), n.dot(pull));
     let (real, limit) = (speed - shift * press, (h + h) * press);
     let squared = real * real + (press + press) * depth - strain * from;
@@ -224,8 +332,7 @@ fn met<R: Real>(
     let kept = if slip <= grip { R::ZERO } else { R::ONE - grip * (R::ONE / slip) };
     let velocity = n * (speed + push) + along * (kept * (R::ONE - loss));
     if slip <= grip && R::ZERO < grip {
-        let [x, y, z] = [0, 1, 2].map(|axis| (n.components()[axis] * x.components()[axis]).abs());
-        let (gap, noise) = (-(way + depth), (x + y + z) * (R::EPSILON * R::of(4.0)));
+        let (gap, noise) = (-(way + depth), rounding(plane, x));
         let since = if gap <= noise { R::ONE } else { depth / -way };
         let lift = if gap.abs() <= noise { R::ZERO } else { lift + way };
         let before = (moved - n * way) * (R::ONE - since);

@@ -10,6 +10,7 @@ use crate::elements::springs::SpringWork;
 use crate::elements::{Motion, column};
 use crate::number::Real;
 use crate::obstacles::resolve::Substep;
+use crate::obstacles::rest::Kick;
 use crate::obstacles::{Contacts, Evaluated};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
@@ -237,6 +238,37 @@ impl<'a, R: Real> StepContext<'a, R> {
     pub fn finish_substep(&mut self, taken: f64) {
         self.done.counted += taken;
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);
+    }
+
+    /// Whether particles are on obstacles at the present positions.
+    pub(crate) fn is_any_on(&self) -> bool {
+        self.model.is_any_on(self.level, &self.state.positions, self.time())
+    }
+
+    /// Holds what lies on an obstacle after a kick with the accelerations in a work column: the
+    /// present velocities, or those in another work column.
+    pub(crate) fn settle(
+        &mut self,
+        velocities: Option<usize>,
+        accelerations: usize,
+        kick: Kick<R>,
+    ) -> Contacts {
+        let Columns { positions, velocities: present } = &mut *self.state;
+        let (model, columns) = (self.model, &mut self.scratch.columns);
+        let Some(velocities) = velocities else {
+            return model.settle(self.level, (positions, present), &columns[accelerations], kick);
+        };
+        let two = columns.get_disjoint_mut([velocities, accelerations]);
+        let [velocities, accelerations] = two.expect("two columns");
+        model.settle(self.level, (positions, velocities), accelerations, kick)
+    }
+
+    /// Makes as many work columns, if there are fewer: a scene in which nothing touches has none
+    /// for contact.
+    pub(crate) fn require_columns(&mut self, count: usize) {
+        for number in self.scratch.columns.len()..count {
+            self.scratch.columns.push(column(&self.model.slots, 16 + number));
+        }
     }
 
     /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles

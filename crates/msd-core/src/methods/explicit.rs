@@ -11,7 +11,8 @@ use super::StepContext;
 use super::context::{Pass, Way};
 use crate::columns::threads::for_each_share;
 use crate::number::{Real, at_level};
-use crate::obstacles::Evaluated;
+use crate::obstacles::rest::Kick;
+use crate::obstacles::{Contacts, Evaluated};
 
 /// x' = x + h v, v' = v + h a(x, v).
 pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
@@ -59,6 +60,7 @@ fn kick_drift<R: Real>(pass: Pass<'_, R, 0>, h: R) {
 /// Work columns of velocity Verlet: the accelerations of the last evaluation and of the one before
 /// it, and predicted velocities.
 pub(crate) const VERLET_COLUMNS: usize = 3;
+const NOW: usize = 0;
 const PREDICTED: usize = 2;
 
 /// Kick, drift, kick.
@@ -69,45 +71,72 @@ const PREDICTED: usize = 2;
 /// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up
 /// to half of the stable step).
 ///
-/// A particle on an obstacle falls a little before it is held, and dampers are evaluated at that
-/// motion. The real share of their power is known at the start of a step, where they are evaluated
-/// at the state: in substeps with contact that share is booked.
+/// What lies on an obstacle is held after each half kick: see [`crate::obstacles::rest`].
 ///
 /// After a bounce forces are evaluated anew: the springs at the particle were pressed together
 /// inside the obstacle.
 pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
     let is_damped = step.model.is_damped_at_all();
-    let (mut real, mut met) = (1.0, false);
+    let mut met = false;
     for _ in 0..step.substeps() {
         if !step.scratch.warm {
             step.scratch.power = step.set_forces(step.time());
             for_each_share(step.pass(), |pass| at_level!(level, _simd => set_accelerations(pass)));
         }
         let before = step.scratch.power;
-        let power = if is_damped {
+        let lies = step.is_any_on();
+        if lies {
+            kick_settle_drift(step, is_damped);
+        } else if is_damped {
             let advance = |pass: Pass<'_, R, VERLET_COLUMNS>| {
                 at_level!(level, _simd => kick_drift_predict(pass, h));
             };
             for_each_share(step.pass(), advance);
-            step.set_forces_predicted(PREDICTED)
         } else {
             for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick_drift(pass, h)));
+        }
+        let power = if is_damped {
+            step.set_forces_predicted(PREDICTED)
+        } else {
             step.set_forces(step.time() + step.settings.substep())
         };
         step.scratch.power = power;
         for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick(pass, h)));
-        if step.finished == 0 && 0.0 <= before && before < power {
-            real = before / power;
+        if lies {
+            let kick = half_of(step, step.settings.substep(), false);
+            let contacts = step.settle(None, NOW, kick);
+            // Counted at the first kick.
+            step.done.meet(Contacts { count: 0, ..contacts });
         }
+        step.done.counted += 0.5 * (before + power) * h.to_f64();
         let contacts = step.finish(Way::Kicked(0.5), Evaluated::AtEnd);
         step.scratch.warm = !contacts.bounced;
         met = 0 < contacts.count;
-        let taken = 0.5 * (before + power) * h.to_f64();
-        step.done.counted += if met { taken * real } else { taken };
     }
     // Kept only where the next step would compute the same to the bit.
     step.scratch.warm = step.model.pushes.0.is_empty() && !is_damped && !met;
+}
+
+/// One of the two kicks of a substep, so many seconds after its start.
+fn half_of<R: Real>(step: &StepContext<'_, R>, after: f64, loses: bool) -> Kick<R> {
+    let substep = step.substep();
+    Kick { length: substep * R::HALF, substep, time: step.time() + after, loses }
+}
+
+/// The first half kick and the drift where particles lie on obstacles, and the prediction of
+/// velocities for dampers.
+fn kick_settle_drift<R: Real>(step: &mut StepContext<'_, R>, is_damped: bool) {
+    let (h, level) = (step.substep(), step.level);
+    let kick = half_of(step, 0.0, true);
+    for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_by_half(pass, h)));
+    let contacts = step.settle(None, NOW, kick);
+    step.done.meet(contacts);
+    if is_damped {
+        for_each_share(step.pass(), |pass| at_level!(level, _simd => predict(pass, h)));
+        step.settle(Some(PREDICTED), NOW, Kick { loses: false, ..kick });
+    }
+    for_each_share(step.pass(), |pass| at_level!(level, _simd => drift(pass, h)));
 }
 
 #[inline(always)]
@@ -140,6 +169,41 @@ fn kick_drift_predict<R: Real>(pass: Pass<'_, R, VERLET_COLUMNS>, h: R) {
 }
 
 #[inline(always)]
+fn kick_by_half<R: Real>(pass: Pass<'_, R, 1>, h: R) {
+    let Pass { velocities: v, work, .. } = pass;
+    let n = v.len();
+    let now = &work[NOW][..n];
+    let half = h * R::HALF;
+    for i in 0..n {
+        v[i] += now[i] * half;
+    }
+}
+
+#[inline(always)]
+fn drift<R: Real>(pass: Pass<'_, R, 0>, h: R) {
+    let Pass { positions: x, velocities: v, .. } = pass;
+    let n = x.len();
+    let v = &v[..n];
+    for i in 0..n {
+        x[i] += v[i] * h;
+    }
+}
+
+#[inline(always)]
+fn predict<R: Real>(pass: Pass<'_, R, VERLET_COLUMNS>, h: R) {
+    let Pass { velocities: v, work, .. } = pass;
+    let [now, before, predicted] = work;
+    let n = v.len();
+    let (v, now) = (&v[..n], &now[..n]);
+    let (before, predicted) = (&mut before[..n], &mut predicted[..n]);
+    let quarter = h * R::HALF * R::HALF;
+    for i in 0..n {
+        predicted[i] = v[i] + (now[i] + before[i]) * quarter;
+        before[i] = now[i];
+    }
+}
+
+#[inline(always)]
 fn half_kick_drift<R: Real>(pass: Pass<'_, R, 1>, h: R) {
     let Pass { positions: x, velocities: v, work, .. } = pass;
     let n = x.len();
@@ -166,33 +230,56 @@ fn half_kick<R: Real>(pass: Pass<'_, R, 1>, h: R) {
 /// Work columns of RK4: positions, for contact too, and velocities at the start of the substep, and
 /// the weighted sums of their slopes.
 pub(crate) const RK4_COLUMNS: usize = 4;
+/// The accelerations of a kick, where particles lie on obstacles.
+const KICKS: usize = RK4_COLUMNS;
 
 /// The classical method of Runge and Kutta.
+///
+/// What lies on an obstacle is held in each stage: see [`crate::obstacles::rest`].
 pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     let (half, two, sixth) = (h * R::HALF, R::ONE + R::ONE, h / R::of(6.0));
     let level = step.level;
     for _ in 0..step.substeps() {
         let (time, length) = (step.time(), step.settings.substep());
-        let (mut energy, mut first) = (0.0, 0.0);
-        let stages = [(R::ONE, half, 0.0), (two, half, 0.5), (two, h, 0.5)];
-        for (stage, (weight, reach, at)) in stages.into_iter().enumerate() {
-            let power = step.set_forces(time + at * length);
-            energy += weight.to_f64() * power;
-            if stage == 0 {
-                first = power;
-                for_each_share(step.pass(), start);
-            }
+        let mut energy = step.set_forces(time);
+        let lies = step.is_any_on();
+        for_each_share(step.pass(), start);
+        for (weight, reach, at) in [(R::ONE, half, 0.5), (two, half, 0.5), (two, h, 1.0)] {
             for_each_share(
                 step.pass(),
                 |pass| at_level!(level, _simd => next_stage(pass, weight, reach)),
             );
+            if lies {
+                settle_stage(step, reach, false);
+            }
+            let power = step.set_forces(time + at * length);
+            energy += if at < 1.0 { 2.0 * power } else { power };
         }
-        energy += step.set_forces(time + length);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
-        // A particle on an obstacle falls a little in all stages but the first.
-        let met = 0 < step.finish(Way::Kept, Evaluated::AtEnd).count;
-        step.done.counted += if met { first * h.to_f64() } else { energy * sixth.to_f64() };
+        if lies {
+            let contacts = settle_stage(step, h, true);
+            step.done.meet(contacts);
+        }
+        step.done.counted += energy * sixth.to_f64();
+        step.finish(Way::Kept, Evaluated::AtEnd);
+    }
+}
+
+/// Holds what lies on an obstacle at the velocities of a stage, `reach` seconds after the start, or
+/// at the last, those of the end.
+fn settle_stage<R: Real>(step: &mut StepContext<'_, R>, reach: R, is_last: bool) -> Contacts {
+    step.require_columns(KICKS + 1);
+    for_each_share(step.pass(), |pass| set_kicks(pass, reach));
+    let time = step.time() + reach.to_f64();
+    let kick = Kick { length: reach, substep: step.substep(), time, loses: is_last };
+    step.settle(None, KICKS, kick)
+}
+
+fn set_kicks<R: Real>(pass: Pass<'_, R, { KICKS + 1 }>, reach: R) {
+    let [_, starts, _, _, kicks] = pass.work;
+    for (kick, (&v, &start)) in kicks.iter_mut().zip(pass.velocities.iter().zip(&*starts)) {
+        *kick = (v - start) / reach;
     }
 }
 

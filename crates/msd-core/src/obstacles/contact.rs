@@ -13,7 +13,8 @@
 //!   under gravity, less what the springs at the particle have given it since: see
 //!   [`Touch::impact`].
 //!
-//! Everything is as seen from the surface.
+//! Everything is as seen from the surface. What lies on it already is [`super::rest`]'s, under the
+//! methods that need it.
 
 use crate::number::{Real, Vector};
 use crate::scene::Friction;
@@ -53,7 +54,7 @@ impl<R: Real> ContactLaw<R> {
     /// The fraction of a slip that friction leaves at a push, both in metres per second, and the
     /// reciprocal of the slip, 0 where friction holds it.
     #[inline(always)]
-    fn rub(&self, slip: R, push: R) -> (R, R) {
+    pub(super) fn rub(&self, slip: R, push: R) -> (R, R) {
         let loss = self.friction * push;
         let held = slip <= loss;
         let per_slip = R::ONE / slip;
@@ -85,10 +86,12 @@ impl<R: Real> ContactLaw<R> {
     pub(super) fn hold(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
         let push = if speed < R::ZERO { -speed } else { R::ZERO };
-        let (before, after) = (speed - pull * span.h, speed + push);
+        let kick = if touch.lay(span) { R::ZERO } else { span.h };
+        let (before, after) = (speed - pull * kick, speed + push);
         let moved = touch.along_normal(touch.way()) + touch.depth;
         let taken = (before * before - after * after) * R::HALF + pull * moved;
-        self.finish(touch, span, Push { push, lift: touch.depth, reach: touch.depth, taken })
+        let push = Push { push, lift: touch.depth, reach: touch.depth, kick, taken };
+        self.finish(touch, push)
     }
 
     /// The outcome for a particle that bounces.
@@ -108,7 +111,8 @@ impl<R: Real> ContactLaw<R> {
             push -= touch.strain(span) * span.h * R::HALF;
         }
         let taken = (impact * impact - after * after) * R::HALF;
-        self.finish(touch, span, Push { push, lift: touch.depth, reach: push * time, taken })
+        let (lift, reach) = (touch.depth, push * time);
+        self.finish(touch, Push { push, lift, reach, kick: span.h, taken })
     }
 
     /// Adds friction and returns the outcome.
@@ -116,7 +120,7 @@ impl<R: Real> ContactLaw<R> {
     /// A particle that sticks goes back by the part of its path since it met the surface. One that
     /// slides goes back by the distance that it would not have gone at the velocity it has now.
     #[inline(always)]
-    fn finish(&self, touch: &Touch<R>, span: &Span<R>, push: Push<R>) -> Outcome<R> {
+    fn finish(&self, touch: &Touch<R>, push: Push<R>) -> Outcome<R> {
         let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
         let [speed, way, pressing] = [v, moved, pull].map(|vector| touch.along_normal(vector));
         let along = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
@@ -125,7 +129,7 @@ impl<R: Real> ContactLaw<R> {
         let (kept, per_slip) = self.rub(slip, push.push);
         let sticks = (slip <= grip) & (R::ZERO < grip);
         // A gap within rounding counts as zero: small steps out of it would add up to a drift.
-        let (gap, noise) = (-(way + depth), touch.rounding());
+        let (gap, noise) = (-(way + depth), rounding(n, touch.position));
         let since = if gap <= noise { R::ONE } else { depth / -way };
         let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
         let slid = self.friction * push.reach * per_slip;
@@ -139,13 +143,21 @@ impl<R: Real> ContactLaw<R> {
             outcome.velocity[axis] = n[axis] * (speed + push.push) + along[axis] * kept;
         }
         let drive = dot(pull, v) - pressing * speed;
-        let still = (dot(pull, pull) - pressing * pressing) * span.h - (drive + drive);
-        let stuck = (squared + still * span.h) * R::HALF
+        let still = (dot(pull, pull) - pressing * pressing) * push.kick - (drive + drive);
+        let stuck = (squared + still * push.kick) * R::HALF
             + (dot(pull, moved) - pressing * way) * (R::ONE - since);
         let slowed = squared * (R::ONE - kept * kept) * R::HALF - drive * slid;
         outcome.taken = push.taken + if sticks { stuck } else { slowed };
         outcome
     }
+}
+
+/// The rounding of a gap, metres.
+#[inline(always)]
+pub(super) fn rounding<R: Real>(normal: [R; 3], position: [R; 3]) -> R {
+    let (n, x) = (normal, position);
+    let sum = (n[0] * x[0]).abs() + (n[1] * x[1]).abs() + (n[2] * x[2]).abs();
+    sum * (R::EPSILON * R::of(4.0))
 }
 
 #[inline(always)]
@@ -217,12 +229,19 @@ impl<R: Real> Touch<R> {
         self.stiffness * self.distance(span)
     }
 
-    /// The rounding of a gap, metres.
+    /// Whether it is inside: what lies may be so by rounding.
     #[inline(always)]
-    fn rounding(&self) -> R {
-        let (n, x) = (self.normal, self.position);
-        let sum = (n[0] * x[0]).abs() + (n[1] * x[1]).abs() + (n[2] * x[2]).abs();
-        sum * (R::EPSILON * R::of(4.0))
+    pub(super) fn is_inside(&self, span: &Span<R>) -> bool {
+        let noise = if span.settles() { rounding(self.normal, self.position) } else { R::ZERO };
+        noise < self.depth
+    }
+
+    /// Whether it lay on the surface before, and has been held there by [`super::rest`]: its
+    /// velocity is not that of a free fall.
+    #[inline(always)]
+    fn lay(&self, span: &Span<R>) -> bool {
+        let gap = -(self.along_normal(self.way()) + self.depth);
+        span.settles() & (gap <= rounding(self.normal, self.position))
     }
 
     #[inline(always)]
@@ -241,12 +260,20 @@ pub(super) struct Span<R> {
     pub(super) evaluated: Evaluated,
 }
 
+impl<R> Span<R> {
+    /// Whether the method holds by [`super::rest`] what lies on an obstacle.
+    #[inline(always)]
+    fn settles(&self) -> bool {
+        matches!(self.evaluated, Evaluated::AtEnd)
+    }
+}
+
 /// Where in a substep the forces of springs were evaluated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Evaluated {
     /// At the positions of its start.
     AtStart,
-    /// At those of its end.
+    /// At those of its end, by a method that holds by [`super::rest`] what lies on an obstacle.
     AtEnd,
     /// Nowhere: the method solves for them, or projects.
     Nowhere,
@@ -260,6 +287,8 @@ struct Push<R> {
     lift: R,
     /// Impulse by mass times how long it has acted, metres.
     reach: R,
+    /// How much of the acceleration is in the velocity, seconds.
+    kick: R,
     /// Energy dissipated per mass, joules per kilogram.
     taken: R,
 }

@@ -8,6 +8,7 @@
 pub(crate) mod contact;
 mod plane;
 pub(crate) mod resolve;
+pub(crate) mod rest;
 
 pub(crate) use contact::Evaluated;
 pub use contact::{ContactLaw, Contacts};

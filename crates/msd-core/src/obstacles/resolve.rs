@@ -136,7 +136,7 @@ fn meet_record<R: Real>(
 }
 
 /// Records that are compared with a plane before anything is decided.
-const AT_ONCE: usize = 4;
+pub(super) const AT_ONCE: usize = 4;
 
 /// Whether a particle of these records is inside a plane, or there are other obstacles.
 #[inline(always)]
@@ -190,7 +190,7 @@ fn depth<R: Real>(plane: &PlaneColumn<R>, x: &[R; RECORD], lane: usize) -> R {
 }
 
 #[inline(always)]
-fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
+pub(super) fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
     [record[lane], record[LANES + lane], record[2 * LANES + lane]]
 }
 
@@ -326,8 +326,8 @@ impl<R: Real> Batch<R> {
         let (mut x, mut v) = (self.positions, self.velocities);
         for lane in 0..LANES {
             let depth = depth(plane, &self.positions, lane);
-            let inside = (R::ZERO < depth) & (self.inverse_masses[lane] != R::ZERO);
             let touch = self.touch(lane, normal, depth);
+            let inside = touch.is_inside(span) & (self.inverse_masses[lane] != R::ZERO);
             let keeps = law.keeps(&touch, span);
             let held = law.hold(&touch, span);
             let on = inside & keeps;
@@ -373,13 +373,16 @@ impl<R: Real> Batch<R> {
             }
             let position = R::Vec3::from_components(lane_of(&self.positions, lane));
             let depth = -obstacle.gap(position, time);
-            let is_inside = R::ZERO < depth;
-            if !is_inside {
+            let is_outside = !(R::ZERO < depth);
+            if is_outside {
                 continue;
             }
             let normal = obstacle.normal(position, time).components();
-            let surface = obstacle.velocity(position, time).components();
             let mut touch = self.touch(lane, normal, depth);
+            if !touch.is_inside(span) {
+                continue;
+            }
+            let surface = obstacle.velocity(position, time).components();
             for (axis, &carried) in surface.iter().enumerate() {
                 touch.velocity[axis] -= carried;
                 touch.start[axis] += carried * span.h;

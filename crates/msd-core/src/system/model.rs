@@ -11,6 +11,7 @@ use crate::elements::{Element, Motion, Own, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
+use crate::obstacles::rest::{Kick, Kicked, is_any_on, settle};
 use crate::obstacles::{Contacts, Obstacles, PlaneColumn};
 use crate::scene::check::{
     check, check_bend, check_mass, check_not_negative, check_scene, check_vector, is_finite,
@@ -183,6 +184,24 @@ impl<R: Real> Model<R> {
             substep,
         };
         resolve(level, &self.obstacles, bodies)
+    }
+
+    /// Whether a particle at these positions is on an obstacle at a time, seconds.
+    pub(crate) fn is_any_on(&self, level: Level, positions: &[R], time: f64) -> bool {
+        is_any_on(level, &self.obstacles, (positions, &self.inverse_mass_column), time)
+    }
+
+    /// Holds the particles that lie on an obstacle after a kick with these accelerations.
+    pub(crate) fn settle(
+        &self,
+        level: Level,
+        (positions, velocities): (&[R], &mut [R]),
+        accelerations: &[R],
+        kick: Kick<R>,
+    ) -> Contacts {
+        let (masses, inverse_masses) = (&*self.mass_column, &*self.inverse_mass_column);
+        let kicked = Kicked { masses, inverse_masses, positions, velocities, accelerations, kick };
+        settle(level, &self.obstacles, kicked)
     }
 
     /// Makes the column that bounces are computed with, where there may be any.

@@ -1,0 +1,370 @@
+//! Contact at rest: particles that lie on an obstacle, held there by their velocities alone.
+//!
+//! A method that moves particles before it evaluates forces lets one that lies on an obstacle fall
+//! by g h²/2 in each substep. Forces that are evaluated down there, and dampers at the speed of the
+//! fall, are off by a part (h w)² of themselves, and with them the push of the surface and the
+//! friction that it allows: at long steps a block slides below the critical slope. So such a method
+//! lets every kick be followed by this law: a particle on a surface that the kick presses it to
+//! loses its speed into it, and of its slip what Coulomb's law allows. What lies does not sink, and
+//! forces are evaluated where it lies. (RATTLE projects velocities for the same reason: Andersen,
+//! 1983.)
+
+use super::contact::{ContactLaw, Contacts, dot, rounding};
+use super::resolve::{AT_ONCE, lane_of};
+use super::{Obstacle, Obstacles, PlaneColumn};
+use crate::columns::threads::{Split, merge_shares};
+use crate::columns::{LANES, RECORD};
+use crate::number::{Real, Vector, at_level};
+use fearless_simd::Level;
+
+/// A state that has just been kicked: v' = v + a t.
+#[derive(Debug)]
+pub(crate) struct Kicked<'a, R> {
+    /// Masses, a number for each slot, and their reciprocals, three for each.
+    pub(crate) masses: &'a [R],
+    pub(crate) inverse_masses: &'a [R],
+    pub(crate) positions: &'a [R],
+    /// The velocities v'.
+    pub(crate) velocities: &'a mut [R],
+    /// The accelerations a.
+    pub(crate) accelerations: &'a [R],
+    pub(crate) kick: Kick<R>,
+}
+
+/// A kick.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kick<R> {
+    /// How long it lasts, seconds.
+    pub(crate) length: R,
+    /// The substep that it is a part of, seconds.
+    pub(crate) substep: R,
+    /// Simulated time, seconds.
+    pub(crate) time: f64,
+    /// Whether it takes the tangential loss of a surface, which comes once in a substep.
+    pub(crate) loses: bool,
+}
+
+impl<R: Real> Split for Kicked<'_, R> {
+    fn numbers(&self) -> usize {
+        self.positions.len()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        let (low_masses, masses) = self.masses.split_at(numbers / 3);
+        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
+        let (low_positions, positions) = self.positions.split_at(numbers);
+        let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
+        let (low_accelerations, accelerations) = self.accelerations.split_at(numbers);
+        let low = Kicked {
+            masses: low_masses,
+            inverse_masses: low_inverse_masses,
+            positions: low_positions,
+            velocities: low_velocities,
+            accelerations: low_accelerations,
+            kick: self.kick,
+        };
+        (low, Kicked { masses, inverse_masses, positions, velocities, accelerations, ..self })
+    }
+}
+
+/// Whether a particle that something moves is on an obstacle at a time, seconds; from positions and
+/// reciprocal masses.
+pub(crate) fn is_any_on<R: Real>(
+    level: Level,
+    obstacles: &Obstacles<R>,
+    (positions, inverse_masses): (&[R], &[R]),
+    time: f64,
+) -> bool {
+    if obstacles.is_empty() {
+        return false;
+    }
+    let is_any = |(positions, inverse_masses): (&[R], &[R])| {
+        at_level!(level, _simd => {
+            let rows = positions.as_chunks::<RECORD>().0;
+            let records = rows.chunks(AT_ONCE);
+            let mut masses = inverse_masses.chunks(AT_ONCE * RECORD);
+            records.into_iter().any(|some| {
+                let masses = masses.next().expect("as many");
+                are_on_planes(obstacles, some) && is_one_on_plane(obstacles, some, masses)
+            }) || is_one_on_own(obstacles, rows, inverse_masses, time)
+        })
+    };
+    merge_shares((positions, inverse_masses), &is_any, &|low, high| low | high)
+}
+
+/// Whether a place in these records is on a plane, with or without a particle that can move.
+#[inline(always)]
+fn are_on_planes<R: Real>(obstacles: &Obstacles<R>, records: &[[R; RECORD]]) -> bool {
+    let mut any = [0; LANES];
+    for plane in &obstacles.planes {
+        for x in records {
+            for (lane, any) in any.iter_mut().enumerate() {
+                *any |= u32::from(is_on(plane, lane_of(x, lane)));
+            }
+        }
+    }
+    any.iter().fold(0, |all, any| all | any) != 0
+}
+
+/// The particles of these records that can move.
+fn moving<'a, R: Real>(
+    records: &'a [[R; RECORD]],
+    inverse_masses: &'a [R],
+) -> impl Iterator<Item = [R; 3]> + 'a {
+    let lanes = records.iter().zip(inverse_masses.as_chunks::<RECORD>().0);
+    lanes.flat_map(|(x, w)| {
+        (0..LANES).filter(|&lane| w[lane] != R::ZERO).map(|lane| lane_of(x, lane))
+    })
+}
+
+fn is_one_on_plane<R: Real>(
+    obstacles: &Obstacles<R>,
+    records: &[[R; RECORD]],
+    inverse_masses: &[R],
+) -> bool {
+    moving(records, inverse_masses).any(|x| obstacles.planes.iter().any(|plane| is_on(plane, x)))
+}
+
+fn is_one_on_own<R: Real>(
+    obstacles: &Obstacles<R>,
+    records: &[[R; RECORD]],
+    inverse_masses: &[R],
+    time: f64,
+) -> bool {
+    obstacles.own.iter().any(|(_, own)| {
+        moving(records, inverse_masses).any(|x| on_own(own.of::<R>(), x, time).is_some())
+    })
+}
+
+/// Whether the gap counts as zero: it is below its rounding.
+#[inline(always)]
+fn is_on<R: Real>(plane: &PlaneColumn<R>, x: [R; 3]) -> bool {
+    let normal = plane.normal.components();
+    (dot(normal, x) - plane.offset).abs() <= rounding(normal, x)
+}
+
+/// The normal of an obstacle at a point on it.
+fn on_own<R: Real>(own: &dyn Obstacle<R>, x: [R; 3], time: f64) -> Option<[R; 3]> {
+    let position = R::Vec3::from_components(x);
+    let gap = own.gap(position, time).abs();
+    // No normal has components beyond one.
+    if R::of(8.0) * R::EPSILON * (x[0].abs() + x[1].abs() + x[2].abs()) < gap {
+        return None;
+    }
+    let normal = own.normal(position, time).components();
+    (gap <= rounding(normal, x)).then_some(normal)
+}
+
+/// Holds the particles that lie on an obstacle after a kick.
+pub(crate) fn settle<R: Real>(
+    level: Level,
+    obstacles: &Obstacles<R>,
+    kicked: Kicked<'_, R>,
+) -> Contacts {
+    let settle =
+        |kicked: Kicked<'_, R>| at_level!(level, _simd => settle_records(obstacles, kicked));
+    let add = |mut low: Contacts, high| {
+        low += high;
+        low
+    };
+    merge_shares(kicked, &settle, &add)
+}
+
+#[inline(always)]
+fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) -> Contacts {
+    let mut contacts = Contacts::default();
+    for record in 0..kicked.positions.len() / RECORD {
+        let positions = kicked.positions;
+        let x: &[R; RECORD] = positions[record * RECORD..].first_chunk().expect("a record");
+        let mut counts = [0; LANES];
+        for plane in &obstacles.planes {
+            for (lane, count) in counts.iter_mut().enumerate() {
+                *count += u32::from(is_on(plane, lane_of(x, lane)));
+            }
+        }
+        if counts.iter().fold(0, |any, count| any | count) != 0 {
+            for plane in &obstacles.planes {
+                settle_on_plane(plane, &mut kicked, (record, x, &counts), &mut contacts);
+            }
+            for lane in (0..LANES).filter(|&lane| 1 < counts[lane]) {
+                settle_in_corner(&obstacles.planes, &mut kicked, (record, lane), &mut contacts);
+            }
+        }
+        for (_, own) in &obstacles.own {
+            settle_on_own(own.of::<R>(), &mut kicked, (record, x), &mut contacts);
+        }
+    }
+    contacts
+}
+
+/// Holds the particles of a record that lie on this plane and on no other.
+#[inline(always)]
+fn settle_on_plane<R: Real>(
+    plane: &PlaneColumn<R>,
+    kicked: &mut Kicked<'_, R>,
+    (record, x, counts): (usize, &[R; RECORD], &[u32; LANES]),
+    contacts: &mut Contacts,
+) {
+    let (at, kick) = (record * RECORD, kicked.kick);
+    let (normal, law) = (plane.normal.components(), kick.law(plane.law));
+    let of = |column: &[R]| -> [R; RECORD] { *column[at..].first_chunk().expect("a record") };
+    let (mut v, a, w) =
+        (of(kicked.velocities), of(kicked.accelerations), of(kicked.inverse_masses));
+    let (mut lie, mut taken) = ([false; LANES], [R::ZERO; LANES]);
+    for lane in 0..LANES {
+        let on = is_on(plane, lane_of(x, lane)) & (counts[lane] == 1) & (w[lane] != R::ZERO);
+        let settled = kick.settle(&law, normal, (lane_of(&v, lane), lane_of(&a, lane)));
+        lie[lane] = on & settled.lies;
+        taken[lane] = settled.taken;
+        for axis in 0..3 {
+            let number = &mut v[axis * LANES + lane];
+            *number = if lie[lane] { settled.velocity[axis] } else { *number };
+        }
+    }
+    kicked.velocities[at..at + RECORD].copy_from_slice(&v);
+    for lane in (0..LANES).filter(|&lane| lie[lane]) {
+        *contacts += Contacts::one((taken[lane] * kicked.masses[record * LANES + lane]).to_f64());
+    }
+}
+
+/// Sweeps over the planes of a corner, at most. One over two planes leaves the square of the cosine
+/// between their normals of a speed into them.
+const SWEEPS: usize = 128;
+
+/// Holds a particle that lies on several planes, in sweeps over them until none moves it.
+fn settle_in_corner<R: Real>(
+    planes: &[PlaneColumn<R>],
+    kicked: &mut Kicked<'_, R>,
+    (record, lane): (usize, usize),
+    contacts: &mut Contacts,
+) {
+    let (at, kick) = (record * RECORD, kicked.kick);
+    if kicked.inverse_masses[at + lane] == R::ZERO {
+        return;
+    }
+    let of =
+        |column: &[R]| -> [R; 3] { core::array::from_fn(|axis| column[at + axis * LANES + lane]) };
+    let (x, kicked_to, a) = (of(kicked.positions), of(kicked.velocities), of(kicked.accelerations));
+    let start: [R; 3] = core::array::from_fn(|axis| kicked_to[axis] - a[axis] * kick.length);
+    let limit = (kick.substep + kick.substep) * dot(a, a).sqrt();
+    let mut v = kicked_to;
+    for _ in 0..SWEEPS {
+        let before = v;
+        for plane in planes.iter().filter(|plane| is_on(plane, x)) {
+            let (n, law) = (plane.normal.components(), kick.law(plane.law));
+            let is_slow = -limit <= dot(n, start);
+            if dot(n, v) < R::ZERO && (law.restitution == R::ZERO || is_slow) {
+                v = slowed(&law, n, v).0;
+            }
+        }
+        if v == before {
+            break;
+        }
+    }
+    let rounding = R::EPSILON * R::EPSILON * R::of(64.0) * dot(kicked_to, kicked_to);
+    if dot(v, v) <= rounding {
+        v = [R::ZERO; 3];
+    }
+    if v == kicked_to {
+        return;
+    }
+    for axis in 0..3 {
+        kicked.velocities[at + axis * LANES + lane] = v[axis];
+    }
+    let taken = if v == [R::ZERO; 3] {
+        dot(start, start) * R::HALF
+    } else {
+        let work = |axis: usize| (kicked_to[axis] - v[axis]) * (start[axis] + v[axis]);
+        (work(0) + work(1) + work(2)) * R::HALF
+    };
+    *contacts += Contacts::one((taken * kicked.masses[record * LANES + lane]).to_f64());
+}
+
+/// The velocity along a surface that friction leaves of one into it, and the reciprocal of the slip,
+/// 0 where it holds.
+#[inline(always)]
+fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3]) -> ([R; 3], R) {
+    let speed = dot(n, v);
+    let along: [R; 3] = core::array::from_fn(|axis| v[axis] - n[axis] * speed);
+    let (kept, per_slip) = law.rub(dot(along, along).sqrt(), -speed);
+    (along.map(|number| number * kept), per_slip)
+}
+
+fn settle_on_own<R: Real>(
+    own: &dyn Obstacle<R>,
+    kicked: &mut Kicked<'_, R>,
+    (record, x): (usize, &[R; RECORD]),
+    contacts: &mut Contacts,
+) {
+    let (at, kick) = (record * RECORD, kicked.kick);
+    let law = kick.law(own.law());
+    for lane in 0..LANES {
+        if kicked.inverse_masses[at + lane] == R::ZERO {
+            continue;
+        }
+        let Some(normal) = on_own(own, lane_of(x, lane), kick.time) else { continue };
+        let place = R::Vec3::from_components(lane_of(x, lane));
+        let surface = own.velocity(place, kick.time).components();
+        let of = |column: &[R]| -> [R; 3] {
+            core::array::from_fn(|axis| column[at + axis * LANES + lane])
+        };
+        let (v, a) = (of(kicked.velocities), of(kicked.accelerations));
+        let seen = core::array::from_fn(|axis| v[axis] - surface[axis]);
+        let settled = kick.settle(&law, normal, (seen, a));
+        if !settled.lies {
+            continue;
+        }
+        let after: [R; 3] = core::array::from_fn(|axis| settled.velocity[axis] + surface[axis]);
+        for axis in 0..3 {
+            kicked.velocities[at + axis * LANES + lane] = after[axis];
+        }
+        let mass = kicked.masses[record * LANES + lane];
+        let impulse = core::array::from_fn(|axis| after[axis] - v[axis]);
+        *contacts += Contacts {
+            driven: (dot(impulse, surface) * mass).to_f64(),
+            ..Contacts::one((settled.taken * mass).to_f64())
+        };
+    }
+}
+
+/// A velocity after the law.
+struct Settled<R> {
+    /// Whether the particle lies, if it is on the surface: the law is for no other.
+    lies: bool,
+    velocity: [R; 3],
+    /// Energy dissipated per mass, joules per kilogram.
+    taken: R,
+}
+
+impl<R: Real> Kick<R> {
+    fn law(&self, law: ContactLaw<R>) -> ContactLaw<R> {
+        if self.loses { law } else { ContactLaw { loss: R::ZERO, ..law } }
+    }
+
+    /// Holds a particle on a surface with this normal, at a velocity after the kick and with the
+    /// acceleration of the kick, as seen from the surface.
+    ///
+    /// It lies where the kick presses it to the surface, and where it came so slowly that a bounce
+    /// would be over within two substeps (as in [`ContactLaw::keeps`]). A surface that holds it
+    /// takes the energy of its motion before the kick, one that it slides on the work of friction:
+    /// force times mean velocity.
+    #[inline(always)]
+    fn settle(&self, law: &ContactLaw<R>, n: [R; 3], (v, a): ([R; 3], [R; 3])) -> Settled<R> {
+        let (speed, pull) = (dot(n, v), dot(n, a));
+        let before = speed - pull * self.length;
+        let is_slow = (self.substep + self.substep) * pull < before;
+        let lies = (speed < R::ZERO) & (pull < R::ZERO) & ((law.restitution == R::ZERO) | is_slow);
+        let (velocity, per_slip) = slowed(law, n, v);
+        let sum = |term: [R; 3]| term[0] + term[1] + term[2];
+        let lost = sum(core::array::from_fn(|axis| {
+            let along = v[axis] - n[axis] * speed;
+            let slipped = along - (a[axis] - n[axis] * pull) * self.length;
+            let held = per_slip == R::ZERO;
+            if held {
+                slipped * slipped
+            } else {
+                (along - velocity[axis]) * (slipped + velocity[axis])
+            }
+        }));
+        Settled { lies, velocity, taken: (before * before + lost) * R::HALF }
+    }
+}
