@@ -206,8 +206,10 @@ impl<R: Real> Oracle<'_, R> {
             if let [plane] = planes[..] {
                 let pull = plane.normal.dot(a);
                 let before = plane.normal.dot(*v) - pull * length;
-                let slow = plane.restitution() == 0.0 || (h + h) * pull < before;
-                if slow && pull < R::ZERO && plane.normal.dot(*v) < R::ZERO {
+                if lay(plane, before, (h + h) * pull, start)
+                    && pull < R::ZERO
+                    && plane.normal.dot(*v) < R::ZERO
+                {
                     *v = slowed(plane, loses, *v);
                 }
                 continue;
@@ -215,8 +217,8 @@ impl<R: Real> Oracle<'_, R> {
             let (kicked, limit) = (*v, (h + h) * Real::sqrt(a.dot(a)));
             for _ in 0..128 {
                 for plane in &planes {
-                    let slow = plane.restitution() == 0.0 || -limit <= plane.normal.dot(start);
-                    if slow && plane.normal.dot(*v) < R::ZERO {
+                    let speed = plane.normal.dot(start);
+                    if lay(plane, speed, -limit, start) && plane.normal.dot(*v) < R::ZERO {
                         *v = slowed(plane, loses, *v);
                     }
                 }
@@ -273,6 +275,12 @@ fn rounding<R: Real>(plane: &PlaneColumn<R>, x: R::Vec3) -> R {
     let (n, x) = (plane.normal.components(), x.components());
     let [x, y, z] = [0, 1, 2].map(|axis| (n[axis] * x[axis]).abs());
     (x + y + z) * (R::EPSILON * R::of(4.0))
+}
+
+/// Whether a particle on a plane lay there, at a speed along the normal, a part of a velocity.
+fn lay<R: Real>(plane: &PlaneColumn<R>, speed: R, limit: R, velocity: R::Vec3) -> bool {
+    let rounding = R::EPSILON * R::of(8.0) * Real::sqrt(velocity.dot(velocity));
+    speed <= rounding && (plane.restitution() == 0.0 || limit < speed)
 }
 
 /// Factor of Coulomb and tangential loss of a plane.

@@ -263,14 +263,6 @@ impl<'a, R: Real> StepContext<'a, R> {
         model.settle(self.level, (positions, velocities), accelerations, kick)
     }
 
-    /// Makes as many work columns, if there are fewer: a scene in which nothing touches has none
-    /// for contact.
-    pub(crate) fn require_columns(&mut self, count: usize) {
-        for number in self.scratch.columns.len()..count {
-            self.scratch.columns.push(column(&self.model.slots, 16 + number));
-        }
-    }
-
     /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles
     /// did.
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {

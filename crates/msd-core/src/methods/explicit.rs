@@ -78,7 +78,7 @@ const PREDICTED: usize = 2;
 pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
     let is_damped = step.model.is_damped_at_all();
-    let mut met = false;
+    let (mut real, mut met) = (1.0, false);
     for _ in 0..step.substeps() {
         if !step.scratch.warm {
             step.scratch.power = step.set_forces(step.time());
@@ -109,10 +109,14 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
             // Counted at the first kick.
             step.done.meet(Contacts { count: 0, ..contacts });
         }
-        step.done.counted += 0.5 * (before + power) * h.to_f64();
+        if step.finished == 0 && 0.0 <= before && before < power {
+            real = before / power;
+        }
         let contacts = step.finish(Way::Kicked(0.5), Evaluated::AtEnd);
         step.scratch.warm = !contacts.bounced;
         met = 0 < contacts.count;
+        let taken = 0.5 * (before + power) * h.to_f64();
+        step.done.counted += if met { taken * real } else { taken };
     }
     // Kept only where the next step would compute the same to the bit.
     step.scratch.warm = step.model.pushes.0.is_empty() && !is_damped && !met;
@@ -227,11 +231,10 @@ fn half_kick<R: Real>(pass: Pass<'_, R, 1>, h: R) {
     }
 }
 
-/// Work columns of RK4: positions, for contact too, and velocities at the start of the substep, and
-/// the weighted sums of their slopes.
-pub(crate) const RK4_COLUMNS: usize = 4;
-/// The accelerations of a kick, where particles lie on obstacles.
-const KICKS: usize = RK4_COLUMNS;
+/// Work columns of RK4: positions, for contact too, and velocities at the start of the substep, the
+/// weighted sums of their slopes, and the accelerations of a kick.
+pub(crate) const RK4_COLUMNS: usize = 5;
+const KICKS: usize = 4;
 
 /// The classical method of Runge and Kutta.
 ///
@@ -269,14 +272,13 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
 /// Holds what lies on an obstacle at the velocities of a stage, `reach` seconds after the start, or
 /// at the last, those of the end.
 fn settle_stage<R: Real>(step: &mut StepContext<'_, R>, reach: R, is_last: bool) -> Contacts {
-    step.require_columns(KICKS + 1);
     for_each_share(step.pass(), |pass| set_kicks(pass, reach));
     let time = step.time() + reach.to_f64();
     let kick = Kick { length: reach, substep: step.substep(), time, loses: is_last };
     step.settle(None, KICKS, kick)
 }
 
-fn set_kicks<R: Real>(pass: Pass<'_, R, { KICKS + 1 }>, reach: R) {
+fn set_kicks<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>, reach: R) {
     let [_, starts, _, _, kicks] = pass.work;
     for (kick, (&v, &start)) in kicks.iter_mut().zip(pass.velocities.iter().zip(&*starts)) {
         *kick = (v - start) / reach;
@@ -284,7 +286,7 @@ fn set_kicks<R: Real>(pass: Pass<'_, R, { KICKS + 1 }>, reach: R) {
 }
 
 fn start<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>) {
-    let [x0, v0, sx, sv] = pass.work;
+    let [x0, v0, sx, sv, _] = pass.work;
     x0.copy_from_slice(pass.positions);
     v0.copy_from_slice(pass.velocities);
     sx.fill(R::ZERO);
@@ -294,7 +296,7 @@ fn start<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>) {
 #[inline(always)]
 fn next_stage<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>, weight: R, reach: R) {
     let Pass { positions: x, velocities: v, forces: f, inverse_masses: w, work } = pass;
-    let [x0, v0, sx, sv] = work;
+    let [x0, v0, sx, sv, _] = work;
     let n = x.len();
     let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
     let (x0, v0, sx, sv) = (&x0[..n], &v0[..n], &mut sx[..n], &mut sv[..n]);
@@ -310,7 +312,7 @@ fn next_stage<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>, weight: R, reach: R) {
 #[inline(always)]
 fn last_stage<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>, sixth: R) {
     let Pass { positions: x, velocities: v, forces: f, inverse_masses: w, work } = pass;
-    let [x0, v0, sx, sv] = work;
+    let [x0, v0, sx, sv, _] = work;
     let n = x.len();
     let (v, f, w) = (&mut v[..n], &f[..n], &w[..n]);
     let (x0, v0, sx, sv) = (&x0[..n], &v0[..n], &sx[..n], &sv[..n]);

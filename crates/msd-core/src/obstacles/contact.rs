@@ -86,7 +86,7 @@ impl<R: Real> ContactLaw<R> {
     pub(super) fn hold(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
         let push = if speed < R::ZERO { -speed } else { R::ZERO };
-        let kick = if touch.lay(span) { R::ZERO } else { span.h };
+        let kick = if touch.is_held { R::ZERO } else { span.h };
         let (before, after) = (speed - pull * kick, speed + push);
         let moved = touch.along_normal(touch.way()) + touch.depth;
         let taken = (before * before - after * after) * R::HALF + pull * moved;
@@ -185,6 +185,8 @@ pub(super) struct Touch<R> {
     pub(super) pull: [R; 3],
     /// Stiffness of all springs at it by its mass, per second squared.
     pub(super) stiffness: R,
+    /// Whether it has been held on the surface in this substep, which bends away from its path.
+    pub(super) is_held: bool,
 }
 
 impl<R: Real> Touch<R> {
@@ -236,12 +238,12 @@ impl<R: Real> Touch<R> {
         noise < self.depth
     }
 
-    /// Whether it lay on the surface before, and has been held there by [`super::rest`]: its
-    /// velocity is not that of a free fall.
-    #[inline(always)]
-    fn lay(&self, span: &Span<R>) -> bool {
+    /// Whether it lay on the surface before, and [`super::rest`] has held it: its velocity is not
+    /// that of a free fall.
+    pub(super) fn lay(&self, span: &Span<R>) -> bool {
         let gap = -(self.along_normal(self.way()) + self.depth);
-        span.settles() & (gap <= rounding(self.normal, self.position))
+        let is_pressed = self.along_normal(self.pull) < R::ZERO;
+        span.settles() && is_pressed && gap <= rounding(self.normal, self.position)
     }
 
     #[inline(always)]

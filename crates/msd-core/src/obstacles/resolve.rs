@@ -307,6 +307,7 @@ impl<R: Real> Batch<R> {
             start: lane_of(&self.starts, lane),
             pull: lane_of(&self.pulls, lane),
             stiffness: self.stiffnesses[lane] * self.inverse_masses[lane],
+            is_held: false,
         }
     }
 
@@ -387,6 +388,7 @@ impl<R: Real> Batch<R> {
                 touch.velocity[axis] -= carried;
                 touch.start[axis] += carried * span.h;
             }
+            touch.is_held = touch.lay(span);
             let keeps = law.keeps(&touch, span);
             let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
             let (before, mass) = (lane_of(&self.velocities, lane), self.masses[lane]);

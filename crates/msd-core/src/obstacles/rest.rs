@@ -251,8 +251,7 @@ fn settle_in_corner<R: Real>(
         let before = v;
         for plane in planes.iter().filter(|plane| is_on(plane, x)) {
             let (n, law) = (plane.normal.components(), kick.law(plane.law));
-            let is_slow = -limit <= dot(n, start);
-            if dot(n, v) < R::ZERO && (law.restitution == R::ZERO || is_slow) {
+            if dot(n, v) < R::ZERO && law.lay(dot(n, start), -limit, start) {
                 v = slowed(&law, n, v).0;
             }
         }
@@ -277,6 +276,17 @@ fn settle_in_corner<R: Real>(
         (work(0) + work(1) + work(2)) * R::HALF
     };
     *contacts += Contacts::one((taken * kicked.masses[record * LANES + lane]).to_f64());
+}
+
+impl<R: Real> ContactLaw<R> {
+    /// Whether a particle on the surface lay there, by its velocity and the part of it along the
+    /// normal: it did not leave, and came so slowly that a bounce would be over within two substeps,
+    /// as in [`ContactLaw::keeps`].
+    #[inline(always)]
+    fn lay(&self, speed: R, limit: R, velocity: [R; 3]) -> bool {
+        let rounding = R::EPSILON * R::of(8.0) * dot(velocity, velocity).sqrt();
+        (speed <= rounding) & ((self.restitution == R::ZERO) | (limit < speed))
+    }
 }
 
 /// The velocity along a surface that friction leaves of one into it, and the reciprocal of the slip,
@@ -343,26 +353,29 @@ impl<R: Real> Kick<R> {
     /// Holds a particle on a surface with this normal, at a velocity after the kick and with the
     /// acceleration of the kick, as seen from the surface.
     ///
-    /// It lies where the kick presses it to the surface, and where it came so slowly that a bounce
-    /// would be over within two substeps (as in [`ContactLaw::keeps`]). A surface that holds it
+    /// It lies where the kick presses it to the surface, see also [`ContactLaw::lay`]. A surface that holds it
     /// takes the energy of its motion before the kick, one that it slides on the work of friction:
     /// force times mean velocity.
     #[inline(always)]
     fn settle(&self, law: &ContactLaw<R>, n: [R; 3], (v, a): ([R; 3], [R; 3])) -> Settled<R> {
         let (speed, pull) = (dot(n, v), dot(n, a));
         let before = speed - pull * self.length;
-        let is_slow = (self.substep + self.substep) * pull < before;
-        let lies = (speed < R::ZERO) & (pull < R::ZERO) & ((law.restitution == R::ZERO) | is_slow);
+        let limit = (self.substep + self.substep) * pull;
+        let was = core::array::from_fn(|axis| v[axis] - a[axis] * self.length);
+        let lies = (speed < R::ZERO) & (pull < R::ZERO) & law.lay(before, limit, was);
         let (velocity, per_slip) = slowed(law, n, v);
         let sum = |term: [R; 3]| term[0] + term[1] + term[2];
         let lost = sum(core::array::from_fn(|axis| {
             let along = v[axis] - n[axis] * speed;
             let slipped = along - (a[axis] - n[axis] * pull) * self.length;
             let held = per_slip == R::ZERO;
+            // A loss comes with the first of two kicks alone: the kick's work on the way that it
+            // saves is in no second one.
+            let saved = if law.loss == R::ZERO { R::ZERO } else { along - slipped };
             if held {
                 slipped * slipped
             } else {
-                (along - velocity[axis]) * (slipped + velocity[axis])
+                (along - velocity[axis]) * (slipped + velocity[axis] - saved)
             }
         }));
         Settled { lies, velocity, taken: (before * before + lost) * R::HALF }
