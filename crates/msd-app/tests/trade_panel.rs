@@ -204,7 +204,7 @@ fn a_search_is_void_with_its_scene_and_changes_nothing_that_does_not_meet_it() {
     let mut session = session();
     session.search(Goal::MaxError(1e-6));
     wait_until(&mut session, |session| {
-        session.searched().is_some_and(|search| search.words().contains("methods done"))
+        session.searched().is_some_and(|search| search.words().contains("pairs of method and precision done"))
     });
     session.edit(MaterialEdit::Stiffness(777.0));
     assert!(session.searched().is_none());

@@ -88,6 +88,10 @@ const LINES: [(&str, &str); 56] = [
     ("[[pins]]\nat = [0, 3, 0]", "pins[0].at[1] is 3; it must be from 0 to 2"),
     ("[[pins]]\nbody = 0", "pins[0] needs exactly one of the keys"),
     ("[solver]\nstep = 0", "solver.step is 0; it must be positive and at most 1e6; a substep"),
+    (
+        "[solver]\nstep = 'auto'",
+        "solver.step is \"auto\"; it must be a number of seconds; `substeps = \"auto\"`, the default,",
+    ),
     ("[solver]\nsteps_per_second = inf", "solver.steps_per_second is inf"),
     (
         "[solver]\nsubsteps = 0",

@@ -298,6 +298,10 @@ impl Shell {
         let pixels_per_point = painting.pixels_per_point;
         let laid_out = stopwatch();
         surface.paint(viewer, painting);
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(gallery) = &mut viewer.gallery {
+            gallery.draw_next(surface.gpu(), &self.context);
+        }
         let parts = [stepped, laid_out - stepped, stopwatch() - laid_out];
         log::trace!("input and steps, panels, painting took {parts:.4?} s");
         if let Some(watch) = &mut self.watcher {

@@ -10,13 +10,13 @@ use std::time::Duration;
 const PICTURE: egui::Vec2 = vec2(144.0, 90.0);
 /// Width of a picture with its frame, points.
 const CELL: f32 = 162.0;
-/// How long until pictures are asked for again.
+/// How long until the next picture is drawn.
 const SOON: Duration = Duration::from_millis(60);
 
 /// The gallery, while it is open.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     let Some(mut gallery) = viewer.gallery.take() else { return };
-    if gallery.receive(ui.ctx()) {
+    if gallery.is_busy() {
         ui.ctx().request_repaint_after(SOON);
     }
     let (mut open, mut wanted) = (true, None);

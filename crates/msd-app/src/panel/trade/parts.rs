@@ -15,9 +15,11 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     session.look_at_parts();
     ui.spacing_mut().item_spacing.y = 2.0;
     let report = session.terms();
-    let rows = report.as_ref().and_then(|report| report.found.clone());
+    let now = report.as_ref().and_then(|report| report.found.clone());
+    let former = session.former_terms().filter(|_| now.is_none());
+    let rows = now.as_ref().or(former.as_ref().map(|former| &former.rows));
     let worth_of = |term: &str| {
-        rows.iter().flat_map(|rows| rows.iter()).find(|row| row.term == term).map(worth)
+        rows.and_then(|rows| rows.iter().find(|row| row.term == term)).map(worth)
     };
     for (part, is_on) in session.parts().to_vec() {
         let price = if is_on { worth_of(part.name()) } else { Some("off".to_owned()) };
@@ -35,7 +37,10 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     if let Some(price) = worth_of(EACH_SPRING) {
         small(ui, &format!("{EACH_SPRING}: {price}"), theme::TEXT);
     }
-    if rows.is_none() {
+    if let Some(former) = &former {
+        small(ui, &format!("the prices are of {}", former.of), theme::WARN);
+    }
+    if now.is_none() {
         small(ui, &waiting(session, report.as_ref()), theme::FAINT);
     }
 }

@@ -1,18 +1,25 @@
-//! The tasks of the trade: a study, the prices of the parts, a search.
+//! The tasks of the trade: a study, the prices of the parts, a search, trials from the state of now.
 
-use super::worker::{Job, Task};
+use super::worker::{Job, Patient, Task};
 use msd_core::Scene;
 use msd_run::rescue::LASTING;
 use msd_scene::Loaded;
 use msd_study::Study;
+use msd_study::choice::Choice;
 use msd_study::conduct::{Course, Plan};
 use msd_study::leave::Halt;
 use msd_study::terms::{TermRow, terms_by_leave};
-use msd_study::tune::{Elsewhere, Found, Goal, Tuned, retry, tune_followed};
+use msd_study::trial::{Trial, unsound_by_leave};
+use msd_study::tune::{Elsewhere, Goal, Tuned, retry, tune_followed};
 use serde::{Deserialize, Serialize};
+use std::iter;
 
 /// Simulated time of a study, seconds.
 pub const STUDY_DURATION: f64 = 1.0;
+
+/// How much better another setting must be than the present one to be preferred: less is noise of
+/// the machine.
+const NOISE: f64 = 1.1;
 
 /// A study, which when nothing is left of it waits for wishes.
 #[derive(Debug, Serialize, Deserialize)]
@@ -78,7 +85,7 @@ impl Task for SearchTask {
     const IN_PIECES: bool = false;
 
     fn advance(&mut self, job: &mut Job<Tuned>) -> Result<bool, Halt> {
-        let tuned = tune_followed(&self.0, STUDY_DURATION, self.1, job)?;
+        let tuned = tune_followed(&self.0, STUDY_DURATION, self.1, &mut Patient(job))?;
         job.show(tuned);
         Ok(false)
     }
@@ -88,14 +95,29 @@ impl Task for SearchTask {
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct RetryTask {
     scene: Scene,
-    found: Vec<Found>,
+    choices: Vec<Choice>,
     goal: Goal,
 }
 
 impl RetryTask {
-    pub(super) fn new(scene: Scene, Tuned { goal, best, others, .. }: &Tuned) -> Self {
-        let found = std::iter::once(best).chain(others).cloned().collect();
-        RetryTask { scene, found, goal: *goal }
+    /// The run is stepped by the `present` choice, which the study has tried: where that meets the
+    /// goal and is about as good as what was found, it comes first.
+    pub(super) fn new(scene: Scene, tuned: &Tuned, present: Option<&Trial>) -> Self {
+        let Tuned { goal, best, others, .. } = tuned;
+        let found = iter::once(best).chain(others).map(|found| &found.trial);
+        let mut trials: Vec<&Trial> = found.collect();
+        if let Some(present) = present.filter(|trial| goal.is_met_by(trial)) {
+            trials.retain(|trial| trial.choice != present.choice);
+            let worth = |trial: &Trial| match goal {
+                Goal::MaxError(_) => trial.cost,
+                Goal::Budget(_) => trial.error(),
+            };
+            let is_no_better = |trial: &&Trial| worth(present) <= NOISE * worth(trial);
+            let place = trials.iter().position(is_no_better).unwrap_or(trials.len());
+            trials.insert(place, present);
+        }
+        let choices = trials.into_iter().map(|trial| trial.choice).collect();
+        RetryTask { scene, choices, goal: *goal }
     }
 }
 
@@ -106,8 +128,24 @@ impl Task for RetryTask {
 
     fn advance(&mut self, job: &mut Job<Elsewhere>) -> Result<bool, Halt> {
         let wish = (self.goal, STUDY_DURATION, LASTING);
-        let elsewhere = retry(&self.scene, &self.found, wish, job)?;
+        let elsewhere = retry(&self.scene, &self.choices, wish, &mut Patient(job))?;
         job.show(elsewhere);
+        Ok(false)
+    }
+}
+
+/// A setting, tried in the scene as it is now: why it is none to step it by, in words.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct SoundnessTask(pub(super) Scene, pub(super) Choice);
+
+impl Task for SoundnessTask {
+    type Found = Option<String>;
+    const NAME: &'static str = "soundness";
+    const IN_PIECES: bool = false;
+
+    fn advance(&mut self, job: &mut Job<Option<String>>) -> Result<bool, Halt> {
+        let fault = unsound_by_leave(&self.0, self.1, LASTING, &mut || job.may_go_on())?;
+        job.show(fault);
         Ok(false)
     }
 }
