@@ -90,7 +90,7 @@ const LINES: [(&str, &str); 56] = [
     ("[solver]\nstep = 0", "solver.step is 0; it must be positive and at most 1e6; a substep"),
     (
         "[solver]\nstep = 'auto'",
-        "solver.step is \"auto\"; it must be a number of seconds; `substeps = \"auto\"`, the default,",
+        "solver.step is \"auto\"; it must be a number of seconds; `substeps = \"auto\"`,",
     ),
     ("[solver]\nsteps_per_second = inf", "solver.steps_per_second is inf"),
     (

@@ -217,7 +217,11 @@ fn how_many_methods_are_done_is_told_of_all_there_are() {
     assert!(methods.is_sorted() && 8 < methods[methods.len() - 1][0], "{methods:?}");
     assert_eq!(heard[0].words(), "making the reference");
     let last = &heard[heard.len() - 1];
-    assert!(last.words().contains(" of 16 pairs of method and precision done; "), "{}", last.words());
+    assert!(
+        last.words().contains(" of 16 pairs of method and precision done; "),
+        "{}",
+        last.words()
+    );
     let mut heard = Vec::new();
     study(&cloth(), quick(), &mut |now| heard.push(now)).unwrap();
     let methods: Vec<_> = heard.iter().filter_map(|now| now.methods).collect();

@@ -19,9 +19,9 @@ pub struct Elsewhere {
     pub refused: Vec<(Choice, String)>,
 }
 
-/// Tries choices that were found, the best first, in a `scene` that is at another state: for the `lasting`
-/// seconds that it must stay in the world there and add no energy, and against a reference for the
-/// `duration` over which its error counts, seconds.
+/// Tries choices that were found, the best first, in a `scene` that is at another state: for the
+/// `lasting` seconds that it must stay in the world there and add no energy, and against a
+/// reference for the `duration` over which its error counts, seconds.
 ///
 /// # Errors
 /// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it.

@@ -90,9 +90,14 @@ fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     heading(ui, "Trade");
     let Viewer { session, landmarks, .. } = viewer;
     origin(ui, session);
-    small(ui, &progress(session, report), theme::FAINT);
-    let Some(study) = report.and_then(|report| report.found.as_deref()) else { return };
-    let wish = along_the_front(ui, session, study);
+    let progress = progress(session, report);
+    let Some(study) = report.and_then(|report| report.found.as_deref()) else {
+        return small(ui, &progress, theme::FAINT);
+    };
+    let wish = along_the_front(ui, session, study).and_then(|(slider, wish)| {
+        landmarks.insert("fast to accurate", slider);
+        wish
+    });
     landmarks.insert("within", within(ui, session, study));
     small(ui, &present(session, study), theme::TEXT);
     if let Some(text) = session.adopted() {
@@ -101,6 +106,8 @@ fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     if let Some(why) = session.fault_of_adopted() {
         small(ui, &format!("not sound from the state that it was taken in: {why}"), theme::BAD);
     }
+    // Below the controls, which are not to move with the lines that it takes.
+    small(ui, &progress, theme::FAINT);
     for line in caveats(study) {
         small(ui, &line, theme::FAINT);
     }
@@ -163,8 +170,12 @@ fn progress(session: &Session, report: Option<&Report<Study>>) -> String {
     }
 }
 
-/// The slider along the best trade-offs; returns what was chosen.
-fn along_the_front(ui: &mut Ui, session: &Session, study: &Study) -> Option<Choice> {
+/// The slider along the best trade-offs; returns where it is, and what was chosen.
+fn along_the_front(
+    ui: &mut Ui,
+    session: &Session,
+    study: &Study,
+) -> Option<(Rect, Option<Choice>)> {
     let front = study.front();
     let last = front.len().checked_sub(1)?;
     let mut place = place_on(study, &front, choice_of(session.runner()));
@@ -173,7 +184,8 @@ fn along_the_front(ui: &mut Ui, session: &Session, study: &Study) -> Option<Choi
     let widget = Slider::new(&mut place, 0..=last).show_value(false);
     let hover = "Walks along the best of what was measured: method, substeps and precision follow";
     let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
-    response.changed().then(|| study.trials[front[place]].choice)
+    let chosen = response.changed().then(|| study.trials[front[place]].choice);
+    Some((response.rect, chosen))
 }
 
 /// Where a choice is on the front: at its own place, or at that of the cheapest as good; of one not

@@ -18,9 +18,8 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     let now = report.as_ref().and_then(|report| report.found.clone());
     let former = session.former_terms().filter(|_| now.is_none());
     let rows = now.as_ref().or(former.as_ref().map(|former| &former.rows));
-    let worth_of = |term: &str| {
-        rows.and_then(|rows| rows.iter().find(|row| row.term == term)).map(worth)
-    };
+    let worth_of =
+        |term: &str| rows.and_then(|rows| rows.iter().find(|row| row.term == term)).map(worth);
     for (part, is_on) in session.parts().to_vec() {
         let price = if is_on { worth_of(part.name()) } else { Some("off".to_owned()) };
         if switch(ui, part.name(), is_on, (OFF_AND_ON, price)) {

@@ -1,11 +1,11 @@
 //! A search for one setting in the background, as `msd tune` makes it.
 
-use super::{Trade, choice_of};
 use super::subject::{StudyFrom, subject};
 use super::task::{RetryTask, SearchTask};
 use super::worker::Worker;
-use crate::session::{Session, Solver};
+use super::{Trade, choice_of};
 use crate::session::run::Run;
+use crate::session::{Session, Solver};
 use msd_study::choice::FRAME;
 use msd_study::quantity::estimate;
 use msd_study::tune::{Elsewhere, Found, Goal, Tuned};

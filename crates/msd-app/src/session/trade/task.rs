@@ -149,3 +149,49 @@ impl Task for SoundnessTask {
         Ok(false)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_scene::Precision;
+    use msd_study::errors::Errors;
+    use msd_study::tune::Found;
+
+    /// A trial of so many substeps with a cost, s/s, and an error, metres.
+    fn trial(substeps: u32, cost: f64, rms: f64) -> Trial {
+        let mut choice = Choice::of(Default::default(), Precision::F32);
+        choice.fineness = msd_study::choice::Fineness::Substeps(substeps);
+        let errors = Some(Errors { rms, ..Errors::default() });
+        Trial { choice, cost, errors, energies: Vec::new(), gained: 0.0, diverged: None }
+    }
+
+    fn order(goal: Goal, present: &Trial) -> Vec<u32> {
+        let found = |trial| Found { trial, predicted_error: None };
+        let tuned = Tuned {
+            goal,
+            best: found(trial(2, 1.0, 1e-3)),
+            others: vec![found(trial(3, 2.0, 1e-4)), found(trial(4, 3.0, 1e-5))],
+            met: true,
+            uncertainty: 0.0,
+            duration: 1.0,
+            compared: 1.0,
+            horizon: None,
+            reference_tolerance: 0.0,
+            tried: 3,
+        };
+        let choices = RetryTask::new(Scene::default(), &tuned, Some(present)).choices;
+        choices.iter().map(|choice| choice.settings().substeps).collect()
+    }
+
+    #[test]
+    fn the_present_setting_is_tried_first_where_it_is_about_as_good() {
+        let goal = Goal::MaxError(2e-3);
+        assert_eq!(order(goal, &trial(7, 1.05, 1e-3)), [7, 2, 3, 4], "noise");
+        assert_eq!(order(goal, &trial(7, 1.5, 1e-3)), [2, 7, 3, 4], "dearer than the best");
+        assert_eq!(order(goal, &trial(7, 9.0, 1e-3)), [2, 3, 4, 7], "dearer than all");
+        assert_eq!(order(goal, &trial(7, 0.1, 3e-3)), [2, 3, 4], "it does not meet the goal");
+        assert_eq!(order(goal, &trial(3, 0.9, 1e-4)), [3, 2, 4], "it was found as well");
+        let goal = Goal::Budget(4.0);
+        assert_eq!(order(goal, &trial(7, 1.0, 1.05e-3)), [7, 2, 3, 4], "as accurate");
+    }
+}
