@@ -11,12 +11,12 @@
 //! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `trade` (null while it is
 //! off or waits: `measured` settings, the `cheapest` of them in s/s, `now`, `done`, `failure`,
 //! priced `parts`, `search`), `solver` (`integrator`, `substeps`, `automatic`, `precision`),
-//! `elastic` (energy, J, or null), `past` (`back` and `ahead`: how many states one can look back to,
-//! and come back to; `undo` and `redo`: what they would take back and do again, or null),
+//! `elastic` (energy, J, or null), `past` (`back` and `ahead`: how many states one can look back
+//! to, and come back to; `undo` and `redo`: what they would take back and do again, or null),
 //! `recording` (its file or null), `twin` (null, or its root mean square distance, m), `gallery`
 //! (null, or how many of its pictures are drawn), `full_screen`, `focus` (whether a control has the
-//! keyboard), `group` and `grabs` (how many particles are to be grabbed together,
-//! and are held), `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`,
+//! keyboard), `group` and `grabs` (how many particles are to be grabbed together, and are held),
+//! `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`,
 //! `pitch`, `distance`, `target`), `pixels_per_point`, `view` and `landmarks` (rectangles: left,
 //! top, width, height).
 

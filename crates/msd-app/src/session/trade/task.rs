@@ -1,4 +1,4 @@
-//! The tasks of the trade: a study, the prices of the parts, a search, trials from the state of now.
+//! The tasks of the trade: a study, the prices of the parts, a search, trials of settings.
 
 use super::worker::{Job, Patient, Task};
 use msd_core::Scene;
