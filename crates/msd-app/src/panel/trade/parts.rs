@@ -50,7 +50,7 @@ const OFF_AND_ON: &str = "Off, or as the scene and the sliders have it, while it
     that are off stay in the run without stiffness and damping: the time is saved by a scene that \
     leaves them out";
 const PRICE: &str = "Without it, after the time that is studied: how far the particles are from \
-    where they would be, root mean square, and how much less time a step takes";
+    where they would be, root mean square, and how much less, or more, time a step takes";
 const PRECISION: &str = "Double precision, f64, or single, f32";
 
 /// A switch with the price beside it; returns whether it was clicked.
@@ -90,7 +90,7 @@ fn worth(row: &TermRow) -> String {
     // Costs of a run repeat within one or two percent.
     let cost = match cost {
         cost if cost.abs() < 2.0 => "no time".to_owned(),
-        cost if cost < 0.0 => format!("without it {:.0} % more time", -cost),
+        cost if cost < 0.0 => format!("it saves {:.0} %", -cost),
         cost => format!("{cost:.0} % of the time"),
     };
     format!("{change}; {cost}")
@@ -112,7 +112,7 @@ mod tests {
         };
         assert_eq!(worth(&row(Some(0.02), Some(38.7))), "20 mm (1 %); 39 % of the time");
         assert_eq!(worth(&row(Some(0.0), Some(-1.0))), "nothing; no time");
-        assert_eq!(worth(&row(Some(0.02), Some(-20.0))), "20 mm (1 %); without it 20 % more time");
+        assert_eq!(worth(&row(Some(0.02), Some(-20.0))), "20 mm (1 %); it saves 20 %");
         assert_eq!(worth(&row(None, None)), "without it the run fails");
     }
 }
