@@ -42,7 +42,7 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 56] = [
+const LINES: [(&str, &str); 57] = [
     ("mass = -1", "s.toml:5:8: bodies[0].mass is -1; it must be positive and finite"),
     ("mass = 0", "bodies[0].mass is 0; it must be positive and finite"),
     ("mass = nan", "bodies[0].mass is NaN; it must be positive and finite"),

@@ -12,7 +12,7 @@ use msd_study::leave::Halt;
 use msd_study::live_error::{Estimator, calibrate};
 use msd_study::reference::{Wish, make_reference};
 use msd_study::trial::{Trial, try_choice};
-use msd_study::tune::{Found, Goal, retry, tune};
+use msd_study::tune::{Goal, retry, tune};
 use msd_study::words::words;
 
 fn weightless() -> World {
