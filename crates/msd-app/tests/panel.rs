@@ -52,6 +52,22 @@ fn drag(harness: &mut Harness<'_, Viewer>, from: egui::Pos2, to: egui::Pos2) {
 }
 
 #[test]
+fn the_energy_is_seen_without_scrolling_and_the_timeline_is_as_wide_as_the_window() {
+    let harness = harness();
+    // The last line of the section, above the timeline.
+    let timeline = harness.state().landmarks["timeline"];
+    let last = harness.get_by_label_contains("by error\u{a0}").rect();
+    assert!(last.bottom() < timeline.top(), "{last:?} {timeline:?}");
+    assert!(0.7 * 1280.0 < timeline.width(), "{timeline:?}");
+    let loaded = msd_scene::open("jelly").expect("a built-in scene");
+    let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+    let small = Harness::builder().with_size(Vec2::new(800.0, 600.0));
+    let mut small = small.build_ui_state(frame, viewer);
+    small.run_steps(3);
+    assert!(0.55 * 800.0 < small.state().landmarks["timeline"].width());
+}
+
+#[test]
 fn dragging_the_slider_changes_k_in_the_simulation() {
     let mut harness = harness();
     assert_eq!(stiffness(&harness), 2200.0);

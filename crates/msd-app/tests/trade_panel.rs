@@ -153,13 +153,17 @@ fn a_search_finds_a_setting_within_the_error_takes_it_and_says_what_changed() {
     wait_until(&mut session, |session| measured(session).is_some());
     let measured = measured(&session).expect("a trial");
     assert!(measured <= 1.01 * error, "{measured}");
-    // Undo takes it back, all of it, and redo takes it again.
+    // Its price is said once, by the line of the present setting.
+    assert!(!words.contains("per frame"), "{words}");
+    // Undo takes it back, all of it and what was said of it, and redo takes it again.
     assert_eq!(session.undoes(), Some(Deed::Solver("the search's setting")));
     session.undo();
     let before = session.runner().settings();
     assert_eq!((before.integrator, before.substeps), (Integrator::ExplicitEuler, 300));
+    assert!(session.searched().is_none(), "what was found is not what is stepped by");
     session.redo();
     assert_eq!(choice_of(session.runner()), Some(now));
+    assert_eq!(session.searched().map(|search| search.words()), Some(words));
     // It is taken once: what the user sets afterwards stays.
     session.tune(Tuning::Substeps(77));
     session.advance(FRAME, &|| 0.0);
@@ -204,7 +208,9 @@ fn a_search_is_void_with_its_scene_and_changes_nothing_that_does_not_meet_it() {
     let mut session = session();
     session.search(Goal::MaxError(1e-6));
     wait_until(&mut session, |session| {
-        session.searched().is_some_and(|search| search.words().contains("methods done"))
+        session
+            .searched()
+            .is_some_and(|search| search.words().contains("pairs of method and precision done"))
     });
     session.edit(MaterialEdit::Stiffness(777.0));
     assert!(session.searched().is_none());
@@ -219,15 +225,45 @@ fn a_search_is_void_with_its_scene_and_changes_nothing_that_does_not_meet_it() {
 }
 
 #[test]
-fn the_worth_of_the_parts_comes_and_is_void_with_the_solver_it_was_measured_with() {
+fn the_worth_of_the_parts_comes_and_says_how_the_scene_was_stepped_until_it_is_known_anew() {
     let mut session = session();
     let rows = |session: &Session| session.terms().and_then(|report| report.found);
     wait_until(&mut session, |session| rows(session).is_some());
     let known = rows(&session).expect("rows");
     assert!(known.iter().any(|row| row.term == "gravity"));
+    assert!(session.former_terms().is_none());
+    let was = choice_of(session.runner()).expect("a choice").to_string();
     session.tune(Tuning::Substeps(9));
     assert!(session.terms().is_none());
+    session.advance(FRAME, &|| 0.0);
+    let former = session.former_terms().expect("what was known");
+    assert_eq!((former.of, former.rows), (was, known));
     wait_until(&mut session, |session| rows(session).is_some());
+    // A change of the scene leaves neither.
+    session.edit(MaterialEdit::Stiffness(777.0));
+    assert!(session.terms().is_none() && session.former_terms().is_none());
+}
+
+#[test]
+fn a_setting_taken_from_the_diagram_is_tried_from_the_state_of_now() {
+    // Free fall, over which nothing speaks against it, and then the ground.
+    let mut session =
+        Session::new(msd_scene::open("jelly").expect("a built-in scene")).expect("a valid scene");
+    session.toggle_pause();
+    session.set_trading(true);
+    let loose = Choice {
+        integrator: Integrator::DormandPrince,
+        fineness: Fineness::Tolerance(1e-2),
+        precision: Precision::F32,
+    };
+    session.adopt(loose);
+    assert_eq!(session.fault_of_adopted(), None, "not known yet");
+    wait_until(&mut session, |session| session.fault_of_adopted().is_some());
+    let why = session.fault_of_adopted().expect("a fault");
+    assert!(why.contains("that nothing supplied"), "{why}");
+    // What is chosen next is tried anew, and what is sound has no fault.
+    session.tune(Tuning::Integrator(Integrator::VelocityVerlet));
+    assert_eq!(session.fault_of_adopted(), None);
 }
 
 #[test]

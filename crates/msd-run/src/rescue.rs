@@ -20,6 +20,7 @@ const LOOSEST: f64 = 0.1;
 /// The longest that a trial may take, seconds of the wall clock; what is predicted to last is then
 /// offered as that.
 const PATIENCE: f64 = 1.0;
+
 /// A run that gains more than this part of the most that was in motion will blow up, but later;
 /// bounces of a stiff body add a few per cent.
 const GAIN: f64 = 0.5;

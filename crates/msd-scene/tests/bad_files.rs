@@ -42,7 +42,7 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 56] = [
+const LINES: [(&str, &str); 57] = [
     ("mass = -1", "s.toml:5:8: bodies[0].mass is -1; it must be positive and finite"),
     ("mass = 0", "bodies[0].mass is 0; it must be positive and finite"),
     ("mass = nan", "bodies[0].mass is NaN; it must be positive and finite"),
@@ -88,6 +88,10 @@ const LINES: [(&str, &str); 56] = [
     ("[[pins]]\nat = [0, 3, 0]", "pins[0].at[1] is 3; it must be from 0 to 2"),
     ("[[pins]]\nbody = 0", "pins[0] needs exactly one of the keys"),
     ("[solver]\nstep = 0", "solver.step is 0; it must be positive and at most 1e6; a substep"),
+    (
+        "[solver]\nstep = 'auto'",
+        "solver.step is \"auto\"; it must be a number of seconds; `substeps = \"auto\"`,",
+    ),
     ("[solver]\nsteps_per_second = inf", "solver.steps_per_second is inf"),
     (
         "[solver]\nsubsteps = 0",

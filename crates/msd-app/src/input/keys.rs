@@ -8,11 +8,11 @@ pub const KEYS: &[(&str, &str)] = &[
     ("Space", "pause or go on"),
     (".  and  ,", "one step forward, one step back"),
     ("R", "restart"),
-    ("Ctrl + Z, with Shift", "undo an edit, a pin or a cut; do it again"),
+    ("Ctrl + Z, with Shift", "undo an edit, a setting, a pin or a cut; do it again"),
     ("P", "pin or free the particle under the pointer"),
     ("F", "freeze: the present shape becomes the shape at rest"),
-    ("C", "cut springs, or grab again"),
-    ("B", "draw a box around what to grab, or grab again"),
+    ("C, then drag", "cut springs; C again: grab"),
+    ("B, then drag", "draw a box around what to grab; B again: grab"),
     ("F9", "record to a file, or end the recording"),
     ("W", "wireframe"),
     ("A  or  Home", "bring everything into view"),
@@ -83,7 +83,9 @@ fn command(key: Key, modifiers: Modifiers, typing: bool) -> Option<Command> {
     if key == Key::F9 && modifiers.is_none() {
         return Some(Command::Record);
     }
-    if typing || modifiers.any() {
+    // On many keyboards a plus is typed with Shift.
+    let is_plus = key == Key::Plus && modifiers.shift_only();
+    if typing || (modifiers.any() && !is_plus) {
         return None;
     }
     let digit = DIGITS.iter().position(|&digit| digit == key);
@@ -162,6 +164,15 @@ mod tests {
         assert_eq!(undo(Modifiers::COMMAND | Modifiers::SHIFT), [Command::Redo]);
         assert!(undo(Modifiers::NONE).is_empty());
         assert!(commands(Key::Z, Modifiers::COMMAND, false, true).is_empty());
+    }
+
+    #[test]
+    fn a_plus_zooms_with_and_without_shift() {
+        for modifiers in [Modifiers::NONE, Modifiers::SHIFT] {
+            assert_eq!(commands(Key::Plus, modifiers, false, false), [Command::Closer(1)]);
+        }
+        // The size of the panels is egui's.
+        assert!(commands(Key::Plus, Modifiers::COMMAND, false, false).is_empty());
     }
 
     #[test]

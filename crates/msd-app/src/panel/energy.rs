@@ -71,7 +71,7 @@ fn errors(ui: &mut Ui, session: &Session) {
 
 fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
     let (now, trace) = (session.runner().time(), session.trace());
-    let height = (ui.available_height() - 66.0).clamp(110.0, 220.0);
+    let height = (ui.available_height() - 50.0).clamp(84.0, 220.0);
     super::still_plot("energy")
         .height(height)
         .show_x(false)

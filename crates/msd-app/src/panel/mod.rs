@@ -27,6 +27,9 @@ use egui_plot::Plot;
 const LEFT: f32 = 158.0;
 /// Width of the right panel, points.
 const RIGHT: f32 = 292.0;
+/// Between two rows of the right panel, height of a row, and over and under the words of a button,
+/// points.
+const TIGHT: (f32, f32, f32) = (3.0, 18.0, 1.0);
 /// Width of the names of sliders and choices, points.
 const COLUMN: f32 = 70.0;
 
@@ -52,11 +55,17 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
 
 fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
     Panel::bottom("status").resizable(false).frame(line).show(ui, |ui| status::show(ui, viewer));
+    Panel::bottom("timeline").resizable(false).frame(line).show(ui, |ui| {
+        timeline::show(ui, viewer);
+    });
     Panel::left("scenes").resizable(false).exact_size(LEFT).frame(frame).show(ui, |ui| {
         scrolled(ui, "left", |ui| scenes::show(ui, viewer));
     });
     Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
         scrolled(ui, "right", |ui| {
+            // Down to the plot of the energy in a window of 1280 x 800 points.
+            let spacing = ui.spacing_mut();
+            (spacing.item_spacing.y, spacing.interact_size.y, spacing.button_padding.y) = TIGHT;
             run::show(ui, viewer);
             twin::show(ui, viewer);
             material::show(ui, viewer);
@@ -67,9 +76,6 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
         });
     });
     trade::show(ui, viewer, frame);
-    Panel::bottom("timeline").resizable(false).frame(line).show(ui, |ui| {
-        timeline::show(ui, viewer);
-    });
 }
 
 fn scrolled(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
@@ -93,7 +99,7 @@ fn view(ui: &mut Ui, viewer: &mut Viewer) {
 
 /// The title of a group of widgets.
 fn heading(ui: &mut Ui, text: &str) {
-    ui.add_space(8.0);
+    ui.add_space(4.0);
     ui.horizontal(|ui| {
         ui.label(RichText::new(text.to_uppercase()).small().strong().color(theme::FAINT));
         let rest = ui.available_rect_before_wrap();

@@ -248,11 +248,10 @@ fn legend(painter: &Painter, viewer: &Viewer) {
     }
 }
 
-const MOUSE: [(&str, &str); 7] = [
+const MOUSE: [(&str, &str); 6] = [
     ("Left drag on a particle", "hold it; let go to throw it"),
     ("Left drag beside, right drag", "turn"),
     ("Ctrl drag", "choose what is grabbed together"),
-    ("C, then drag", "cut springs"),
     ("Shift drag, middle drag", "move sideways"),
     ("Wheel, pinch", "zoom"),
     ("Drag a pin", "move the pin"),

@@ -18,9 +18,11 @@ const SPEEDS: [(f64, &str); 9] = [
 
 /// The title of the scene and the transport.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
-    ui.heading(viewer.session.loaded().name.clone());
-    ui.label(RichText::new(viewer.session.loaded().title.clone()).small().weak());
-    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        let loaded = viewer.session.loaded();
+        ui.heading(&*loaded.name);
+        ui.add(Label::new(RichText::new(&*loaded.title).small().weak()).truncate());
+    });
     ui.horizontal(|ui| {
         let paused = viewer.session.is_paused();
         let text = if paused { "Run" } else { "Pause" };

@@ -40,7 +40,7 @@ fn list(ui: &mut Ui, viewer: &mut Viewer) {
             .min_size(egui::vec2(ui.available_width(), 0.0));
         back = ui.add(button).on_hover_text(&*opened.title).clicked();
     }
-    ui.spacing_mut().item_spacing.y = 4.0;
+    ui.spacing_mut().item_spacing.y = 3.0;
     if ui.button("Open…").on_hover_text("Pictures of the scenes, and files (O)").clicked() {
         viewer.command(Command::Open);
     }

@@ -76,20 +76,25 @@ fn purpose(integrator: Integrator) -> &'static str {
 }
 
 fn substeps(ui: &mut Ui, session: &mut Session) {
-    let mut substeps = session.runner().settings().substeps;
-    let widget = Slider::new(&mut substeps, 1..=MOST_SUBSTEPS)
-        .logarithmic(true)
-        .clamping(SliderClamping::Edits)
-        .suffix(" / step");
-    if slider(ui, "Substeps", widget).changed() {
-        session.tune(Tuning::Substeps(substeps));
-    }
-    let mut automatic = session.runner().is_automatic();
-    let hover = "Nine tenths of the longest stable substep (seven where dampers set it), chosen \
-                 again as the run goes on and with each change";
-    if ui.checkbox(&mut automatic, "Automatic substeps").on_hover_text(hover).changed() {
-        session.tune(Tuning::Automatic(automatic));
-    }
+    ui.horizontal(|ui| {
+        let mut substeps = session.runner().settings().substeps;
+        let widget = Slider::new(&mut substeps, 1..=MOST_SUBSTEPS)
+            .logarithmic(true)
+            .clamping(SliderClamping::Edits);
+        let hover = "How many a step is divided into";
+        if slider(ui, "Substeps", widget).on_hover_text(hover).changed() {
+            session.tune(Tuning::Substeps(substeps));
+        }
+        let mut automatic = session.runner().is_automatic();
+        let hover = "Automatic: nine tenths of the longest stable substep (seven where dampers \
+                     set it), chosen again as the run goes on and with each change";
+        let response = ui.checkbox(&mut automatic, "auto").on_hover_text(hover);
+        let name = "Automatic substeps";
+        ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name));
+        if response.changed() {
+            session.tune(Tuning::Automatic(automatic));
+        }
+    });
 }
 
 fn tolerance(ui: &mut Ui, session: &mut Session) {

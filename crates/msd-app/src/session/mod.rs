@@ -32,9 +32,13 @@ pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
 pub use throttle::Throttle;
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
+pub use trade::{
+    FormerTerms, Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of,
+};
 #[cfg(target_arch = "wasm32")]
-pub(crate) use trade::{Hand, Labour, RetryTask, SearchTask, StudyTask, Task, TermsTask};
-pub use trade::{Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of};
+pub(crate) use trade::{
+    Hand, Labour, RetryTask, SearchTask, SoundnessTask, StudyTask, Task, TermsTask,
+};
 pub use twin::Twin;
 
 use clock::Clock;

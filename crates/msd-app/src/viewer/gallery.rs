@@ -39,7 +39,7 @@ pub struct Gallery {
 
 impl Gallery {
     /// Lists the built-in scenes and the scenes, meshes and saved runs of a folder, and begins to
-    /// draw them.
+    /// open them for their pictures.
     pub(super) fn open(builtin: &[super::Entry], folder: &Path) -> Self {
         let builtin = builtin.iter().map(|entry| (entry.name.to_owned(), entry.title.to_owned()));
         let files = files(folder).into_iter().map(|file| (file, String::new()));
@@ -53,21 +53,24 @@ impl Gallery {
         }
     }
 
-    /// Takes over pictures that were drawn meanwhile; whether more are to come.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn receive(&mut self, ctx: &egui::Context) -> bool {
-        self.painter.receive(|row, image| {
-            if let Some(picture) = self.pictures.get_mut(row) {
-                let name = format!("picture of {}", picture.name);
-                picture.texture = Some(ctx.load_texture(name, image, Default::default()));
-            }
-        })
+    /// Whether pictures are to come; a browser draws none.
+    pub(crate) fn is_busy(&self) -> bool {
+        #[cfg(not(target_arch = "wasm32"))]
+        let is_busy = self.painter.is_busy();
+        #[cfg(target_arch = "wasm32")]
+        let is_busy = false;
+        is_busy
     }
 
-    /// A browser draws none.
-    #[cfg(target_arch = "wasm32")]
-    pub(crate) fn receive(&mut self, _: &egui::Context) -> bool {
-        false
+    /// Draws the next picture by the device of the window.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn draw_next(&mut self, gpu: &msd_render::Gpu, ctx: &egui::Context) {
+        if let Some((row, image)) = self.painter.draw_next(gpu)
+            && let Some(picture) = self.pictures.get_mut(row)
+        {
+            let name = format!("picture of {}", picture.name);
+            picture.texture = Some(ctx.load_texture(name, image, Default::default()));
+        }
     }
 }
 
@@ -101,84 +104,82 @@ fn is_scene(path: &Path) -> bool {
 
 #[cfg(not(target_arch = "wasm32"))]
 mod painter {
-    //! Small pictures, drawn beside the window.
+    //! Small pictures: a thread opens the scenes, and the window draws them by its own device.
 
     use super::super::shows_springs;
     use super::PICTURE;
-    use crate::drivers::quietly;
     use egui::ColorImage;
-    use msd_render::{Gpu, Offscreen, RenderError, Style, View, bounds};
+    use msd_render::{Gpu, Offscreen, Style, View, bounds};
     use msd_run::{Runner, on};
-    use std::sync::mpsc::{Receiver, TryRecvError, channel};
-    use std::thread::JoinHandle;
+    use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 
-    /// Draws scenes one after the other. Dropped, it waits for the one that is being drawn: a
-    /// driver at work in a thread while the process ends takes the process down with it (Mesa's).
+    /// Draws the starts of scenes, one a frame. Only opened by the thread: a driver (Mesa's) that
+    /// is at work in a thread while the process ends takes the process down with it.
     #[derive(Debug)]
     pub(super) struct Painter {
-        drawn: Option<Receiver<(usize, ColorImage)>>,
-        thread: Option<JoinHandle<()>>,
-    }
-
-    impl Drop for Painter {
-        fn drop(&mut self) {
-            self.drawn = None;
-            // A painter that panicked has drawn less.
-            let _ = self.thread.take().map(JoinHandle::join);
-        }
+        /// The scenes with their rows, as they are opened; nothing once all were.
+        opened: Option<Receiver<(usize, Runner, Style)>>,
+        screen: Option<Offscreen>,
     }
 
     impl Painter {
-        /// Begins to draw the starts of scenes. Where there is no driver none is drawn.
+        /// Begins to open scenes.
         pub(super) fn start(names: Vec<String>) -> Self {
-            let (sender, receiver) = channel();
+            // The next one is opened while one waits to be drawn: they may be large.
+            let (sender, receiver) = sync_channel(1);
             let work = move || {
-                let opened = quietly(|| pollster::block_on(Gpu::headless()));
-                let Ok(gpu) = opened else { return };
-                let Ok(mut screen) = Offscreen::new(&gpu, PICTURE[0], PICTURE[1]) else { return };
                 for (row, name) in names.iter().enumerate() {
-                    if let Some(image) = draw(&mut screen, name)
-                        && sender.send((row, image)).is_err()
+                    if let Some(scene) = open(row, name)
+                        && sender.send(scene).is_err()
                     {
                         return;
                     }
                 }
             };
-            let thread = std::thread::Builder::new().name("gallery".into()).spawn(work).ok();
-            let drawn = thread.is_some().then_some(receiver);
-            Painter { drawn, thread }
+            let thread = std::thread::Builder::new().name("gallery".into()).spawn(work);
+            Painter { opened: thread.is_ok().then_some(receiver), screen: None }
         }
 
-        /// Hands over what was drawn since the last call; whether more is to come.
-        pub(super) fn receive(&mut self, mut take: impl FnMut(usize, ColorImage)) -> bool {
-            let Some(drawn) = &self.drawn else { return false };
-            loop {
-                match drawn.try_recv() {
-                    Ok((row, image)) => take(row, image),
-                    Err(TryRecvError::Empty) => return true,
-                    Err(TryRecvError::Disconnected) => break,
+        /// Whether more is to come.
+        pub(super) fn is_busy(&self) -> bool {
+            self.opened.is_some()
+        }
+
+        /// Draws the next scene, if one was opened: its row and its picture.
+        pub(super) fn draw_next(&mut self, gpu: &Gpu) -> Option<(usize, ColorImage)> {
+            match self.opened.as_ref()?.try_recv() {
+                Ok((row, runner, style)) => Some((row, self.draw(gpu, &runner, style)?)),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => {
+                    (self.opened, self.screen) = (None, None);
+                    None
                 }
             }
-            self.drawn = None;
-            false
+        }
+
+        fn draw(&mut self, gpu: &Gpu, runner: &Runner, style: Style) -> Option<ColorImage> {
+            let [width, height] = PICTURE;
+            let screen = match &mut self.screen {
+                Some(screen) => screen,
+                None => self.screen.insert(Offscreen::new(gpu, width, height).ok()?),
+            };
+            let mut view = View { style, ..View::default() };
+            let image = on!(runner, simulation => {
+                let snapshot = simulation.snapshot();
+                view.camera.frame(bounds(&snapshot)?, width as f32 / height as f32);
+                screen.render(&snapshot, &view).ok()?
+            });
+            let size = [image.width as usize, image.height as usize];
+            Some(ColorImage::from_rgba_unmultiplied(size, &image.rgba))
         }
     }
 
-    /// The start of a scene, or nothing where it cannot be opened: a click says why.
-    fn draw(screen: &mut Offscreen, name: &str) -> Option<ColorImage> {
+    /// A scene at its start and how it is drawn; nothing where it cannot be opened: a click says
+    /// why.
+    fn open(row: usize, name: &str) -> Option<(usize, Runner, Style)> {
         let loaded = msd_scene::open(name).ok()?;
-        let runner = Runner::open(&loaded).ok()?;
         let springs = shows_springs(&loaded.name);
         let style = Style { legend: false, springs, ..Style::default() };
-        let mut view = View { style, ..View::default() };
-        let image = on!(&runner, simulation => {
-            let snapshot = simulation.snapshot();
-            let [width, height] = PICTURE;
-            view.camera.frame(bounds(&snapshot)?, width as f32 / height as f32);
-            let image: Result<_, RenderError> = screen.render(&snapshot, &view);
-            image.ok()?
-        });
-        let size = [image.width as usize, image.height as usize];
-        Some(ColorImage::from_rgba_unmultiplied(size, &image.rgba))
+        Some((row, Runner::open(&loaded).ok()?, style))
     }
 }

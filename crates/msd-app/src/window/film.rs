@@ -76,6 +76,9 @@ impl Film {
         self.canvas.take_textures(&mut painting);
         self.canvas.draw(&self.sheet.target(), self.sheet.size(), &self.viewer, &painting);
         self.canvas.free_textures(&mut painting);
+        if let Some(gallery) = &mut self.viewer.gallery {
+            gallery.draw_next(&self.canvas.gpu, &self.context);
+        }
         self.sheet.read(&self.canvas.gpu)
     }
 }

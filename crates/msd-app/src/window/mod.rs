@@ -77,7 +77,7 @@ pub(crate) enum Arrival {
 }
 
 /// Is shown every frame, for tests.
-pub(crate) type Watcher = Box<dyn FnMut(&Viewer, f32)>;
+pub(crate) type Watcher = Box<dyn FnMut(&Viewer, f32, bool)>;
 
 /// The window and what it shows.
 pub(crate) struct Shell {
@@ -298,10 +298,15 @@ impl Shell {
         let pixels_per_point = painting.pixels_per_point;
         let laid_out = stopwatch();
         surface.paint(viewer, painting);
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Some(gallery) = &mut viewer.gallery {
+            gallery.draw_next(surface.gpu(), &self.context);
+        }
         let parts = [stepped, laid_out - stepped, stopwatch() - laid_out];
         log::trace!("input and steps, panels, painting took {parts:.4?} s");
         if let Some(watch) = &mut self.watcher {
-            watch(viewer, pixels_per_point);
+            let focus = self.context.memory(|memory| memory.focused().is_some());
+            watch(viewer, pixels_per_point, focus);
         }
         self.keep();
         if self.viewer.quit {

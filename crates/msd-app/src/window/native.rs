@@ -5,6 +5,7 @@ use super::{Arrival, Missing, Shell, ViewError, preferences_file, status_file};
 use crate::link::Link;
 use crate::viewer::{Viewer, catalogue};
 use msd_scene::Loaded;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Shows a scene in a window until it is closed.
@@ -55,6 +56,7 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
     let event_loop = event_loop()?;
     let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
     shell.to_lose = to_lose();
+    tell_of_a_lost_display();
     let ended = event_loop.run_app(&mut shell);
     match shell.missing.take() {
         Some(what) => Err(what),
@@ -102,6 +104,22 @@ fn is_wayland_gone() -> bool {
     // An absolute name takes the place of the folder.
     let folder = PathBuf::from(variable("XDG_RUNTIME_DIR").unwrap_or_default());
     std::os::unix::net::UnixStream::connect(folder.join(wayland)).is_err()
+}
+
+/// Where the display goes away, the library of X11 prints a line and ends the program. Where winit
+/// is the first to meet it, winit panics: that is made the same.
+fn tell_of_a_lost_display() {
+    let hook = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let is_of_winit = panic.location().is_some_and(|at| at.file().contains("winit"));
+        if is_of_winit && panic_text(panic.payload()).contains("Connection(") {
+            let display = std::env::var("DISPLAY").unwrap_or_default();
+            writeln!(std::io::stderr(), "the connection to display {display} is broken").ok();
+            // As that library does: what is left of the window cannot be closed in order.
+            std::process::exit(1);
+        }
+        hook(panic);
+    }));
 }
 
 fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {

@@ -10,18 +10,24 @@
 //! the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
 //! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `trade` (null while it is
 //! off or waits: `measured` settings, the `cheapest` of them in s/s, `now`, `done`, `failure`,
-//! priced `parts`, `search`), `group` and `grabs` (how many particles are to be grabbed together,
-//! and are held), `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`,
+//! priced `parts`, `search`), `solver` (`integrator`, `substeps`, `automatic`, `precision`),
+//! `elastic` (energy, J, or null), `past` (`back` and `ahead`: how many states one can look back
+//! to, and come back to; `undo` and `redo`: what they would take back and do again, or null),
+//! `recording` (its file or null), `twin` (null, or its root mean square distance, m), `gallery`
+//! (null, or how many of its pictures are drawn), `full_screen`, `focus` (whether a control has the
+//! keyboard), `group` and `grabs` (how many particles are to be grabbed together, and are held),
+//! `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`,
 //! `pitch`, `distance`, `target`), `pixels_per_point`, `view` and `landmarks` (rectangles: left,
 //! top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
-use crate::session::{ErrorNow, Search, Session};
+use crate::session::{Deed, ErrorNow, Search, Session};
 use crate::viewer::{Guide, Viewer};
 use egui::{Pos2, Rect};
 use glam::Vec3;
 use msd_core::Vector;
+use msd_render::Camera;
 use msd_run::on;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -37,9 +43,10 @@ use std::{
 pub(crate) fn watcher(path: &Path) -> io::Result<Watcher> {
     let mut file = LineWriter::new(File::create(path)?);
     let mut frame = 0u64;
-    Ok(Box::new(move |viewer, pixels_per_point| {
+    Ok(Box::new(move |viewer, pixels_per_point, focus| {
         frame += 1;
-        let line = report(viewer, pixels_per_point, frame);
+        let mut line = report(viewer, pixels_per_point, frame);
+        line["focus"] = focus.into();
         if let Err(error) = writeln!(file, "{line}") {
             log::warn!("the status file cannot be written: {error}");
         }
@@ -54,7 +61,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     let screen = |point: Vec3| viewer.viewport().project(point).map(|at| pixels(at, scale));
     let landmarks: BTreeMap<_, _> =
         viewer.landmarks.iter().map(|(name, rect)| (name, area(*rect, scale))).collect();
-    json!({
+    let mut report = json!({
         "frame": frame,
         "scene": session.loaded().name,
         "time": session.runner().time(),
@@ -84,20 +91,31 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "stiffness": session.material().values().stiffness.map(|value| value.first),
         "wind": session.wind().strength,
         "trade": trade(session),
+        "solver": solver(session),
+    });
+    // One macro cannot hold so many.
+    let more = json!({
+        "elastic": session.energy().map(|energy| energy.elastic),
+        "past": past(session),
+        "recording": session.recording(),
+        "twin": session.twin().map(|twin| twin.apart().rms),
+        "gallery": viewer.gallery.as_ref().map(|gallery| {
+            gallery.pictures.iter().filter(|picture| picture.texture.is_some()).count()
+        }),
+        "full_screen": viewer.full_screen,
         "group": session.group().len(),
         "grabs": on!(session.runner(), simulation => simulation.model().grabs().len()),
         "guide": viewer.guide.as_ref().map(Guide::done),
         "wireframe": viewer.style.wireframe,
-        "camera": {
-            "yaw": viewer.camera.yaw,
-            "pitch": viewer.camera.pitch,
-            "distance": viewer.camera.distance,
-            "target": viewer.camera.target.to_array(),
-        },
+        "camera": camera(&viewer.camera),
         "pixels_per_point": scale,
         "view": area(viewer.rect, scale),
         "landmarks": landmarks,
-    })
+    });
+    if let (Value::Object(report), Value::Object(more)) = (&mut report, more) {
+        report.extend(more);
+    }
+    report
 }
 
 /// What is known of the trade, while it is shown.
@@ -114,6 +132,36 @@ fn trade(session: &Session) -> Option<Value> {
         "parts": parts.and_then(|report| report.found.as_ref().map(|rows| rows.len())),
         "search": session.searched().map(Search::words),
     }))
+}
+
+/// What one can look back to, and undo.
+fn past(session: &Session) -> Value {
+    json!({
+        "back": session.steps_back(),
+        "ahead": session.steps_ahead(),
+        "undo": session.undoes().map(Deed::words),
+        "redo": session.redoes().map(Deed::words),
+    })
+}
+
+fn camera(camera: &Camera) -> Value {
+    json!({
+        "yaw": camera.yaw,
+        "pitch": camera.pitch,
+        "distance": camera.distance,
+        "target": camera.target.to_array(),
+    })
+}
+
+/// How it is stepped.
+fn solver(session: &Session) -> Value {
+    let (runner, settings) = (session.runner(), session.runner().settings());
+    json!({
+        "integrator": settings.integrator.name(),
+        "substeps": settings.substeps,
+        "automatic": runner.is_automatic(),
+        "precision": runner.precision().name(),
+    })
 }
 
 fn error(now: Option<ErrorNow<'_>>) -> Value {

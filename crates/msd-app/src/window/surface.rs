@@ -68,6 +68,12 @@ impl WindowSurface {
         &self.canvas.gpu.device
     }
 
+    /// What it is drawn with.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn gpu(&self) -> &Gpu {
+        &self.canvas.gpu
+    }
+
     /// The driver, for the log.
     pub(crate) fn adapter(&self) -> String {
         let info = self.canvas.gpu.adapter.get_info();

@@ -12,6 +12,8 @@ mod desk;
 mod ends;
 mod hands;
 mod hidden;
+mod keys;
+mod trade;
 mod x11;
 
 use desk::{Desk, desk, desk_with, distance, numbers};

@@ -1,4 +1,4 @@
-//! Another program of the desktop: it drops a file, covers the screen, takes a picture.
+//! Another program of the desktop: it drops a file, pastes, covers the screen, takes a picture.
 
 use super::desk::PATIENCE;
 use std::path::Path;
@@ -102,6 +102,24 @@ fn wait<T>(connection: &RustConnection, wanted: impl Fn(Event) -> Option<T>) -> 
         }
     }
     panic!("the window does not answer")
+}
+
+/// What is on the clipboard, as text.
+pub fn clipboard(display: &str) -> String {
+    let (connection, root) = connect(display);
+    let atom = |name: &str| atom(&connection, name);
+    let asking = window(&connection, root, [1, 1]);
+    let (text, property) = (atom("UTF8_STRING"), atom("MSD_PASTED"));
+    let time = x11rb::CURRENT_TIME;
+    let asked = connection.convert_selection(asking, atom("CLIPBOARD"), text, property, time);
+    asked.expect("the display").check().expect("a selection");
+    wait(&connection, |event| match event {
+        Event::SelectionNotify(told) => Some(told),
+        _ => None,
+    });
+    let read = connection.get_property(true, asking, property, AtomEnum::ANY, 0, 1 << 16);
+    let read = read.expect("the display").reply().expect("what was copied");
+    String::from_utf8(read.value).expect("UTF-8")
 }
 
 /// A window over the whole screen, until it is dropped.

@@ -100,9 +100,12 @@ pub(crate) fn try_by_leave(
     Ok(Trial { choice, cost, errors: Some(worst), energies, gained, diverged: None })
 }
 
-/// Runs a choice for some seconds for its soundness alone; returns why it is none to take, in
-/// words, where it leaves the world or adds energy.
-pub(crate) fn unsound_by_leave(
+/// Runs a choice for some seconds for its soundness alone, as long as leave is given; returns why
+/// it is none to take, in words, where it leaves the world or adds energy.
+///
+/// # Errors
+/// What [`Runner::new`] refuses; [`Halt::Stopped`] where leave was not given.
+pub fn unsound_by_leave(
     scene: &Scene,
     choice: Choice,
     duration: f64,

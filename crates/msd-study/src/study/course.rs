@@ -61,7 +61,9 @@ impl Progress {
     /// How many methods are done, as far as that is known, and what is being done, in words.
     pub fn words(&self) -> String {
         match self.methods {
-            Some([done, all]) => format!("{done} of {all} methods done; {}", self.now),
+            Some([done, all]) => {
+                format!("{done} of {all} pairs of method and precision done; {}", self.now)
+            }
             None => self.now.clone(),
         }
     }

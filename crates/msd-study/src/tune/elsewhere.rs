@@ -1,6 +1,6 @@
 //! Trials of what a search has found at another state of the scene: that of a run to step by it.
 
-use super::{Found, Goal, UNLUCKY};
+use super::{Goal, UNLUCKY};
 use crate::candidates::choice::{Choice, FRAME};
 use crate::measure::leave::{Halt, Leave};
 use crate::measure::reference::{Reference, Wish, reference_by_leave, size_of};
@@ -19,20 +19,20 @@ pub struct Elsewhere {
     pub refused: Vec<(Choice, String)>,
 }
 
-/// Tries what was found, the best first, in a `scene` that is at another state: for the `lasting`
-/// seconds that it must stay in the world there and add no energy, and against a reference for the
-/// `duration` over which its error counts, seconds.
+/// Tries choices that were found, the best first, in a `scene` that is at another state: for the
+/// `lasting` seconds that it must stay in the world there and add no energy, and against a
+/// reference for the `duration` over which its error counts, seconds.
 ///
 /// # Errors
 /// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it.
 pub fn retry(
     scene: &Scene,
-    found: &[Found],
+    choices: &[Choice],
     (goal, duration, lasting): (Goal, f64, f64),
     follower: &mut dyn Follower,
 ) -> Result<Elsewhere, Halt> {
     let (mut right, mut refused) = (None, Vec::new());
-    for Found { trial: Trial { choice, .. }, .. } in found {
+    for choice in choices {
         let (now, done) = (format!("{choice} from the state of now"), refused.len());
         follower.hear(Progress { now, done, methods: None, left: None });
         let wish = (goal, duration, lasting);

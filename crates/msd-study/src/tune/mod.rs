@@ -31,6 +31,16 @@ pub enum Goal {
     Budget(f64),
 }
 
+impl Goal {
+    /// Whether a trial meets it, as far as the reference of the trial is certain.
+    pub fn is_met_by(&self, trial: &Trial) -> bool {
+        match *self {
+            Goal::MaxError(error) => trial.is_within(error),
+            Goal::Budget(budget) => trial.is_sound() && trial.cost * FRAME <= budget,
+        }
+    }
+}
+
 /// A choice with what was predicted of it and what was found.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Found {
@@ -268,10 +278,8 @@ impl Search<'_> {
     }
 
     fn meets(&self, trial: &Trial) -> bool {
-        match self.goal {
-            Goal::MaxError(error) => self.certain && trial.is_within(error),
-            Goal::Budget(budget) => trial.is_sound() && trial.cost * FRAME <= budget,
-        }
+        // Within a budget it is certain from the first.
+        self.certain && self.goal.is_met_by(trial)
     }
 
     /// Which of two trials serves the goal better.

@@ -2,7 +2,7 @@
 
 use crate::panel::theme;
 use crate::viewer::{Picture, Viewer};
-use egui::{Align2, Button, Grid, Image, RichText, ScrollArea, TextEdit, Ui, vec2};
+use egui::{Align2, Button, Grid, Image, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
 use std::path::Path;
 use std::time::Duration;
 
@@ -10,13 +10,13 @@ use std::time::Duration;
 const PICTURE: egui::Vec2 = vec2(144.0, 90.0);
 /// Width of a picture with its frame, points.
 const CELL: f32 = 162.0;
-/// How long until pictures are asked for again.
+/// How long until the next picture is drawn.
 const SOON: Duration = Duration::from_millis(60);
 
 /// The gallery, while it is open.
 pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     let Some(mut gallery) = viewer.gallery.take() else { return };
-    if gallery.receive(ui.ctx()) {
+    if gallery.is_busy() {
         ui.ctx().request_repaint_after(SOON);
     }
     let (mut open, mut wanted) = (true, None);
@@ -44,7 +44,11 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
             let columns = (ui.available_width() / (CELL + 8.0)).floor().max(1.0) as usize;
             Grid::new("pictures").spacing([8.0, 8.0]).show(ui, |ui| {
                 for (place, picture) in (1..).zip(&gallery.pictures) {
-                    if entry(ui, picture) {
+                    let button = entry(ui, picture);
+                    if place == 2 {
+                        viewer.landmarks.insert("second picture", button.rect);
+                    }
+                    if button.clicked() {
                         wanted = Some(picture.name.clone());
                     }
                     if place % columns == 0 {
@@ -61,8 +65,8 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
     }
 }
 
-/// A scene with its picture; whether it was chosen.
-fn entry(ui: &mut Ui, picture: &Picture) -> bool {
+/// A scene with its picture.
+fn entry(ui: &mut Ui, picture: &Picture) -> Response {
     let short = Path::new(&picture.name).file_name().map(|name| name.to_string_lossy());
     let name = short.unwrap_or(picture.name.as_str().into()).into_owned();
     let inner = ui.vertical(|ui| {
@@ -73,12 +77,8 @@ fn entry(ui: &mut Ui, picture: &Picture) -> bool {
         };
         let caption = ui.label(RichText::new(name).small());
         let button = ui.add(button.min_size(PICTURE)).labelled_by(caption.id);
-        let button = if picture.title.is_empty() {
-            button.on_hover_text(&picture.name)
-        } else {
-            button.on_hover_text(&picture.title)
-        };
-        button.clicked()
+        let about = if picture.title.is_empty() { &picture.name } else { &picture.title };
+        button.on_hover_text(about)
     });
     inner.inner
 }

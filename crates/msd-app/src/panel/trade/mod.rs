@@ -20,6 +20,8 @@ use std::time::Duration;
 const HEIGHT: f32 = 236.0;
 /// Width of the controls and of the worth of the parts, points.
 const SIDE: f32 = 226.0;
+/// Width of a scroll bar, points.
+const BAR: f32 = 10.0;
 /// The least width of the diagram beside them, points.
 const DIAGRAM: f32 = 180.0;
 /// How often the panel looks for new points, seconds.
@@ -76,6 +78,8 @@ fn figure(ui: &mut Ui, width: f32, viewer: &Viewer, report: Option<&Report<Study
 fn column(ui: &mut Ui, name: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
     ui.allocate_ui(vec2(width, HEIGHT - 20.0), |ui| {
         ui.set_width(width);
+        // Beside what it scrolls, not over it.
+        ui.spacing_mut().scroll.floating_allocated_width = BAR;
         let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
         area.show(ui, |ui| ui.vertical(contents));
     });
@@ -86,14 +90,24 @@ fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     heading(ui, "Trade");
     let Viewer { session, landmarks, .. } = viewer;
     origin(ui, session);
-    small(ui, &progress(session, report), theme::FAINT);
-    let Some(study) = report.and_then(|report| report.found.as_deref()) else { return };
-    let wish = along_the_front(ui, session, study);
+    let progress = progress(session, report);
+    let Some(study) = report.and_then(|report| report.found.as_deref()) else {
+        return small(ui, &progress, theme::FAINT);
+    };
+    let wish = along_the_front(ui, session, study).and_then(|(slider, wish)| {
+        landmarks.insert("fast to accurate", slider);
+        wish
+    });
     landmarks.insert("within", within(ui, session, study));
     small(ui, &present(session, study), theme::TEXT);
     if let Some(text) = session.adopted() {
         small(ui, &format!("changed: {text}"), theme::WARN);
     }
+    if let Some(why) = session.fault_of_adopted() {
+        small(ui, &format!("not sound from the state that it was taken in: {why}"), theme::BAD);
+    }
+    // Below the controls, which are not to move with the lines that it takes.
+    small(ui, &progress, theme::FAINT);
     for line in caveats(study) {
         small(ui, &line, theme::FAINT);
     }
@@ -156,17 +170,22 @@ fn progress(session: &Session, report: Option<&Report<Study>>) -> String {
     }
 }
 
-/// The slider along the best trade-offs; returns what was chosen.
-fn along_the_front(ui: &mut Ui, session: &Session, study: &Study) -> Option<Choice> {
+/// The slider along the best trade-offs; returns where it is, and what was chosen.
+fn along_the_front(
+    ui: &mut Ui,
+    session: &Session,
+    study: &Study,
+) -> Option<(Rect, Option<Choice>)> {
     let front = study.front();
     let last = front.len().checked_sub(1)?;
     let mut place = place_on(study, &front, choice_of(session.runner()));
     let name = ui.label("fast – accurate");
-    ui.spacing_mut().slider_width = SIDE - 24.0;
+    ui.spacing_mut().slider_width = ui.available_width() - 8.0;
     let widget = Slider::new(&mut place, 0..=last).show_value(false);
     let hover = "Walks along the best of what was measured: method, substeps and precision follow";
     let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
-    response.changed().then(|| study.trials[front[place]].choice)
+    let chosen = response.changed().then(|| study.trials[front[place]].choice);
+    Some((response.rect, chosen))
 }
 
 /// Where a choice is on the front: at its own place, or at that of the cheapest as good; of one not
@@ -196,6 +215,8 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Rect {
             let speed = 0.02 * fields[row].max(1e-6);
             let widget = DragValue::new(&mut fields[row]).range(1e-9..=1e9).speed(speed);
             let widget = widget.custom_formatter(|value, _| rounded(value, 3)).suffix(unit);
+            // Esc leaves the field as it was.
+            let widget = widget.update_while_editing(false);
             let hover = [
                 "Searches for the cheapest setting within this error, as msd tune does, tries it \
                  from the state of now, and takes it",

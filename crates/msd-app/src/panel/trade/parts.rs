@@ -15,10 +15,11 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     session.look_at_parts();
     ui.spacing_mut().item_spacing.y = 2.0;
     let report = session.terms();
-    let rows = report.as_ref().and_then(|report| report.found.clone());
-    let worth_of = |term: &str| {
-        rows.iter().flat_map(|rows| rows.iter()).find(|row| row.term == term).map(worth)
-    };
+    let now = report.as_ref().and_then(|report| report.found.clone());
+    let former = session.former_terms().filter(|_| now.is_none());
+    let rows = now.as_ref().or(former.as_ref().map(|former| &former.rows));
+    let worth_of =
+        |term: &str| rows.and_then(|rows| rows.iter().find(|row| row.term == term)).map(worth);
     for (part, is_on) in session.parts().to_vec() {
         let price = if is_on { worth_of(part.name()) } else { Some("off".to_owned()) };
         if switch(ui, part.name(), is_on, (OFF_AND_ON, price)) {
@@ -35,7 +36,10 @@ pub(super) fn show(ui: &mut Ui, session: &mut Session) {
     if let Some(price) = worth_of(EACH_SPRING) {
         small(ui, &format!("{EACH_SPRING}: {price}"), theme::TEXT);
     }
-    if rows.is_none() {
+    if let Some(former) = &former {
+        small(ui, &format!("the prices are of {}", former.of), theme::WARN);
+    }
+    if now.is_none() {
         small(ui, &waiting(session, report.as_ref()), theme::FAINT);
     }
 }
@@ -46,7 +50,7 @@ const OFF_AND_ON: &str = "Off, or as the scene and the sliders have it, while it
     that are off stay in the run without stiffness and damping: the time is saved by a scene that \
     leaves them out";
 const PRICE: &str = "Without it, after the time that is studied: how far the particles are from \
-    where they would be, root mean square, and how much less time a step takes";
+    where they would be, root mean square, and how much less, or more, time a step takes";
 const PRECISION: &str = "Double precision, f64, or single, f32";
 
 /// A switch with the price beside it; returns whether it was clicked.
@@ -86,7 +90,7 @@ fn worth(row: &TermRow) -> String {
     // Costs of a run repeat within one or two percent.
     let cost = match cost {
         cost if cost.abs() < 2.0 => "no time".to_owned(),
-        cost if cost < 0.0 => format!("without it {:.0} % more time", -cost),
+        cost if cost < 0.0 => format!("it saves {:.0} %", -cost),
         cost => format!("{cost:.0} % of the time"),
     };
     format!("{change}; {cost}")
@@ -108,7 +112,7 @@ mod tests {
         };
         assert_eq!(worth(&row(Some(0.02), Some(38.7))), "20 mm (1 %); 39 % of the time");
         assert_eq!(worth(&row(Some(0.0), Some(-1.0))), "nothing; no time");
-        assert_eq!(worth(&row(Some(0.02), Some(-20.0))), "20 mm (1 %); without it 20 % more time");
+        assert_eq!(worth(&row(Some(0.02), Some(-20.0))), "20 mm (1 %); it saves 20 %");
         assert_eq!(worth(&row(None, None)), "without it the run fails");
     }
 }

@@ -8,19 +8,21 @@ mod subject;
 mod worker;
 mod task;
 mod search;
+mod adopted;
 
 pub use search::Search;
 pub use subject::StudyFrom;
 pub use task::STUDY_DURATION;
 #[cfg(target_arch = "wasm32")]
-pub(crate) use task::{RetryTask, SearchTask};
+pub(crate) use task::{RetryTask, SearchTask, SoundnessTask};
 pub(crate) use task::{StudyTask, TermsTask};
 #[cfg(target_arch = "wasm32")]
 pub(crate) use worker::{Hand, Labour, Task};
 pub use worker::{MANNERS as STUDY_MANNERS, Report};
 
 use super::run::{Revision, Run};
-use super::{Session, Tuning};
+use super::{Session, Solver, Tuning};
+use adopted::Adopted;
 use msd_core::{Scene, Settings};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
@@ -28,6 +30,7 @@ use msd_study::Study;
 use msd_study::choice::{Choice, Fineness};
 use msd_study::conduct::Plan;
 use msd_study::terms::TermRow;
+use std::sync::Arc;
 use subject::{Now, is_same, loaded_of, subject};
 use worker::Worker;
 
@@ -57,16 +60,28 @@ pub struct Trade {
     calm: f64,
     study: Option<Worker<Study>>,
     terms: Option<Terms>,
+    former_terms: Option<FormerTerms>,
     search: Option<Search>,
-    /// What the last choice by the trade has changed, and that choice.
-    adopted: Option<(String, Choice)>,
+    /// The last choice by the trade.
+    adopted: Option<Adopted>,
 }
 
 /// The worth of the parts of the scene, with the solver that it was measured with.
 #[derive(Debug)]
 struct Terms {
-    solver: (Settings, Precision),
+    solver: Solver,
+    /// The solver in words.
+    of: String,
     worker: Worker<Vec<TermRow>>,
+}
+
+/// The worth of the parts of the scene as it was stepped before.
+#[derive(Clone, Debug)]
+pub struct FormerTerms {
+    /// How it was stepped, in words.
+    pub of: String,
+    /// A row for each part.
+    pub rows: Arc<Vec<TermRow>>,
 }
 
 impl Trade {
@@ -98,13 +113,28 @@ impl Trade {
     /// The worth of each part of the scene; `None` while there is none of the run as it is.
     pub fn terms(&self, run: &Run) -> Option<Report<Vec<TermRow>>> {
         let terms = self.terms.as_ref().filter(|_| self.of == run.revision())?;
-        (terms.solver == solver(run.runner())).then(|| terms.worker.report())
+        (terms.solver == Solver::of(run.runner())).then(|| terms.worker.report())
+    }
+
+    /// The worth of each part of the scene as it is, as it was stepped before.
+    pub fn former_terms(&self, run: &Run) -> Option<FormerTerms> {
+        self.former_terms.clone().filter(|_| self.of == run.revision())
     }
 
     /// What the last choice by the trade has changed, as long as nothing else changed it.
     pub fn adopted(&self, run: &Run) -> Option<&str> {
+        self.adopted_now(run).map(|adopted| &*adopted.text)
+    }
+
+    /// Why that choice is not to be kept: from the state of the run in which it was taken it leaves
+    /// the world, or adds energy.
+    pub fn fault(&self, run: &Run) -> Option<String> {
+        self.adopted_now(run).and_then(Adopted::fault)
+    }
+
+    fn adopted_now(&self, run: &Run) -> Option<&Adopted> {
         let now = choice_of(run.runner());
-        self.adopted.as_ref().filter(|(_, choice)| now == Some(*choice)).map(|(text, _)| &**text)
+        self.adopted.as_ref().filter(|adopted| now == Some(adopted.choice))
     }
 
     /// Voids what is no longer of the scene; called after every change of the run.
@@ -121,7 +151,8 @@ impl Trade {
     }
 
     fn void(&mut self) {
-        (self.study, self.terms, self.search) = (None, None, None);
+        (self.study, self.search) = (None, None);
+        (self.terms, self.former_terms) = (None, None);
         (self.subject, self.calm) = (None, 0.0);
     }
 
@@ -136,11 +167,8 @@ impl Trade {
         if self.subject.is_none() && CALM <= self.calm {
             self.begin(runner, scene);
         }
-        if self.subject.is_some() && self.terms.as_ref().is_none_or(|t| t.solver != solver(runner))
-        {
-            self.terms = self.begin_terms(runner, scene.0);
-        }
-        let is_searching = self.refresh_search();
+        self.refresh_terms(runner, scene.0);
+        let is_searching = self.refresh_search() | self.refresh_adopted(run, scene, real);
         let Some(study) = &self.study else { return };
         // One at a time: together they take no more than their share.
         let terms = self.terms.as_ref().map(|terms| terms.worker.report());
@@ -179,13 +207,32 @@ impl Trade {
         self.study = Some(Worker::start(StudyTask::new(studied, plan)));
     }
 
-    fn begin_terms(&self, runner: &Runner, loaded: &Loaded) -> Option<Terms> {
-        let (scene, _) = self.subject.as_ref()?;
-        let solver = solver(runner);
-        let studied = loaded_of(scene.clone(), loaded, solver);
-        let worker = Worker::start(TermsTask(studied));
-        worker.set_paused(true);
-        Some(Terms { solver, worker })
+    /// Begins to price the parts of the scene as it is stepped now; what is known of them as it was
+    /// stepped before is kept until then.
+    fn refresh_terms(&mut self, runner: &Runner, loaded: &Loaded) {
+        let Some((scene, _)) = &self.subject else { return };
+        let now = Solver::of(runner);
+        if let Some(terms) = self.terms.take_if(|terms| terms.solver != now)
+            && let Some(rows) = terms.worker.report().found
+        {
+            self.former_terms = Some(FormerTerms { of: terms.of, rows });
+        }
+        self.terms.get_or_insert_with(|| {
+            let solver = solver(runner);
+            let studied = loaded_of(scene.clone(), loaded, solver);
+            let worker = Worker::start(TermsTask(studied));
+            worker.set_paused(true);
+            Terms { solver: now, of: Choice::of(solver.0, solver.1).to_string(), worker }
+        });
+    }
+
+    /// Tries what was chosen by the trade from the state of now; whether that is under way.
+    fn refresh_adopted(&mut self, run: &Run, scene: Now<'_>, real: f64) -> bool {
+        let now = choice_of(run.runner());
+        // A trial of what is no longer chosen ends.
+        self.adopted.take_if(|adopted| now != Some(adopted.choice));
+        let Some(adopted) = &mut self.adopted else { return false };
+        adopted.refresh((run.runner(), scene), real, self.paused)
     }
 }
 
@@ -222,9 +269,19 @@ impl Session {
         self.trade.terms(&self.run)
     }
 
+    /// That worth as the scene was stepped before.
+    pub fn former_terms(&self) -> Option<FormerTerms> {
+        self.trade.former_terms(&self.run)
+    }
+
     /// What the last choice by the trade has changed.
     pub fn adopted(&self) -> Option<&str> {
         self.trade.adopted(&self.run)
+    }
+
+    /// Why that choice is not to be kept, found out from the state in which it was taken.
+    pub fn fault_of_adopted(&self) -> Option<String> {
+        self.trade.fault(&self.run)
     }
 
     /// Shows the trade and begins to measure it, or ends that.
@@ -249,13 +306,13 @@ impl Session {
     /// Steps the scene by a choice from now on: method, substeps or tolerance, precision.
     ///
     /// A choice is for frames of 1/60 s; a step of another length gets as many substeps as make
-    /// them no longer.
+    /// them no longer. It is tried from the state of now, in the background.
     pub fn adopt(&mut self, choice: Choice) {
-        self.adopt_as(choice, "the trade's setting");
+        self.adopt_as(choice, "the trade's setting", false);
     }
 
-    /// The same, with what undo calls it.
-    fn adopt_as(&mut self, choice: Choice, words: &'static str) {
+    /// The same, with what undo calls it, and whether it was tried from the state of now.
+    fn adopt_as(&mut self, choice: Choice, words: &'static str, is_tried: bool) {
         let before = solver(self.runner());
         let measured = choice.settings();
         let mut tunings = vec![Tuning::Integrator(choice.integrator)];
@@ -275,7 +332,8 @@ impl Session {
             self.tune_all(&tunings, words);
         }
         let text = changes(before, solver(self.runner()));
-        self.trade.adopted = choice_of(self.runner()).map(|choice| (text, choice));
+        let taken = choice_of(self.runner());
+        self.trade.adopted = taken.map(|choice| Adopted::new(text, choice, is_tried));
     }
 }
 

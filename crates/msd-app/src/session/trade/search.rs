@@ -1,11 +1,11 @@
 //! A search for one setting in the background, as `msd tune` makes it.
 
-use super::Trade;
 use super::subject::{StudyFrom, subject};
 use super::task::{RetryTask, SearchTask};
 use super::worker::Worker;
-use crate::session::Session;
+use super::{Trade, choice_of};
 use crate::session::run::Run;
+use crate::session::{Session, Solver};
 use msd_study::choice::FRAME;
 use msd_study::quantity::estimate;
 use msd_study::tune::{Elsewhere, Found, Goal, Tuned};
@@ -19,14 +19,14 @@ pub struct Search {
     worker: Option<Worker<Tuned>>,
     /// What was found, tried from the state that the run was in then.
     retrial: Option<Worker<Elsewhere>>,
-    /// Whether what was found was applied, or did not meet the goal.
-    is_over: bool,
+    /// How the run was stepped once what was found was applied, or did not meet the goal.
+    left: Option<Solver>,
 }
 
 impl Search {
     /// Waits until the scene is left alone.
     pub(super) fn new(goal: Goal) -> Self {
-        Search { goal, worker: None, retrial: None, is_over: false }
+        Search { goal, worker: None, retrial: None, left: None }
     }
 
     /// What was asked for.
@@ -36,7 +36,7 @@ impl Search {
 
     /// Whether it is being worked out.
     pub fn is_busy(&self) -> bool {
-        !self.is_over
+        self.left.is_none()
     }
 
     /// How far it is, or what came of it.
@@ -115,10 +115,9 @@ fn found_words(wish: &str, tuned: &Tuned, elsewhere: &Elsewhere) -> String {
         );
     };
     let mut words = format!(
-        "{wish}: found {}: {} off and {} per frame from the state of now; {} tried",
+        "{wish}: found {}: {} off from the state of now; {} tried",
         trial.choice,
         estimate(trial.error(), "m"),
-        estimate(trial.cost * FRAME, "s"),
         tuned.tried
     );
     if !refused.is_empty() {
@@ -128,9 +127,11 @@ fn found_words(wish: &str, tuned: &Tuned, elsewhere: &Elsewhere) -> String {
 }
 
 impl Trade {
-    /// The search, as long as the scene is the one that it is of.
+    /// The search, as long as the scene is the one that it is of, and is stepped as it left it.
     pub fn search(&self, run: &Run) -> Option<&Search> {
-        self.search.as_ref().filter(|_| self.of == run.revision())
+        let search = self.search.as_ref().filter(|_| self.of == run.revision())?;
+        let now = Solver::of(run.runner());
+        search.left.is_none_or(|left| left == now).then_some(search)
     }
 
     /// Begins the search that waits for a scene to search in; rests where the user wants that.
@@ -146,7 +147,7 @@ impl Trade {
         if let Some(retrial) = &search.retrial {
             retrial.set_paused(self.paused);
         }
-        !search.is_over
+        search.is_busy()
     }
 }
 
@@ -172,20 +173,29 @@ impl Session {
     /// what holds there, once.
     pub(in crate::session) fn take_found(&mut self) {
         let scene = (&self.loaded, self.steady_force());
-        let Some(search) = self.trade.search.as_mut().filter(|search| !search.is_over) else {
+        let report = self.study();
+        let Some(search) = self.trade.search.as_mut().filter(|search| search.is_busy()) else {
             return;
         };
         let Some(next) = search.next() else { return };
         if let Next::Retry(tuned) = &next
             && let Some(scene) = subject(self.run.runner(), scene, StudyFrom::Here)
         {
-            return search.retrial = Some(Worker::start(RetryTask::new(scene, tuned)));
+            let study = report.and_then(|report| report.found);
+            let now = choice_of(self.run.runner());
+            let mut trials = study.iter().flat_map(|study| &study.trials);
+            let present = trials.find(|trial| now == Some(trial.choice));
+            let task = RetryTask::new(scene, tuned, present);
+            return search.retrial = Some(Worker::start(task));
         }
-        search.is_over = true;
         if let Next::Take(elsewhere) = next
             && let Some(trial) = &elsewhere.held
         {
-            self.adopt_as(trial.choice, "the search's setting");
+            self.adopt_as(trial.choice, "the search's setting", true);
+        }
+        let left = Solver::of(self.run.runner());
+        if let Some(search) = &mut self.trade.search {
+            search.left = Some(left);
         }
     }
 }

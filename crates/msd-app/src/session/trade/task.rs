@@ -1,18 +1,25 @@
-//! The tasks of the trade: a study, the prices of the parts, a search.
+//! The tasks of the trade: a study, the prices of the parts, a search, trials of settings.
 
-use super::worker::{Job, Task};
+use super::worker::{Job, Patient, Task};
 use msd_core::Scene;
 use msd_run::rescue::LASTING;
 use msd_scene::Loaded;
 use msd_study::Study;
+use msd_study::choice::Choice;
 use msd_study::conduct::{Course, Plan};
 use msd_study::leave::Halt;
 use msd_study::terms::{TermRow, terms_by_leave};
-use msd_study::tune::{Elsewhere, Found, Goal, Tuned, retry, tune_followed};
+use msd_study::trial::{Trial, unsound_by_leave};
+use msd_study::tune::{Elsewhere, Goal, Tuned, retry, tune_followed};
 use serde::{Deserialize, Serialize};
+use std::iter;
 
 /// Simulated time of a study, seconds.
 pub const STUDY_DURATION: f64 = 1.0;
+
+/// How much better another setting must be than the present one to be preferred: less is noise of
+/// the machine.
+const NOISE: f64 = 1.1;
 
 /// A study, which when nothing is left of it waits for wishes.
 #[derive(Debug, Serialize, Deserialize)]
@@ -78,7 +85,7 @@ impl Task for SearchTask {
     const IN_PIECES: bool = false;
 
     fn advance(&mut self, job: &mut Job<Tuned>) -> Result<bool, Halt> {
-        let tuned = tune_followed(&self.0, STUDY_DURATION, self.1, job)?;
+        let tuned = tune_followed(&self.0, STUDY_DURATION, self.1, &mut Patient(job))?;
         job.show(tuned);
         Ok(false)
     }
@@ -88,14 +95,29 @@ impl Task for SearchTask {
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct RetryTask {
     scene: Scene,
-    found: Vec<Found>,
+    choices: Vec<Choice>,
     goal: Goal,
 }
 
 impl RetryTask {
-    pub(super) fn new(scene: Scene, Tuned { goal, best, others, .. }: &Tuned) -> Self {
-        let found = std::iter::once(best).chain(others).cloned().collect();
-        RetryTask { scene, found, goal: *goal }
+    /// The run is stepped by the `present` choice, which the study has tried: where that meets the
+    /// goal and is about as good as what was found, it comes first.
+    pub(super) fn new(scene: Scene, tuned: &Tuned, present: Option<&Trial>) -> Self {
+        let Tuned { goal, best, others, .. } = tuned;
+        let found = iter::once(best).chain(others).map(|found| &found.trial);
+        let mut trials: Vec<&Trial> = found.collect();
+        if let Some(present) = present.filter(|trial| goal.is_met_by(trial)) {
+            trials.retain(|trial| trial.choice != present.choice);
+            let worth = |trial: &Trial| match goal {
+                Goal::MaxError(_) => trial.cost,
+                Goal::Budget(_) => trial.error(),
+            };
+            let is_no_better = |trial: &&Trial| worth(present) <= NOISE * worth(trial);
+            let place = trials.iter().position(is_no_better).unwrap_or(trials.len());
+            trials.insert(place, present);
+        }
+        let choices = trials.into_iter().map(|trial| trial.choice).collect();
+        RetryTask { scene, choices, goal: *goal }
     }
 }
 
@@ -106,8 +128,70 @@ impl Task for RetryTask {
 
     fn advance(&mut self, job: &mut Job<Elsewhere>) -> Result<bool, Halt> {
         let wish = (self.goal, STUDY_DURATION, LASTING);
-        let elsewhere = retry(&self.scene, &self.found, wish, job)?;
+        let elsewhere = retry(&self.scene, &self.choices, wish, &mut Patient(job))?;
         job.show(elsewhere);
         Ok(false)
+    }
+}
+
+/// A setting, tried in the scene as it is now: why it is none to step it by, in words.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct SoundnessTask(pub(super) Scene, pub(super) Choice);
+
+impl Task for SoundnessTask {
+    type Found = Option<String>;
+    const NAME: &'static str = "soundness";
+    const IN_PIECES: bool = false;
+
+    fn advance(&mut self, job: &mut Job<Option<String>>) -> Result<bool, Halt> {
+        let fault = unsound_by_leave(&self.0, self.1, LASTING, &mut || job.may_go_on())?;
+        job.show(fault);
+        Ok(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_scene::Precision;
+    use msd_study::errors::Errors;
+    use msd_study::tune::Found;
+
+    /// A trial of so many substeps with a cost, s/s, and an error, metres.
+    fn trial(substeps: u32, cost: f64, rms: f64) -> Trial {
+        let mut choice = Choice::of(Default::default(), Precision::F32);
+        choice.fineness = msd_study::choice::Fineness::Substeps(substeps);
+        let errors = Some(Errors { rms, ..Errors::default() });
+        Trial { choice, cost, errors, energies: Vec::new(), gained: 0.0, diverged: None }
+    }
+
+    fn order(goal: Goal, present: &Trial) -> Vec<u32> {
+        let found = |trial| Found { trial, predicted_error: None };
+        let tuned = Tuned {
+            goal,
+            best: found(trial(2, 1.0, 1e-3)),
+            others: vec![found(trial(3, 2.0, 1e-4)), found(trial(4, 3.0, 1e-5))],
+            met: true,
+            uncertainty: 0.0,
+            duration: 1.0,
+            compared: 1.0,
+            horizon: None,
+            reference_tolerance: 0.0,
+            tried: 3,
+        };
+        let choices = RetryTask::new(Scene::default(), &tuned, Some(present)).choices;
+        choices.iter().map(|choice| choice.settings().substeps).collect()
+    }
+
+    #[test]
+    fn the_present_setting_is_tried_first_where_it_is_about_as_good() {
+        let goal = Goal::MaxError(2e-3);
+        assert_eq!(order(goal, &trial(7, 1.05, 1e-3)), [7, 2, 3, 4], "noise");
+        assert_eq!(order(goal, &trial(7, 1.5, 1e-3)), [2, 7, 3, 4], "dearer than the best");
+        assert_eq!(order(goal, &trial(7, 9.0, 1e-3)), [2, 3, 4, 7], "dearer than all");
+        assert_eq!(order(goal, &trial(7, 0.1, 3e-3)), [2, 3, 4], "it does not meet the goal");
+        assert_eq!(order(goal, &trial(3, 0.9, 1e-4)), [3, 2, 4], "it was found as well");
+        let goal = Goal::Budget(4.0);
+        assert_eq!(order(goal, &trial(7, 1.0, 1.05e-3)), [7, 2, 3, 4], "as accurate");
     }
 }

@@ -1,6 +1,8 @@
 //! The worker's side of work beside the page: see `session/trade/worker/web.rs`.
 
-use crate::session::{Hand, Labour, RetryTask, SearchTask, StudyTask, Task, TermsTask};
+use crate::session::{
+    Hand, Labour, RetryTask, SearchTask, SoundnessTask, StudyTask, Task, TermsTask,
+};
 use js_sys::Function;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -25,6 +27,9 @@ impl BackgroundWork {
                 Labour::<SearchTask>::of(task, page).map(|work| Box::new(work) as _)
             }
             RetryTask::NAME => Labour::<RetryTask>::of(task, page).map(|work| Box::new(work) as _),
+            SoundnessTask::NAME => {
+                Labour::<SoundnessTask>::of(task, page).map(|work| Box::new(work) as _)
+            }
             _ => None,
         };
         let hand = hand.ok_or("the page and its worker are of two versions")?;

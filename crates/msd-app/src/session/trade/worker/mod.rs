@@ -18,7 +18,7 @@ use msd_study::Study;
 use msd_study::choice::Choice;
 use msd_study::conduct::{Follower, Progress};
 use msd_study::leave::Halt;
-use msd_study::tune::{Elsewhere, Tuned};
+use serde::Serialize;
 use std::sync::Arc;
 
 /// What a worker has to show.
@@ -85,23 +85,16 @@ impl Follower for Job<Study> {
     }
 }
 
-impl Follower for Job<Tuned> {
+/// Follows work that has nothing to show before its end.
+pub(crate) struct Patient<'a, T>(pub &'a mut Job<T>);
+
+impl<T: Serialize> Follower for Patient<'_, T> {
     fn hear(&mut self, progress: Progress) {
-        self.tell(progress);
+        self.0.tell(progress);
     }
 
     fn goes_on(&mut self) -> bool {
-        self.may_go_on()
-    }
-}
-
-impl Follower for Job<Elsewhere> {
-    fn hear(&mut self, progress: Progress) {
-        self.tell(progress);
-    }
-
-    fn goes_on(&mut self) -> bool {
-        self.may_go_on()
+        self.0.may_go_on()
     }
 }
 
