@@ -23,7 +23,7 @@ pub use sides::Side;
 pub use viewport::Viewport;
 
 use crate::link::{Changes, Link, LinkError, Look, OwnScene};
-use crate::session::{ErrorNow, Session};
+use crate::session::{ErrorNow, Session, Wind};
 use egui::Rect;
 use glam::Vec3;
 use msd_core::{Real, Vector};
@@ -103,6 +103,8 @@ pub struct Viewer {
     /// Where the camera was left looking, and how far beside everything the user moved it.
     aimed: Vec3,
     beside: Vec3,
+    /// Whether the camera is still on its way.
+    is_gliding: bool,
 }
 
 /// Whether a scene is shown with its springs, coloured by strain, unless the user says otherwise:
@@ -116,6 +118,10 @@ const FOLLOW_TIME: f64 = 0.2;
 
 /// The angle that a key turns the camera by, radians, and the exponent that it zooms by.
 const TURN: f32 = 0.1;
+
+/// The camera is where it goes once it is as near as this part of its distance: a fraction of a
+/// pixel.
+const ARRIVED: f32 = 2e-4;
 
 /// A scene that is so many times as large as at its start has blown up.
 const DEBRIS: f64 = 10.0;
@@ -169,6 +175,7 @@ impl Viewer {
             framed: Camera::default(),
             aimed: Vec3::ZERO,
             beside: Vec3::ZERO,
+            is_gliding: false,
         })
     }
 
@@ -390,6 +397,7 @@ impl Viewer {
             automatic: session.runner().is_automatic(),
             precision: session.runner().precision(),
             edits: session.material().edits(),
+            wind: session.wind(),
             speed: session.speed(),
             look,
         };
@@ -455,6 +463,9 @@ impl Viewer {
         let Some(changes) = &link.changes else { return };
         let session = &mut self.session;
         session.edit_again(&changes.edits);
+        if changes.wind != Wind::default() {
+            session.set_wind(changes.wind);
+        }
         session.set_speed(changes.speed);
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
         show_bits(&mut self.style, shown);
@@ -521,18 +532,31 @@ impl Viewer {
             self.camera = Camera::default();
             self.frame_all();
             self.framed = self.camera;
-            if let Some(outlook) = self.preferences.cameras.get(&self.session.loaded().name) {
-                self.camera = outlook.camera();
-                (self.aimed, self.beside) = (self.camera.target, Vec3::ZERO);
+            if let Some(&outlook) = self.preferences.cameras.get(&self.session.loaded().name) {
+                self.look_again(outlook);
             }
         }
+    }
+
+    /// Looks at the scene as it was looked at before. A camera that follows is where it would go:
+    /// the middle was elsewhere when it was left.
+    fn look_again(&mut self, outlook: Outlook) {
+        let middle = self.camera.target;
+        self.camera = outlook.camera();
+        if self.follow {
+            self.beside = outlook.beside.into();
+            self.camera.target = middle + self.beside;
+        }
+        self.aimed = self.camera.target;
     }
 
     /// Remembers how the scene is looked at, if the user chose that.
     fn keep_camera(&mut self) {
         let look = |camera: &Camera| (camera.yaw, camera.pitch, camera.distance);
-        if !self.unframed && look(&self.camera) != look(&self.framed) {
-            self.preferences.keep_camera(&self.session.loaded().name, &self.camera);
+        let is_moved = look(&self.camera) != look(&self.framed) || self.beside != Vec3::ZERO;
+        if !self.unframed && is_moved {
+            let outlook = Outlook::of(&self.camera, self.beside);
+            self.preferences.keep_outlook(&self.session.loaded().name, outlook);
         }
     }
 
@@ -576,6 +600,7 @@ impl Viewer {
         }
         self.beside += self.camera.target - self.aimed;
         self.aimed = self.camera.target;
+        self.is_gliding = false;
         if !self.follow {
             self.beside = Vec3::ZERO;
             return;
@@ -595,6 +620,12 @@ impl Viewer {
         if part.is_finite() {
             self.camera.target += part;
             self.aimed = self.camera.target;
+            self.is_gliding = ARRIVED * self.camera.distance < (way - part).length();
         }
+    }
+
+    /// Whether the camera is still on its way to what it follows, and wants more frames.
+    pub fn is_gliding(&self) -> bool {
+        self.is_gliding
     }
 }
