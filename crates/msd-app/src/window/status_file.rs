@@ -8,12 +8,12 @@
 //! `held_target`, `held_screen`, `selected`, `velocity` (of the selected particle, m/s), `pinned`
 //! (whether the selected particle is), `pins` (how many are), `hovered`, `springs` (how many there
 //! are), `note`, `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`,
-//! `worst_error`), `aim` (a particle in plain view: `particle`, `screen`), `stiffness`, `wind` (N on
-//! a particle), `trade` (null while it is off or waits: `measured` settings, the `cheapest` of them
-//! in s/s, `now`, `done`, `failure`, priced `parts`, `search`), `group` and `grabs` (how many
-//! particles are to be grabbed together, and are held), `guide` (steps done of the guide, or null),
-//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `pixels_per_point`, `view` and
-//! `landmarks` (rectangles: left, top, width, height).
+//! `worst_error`), `aim` (a particle in plain view: `particle`, `screen`), `stiffness`, `wind` (N
+//! on a particle), `trade` (null while it is off or waits: `measured` settings, the `cheapest` of
+//! them in s/s, `now`, `done`, `failure`, priced `parts`, `search`), `group` and `grabs` (how many
+//! particles are to be grabbed together, and are held), `guide` (steps done of the guide, or
+//! null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `pixels_per_point`, `view`
+//! and `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
