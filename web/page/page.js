@@ -261,10 +261,10 @@ function setOptions() {
 async function first() {
   const fragment = location.hash;
   try {
-    return [fragment, await beside('opened', fragment)];
+    return [fragment, await beside('opened_first', fragment)];
   } catch (error) {
     say(`${error}; here is ${element('scene').options[0].value} instead`);
-    return ['', await beside('opened', '')];
+    return ['', await beside('opened_first', '')];
   }
 }
 
