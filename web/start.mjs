@@ -1,7 +1,8 @@
 // Measures how soon a first visitor sees the page move, by either way of drawing, and writes the
 // table in docs/browser.md: node web/start.mjs, after scripts/web.sh. The files come over loopback.
 import { readFile, writeFile } from 'node:fs/promises';
-import { Page, WAYS, executable, serve } from './browser.mjs';
+import { cpus, loadavg } from 'node:os';
+import { PATIENCE, Page, WAYS, executable, serve } from './browser.mjs';
 
 const VISITS = 5;
 
@@ -26,7 +27,7 @@ async function times(way) {
   version = (await page.cdp.send('Browser.getVersion')).product.replace('/', ' ');
   await page.page.addInitScript(() => {
     const look = async () => {
-      if (document.documentElement.dataset.first && 0 < (await window.msd.status()).steps) {
+      if (document.documentElement?.dataset.first && 0 < (await window.msd.status()).steps) {
         requestAnimationFrame(() => { window.moved = performance.now(); });
       } else {
         requestAnimationFrame(look);
@@ -35,7 +36,7 @@ async function times(way) {
     look();
   });
   await page.go('#scene=cube');
-  await page.page.waitForFunction(() => window.moved);
+  await page.page.waitForFunction(() => window.moved, null, { timeout: PATIENCE });
   const seen = await page.page.evaluate(() => {
     const program = performance.getEntriesByType('resource').find(({ name }) => name.endsWith('.wasm'));
     return [program.responseEnd, Number(document.documentElement.dataset.first), window.moved];
@@ -48,5 +49,6 @@ const path = `${root}docs/browser.md`;
 const [before, rest] = (await readFile(path, 'utf8')).split('<!-- begin start -->\n');
 const [, after] = rest.split('<!-- end start -->');
 const table = '| drawn by | program there, s | first picture, s | first motion, s |\n|---|---|---|---|\n'
-  + `${rows.join('\n')}\n\n${version}, ${new Date().toISOString().slice(0, 10)}.\n`;
+  + `${rows.join('\n')}\n\n${version}, ${new Date().toISOString().slice(0, 10)}; `
+  + `${loadavg()[0].toFixed(0)} programs shared ${cpus().length} cores.\n`;
 await writeFile(path, `${before}<!-- begin start -->\n${table}<!-- end start -->${after}`);

@@ -263,8 +263,9 @@ async function first() {
   try {
     return [fragment, await beside('opened_first', fragment)];
   } catch (error) {
+    const rows = await beside('opened_first', '');
     say(`${error}; here is ${element('scene').options[0].value} instead`);
-    return ['', await beside('opened_first', '')];
+    return ['', rows];
   }
 }
 
@@ -296,6 +297,9 @@ if ('serviceWorker' in navigator) navigator.serviceWorker.register('sw.js').catc
 try {
   if (!WebAssembly.validate(SIMD)) throw new Error('WebAssembly SIMD is missing');
   module = await program();
+  // Meanwhile in a worker; whether it fails is seen to below.
+  const opening = first();
+  opening.catch(() => {});
   await rest();
   await init({ module_or_path: module });
   await rest();
@@ -303,7 +307,7 @@ try {
   listScenes();
   connect();
   listRecordings().catch(() => {});
-  const [fragment, rows] = await first();
+  const [fragment, rows] = await opening;
   await rest();
   msd.start(fragment, rows, remembered(), (kind, ...what) => told[kind]?.(...what));
   msd.set_bare(setOptions());
