@@ -154,7 +154,7 @@ const tests = {
 
   async 'a damaged link says so and shows the first scene'(page) {
     for (const [fragment, words] of [
-      ['#scene=cloth&with=AgIDBAUGBw', 'damaged'],
+      ['#scene=cloth&with=AwIDBAUGBw', 'damaged'],
       ['#scene=cloth&with=Y2NjY2NjY2M', 'another version'],
       ['#scene=nothing', 'not there'],
     ]) {
