@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
-# Drives the page of scripts/web.sh in Chromium, through WebGPU and through WebGL2.
+# Drives the page of scripts/web.sh in Chromium and, where it is installed, in Firefox, through
+# WebGPU and through WebGL2.
 #
 #   scripts/web-test.sh [FOLDER]           with pictures of what it saw in FOLDER
-#   MSD_WEB_TEST=REGEX scripts/web-test.sh only the tests whose names match
+#   MSD_WEB_TEST=REGEX scripts/web-test.sh only the tests in Chromium whose names match
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -19,4 +20,5 @@ if [ ! -f web/dist/msd_bg.wasm ]; then
 fi
 # One package without others, which brings no browser.
 [ -d web/node_modules/playwright-core ] || npm --prefix web ci --no-audit --no-fund
-exec node web/test.mjs "$@"
+node web/test.mjs "$@"
+[ -n "${MSD_WEB_TEST:-}" ] || node web/firefox.mjs "$@"

@@ -16,19 +16,44 @@ const KINDS = {
 const BROWSERS = ['/usr/bin/chromium', '/usr/bin/google-chrome', '/usr/bin/chromium-browser'];
 export const executable = process.env.MSD_CHROMIUM ?? BROWSERS.find(existsSync);
 
-// Static files on loopback, and a list of what was asked for.
-export async function serve() {
-  const server = createServer(async (request, response) => {
-    const path = new URL(request.url, 'http://x').pathname.replace(/\/$/, '/index.html');
-    try {
-      const body = await readFile(join(DIST, path));
-      response.writeHead(200, { 'content-type': KINDS[extname(path)] ?? 'text/plain' }).end(body);
-    } catch {
-      response.writeHead(404).end();
-    }
+// The files of the page on loopback.
+export const serve = () => listen(async (request, response) => {
+  const path = new URL(request.url, 'http://x').pathname.replace(/\/$/, '/index.html');
+  try {
+    const body = await readFile(join(DIST, path));
+    response.writeHead(200, { 'content-type': KINDS[extname(path)] ?? 'text/plain' }).end(body);
+  } catch {
+    response.writeHead(404).end();
+  }
+});
+
+// A page of another site, whatever is asked for.
+export async function serveText(text) {
+  const { server, url } = await listen((_, response) => {
+    response.writeHead(200, { 'content-type': 'text/html' }).end(text);
   });
+  return { server, url: url.replace('127.0.0.1', 'localhost') };
+}
+
+async function listen(answer) {
+  const server = createServer(answer);
   await new Promise(ready => server.listen(0, '127.0.0.1', ready));
   return { server, url: `http://127.0.0.1:${server.address().port}/` };
+}
+
+// The mean brightness of a picture, 0 to 255, and its colours: for a page to call.
+export async function countColours(base64) {
+  const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
+  const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
+  pen.drawImage(image, 0, 0);
+  const { data } = pen.getImageData(0, 0, image.width, image.height);
+  const colours = new Set();
+  let sum = 0;
+  for (let at = 0; at < data.length; at += 4) {
+    colours.add((data[at] >> 4) << 8 | (data[at + 1] >> 4) << 4 | data[at + 2] >> 4);
+    sum += data[at] + data[at + 1] + data[at + 2];
+  }
+  return [sum / (0.75 * data.length), colours.size];
 }
 
 // Both on an adapter in software. Without one of the four flags of the first the page is blank.
@@ -167,19 +192,7 @@ export class Page {
     const [x, y] = await this.place([left, top]);
     const clip = { x, y, width, height };
     const png = await this.page.screenshot({ clip });
-    return this.page.evaluate(async base64 => {
-      const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
-      const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
-      pen.drawImage(image, 0, 0);
-      const { data } = pen.getImageData(0, 0, image.width, image.height);
-      const colours = new Set();
-      let sum = 0;
-      for (let at = 0; at < data.length; at += 4) {
-        colours.add((data[at] >> 4) << 8 | (data[at + 1] >> 4) << 4 | data[at + 2] >> 4);
-        sum += data[at] + data[at + 1] + data[at + 2];
-      }
-      return [sum / (0.75 * data.length), colours.size];
-    }, png.toString('base64'));
+    return this.page.evaluate(countColours, png.toString('base64'));
   }
 
   async picture(name) {

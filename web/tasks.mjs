@@ -21,8 +21,12 @@ async function longest(page, act) {
   await page.cdp.send('Tracing.end');
   await complete;
   page.cdp.off('Tracing.dataCollected', collect);
+  // The browser has pages of its own, in other processes.
+  const { frameTree: { frame: { id } } } = await page.cdp.send('Page.getFrameTree');
+  const ours = new Set(events.filter(({ args }) => args.data?.frame === id).map(({ pid }) => pid));
   const main = events.filter(({ name, args }) => name === 'thread_name' && args.name === 'CrRendererMain');
-  const isMain = ({ pid, tid }) => main.some(thread => thread.pid === pid && thread.tid === tid);
+  const isMain = ({ pid, tid }) =>
+    ours.has(pid) && main.some(thread => thread.pid === pid && thread.tid === tid);
   const tasks = events.filter(event => event.name.endsWith('RunTask') && isMain(event));
   return Math.max(...tasks.map(({ tdur }) => (tdur ?? 0) / 1000));
 }

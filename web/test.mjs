@@ -5,7 +5,7 @@ import { execFileSync } from 'node:child_process';
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import assert from 'node:assert/strict';
-import { PATIENCE, Page, WAYS, executable, serve } from './browser.mjs';
+import { PATIENCE, Page, WAYS, executable, serve, serveText } from './browser.mjs';
 
 // A scene that is not built in.
 const OWN = `version = 1
@@ -58,6 +58,70 @@ const tests = {
     await page.until('a release', now => now.held === null);
   },
 
+  async 'what is let go in motion flies on'(page) {
+    await page.go('#scene=cube');
+    const { aim: { screen } } = await page.until('steps', now => 2 < now.steps);
+    const [x, y] = await page.place(screen);
+    const { mouse } = page.page;
+    await mouse.move(x, y);
+    await page.frames();
+    await mouse.down();
+    await page.frames();
+    const { held_position: from } = await page.status();
+    for (let step = 1; step <= 10; step++) {
+      await mouse.move(x + 12 * step, y - 6 * step);
+      await page.frames(1);
+    }
+    const { held_target: to } = await page.status();
+    await mouse.up();
+    const { velocity } = await page.until('a release', now => now.held === null);
+    const way = to.map((number, axis) => number - from[axis]);
+    const speed = way.reduce((sum, number, axis) => sum + number * velocity[axis], 0) / Math.hypot(...way);
+    assert(1 < speed, `${speed} m/s`);
+  },
+
+  async 'the canvas follows the window and its place in the page'(page) {
+    await page.go('#scene=cube');
+    for (const [width, height, part] of [[640, 480, 1], [1100, 700, 0.75], [960, 640, 1]]) {
+      await page.page.setViewportSize({ width, height });
+      await page.page.evaluate(part => {
+        Object.assign(document.querySelector('main').style, { flex: 'auto', width: `${100 * part}%` });
+      }, part);
+      await page.page.waitForFunction(wide => {
+        const { width, height, clientWidth, clientHeight } = document.getElementById('canvas');
+        return clientWidth === wide && width === devicePixelRatio * clientWidth
+          && height === devicePixelRatio * clientHeight;
+      }, part * width);
+      // Before the next frame the window has its old place.
+      await page.frames();
+      const { aim, view: [left, , wide] } = await page.status();
+      assert.equal(left + wide + 292, part * width, 'the panel of numbers ends at the edge');
+      await page.drag(aim.screen, [30, -30], () => page.until('a grab', now => now.held !== null));
+    }
+  },
+
+  async 'in a page of another origin it runs, and can be grabbed'(page) {
+    const { server, url } = await serveText(
+      `<iframe src="${page.url}#scene=cloth&embed" style="width: 700px; height: 500px; border: 0"></iframe>`);
+    await page.page.goto(url);
+    const frame = await (await page.page.waitForSelector('iframe')).contentFrame();
+    await frame.waitForFunction(() => document.documentElement.dataset.state === 'running', null,
+      { timeout: PATIENCE });
+    const until = holds => frame.waitForFunction(
+      async holds => Function('now', `return ${holds}`)(await window.msd.status()), holds);
+    await until('2 < now.steps');
+    const { aim: { screen: [x, y] }, view } = await frame.evaluate(() => window.msd.status());
+    assert.deepEqual(view, [0, 0, 700, 500]);
+    const box = await page.page.locator('iframe').boundingBox();
+    await page.page.mouse.move(box.x + x, box.y + y);
+    await page.page.mouse.down();
+    await until('now.held !== null');
+    await page.page.mouse.up();
+    await until('now.held === null');
+    server.close();
+    page.asked = page.asked.filter(asked => !asked.startsWith(url));
+  },
+
   async 'a slider changes the stiffness'(page) {
     await page.go('#scene=cloth');
     const before = await page.until('steps', now => 2 < now.steps);
@@ -90,7 +154,7 @@ const tests = {
 
   async 'a damaged link says so and shows the first scene'(page) {
     for (const [fragment, words] of [
-      ['#scene=cloth&with=AgIDBAUGBw', 'damaged'],
+      ['#scene=cloth&with=AwIDBAUGBw', 'damaged'],
       ['#scene=cloth&with=Y2NjY2NjY2M', 'another version'],
       ['#scene=nothing', 'not there'],
     ]) {
@@ -168,8 +232,6 @@ const tests = {
   },
 
   async 'a finger grabs or turns, two zoom and pan, a long touch pins'(page) {
-    // As a visitor finds it: cameras of earlier tests are not kept.
-    await page.page.addInitScript(() => location.protocol === 'about:' || localStorage.clear());
     await page.go('#scene=cloth');
     await page.until('steps', now => 2 < now.steps);
     await page.page.keyboard.press('Space');
@@ -361,6 +423,22 @@ const once = {
     await page.page.setViewportSize({ width: 960, height: 640 });
   },
 
+  async 'every scene of the list opens and moves'(page) {
+    await page.go('#scene=cube');
+    await page.page.evaluate(() => window.msd.msd.set_bare(true));
+    const scenes = await page.page.evaluate(
+      () => window.msd.msd.scenes().split('\n').map(line => line.split(' ')[0]));
+    assert(14 <= scenes.length, `${scenes}`);
+    for (const scene of scenes) {
+      await page.page.evaluate(scene => window.msd.open(`#scene=${scene}`), scene);
+      await page.until(scene, now => now.scene === scene && 2 < now.steps);
+      const before = await page.page.screenshot();
+      const { steps } = await page.status();
+      await page.until(`more of ${scene}`, now => steps + 6 < now.steps);
+      assert(!before.equals(await page.page.screenshot()), `${scene} stands still`);
+    }
+  },
+
   async 'the kept hashes are those computed in the page'(page) {
     await page.go('#scene=chain&verify');
     await page.page.waitForFunction(() => document.documentElement.dataset.verified, null,
@@ -368,6 +446,47 @@ const once = {
     const line = await page.page.evaluate(() => document.documentElement.dataset.verified);
     assert.match(line, /^all \d+ runs end in the bits that are kept/);
     console.log(`    ${line}`);
+  },
+
+  async 'recordings that the first version of the storage kept are still there'(page) {
+    await page.go('#scene=chain');
+    await page.page.evaluate(() => new Promise((done, failed) => {
+      indexedDB.deleteDatabase('msd');
+      const request = indexedDB.open('msd', 1);
+      request.onerror = failed;
+      request.onupgradeneeded = () => {
+        const recordings = request.result.createObjectStore('recordings', { autoIncrement: true });
+        recordings.add({ name: 'old-1.msdrec', bytes: Uint8Array.of(1, 2, 3), date: Date.UTC(2026, 0, 2) });
+      };
+      request.onsuccess = () => done(request.result.close());
+    }));
+    await page.go('#scene=chain');
+    const oldest = page.page.locator('#recordings option').last();
+    assert.match(await oldest.textContent(), /^old-1\.msdrec, .*2026/);
+  },
+
+  async 'a fault of the program is said in words; in a worker it ends nothing else'(page) {
+    await page.go('#scene=chain');
+    const refusal = await page.page.evaluate(() => window.msd.beside('fail').then(() => '', String));
+    assert.match(refusal, /could not do this, by a fault of its own: .*a test has asked for it/s);
+    const { steps } = await page.status();
+    await page.until('going on', now => steps < now.steps);
+    await page.page.evaluate(() => { setTimeout(window.msd.msd.fail); });
+    await page.line('stopped by a fault of its own: panicked at');
+    assert.match(await page.page.textContent('#line'), /a test has asked for it\nLoad the page again/);
+    assert.equal(await page.state(), 'stopped');
+    assert(await page.page.evaluate(() => document.getElementById('canvas').inert), 'it takes no input');
+    await page.picture('stopped');
+    page.said = page.said.filter(line => !/a test has asked for it|unreachable/.test(line));
+  },
+
+  async 'it can be installed'(page) {
+    await page.go('');
+    await page.page.evaluate(() => navigator.serviceWorker.ready);
+    const { errors, url } = await page.cdp.send('Page.getAppManifest');
+    assert.deepEqual([errors, url], [[], `${page.url}manifest.webmanifest`]);
+    const { installabilityErrors } = await page.cdp.send('Page.getInstallabilityErrors');
+    assert.deepEqual(installabilityErrors, []);
   },
 
   async 'it opens again without a network'(page) {

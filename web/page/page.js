@@ -22,19 +22,34 @@ function missing(reason) {
 }
 
 let hiding;
+let fault;
 function say(text) {
   const line = element('line');
-  line.textContent = text;
+  line.textContent = fault ?? text;
   line.hidden = false;
   clearTimeout(hiding);
-  hiding = setTimeout(() => { line.hidden = true; }, 15000);
+  if (!fault) hiding = setTimeout(() => { line.hidden = true; }, 15000);
 }
+
+// The program cannot be relied on after a fault of its own: it takes no more input.
+function stop(error) {
+  // The browser tells of some mishaps without an error, which end nothing; and what follows a fault
+  // says less than the first.
+  if (!error || fault) return;
+  fault = `msd has stopped by a fault of its own: ${error.message ?? error}\n`
+    + 'Load the page again to go on. It helps to report these lines.';
+  say(fault);
+  document.documentElement.dataset.state = 'stopped';
+  for (const part of ['bar', 'canvas']) element(part).inert = true;
+}
+addEventListener('error', event => stop(event.error));
+addEventListener('unhandledrejection', event => stop(event.reason));
 
 let wantsPicture = false;
 
 const told = {
   frame() {
-    if (document.documentElement.dataset.state !== 'running') {
+    if (!['running', 'stopped'].includes(document.documentElement.dataset.state)) {
       element('loading').hidden = true;
       document.documentElement.dataset.state = 'running';
       document.documentElement.dataset.first = performance.now();
@@ -124,7 +139,11 @@ function beside(name, ...what) {
   const worker = new Worker('beside.js', { type: 'module' });
   const ended = new Promise((done, failed) => {
     worker.onmessage = ({ data }) => (data.error ? failed(data.error) : done(data.result));
-    worker.onerror = error => failed(error.message);
+    // A fault of the program ends the worker, and nothing else.
+    worker.onerror = event => {
+      event.preventDefault();
+      failed(`msd could not do this, by a fault of its own: ${event.message}`);
+    };
   });
   worker.postMessage({ module, name, what });
   return ended.finally(() => worker.terminate());
@@ -146,6 +165,9 @@ async function openRecording() {
   const key = JSON.parse(chosen);
   await openBytes(key[1], await store.recording(key));
 }
+
+// Lets the page answer before it goes on.
+const rest = () => new Promise(next => { setTimeout(next); });
 
 // The program, counted as it arrives.
 async function program() {
@@ -239,10 +261,11 @@ function setOptions() {
 async function first() {
   const fragment = location.hash;
   try {
-    return [fragment, await beside('opened', fragment)];
+    return [fragment, await beside('opened_first', fragment)];
   } catch (error) {
+    const rows = await beside('opened_first', '');
     say(`${error}; here is ${element('scene').options[0].value} instead`);
-    return ['', await beside('opened', '')];
+    return ['', rows];
   }
 }
 
@@ -267,19 +290,25 @@ function verify() {
 }
 
 // What tests ask.
-window.msd = { status: async () => JSON.parse(await msd.status()), open, msd };
+window.msd = { status: async () => JSON.parse(await msd.status()), open, beside, msd };
 
 setOptions();
 if ('serviceWorker' in navigator) navigator.serviceWorker.register('sw.js').catch(() => {});
 try {
   if (!WebAssembly.validate(SIMD)) throw new Error('WebAssembly SIMD is missing');
   module = await program();
+  // Meanwhile in a worker; whether it fails is seen to below.
+  const opening = first();
+  opening.catch(() => {});
+  await rest();
   await init({ module_or_path: module });
+  await rest();
   element('stage').textContent = 'Opening the scene';
   listScenes();
   connect();
   listRecordings().catch(() => {});
-  const [fragment, rows] = await first();
+  const [fragment, rows] = await opening;
+  await rest();
   msd.start(fragment, rows, remembered(), (kind, ...what) => told[kind]?.(...what));
   msd.set_bare(setOptions());
   if (options().has('verify')) verify();

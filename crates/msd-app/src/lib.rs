@@ -24,9 +24,9 @@ pub mod window;
 
 #[cfg(feature = "window")]
 pub use viewer::catalogue;
-#[cfg(all(feature = "window", target_arch = "wasm32"))]
-pub use window::start;
 #[cfg(feature = "window")]
 pub use window::{Missing, ViewError};
 #[cfg(all(feature = "window", not(target_arch = "wasm32")))]
 pub use window::{last_scene, view, view_as, view_link};
+#[cfg(all(feature = "window", target_arch = "wasm32"))]
+pub use window::{report_panics, start};

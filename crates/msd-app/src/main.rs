@@ -19,8 +19,9 @@ fn main() -> std::process::ExitCode {
     cli::exit_code(done)
 }
 
-/// A browser starts the window from a page, see `msd_app::start`.
+/// Runs once in the page of a browser, and in each of its workers; the page starts the window, see
+/// `msd_app::start`.
 #[cfg(target_arch = "wasm32")]
-fn main() {}
-#[cfg(target_arch = "wasm32")]
-use msd_app as _;
+fn main() {
+    msd_app::report_panics();
+}

@@ -5,7 +5,7 @@ mod common;
 use common::{folder, json, msd, outcome, refused, text};
 use msd_app::catalogue;
 use msd_app::link::{Changes, Link, LinkError, Look, OwnScene};
-use msd_app::session::{MaterialEdit, Tuning};
+use msd_app::session::{MaterialEdit, Tuning, Wind};
 use msd_app::viewer::Viewer;
 use msd_core::{Integrator, Interaction, Select, Settings};
 use msd_run::on;
@@ -66,6 +66,32 @@ fn a_link_leaves_nothing_to_undo_and_no_mark() {
     let link = changed().link().expect("a built-in scene");
     let viewer = Viewer::of_link(&link, catalogue()).expect("a link");
     assert_eq!((viewer.session.undoes(), viewer.session.marks().count()), (None, 0));
+}
+
+#[test]
+fn a_link_holds_the_wind_and_a_run_follows_a_steady_one() {
+    let mut first = viewer("cloth");
+    first.session.set_wind(Wind { strength: 3.0, heading: 0.75, gusts: 0.0 });
+    let link = first.link().expect("a built-in scene");
+    let mut second = viewer("jelly");
+    second.open_link(&link);
+    assert_eq!(second.session.wind(), first.session.wind());
+    let blown = |viewer: &mut Viewer| {
+        while viewer.session.runner().steps() < STEPS {
+            viewer.session.advance(1.0 / 60.0, &|| 0.0);
+        }
+        assert_eq!(viewer.session.runner().steps(), STEPS);
+        state_hash(&viewer.session.runner().state())
+    };
+    let here = blown(&mut first);
+    assert_eq!(blown(&mut second), here);
+    assert_ne!(blown(&mut viewer("cloth")), here, "without a wind");
+    assert_eq!(hash_of_run(&link.to_string()), format!("{here:016x}"));
+    let wind = Wind { gusts: 0.5, ..first.session.wind() };
+    first.session.set_wind(wind);
+    let gusty = first.link().expect("a built-in scene").to_string();
+    let refusal = refused(msd(folder().path(), &["run", &gusty, "--duration", "0.5"]), 2);
+    assert!(refusal.contains("cloth: the link has a wind in gusts"), "{refusal}");
 }
 
 /// The hash after half a second of the command line.
@@ -329,6 +355,7 @@ fn sample() -> Link {
         automatic: false,
         precision: Precision::F64,
         edits: vec![stiffness],
+        wind: Wind { strength: 2.5, heading: 0.5, gusts: 0.25 },
         speed: 0.25,
         look,
     };
@@ -398,4 +425,11 @@ fn a_link_cannot_hold_more_than_settings() {
     let mut bad = sample();
     bad.changes.as_mut().expect("changes").look.yaw = f32::NAN;
     assert_eq!(Link::parse(&bad.to_string()), Err(LinkError::Damaged));
+    for wind in [(-1.0, 0.0, 0.0), (f64::INFINITY, 0.0, 0.0), (1.0, f64::NAN, 0.0), (1.0, 0.0, 1.5)]
+    {
+        let mut bad = sample();
+        let (strength, heading, gusts) = wind;
+        bad.changes.as_mut().expect("changes").wind = Wind { strength, heading, gusts };
+        assert_eq!(Link::parse(&bad.to_string()), Err(LinkError::Damaged), "{wind:?}");
+    }
 }

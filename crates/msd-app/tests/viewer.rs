@@ -9,6 +9,7 @@ use egui::{Event, Key, Modifiers, RawInput, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use frames::frame;
+use glam::Vec3;
 use msd_app::input::{take_commands, take_drops};
 use msd_app::panel::theme;
 use msd_app::session::{MaterialEdit, Tuning, Wind};
@@ -308,6 +309,54 @@ fn what_was_chosen_is_remembered() {
         (harness.state().camera.yaw, harness.state().camera.pitch),
         (camera.yaw, camera.pitch)
     );
+}
+
+#[test]
+fn a_remembered_camera_is_at_rest_and_as_far_beside_the_scene_as_it_was() {
+    let mut harness = harness(viewer("cloth", Path::new("")), [1280.0, 800.0]);
+    let left = harness.state_mut();
+    left.look(0.0);
+    left.camera.orbit(0.5, 0.1);
+    left.camera.pan(0.2, 0.0);
+    // The cloth sags, and the camera with it.
+    for _ in 0..120 {
+        left.session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+        left.look(1.0 / 60.0);
+    }
+    let (kept, way) = (left.remember([1280.0, 800.0], 1.0).clone(), beside(left));
+    assert!(0.1 < way.length(), "{way}");
+    let mut again = viewer("cloth", Path::new(""));
+    again.set_preferences(kept);
+    again.session.toggle_pause();
+    let mut harness = self::harness(again, [1280.0, 800.0]);
+    let again = harness.state_mut();
+    assert_eq!(beside(again), way);
+    let target = again.camera.target;
+    again.look(1.0);
+    assert!(again.camera.target.distance(target) < 1e-3, "{} m", again.camera.target - target);
+}
+
+#[test]
+fn a_camera_that_follows_arrives_though_the_run_is_paused() {
+    let mut viewer = viewer("cloth", Path::new(""));
+    for _ in 0..30 {
+        viewer.session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+        viewer.look(1.0 / 60.0);
+    }
+    assert!(viewer.is_gliding(), "it lags behind");
+    viewer.session.toggle_pause();
+    (0..120).for_each(|_| viewer.look(1.0 / 60.0));
+    assert!(!viewer.is_gliding());
+    let there = viewer.camera.target;
+    viewer.look(10.0);
+    // As many metres as a tenth of a pixel.
+    assert!(viewer.camera.target.distance(there) < 2e-4 * viewer.camera.distance);
+}
+
+/// From the middle of the scene to what the camera looks at, as a link holds it, metres.
+fn beside(viewer: &Viewer) -> Vec3 {
+    let changes = viewer.link().expect("a built-in scene").changes.expect("a camera");
+    changes.look.target.into()
 }
 
 #[test]

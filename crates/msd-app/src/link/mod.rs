@@ -7,9 +7,11 @@
 mod error;
 mod seal;
 mod own_scene;
+mod wind;
 
 pub use error::LinkError;
 pub use own_scene::OwnScene;
+pub use wind::Wind;
 
 use msd_core::{Interaction, Settings};
 use msd_run::Runner;
@@ -19,7 +21,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Raised whenever what a link holds changes its form.
-const FORMAT: u8 = 2;
+const FORMAT: u8 = 3;
 /// What a page takes besides a link.
 const PAGE: [&str; 2] = ["embed", "verify"];
 /// The longest text that may be a link; a browser takes more, a person sends less.
@@ -49,6 +51,8 @@ pub struct Changes {
     pub precision: Precision,
     /// What was set of material and world, oldest first, and of rest lengths.
     pub edits: Vec<Interaction>,
+    /// The wind that the user made.
+    pub wind: Wind,
     /// Simulated seconds per second.
     pub speed: f64,
     /// How it is looked at.
@@ -161,23 +165,32 @@ impl Link {
     /// One line: see [`Link::load`] and [`Link::edit`].
     pub fn open(&self) -> Result<Loaded, String> {
         let loaded = self.load().map_err(|error| error.to_string())?;
-        let refused = |error| format!("{}: {error}", loaded.name);
+        let refused = |error: msd_core::Error| format!("{}: {error}", loaded.name);
         // In double precision no number of the scene is rounded.
         let mut runner =
             Runner::open_with(&loaded, loaded.settings, Precision::F64, false).map_err(refused)?;
-        self.edit(&mut runner).map_err(refused)?;
+        self.edit(&loaded, &mut runner)?;
         let (scene, _) = runner.progress();
         Ok(Loaded { scene, ..loaded })
     }
 
-    /// Makes the edits of material and world in a run of the scene.
+    /// Makes the edits of material and world in a run of the scene that was loaded, and its wind.
     ///
     /// # Errors
-    /// An edit that does not fit the scene.
-    pub fn edit(&self, runner: &mut Runner) -> Result<(), msd_core::Error> {
-        let Some(Changes { edits, .. }) = &self.changes else { return Ok(()) };
-        edits.iter().try_for_each(|&edit| runner.queue(edit))?;
-        runner.apply_queued()
+    /// A line on an edit that does not fit the scene, or a wind in gusts, which the window makes.
+    pub fn edit(&self, loaded: &Loaded, runner: &mut Runner) -> Result<(), String> {
+        let Some(Changes { edits, wind, .. }) = &self.changes else { return Ok(()) };
+        let name = &loaded.name;
+        if wind.is_gusty() {
+            return Err(format!(
+                "{name}: the link has a wind in gusts, which only the window makes"
+            ));
+        }
+        let value = loaded.scene.world.force + wind.force(0.0);
+        let blow = (0.0 < wind.strength).then_some(Interaction::SetForce { value });
+        let mut all = edits.iter().copied().chain(blow);
+        let made = all.try_for_each(|edit| runner.queue(edit)).and_then(|()| runner.apply_queued());
+        made.map_err(|error| format!("{name}: {error}"))
     }
 }
 
@@ -226,6 +239,7 @@ impl Changes {
         };
         let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
         self.edits.iter().all(is_setting)
+            && self.wind.is_usable()
             && [x, y, z, distance, yaw, pitch].iter().all(|number| number.is_finite())
             && (self.speed == f64::INFINITY || (1e-3..=100.0).contains(&self.speed))
     }

@@ -15,6 +15,8 @@ mod status;
 mod overlay;
 mod failure;
 mod over;
+#[cfg(target_arch = "wasm32")]
+mod rehearsal;
 
 use crate::viewer::Viewer;
 use egui::{
@@ -22,6 +24,8 @@ use egui::{
     Widget, WidgetInfo, vec2,
 };
 use egui_plot::Plot;
+#[cfg(target_arch = "wasm32")]
+pub use rehearsal::rehearse;
 
 /// Width of the left panel, points.
 const LEFT: f32 = 158.0;

@@ -11,6 +11,7 @@ mod guide;
 mod gallery;
 mod scene_text;
 mod files;
+mod look;
 
 pub use catalogue::{Catalogue, Entry, catalogue};
 pub use command::Command;
@@ -23,12 +24,10 @@ pub use sides::Side;
 pub use viewport::Viewport;
 
 use crate::link::{Changes, Link, LinkError, Look, OwnScene};
-use crate::session::{ErrorNow, Session};
+use crate::session::{ErrorNow, Session, Wind};
 use egui::Rect;
 use glam::Vec3;
-use msd_core::{Real, Vector};
 use msd_render::{Camera, Style};
-use msd_run::on;
 use msd_run::rescue::Offer;
 use msd_scene::Loaded;
 use shown::{show_bits, shown_bits};
@@ -103,6 +102,8 @@ pub struct Viewer {
     /// Where the camera was left looking, and how far beside everything the user moved it.
     aimed: Vec3,
     beside: Vec3,
+    /// Whether the camera is still on its way.
+    is_gliding: bool,
 }
 
 /// Whether a scene is shown with its springs, coloured by strain, unless the user says otherwise:
@@ -111,14 +112,8 @@ pub fn shows_springs(name: &str) -> bool {
     matches!(name, "square" | "square4")
 }
 
-/// How soon the camera follows, seconds.
-const FOLLOW_TIME: f64 = 0.2;
-
 /// The angle that a key turns the camera by, radians, and the exponent that it zooms by.
 const TURN: f32 = 0.1;
-
-/// A scene that is so many times as large as at its start has blown up.
-const DEBRIS: f64 = 10.0;
 
 impl Viewer {
     /// Looks at a scene.
@@ -169,6 +164,7 @@ impl Viewer {
             framed: Camera::default(),
             aimed: Vec3::ZERO,
             beside: Vec3::ZERO,
+            is_gliding: false,
         })
     }
 
@@ -390,6 +386,7 @@ impl Viewer {
             automatic: session.runner().is_automatic(),
             precision: session.runner().precision(),
             edits: session.material().edits(),
+            wind: session.wind(),
             speed: session.speed(),
             look,
         };
@@ -455,6 +452,9 @@ impl Viewer {
         let Some(changes) = &link.changes else { return };
         let session = &mut self.session;
         session.edit_again(&changes.edits);
+        if changes.wind != Wind::default() {
+            session.set_wind(changes.wind);
+        }
         session.set_speed(changes.speed);
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
         show_bits(&mut self.style, shown);
@@ -479,61 +479,6 @@ impl Viewer {
     /// Shows what was loaded before from the bytes of a file called `name`.
     pub fn show_bytes(&mut self, name: &str, bytes: &[u8], loaded: Loaded) {
         self.show_opened(loaded, Some(OwnScene::new(name, bytes)));
-    }
-
-    /// Brings every particle and the ground below into view.
-    pub fn frame_all(&mut self) {
-        let Some(subject) = self.subject() else { return };
-        let rect = self.viewport().rect;
-        let aspect = if rect.is_positive() { rect.aspect_ratio() } else { 1.5 };
-        self.camera.frame(subject, aspect);
-        // Room for what it is about to do.
-        self.camera.zoom(1.35);
-        (self.aimed, self.beside) = (self.camera.target, Vec3::ZERO);
-    }
-
-    /// The box around every particle and the ground below: low and high corner, metres.
-    fn subject(&self) -> Option<(Vec3, Vec3)> {
-        let runner = self.session.runner();
-        let (mut low, high) =
-            on!(runner, simulation => msd_render::bounds(&simulation.snapshot()))?;
-        let room = (high - low).max_element().max(1.0);
-        if let Some(ground) = self.ground() {
-            // Ground far below is left out: the scene would be a dot.
-            low.y = low.y.min(ground.max(low.y - room));
-        }
-        Some((low, high))
-    }
-
-    /// The height of the highest level plane, metres.
-    fn ground(&self) -> Option<f32> {
-        on!(self.session.runner(), simulation => {
-            let planes = simulation.model().planes().iter();
-            let level = planes.filter(|plane| 0.9 < plane.normal.to_f32().y);
-            level.map(|plane| plane.offset.to_f64() as f32).reduce(f32::max)
-        })
-    }
-
-    /// Brings a new scene into view once the size of the window is known.
-    pub(crate) fn frame_once(&mut self) {
-        if self.unframed && self.rect.is_positive() {
-            self.unframed = false;
-            self.camera = Camera::default();
-            self.frame_all();
-            self.framed = self.camera;
-            if let Some(outlook) = self.preferences.cameras.get(&self.session.loaded().name) {
-                self.camera = outlook.camera();
-                (self.aimed, self.beside) = (self.camera.target, Vec3::ZERO);
-            }
-        }
-    }
-
-    /// Remembers how the scene is looked at, if the user chose that.
-    fn keep_camera(&mut self) {
-        let look = |camera: &Camera| (camera.yaw, camera.pitch, camera.distance);
-        if !self.unframed && look(&self.camera) != look(&self.framed) {
-            self.preferences.keep_camera(&self.session.loaded().name, &self.camera);
-        }
     }
 
     /// Ends the guide, which is not offered again by itself.
@@ -563,38 +508,5 @@ impl Viewer {
             preferences.size = Some(size);
         }
         preferences
-    }
-
-    /// Lets the camera keep up, once per frame, after the steps; `real` is the wall-clock time of
-    /// the frame in seconds.
-    ///
-    /// It turns to the middle of everything, not only as far as that moved: what was dragged
-    /// away comes back into the picture. A camera that the user moved aside stays aside.
-    pub fn look(&mut self, real: f64) {
-        if self.side_by_side && self.session.twin().is_none() {
-            self.set_side_by_side(false);
-        }
-        self.beside += self.camera.target - self.aimed;
-        self.aimed = self.camera.target;
-        if !self.follow {
-            self.beside = Vec3::ZERO;
-            return;
-        }
-        // While something is held the picture stays still.
-        if self.session.held().is_some() {
-            return;
-        }
-        let Some((low, high)) = self.subject() else { return };
-        // Debris is not followed: what is left is where the rest was.
-        let size = on!(self.session.runner(), simulation => simulation.model().size());
-        if DEBRIS * size < f64::from((high - low).max_element()) {
-            return;
-        }
-        let way = (low + high) * 0.5 + self.beside - self.camera.target;
-        let part = way * (1.0 - (-real / FOLLOW_TIME).exp()) as f32;
-        if part.is_finite() {
-            self.camera.target += part;
-            self.aimed = self.camera.target;
-        }
     }
 }

@@ -1,5 +1,6 @@
 //! Preferences: what the window remembers from one start to the next.
 
+use glam::Vec3;
 use msd_render::Camera;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -66,11 +67,11 @@ impl Preferences {
     }
 
     /// Remembers how a scene was looked at.
-    pub fn keep_camera(&mut self, scene: &str, camera: &Camera) {
+    pub fn keep_outlook(&mut self, scene: &str, outlook: Outlook) {
         if MOST_CAMERAS <= self.cameras.len() && !self.cameras.contains_key(scene) {
             self.cameras.clear();
         }
-        self.cameras.insert(scene.to_owned(), Outlook::of(camera));
+        self.cameras.insert(scene.to_owned(), outlook);
     }
 }
 
@@ -79,6 +80,9 @@ impl Preferences {
 pub struct Outlook {
     /// The point looked at, metres.
     pub target: [f32; 3],
+    /// How far that is beside the middle of everything, metres. Default 0.
+    #[serde(default)]
+    pub beside: [f32; 3],
     /// Distance from it, metres.
     pub distance: f32,
     /// Angle about the y axis, radians.
@@ -88,14 +92,15 @@ pub struct Outlook {
 }
 
 impl Outlook {
-    fn of(camera: &Camera) -> Self {
+    /// A camera, and how far its target is beside the middle of everything, metres.
+    pub fn of(camera: &Camera, beside: Vec3) -> Self {
         let Camera { target, distance, yaw, pitch, .. } = *camera;
-        Outlook { target: target.to_array(), distance, yaw, pitch }
+        Outlook { target: target.to_array(), beside: beside.to_array(), distance, yaw, pitch }
     }
 
     /// The camera; the renderer takes numbers out of their domain as their default.
     pub fn camera(&self) -> Camera {
-        let Outlook { target, distance, yaw, pitch } = *self;
+        let Outlook { target, distance, yaw, pitch, .. } = *self;
         Camera { target: target.into(), distance, yaw, pitch, ..Camera::default() }
     }
 }
@@ -108,7 +113,8 @@ mod tests {
     fn what_is_written_is_read_and_what_is_missing_has_its_default() {
         let mut written =
             Preferences { light: true, size: Some([800.0, 600.0]), ..Default::default() };
-        written.keep_camera("cube", &Camera { yaw: 1.25, ..Camera::default() });
+        let camera = Camera { yaw: 1.25, ..Camera::default() };
+        written.keep_outlook("cube", Outlook::of(&camera, Vec3::X));
         let read = Preferences::parse(&written.to_text()).expect("preferences");
         assert_eq!(read, written);
         assert_eq!(read.cameras["cube"].camera().yaw, 1.25);

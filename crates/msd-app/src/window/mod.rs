@@ -23,7 +23,7 @@ pub use film::Film;
 #[cfg(not(target_arch = "wasm32"))]
 pub use native::{last_scene, view, view_as, view_link};
 #[cfg(target_arch = "wasm32")]
-pub use web::start;
+pub use web::{report_panics, start};
 
 #[cfg(not(target_arch = "wasm32"))]
 use crate::drivers;
@@ -93,6 +93,9 @@ pub(crate) struct Shell {
     last_kept: Instant,
     #[cfg(target_arch = "wasm32")]
     is_lost: bool,
+    /// The piece of the panels that is to be laid out next before the first frame.
+    #[cfg(target_arch = "wasm32")]
+    rehearsed: Option<usize>,
     title: String,
     hidden: bool,
     is_full: bool,
@@ -128,6 +131,8 @@ impl Shell {
             last_kept: Instant::now(),
             #[cfg(target_arch = "wasm32")]
             is_lost: false,
+            #[cfg(target_arch = "wasm32")]
+            rehearsed: Some(0),
             title: String::new(),
             hidden: false,
             is_full: false,
@@ -186,7 +191,7 @@ impl Shell {
         if self.surface.take().is_none() {
             return;
         }
-        self.is_lost = true;
+        (self.is_lost, self.rehearsed) = (true, Some(0));
         web::tell("line", "The graphics device was lost; the scene waits for another.");
         // The textures of the panels are lost too, and a context hands them out only once.
         let context = panel_context(self.context.zoom_factor());
@@ -259,8 +264,36 @@ impl Shell {
         window.request_redraw();
     }
 
+    /// Lays out a piece of the panels before the first frame, and then all of them; whether it did.
+    /// What the first time takes would keep the page from answering, were it one frame.
+    #[cfg(target_arch = "wasm32")]
+    fn rehearse(&mut self) -> bool {
+        let (Some(window), Some(input), Some(surface), Some(piece)) =
+            (&self.window, &mut self.input, &mut self.surface, self.rehearsed)
+        else {
+            return false;
+        };
+        let viewer = &mut self.viewer;
+        self.rehearsed = None;
+        panel::theme::choose(&self.context, viewer.light);
+        let output = self.context.run_ui(input.take_egui_input(window), |ui| {
+            if !viewer.bare && panel::rehearse(ui, viewer, piece) {
+                self.rehearsed = Some(piece + 1);
+            } else {
+                panel::show(ui, viewer);
+            }
+        });
+        surface.take_textures(&mut Painting::of(&self.context, output));
+        window.request_redraw();
+        true
+    }
+
     /// One frame: reads input, steps, draws.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
+        #[cfg(target_arch = "wasm32")]
+        if self.rehearse() {
+            return;
+        }
         let (Some(window), Some(input), Some(surface)) =
             (&self.window, &mut self.input, &mut self.surface)
         else {
@@ -353,7 +386,8 @@ impl Shell {
     fn schedule(&self, event_loop: &ActiveEventLoop, wait: Duration) {
         let Some(window) = &self.window else { return };
         let session = &self.viewer.session;
-        let moving = !session.is_paused() || session.is_working();
+        // A camera that stopped with the run would jump at the next event.
+        let moving = !session.is_paused() || session.is_working() || self.viewer.is_gliding();
         event_loop.set_control_flow(ControlFlow::Wait);
         if self.hidden {
             return;

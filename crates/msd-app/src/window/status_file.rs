@@ -5,8 +5,8 @@
 //! `real_time_factor`, `step_ms`, `frame_rate` (null before they are measured), `stability` (the
 //! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
 //! itself), `offers` (how many ways out there are), `held` (particle or null), `held_position`,
-//! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is), `pins`
-//! (how many are), `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of
+//! `held_target`, `held_screen`, `selected`, `velocity` (of the selected particle, m/s), `pinned`
+//! (whether the selected particle is), `pins` (how many are), `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of
 //! the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
 //! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `trade` (null while it is
 //! off or waits: `measured` settings, the `cheapest` of them in s/s, `now`, `done`, `failure`,
@@ -79,6 +79,9 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "held_target": session.grab_target().map(|target| target.to_array()),
         "held_screen": held.and_then(|particle| screen(position(particle).as_vec3())),
         "selected": session.selected(),
+        "velocity": session.selected().map(|particle| {
+            on!(session.runner(), simulation => simulation.velocity(particle).to_f64().to_array())
+        }),
         "pinned": session.selected().map(|particle| session.is_pinned(particle)),
         "pins": (0..session.runner().particle_count()).filter(|&at| session.is_pinned(at)).count(),
         "hovered": viewer.hovered,

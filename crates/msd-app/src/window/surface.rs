@@ -116,6 +116,13 @@ impl WindowSurface {
         0 < size.width && 0 < size.height
     }
 
+    /// Takes over egui's textures of what is not drawn.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn take_textures(&mut self, painting: &mut Painting) {
+        self.canvas.take_textures(painting);
+        self.canvas.free_textures(painting);
+    }
+
     /// Draws a frame, or only takes over egui's textures where the window has none to give.
     pub(crate) fn paint(&mut self, viewer: &Viewer, mut painting: Painting) {
         self.canvas.take_textures(&mut painting);

@@ -14,6 +14,10 @@ impl CpuClock {
     /// of up to a millisecond.
     pub const SURE: f64 = if cfg!(target_arch = "wasm32") { 0.02 } else { 0.0 };
 
+    /// What it measures, in words: a browser tells no time of the processor.
+    pub const MEASURES: &str =
+        if cfg!(target_arch = "wasm32") { "time" } else { "time of the processor" };
+
     /// Starts the watch; in a browser, which does not tell, it shows the time of the wall.
     pub fn start() -> Self {
         #[cfg(not(target_arch = "wasm32"))]

@@ -149,8 +149,7 @@ fn open(scene: &Path, solver: &SolverArguments) -> Result<(Loaded, Runner), Fail
         Failure::input(format!("{}: {error}{}", loaded.name, asked.unwrap_or_default()))
     })?;
     if let Some(link) = &link {
-        let refused = |error| Failure::input(format!("{}: {error}", loaded.name));
-        link.edit(&mut runner).map_err(refused)?;
+        link.edit(&loaded, &mut runner).map_err(Failure::input)?;
     }
     Ok((loaded, runner))
 }

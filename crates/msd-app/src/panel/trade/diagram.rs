@@ -10,6 +10,7 @@ use msd_core::Integrator;
 use msd_scene::Precision;
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME};
+use msd_study::clock::CpuClock;
 use msd_study::quantity::{estimate, rounded};
 use msd_study::trial::Trial;
 use msd_study::words::told;
@@ -61,7 +62,7 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
         .y_grid_spacer(decades)
         .custom_x_axes(vec![
             axis(AxisHints::new_x(), |value| rounded(value, 1))
-                .label("time of the processor per frame, ms"),
+                .label(format!("{} per frame, ms", CpuClock::MEASURES)),
         ])
         .custom_y_axes(vec![
             axis(AxisHints::new_y(), |value| estimate(value, "m"))

@@ -220,8 +220,8 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Rect {
             let hover = [
                 "Searches for the cheapest setting within this error, as msd tune does, tries it \
                  from the state of now, and takes it",
-                "Searches for the most accurate setting that takes at most this time of the \
-                 processor per frame, as msd tune does, tries it from now on, and takes it",
+                "Searches for the most accurate setting that takes at most this time per frame, \
+                 as msd tune does, tries it from now on, and takes it",
             ][row];
             let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
             places[row] = response.rect;

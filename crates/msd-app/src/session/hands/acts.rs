@@ -1,8 +1,7 @@
 //! The acts of hands on a session: grabs, groups, pins, cuts and wind.
 
 use super::grab::{Grab, MOST_HELD, force};
-use super::wind::Wind;
-use crate::session::{Deed, Session};
+use crate::session::{Deed, Session, Wind};
 use glam::DVec3;
 use msd_core::Interaction;
 use msd_run::on;

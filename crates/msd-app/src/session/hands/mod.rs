@@ -1,8 +1,7 @@
 //! Hands on the run: grabs, and the wind.
 
 mod grab;
-mod wind;
 mod acts;
 
+pub use crate::link::Wind;
 pub use grab::{Grab, MOST_HELD};
-pub use wind::Wind;

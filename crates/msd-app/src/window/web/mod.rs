@@ -3,6 +3,7 @@
 mod opening;
 mod page;
 mod clipboard;
+mod fault;
 mod graphics;
 mod replay;
 mod study;
@@ -10,6 +11,7 @@ mod verify;
 mod speed;
 
 pub(super) use clipboard::PageClipboard;
+pub use fault::report_panics;
 pub(super) use graphics::watch_device;
 pub use page::start;
 pub(super) use page::{give, keep, tell};

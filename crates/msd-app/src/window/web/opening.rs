@@ -1,6 +1,10 @@
 //! The opening of scenes in a worker: bodies are filled there, and the page gets rows.
 
+use super::super::canvas::Painting;
+use super::super::{lay_out, panel_context};
 use crate::link::{Link, LinkError};
+use crate::viewer::{Viewer, catalogue};
+use egui::{Pos2, RawInput, Rect, vec2};
 use msd_scene::Loaded;
 use wasm_bindgen::prelude::wasm_bindgen;
 
@@ -19,6 +23,29 @@ pub(super) fn link_of(fragment: &str) -> Result<Link, String> {
 #[wasm_bindgen]
 pub fn opened(fragment: &str) -> Result<Vec<u8>, String> {
     packed(&link_of(fragment)?.load().map_err(|error| error.to_string())?)
+}
+
+/// Does the same before the window is there, and lays out a frame that nobody sees: a browser
+/// compiles code when it first runs, for the page too if it ran in a worker.
+///
+/// # Errors
+/// Why the link is not followed, one line.
+#[wasm_bindgen]
+pub fn opened_first(fragment: &str) -> Result<Vec<u8>, String> {
+    let rows = opened(fragment)?;
+    rehearse();
+    Ok(rows)
+}
+
+/// Lays out a frame of the first scene, in a size that has room for all panels.
+fn rehearse() {
+    let link = Link::to(msd_scene::BUILTINS[0].name);
+    let Ok(mut viewer) = Viewer::of_link(&link, catalogue()) else { return };
+    let context = panel_context(1.0);
+    let size = Rect::from_min_size(Pos2::ZERO, vec2(1280.0, 1000.0));
+    let raw = RawInput { screen_rect: Some(size), ..Default::default() };
+    let (output, _) = lay_out(&context, raw, &mut viewer, 1.0 / 60.0, &|| 0.0);
+    Painting::of(&context, output);
 }
 
 /// Opens a scene file, a mesh or a saved run from the bytes of a file called `name`, and returns

@@ -34,7 +34,6 @@ pub fn start(
     preferences: Option<String>,
     told: Function,
 ) -> Result<(), String> {
-    console_error_panic_hook::set_once();
     console_log::init_with_level(log::Level::Warn).ok();
     TOLD.set(Some(told));
     // A scene of the list is opened in a worker too.

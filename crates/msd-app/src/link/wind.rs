@@ -1,6 +1,7 @@
 //! Wind: a uniform force, steady or in gusts.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Periods of the two swings that gusts are made of, seconds: their sum does not repeat within a
@@ -10,7 +11,7 @@ const PERIODS: [f64; 2] = [2.3, 0.71];
 /// A wind that the user makes, on top of the uniform force of the scene.
 ///
 /// The core has no air that moves: wind is a force on every particle, whatever its velocity.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Wind {
     /// Mean force on every particle, newtons; not negative.
     pub strength: f64,
@@ -32,6 +33,13 @@ impl Wind {
     /// The largest force that it comes to, newtons.
     pub fn strongest(&self) -> DVec3 {
         Wind { gusts: 0.0, ..*self }.force(0.0) * (1.0 + self.gusts)
+    }
+
+    /// Whether every number is in its domain.
+    pub(super) fn is_usable(&self) -> bool {
+        (0.0..f64::INFINITY).contains(&self.strength)
+            && self.heading.is_finite()
+            && (0.0..=1.0).contains(&self.gusts)
     }
 
     /// Whether it comes and goes.

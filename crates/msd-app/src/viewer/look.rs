@@ -1,0 +1,127 @@
+//! The camera of a viewer: on everything, after it as it moves, or as it was left.
+
+use super::{Outlook, Viewer};
+use glam::Vec3;
+use msd_core::{Real, Vector};
+use msd_render::Camera;
+use msd_run::on;
+
+/// How soon the camera follows, seconds.
+const FOLLOW_TIME: f64 = 0.2;
+
+/// The camera is where it goes once it is as near as this part of its distance: a fraction of a
+/// pixel.
+const ARRIVED: f32 = 2e-4;
+
+/// A scene that is so many times as large as at its start has blown up.
+const DEBRIS: f64 = 10.0;
+
+impl Viewer {
+    /// Brings every particle and the ground below into view.
+    pub fn frame_all(&mut self) {
+        let Some(subject) = self.subject() else { return };
+        let rect = self.viewport().rect;
+        let aspect = if rect.is_positive() { rect.aspect_ratio() } else { 1.5 };
+        self.camera.frame(subject, aspect);
+        // Room for what it is about to do.
+        self.camera.zoom(1.35);
+        (self.aimed, self.beside) = (self.camera.target, Vec3::ZERO);
+    }
+
+    /// The box around every particle and the ground below: low and high corner, metres.
+    pub(super) fn subject(&self) -> Option<(Vec3, Vec3)> {
+        let runner = self.session.runner();
+        let (mut low, high) =
+            on!(runner, simulation => msd_render::bounds(&simulation.snapshot()))?;
+        let room = (high - low).max_element().max(1.0);
+        if let Some(ground) = self.ground() {
+            // Ground far below is left out: the scene would be a dot.
+            low.y = low.y.min(ground.max(low.y - room));
+        }
+        Some((low, high))
+    }
+
+    /// The height of the highest level plane, metres.
+    fn ground(&self) -> Option<f32> {
+        on!(self.session.runner(), simulation => {
+            let planes = simulation.model().planes().iter();
+            let level = planes.filter(|plane| 0.9 < plane.normal.to_f32().y);
+            level.map(|plane| plane.offset.to_f64() as f32).reduce(f32::max)
+        })
+    }
+
+    /// Brings a new scene into view once the size of the window is known.
+    pub(crate) fn frame_once(&mut self) {
+        if self.unframed && self.rect.is_positive() {
+            self.unframed = false;
+            self.camera = Camera::default();
+            self.frame_all();
+            self.framed = self.camera;
+            if let Some(&outlook) = self.preferences.cameras.get(&self.session.loaded().name) {
+                self.look_again(outlook);
+            }
+        }
+    }
+
+    /// Looks at the scene as it was looked at before. A camera that follows is where it would go:
+    /// the middle was elsewhere when it was left.
+    fn look_again(&mut self, outlook: Outlook) {
+        let middle = self.camera.target;
+        self.camera = outlook.camera();
+        if self.follow {
+            self.beside = outlook.beside.into();
+            self.camera.target = middle + self.beside;
+        }
+        self.aimed = self.camera.target;
+    }
+
+    /// Remembers how the scene is looked at, if the user chose that.
+    pub(super) fn keep_camera(&mut self) {
+        let look = |camera: &Camera| (camera.yaw, camera.pitch, camera.distance);
+        let is_moved = look(&self.camera) != look(&self.framed) || self.beside != Vec3::ZERO;
+        if !self.unframed && is_moved {
+            let outlook = Outlook::of(&self.camera, self.beside);
+            self.preferences.keep_outlook(&self.session.loaded().name, outlook);
+        }
+    }
+
+    /// Lets the camera keep up, once per frame, after the steps; `real` is the wall-clock time of
+    /// the frame in seconds.
+    ///
+    /// It turns to the middle of everything, not only as far as that moved: what was dragged
+    /// away comes back into the picture. A camera that the user moved aside stays aside.
+    pub fn look(&mut self, real: f64) {
+        if self.side_by_side && self.session.twin().is_none() {
+            self.set_side_by_side(false);
+        }
+        self.beside += self.camera.target - self.aimed;
+        self.aimed = self.camera.target;
+        self.is_gliding = false;
+        if !self.follow {
+            self.beside = Vec3::ZERO;
+            return;
+        }
+        // While something is held the picture stays still.
+        if self.session.held().is_some() {
+            return;
+        }
+        let Some((low, high)) = self.subject() else { return };
+        // Debris is not followed: what is left is where the rest was.
+        let size = on!(self.session.runner(), simulation => simulation.model().size());
+        if DEBRIS * size < f64::from((high - low).max_element()) {
+            return;
+        }
+        let way = (low + high) * 0.5 + self.beside - self.camera.target;
+        let part = way * (1.0 - (-real / FOLLOW_TIME).exp()) as f32;
+        if part.is_finite() {
+            self.camera.target += part;
+            self.aimed = self.camera.target;
+            self.is_gliding = ARRIVED * self.camera.distance < (way - part).length();
+        }
+    }
+
+    /// Whether the camera is still on its way to what it follows, and wants more frames.
+    pub fn is_gliding(&self) -> bool {
+        self.is_gliding
+    }
+}

@@ -1,0 +1,186 @@
+// Drives the page in Firefox, through Marionette: node web/firefox.mjs [FOLDER], with pictures of
+// what it saw in FOLDER. It takes a display, as Firefox has no WebGL2 without one.
+import { spawn } from 'node:child_process';
+import { existsSync } from 'node:fs';
+import { mkdtemp, readFile, rm, writeFile } from 'node:fs/promises';
+import { connect } from 'node:net';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import assert from 'node:assert/strict';
+import { PATIENCE, countColours, serve } from './browser.mjs';
+
+const executable = process.env.MSD_FIREFOX ?? ['/usr/bin/firefox-esr'].find(existsSync);
+
+// On an adapter in software, at a port that is free, and without a word to anybody else.
+const SETTINGS = {
+  'marionette.port': 0,
+  'webgl.force-enabled': true,
+  'gfx.webgpu.ignore-blocklist': true,
+  'app.normandy.enabled': false,
+  'app.update.enabled': false,
+  'browser.safebrowsing.malware.enabled': false,
+  'browser.safebrowsing.phishing.enabled': false,
+  'browser.shell.checkDefaultBrowser': false,
+  'datareporting.policy.dataSubmissionEnabled': false,
+  'network.captive-portal-service.enabled': false,
+  'network.connectivity-service.enabled': false,
+  'services.settings.server': '',
+};
+
+async function until(what, ask, patience = PATIENCE) {
+  for (const start = Date.now(); ;) {
+    const answer = await ask();
+    if (answer) return answer;
+    assert(Date.now() - start < patience, `it never happens: ${what}`);
+    await new Promise(next => setTimeout(next, 50));
+  }
+}
+
+// What Firefox does and what it shows are two contexts, to be switched between. A message is its
+// length in bytes, a colon and JSON: [0, id, name, parameters], answered by [1, id, error, result].
+class Firefox {
+  static async start(folder, settings, display) {
+    const lines = Object.entries({ ...SETTINGS, ...settings })
+      .map(([name, value]) => `user_pref(${JSON.stringify(name)}, ${JSON.stringify(value)});\n`);
+    await writeFile(join(folder, 'user.js'), lines.join(''));
+    const options = ['--no-remote', '--marionette', '--remote-allow-system-access', '--profile', folder];
+    const env = { ...process.env, DISPLAY: display, LIBGL_ALWAYS_SOFTWARE: '1', MOZ_CRASHREPORTER_DISABLE: '1' };
+    const program = spawn(executable, options, { stdio: 'ignore', env });
+    const file = join(folder, 'MarionetteActivePort');
+    const port = await until('a port', () => readFile(file, 'utf8').catch(() => ''));
+    const socket = connect(Number(port), '127.0.0.1');
+    const made = Object.assign(new Firefox(), { program, socket, asked: [], heard: Buffer.alloc(0) });
+    socket.on('data', part => made.hear(part));
+    await made.ask('WebDriver:NewSession', {});
+    await made.ask('WebDriver:SetTimeouts', { script: PATIENCE, pageLoad: PATIENCE });
+    return made;
+  }
+
+  hear(part) {
+    this.heard = Buffer.concat([this.heard, part]);
+    for (;;) {
+      const colon = this.heard.indexOf(':');
+      const end = colon + 1 + Number(this.heard.subarray(0, Math.max(colon, 0)).toString());
+      if (colon < 0 || this.heard.length < end) return;
+      const message = JSON.parse(this.heard.subarray(colon + 1, end).toString());
+      this.heard = this.heard.subarray(end);
+      // The first one is a greeting.
+      if (!Array.isArray(message)) continue;
+      const [, id, error, result] = message;
+      const { done, failed } = this.asked[id];
+      if (error) failed(new Error(`${error.error}: ${error.message}`));
+      else done(result);
+    }
+  }
+
+  ask(name, parameters) {
+    return new Promise((done, failed) => {
+      const text = JSON.stringify([0, this.asked.push({ done, failed }) - 1, name, parameters]);
+      this.socket.write(`${Buffer.byteLength(text)}:${text}`);
+    });
+  }
+
+  // What an expression of the page comes to, in the end.
+  async evaluate(expression) {
+    const script = `const end = arguments[arguments.length - 1];
+      Promise.resolve(${expression}).then(value => end([value]), error => end([null, String(error)]));`;
+    const { value: [value, error] } = await this.ask('WebDriver:ExecuteAsyncScript', { script, sandbox: null });
+    if (error) throw new Error(error);
+    return value;
+  }
+
+  status() { return this.evaluate('window.msd.status()'); }
+
+  // Goes on once the page shows something; a change of the fragment alone would load nothing.
+  async go(url) {
+    await this.ask('WebDriver:Navigate', { url: 'about:blank' });
+    await this.ask('WebDriver:Navigate', { url });
+    await until('a picture', () => this.evaluate('/running|missing/.test(document.documentElement.dataset.state)'));
+  }
+
+  act(source) { return this.ask('WebDriver:PerformActions', { actions: [source] }); }
+
+  press(value) {
+    return this.act({ type: 'key', id: 'keys', actions: [{ type: 'keyDown', value }, { type: 'keyUp', value }] });
+  }
+
+  // Errors and warnings of the pages of an address.
+  async said(url) {
+    await this.ask('Marionette:SetContext', { value: 'chrome' });
+    const script = `const { classes: Cc, interfaces: Ci } = Components;
+      const storage = Cc['@mozilla.org/consoleAPI-storage;1'].getService(Ci.nsIConsoleAPIStorage);
+      const errors = Services.console.getMessageArray()
+        .filter(message => message instanceof Ci.nsIScriptError && message.sourceName.startsWith(arguments[0]));
+      const calls = storage.getEvents().filter(({ filename }) => filename.startsWith(arguments[0]));
+      return [...errors.map(error => error.errorMessage), ...calls.map(call => call.arguments.join(' '))];`;
+    const { value } = await this.ask('WebDriver:ExecuteScript', { script, args: [url] });
+    await this.ask('Marionette:SetContext', { value: 'content' });
+    return value;
+  }
+
+  async picture() { return (await this.ask('WebDriver:TakeScreenshot', { full: false })).value; }
+}
+
+// What a visitor does first.
+async function visit(firefox, way, url) {
+  await firefox.go(`${url}#scene=cube&embed`);
+  await until('steps', async () => 5 < (await firefox.status()).steps);
+  const picture = await firefox.picture();
+  if (process.argv[2]) await writeFile(join(process.argv[2], `firefox-${way}.png`), picture, 'base64');
+  const colours = await firefox.evaluate(`(${countColours})("${picture}")`);
+  assert(20 < colours[1], `${colours} colours`);
+  await firefox.press(' ');
+  const { steps, aim: { screen: [x, y] } } = await until('a pause', async () => {
+    const now = await firefox.status();
+    return now.paused && now;
+  });
+  const at = (x, y) => ({ type: 'pointerMove', x: Math.round(x), y: Math.round(y), duration: 300 });
+  const actions = [at(x, y), { type: 'pointerDown', button: 0 }, at(x + 60, y - 80)];
+  await firefox.act({ type: 'pointer', id: 'mouse', parameters: { pointerType: 'mouse' }, actions });
+  await until('a grab', async () => (await firefox.status()).held !== null);
+  assert.equal((await firefox.status()).steps, steps, 'paused');
+  await firefox.ask('WebDriver:ReleaseActions', {});
+  await until('a release', async () => (await firefox.status()).held === null);
+  await firefox.press(' ');
+  await until('going on', async () => steps + 5 < (await firefox.status()).steps);
+}
+
+async function verify(firefox, _, url) {
+  await firefox.go(`${url}#scene=chain&embed&verify`);
+  await firefox.press(' ');
+  const verified = () => firefox.evaluate('document.documentElement.dataset.verified ?? ""');
+  const line = await until('hashes', verified, 5 * PATIENCE);
+  assert.match(line, /^all \d+ runs end in the bits that are kept/);
+}
+
+if (!executable || !existsSync('/usr/bin/Xvfb')) {
+  console.log('web-test: SKIPPED Firefox (install it with: apt install firefox-esr xvfb)');
+  process.exit(process.env.MSD_REQUIRE_FIREFOX ? 1 : 0);
+}
+const { server, url } = await serve();
+const screen = spawn('Xvfb', ['-displayfd', '3', '-screen', '0', '1280x900x24'],
+  { stdio: ['ignore', 'ignore', 'ignore', 'pipe'] });
+const display = `:${(await new Promise(heard => screen.stdio[3].once('data', heard))).toString().trim()}`;
+let failed = 0;
+for (const [way, test] of [['webgpu', visit], ['webgl2', visit], ['webgl2', verify]]) {
+  const folder = await mkdtemp(join(tmpdir(), 'msd-firefox-'));
+  const start = Date.now();
+  const firefox = await Firefox.start(folder, { 'dom.webgpu.enabled': way === 'webgpu' }, display);
+  try {
+    await test(firefox, way, url);
+    // Of wgpu, which asks for a name that Firefox will take back.
+    const said = (await firefox.said(url)).filter(line => !line.startsWith('WEBGL_debug_renderer_info'));
+    assert.deepEqual(said, [], 'messages on the console');
+    console.log(`ok  Firefox, ${way}: ${test.name} (${Date.now() - start} ms)`);
+  } catch (error) {
+    failed += 1;
+    console.log(`BAD Firefox, ${way}: ${test.name}\n${error.stack}`);
+  }
+  const gone = new Promise(gone => firefox.program.once('exit', gone));
+  firefox.program.kill();
+  await gone;
+  await rm(folder, { recursive: true, force: true });
+}
+screen.kill();
+server.close();
+process.exit(failed ? 1 : 0);

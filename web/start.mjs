@@ -1,0 +1,54 @@
+// Measures how soon a first visitor sees the page move, by either way of drawing, and writes the
+// table in docs/browser.md: node web/start.mjs, after scripts/web.sh. The files come over loopback.
+import { readFile, writeFile } from 'node:fs/promises';
+import { cpus, loadavg } from 'node:os';
+import { PATIENCE, Page, WAYS, executable, serve } from './browser.mjs';
+
+const VISITS = 5;
+
+const root = new URL('..', import.meta.url).pathname;
+const { server, url } = await serve();
+const rows = [];
+let version;
+for (const way of Object.keys(WAYS)) {
+  const visits = [];
+  for (let visit = 0; visit < VISITS; visit++) visits.push(await times(way));
+  const median = visits[0].map((_, column) => visits.map(row => row[column]).sort((a, b) => a - b)[VISITS >> 1]);
+  const name = { webgpu: 'WebGPU', webgl2: 'WebGL2' }[way];
+  rows.push(`| ${name} | ${median.map(time => (time / 1000).toFixed(2)).join(' | ')} |`);
+  console.log(rows.at(-1));
+}
+server.close();
+
+// Milliseconds of a visit, with a fresh browser, until the program is there, the first picture and
+// the first picture after a step.
+async function times(way) {
+  const page = await Page.open(executable, way, WAYS[way], url);
+  version = (await page.cdp.send('Browser.getVersion')).product.replace('/', ' ');
+  await page.page.addInitScript(() => {
+    const look = async () => {
+      if (document.documentElement?.dataset.first && 0 < (await window.msd.status()).steps) {
+        requestAnimationFrame(() => { window.moved = performance.now(); });
+      } else {
+        requestAnimationFrame(look);
+      }
+    };
+    look();
+  });
+  await page.go('#scene=cube');
+  await page.page.waitForFunction(() => window.moved, null, { timeout: PATIENCE });
+  const seen = await page.page.evaluate(() => {
+    const program = performance.getEntriesByType('resource').find(({ name }) => name.endsWith('.wasm'));
+    return [program.responseEnd, Number(document.documentElement.dataset.first), window.moved];
+  });
+  await page.close();
+  return seen;
+}
+
+const path = `${root}docs/browser.md`;
+const [before, rest] = (await readFile(path, 'utf8')).split('<!-- begin start -->\n');
+const [, after] = rest.split('<!-- end start -->');
+const table = '| drawn by | program there, s | first picture, s | first motion, s |\n|---|---|---|---|\n'
+  + `${rows.join('\n')}\n\n${version}, ${new Date().toISOString().slice(0, 10)}; `
+  + `${loadavg()[0].toFixed(0)} programs shared ${cpus().length} cores.\n`;
+await writeFile(path, `${before}<!-- begin start -->\n${table}<!-- end start -->${after}`);
