@@ -11,6 +11,7 @@ use crate::mesh::{self, Mesh, MeshError, MeshOptions};
 use crate::precision::Precision;
 use crate::shown::tame;
 use glam::{DMat3, DVec3};
+use msd_core::substance::SOLID_POISSON;
 use msd_core::{Bending, Elasticity, Lattice, Material, Neighbours, Part, Particle, Spring, shape};
 
 /// Reads the mesh that a scene names.
@@ -68,6 +69,10 @@ impl Builder<'_> {
                 counts[0].saturating_mul(3)
             }
             Some(Elasticity::Rope { bending, .. }) if bending != 0.0 => counts[0],
+            _ => 0,
+        });
+        self.budget.add_volumes(match substance.map(|substance| substance.elasticity) {
+            Some(Elasticity::Solid { poisson, .. }) if poisson != SOLID_POISSON => counts[0],
             _ => 0,
         });
         self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;

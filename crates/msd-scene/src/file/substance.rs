@@ -5,11 +5,11 @@ use crate::file::domain::Domain;
 use crate::file::schema::{BodyRow, Kind};
 use crate::file::tree::Source;
 use crate::materials::{MATERIALS, Numbers, named};
-use msd_core::substance::{SHEET_POISSON, SOLID_POISSON};
+use msd_core::substance::{MOST_POISSON, SHEET_POISSON, SOLID_POISSON};
 use msd_core::{Bending, Elasticity, Part, Substance};
 use std::f64::consts::PI;
 
-/// How near a given Poisson's ratio must be to that of springs: 0.33 is meant for 1/3.
+/// How near that of springs a Poisson's ratio given for a sheet must be: 0.33 is meant for 1/3.
 const POISSON_WITHIN: f64 = 0.005;
 
 /// The keys of a substance in a row, each with what it is given as.
@@ -101,8 +101,8 @@ impl Keys<'_> {
             Kind::Rope => self.rope()?,
             Kind::Cloth => self.sheet()?,
             _ => {
-                self.check_poisson(SOLID_POISSON, "0.25 (1/4) in a block")?;
-                (Elasticity::Solid { young: self.needed("young")? }, self.needed("density")?)
+                let (young, poisson) = (self.needed("young")?, self.solid_poisson()?);
+                (Elasticity::Solid { young, poisson }, self.needed("density")?)
             }
         };
         Ok(Substance { elasticity, density, relaxation_time })
@@ -137,7 +137,7 @@ impl Keys<'_> {
         let [warp, weft, shear] = woven;
         let is_woven = woven.iter().any(|key| self.value(key).is_some());
         if !is_woven {
-            self.check_poisson(SHEET_POISSON, "0.3333 (1/3) in a cloth")?;
+            self.check_sheet_poisson()?;
             let mut elasticity =
                 Elasticity::sheet(self.needed("young")?, self.needed("thickness")?);
             if let (Elasticity::Sheet { bending, .. }, Some(given)) =
@@ -193,12 +193,28 @@ impl Keys<'_> {
         Ok(Some(Bending { warp, weft, bias }))
     }
 
-    /// Refuses a Poisson's ratio that springs do not give.
-    fn check_poisson(&self, springs: f64, words: &str) -> Result<(), FileError> {
+    /// The Poisson's ratio of a block: that of springs, or another, which costs more.
+    fn solid_poisson(&self) -> Result<f64, FileError> {
+        let Some(poisson) = self.number_of_row("poisson")? else { return Ok(SOLID_POISSON) };
+        if (0.0..=MOST_POISSON).contains(&poisson) {
+            return Ok(poisson);
+        }
+        let key = format_args!("bodies[{}].poisson", self.row);
+        let why = if poisson < 0.0 {
+            "of a lattice of springs"
+        } else {
+            "towards 0.5 the stable step goes to 0"
+        };
+        let expected = format!("between 0 and {MOST_POISSON} in a block: {why}");
+        Err(self.source.out_of_domain(key, plain(poisson), expected))
+    }
+
+    /// Refuses a Poisson's ratio of a sheet that springs do not give.
+    fn check_sheet_poisson(&self) -> Result<(), FileError> {
         match self.number_of_row("poisson")? {
-            Some(poisson) if POISSON_WITHIN < (poisson - springs).abs() => {
+            Some(poisson) if POISSON_WITHIN < (poisson - SHEET_POISSON).abs() => {
                 let key = format_args!("bodies[{}].poisson", self.row);
-                let expected = format!("{words}, the only one that springs give");
+                let expected = "0.3333 (1/3) in a cloth, the only one that its springs give";
                 Err(self.source.out_of_domain(key, plain(poisson), expected))
             }
             _ => Ok(()),
@@ -257,7 +273,12 @@ pub(super) fn caveat(body: &BodyRow) -> Option<String> {
         Kind::Cloth => "1/3",
         _ => return None,
     };
-    Some(format!("{name}: Poisson's ratio is {springs}, that of springs, instead of {poisson}"))
+    let ratio = format!("Poisson's ratio is {springs}, that of springs, instead of {poisson}");
+    let hint = match body.kind {
+        Kind::Block => format!("; `poisson = {}` costs more", poisson.min(MOST_POISSON)),
+        _ => String::new(),
+    };
+    Some(format!("{name}: {ratio}{hint}"))
 }
 
 /// Refuses a substance whose masses or springs do not fit the precision of the scene.
@@ -267,7 +288,8 @@ pub(super) fn check_fits(source: &Source<'_>, row: usize, part: &Part) -> Result
     let lightest = masses.fold(f64::INFINITY, f64::min);
     let springs = part.springs.iter().flat_map(|spring| [spring.stiffness, spring.damping]);
     let bends = part.bends.iter().flat_map(|bend| [bend.stiffness, bend.damping]);
-    let largest = springs.chain(bends).fold(0.0, f64::max);
+    let volumes = part.volumes.iter().flat_map(|row| [row.modulus.abs(), row.damping.abs()]);
+    let largest = springs.chain(bends).chain(volumes).fold(0.0, f64::max);
     let fits = Domain::Mass.holds(lightest, precision)
         && Domain::NotNegative.holds(largest, precision)
         && (precision == crate::Precision::F64 || (largest as f32).is_finite());

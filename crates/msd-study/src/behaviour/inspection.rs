@@ -2,7 +2,7 @@
 
 use core::f64::consts::TAU;
 use msd_core::glam::DVec3;
-use msd_core::{Bend, Body, Error, Moduli, Particle, Scene, Settings, Simulation, Spring};
+use msd_core::{Bend, Body, Error, Moduli, Particle, Scene, Settings, Simulation, Spring, Volume};
 use serde::Serialize;
 
 /// A body as if it were of a uniform material; the keys of `msd inspect --json`.
@@ -84,7 +84,7 @@ fn inspect_body(scene: &Scene, body: &Body) -> Result<Inspection, Error> {
             let is_flat = beside.all(|axis| {
                 springs.iter().map(across).all(|way| way.dot(*axis).abs() <= 1e-6 * way.length())
             });
-            let moduli = || Moduli::of(rows, filled.size);
+            let moduli = || Moduli::of(rows, &alone.volumes, filled.size);
             let found = || directions(&moduli(), frame, filled.dimensions);
             // Springs without stiffness amount to no material.
             is_flat.then(found).filter(|found| 0.0 < found.range()[1])
@@ -108,6 +108,9 @@ fn alone(scene: &Scene, body: &Body) -> Scene {
     let bends = bends.filter(|bend| bend.particles.iter().all(|end| body.particles.contains(end)));
     let moved = |bend: &Bend| Bend { particles: bend.particles.map(|end| end - first), ..*bend };
     alone.bends = bends.map(moved).collect();
+    let inside = |row: &&Volume| row.particles.iter().all(|end| body.particles.contains(end));
+    let moved = |row: &Volume| Volume { particles: row.particles.map(|end| end - first), ..*row };
+    alone.volumes = scene.volumes.iter().filter(inside).map(moved).collect();
     alone
 }
 

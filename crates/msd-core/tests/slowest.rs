@@ -1,0 +1,82 @@
+//! The slowest motions, against strings, beams and bars.
+
+use msd_core::glam::DVec3;
+use msd_core::substance::SOLID_POISSON;
+use msd_core::{
+    Elasticity, Part, Particle, Pin, Scene, Settings, Simulation, Spring, Substance, World, shape,
+};
+use std::f64::consts::{PI, TAU};
+
+fn frequencies(scene: &Scene) -> Vec<f64> {
+    let simulation = Simulation::<f64>::new(scene, Settings::default()).expect("valid");
+    let modes = simulation.slowest_modes();
+    modes.iter().map(|mode| mode.stiffness.sqrt() / TAU).collect()
+}
+
+fn scene(part: Part) -> Scene {
+    let world = World { gravity: DVec3::ZERO, ..World::default() };
+    Scene { world, ..Scene::of("body", part) }
+}
+
+#[test]
+fn a_stretched_string_swings_at_the_frequencies_of_lagrange() {
+    // n particles between two that are held: w = 2 √(T/(m a)) sin(π j/(2 (n + 1))) across, in two
+    // directions each, and √(k/m) for √(T/(m a)) along, here as large as the fifth.
+    let (count, stiffness, mass) = (9, 40.0, 0.1);
+    let at = |row: usize| DVec3::X * row as f64;
+    let particle = |row| Particle { position: at(row), velocity: DVec3::ZERO, mass };
+    let particles = (0..count + 2).map(particle).collect();
+    let spring = |row| Spring { ends: [row, row + 1], rest_length: 0.9, stiffness, damping: 0.0 };
+    let mut scene =
+        scene(Part { particles, springs: (0..=count).map(spring).collect(), ..Part::default() });
+    let velocity = DVec3::ZERO;
+    scene.pins = [0, count + 1].map(|particle| Pin { particle, velocity }).to_vec();
+    let found = frequencies(&scene);
+    let expected = |j: f64| {
+        let tension = 0.1 * stiffness;
+        2.0 * (tension / mass).sqrt() * (PI * j / (2.0 * 10.0)).sin() / TAU
+    };
+    for (found, j) in found.iter().zip([1.0, 1.0, 2.0]) {
+        assert!((found / expected(j) - 1.0).abs() < 1e-6, "{found}, {}", expected(j));
+    }
+    assert_eq!(found.len(), 3);
+}
+
+/// A square bar so many cells thick and ten times as long.
+fn bar(cells: usize, poisson: f64) -> Scene {
+    let size = [cells + 1, 10 * cells + 1, cells + 1];
+    let elasticity = Elasticity::Solid { young: 1e6, poisson };
+    let solid = Substance { elasticity, density: 1000.0, relaxation_time: 0.0 };
+    scene(shape::body(size, 0.1 / cells as f64, &solid).expect("a bar"))
+}
+
+/// The first frequencies of a free bar of 1 m of E = 1e6 Pa, 1000 kg/m³ and 0.1 m square by
+/// Timoshenko's beam theory, two directions alike: √(E I/(ρ A)) β²/(2π L²) with β = 4.730 and 7.853
+/// for Euler's, less by the rotation and the shear of sections.
+fn free_bar(beta: f64, poisson: f64) -> f64 {
+    let (young, density, side) = (1e6f64, 1000.0, 0.1f64);
+    let radius_squared = side * side / 12.0;
+    let euler = beta * beta * (young / density * radius_squared).sqrt() / TAU;
+    // Of second order in the slenderness (Timoshenko, 1921), for β tanh-like end factors of free
+    // ends near 1: w = w0 / √(1 + β² r² (1 + E/(κ G))).
+    let shear = 10.0 * (1.0 + poisson) / (12.0 + 11.0 * poisson);
+    euler / (1.0 + beta * beta * radius_squared * (1.0 + 2.0 * (1.0 + poisson) / shear)).sqrt()
+}
+
+#[test]
+fn a_free_bar_bends_twists_and_stretches_at_the_frequencies_of_beams_of_second_order() {
+    for poisson in [SOLID_POISSON, 0.45] {
+        let [coarse, fine] = [2, 4].map(|cells| frequencies(&bar(cells, poisson)));
+        // Bent in two directions alike, which is stiffer by the cells as the clamped one is.
+        for found in [&coarse, &fine] {
+            assert_eq!(found.len(), 3);
+            assert!((found[0] / found[1] - 1.0).abs() < 1e-6, "{found:?}");
+        }
+        let expected = free_bar(4.730_04, poisson);
+        let errors = [&coarse, &fine].map(|found| found[0] / expected - 1.0);
+        println!("{poisson}: {coarse:?} {fine:?}, {expected}, {errors:?}");
+        // Order 2, and within 2 % of the limit.
+        let limit = fine[0] + (fine[0] - coarse[0]) / 3.0;
+        assert!((limit / expected - 1.0).abs() < 0.02, "{limit}, {expected}");
+    }
+}
