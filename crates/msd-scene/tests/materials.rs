@@ -250,6 +250,27 @@ const REFUSED: [(&str, &str); 26] = [
         "bodies[0].bending_bias is 0.9; it must be at least 1, (bending_warp + bending_weft)/4",
     ),
     (
+        "kind = 'cloth'\nsize = [3, 3]\nmaterial = 'cotton-denim'\nbending_warp = 1",
+        "bodies[0].bending_warp is 1; it must be such that (bending_warp + bending_weft)/4 is at most",
+    ),
+    (
+        "kind = 'rope'\nsize = [3]\ndiameter = 1\nmaterial = 'cotton-denim'",
+        "bodies[0].material is \"cotton-denim\"; it must be that of a solid in a rope or a block",
+    ),
+    ("kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'gelatine'", "did you mean `gelatine-5%`?"),
+    (
+        "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steel'\nrelaxation_time = 1\ndamping_ratio = 1",
+        "bodies[0].damping_ratio and bodies[0].relaxation_time exclude each other",
+    ),
+    (
+        "kind = 'block'\nsize = [20, 20, 20]\nmaterial = 'steel'\ndamping_ratio = 0.1",
+        "bodies[0].damping_ratio asks for the slowest motion of 8000 particles",
+    ),
+    (
+        "kind = 'cloth'\nsize = [9, 9]\nmaterial = 'cotton-denim'\nbending = 0\ndamping_ratio = 0.1",
+        "asks for the slowest motion, and nothing resists many of them; give `relaxation_time`",
+    ),
+    (
         "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steel'\nbending = 1",
         "bodies[0].bending means nothing to a block; it belongs to kind rope, cloth, mesh",
     ),
@@ -273,5 +294,24 @@ fn what_makes_no_body_is_refused_in_one_line() {
         let message = body(lines).expect_err(lines);
         assert!(message.contains(expected), "{message}\nshould say {expected}");
         assert!(message.lines().count() == 1 && message.len() < 250, "{message}");
+    }
+}
+
+#[test]
+fn a_damping_ratio_is_that_of_the_slowest_motion() {
+    for (body_keys, ratio) in [
+        ("kind = 'block'\nsize = [3, 7, 3]", 0.05),
+        ("kind = 'cloth'\nsize = [5, 4]\nthickness = 0.01", 1.5),
+    ] {
+        let lines = format!(
+            "{body_keys}\nspacing = 0.1\nyoung = 5e4\ndensity = 800\ndamping_ratio = {ratio}"
+        );
+        let scene = body(&lines).expect("a body").scene;
+        let simulation =
+            Simulation::<f64>::new(&scene, msd_core::Settings::default()).expect("valid");
+        let [mode] = simulation.slowest_modes(1)[..] else { panic!("a mode") };
+        let found = 0.5 * mode.damping / mode.stiffness.sqrt();
+        // By the matrix: a straight bend is damped in all directions.
+        assert!((found / ratio - 1.0).abs() < 1e-3, "{found}");
     }
 }

@@ -105,9 +105,8 @@ impl Elasticity {
 
     /// A rope of round section: E A against a pull and E π d⁴/64 against bending.
     pub fn rope(young: f64, diameter: f64) -> Self {
-        let square = diameter * diameter;
-        let stretch = young * (0.25 * core::f64::consts::PI * square);
-        Elasticity::Rope { stretch, bending: stretch * square / 16.0 }
+        let stretch = young * round_section(diameter);
+        Elasticity::Rope { stretch, bending: stretch * (diameter * diameter) / 16.0 }
     }
 
     /// The number of dimensions of its lattice.
@@ -118,6 +117,11 @@ impl Elasticity {
             Elasticity::Rope { .. } => 1,
         }
     }
+}
+
+/// The area of a round section, square metres.
+pub fn round_section(diameter: f64) -> f64 {
+    0.25 * core::f64::consts::PI * (diameter * diameter)
 }
 
 /// The springs and the mass of a cell inside a body.

@@ -32,8 +32,8 @@ const FEWEST_VECTORS: usize = 12;
 const MOST_BYTES: usize = 256 << 20;
 /// Rayleigh quotients until the fastest motion has converged to rounding.
 const MOST_QUOTIENTS: usize = 20;
-/// Slow motions that are sought.
-const SLOWEST: usize = 5;
+/// Slow motions that are sought at most.
+const MOST_SLOWEST: usize = 5;
 /// The search for a limit begins at this share of the expected value.
 const START: f64 = 0.93;
 /// The most times that the motion that grows first is added to those.
@@ -67,11 +67,15 @@ pub(crate) fn fastest_mode<R: Real>(model: &Model<R>, state: &Columns<R>, time: 
     estimator.mode(&vectors)
 }
 
-/// The slowest motions about a state that anything resists, at most five, slowest first; see
+/// The slowest motions about a state that anything resists, at most `count`, slowest first; see
 /// [`slowest::slowest`].
-pub(crate) fn slowest_modes<R: Real>(model: &Model<R>, state: &Columns<R>, time: f64) -> Vec<Mode> {
+pub(crate) fn slowest_modes<R: Real>(
+    (model, state): (&Model<R>, &Columns<R>),
+    time: f64,
+    count: usize,
+) -> Vec<Mode> {
     let point = OperatingPoint { model, motion: state.motion(&model.slots, time) };
-    slowest::slowest(&point, SLOWEST)
+    slowest::slowest(&point, count.min(MOST_SLOWEST))
 }
 
 /// The displacement of each particle in the fastest motion about a state, the largest of length 1;

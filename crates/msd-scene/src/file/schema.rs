@@ -252,6 +252,10 @@ pub struct BodyRow {
     /// Lattices of a material: viscosity over modulus, seconds. Default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relaxation_time: Option<f64>,
+    /// Lattices of a material: damping ratio of the slowest motion of the body on its own, instead
+    /// of `relaxation_time`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_ratio: Option<f64>,
     /// Cloths: thickness, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
