@@ -30,8 +30,8 @@ type Six<R, const N: usize> = [Triple<R, N>; 6];
 #[derive(Clone, Debug)]
 pub struct Volumes<R: Real> {
     /// In the order of evaluation.
-    rows: Vec<Cell<R>>,
-    bundles: Vec<Bundle<R>>,
+    rows: Vec<HeldCell<R>>,
+    bundles: Vec<CellBundle<R>>,
     /// How many of the rows are in bundles: the first ones.
     bundled: usize,
     /// Numbers of a column of vectors.
@@ -41,17 +41,17 @@ pub struct Volumes<R: Real> {
 
 /// A cell, and where the numbers of its corners are.
 #[derive(Clone, Copy, Debug)]
-struct Cell<R> {
+struct HeldCell<R> {
     particles: [u32; 8],
     at: [u32; 8],
-    law: Law<R>,
+    law: VolumeLaw<R>,
 }
 
 /// Cells of one law, each in a lane of its own; `at` is where the numbers of their corners start.
 #[derive(Clone, Debug)]
-struct Bundle<R> {
+struct CellBundle<R> {
     at: [u32; 8],
-    law: Law<R>,
+    law: VolumeLaw<R>,
     is_there: [bool; LANES],
 }
 
@@ -61,7 +61,7 @@ struct Bundle<R> {
 /// f = e²/(2 q), q = 1 + 2/3 e + e²: to third order that is 9/2 ((V/V0)^⅓ − 1)², which in a uniform
 /// dilation goes as the springs do, and it stays finite however far a cell is pulled.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Law<R> {
+struct VolumeLaw<R> {
     rest: R,
     modulus: R,
     damping: R,
@@ -69,10 +69,10 @@ struct Law<R> {
     per_square: R,
 }
 
-impl<R: Real> Law<R> {
+impl<R: Real> VolumeLaw<R> {
     fn new(row: &Volume) -> Self {
         let edge = cube_root(row.rest_volume);
-        Law {
+        VolumeLaw {
             rest: R::of(row.rest_volume),
             modulus: R::of(row.modulus),
             damping: R::of(row.damping),
@@ -80,8 +80,8 @@ impl<R: Real> Law<R> {
         }
     }
 
-    fn to_f64(self) -> Law<f64> {
-        Law {
+    fn to_f64(self) -> VolumeLaw<f64> {
+        VolumeLaw {
             rest: self.rest.to_f64(),
             modulus: self.modulus.to_f64(),
             damping: self.damping.to_f64(),
@@ -156,21 +156,21 @@ fn cube_root(value: f64) -> f64 {
 }
 
 /// A cell at a motion: the diagonals of faces, the gradient of the volume by them, and e.
-struct Shape<R, const N: usize> {
+struct CellShape<R, const N: usize> {
     diagonals: Six<R, N>,
     gradient: Six<R, N>,
     dilations: Numbers<R, N>,
 }
 
-impl<R: Real, const N: usize> Shape<R, N> {
+impl<R: Real, const N: usize> CellShape<R, N> {
     #[inline(always)]
-    fn new(law: &Law<R>, diagonals: Six<R, N>) -> Self {
+    fn new(law: &VolumeLaw<R>, diagonals: Six<R, N>) -> Self {
         let twelfth = R::of(1.0 / 12.0);
         let gradient = bilinear(&diagonals, &diagonals).map(|row| scaled(row, &[twelfth; N]));
         // Of degree 3 in all diagonals, and linear in the first two of them together.
         let halves = [0, 1].map(|row| dot(&diagonals[row], &gradient[row]));
         let dilations = from_fn(|lane| law.dilation(halves[0][lane] + halves[1][lane]));
-        Shape { diagonals, gradient, dilations }
+        CellShape { diagonals, gradient, dilations }
     }
 
     /// The rate of the volume at which its diagonals change.
@@ -186,7 +186,7 @@ impl<R: Real, const N: usize> Shape<R, N> {
 
     /// The shares of Λ and of the damping.
     #[inline(always)]
-    fn shares(&self, law: &Law<R>) -> Numbers<R, N> {
+    fn shares(&self, law: &VolumeLaw<R>) -> Numbers<R, N> {
         if !law.is_negative() {
             return [R::ONE; N];
         }
@@ -200,7 +200,11 @@ impl<R: Real, const N: usize> Shape<R, N> {
 
     /// Tension and drag together, pascals, and the power of the damper, watts.
     #[inline(always)]
-    fn pull(&self, law: &Law<R>, rates: Option<&Six<R, N>>) -> (Numbers<R, N>, Numbers<R, N>) {
+    fn pull(
+        &self,
+        law: &VolumeLaw<R>,
+        rates: Option<&Six<R, N>>,
+    ) -> (Numbers<R, N>, Numbers<R, N>) {
         let mut pulls = self.dilations.map(|e| law.tension(e));
         let mut powers = [R::ZERO; N];
         if let Some(rates) = rates {
@@ -218,7 +222,7 @@ impl<R: Real, const N: usize> Shape<R, N> {
     /// The factors of g gᵀ in τ (τ K + D), which stay positive together with those of springs:
     /// K without the turn of g, which is indefinite, as in the matrix of springs.
     #[inline(always)]
-    fn factors(&self, law: &Law<R>, tau: R) -> Numbers<R, N> {
+    fn factors(&self, law: &VolumeLaw<R>, tau: R) -> Numbers<R, N> {
         let factor = tau * (tau * law.modulus + law.damping) * (R::ONE / law.rest);
         self.shares(law).map(|share| share * factor)
     }
@@ -280,7 +284,7 @@ fn dot<R: Real, const N: usize>(a: &Triple<R, N>, b: &Triple<R, N>) -> Numbers<R
     from_fn(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
 }
 
-impl<R: Real> Cell<R> {
+impl<R: Real> HeldCell<R> {
     /// The diagonals of what a function says of its corners.
     #[inline(always)]
     fn diagonals<S: Real>(&self, of: impl Fn(usize) -> S::Vec3) -> Six<S, 1> {
@@ -303,19 +307,19 @@ impl<R: Real> Cell<R> {
     }
 
     /// Its shape in double precision.
-    fn shape_f64(&self, motion: &Motion<'_, R>) -> Shape<f64, 1> {
+    fn shape_f64(&self, motion: &Motion<'_, R>) -> CellShape<f64, 1> {
         let position = |corner: usize| motion.position(self.particles[corner] as usize).to_f64();
-        Shape::new(&self.law.to_f64(), self.diagonals::<f64>(position))
+        CellShape::new(&self.law.to_f64(), self.diagonals::<f64>(position))
     }
 }
 
-impl<R: Real> Bundle<R> {
-    fn new(rows: &[Cell<R>]) -> Self {
-        let lane = |row: &Cell<R>| row.at[0] as usize % RECORD;
+impl<R: Real> CellBundle<R> {
+    fn new(rows: &[HeldCell<R>]) -> Self {
+        let lane = |row: &HeldCell<R>| row.at[0] as usize % RECORD;
         let first = &rows[0];
         let mut is_there = [false; LANES];
         rows.iter().for_each(|row| is_there[lane(row)] = true);
-        Bundle { at: first.at.map(|at| at - lane(first) as u32), law: first.law, is_there }
+        CellBundle { at: first.at.map(|at| at - lane(first) as u32), law: first.law, is_there }
     }
 
     /// The diagonals of a column.
@@ -361,10 +365,10 @@ impl<R: Real> Volumes<R> {
 
     /// Adds volumes, and puts all in order anew: the slots may have changed.
     pub(crate) fn add(&mut self, rows: &[Volume], slots: &Slots) {
-        self.rows.extend(rows.iter().map(|row| Cell {
+        self.rows.extend(rows.iter().map(|row| HeldCell {
             particles: row.particles.map(|particle| particle as u32),
             at: [0; 8],
-            law: Law::new(row),
+            law: VolumeLaw::new(row),
         }));
         for row in &mut self.rows {
             row.at = row.particles.map(|particle| slots.at(particle as usize) as u32);
@@ -374,10 +378,10 @@ impl<R: Real> Volumes<R> {
     }
 
     fn bundle(&mut self) {
-        let is_alike = |a: &Cell<R>, b: &Cell<R>| a.law == b.law;
+        let is_alike = |a: &HeldCell<R>, b: &HeldCell<R>| a.law == b.law;
         let bundles = bundles::order(&mut self.rows, self.numbers, |row| row.at, is_alike);
         self.bundled = bundles.last().map_or(0, |last| last.end);
-        self.bundles = bundles.into_iter().map(|rows| Bundle::new(&self.rows[rows])).collect();
+        self.bundles = bundles.into_iter().map(|rows| CellBundle::new(&self.rows[rows])).collect();
         self.is_damped = self.rows.iter().any(|row| row.law.damping != R::ZERO);
     }
 
@@ -412,7 +416,7 @@ impl<R: Real> Volumes<R> {
         self.retain(|row| !row.particles.into_iter().any(&is_removed));
     }
 
-    fn retain(&mut self, is_left: impl Fn(&Cell<R>) -> bool) {
+    fn retain(&mut self, is_left: impl Fn(&HeldCell<R>) -> bool) {
         let before = self.rows.len();
         self.rows.retain(is_left);
         if self.rows.len() < before {
@@ -436,7 +440,7 @@ impl<R: Real> Volumes<R> {
     }
 
     /// Adds the products of τ (τ K + D) about positions with a direction, in columns; see
-    /// [`Shape::factors`].
+    /// [`CellShape::factors`].
     pub(crate) fn add_column_products(
         &self,
         (level, tau): (Level, R),
@@ -453,7 +457,7 @@ impl<R: Real> Volumes<R> {
     /// of a negative Λ: what is left is as good for a solve, and positive for sure.
     pub(crate) fn add_blocks(&self, tau: R, positions: &[R], [upper, lower]: [&mut [R]; 2]) {
         for row in self.rows.iter().filter(|row| !row.law.is_negative()) {
-            let shape = Shape::new(&row.law, row.diagonals_in(positions));
+            let shape = CellShape::new(&row.law, row.diagonals_in(positions));
             let [factor] = shape.factors(&row.law, tau);
             for (&at, part) in row.at.iter().zip(corners(&shape.gradient)) {
                 let [x, y, z] = part.map(|[number]| number);
@@ -478,14 +482,14 @@ impl<R: Real> Volumes<R> {
         ways: &mut [R::Vec3],
     ) {
         for row in &self.rows {
-            let Cell { law, particles, .. } = row;
+            let HeldCell { law, particles, .. } = row;
             let particle = |corner: usize| particles[corner] as usize;
             let moved = row.diagonals::<R>(|corner| ways[particle(corner)]);
             let began = row.diagonals::<R>(|corner| starts[particle(corner)]);
             let now: Six<R, 1> = from_fn(|diagonal| sum(&began[diagonal], &moved[diagonal]));
-            let shape = Shape::new(law, now);
+            let shape = CellShape::new(law, now);
             // Over a substep instead of a second: h² times the tension and h times the drag.
-            let per_step = Law { damping: law.damping * (R::ONE / h), ..*law };
+            let per_step = VolumeLaw { damping: law.damping * (R::ONE / h), ..*law };
             let ([pull], _) = shape.pull(&per_step, Some(&moved));
             let parts = corners(&shape.gradient).map(|part| part.map(|[number]| number));
             let parts = parts.map(R::Vec3::from_components);
@@ -540,7 +544,7 @@ impl<R: Real> Volumes<R> {
 
     /// Pairs of particles that volumes join.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        let pairs = |row: &Cell<R>| {
+        let pairs = |row: &HeldCell<R>| {
             (1..8).map(|end| [row.particles[0], row.particles[end]]).collect::<Vec<_>>()
         };
         self.rows.iter().flat_map(pairs)
@@ -548,7 +552,7 @@ impl<R: Real> Volumes<R> {
 }
 
 /// The lengths of the gradient of the volume at the corners, square metres.
-fn corner_lengths(shape: &Shape<f64, 1>) -> [f64; 8] {
+fn corner_lengths(shape: &CellShape<f64, 1>) -> [f64; 8] {
     corners(&shape.gradient).map(|part| Real::sqrt(dot(&part, &part)[0]))
 }
 
@@ -557,7 +561,7 @@ fn corner_lengths(shape: &Shape<f64, 1>) -> [f64; 8] {
 fn add_forces<R: Real>(volumes: &Volumes<R>, x: &[R], v: &[R], forces: &mut [R]) -> f64 {
     let mut power = 0.0;
     for bundle in &volumes.bundles {
-        let shape = Shape::new(&bundle.law, bundle.diagonals_in(x));
+        let shape = CellShape::new(&bundle.law, bundle.diagonals_in(x));
         let rates = volumes.is_damped.then(|| bundle.diagonals_in(v));
         let (pulls, powers) = shape.pull(&bundle.law, rates.as_ref());
         bundle.subtract(&shape.gradient.map(|row| scaled(row, &pulls)), forces);
@@ -566,7 +570,7 @@ fn add_forces<R: Real>(volumes: &Volumes<R>, x: &[R], v: &[R], forces: &mut [R])
         }
     }
     for row in &volumes.rows[volumes.bundled..] {
-        let shape = Shape::new(&row.law, row.diagonals_in(x));
+        let shape = CellShape::new(&row.law, row.diagonals_in(x));
         let rates = volumes.is_damped.then(|| row.diagonals_in(v));
         let (pulls, [taken]) = shape.pull(&row.law, rates.as_ref());
         row.subtract(&shape.gradient.map(|row| scaled(row, &pulls)), forces);
@@ -584,7 +588,7 @@ fn add_products<R: Real>(
     products: &mut [R],
 ) {
     for bundle in &volumes.bundles {
-        let shape = Shape::new(&bundle.law, bundle.diagonals_in(x));
+        let shape = CellShape::new(&bundle.law, bundle.diagonals_in(x));
         let rates = shape.rate(&bundle.diagonals_in(direction));
         let factors = shape.factors(&bundle.law, tau);
         // What is subtracted is the opposite.
@@ -592,7 +596,7 @@ fn add_products<R: Real>(
         bundle.subtract(&shape.gradient.map(|row| scaled(row, &pulls)), products);
     }
     for row in &volumes.rows[volumes.bundled..] {
-        let shape = Shape::new(&row.law, row.diagonals_in(x));
+        let shape = CellShape::new(&row.law, row.diagonals_in(x));
         let ([rate], [factor]) =
             (shape.rate(&row.diagonals_in(direction)), shape.factors(&row.law, tau));
         row.subtract(&shape.gradient.map(|row| scaled(row, &[-(rate * factor)])), products);
@@ -606,7 +610,7 @@ impl<R: Real> Element<R> for Volumes<R> {
             let particle = |corner: usize| row.particles[corner] as usize;
             let position = |corner: usize| motion.position(particle(corner));
             let velocity = |corner: usize| motion.velocity(particle(corner));
-            let shape = Shape::new(&row.law, row.diagonals::<R>(position));
+            let shape = CellShape::new(&row.law, row.diagonals::<R>(position));
             let (pulls, [taken]) = shape.pull(&row.law, Some(&row.diagonals::<R>(velocity)));
             let parts = corners(&shape.gradient.map(|row| scaled(row, &pulls)));
             for (corner, part) in parts.into_iter().enumerate() {

@@ -47,8 +47,8 @@ impl Energy {
 /// and speed once can change it, joules.
 ///
 /// With δ the rounding of a coordinate, ε times its size or times how far it falls in a `substep`
-/// onto what holds it, the latter is k δ (|stretch| + δ) of a spring, bend or volume, m |g| δ + ε m v² of a
-/// particle, and 2 ε E of a user-defined element.
+/// onto what holds it, the latter is k δ (|stretch| + δ) of a spring, bend or volume, m |g| δ + ε m
+/// v² of a particle, and 2 ε E of a user-defined element.
 pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,

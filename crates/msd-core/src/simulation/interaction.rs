@@ -72,7 +72,8 @@ pub enum Interaction {
         /// The force, newtons.
         force: DVec3,
     },
-    /// Removes a spring for good, and the bends and volumes across it; the others keep their numbers.
+    /// Removes a spring for good, and the bends and volumes across it; the others keep their
+    /// numbers.
     Cut {
         /// The spring.
         spring: usize,

@@ -1,8 +1,8 @@
 //! The slowest motions of a system about a state.
 //!
 //! A block of vectors is improved by its residuals, solved for roughly, and by the ways it went
-//! before, which is locally optimal (LOBPCG; Knyazev, 2001). Directions that nothing resists, as those of a body as a whole,
-//! come first and are left out.
+//! before, which is locally optimal (LOBPCG; Knyazev, 2001). Directions that nothing resists, as
+//! those of a body as a whole, come first and are left out.
 
 use super::dense::{MOST, Matrix};
 use super::region::Mode;
@@ -103,7 +103,8 @@ pub(crate) fn slowest<R: Real>(point: &OperatingPoint<'_, R>, count: usize) -> V
     Vec::new()
 }
 
-/// An estimate of K⁻¹ r by conjugate gradients: it brings a motion nearer to a slow one than r does.
+/// An estimate of K⁻¹ r by conjugate gradients: it brings a motion nearer to a slow one than r
+/// does.
 fn solved<R: Real>(
     residual: Vec<DVec3>,
     (basis, point): (&mut Basis, &OperatingPoint<'_, R>),

@@ -304,8 +304,8 @@ impl Keys<'_> {
     }
 }
 
-/// The substance of a lattice with the relaxation time that its damping ratio ζ says, if it has one:
-/// 2 ζ/w, w being the angular frequency of the slowest motion of the body on its own.
+/// The substance of a lattice with the relaxation time that its damping ratio ζ says, if it has
+/// one: 2 ζ/w, w being the angular frequency of the slowest motion of the body on its own.
 ///
 /// # Errors
 /// A number outside its domain; a body that is too large, or has motions that nothing resists.

@@ -22,7 +22,8 @@ pub struct Inspection {
     pub springs: usize,
     /// Mass, kilograms.
     pub mass: f64,
-    /// What it fills; `None` for particles and springs of no shape, and where the surface has holes.
+    /// What it fills; `None` for particles and springs of no shape, and where the surface has
+    /// holes.
     pub filled: Option<Filled>,
     /// Whether its surface has holes, so that it cannot be told what is inside.
     pub is_open: bool,

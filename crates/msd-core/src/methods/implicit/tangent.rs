@@ -11,8 +11,9 @@ use glam::DVec3;
 /// The matrix about a stage, kilograms.
 ///
 /// For springs see [`SpringMatrix`]. Bends add their products, which depend on the stage by their
-/// damping alone; volumes add theirs without the turn of their gradients. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing at its largest
-/// force, which is taken as constant. User-defined elements supply their products.
+/// damping alone; volumes add theirs without the turn of their gradients. Drag adds its factor
+/// times τ. A grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant.
+/// User-defined elements supply their products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
     springs: SpringMatrix<R>,

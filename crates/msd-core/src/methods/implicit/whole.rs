@@ -21,8 +21,8 @@ use core::ops::Range;
 use fearless_simd::Level;
 use glam::DVec3;
 
-/// Particles that springs, bends and volumes join to each other and to no others, two or more: one alone is
-/// solved by its block.
+/// Particles that springs, bends and volumes join to each other and to no others, two or more: one
+/// alone is solved by its block.
 #[derive(Clone, Debug, Default)]
 struct Whole {
     /// Which of the shares.
@@ -150,8 +150,8 @@ impl Wholes {
         !self.rows.iter().any(|whole| whole.is_free)
     }
 
-    /// Sums the residuals of all forces but those of springs, bends and volumes, before anything is changed,
-    /// and the diagonal of the matrix.
+    /// Sums the residuals of all forces but those of springs, bends and volumes, before anything is
+    /// changed, and the diagonal of the matrix.
     pub(crate) fn begin<R: Real>(&mut self, level: Level, residuals: &[R], diagonals: &[R]) {
         self.is_fresh = true;
         for whole in self.rows.iter_mut().filter(|whole| whole.is_free) {
