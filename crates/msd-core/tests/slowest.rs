@@ -66,7 +66,7 @@ fn free_bar(beta: f64, poisson: f64) -> f64 {
 #[test]
 fn the_first_three_frequencies_of_a_free_bar_are_those_of_beams_and_of_torsion() {
     for poisson in [SOLID_POISSON, 0.45] {
-        let [coarse, fine] = [2, 4].map(|cells| frequencies(&bar(cells, poisson)));
+        let [coarse, fine] = [2, 4].map(|cells| twist_last(frequencies(&bar(cells, poisson))));
         // Bent in two directions alike, which is stiffer by the cells as the clamped one is.
         for found in [&coarse, &fine] {
             for pair in [0, 2] {
@@ -82,6 +82,19 @@ fn the_first_three_frequencies_of_a_free_bar_are_those_of_beams_and_of_torsion()
             assert!((limit / expected - 1.0).abs() < within, "{poisson}: {limit}, {expected}");
         }
     }
+}
+
+/// The frequencies of pairs of motions first, those of bending, then that of the twist, wherever
+/// that is among them.
+fn twist_last(mut found: Vec<f64>) -> Vec<f64> {
+    let is_alone = |row: &usize| {
+        let alike = found.iter().filter(|other| (*other / found[*row] - 1.0).abs() < 1e-6);
+        alike.count() == 1
+    };
+    let twist = (0..found.len()).find(is_alone).expect("a twist");
+    let twist = found.remove(twist);
+    found.push(twist);
+    found
 }
 
 /// The first frequency of a free bar that twists, by the torsion constant of a square, 0.1406 a⁴

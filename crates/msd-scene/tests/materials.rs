@@ -175,7 +175,7 @@ fn the_scenes_of_the_page_are_complete() {
 }
 
 /// Lines of a body, and what is said of them.
-const REFUSED: [(&str, &str); 26] = [
+const REFUSED: [(&str, &str); 32] = [
     (
         "kind = 'block'\nsize = [3, 3, 3]\nmaterial = 'steal'",
         "s.toml:7:12: bodies[0].material is \"steal\"; it must be the name of a material; did you \

@@ -107,8 +107,8 @@ pub(crate) fn fastest_motion<R: Real>(
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add
 /// at most the sum of their k over its mass. Of bends the largest row sum of magnitudes counts.
-/// Volumes and user-defined elements are known about this state alone, the latter and are bounded
-/// only where they act on each particle by itself and give their blocks.
+/// Volumes and user-defined elements are known about this state alone, the latter only
+/// where they act on each particle by itself and give their blocks.
 pub(crate) fn guaranteed_limit<R: Real>(
     (model, state): (&Model<R>, &Columns<R>),
     time: f64,
