@@ -236,7 +236,8 @@ impl<R: Real> Volumes<R> {
     }
 
     /// Moves the particles of each cell, in order, as XPBD moves those of a spring: a constraint
-    /// V = V0 of compliance V0/Λ. A negative Λ, which is no constraint, pulls by its force.
+    /// V = V0 of compliance V0/Λ. A negative Λ, which is no constraint, pushes away from it by at
+    /// most as much.
     pub(crate) fn project(
         &self,
         h: R,
@@ -256,13 +257,11 @@ impl<R: Real> Volumes<R> {
             let ([pull], _) = shape.pull(&per_step, Some(&moved));
             let parts = corners(&shape.gradient).map(|part| part.map(|[number]| number));
             let parts = parts.map(R::Vec3::from_components);
-            let mut yielding = R::ONE;
-            if !law.is_negative() {
-                let squares =
-                    (0..8).map(|end| parts[end].dot(parts[end]) * inverse_masses[particle(end)]);
-                let [factor] = shape.factors(law, h);
-                yielding += factor * squares.fold(R::ZERO, |sum, add| sum + add);
-            }
+            let square = |end: usize| parts[end].dot(parts[end]) * inverse_masses[particle(end)];
+            let squares = (0..8).map(square).fold(R::ZERO, |sum, add| sum + add);
+            let [factor] = shape.factors(law, h);
+            // Of a negative one the magnitude, which bounds how far it pushes.
+            let yielding = R::ONE + factor.abs() * squares;
             let pull = pull * (h * h) * (R::ONE / yielding);
             for (corner, part) in parts.into_iter().enumerate() {
                 ways[particle(corner)] -= part * (pull * inverse_masses[particle(corner)]);
