@@ -5,7 +5,8 @@
 //!
 //! `cargo bench --bench step` reports elements per second, where an element is one spring evaluated
 //! once: a substep of RK4 counts each spring four times. All run on one thread but what is named
-//! `2-threads`. The group `terms` shows that unused features add no cost.
+//! `2-threads`. The group `terms` shows that unused features add no cost, the group `substance`
+//! what a uniform material, bends and volumes cost beside alike springs.
 //!
 //! Scenes of more than 100,000 springs take part where a filter names them (`-- cloth/316`), or all
 //! of them where the environment sets `MSD_LARGE`. `docs/performance.md` has the figures, by
@@ -19,7 +20,10 @@ use baselines::textbook::Textbook;
 use baselines::{terms, works};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group};
-use msd::core::{Instructions, Integrator, Real, Scene, Settings, Simulation, Vector};
+use msd::core::{
+    Bending, Elasticity, Instructions, Integrator, Material, Neighbours, Real, Scene, Settings,
+    Simulation, Substance, Vector, shape,
+};
 use msd::scene::{Precision, workloads};
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::hint::black_box;
@@ -155,6 +159,48 @@ fn bench_terms(criterion: &mut Criterion) {
     }
 }
 
+/// Bodies of alike springs and of a material, in the compiled kernel: shares, bends and volumes.
+///
+/// A uniform material should cost at most 5 % more than alike springs. What bends and volumes add
+/// to it is their own time; the group `substance/bends` and `substance/volumes` counts them.
+fn bench_substances(criterion: &mut Criterion) {
+    let settings = settings(Integrator::SymplecticEuler);
+    let solid = |poisson| Elasticity::Solid { young: 1e4, poisson };
+    let limp =
+        Elasticity::Sheet { warp: 100.0, weft: 100.0, shear: 37.5, bending: Bending::default() };
+    let of = |size, elasticity| {
+        let substance = Substance { elasticity, density: 1000.0, relaxation_time: 0.0 };
+        shape::body(size, 0.1, &substance).expect("a body")
+    };
+    let alike = |size| {
+        let material = Material { mass: 1.0, stiffness: 1000.0, damping: 0.0 };
+        shape::lattice(size, Neighbours::All, 0.1, material).expect("a body")
+    };
+    let (cloth, block) = ([100, 100, 1], [20, 20, 20]);
+    let mut group = criterion.benchmark_group("substance");
+    for (name, part) in [
+        ("cloth/alike", alike(cloth)),
+        ("cloth/uniform", of(cloth, limp)),
+        ("bends/cloth", of(cloth, Elasticity::sheet(1e4, 0.01))),
+        ("block/alike", alike(block)),
+        ("block/uniform", of(block, solid(0.25))),
+        ("volumes/positive", of(block, solid(0.45))),
+        ("volumes/negative", of(block, solid(0.0))),
+    ] {
+        let elements = match name.split('/').next() {
+            Some("bends") => part.bends.len(),
+            Some("volumes") => part.volumes.len(),
+            _ => part.springs.len(),
+        };
+        let mut simulation =
+            Simulation::<f32>::new(&Scene::of("body", part), settings).expect("a valid scene");
+        group.throughput(Throughput::Elements(elements as u64 * evaluations(settings)));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| simulation.step().expect("stable"));
+        });
+    }
+}
+
 fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
 }
@@ -165,7 +211,7 @@ criterion_group! {
         .sample_size(20)
         .warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(1));
-    targets = steps, bench_terms
+    targets = steps, bench_terms, bench_substances
 }
 
 fn main() {

@@ -6,7 +6,7 @@ use core::ops::Range;
 use msd_core::glam::DVec3;
 use msd_core::{
     Bend, Body, Corner, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Spring,
-    Surface, World,
+    Surface, Volume, World,
 };
 
 /// The methods that take a step in a time known before.
@@ -59,6 +59,16 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
             true => Bend::line([at[0], at[1], at[2]], stiffness, damping),
             false => Bend::twist(at, stiffness, damping),
         });
+    }
+    for _ in 0..u.int_in_range(0..=1)? {
+        let mut cell = [0; 8];
+        for corner in &mut cell {
+            *corner = index(u, particles)?;
+        }
+        let (rest_volume, modulus, damping) = (positive(u)?, positive(u)?, positive(u)?);
+        let sign = if u.arbitrary()? { 1.0 } else { -1.0 };
+        let (modulus, damping) = (sign * modulus, sign * damping);
+        scene.volumes.push(Volume { particles: cell, rest_volume, modulus, damping });
     }
     Ok(scene)
 }

@@ -186,7 +186,7 @@ fn what_cannot_be_saved_recorded_or_replayed_is_refused_in_one_line() {
     std::fs::write(path.join("changed.msd"), changed).expect("a file");
     for (arguments, told) in [
         (&["run", "r.msdrec"][..], "it is a recording, which msd run --replay takes"),
-        (&["run", "new.msd"], "new.msd: is a saved run of format 7; this msd reads format 5"),
+        (&["run", "new.msd"], "new.msd: is a saved run of format 7; this msd reads format 6"),
         (&["run", "cut.msd"], "cut.msd: is cut short"),
         (&["run", "changed.msd"], "changed.msd: is damaged: its checksum does not fit"),
         (&["run", "none.msd"], "none.msd: cannot be read"),

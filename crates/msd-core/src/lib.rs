@@ -201,7 +201,8 @@ pub use scene::shape;
 pub use scene::substance;
 pub use scene::{
     Bend, Bending, Body, Corner, Elasticity, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS,
-    Material, Neighbours, Part, Particle, Pin, Plane, Scene, Spring, Substance, Surface, World,
+    Material, Neighbours, Part, Particle, Pin, Plane, Scene, Spring, Substance, Surface, Volume,
+    World,
 };
 pub use simulation::{Effects, Held, Interaction, Progress, Select, Simulation, Witness};
 pub use system::hash::state_hash;

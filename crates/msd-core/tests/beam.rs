@@ -45,7 +45,10 @@ impl Beam {
     fn of(cells: usize, alike: bool) -> Self {
         let (size, spacing) = ([cells + 1, 10 * cells + 1, cells + 1], THICKNESS / cells as f64);
         let solid = Substance {
-            elasticity: Elasticity::Solid { young: YOUNG },
+            elasticity: Elasticity::Solid {
+                young: YOUNG,
+                poisson: msd_core::substance::SOLID_POISSON,
+            },
             density: DENSITY,
             relaxation_time: 0.0,
         };

@@ -39,6 +39,7 @@ fn scene() -> Scene {
         particles: corners.map(particle).to_vec(),
         springs: [[0, 1], [2, 3], [0, 2], [1, 3]].map(spring).to_vec(),
         bends: Vec::new(),
+        volumes: Vec::new(),
         surface: Surface {
             corners: corners.into_iter().enumerate().map(corner).collect(),
             triangles: vec![[0, 2, 1], [1, 2, 3]],

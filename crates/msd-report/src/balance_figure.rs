@@ -26,11 +26,9 @@ pub fn errors_side_by_side<DB: DrawingBackend>(
 ) -> Drawn<DB> {
     let pen = Pen::new(surface, ink::PAPER.light)?;
     let [left, top, right, bottom] = GROUND;
-    let shares =
-        [("space", &balance.space), ("time", &balance.time), ("precision", &balance.precision)];
+    let shares = balance.shares();
     let part = |error: f64| relative(study, error);
-    let errors =
-        shares.iter().filter_map(|(_, share)| share.as_ref()).map(|share| part(share.error));
+    let errors = shares.iter().filter_map(|(_, share)| *share).map(|share| part(share.error));
     let largest = errors.filter(|error| error.is_finite()).fold(1e-15, f64::max);
     let most = 10f64.powf(largest.log10().ceil());
     let axis =
@@ -56,7 +54,9 @@ pub fn errors_side_by_side<DB: DrawingBackend>(
             let x = axis.at(part(share.left));
             pen.line(&[(x, middle - half), (x, middle + half)], ink::TEXT.light, 2.0)?;
         }
-        pen.words(&units::quantity(share.error, "m"), (end + 8.0, middle), style)?;
+        let below = if share.is_bound { "below " } else { "" };
+        let said = format!("{below}{}", units::quantity(share.error, "m"));
+        pen.words(&said, (end + 8.0, middle), style)?;
     }
     let title = Type::new(13.0, ink::TEXT.light).centred();
     pen.words("Error, of the size of the scene", (0.5 * (left + right), bottom + 33.0), title)?;

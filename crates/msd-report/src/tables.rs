@@ -343,15 +343,16 @@ pub fn reference(study: &Study) -> Markup {
 /// The errors of space, time and precision, each with the price of less, and the spacings that were
 /// run.
 pub fn balance(study: &Study, balance: &ErrorBalance) -> Markup {
-    let shares =
-        [("space", &balance.space), ("time", &balance.time), ("precision", &balance.precision)];
     let body = html! {
-        @for (name, share) in shares {
+        @for (name, share) in balance.shares() {
             tr {
                 th scope="row" { (name) }
                 @match share {
                     Some(share) => {
-                        td { (quantity(share.error, "m")) }
+                        td {
+                            @if share.is_bound { "below " }
+                            (quantity(share.error, "m"))
+                        }
                         td { (percent(relative(study, share.error))) }
                         @if share.remedy.is_empty() {
                             td.text colspan="3" { "nothing makes it less" }

@@ -462,7 +462,7 @@ fn the_energy_is_shown_of_one_trial_per_method_nearest_to_what_is_wanted() {
 /// A study with what the spacing costs.
 fn balanced(study: &mut Study) {
     let share = |error: f64, remedy: &str| {
-        Some(Share { error, remedy: remedy.into(), left: 0.25 * error, cost: 0.5 })
+        Some(Share { error, is_bound: false, remedy: remedy.into(), left: 0.25 * error, cost: 0.5 })
     };
     let spacing = |parts: u32, error: f64| Spacing {
         parts,

@@ -86,3 +86,38 @@ fn a_lattice_that_shears_freely_has_no_modulus_on_the_bias_and_loose_particles_h
     let loose = only("kind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]");
     assert!(loose.filled.is_none() && loose.moduli.is_none() && loose.fastest == 0.0);
 }
+
+#[test]
+fn what_a_surface_with_holes_holds_cannot_be_told_and_one_inside_out_can() {
+    let mut scene = msd_scene::open("cube").expect("a scene").scene;
+    let closed = inspect(&scene).expect("bodies");
+    assert!(!closed[0].is_open);
+    let volume = closed[0].filled.expect("a solid").size;
+    for triangle in &mut scene.bodies[0].surface.triangles {
+        triangle.swap(0, 1);
+    }
+    let inside_out = inspect(&scene).expect("bodies");
+    assert_eq!(inside_out[0].filled.expect("a solid").size, volume);
+    scene.bodies[0].surface.triangles.pop();
+    let open = inspect(&scene).expect("bodies");
+    assert!(open[0].is_open && open[0].filled.is_none() && open[0].moduli.is_none());
+}
+
+#[test]
+fn the_slowest_motions_come_with_their_damping_ratios() {
+    let text = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [3, 9, 3]\nspacing = 0.1\n\
+                young = 5e4\ndensity = 800\ndamping_ratio = 0.05\n";
+    let scene =
+        msd_scene::parse(text, msd_scene::SceneFormat::Toml, "s.toml").expect("a bar").scene;
+    let bodies = inspect(&scene).expect("bodies");
+    let slowest = &bodies[0].slowest;
+    assert_eq!(slowest.len(), 5);
+    assert!(slowest.is_sorted_by(|a, b| a.frequency <= b.frequency * (1.0 + 1e-9)));
+    // In single precision.
+    assert!((slowest[0].damping_ratio / 0.05 - 1.0).abs() < 1e-3, "{slowest:?}");
+    // Damping goes with stiffness: the ratio grows with the frequency.
+    for slow in slowest {
+        let expected = 0.05 * slow.frequency / slowest[0].frequency;
+        assert!((slow.damping_ratio / expected - 1.0).abs() < 1e-3, "{slow:?}");
+    }
+}

@@ -21,6 +21,19 @@ fn sheet(turn: f64, relaxation_time: f64) -> Scene {
 }
 
 #[test]
+fn a_block_of_any_poissons_ratio_blows_up_where_predicted() {
+    for poisson in [0.0, 0.45] {
+        let elasticity = Elasticity::Solid { young: 1e4, poisson };
+        for relaxation_time in [0.0, 1e-3] {
+            let substance = Substance { elasticity, density: 1000.0, relaxation_time };
+            let part = shape::body([4, 5, 4], 0.01, &substance).expect("a block");
+            let name = format!("Poisson's ratio {poisson}, damped by {relaxation_time} s");
+            blows_up_where_predicted(&name, &Scene::of("block", part));
+        }
+    }
+}
+
+#[test]
 fn a_sheet_that_is_stiff_against_bending_blows_up_where_predicted_or_damped_a_little_later() {
     for turn in [0.0, 0.1] {
         blows_up_where_predicted(&format!("turn {turn}"), &sheet(turn, 0.0));

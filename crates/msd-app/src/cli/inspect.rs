@@ -6,7 +6,7 @@ use super::run::open_scene;
 use msd_core::{Settings, Simulation};
 use msd_scene::{Loaded, shown_path};
 use msd_study::inspection::{Directions, Inspection, inspect};
-use msd_study::quantity::{number, quantity};
+use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
 
 /// The keys of `--json`.
@@ -76,7 +76,19 @@ fn body_lines(body: &Inspection) -> Vec<String> {
             lines.push(format!("  bending stiffness {least} to {most} {unit}"));
         }
     }
+    if body.is_open {
+        lines.push("  its volume cannot be told: its surface has holes".into());
+    }
     lines.push(format!("  fastest motion {}", quantity(body.fastest, "Hz")));
+    if let Some(first) = body.slowest.first() {
+        let frequencies = body.slowest.iter().map(|slow| rounded(slow.frequency, 3));
+        let frequencies: Vec<String> = frequencies.collect();
+        let damping = match first.damping_ratio {
+            0.0 => String::new(),
+            ratio => format!(", the first with a damping ratio of {}", rounded(ratio, 2)),
+        };
+        lines.push(format!("  slowest motions {} Hz{damping}", frequencies.join(", ")));
+    }
     lines
 }
 

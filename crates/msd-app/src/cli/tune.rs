@@ -7,6 +7,7 @@ use super::run::{explain_divergence, open_scene};
 use msd_scene::{SceneFormat, shown_path, write_file};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::quantity::{estimate, quantity};
+use msd_study::trial::adds;
 use msd_study::tune::{Found, Goal, Tuned, tune, with_choice};
 use serde::Serialize;
 use std::path::Path;
@@ -43,6 +44,7 @@ pub struct Row {
 }
 
 impl Row {
+    /// The row of a choice that was found.
     pub fn of(found: &Found) -> Self {
         let Found { trial, predicted_error } = found;
         let Choice { integrator, fineness, precision } = trial.choice;
@@ -118,6 +120,7 @@ pub fn writable(path: &Path, wanted: bool) -> Result<Option<SceneFormat>, Failur
     }
 }
 
+/// Writes a choice into the solver section of a scene file.
 pub fn write_choice(path: &Path, format: SceneFormat, choice: Choice) -> Result<(), Failure> {
     let name = shown_path(path);
     let refused = |error| Failure::input(format!("{name}: {error}"));
@@ -175,7 +178,7 @@ fn line(found: &Found) -> String {
         estimate(found.trial.cost * FRAME, "s"),
         match found.trial.gained {
             0.0 => String::new(),
-            gained => format!("; adds {} that nothing supplied", estimate(gained, "J")),
+            gained => format!("; {}", adds(gained)),
         }
     )
 }

@@ -6,11 +6,11 @@ use super::progress::Bar;
 use super::run::open_draft;
 use super::tune::{Row, writable, write_choice};
 use msd_scene::schema::{BodyRow, Kind, PinRow, SceneFile};
-use msd_scene::{plain, shown_path};
-use msd_study::choice::FRAME;
+use msd_scene::{SceneFormat, plain, shown_path};
+use msd_study::choice::{Choice, FRAME};
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::{Space, SpacePlan};
-use msd_study::tune::{FoundSpacing, TunedSpacing, tune_spacing};
+use msd_study::tune::{FoundSpacing, TunedSpacing, tune_spacing, with_choice};
 use serde::Serialize;
 
 /// What tuning with the mesh found; the keys of `--json`.
@@ -118,12 +118,19 @@ fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
         ),
         format!("  {} of processor time per frame", estimate(trial.cost * FRAME, "s")),
     ];
-    if !keys.is_empty() {
-        lines.push("write into the scene:".into());
-        lines.extend(keys.iter().map(|key| format!("  {key}")));
-    }
+    lines.push("write into the scene:".into());
+    lines.push(format!("  solver: {}", solver_keys(trial.choice)));
+    lines.extend(keys.iter().map(|key| format!("  {key}")));
     lines.push(space.words());
     lines
+}
+
+/// The keys of the solver section that a choice takes.
+fn solver_keys(choice: Choice) -> String {
+    let section = with_choice("version = 1\n", SceneFormat::Toml, "scene", choice);
+    let section = section.unwrap_or_default();
+    let keys = section.lines().skip_while(|line| !line.starts_with('[')).skip(1);
+    keys.filter(|line| !line.is_empty()).collect::<Vec<_>>().join(", ")
 }
 
 /// A number of a body, where it is given.

@@ -6,8 +6,8 @@
 //! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
 //! itself), `offers` (how many ways out there are), `held` (particle or null), `held_position`,
 //! `held_target`, `held_screen`, `selected`, `velocity` (of the selected particle, m/s), `pinned`
-//! (whether the selected particle is), `pins` (how many are), `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of
-//! the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
+//! (whether the selected particle is), `pins` (how many are), `hovered`, `springs` (how many there
+//! are), `note`, `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
 //! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `trade` (null while it is
 //! off or waits: `measured` settings, the `cheapest` of them in s/s, `now`, `done`, `failure`,
 //! priced `parts`, `search`), `solver` (`integrator`, `substeps`, `automatic`, `precision`),

@@ -5,7 +5,8 @@
 //! whose particles are in the same lane of records, as most of a lattice are; then the others, one
 //! by one. A bundle adds what its bends would add one after the other, to the bit.
 
-use super::{Element, Motion, Products, Vectors};
+use super::bundles::{self, record};
+use super::{Element, Motion, Products, Torn, Vectors};
 use crate::columns::slots::Slots;
 use crate::columns::{LANES, RECORD, set_vector, vector};
 use crate::number::{Real, Vector, at_level};
@@ -13,9 +14,6 @@ use crate::scene::Bend;
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
-
-/// A bundle of fewer bends would cost more than they do one by one.
-const FEWEST: usize = 4;
 
 /// The bends of a model.
 #[derive(Clone, Debug)]
@@ -53,22 +51,6 @@ struct Bundle<R> {
 }
 
 impl<R: Real> Stencil<R> {
-    /// Where the sixteen numbers start, one of them that of each of its particles in the lane of
-    /// the first: at the start of a record, or one number on, where a particle is in the next lane.
-    /// `None` where they are in other lanes, would reach beyond the columns, or where two ends
-    /// share a record in different lanes: their forces would be added in another order.
-    fn starts(&self, numbers: usize) -> Option<[u32; 4]> {
-        let lane = self.at[0] % RECORD as u32;
-        let starts = self.at.map(|at| at.wrapping_sub(lane));
-        let fits = |&start: &u32| {
-            let start = start as usize;
-            start % RECORD <= 1 && start + RECORD <= numbers
-        };
-        let shares = |a: u32, b: u32| a != b && a / RECORD as u32 == b / RECORD as u32;
-        let overlap = (1..4).any(|a| (0..a).any(|b| shares(starts[a], starts[b])));
-        (starts.iter().all(fits) && !overlap).then_some(starts)
-    }
-
     /// The weighted sum of what a function says of its particles, 0 to 3.
     ///
     /// Of differences: positions far from the origin would leave their rounding.
@@ -173,28 +155,10 @@ impl<R: Real> Bends<R> {
 
     /// Puts bends in order and makes bundles of them.
     fn bundle(&mut self) {
-        self.bundles.clear();
-        // Stable: what is equal keeps its order, so that a resumed run has the same sums.
-        let numbers = self.numbers;
-        let starts = |row: &Stencil<R>| row.starts(numbers);
-        self.rows.sort_by_key(|row| (starts(row).is_none(), starts(row), row.at[0]));
-        let mut singles = Vec::new();
-        let mut bundled = Vec::with_capacity(self.rows.len());
-        let fit = |a: &Stencil<R>, b: &Stencil<R>| {
-            let is_next = a.at[0] < b.at[0] && a.weights == b.weights;
-            is_next && starts(a).is_some() && starts(a) == starts(b)
-        };
-        for rows in self.rows.chunk_by(fit) {
-            if rows.len() < FEWEST {
-                singles.extend_from_slice(rows);
-                continue;
-            }
-            bundled.extend_from_slice(rows);
-            self.bundles.push(Bundle::new(rows));
-        }
-        self.bundled = bundled.len();
-        bundled.append(&mut singles);
-        self.rows = bundled;
+        let is_alike = |a: &Stencil<R>, b: &Stencil<R>| a.weights == b.weights;
+        let bundles = bundles::order(&mut self.rows, self.numbers, |row| row.at, is_alike);
+        self.bundled = bundles.last().map_or(0, |last| last.end);
+        self.bundles = bundles.into_iter().map(|rows| Bundle::new(&self.rows[rows])).collect();
         self.is_damped = self.rows.iter().any(|row| row.damping != R::ZERO);
     }
 
@@ -220,19 +184,8 @@ impl<R: Real> Bends<R> {
 
     /// Removes the bends of which both ends of a spring that was cut are a part: what is torn does
     /// not go on bending.
-    pub(crate) fn tear(&mut self, springs: impl Iterator<Item = [u32; 2]>) {
-        let sorted = |[a, b]: [u32; 2]| [a.min(b), a.max(b)];
-        let mut torn: Vec<[u32; 2]> = springs.map(sorted).collect();
-        if torn.is_empty() || self.rows.is_empty() {
-            return;
-        }
-        torn.sort_unstable();
-        self.retain(|row| {
-            let is_torn = |a: usize, b: usize| {
-                torn.binary_search(&sorted([row.particles[a], row.particles[b]])).is_ok()
-            };
-            !(0..4).any(|a| (0..a).any(|b| is_torn(a, b)))
-        });
+    pub(crate) fn tear(&mut self, torn: &Torn) {
+        self.retain(|row| !torn.crosses(&row.particles));
     }
 
     /// Removes the bends of particles that were removed.
@@ -379,20 +332,13 @@ impl<R: Real> Bundle<R> {
         bundle
     }
 
-    /// Sixteen components of the record of an end.
-    #[inline(always)]
-    fn record<'c>(&self, end: usize, column: &'c [R], axis: usize) -> &'c [R; LANES] {
-        let at = self.at[end] as usize + axis * LANES;
-        column[at..].first_chunk().expect("a record of the column")
-    }
-
     /// The weighted sums along an axis.
     #[inline(always)]
     fn sums(&self, column: &[R], axis: usize) -> [R; LANES] {
-        let first = self.record(0, column, axis);
+        let first = record(column, self.at[0], axis);
         let mut sums = [R::ZERO; LANES];
         for end in (1..4).filter(|&end| self.weights[end] != R::ZERO) {
-            let (other, weight) = (self.record(end, column, axis), self.weights[end]);
+            let (other, weight) = (record(column, self.at[end], axis), self.weights[end]);
             for lane in 0..LANES {
                 sums[lane] += (other[lane] - first[lane]) * weight;
             }
@@ -403,7 +349,7 @@ impl<R: Real> Bundle<R> {
     /// The components of first edges along an axis.
     #[inline(always)]
     fn edges(&self, column: &[R], axis: usize) -> [R; LANES] {
-        let [first, second] = [0, 1].map(|end| self.record(end, column, axis));
+        let [first, second] = [0, 1].map(|end| record(column, self.at[end], axis));
         let mut edges = [R::ZERO; LANES];
         for lane in 0..LANES {
             edges[lane] = second[lane] - first[lane];

@@ -8,7 +8,9 @@
 pub mod fields;
 pub mod grabs;
 pub mod springs;
+mod bundles;
 pub mod bends;
+pub mod volumes;
 
 use crate::columns::slots::Slots;
 use crate::columns::{self, Aligned, LANES, RECORD};
@@ -235,6 +237,29 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
     };
     difference(motion.positions, true, products.stiffness);
     difference(motion.velocities, false, products.damping);
+}
+
+/// The ends of springs that were cut, in order.
+#[derive(Clone, Debug)]
+pub(crate) struct Torn(Vec<[u32; 2]>);
+
+impl Torn {
+    pub(crate) fn new(springs: impl Iterator<Item = [u32; 2]>) -> Self {
+        let mut torn: Vec<[u32; 2]> = springs.map(sorted).collect();
+        torn.sort_unstable();
+        Torn(torn)
+    }
+
+    /// Whether one of the springs went from one of some particles to another of them.
+    pub(crate) fn crosses(&self, particles: &[u32]) -> bool {
+        let is_torn = |a: u32, b: u32| self.0.binary_search(&sorted([a, b])).is_ok();
+        let mut rows = particles.iter().enumerate();
+        rows.any(|(row, &a)| particles[..row].iter().any(|&b| is_torn(a, b)))
+    }
+}
+
+fn sorted([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
 }
 
 /// A user-defined element, for either precision.

@@ -22,7 +22,8 @@ use glam::DVec3;
 pub struct Energy {
     /// Of motion: Σ m v² / 2.
     pub kinetic: f64,
-    /// In the springs, Σ k (length − rest)² / 2, and in the bends, Σ k s² / 2.
+    /// In the springs, Σ k (length − rest)² / 2, in the bends, Σ k s² / 2, and in the
+    /// volumes, Σ Λ V0 e² / 2.
     pub elastic: f64,
     /// In the uniform fields, gravity and the uniform force: −Σ (m g + f)·x; zero at the origin.
     pub gravitational: f64,
@@ -46,8 +47,8 @@ impl Energy {
 /// and speed once can change it, joules.
 ///
 /// With δ the rounding of a coordinate, ε times its size or times how far it falls in a `substep`
-/// onto what holds it, the latter is k δ (|stretch| + δ) of a spring or bend, m |g| δ + ε m v² of a
-/// particle, and 2 ε E of a user-defined element.
+/// onto what holds it, the latter is k δ (|stretch| + δ) of a spring, bend or volume, m |g| δ + ε m
+/// v² of a particle, and 2 ε E of a user-defined element.
 pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,
@@ -66,10 +67,12 @@ pub(crate) fn energy_and_rounding<R: Real>(
         pull += law.stiffness * (length - law.rest).abs();
         total_stiffness += law.stiffness;
     }
-    let [bent, bend_pull, bend_stiffness] = model.bends.energy_and_pulls(&motion);
-    energy.elastic += bent;
-    pull += bend_pull;
-    total_stiffness += bend_stiffness;
+    let others = [model.bends.energy_and_pulls(&motion), model.volumes.energy_and_pulls(&motion)];
+    for [stored, pulls, stiffness] in others {
+        energy.elastic += stored;
+        pull += pulls;
+        total_stiffness += stiffness;
+    }
     let epsilon = R::EPSILON.to_f64();
     let [gravity, force] = [model.gravity(), model.force()].map(|field| {
         let field = field.to_f64();

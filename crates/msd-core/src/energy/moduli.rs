@@ -1,6 +1,7 @@
-//! The moduli of a network of springs, as if it were a uniform material.
+//! The moduli of a network of springs and volumes, as if it were a uniform material.
 
 use crate::number::Real;
+use crate::scene::Volume;
 use crate::stability::Matrix;
 use glam::DVec3;
 
@@ -11,12 +12,13 @@ type Six = [f64; 6];
 /// A stiffness below this fraction of the largest is none: it is rounding.
 const NONE: f64 = 1e-12;
 
-/// The elasticity of a network of springs that is strained uniformly.
+/// The elasticity of a network of springs and volumes that is strained uniformly.
 ///
-/// C_ijkl = (1/V) Σ k L² n_i n_j n_k n_l over springs of stiffness k, length L and direction n in a
-/// volume V; per area of a sheet and per length of a rope, whose moduli are then in newtons per
-/// metre and in newtons. Exact for a uniform lattice; of any other an upper bound, as particles
-/// that were free to move from a uniform strain would take some of the stress away (Voigt, 1889).
+/// C_ijkl = (1/V) (Σ k L² n_i n_j n_k n_l + Σ Λ V0 δ_ij δ_kl) over springs of stiffness k, length L
+/// and direction n and over volumes of modulus Λ and size V0, in a volume V; per area of a sheet
+/// and per length of a rope, whose moduli are then in newtons per metre and in newtons. Exact for a
+/// uniform lattice; of any other an upper bound, as particles that were free to move from a uniform
+/// strain would take some of the stress away (Voigt, 1889).
 #[derive(Clone, Copy, Debug)]
 pub struct Moduli {
     /// The strain for a stress; what no spring resists is left out.
@@ -27,9 +29,17 @@ pub struct Moduli {
 
 impl Moduli {
     /// The moduli of springs, each a stiffness in newtons per metre and a vector from end to end,
-    /// that fill a volume, an area or a length.
-    pub fn of(springs: impl Iterator<Item = (f64, DVec3)>, volume: f64) -> Self {
+    /// and of volumes that fill a volume, an area or a length.
+    pub fn of<'v>(
+        springs: impl Iterator<Item = (f64, DVec3)>,
+        volumes: impl IntoIterator<Item = &'v Volume>,
+        filled: f64,
+    ) -> Self {
         let mut stiffness = Matrix::zero(6);
+        let held: f64 = volumes.into_iter().map(|row| row.modulus * row.rest_volume).sum();
+        for row in stiffness.rows.iter_mut().take(3) {
+            row.iter_mut().take(3).for_each(|sum| *sum += held / filled);
+        }
         for (k, across) in springs {
             let six = squared(across);
             // Of springs without a length nothing is known.
@@ -39,7 +49,7 @@ impl Moduli {
             }
             for (row, a) in stiffness.rows.iter_mut().zip(six) {
                 for (sum, b) in row.iter_mut().zip(six) {
-                    *sum += k / volume * (a * b / squared_length);
+                    *sum += k / filled * (a * b / squared_length);
                 }
             }
         }

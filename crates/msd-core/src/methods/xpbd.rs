@@ -1,4 +1,4 @@
-//! XPBD: springs and bends as compliant constraints, projected one by one.
+//! XPBD: springs, bends and volumes as compliant constraints, projected one by one.
 
 use super::StepContext;
 use super::context::Way;
@@ -38,9 +38,9 @@ impl<R: Real> Scratch<R> {
 ///
 /// λ = −(k h² C + b h u·(d_b − d_a)) / (1 + (k h² + b h) (w_a + w_b))
 ///
-/// Bends follow, likewise, along the direction of their sum. Then v' = d / h. That is the paper's
-/// step with compliance 1/k and damping b, multiplied by k h², so that k = 0 leaves a damper:
-/// alone, a spring does the step of backward Euler.
+/// Bends follow, likewise, along the direction of their sum, and volumes along their gradient. Then
+/// v' = d / h. That is the paper's step with compliance 1/k and damping b, multiplied by k h², so
+/// that k = 0 leaves a damper: alone, a spring does the step of backward Euler.
 ///
 /// The error is of first order in h, and has two parts: backward Euler's, and that of a single
 /// pass, in which a spring does not see what those after it do. The second makes a body too soft by
@@ -63,7 +63,7 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     step.scratch.xpbd = Some(scratch);
 }
 
-/// The power that the dampers of springs and bends dissipate at the state, watts.
+/// The power that the dampers of springs, bends and volumes dissipate at the state, watts.
 fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<R>) -> f64 {
     let model = step.model;
     if !model.is_damped() {
@@ -72,7 +72,8 @@ fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<
     pulls.fill(R::ZERO);
     let motion = step.state.motion(&model.slots, step.time());
     let power = model.springs.add_all(step.level, &motion, &mut step.scratch.springs, pulls);
-    power + model.bends.add_all(step.level, &motion, pulls)
+    let power = power + model.bends.add_all(step.level, &motion, pulls);
+    power + model.volumes.add_all(step.level, &motion, pulls)
 }
 
 /// Advances by one substep and returns the power dissipated by other elements, watts.
@@ -94,6 +95,7 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     }
     project(model, h, starts, ways);
     model.bends.project(h, inverse_masses, starts, ways);
+    model.volumes.project(h, inverse_masses, starts, ways);
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {
         set_vector(&mut step.state.positions, at, starts[particle] + ways[particle]);

@@ -2,7 +2,7 @@
 
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::scene::{Bend, Body, Friction, Particle, Plane, Scene, Spring};
+use crate::scene::{Bend, Body, Friction, Particle, Plane, Scene, Spring, Volume};
 use glam::DVec3;
 
 /// The most particles a system may have.
@@ -51,6 +51,7 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     check_count("the number of particles", scene.particles.len(), MAX_PARTICLES)?;
     check_count("the number of springs", scene.springs.len(), MAX_SPRINGS)?;
     check_count("the number of bends", scene.bends.len(), MAX_SPRINGS)?;
+    check_count("the number of volumes", scene.volumes.len(), MAX_PARTICLES)?;
     check_world::<R>(scene)?;
     for (row, particle) in scene.particles.iter().enumerate() {
         check_particle::<R>(row, particle, scene.world.extent)?;
@@ -61,6 +62,9 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     }
     for (row, bend) in scene.bends.iter().enumerate() {
         check_bend::<R>(row, bend, count)?;
+    }
+    for (row, volume) in scene.volumes.iter().enumerate() {
+        check_volume::<R>(row, volume, count)?;
     }
     for (row, plane) in scene.planes.iter().enumerate() {
         check_plane::<R>(row, plane)?;
@@ -124,6 +128,26 @@ pub(crate) fn check_bend<R: Real>(row: usize, bend: &Bend, count: usize) -> Resu
     check(balanced, "sum of the weights", at, sum, "0")?;
     check_not_negative::<R>("stiffness", at, bend.stiffness)?;
     check_not_negative::<R>("damping", at, bend.damping)
+}
+
+/// Checks a volume between eight of `count` particles.
+pub(crate) fn check_volume<R: Real>(
+    row: usize,
+    volume: &Volume,
+    count: usize,
+) -> Result<(), Error> {
+    let at = ("volume", row);
+    for particle in volume.particles {
+        check_index(at, "particle", particle, count)?;
+    }
+    // The square of a side, its reciprocal and those of its fourth power must be numbers too.
+    let rest = volume.rest_volume;
+    let expected = "between 1e-24 and 1e24";
+    check((1e-24..=1e24).contains(&rest), "rest volume", at, rest, expected)?;
+    check(is_finite::<R>(volume.modulus), "modulus", at, volume.modulus, "finite")?;
+    let alike = 0.0 <= volume.damping * volume.modulus.signum();
+    let fits = alike && is_finite::<R>(volume.damping);
+    check(fits, "damping", at, volume.damping, "finite and of the sign of the modulus")
 }
 
 pub(crate) fn check_body(row: usize, body: &Body, scene: &Scene) -> Result<(), Error> {

@@ -81,6 +81,27 @@ impl Bend {
     }
 }
 
+/// A resistance against a change of volume: of a cell of eight particles.
+///
+/// With V the volume of the cell, whose faces may be warped (that of the trilinear map of a cube),
+/// V0 that at rest and e = V/V0 − 1, it stores Λ V0 e²/2. Where Λ is negative it takes away energy
+/// from what springs store, less where a cell is far from its rest: Λ V0 e²/(2 + 4/3 e + 2 e²). The
+/// force on a particle is −(Λ e + c e') ∂V/∂x. It keeps linear and angular momentum.
+///
+/// Source: Kot and Nagahashi, 2015, who add an energy of the volume to springs.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Volume {
+    /// The particles at the corners, those along x first, then along y and z.
+    pub particles: [usize; 8],
+    /// Volume without force, cubic metres; positive.
+    pub rest_volume: f64,
+    /// Modulus Λ, pascals.
+    pub modulus: f64,
+    /// Damping c, pascal seconds; of the sign of the modulus.
+    pub damping: f64,
+}
+
 /// Friction of a plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -163,6 +184,8 @@ pub struct Scene {
     pub springs: Vec<Spring>,
     /// The bends: what resists bending.
     pub bends: Vec<Bend>,
+    /// The volumes: what resists a change of volume.
+    pub volumes: Vec<Volume>,
     /// The planes.
     pub planes: Vec<Plane>,
     /// The pins.

@@ -1,7 +1,7 @@
 //! Parts: bodies before they join a scene, as rows that count from zero.
 
 use crate::scene::surface::Surface;
-use crate::scene::{Bend, Body, Particle, Scene, Spring};
+use crate::scene::{Bend, Body, Particle, Scene, Spring, Volume};
 use alloc::string::String;
 use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
@@ -33,6 +33,8 @@ pub struct Part {
     pub springs: Vec<Spring>,
     /// The bends.
     pub bends: Vec<Bend>,
+    /// The volumes.
+    pub volumes: Vec<Volume>,
     /// Its surface.
     pub surface: Surface,
 }
@@ -75,6 +77,10 @@ impl Scene {
         self.bends.extend(part.bends.into_iter().map(|mut bend| {
             bend.particles = bend.particles.map(|particle| particle.saturating_add(first));
             bend
+        }));
+        self.volumes.extend(part.volumes.into_iter().map(|mut volume| {
+            volume.particles = volume.particles.map(|particle| particle.saturating_add(first));
+            volume
         }));
         let mut surface = part.surface;
         let first_corner = u32::try_from(first).unwrap_or(u32::MAX);

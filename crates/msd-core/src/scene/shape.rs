@@ -68,7 +68,7 @@ pub fn body(size: [usize; 3], spacing: f64, substance: &Substance) -> Result<Par
     let cell = Cell::new(substance, size, spacing)?;
     let mass = |place| cell.mass_at(&lattice, place);
     let part = part(&lattice, spacing, mass, |index| cell.spring(&lattice, index));
-    Ok(Part { bends: cell.bends(&lattice), ..part })
+    Ok(Part { bends: cell.bends(&lattice), volumes: cell.volumes(&lattice), ..part })
 }
 
 fn check_spacing(spacing: f64) -> Result<(), Error> {
@@ -102,6 +102,7 @@ fn part(
         particles: (0..lattice.particle_count()).map(particle).collect(),
         springs: (0..lattice.spring_count()).map(spring).collect(),
         bends: Vec::new(),
+        volumes: Vec::new(),
         surface: Surface {
             corners: corners.collect(),
             triangles: triangles.collect(),

@@ -9,15 +9,18 @@
 
 use crate::error::Error;
 use crate::number::Real;
-use crate::scene::Bend;
 use crate::scene::check::{check, check_not_negative};
 use crate::scene::lattice::{FAMILIES, Lattice};
+use crate::scene::{Bend, Volume};
 use alloc::vec::Vec;
 
-/// Poisson's ratio of an isotropic solid of central springs: C12 = C44 leaves no other.
+/// Poisson's ratio of an isotropic solid of central springs alone: C12 = C44 leaves no other.
 pub const SOLID_POISSON: f64 = 0.25;
 /// Poisson's ratio of an isotropic sheet of central springs.
 pub const SHEET_POISSON: f64 = 1.0 / 3.0;
+
+/// The largest Poisson's ratio of a solid: towards 1/2 the stable step goes to 0.
+pub const MOST_POISSON: f64 = 0.45;
 
 /// What a body is made of.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,10 +39,13 @@ pub struct Substance {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Elasticity {
-    /// An isotropic solid, whose Poisson's ratio is [`SOLID_POISSON`].
+    /// An isotropic solid.
     Solid {
         /// Young's modulus, pascals; positive.
         young: f64,
+        /// Poisson's ratio, 0 to [`MOST_POISSON`]. At [`SOLID_POISSON`] springs do alone; for any
+        /// other the cells resist a change of volume too, and a step costs more.
+        poisson: f64,
     },
     /// A sheet: pull per width and strain along its threads, and shear between them.
     Sheet {
@@ -99,9 +105,8 @@ impl Elasticity {
 
     /// A rope of round section: E A against a pull and E π d⁴/64 against bending.
     pub fn rope(young: f64, diameter: f64) -> Self {
-        let square = diameter * diameter;
-        let stretch = young * (0.25 * core::f64::consts::PI * square);
-        Elasticity::Rope { stretch, bending: stretch * square / 16.0 }
+        let stretch = young * round_section(diameter);
+        Elasticity::Rope { stretch, bending: stretch * (diameter * diameter) / 16.0 }
     }
 
     /// The number of dimensions of its lattice.
@@ -112,6 +117,11 @@ impl Elasticity {
             Elasticity::Rope { .. } => 1,
         }
     }
+}
+
+/// The area of a round section, square metres.
+pub fn round_section(diameter: f64) -> f64 {
+    0.25 * core::f64::consts::PI * (diameter * diameter)
 }
 
 /// The springs and the mass of a cell inside a body.
@@ -127,6 +137,10 @@ pub(crate) struct Cell {
     lines: [f64; 3],
     /// Stiffness of the twist of a cell, newtons per metre.
     twist: f64,
+    /// What it resists a change of volume by beyond its springs, pascals.
+    modulus: f64,
+    /// Its volume, cubic metres.
+    volume: f64,
     /// Mass, kilograms.
     mass: f64,
     /// Damping over stiffness, seconds.
@@ -158,8 +172,9 @@ impl Cell {
         let (axes, faces, space) = stiffnesses(substance.elasticity, spacing)?;
         let (lines, twist) = bends(substance.elasticity, spacing)?;
         let mass = (0..dimensions).fold(substance.density, |mass, _| mass * spacing);
+        let (modulus, volume) = (volume_modulus(substance.elasticity), spacing * spacing * spacing);
         let relaxation_time = substance.relaxation_time;
-        Ok(Cell { axes, faces, space, lines, twist, mass, relaxation_time })
+        Ok(Cell { axes, faces, space, lines, twist, modulus, volume, mass, relaxation_time })
     }
 
     /// The bends of a sheet or a rope: of every line of three particles, half as stiff in an edge,
@@ -202,6 +217,31 @@ impl Cell {
         bends
     }
 
+    /// The volumes of the cells of a solid, unless springs do alone.
+    pub(crate) fn volumes(&self, lattice: &Lattice) -> Vec<Volume> {
+        let size = lattice.size();
+        if self.modulus == 0.0 {
+            return Vec::new();
+        }
+        let places = (0..lattice.particle_count()).map(|particle| lattice.place(particle));
+        let inside = places.filter(|place| (0..3).all(|axis| place[axis] + 1 < size[axis]));
+        // Columns go along x, rows along y and stacks along z.
+        let corner = |[row, column, stack]: [usize; 3], corner: usize| {
+            lattice.particle([
+                row + (corner >> 1 & 1),
+                column + (corner & 1),
+                stack + (corner >> 2),
+            ])
+        };
+        let volume = |place: [usize; 3]| Volume {
+            particles: core::array::from_fn(|number| corner(place, number)),
+            rest_volume: self.volume,
+            modulus: self.modulus,
+            damping: self.modulus * self.relaxation_time,
+        };
+        inside.map(volume).collect()
+    }
+
     /// Mass of the particle at a place, kilograms: half for each face of the body that it lies in.
     pub(crate) fn mass_at(&self, lattice: &Lattice, place: [usize; 3]) -> f64 {
         self.mass * share(lattice.size(), place, [0; 3])
@@ -237,16 +277,19 @@ fn share(size: [usize; 3], place: [usize; 3], step: [isize; 3]) -> f64 {
 /// faces, of space diagonals.
 ///
 /// Solid: C11 = (k1 + 2 k2 + 4/3 k3)/a, C12 = C44 = (k2 + 4/3 k3)/a, isotropic where
-/// k1 = k2 + 8/3 k3. Of these, 16 : 8 : 3 is the nearest to isotropic at sixth order.
+/// k1 = k2 + 8/3 k3. Of these, 16 : 8 : 3 is the nearest to isotropic at sixth order. Springs alone
+/// bear shear, so that they are those of Young's modulus 5/2 μ; see [`volume_modulus`].
 ///
 /// Sheet: C11 = k1 + k2, C22 = k1' + k2, C12 = C66 = k2, and the moduli that one measures, with
 /// the sides free, are C11 − C12²/C22 and C22 − C12²/C11. Hence C22 = C11 weft/warp, and
 /// C11² − warp C11 − shear² warp/weft = 0.
 fn stiffnesses(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64, f64), Error> {
     match elasticity {
-        Elasticity::Solid { young } => {
+        Elasticity::Solid { young, poisson } => {
             check_positive("Young's modulus", young)?;
-            let stiffness = young * spacing;
+            let fits = (0.0..=MOST_POISSON).contains(&poisson);
+            check(fits, "Poisson's ratio", ("substance", 0), poisson, "0 to 0.45")?;
+            let stiffness = young * ((1.0 + SOLID_POISSON) / (1.0 + poisson)) * spacing;
             Ok(([8.0 / 15.0 * stiffness; 3], 4.0 / 15.0 * stiffness, 0.1 * stiffness))
         }
         Elasticity::Sheet { warp, weft, shear, .. } => {
@@ -264,6 +307,17 @@ fn stiffnesses(elasticity: Elasticity, spacing: f64) -> Result<([f64; 3], f64, f
             check_positive("stretch", stretch)?;
             Ok(([stretch / spacing; 3], 0.0, 0.0))
         }
+    }
+}
+
+/// What the cells of a solid resist a change of volume by beyond their springs, pascals: λ − μ, as
+/// springs have λ = μ.
+fn volume_modulus(elasticity: Elasticity) -> f64 {
+    match elasticity {
+        Elasticity::Solid { young, poisson } if poisson != SOLID_POISSON => {
+            young * (4.0 * poisson - 1.0) / (2.0 * (1.0 + poisson) * (1.0 - 2.0 * poisson))
+        }
+        _ => 0.0,
     }
 }
 

@@ -72,7 +72,8 @@ pub enum Interaction {
         /// The force, newtons.
         force: DVec3,
     },
-    /// Removes a spring for good, and the bends across it; the others keep their numbers.
+    /// Removes a spring for good, and the bends and volumes across it; the others keep their
+    /// numbers.
     Cut {
         /// The spring.
         spring: usize,
@@ -112,7 +113,8 @@ pub enum Interaction {
         /// The factor, positive.
         factor: f64,
     },
-    /// Makes the present lengths the rest lengths; bends stay straight at rest.
+    /// Makes the present lengths the rest lengths; bends stay straight at rest, and volumes
+    /// keep theirs.
     Freeze {
         /// Of which springs.
         springs: Select,

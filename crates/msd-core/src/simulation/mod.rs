@@ -239,9 +239,8 @@ impl<R: Real> Simulation<R> {
                 changed = changed.or(interaction.effects());
             }
         }
-        let Model { springs, bends, .. } = &mut self.model;
-        bends.tear(self.queue.iter().filter_map(|interaction| match interaction {
-            Interaction::Cut { spring } => Some(springs.ends()[*spring]),
+        self.model.tear(self.queue.iter().filter_map(|interaction| match interaction {
+            Interaction::Cut { spring } => Some(*spring),
             _ => None,
         }));
         self.renew(changed);

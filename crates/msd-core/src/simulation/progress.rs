@@ -193,6 +193,7 @@ fn rows<R: Real>(simulation: &Simulation<R>) -> Scene {
         particles: particles.collect(),
         springs: springs.collect(),
         bends: model.bends.rows().collect(),
+        volumes: model.volumes.rows().collect(),
         planes: model.planes().iter().map(PlaneColumn::row).collect(),
         pins: (0..model.particle_count()).filter(pinned).map(pin).collect(),
         bodies: model.bodies.clone(),

@@ -55,6 +55,15 @@ impl<R: Real> Simulation<R> {
         stability::fastest_mode(&self.model, &self.state, self.time())
     }
 
+    /// The slowest motions at the present state, `count` of them and at most five, each taken for a
+    /// single oscillator: that is exact where damping goes with stiffness. Motions that nothing
+    /// resists, as those of a free body as a whole, are left out; none are found where those are
+    /// more than ten, as in a cloth that does not resist bending. Takes some thousand products with
+    /// the stiffness.
+    pub fn slowest_modes(&self, count: usize) -> Vec<Mode> {
+        stability::slowest_modes((&self.model, &self.state), self.time(), count)
+    }
+
     /// The displacement of each particle in the fastest motion at the present state, the largest
     /// of length 1: the motion that limits the substep of most methods. Empty where nothing pulls.
     pub fn fastest_motion(&self) -> Vec<DVec3> {

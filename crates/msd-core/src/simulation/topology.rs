@@ -10,10 +10,19 @@ use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::check::{
     check_bend, check_body, check_count, check_index, check_particle, check_plane, check_spring,
+    check_volume,
 };
-use crate::scene::{Bend, Body, Part, Particle, Plane, Scene, Spring};
+use crate::scene::{Bend, Body, Part, Particle, Plane, Scene, Spring, Volume};
 use crate::scene::{MAX_PARTICLES, MAX_SPRINGS};
 use crate::system::{Columns, State};
+
+/// Rows that join particles.
+#[derive(Clone, Copy, Default)]
+struct Joints<'a> {
+    springs: &'a [Spring],
+    bends: &'a [Bend],
+    volumes: &'a [Volume],
+}
 
 impl<R: Real> Simulation<R> {
     /// Adds a particle; returns its number.
@@ -22,7 +31,7 @@ impl<R: Real> Simulation<R> {
     /// A number out of its domain; nothing is added then.
     pub fn add_particle(&mut self, particle: Particle) -> Result<usize, Error> {
         let number = self.model.particle_count();
-        self.add_rows(&[particle], (&[], &[]), None)?;
+        self.add_rows(&[particle], Joints::default(), None)?;
         Ok(number)
     }
 
@@ -32,7 +41,7 @@ impl<R: Real> Simulation<R> {
     /// An end that is out of range or a number out of its domain; nothing is added then.
     pub fn add_spring(&mut self, spring: Spring) -> Result<usize, Error> {
         let number = self.model.ends().len();
-        self.add_rows(&[], (&[spring], &[]), None)?;
+        self.add_rows(&[], Joints { springs: &[spring], ..Joints::default() }, None)?;
         Ok(number)
     }
 
@@ -53,12 +62,13 @@ impl<R: Real> Simulation<R> {
             .bodies
             .pop()
             .map(|body| Body { springs: springs..springs + scene.springs.len(), ..body });
-        let joints = (&scene.springs[..], &scene.bends[..]);
+        let Scene { springs, bends, volumes, .. } = &scene;
+        let joints = Joints { springs, bends, volumes };
         self.add_rows(&scene.particles[particles..], joints, body)?;
         Ok(self.model.bodies.len() - 1)
     }
 
-    /// Removes a particle, its bends, and cuts its springs.
+    /// Removes a particle, its bends and volumes, and cuts its springs.
     ///
     /// # Errors
     /// A number that names nothing.
@@ -68,19 +78,19 @@ impl<R: Real> Simulation<R> {
         Ok(())
     }
 
-    /// Cuts a spring for good, and removes the bends across it.
+    /// Cuts a spring for good, and removes the bends and volumes across it.
     ///
     /// # Errors
     /// A number that names nothing.
     pub fn remove_spring(&mut self, spring: usize) -> Result<(), Error> {
         check_index(("removal", 0), "spring", spring, self.model.ends().len())?;
         self.model.springs.cut(spring);
-        self.model.bends.tear(core::iter::once(self.model.springs.ends()[spring]));
+        self.model.tear(core::iter::once(spring));
         self.scratch.warm = false;
         Ok(())
     }
 
-    /// Removes a body: its particles, and the springs and bends at them. Its number and name stay.
+    /// Removes a body: its particles, and what joins them. Its number and name stay.
     ///
     /// # Errors
     /// A number that names nothing.
@@ -118,9 +128,10 @@ impl<R: Real> Simulation<R> {
     fn add_rows(
         &mut self,
         particles: &[Particle],
-        (springs, bends): (&[Spring], &[Bend]),
+        joints: Joints<'_>,
         body: Option<Body>,
     ) -> Result<(), Error> {
+        let Joints { springs, bends, volumes } = joints;
         let count = self.model.particle_count() + particles.len();
         check_count("the number of particles", count, MAX_PARTICLES)?;
         let spring_count = self.model.ends().len() + springs.len();
@@ -136,6 +147,11 @@ impl<R: Real> Simulation<R> {
         for (row, bend) in bends.iter().enumerate() {
             check_bend::<R>(row, bend, count)?;
         }
+        let volume_count = self.model.volumes.count() + volumes.len();
+        check_count("the number of volumes", volume_count, MAX_PARTICLES)?;
+        for (row, volume) in volumes.iter().enumerate() {
+            check_volume::<R>(row, volume, count)?;
+        }
         let mut state = self.state();
         for particle in particles {
             let mass = R::of(particle.mass);
@@ -146,16 +162,17 @@ impl<R: Real> Simulation<R> {
         }
         // Before the springs are put in order: a body has a block of its own.
         self.model.bodies.extend(body);
-        self.order_anew(springs, bends, &state);
+        self.order_anew(joints, &state);
         Ok(())
     }
 
-    fn order_anew(&mut self, springs: &[Spring], bends: &[Bend], state: &State<R>) {
+    fn order_anew(&mut self, joints: Joints<'_>, state: &State<R>) {
         let model = &mut self.model;
         let bodies: alloc::vec::Vec<_> =
             model.bodies.iter().map(|body| body.particles.clone()).collect();
-        model.slots = model.springs.add(model.masses.len(), springs, &bodies);
-        model.bends.add(bends, &model.slots);
+        model.slots = model.springs.add(model.masses.len(), joints.springs, &bodies);
+        model.bends.add(joints.bends, &model.slots);
+        model.volumes.add(joints.volumes, &model.slots);
         model.make_columns();
         self.state = Columns::of(&self.model.slots, state, 0);
         self.good = Columns::new(&self.model.slots, 2);

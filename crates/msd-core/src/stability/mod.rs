@@ -10,6 +10,7 @@ mod dense;
 mod region;
 mod spectrum;
 mod few;
+mod slowest;
 
 pub use region::{Mode, Region, is_stable};
 
@@ -31,6 +32,8 @@ const FEWEST_VECTORS: usize = 12;
 const MOST_BYTES: usize = 256 << 20;
 /// Rayleigh quotients until the fastest motion has converged to rounding.
 const MOST_QUOTIENTS: usize = 20;
+/// Slow motions that are sought at most.
+const MOST_SLOWEST: usize = 5;
 /// The search for a limit begins at this share of the expected value.
 const START: f64 = 0.93;
 /// The most times that the motion that grows first is added to those.
@@ -64,6 +67,17 @@ pub(crate) fn fastest_mode<R: Real>(model: &Model<R>, state: &Columns<R>, time: 
     estimator.mode(&vectors)
 }
 
+/// The slowest motions about a state that anything resists, at most `count`, slowest first; see
+/// [`slowest::slowest`].
+pub(crate) fn slowest_modes<R: Real>(
+    (model, state): (&Model<R>, &Columns<R>),
+    time: f64,
+    count: usize,
+) -> Vec<Mode> {
+    let point = OperatingPoint { model, motion: state.motion(&model.slots, time) };
+    slowest::slowest(&point, count.min(MOST_SLOWEST))
+}
+
 /// The displacement of each particle in the fastest motion about a state, the largest of length 1;
 /// empty where nothing pulls.
 pub(crate) fn fastest_motion<R: Real>(
@@ -93,8 +107,8 @@ pub(crate) fn fastest_motion<R: Real>(
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add
 /// at most the sum of their k over its mass. Of bends the largest row sum of magnitudes counts.
-/// User-defined elements are known about this state alone, and are bounded only where they act on
-/// each particle by itself and give their blocks.
+/// Volumes and user-defined elements are known about this state alone, the latter only
+/// where they act on each particle by itself and give their blocks.
 pub(crate) fn guaranteed_limit<R: Real>(
     (model, state): (&Model<R>, &Columns<R>),
     time: f64,
@@ -158,7 +172,11 @@ fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
     let drag = Mode { stiffness: 0.0, damping: model.drag().to_f64() };
     others.clear();
     others.resize(model.particle_count(), drag);
-    model.bends.row_sums(|particle, [stiffness, damping]| others[particle].add(stiffness, damping));
+    let mut add = |particle: usize, [stiffness, damping]: [f64; 2]| {
+        others[particle].add(stiffness, damping);
+    };
+    model.bends.row_sums(&mut add);
+    model.volumes.row_sums(motion, &mut add);
     // In full also where the largest force caps it now.
     for grab in model.grabs() {
         others[grab.particle as usize].add(grab.stiffness.to_f64(), grab.damping.to_f64());

@@ -53,15 +53,35 @@ impl Basis {
     /// Begins anew about a state with a rough vector, weighted by particle: a fast motion of
     /// a few particles must not be lost among those of all.
     pub(crate) fn begin<R: Real>(&mut self, point: &OperatingPoint<'_, R>, weights: &[f64]) {
+        self.prepare(point);
+        (self.stiffness.size, self.damping.size) = (0, 0);
+        self.products.iter_mut().for_each(Vec::clear);
+        self.push_rough(point, weights);
+    }
+
+    /// Takes the derivatives of springs and the masses of a state.
+    pub(super) fn prepare<R: Real>(&mut self, point: &OperatingPoint<'_, R>) {
         let OperatingPoint { model, motion } = point;
         let springs = model.springs.present();
         self.tangents.clear();
         self.tangents.extend(springs.map(|(spring, _)| model.springs.tangent(motion, spring)));
         self.roots.clear();
         self.roots.extend(model.inverse_masses.iter().map(|w| Real::sqrt(w.to_f64())));
-        (self.stiffness.size, self.damping.size) = (0, 0);
-        self.products.iter_mut().for_each(Vec::clear);
-        self.push_rough(point, weights);
+    }
+
+    /// Square roots of the reciprocal masses.
+    pub(super) fn roots(&self) -> &[f64] {
+        &self.roots
+    }
+
+    /// The products of a vector with M^(−1/2) K M^(−1/2) and M^(−1/2) D M^(−1/2).
+    pub(super) fn products_of<R: Real>(
+        &mut self,
+        point: &OperatingPoint<'_, R>,
+        vector: &[DVec3],
+    ) -> &[Vec<DVec3>; 2] {
+        self.multiply(point, vector);
+        &self.products
     }
 
     /// Adds a rough vector, weighted by particle.
@@ -239,10 +259,10 @@ impl Iterator for Rough {
     }
 }
 
-fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
+pub(super) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }
 
-fn norm(a: &[DVec3]) -> f64 {
+pub(super) fn norm(a: &[DVec3]) -> f64 {
     Real::sqrt(dot(a, a))
 }

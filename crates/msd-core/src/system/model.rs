@@ -7,14 +7,16 @@ use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::{SpringWork, Springs};
-use crate::elements::{Element, Motion, Own, Vectors, column};
+use crate::elements::volumes::Volumes;
+use crate::elements::{Element, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
 use crate::obstacles::rest::{Kick, Kicked, is_any_on, settle};
 use crate::obstacles::{Contacts, Obstacles, PlaneColumn};
 use crate::scene::check::{
-    check, check_bend, check_mass, check_not_negative, check_scene, check_vector, is_finite,
+    check, check_bend, check_mass, check_not_negative, check_scene, check_vector, check_volume,
+    is_finite,
 };
 use crate::scene::{Body, Particle, Scene};
 use alloc::vec::Vec;
@@ -38,6 +40,7 @@ pub struct Model<R: Real> {
     pub(crate) fields: Fields<R>,
     pub(crate) springs: Springs<R>,
     pub(crate) bends: Bends<R>,
+    pub(crate) volumes: Volumes<R>,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
     /// User-defined elements, each with its handle.
@@ -69,6 +72,7 @@ impl<R: Real> Model<R> {
         let bodies: Vec<_> = scene.bodies.iter().map(|body| body.particles.clone()).collect();
         let (slots, springs) = Springs::new(masses.len(), &scene.springs, &bodies);
         let bends = Bends::new(&scene.bends, &slots);
+        let volumes = Volumes::new(&scene.volumes, &slots);
         let mut model = Model {
             masses,
             inverse_masses,
@@ -82,6 +86,7 @@ impl<R: Real> Model<R> {
             },
             springs,
             bends,
+            volumes,
             grabs: Grabs::default(),
             pushes: Pushes::default(),
             own: Vec::new(),
@@ -136,10 +141,11 @@ impl<R: Real> Model<R> {
         let power = self.fields.set_forces(level, motion.velocities, forces);
         let power = power + self.springs.add_all(level, motion, work, forces);
         let power = power + self.bends.add_all(level, motion, forces);
+        let power = power + self.volumes.add_all(level, motion, forces);
         power + self.add_single_forces(motion, work, forces)
     }
 
-    /// Overwrites `forces` with all forces but those of springs and bends.
+    /// Overwrites `forces` with all forces but those of springs, bends and volumes.
     pub(crate) fn set_other_forces(
         &self,
         level: Level,
@@ -216,11 +222,12 @@ impl<R: Real> Model<R> {
         for particle in particles {
             (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
         }
-        let Model { masses, springs, bends, grabs, pushes, .. } = self;
+        let Model { masses, springs, bends, volumes, grabs, pushes, .. } = self;
         let is_removed = |particle: u32| masses[particle as usize] == R::ZERO;
         grabs.0.retain(|grab| !is_removed(grab.particle));
         pushes.0.retain(|push| !is_removed(push.0));
         bends.remove(is_removed);
+        volumes.remove(is_removed);
         for spring in 0..springs.ends().len() {
             if springs.ends()[spring].into_iter().any(is_removed) {
                 springs.cut(spring);
@@ -228,9 +235,17 @@ impl<R: Real> Model<R> {
         }
     }
 
-    /// All elements but the springs: the fields, bends, grabs, pushes and user-defined ones.
+    /// Removes the bends and the volumes across springs that were cut.
+    pub(crate) fn tear(&mut self, springs: impl Iterator<Item = usize>) {
+        let torn = Torn::new(springs.map(|spring| self.springs.ends()[spring]));
+        self.bends.tear(&torn);
+        self.volumes.tear(&torn);
+    }
+
+    /// All elements but the springs: fields, bends, volumes, grabs, pushes and user-defined ones.
     pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
-        let built_in: [&dyn Element<R>; 4] = [&self.fields, &self.bends, &self.grabs, &self.pushes];
+        let Model { fields, bends, volumes, grabs, pushes, .. } = self;
+        let built_in: [&dyn Element<R>; 5] = [fields, bends, volumes, grabs, pushes];
         built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
     }
 
@@ -300,14 +315,19 @@ impl<R: Real> Model<R> {
         self.springs.law(spring).damping
     }
 
-    /// Whether any spring or bend has a damper.
+    /// Whether any spring, bend or volume has a damper.
     pub fn is_damped(&self) -> bool {
-        self.springs.is_damped() || self.bends.is_damped()
+        self.springs.is_damped() || self.bends.is_damped() || self.volumes.is_damped()
     }
 
     /// The bends.
     pub fn bends(&self) -> &Bends<R> {
         &self.bends
+    }
+
+    /// The volumes.
+    pub fn volumes(&self) -> &Volumes<R> {
+        &self.volumes
     }
 
     /// The planes.
@@ -388,6 +408,9 @@ impl<R: Real> Model<R> {
         for (row, bend) in self.bends.rows().enumerate() {
             check_bend::<S>(row, &bend, self.particle_count())?;
         }
+        for (row, volume) in self.volumes.rows().enumerate() {
+            check_volume::<S>(row, &volume, self.particle_count())?;
+        }
         Ok(())
     }
 
@@ -429,6 +452,7 @@ impl<R: Real> Model<R> {
             },
             springs: self.springs.convert(),
             bends: self.bends.convert(&self.slots),
+            volumes: self.volumes.convert(&self.slots),
             grabs: Grabs(self.grabs().iter().map(grab).collect()),
             pushes: Pushes(pushes.map(|&(particle, force)| (particle, vector(force))).collect()),
             own: self.own.clone(),

@@ -4,13 +4,14 @@ use crate::error::{FileError, plain};
 use crate::file::budget::{Budget, count_lattice};
 use crate::file::domain::Domain;
 use crate::file::schema::{BodyRow, Kind, Spin};
-use crate::file::substance::{caveat, check_fits, substance};
+use crate::file::substance::{caveat, check_fits, damped, substance};
 use crate::file::tree::Source;
 use crate::file::turn::{random_axis, rotation};
 use crate::mesh::{self, Mesh, MeshError, MeshOptions};
 use crate::precision::Precision;
 use crate::shown::tame;
 use glam::{DMat3, DVec3};
+use msd_core::substance::SOLID_POISSON;
 use msd_core::{Bending, Elasticity, Lattice, Material, Neighbours, Part, Particle, Spring, shape};
 
 /// Reads the mesh that a scene names.
@@ -70,12 +71,19 @@ impl Builder<'_> {
             Some(Elasticity::Rope { bending, .. }) if bending != 0.0 => counts[0],
             _ => 0,
         });
+        self.budget.add_volumes(match substance.map(|substance| substance.elasticity) {
+            Some(Elasticity::Solid { poisson, .. }) if poisson != SOLID_POISSON => counts[0],
+            _ => 0,
+        });
         self.budget.take(self.source, format_args!("bodies[{row}].size"), counts)?;
         let file = || self.source.name.to_string();
         let core = |source| FileError::Core { file: file(), source: Box::new(source) };
         let lattice = Lattice::new(size, neighbours).map_err(core)?;
         let part = match substance {
-            Some(substance) => shape::body(size, spacing, &substance).map_err(core)?,
+            Some(substance) => {
+                let substance = damped(self.source, row, body, (size, spacing, substance))?;
+                shape::body(size, spacing, &substance).map_err(core)?
+            }
             None => shape::lattice(size, neighbours, spacing, material).map_err(core)?,
         };
         if substance.is_some() {
@@ -409,6 +417,7 @@ fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), Fil
         ("poisson", body.poisson.is_some(), BROAD),
         ("density", body.density.is_some(), LATTICES),
         ("relaxation_time", body.relaxation_time.is_some(), LATTICES),
+        ("damping_ratio", body.damping_ratio.is_some(), LATTICES),
         ("thickness", body.thickness.is_some(), &[Kind::Cloth]),
         ("area_density", body.area_density.is_some(), &[Kind::Cloth]),
         ("young_warp", body.young_warp.is_some(), &[Kind::Cloth]),

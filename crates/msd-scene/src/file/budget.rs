@@ -11,6 +11,7 @@ pub(crate) struct Budget {
     particles: u128,
     springs: u128,
     bends: u128,
+    volumes: u128,
 }
 
 /// The most memory a scene may take, bytes: beyond it a small machine starts to swap, and a page of
@@ -20,6 +21,7 @@ const MEMORY: u128 = if cfg!(target_pointer_width = "32") { 1_000_000_000 } else
 const PARTICLE_BYTES: u128 = 400;
 const SPRING_BYTES: u128 = 100;
 const BEND_BYTES: u128 = 250;
+const VOLUME_BYTES: u128 = 400;
 
 impl Budget {
     /// Counts what a body asks for, before anything is allocated.
@@ -41,6 +43,11 @@ impl Budget {
         self.bends = self.bends.saturating_add(bends);
     }
 
+    /// Counts the volumes of the body that is counted next.
+    pub(crate) fn add_volumes(&mut self, volumes: u128) {
+        self.volumes = self.volumes.saturating_add(volumes);
+    }
+
     /// Counts what is no body of a scene file; `asks` is where it is asked for, and by which key.
     pub(crate) fn take_for(
         &mut self,
@@ -52,6 +59,7 @@ impl Budget {
         let bytes = self.particles.saturating_mul(PARTICLE_BYTES);
         let bytes = bytes.saturating_add(self.springs.saturating_mul(SPRING_BYTES));
         let bytes = bytes.saturating_add(self.bends.saturating_mul(BEND_BYTES));
+        let bytes = bytes.saturating_add(self.volumes.saturating_mul(VOLUME_BYTES));
         if bytes <= MEMORY {
             return Ok(());
         }

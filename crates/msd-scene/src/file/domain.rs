@@ -46,7 +46,7 @@ pub const MOST_NEWTON: u32 = 1000;
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 49] = [
+pub const DOMAINS: [(&str, Domain); 50] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -71,6 +71,7 @@ pub const DOMAINS: [(&str, Domain); 49] = [
     ("bodies.poisson", Domain::Finite),
     ("bodies.density", Domain::Positive),
     ("bodies.relaxation_time", Domain::NotNegative),
+    ("bodies.damping_ratio", Domain::NotNegative),
     ("bodies.thickness", Domain::Positive),
     ("bodies.area_density", Domain::Positive),
     ("bodies.young_warp", Domain::Positive),

@@ -243,7 +243,7 @@ pub struct BodyRow {
     /// Lattices: Young's modulus, pascals.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub young: Option<f64>,
-    /// Blocks and cloths: Poisson's ratio. Default what springs give: 1/4 and 1/3.
+    /// Blocks: Poisson's ratio, 0 to 0.45; default 1/4, which springs give alone. Cloths: 1/3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
     /// Lattices of a material: density, kilograms per cubic metre.
@@ -252,6 +252,10 @@ pub struct BodyRow {
     /// Lattices of a material: viscosity over modulus, seconds. Default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub relaxation_time: Option<f64>,
+    /// Lattices of a material: damping ratio of the slowest motion of the body on its own, instead
+    /// of `relaxation_time`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_ratio: Option<f64>,
     /// Cloths: thickness, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,

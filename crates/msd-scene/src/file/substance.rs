@@ -5,20 +5,23 @@ use crate::file::domain::Domain;
 use crate::file::schema::{BodyRow, Kind};
 use crate::file::tree::Source;
 use crate::materials::{MATERIALS, Numbers, named};
-use msd_core::substance::{SHEET_POISSON, SOLID_POISSON};
-use msd_core::{Bending, Elasticity, Part, Substance};
-use std::f64::consts::PI;
+use msd_core::substance::{MOST_POISSON, SHEET_POISSON, SOLID_POISSON, round_section};
+use msd_core::{Bending, Elasticity, Part, Scene, Settings, Simulation, Substance, shape};
 
-/// How near a given Poisson's ratio must be to that of springs: 0.33 is meant for 1/3.
+/// How near that of springs a Poisson's ratio given for a sheet must be: 0.33 is meant for 1/3.
 const POISSON_WITHIN: f64 = 0.005;
 
+/// The most particles of a body whose slowest motion is sought: it takes seconds.
+const MOST_SOUGHT: usize = 4000;
+
 /// The keys of a substance in a row, each with what it is given as.
-fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 14] {
+fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 15] {
     [
         ("young", body.young),
         ("poisson", body.poisson),
         ("density", body.density),
         ("relaxation_time", body.relaxation_time),
+        ("damping_ratio", body.damping_ratio),
         ("thickness", body.thickness),
         ("area_density", body.area_density),
         ("young_warp", body.young_warp),
@@ -86,7 +89,11 @@ fn find(source: &Source<'_>, row: usize, name: &str) -> Result<Numbers, FileErro
         return Ok(material.numbers);
     }
     let names = || MATERIALS.iter().map(|material| material.name);
-    let expected = match nearest(name, names()) {
+    // The middle one of a family: "gelatine" is no misspelling.
+    let written = name.to_lowercase();
+    let family: Vec<&str> = names().filter(|known| known.starts_with(&written)).collect();
+    let of_family = family.get(family.len() / 2).copied().filter(|_| !written.is_empty());
+    let expected = match nearest(name, names()).or(of_family) {
         Some(near) => format!("the name of a material; did you mean `{near}`?"),
         None => format!("one of {}", names().collect::<Vec<_>>().join(", ")),
     };
@@ -96,16 +103,39 @@ fn find(source: &Source<'_>, row: usize, name: &str) -> Result<Numbers, FileErro
 
 impl Keys<'_> {
     fn substance(&self) -> Result<Substance, FileError> {
-        let relaxation_time = self.number("relaxation_time")?.unwrap_or(0.0);
+        let relaxation_time = match self.body.damping_ratio {
+            Some(_) if self.body.relaxation_time.is_some() => {
+                let row = self.row;
+                let reason = format!("and bodies[{row}].relaxation_time exclude each other");
+                return Err(self
+                    .source
+                    .refuse(format_args!("bodies[{row}].damping_ratio"), reason));
+            }
+            Some(_) => 0.0,
+            None => self.number("relaxation_time")?.unwrap_or(0.0),
+        };
         let (elasticity, density) = match self.body.kind {
+            Kind::Rope | Kind::Block if self.is_woven() => return Err(self.no_fabric()),
             Kind::Rope => self.rope()?,
             Kind::Cloth => self.sheet()?,
             _ => {
-                self.check_poisson(SOLID_POISSON, "0.25 (1/4) in a block")?;
-                (Elasticity::Solid { young: self.needed("young")? }, self.needed("density")?)
+                let (young, poisson) = (self.needed("young")?, self.solid_poisson()?);
+                (Elasticity::Solid { young, poisson }, self.needed("density")?)
             }
         };
         Ok(Substance { elasticity, density, relaxation_time })
+    }
+
+    /// Whether the material is a fabric, which has no Young's modulus.
+    fn is_woven(&self) -> bool {
+        matches!(self.material, Some(Numbers::Fabric { .. }))
+    }
+
+    fn no_fabric(&self) -> FileError {
+        let name = self.body.material.as_deref().unwrap_or_default();
+        let key = format_args!("bodies[{}].material", self.row);
+        let expected = "that of a solid in a rope or a block: a fabric makes a cloth";
+        self.source.out_of_domain(key, format!("\"{}\"", crate::shown::tame(name)), expected)
     }
 
     fn rope(&self) -> Result<(Elasticity, f64), FileError> {
@@ -116,7 +146,7 @@ impl Keys<'_> {
         {
             *bending = given;
         }
-        Ok((elasticity, self.needed("density")? * (0.25 * PI * diameter * diameter)))
+        Ok((elasticity, self.needed("density")? * round_section(diameter)))
     }
 
     fn sheet(&self) -> Result<(Elasticity, f64), FileError> {
@@ -137,7 +167,7 @@ impl Keys<'_> {
         let [warp, weft, shear] = woven;
         let is_woven = woven.iter().any(|key| self.value(key).is_some());
         if !is_woven {
-            self.check_poisson(SHEET_POISSON, "0.3333 (1/3) in a cloth")?;
+            self.check_sheet_poisson()?;
             let mut elasticity =
                 Elasticity::sheet(self.needed("young")?, self.needed("thickness")?);
             if let (Elasticity::Sheet { bending, .. }, Some(given)) =
@@ -185,20 +215,46 @@ impl Keys<'_> {
         let (warp, weft, bias) = (warp?, weft?, bias?);
         let least = 0.25 * (warp + weft);
         if bias < least {
-            let key = format_args!("bodies[{row}].bending_bias");
             let limit = "(bending_warp + bending_weft)/4";
-            let expected = format!("at least {}, {limit}", plain(least));
-            return Err(source.out_of_domain(key, plain(bias), expected));
+            // The others may be those of a material: what is named was written.
+            let is_own = self.of_row("bending_bias").is_some();
+            let written = of_row.filter(|_| !is_own).unwrap_or("bending_bias");
+            let expected = match is_own {
+                true => format!("at least {}, {limit}", plain(least)),
+                false => format!(
+                    "such that {limit} is at most bending_bias, {} of the material",
+                    plain(bias)
+                ),
+            };
+            let key = format_args!("bodies[{row}].{written}");
+            let value = self.of_row(written).unwrap_or(bias);
+            return Err(source.out_of_domain(key, plain(value), expected));
         }
         Ok(Some(Bending { warp, weft, bias }))
     }
 
-    /// Refuses a Poisson's ratio that springs do not give.
-    fn check_poisson(&self, springs: f64, words: &str) -> Result<(), FileError> {
+    /// The Poisson's ratio of a block: that of springs, or another, which costs more.
+    fn solid_poisson(&self) -> Result<f64, FileError> {
+        let Some(poisson) = self.number_of_row("poisson")? else { return Ok(SOLID_POISSON) };
+        if (0.0..=MOST_POISSON).contains(&poisson) {
+            return Ok(poisson);
+        }
+        let key = format_args!("bodies[{}].poisson", self.row);
+        let why = if poisson < 0.0 {
+            "of a lattice of springs"
+        } else {
+            "towards 0.5 the stable step goes to 0"
+        };
+        let expected = format!("between 0 and {MOST_POISSON} in a block: {why}");
+        Err(self.source.out_of_domain(key, plain(poisson), expected))
+    }
+
+    /// Refuses a Poisson's ratio of a sheet that springs do not give.
+    fn check_sheet_poisson(&self) -> Result<(), FileError> {
         match self.number_of_row("poisson")? {
-            Some(poisson) if POISSON_WITHIN < (poisson - springs).abs() => {
+            Some(poisson) if POISSON_WITHIN < (poisson - SHEET_POISSON).abs() => {
                 let key = format_args!("bodies[{}].poisson", self.row);
-                let expected = format!("{words}, the only one that springs give");
+                let expected = "0.3333 (1/3) in a cloth, the only one that its springs give";
                 Err(self.source.out_of_domain(key, plain(poisson), expected))
             }
             _ => Ok(()),
@@ -248,6 +304,40 @@ impl Keys<'_> {
     }
 }
 
+/// The substance of a lattice with the relaxation time that its damping ratio ζ says, if it has
+/// one: 2 ζ/w, w being the angular frequency of the slowest motion of the body on its own.
+///
+/// # Errors
+/// A number outside its domain; a body that is too large, or has motions that nothing resists.
+pub(super) fn damped(
+    source: &Source<'_>,
+    row: usize,
+    body: &BodyRow,
+    (size, spacing, substance): ([usize; 3], f64, Substance),
+) -> Result<Substance, FileError> {
+    let Some(ratio) = body.damping_ratio else { return Ok(substance) };
+    let ratio = source.number(format_args!("bodies[{row}].damping_ratio"), ratio)?;
+    let refuse = |reason: String| {
+        let reason = format!("{reason}; give `relaxation_time` instead");
+        source.refuse(format_args!("bodies[{row}].damping_ratio"), reason)
+    };
+    let count: usize = size.iter().product();
+    if MOST_SOUGHT < count {
+        return Err(refuse(format!(
+            "asks for the slowest motion of {count} particles, and of more than {MOST_SOUGHT} that \
+             is not sought"
+        )));
+    }
+    let core = |error| FileError::Core { file: source.name.to_string(), source: Box::new(error) };
+    let part = shape::body(size, spacing, &substance).map_err(core)?;
+    let alone = Simulation::<f64>::new(&Scene::of("body", part), Settings::default());
+    let slowest = alone.map_err(core)?.slowest_modes(1);
+    let Some(mode) = slowest.first() else {
+        return Err(refuse("asks for the slowest motion, and nothing resists many of them".into()));
+    };
+    Ok(Substance { relaxation_time: 2.0 * ratio / mode.stiffness.sqrt(), ..substance })
+}
+
 /// What a body does not have of the material that it names; nothing of a rope.
 pub(super) fn caveat(body: &BodyRow) -> Option<String> {
     let name = body.material.as_deref().filter(|_| body.poisson.is_none())?;
@@ -257,7 +347,12 @@ pub(super) fn caveat(body: &BodyRow) -> Option<String> {
         Kind::Cloth => "1/3",
         _ => return None,
     };
-    Some(format!("{name}: Poisson's ratio is {springs}, that of springs, instead of {poisson}"))
+    let ratio = format!("Poisson's ratio is {springs}, that of springs, instead of {poisson}");
+    let hint = match body.kind {
+        Kind::Block => format!("; `poisson = {}` costs more", poisson.min(MOST_POISSON)),
+        _ => String::new(),
+    };
+    Some(format!("{name}: {ratio}{hint}"))
 }
 
 /// Refuses a substance whose masses or springs do not fit the precision of the scene.
@@ -267,7 +362,8 @@ pub(super) fn check_fits(source: &Source<'_>, row: usize, part: &Part) -> Result
     let lightest = masses.fold(f64::INFINITY, f64::min);
     let springs = part.springs.iter().flat_map(|spring| [spring.stiffness, spring.damping]);
     let bends = part.bends.iter().flat_map(|bend| [bend.stiffness, bend.damping]);
-    let largest = springs.chain(bends).fold(0.0, f64::max);
+    let volumes = part.volumes.iter().flat_map(|row| [row.modulus.abs(), row.damping.abs()]);
+    let largest = springs.chain(bends).chain(volumes).fold(0.0, f64::max);
     let fits = Domain::Mass.holds(lightest, precision)
         && Domain::NotNegative.holds(largest, precision)
         && (precision == crate::Precision::F64 || (largest as f32).is_finite());

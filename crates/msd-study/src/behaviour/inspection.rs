@@ -2,8 +2,14 @@
 
 use core::f64::consts::TAU;
 use msd_core::glam::DVec3;
-use msd_core::{Bend, Body, Error, Moduli, Particle, Scene, Settings, Simulation, Spring};
+use msd_core::stability::Mode;
+use msd_core::{Bend, Body, Error, Moduli, Particle, Scene, Settings, Simulation, Spring, Volume};
 use serde::Serialize;
+
+/// Slow motions that are sought, and the most particles of a body that they are sought in: they
+/// take seconds.
+const SLOWEST: usize = 5;
+const MOST_SOUGHT: usize = 4000;
 
 /// A body as if it were of a uniform material; the keys of `msd inspect --json`.
 #[derive(Clone, Debug, Serialize)]
@@ -16,8 +22,11 @@ pub struct Inspection {
     pub springs: usize,
     /// Mass, kilograms.
     pub mass: f64,
-    /// What it fills; `None` for particles and springs of no shape.
+    /// What it fills; `None` for particles and springs of no shape, and where the surface has
+    /// holes.
     pub filled: Option<Filled>,
+    /// Whether its surface has holes, so that it cannot be told what is inside.
+    pub is_open: bool,
     /// Its moduli, if it is a solid, a flat sheet or a straight rope.
     pub moduli: Option<Directions>,
     /// Bending stiffness inside it, the smallest and the largest along its lattice and the
@@ -26,6 +35,18 @@ pub struct Inspection {
     pub bending: Option<[f64; 2]>,
     /// Frequency of its fastest motion on its own, hertz.
     pub fastest: f64,
+    /// Its slowest motions on its own, as it stands, slowest first; empty where they were not
+    /// found, as in a body that has many motions that nothing resists, or is large.
+    pub slowest: Vec<Slow>,
+}
+
+/// A slow motion of a body.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Slow {
+    /// Frequency, hertz.
+    pub frequency: f64,
+    /// Its damping ratio.
+    pub damping_ratio: f64,
 }
 
 /// The volume of a solid, the area of a sheet or the length of a rope.
@@ -62,12 +83,52 @@ impl Directions {
 /// # Errors
 /// A scene that a simulation refuses.
 pub fn inspect(scene: &Scene) -> Result<Vec<Inspection>, Error> {
-    scene.bodies.iter().map(|body| inspect_body(scene, body)).collect()
+    let joints = joints(scene);
+    let rows = scene.bodies.iter().zip(joints);
+    rows.map(|(body, joints)| inspect_body(scene, body, joints)).collect()
 }
 
-fn inspect_body(scene: &Scene, body: &Body) -> Result<Inspection, Error> {
+/// The bends and volumes of a body, by its own particles.
+#[derive(Clone, Default)]
+struct Joints {
+    bends: Vec<Bend>,
+    volumes: Vec<Volume>,
+}
+
+/// Those of every body, in one pass.
+fn joints(scene: &Scene) -> Vec<Joints> {
+    let mut joints = vec![Joints::default(); scene.bodies.len()];
+    // The body of each particle; those of none have no body's number.
+    let mut body_of = vec![usize::MAX; scene.particles.len()];
+    for (number, body) in scene.bodies.iter().enumerate() {
+        body_of[body.particles.clone()].fill(number);
+    }
+    let place = |particles: &[usize]| {
+        let number = body_of[particles[0]];
+        let is_inside = particles.iter().all(|&particle| body_of[particle] == number);
+        is_inside.then(|| (number, scene.bodies.get(number).map_or(0, |body| body.particles.start)))
+    };
+    for bend in &scene.bends {
+        if let Some((number, first)) = place(&bend.particles)
+            && let Some(joints) = joints.get_mut(number)
+        {
+            joints.bends.push(Bend { particles: bend.particles.map(|end| end - first), ..*bend });
+        }
+    }
+    for volume in &scene.volumes {
+        if let Some((number, first)) = place(&volume.particles)
+            && let Some(joints) = joints.get_mut(number)
+        {
+            let particles = volume.particles.map(|end| end - first);
+            joints.volumes.push(Volume { particles, ..*volume });
+        }
+    }
+    joints
+}
+
+fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection, Error> {
     let springs = &scene.springs[body.springs.clone()];
-    let alone = alone(scene, body);
+    let alone = alone(scene, body, joints);
     let simulation = Simulation::<f64>::new(&alone, Settings::default())?;
     let filled = filled(scene, body);
     let across = |spring: &Spring| across(scene, spring);
@@ -84,30 +145,40 @@ fn inspect_body(scene: &Scene, body: &Body) -> Result<Inspection, Error> {
             let is_flat = beside.all(|axis| {
                 springs.iter().map(across).all(|way| way.dot(*axis).abs() <= 1e-6 * way.length())
             });
-            let moduli = || Moduli::of(rows, filled.size);
+            let moduli = || Moduli::of(rows, &alone.volumes, filled.size);
             let found = || directions(&moduli(), frame, filled.dimensions);
             // Springs without stiffness amount to no material.
             is_flat.then(found).filter(|found| 0.0 < found.range()[1])
         }),
         filled,
+        is_open: !body.surface.two_sided && !is_closed(body),
         bending,
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
+        slowest: slowest(&simulation),
     })
 }
 
+/// The slowest motions of a body that is not too large.
+fn slowest(simulation: &Simulation<f64>) -> Vec<Slow> {
+    if MOST_SOUGHT < simulation.model().particle_count() {
+        return Vec::new();
+    }
+    let slow = |mode: &Mode| {
+        let frequency = mode.stiffness.sqrt();
+        Slow { frequency: frequency / TAU, damping_ratio: 0.5 * mode.damping / frequency }
+    };
+    simulation.slowest_modes(SLOWEST).iter().map(slow).collect()
+}
+
 /// The body without the rest of its scene.
-fn alone(scene: &Scene, body: &Body) -> Scene {
-    let mut alone = Scene { world: scene.world, ..Scene::default() };
+fn alone(scene: &Scene, body: &Body, Joints { bends, volumes }: Joints) -> Scene {
+    let mut alone = Scene { world: scene.world, bends, volumes, ..Scene::default() };
     alone.particles = scene.particles[body.particles.clone()].to_vec();
     let first = body.particles.start;
     let inside = |spring: &&Spring| spring.ends.iter().all(|end| body.particles.contains(end));
     let springs = scene.springs[body.springs.clone()].iter().filter(inside);
     let moved = |spring: &Spring| Spring { ends: spring.ends.map(|end| end - first), ..*spring };
     alone.springs = springs.map(moved).collect();
-    let bends = scene.bends.iter().filter(|bend| body.particles.contains(&bend.particles[0]));
-    let bends = bends.filter(|bend| bend.particles.iter().all(|end| body.particles.contains(end)));
-    let moved = |bend: &Bend| Bend { particles: bend.particles.map(|end| end - first), ..*bend };
-    alone.bends = bends.map(moved).collect();
     alone
 }
 
@@ -170,13 +241,30 @@ fn filled(scene: &Scene, body: &Body) -> Option<Filled> {
         (1, if is_line { length } else { 0.0 })
     } else if surface.two_sided {
         (2, corners.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum())
+    } else if !is_closed(body) {
+        return None;
     } else {
         // Measured from a corner of the body: far from the origin the sum would lose its digits.
         let origin = scene.particles[body.particles.start].position;
         let corners = corners.map(|corners| corners.map(|corner| corner - origin));
-        (3, corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum::<f64>())
+        // Of either sign: a surface may be inside out.
+        (3, corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum::<f64>().abs())
     };
     (0.0 < size).then_some(Filled { dimensions, size })
+}
+
+/// Whether every edge of the surface of a body is gone along as often one way as the other.
+fn is_closed(body: &Body) -> bool {
+    let particle = |corner: u32| body.surface.corners[corner as usize].particle;
+    let mut edges = Vec::with_capacity(3 * body.surface.triangles.len());
+    for corners in &body.surface.triangles {
+        let [a, b, c] = corners.map(particle);
+        let edge = |a: u32, b: u32| ([a.min(b), a.max(b)], if a < b { 1 } else { -1 });
+        edges.extend([edge(a, b), edge(b, c), edge(c, a)]);
+    }
+    edges.sort_unstable();
+    let mut groups = edges.chunk_by(|a, b| a.0 == b.0);
+    groups.all(|group| group.iter().map(|&(_, way)| way).sum::<i32>() == 0)
 }
 
 /// Three directions at right angles that go along the lattice of a body, if it is one; those in a

@@ -60,6 +60,7 @@ impl Part {
             Part::Damping => {
                 scene.springs.iter().any(|spring| spring.damping != 0.0)
                     || scene.bends.iter().any(|bend| bend.damping != 0.0)
+                    || scene.volumes.iter().any(|volume| volume.damping != 0.0)
             }
             Part::Gravity => scene.world.gravity != DVec3::ZERO,
             Part::Drag => scene.world.drag != 0.0,
@@ -105,6 +106,7 @@ impl Part {
             Part::Damping => {
                 rest.springs.iter_mut().for_each(|spring| spring.damping = 0.0);
                 rest.bends.iter_mut().for_each(|bend| bend.damping = 0.0);
+                rest.volumes.iter_mut().for_each(|volume| volume.damping = 0.0);
             }
             Part::Gravity => rest.world.gravity = DVec3::ZERO,
             Part::Drag => rest.world.drag = 0.0,

@@ -300,9 +300,10 @@ fn perturb(scene: &Scene, distance: f64) -> Scene {
     scene
 }
 
-/// Free fall: without springs, bends, planes and drag each particle follows its parabola.
+/// Free fall: without springs, bends, volumes, planes and drag each particle follows its parabola.
 fn in_closed_form(scene: &Scene, frames: &[u64]) -> Option<Vec<Sample>> {
-    let is_joined = !scene.springs.is_empty() || !scene.bends.is_empty();
+    let is_joined =
+        !scene.springs.is_empty() || !scene.bends.is_empty() || !scene.volumes.is_empty();
     if is_joined || !scene.planes.is_empty() || scene.world.drag != 0.0 {
         return None;
     }

@@ -128,7 +128,7 @@ pub fn unsound_by_leave(
 }
 
 /// That energy is added, joules, in words.
-pub(crate) fn adds(gained: f64) -> String {
+pub fn adds(gained: f64) -> String {
     format!("adds {} that nothing supplied", estimate(gained, "J"))
 }
 

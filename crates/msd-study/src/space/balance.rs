@@ -8,7 +8,7 @@ use crate::measure::leave::unstopped;
 use crate::measure::reference::Reference;
 use crate::measure::trial::{state, time_by_leave};
 use crate::quantity::{estimate, rounded};
-use crate::space::Space;
+use crate::space::{Space, Verdict};
 use msd_core::glam::DVec3;
 use msd_core::{Error, Scene};
 use msd_run::Runner;
@@ -37,6 +37,9 @@ pub struct ErrorBalance {
 pub struct Share {
     /// The error, root mean square, metres.
     pub error: f64,
+    /// Whether the error is less than that, and no more is known.
+    #[serde(default)]
+    pub is_bound: bool,
     /// What makes it less, in words; empty where nothing does.
     pub remedy: String,
     /// The error with that, metres.
@@ -89,6 +92,7 @@ pub fn balance(
     let cost = own.as_ref().map_or(f64::INFINITY, |run| run.cost);
     let time = double.as_ref().zip(own.as_ref()).map(|(double, own)| Share {
         error: right(double),
+        is_bound: false,
         remedy: closer.fineness(),
         left: less.as_ref().map_or(f64::INFINITY, right),
         cost: less.as_ref().map_or(f64::INFINITY, |less| own.cost * less.cost / double.cost),
@@ -98,11 +102,12 @@ pub fn balance(
         let apart = rows.map(|(single, double)| rms_between(single, double)).fold(0.0, f64::max);
         let remedy = if is_single { "f64".into() } else { String::new() };
         let error = if is_single { apart } else { FINER * apart };
-        Share { error, remedy, left: FINER * apart, cost: double.cost }
+        Share { error, is_bound: false, remedy, left: FINER * apart, cost: double.cost }
     });
     let space = match space.error() {
         Some(error) => Some(Share {
             error,
+            is_bound: matches!(space.verdict, Verdict::Below { .. }),
             remedy: "half the spacing".into(),
             left: space.spacings.get(1).and_then(|finer| finer.error).unwrap_or(error),
             cost: price(finer, choice)?,
@@ -122,11 +127,22 @@ pub fn balance(
     Ok(balance)
 }
 
+impl Share {
+    /// The error in words: a length, or below one.
+    pub fn size(&self) -> String {
+        let below = if self.is_bound { "below " } else { "" };
+        format!("{below}{}", estimate(self.error, "m"))
+    }
+}
+
 impl ErrorBalance {
     /// The error of time that would be small beside that of space, metres; none where time costs
     /// as much already, or space is not known.
     fn room(&self) -> Option<f64> {
         let (space, time) = (self.space.as_ref()?, self.time.as_ref()?);
+        if space.is_bound {
+            return None;
+        }
         let room = LONGEST * space.error;
         (time.error < 0.5 * room).then_some(room)
     }
@@ -144,7 +160,7 @@ impl ErrorBalance {
             let precision = precision.map_or(String::new(), |error| format!(", precision {error}"));
             return format!("time costs you {in_time}{precision}; what space costs is not known");
         };
-        let in_space = shown(space.error);
+        let in_space = space.size();
         let rules = |a: &Share, b: &Share| RULES * b.error <= a.error;
         if let Some(precision) = precision
             && rules(precision, space)
@@ -161,6 +177,9 @@ impl ErrorBalance {
                 shown(time.left)
             );
         }
+        if space.is_bound {
+            return format!("space costs you {in_space}, time {in_time}");
+        }
         if rules(space, time) {
             let costs = format!("space costs you {in_space}, time {in_time}");
             return match longer {
@@ -175,16 +194,21 @@ impl ErrorBalance {
         format!("space and time are in balance: {in_space} and {in_time}")
     }
 
+    /// What each error comes of, and the error; none where that is not known.
+    pub fn shares(&self) -> [(&'static str, Option<&Share>); 3] {
+        let ErrorBalance { space, time, precision, .. } = self;
+        [("space", space.as_ref()), ("time", time.as_ref()), ("precision", precision.as_ref())]
+    }
+
     /// The errors in rows: what costs it, the error in metres, of a size, and the price of less.
     pub fn rows(&self, size: f64) -> Vec<[String; 5]> {
-        let shares = [("space", &self.space), ("time", &self.time), ("precision", &self.precision)];
-        let row = |(name, share): (&str, &Option<Share>)| match share {
+        let row = |(name, share): (&str, Option<&Share>)| match share {
             Some(share) => {
                 let is_better = !share.remedy.is_empty();
                 let better = |text: String| if is_better { text } else { String::new() };
                 [
                     name.into(),
-                    estimate(share.error, "m"),
+                    share.size(),
                     format!("{} %", rounded(100.0 * share.error / size, 2)),
                     better(format!("{}: {}", share.remedy, estimate(share.left, "m"))),
                     better(format!(
@@ -196,7 +220,7 @@ impl ErrorBalance {
             }
             None => [name.into(), "not known".into(), String::new(), String::new(), String::new()],
         };
-        shares.into_iter().map(row).collect()
+        self.shares().into_iter().map(row).collect()
     }
 }
 
@@ -260,7 +284,7 @@ mod tests {
     use msd_core::Integrator;
 
     fn share(error: f64) -> Option<Share> {
-        Some(Share { error, remedy: "more".into(), left: 0.25 * error, cost: 2.0 })
+        Some(Share { error, is_bound: false, remedy: "more".into(), left: 0.25 * error, cost: 2.0 })
     }
 
     fn advice([space, time, precision]: [Option<Share>; 3]) -> String {
@@ -279,6 +303,10 @@ mod tests {
         assert!(words.starts_with("shorten the step: time costs you 12 mm, space 3 µm"), "{words}");
         let words = advice([share(3e-6), share(3e-6), share(1e-3)]);
         assert!(words.starts_with("take f64: precision costs you 1 mm"), "{words}");
+        // What is only known to be less is no reason to refine anything.
+        let below = Share { is_bound: true, ..share(12e-3).unwrap() };
+        let words = advice([Some(below), share(3e-6), share(1e-6)]);
+        assert_eq!(words, "space costs you below 12 mm, time 3 µm");
         let words = advice([share(3e-3), share(2e-3), share(1e-6)]);
         assert!(words.contains("in balance"), "{words}");
         assert!(advice([None, share(1e-3), share(1e-6)]).contains("is not known"));

@@ -7,9 +7,9 @@ use crate::measure::leave::Halt;
 use crate::measure::reference::{Reference, Wish, reference_by_leave};
 use crate::quantity::estimate;
 use crate::space::limit::{Verdict, extrapolate};
-use crate::space::track::{Followed, Track, track};
+use crate::space::track::{Followed, Track, track, undrawn};
 use crate::space::{Space, Spacing};
-use msd_core::{Scene, Surface};
+use msd_core::Scene;
 use msd_scene::tree::Source;
 use msd_scene::{Draft, FileError, Finer};
 
@@ -78,9 +78,7 @@ pub fn known(scene: &Scene) -> Option<Space> {
 }
 
 fn scene_hash(scene: &Scene) -> String {
-    let mut plain = scene.clone();
-    plain.bodies.iter_mut().for_each(|body| body.surface = Surface::default());
-    cache::content_hash(&plain)
+    cache::content_hash(&undrawn(scene))
 }
 
 /// Runs a scene at ever finer spacings.

@@ -37,6 +37,13 @@ impl Track {
     }
 }
 
+/// A scene without its surfaces: how it is drawn does not matter.
+pub(crate) fn undrawn(scene: &Scene) -> Scene {
+    let mut plain = scene.clone();
+    plain.bodies.iter_mut().for_each(|body| body.surface = Surface::default());
+    plain
+}
+
 /// Positions of some particles.
 pub(crate) fn picked<'p>(
     positions: &'p [DVec3],
@@ -63,10 +70,7 @@ pub(crate) fn track(
     leave: Leave<'_>,
 ) -> Result<Option<Track>, Halt> {
     let Followed { scene, points, frames, tolerance } = followed;
-    // How it is drawn does not matter.
-    let mut plain = scene.clone();
-    plain.bodies.iter_mut().for_each(|body| body.surface = Surface::default());
-    let hash = cache::content_hash(&(&plain, points, frames, tolerance));
+    let hash = cache::content_hash(&(&undrawn(scene), points, frames, tolerance));
     if let Some(track) = cache::get(TRACK, &hash) {
         return Ok(Some(track));
     }

@@ -11,8 +11,9 @@ use glam::DVec3;
 /// The matrix about a stage, kilograms.
 ///
 /// For springs see [`SpringMatrix`]. Bends add their products, which depend on the stage by their
-/// damping alone. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing at its largest
-/// force, which is taken as constant. User-defined elements supply their products.
+/// damping alone; volumes add theirs without the turn of their gradients. Drag adds its factor
+/// times τ. A grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant.
+/// User-defined elements supply their products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
     springs: SpringMatrix<R>,
@@ -49,6 +50,7 @@ impl<R: Real> Tangent<R> {
         at_level!(stage.level, _simd => set_blocks(diagonals, upper, lower));
         springs.linearise(&model.springs, stage, [upper, lower]);
         model.bends.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
+        model.volumes.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
         if !model.own.is_empty() {
             own.add_blocks(model, stage, [upper, lower]);
         }
@@ -101,6 +103,7 @@ impl<R: Real> Tangent<R> {
         self.springs.add_products(level, &model.springs, direction, products);
         let (by, positions) = ((level, stage.tau), stage.motion.positions);
         model.bends.add_column_products(by, positions, direction, products);
+        model.volumes.add_column_products(by, positions, direction, products);
         if !model.own.is_empty() {
             self.own.add_products(model, stage, direction, products);
         }

@@ -1,6 +1,6 @@
 //! Coarse space of the implicit solve: translations of whole bodies, which no tolerance may lose.
 //!
-//! Springs and bends push no body as a whole: for particles held together only by these,
+//! Springs, bends and volumes push no body as a whole: for particles held together only by these,
 //! the product of the matrix with a translation c is D c, with D the masses, drag and grabs. So the
 //! sum that a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) / Σ D is
 //! the translation that a δu lacks. Conjugate gradients find it last of all, and in single
@@ -21,8 +21,8 @@ use core::ops::Range;
 use fearless_simd::Level;
 use glam::DVec3;
 
-/// Particles that springs and bends join to each other and to no others, two or more: one alone is
-/// solved by its block.
+/// Particles that springs, bends and volumes join to each other and to no others, two or more: one
+/// alone is solved by its block.
 #[derive(Clone, Debug, Default)]
 struct Whole {
     /// Which of the shares.
@@ -55,8 +55,8 @@ pub(crate) struct Wholes {
     shares: Vec<RecordLanes>,
     /// The row of each particle, by the number of its slot.
     row_of: Vec<u32>,
-    /// Springs and bends that there were when bodies were sought.
-    joints: Option<[usize; 2]>,
+    /// Springs, bends and volumes that there were when bodies were sought.
+    joints: Option<[usize; 3]>,
     /// Whether the changes are zero yet.
     is_fresh: bool,
 }
@@ -69,7 +69,8 @@ const NONE: u32 = u32::MAX;
 impl Wholes {
     /// Updates the bodies for cuts and pins since the step before.
     pub(crate) fn find<R: Real>(&mut self, model: &Model<R>) {
-        let joints = Some([model.spring_count(), model.bends.count()]);
+        let counts = [model.spring_count(), model.bends.count(), model.volumes.count()];
+        let joints = Some(counts);
         if self.joints != joints {
             self.joints = joints;
             self.seek(model);
@@ -100,7 +101,7 @@ impl Wholes {
                 join(ends);
             }
         }
-        model.bends.pairs().for_each(join);
+        model.bends.pairs().chain(model.volumes.pairs()).for_each(join);
         let mut is_joined = vec![false; count];
         for particle in 0..count as u32 {
             let first = first_of(&mut lower, particle);
@@ -149,8 +150,8 @@ impl Wholes {
         !self.rows.iter().any(|whole| whole.is_free)
     }
 
-    /// Sums the residuals of all forces but those of springs and bends, before anything is changed,
-    /// and the diagonal of the matrix.
+    /// Sums the residuals of all forces but those of springs, bends and volumes, before anything is
+    /// changed, and the diagonal of the matrix.
     pub(crate) fn begin<R: Real>(&mut self, level: Level, residuals: &[R], diagonals: &[R]) {
         self.is_fresh = true;
         for whole in self.rows.iter_mut().filter(|whole| whole.is_free) {
