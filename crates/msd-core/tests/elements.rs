@@ -93,7 +93,7 @@ proptest! {
         simulation.apply_queued().expect("nothing overflows");
         let state = simulation.state();
         let elements: Vec<_> = simulation.model().elements_beside_springs().collect();
-        prop_assert_eq!(elements.len(), 4);
+        prop_assert_eq!(elements.len(), 5);
         for element in elements {
             prop_assert_eq!(testing::check_gradient(element, &state), Ok(()));
         }

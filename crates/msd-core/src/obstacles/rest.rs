@@ -278,19 +278,23 @@ fn settle_in_corner<R: Real>(
     *contacts += Contacts::one((taken * kicked.masses[record * LANES + lane]).to_f64());
 }
 
+/// Speed away from a surface below which a particle has not left, as a part of what the pull makes
+/// up within two substeps: without it ever shorter hops would not end.
+const HOP: f64 = 0.01;
+
 impl<R: Real> ContactLaw<R> {
     /// Whether a particle on the surface lay there, by its velocity and the part of it along the
-    /// normal: it did not leave, and came so slowly that a bounce would be over within two substeps,
-    /// as in [`ContactLaw::keeps`].
+    /// normal: it did not leave, and came so slowly that a bounce would be over within two
+    /// substeps, as in [`ContactLaw::keeps`]. The limit is that of such a speed, negative.
     #[inline(always)]
     fn lay(&self, speed: R, limit: R, velocity: [R; 3]) -> bool {
         let rounding = R::EPSILON * R::of(8.0) * dot(velocity, velocity).sqrt();
-        (speed <= rounding) & ((self.restitution == R::ZERO) | (limit < speed))
+        (speed <= rounding - limit * R::of(HOP)) & ((self.restitution == R::ZERO) | (limit < speed))
     }
 }
 
-/// The velocity along a surface that friction leaves of one into it, and the reciprocal of the slip,
-/// 0 where it holds.
+/// The velocity along a surface that friction leaves of one into it, and the reciprocal of the
+/// slip, 0 where it holds.
 #[inline(always)]
 fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3]) -> ([R; 3], R) {
     let speed = dot(n, v);
@@ -353,9 +357,9 @@ impl<R: Real> Kick<R> {
     /// Holds a particle on a surface with this normal, at a velocity after the kick and with the
     /// acceleration of the kick, as seen from the surface.
     ///
-    /// It lies where the kick presses it to the surface, see also [`ContactLaw::lay`]. A surface that holds it
-    /// takes the energy of its motion before the kick, one that it slides on the work of friction:
-    /// force times mean velocity.
+    /// It lies where the kick presses it to the surface and it lay there before, see
+    /// [`ContactLaw::lay`]. A surface that holds it takes the energy of its motion before the kick,
+    /// one that it slides on the work of friction: force times mean velocity.
     #[inline(always)]
     fn settle(&self, law: &ContactLaw<R>, n: [R; 3], (v, a): ([R; 3], [R; 3])) -> Settled<R> {
         let (speed, pull) = (dot(n, v), dot(n, a));
