@@ -59,8 +59,6 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
     let (pace, held) = (session.pace(), session.held());
     let position = |particle: usize| session.position(particle);
     let screen = |point: Vec3| viewer.viewport().project(point).map(|at| pixels(at, scale));
-    let landmarks: BTreeMap<_, _> =
-        viewer.landmarks.iter().map(|(name, rect)| (name, area(*rect, scale))).collect();
     let mut report = json!({
         "frame": frame,
         "scene": session.loaded().name,
@@ -97,7 +95,19 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "solver": solver(session),
     });
     // One macro cannot hold so many.
-    let more = json!({
+    let more = report_of_view(viewer, scale);
+    if let (Value::Object(report), Value::Object(more)) = (&mut report, more) {
+        report.extend(more);
+    }
+    report
+}
+
+/// What it showed besides: the past, the tools, the view.
+fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
+    let session = &viewer.session;
+    let landmarks: BTreeMap<_, _> =
+        viewer.landmarks.iter().map(|(name, rect)| (name, area(*rect, scale))).collect();
+    json!({
         "elastic": session.energy().map(|energy| energy.elastic),
         "past": past(session),
         "recording": session.recording(),
@@ -114,11 +124,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "pixels_per_point": scale,
         "view": area(viewer.rect, scale),
         "landmarks": landmarks,
-    });
-    if let (Value::Object(report), Value::Object(more)) = (&mut report, more) {
-        report.extend(more);
-    }
-    report
+    })
 }
 
 /// What is known of the trade, while it is shown.

@@ -374,8 +374,8 @@ impl<R: Real> Batch<R> {
             }
             let position = R::Vec3::from_components(lane_of(&self.positions, lane));
             let depth = -obstacle.gap(position, time);
-            let is_outside = !(R::ZERO < depth);
-            if is_outside {
+            let is_inside = R::ZERO < depth;
+            if !is_inside {
                 continue;
             }
             let normal = obstacle.normal(position, time).components();

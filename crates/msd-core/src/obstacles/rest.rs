@@ -266,8 +266,8 @@ fn settle_in_corner<R: Real>(
     if v == kicked_to {
         return;
     }
-    for axis in 0..3 {
-        kicked.velocities[at + axis * LANES + lane] = v[axis];
+    for (axis, number) in v.into_iter().enumerate() {
+        kicked.velocities[at + axis * LANES + lane] = number;
     }
     let taken = if v == [R::ZERO; 3] {
         dot(start, start) * R::HALF
@@ -328,8 +328,8 @@ fn settle_on_own<R: Real>(
             continue;
         }
         let after: [R; 3] = core::array::from_fn(|axis| settled.velocity[axis] + surface[axis]);
-        for axis in 0..3 {
-            kicked.velocities[at + axis * LANES + lane] = after[axis];
+        for (axis, number) in after.into_iter().enumerate() {
+            kicked.velocities[at + axis * LANES + lane] = number;
         }
         let mass = kicked.masses[record * LANES + lane];
         let impulse = core::array::from_fn(|axis| after[axis] - v[axis]);

@@ -74,24 +74,13 @@ pub(crate) fn slowest<R: Real>(point: &OperatingPoint<'_, R>, count: usize) -> V
         for vector in corrections.into_iter().chain(core::mem::take(&mut ways)) {
             extend(&mut block, vector, (&mut basis, point));
         }
-        let mut small = Matrix::zero(block.len());
-        for (row, a) in block.iter().enumerate() {
-            for (column, b) in block[..=row].iter().enumerate() {
-                let value = dot(&a.vector, &b.products[0]);
-                (small.rows[row][column], small.rows[column][row]) = (value, value);
-            }
-        }
-        let (found, vectors) = small.eigen();
+        let (found, vectors) = projected(&block).eigen();
         largest = largest.max(found[0]);
         // The smallest come last.
         let chosen = (0..block.len()).rev().take(size).map(|row| &vectors.rows[row]);
         let chosen: Vec<_> = chosen.collect();
         let mix = |weights: &[f64; MOST], from: usize, of: &dyn Fn(&Tried) -> &Vec<DVec3>| {
-            let mut sum = alloc::vec![DVec3::ZERO; basis.roots().len()];
-            for (row, &weight) in block.iter().zip(weights).skip(from) {
-                sum.iter_mut().zip(of(row)).for_each(|(sum, value)| *sum += *value * weight);
-            }
-            sum
+            mixed(&block[from..], &weights[from..], of)
         };
         ways = chosen.iter().map(|weights| mix(weights, size, &|row| &row.vector)).collect();
         let next = chosen.iter().map(|weights| Tried {
@@ -101,6 +90,27 @@ pub(crate) fn slowest<R: Real>(point: &OperatingPoint<'_, R>, count: usize) -> V
         block = next.collect();
     }
     Vec::new()
+}
+
+/// The stiffness in the directions of a block.
+fn projected(block: &[Tried]) -> Matrix {
+    let mut small = Matrix::zero(block.len());
+    for (row, a) in block.iter().enumerate() {
+        for (column, b) in block[..=row].iter().enumerate() {
+            let value = dot(&a.vector, &b.products[0]);
+            (small.rows[row][column], small.rows[column][row]) = (value, value);
+        }
+    }
+    small
+}
+
+/// A sum of columns of rows of a block, by weights.
+fn mixed(block: &[Tried], weights: &[f64], of: &dyn Fn(&Tried) -> &Vec<DVec3>) -> Vec<DVec3> {
+    let mut sum = alloc::vec![DVec3::ZERO; block.first().map_or(0, |row| of(row).len())];
+    for (row, &weight) in block.iter().zip(weights) {
+        sum.iter_mut().zip(of(row)).for_each(|(sum, value)| *sum += *value * weight);
+    }
+    sum
 }
 
 /// An estimate of K⁻¹ r by conjugate gradients: it brings a motion nearer to a slow one than r
