@@ -171,7 +171,7 @@ pub(super) fn listen(window: EventLoopProxy<Arrival>) {
 /// Counts frames, and tells the page of each one and of each scene.
 pub(super) fn watcher() -> Watcher {
     let mut scene = String::new();
-    Box::new(move |viewer, _| {
+    Box::new(move |viewer, _, _| {
         FRAMES.set(FRAMES.get() + 1);
         // At each: what was drawn can be copied until this returns.
         tell("frame", "");
