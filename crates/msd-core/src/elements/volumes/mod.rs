@@ -1,8 +1,8 @@
 //! Volumes: cells of eight particles that resist a change of their volume.
 //!
 //! [`Volume`] is the law of one. They stand in the order in which they are evaluated, bundles
-//! before single ones (see `bundles.rs`). One code computes one cell and sixteen, so that their bits
-//! are the same.
+//! before single ones (see `bundles.rs`). One code computes one cell and sixteen, so that their
+//! bits are the same.
 
 mod shape;
 
