@@ -58,28 +58,6 @@ const tests = {
     await page.until('a release', now => now.held === null);
   },
 
-  async 'what is let go in motion flies on'(page) {
-    await page.go('#scene=cube');
-    const { aim: { screen } } = await page.until('steps', now => 2 < now.steps);
-    const [x, y] = await page.place(screen);
-    const { mouse } = page.page;
-    await mouse.move(x, y);
-    await page.frames();
-    await mouse.down();
-    await page.frames();
-    const { held_position: from } = await page.status();
-    for (let step = 1; step <= 10; step++) {
-      await mouse.move(x + 12 * step, y - 6 * step);
-      await page.frames(1);
-    }
-    const { held_target: to } = await page.status();
-    await mouse.up();
-    const { velocity } = await page.until('a release', now => now.held === null);
-    const way = to.map((number, axis) => number - from[axis]);
-    const speed = way.reduce((sum, number, axis) => sum + number * velocity[axis], 0) / Math.hypot(...way);
-    assert(1 < speed, `${speed} m/s`);
-  },
-
   async 'the canvas follows the window and its place in the page'(page) {
     await page.go('#scene=cube');
     for (const [width, height, part] of [[640, 480, 1], [1100, 700, 0.75], [960, 640, 1]]) {
