@@ -182,7 +182,12 @@ const tests = {
     assert.deepEqual([after.steps, after.paused], [before.steps, true]);
     assert.deepEqual([after.camera.yaw, after.camera.distance], [before.camera.yaw, before.camera.distance]);
     const [left, top, width, height] = after.view;
-    const colours = await page.colours([left + width / 4, top + height / 4, width / 2, height / 2]);
+    // The new pipelines may take some frames.
+    let colours = 0;
+    for (let tries = 0; colours <= 20 && tries < 20; tries++) {
+      await page.frames();
+      colours = await page.colours([left + width / 4, top + height / 4, width / 2, height / 2]);
+    }
     assert(20 < colours, `${colours} colours`);
     await page.picture('drawn-again');
     await page.page.keyboard.press('Space');
