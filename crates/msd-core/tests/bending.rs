@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Random, state_bits, weightless};
+use common::{Random, weightless};
 use msd_core::glam::DVec3;
 use msd_core::{
     Bend, Bending, Elasticity, Error, Instructions, Integrator, Interaction, Part, Pin, Real,
@@ -459,14 +459,7 @@ fn a_resumed_run_with_bends_has_the_same_bits_after_cuts_and_additions() {
         assert_eq!(run.model().bends().count(), count + added);
         run.remove_particle(40).expect("there");
         (0..10).for_each(|_| run.step().expect("a stable step"));
-        let (rows, progress) = run.progress();
-        let mut resumed = Simulation::<f32>::resume(&rows, &progress).expect("a saved run");
-        for run in [&mut run, &mut resumed] {
-            (0..20).for_each(|_| run.step().expect("a stable step"));
-        }
-        assert_eq!(state_bits(&run.state()), state_bits(&resumed.state()), "{integrator}");
-        let there_and_back = run.convert::<f64>().expect("it fits").convert::<f32>().expect("fits");
-        assert_eq!(there_and_back.forces(), run.forces());
+        common::check_resumed(run, integrator.name());
     }
 }
 

@@ -71,7 +71,10 @@ const PREDICTED: usize = 2;
 /// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up
 /// to half of the stable step).
 ///
-/// What lies on an obstacle is held after each half kick: see [`crate::obstacles::rest`].
+/// What lies on an obstacle is held after each half kick: see [`crate::obstacles::rest`]. What
+/// arrives is inside where its dampers are evaluated; the real share of their power is known at the
+/// start of a step, where they are evaluated at the state, and in substeps with an arrival that
+/// share is booked.
 ///
 /// After a bounce forces are evaluated anew: the springs at the particle were pressed together
 /// inside the obstacle.

@@ -331,6 +331,15 @@ impl Contacts {
     }
 }
 
+impl core::ops::Add for Contacts {
+    type Output = Contacts;
+
+    fn add(mut self, other: Contacts) -> Contacts {
+        self += other;
+        self
+    }
+}
+
 impl core::ops::AddAssign for Contacts {
     fn add_assign(&mut self, other: Self) {
         self.count += other.count;

@@ -6,7 +6,7 @@ use super::{Obstacle, Obstacles, PlaneColumn};
 use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD, single};
 use crate::number::{Real, Vector, at_level};
-use core::ops::Range;
+use core::ops::{Add, Range};
 use fearless_simd::Level;
 
 /// The state at the end of a substep, as contact needs it.
@@ -80,11 +80,7 @@ pub(crate) fn resolve<R: Real>(
 ) -> Contacts {
     let resolve =
         |bodies: Bodies<'_, R>| at_level!(level, _simd => resolve_records(obstacles, bodies));
-    let add = |mut low: Contacts, high| {
-        low += high;
-        low
-    };
-    merge_shares(bodies, &resolve, &add)
+    merge_shares(bodies, &resolve, &Contacts::add)
 }
 
 #[inline(always)]

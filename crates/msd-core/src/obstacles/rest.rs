@@ -13,8 +13,9 @@ use super::contact::{ContactLaw, Contacts, dot, rounding};
 use super::resolve::{AT_ONCE, lane_of};
 use super::{Obstacle, Obstacles, PlaneColumn};
 use crate::columns::threads::{Split, merge_shares};
-use crate::columns::{LANES, RECORD};
+use crate::columns::{LANES, RECORD, set_vector, vector};
 use crate::number::{Real, Vector, at_level};
+use core::ops::Add;
 use fearless_simd::Level;
 
 /// A state that has just been kicked: v' = v + a t.
@@ -80,10 +81,8 @@ pub(crate) fn is_any_on<R: Real>(
     let is_any = |(positions, inverse_masses): (&[R], &[R])| {
         at_level!(level, _simd => {
             let rows = positions.as_chunks::<RECORD>().0;
-            let records = rows.chunks(AT_ONCE);
-            let mut masses = inverse_masses.chunks(AT_ONCE * RECORD);
-            records.into_iter().any(|some| {
-                let masses = masses.next().expect("as many");
+            let masses = inverse_masses.chunks(AT_ONCE * RECORD);
+            rows.chunks(AT_ONCE).zip(masses).any(|(some, masses)| {
                 are_on_planes(obstacles, some) && is_one_on_plane(obstacles, some, masses)
             }) || is_one_on_own(obstacles, rows, inverse_masses, time)
         })
@@ -162,11 +161,7 @@ pub(crate) fn settle<R: Real>(
 ) -> Contacts {
     let settle =
         |kicked: Kicked<'_, R>| at_level!(level, _simd => settle_records(obstacles, kicked));
-    let add = |mut low: Contacts, high| {
-        low += high;
-        low
-    };
-    merge_shares(kicked, &settle, &add)
+    merge_shares(kicked, &settle, &Contacts::add)
 }
 
 #[inline(always)]
@@ -241,8 +236,7 @@ fn settle_in_corner<R: Real>(
     if kicked.inverse_masses[at + lane] == R::ZERO {
         return;
     }
-    let of =
-        |column: &[R]| -> [R; 3] { core::array::from_fn(|axis| column[at + axis * LANES + lane]) };
+    let of = |column: &[R]| vector::<R>(column, at + lane).components();
     let (x, kicked_to, a) = (of(kicked.positions), of(kicked.velocities), of(kicked.accelerations));
     let start: [R; 3] = core::array::from_fn(|axis| kicked_to[axis] - a[axis] * kick.length);
     let limit = (kick.substep + kick.substep) * dot(a, a).sqrt();
@@ -266,9 +260,7 @@ fn settle_in_corner<R: Real>(
     if v == kicked_to {
         return;
     }
-    for (axis, number) in v.into_iter().enumerate() {
-        kicked.velocities[at + axis * LANES + lane] = number;
-    }
+    set_vector(kicked.velocities, at + lane, R::Vec3::from_components(v));
     let taken = if v == [R::ZERO; 3] {
         dot(start, start) * R::HALF
     } else {
@@ -318,9 +310,7 @@ fn settle_on_own<R: Real>(
         let Some(normal) = on_own(own, lane_of(x, lane), kick.time) else { continue };
         let place = R::Vec3::from_components(lane_of(x, lane));
         let surface = own.velocity(place, kick.time).components();
-        let of = |column: &[R]| -> [R; 3] {
-            core::array::from_fn(|axis| column[at + axis * LANES + lane])
-        };
+        let of = |column: &[R]| vector::<R>(column, at + lane).components();
         let (v, a) = (of(kicked.velocities), of(kicked.accelerations));
         let seen = core::array::from_fn(|axis| v[axis] - surface[axis]);
         let settled = kick.settle(&law, normal, (seen, a));
@@ -328,9 +318,7 @@ fn settle_on_own<R: Real>(
             continue;
         }
         let after: [R; 3] = core::array::from_fn(|axis| settled.velocity[axis] + surface[axis]);
-        for (axis, number) in after.into_iter().enumerate() {
-            kicked.velocities[at + axis * LANES + lane] = number;
-        }
+        set_vector(kicked.velocities, at + lane, R::Vec3::from_components(after));
         let mass = kicked.masses[record * LANES + lane];
         let impulse = core::array::from_fn(|axis| after[axis] - v[axis]);
         *contacts += Contacts {

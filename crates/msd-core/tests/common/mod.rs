@@ -159,3 +159,16 @@ pub fn bits<R: Real>(vectors: &[R::Vec3]) -> Vec<Vec<u8>> {
 pub fn state_bits<R: Real>(state: &State<R>) -> [Vec<Vec<u8>>; 2] {
     [bits::<R>(&state.positions), bits::<R>(&state.velocities)]
 }
+
+/// Asserts that a run goes on in the same bits after it was saved, and that it is the same after a
+/// conversion to double precision and back.
+pub fn check_resumed(mut run: Simulation<f32>, what: &str) {
+    let (rows, progress) = run.progress();
+    let mut resumed = Simulation::<f32>::resume(&rows, &progress).expect("a saved run");
+    for run in [&mut run, &mut resumed] {
+        (0..20).for_each(|_| run.step().expect("a stable step"));
+    }
+    assert_eq!(state_bits(&run.state()), state_bits(&resumed.state()), "{what}");
+    let there_and_back = run.convert::<f64>().expect("it fits").convert::<f32>().expect("fits");
+    assert_eq!(there_and_back.forces(), run.forces());
+}

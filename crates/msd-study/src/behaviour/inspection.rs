@@ -130,7 +130,8 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
     let springs = &scene.springs[body.springs.clone()];
     let alone = alone(scene, body, joints);
     let simulation = Simulation::<f64>::new(&alone, Settings::default())?;
-    let filled = filled(scene, body);
+    let is_open = !body.surface.two_sided && !is_closed(body);
+    let filled = filled(scene, body).filter(|_| !is_open);
     let across = |spring: &Spring| across(scene, spring);
     let rows = springs.iter().map(|spring| (spring.stiffness, across(spring)));
     let bending = filled.and_then(|filled| bending(&alone, filled, frame(scene, body)));
@@ -151,7 +152,7 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
             is_flat.then(found).filter(|found| 0.0 < found.range()[1])
         }),
         filled,
-        is_open: !body.surface.two_sided && !is_closed(body),
+        is_open,
         bending,
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
         slowest: slowest(&simulation),
@@ -241,8 +242,6 @@ fn filled(scene: &Scene, body: &Body) -> Option<Filled> {
         (1, if is_line { length } else { 0.0 })
     } else if surface.two_sided {
         (2, corners.map(|[a, b, c]| 0.5 * (b - a).cross(c - a).length()).sum())
-    } else if !is_closed(body) {
-        return None;
     } else {
         // Measured from a corner of the body: far from the origin the sum would lose its digits.
         let origin = scene.particles[body.particles.start].position;
