@@ -20,6 +20,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         precision: Precision::F32,
         notes: Vec::new(),
         files: Vec::new(),
+        made: Vec::new(),
         progress: None,
     })?;
     Ok(())

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Makes the pictures of the window in the README anew: a grab and a throw, and the first five
-# minutes. They are filmed without a display, always the same frames.
+# minutes, and those of docs/scenes.md and docs/materials.md. They are filmed without a display,
+# always the same frames.
 #
 # Needs a graphics adapter (mesa-vulkan-drivers will do) and img2webp and cwebp (apt install webp).
 set -euo pipefail
@@ -20,3 +21,14 @@ for step in grab stiffen blow-up mend cost; do
     cwebp -quiet -q 70 -resize 900 0 "$frames/$step.png" -o "docs/first/$step.webp"
 done
 ls -l docs/first
+
+# The scene drape, of docs/scenes.md.
+cargo run --release -- render drape --time 3 --out "$frames/drape.png"
+cwebp -quiet -q 70 -resize 640 0 "$frames/drape.png" -o docs/drape.webp
+
+# The two scenes of docs/materials.md.
+cargo run --release -- render docs/materials/gelatine.toml --time 0.125 --size 400x300 \
+    --out docs/materials/gelatine.png
+cargo run --release -- render docs/materials/denim.toml --time 2 --size 400x300 \
+    --out docs/materials/denim.png
+ls -l docs/materials

@@ -13,7 +13,8 @@ limit=5000000
 (
     eval "$(TOOLCHAIN_TARGETS=wasm32-unknown-unknown sh scripts/wasm-toolchain.sh .toolchain)"
     # The loops of a step take registers of 128 bits, which every browser of today has.
-    RUSTFLAGS="-Ctarget-feature=+simd128" cargo build --profile web -p msd-app --bin msd \
+    # A stack of 4 MB, half of what the window has elsewhere; the default is 1 MB.
+    RUSTFLAGS="-Ctarget-feature=+simd128 -Clink-arg=-zstack-size=4194304" cargo build --profile web -p msd-app --bin msd \
         --target-dir target/web $WASM_CARGO_ARGS
 )
 rm -rf "$dist"

@@ -27,6 +27,12 @@ export const serve = () => listen(async (request, response) => {
   }
 });
 
+// The text of a built-in scene, with automatic substeps.
+export async function automatic(scene) {
+  const file = new URL(`../crates/msd-scene/scenes/${scene}.toml`, import.meta.url);
+  return (await readFile(file, 'utf8')).replace(/^substeps = .*$/m, 'substeps = "auto"');
+}
+
 // A page of another site, whatever is asked for.
 export async function serveText(text) {
   const { server, url } = await listen((_, response) => {

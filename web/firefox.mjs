@@ -145,6 +145,29 @@ async function visit(firefox, way, url) {
   await until('going on', async () => steps + 5 < (await firefox.status()).steps);
 }
 
+// The ratio changes as by another screen. Chromium's emulation of it changes the number alone, and
+// neither what a canvas has in pixels of the screen nor what media queries say.
+async function rescale(firefox, _, url) {
+  await firefox.go(`${url}#scene=cube&embed`);
+  await until('steps', async () => 5 < (await firefox.status()).steps);
+  for (const ratio of [2, 1.5, 1]) {
+    await firefox.ask('Marionette:SetContext', { value: 'chrome' });
+    const script = "Services.prefs.setStringPref('layout.css.devPixelsPerPx', String(arguments[0]));";
+    await firefox.ask('WebDriver:ExecuteScript', { script, args: [ratio] });
+    await firefox.ask('Marionette:SetContext', { value: 'content' });
+    const sizes = `(({ width, height, clientWidth, clientHeight }) =>
+      [devicePixelRatio, width, clientWidth, height, clientHeight])(document.getElementById('canvas'))`;
+    await until(`${ratio} pixels for one of CSS`, async () => {
+      const [now, width, wide, height, high] = await firefox.evaluate(sizes);
+      return now === ratio && Math.abs(width - ratio * wide) <= 1 && Math.abs(height - ratio * high) <= 1;
+    });
+    await until('as much room', async () => {
+      const { view: [, , width] } = await firefox.status();
+      return Math.abs(width - (await firefox.evaluate(sizes))[2]) <= 1;
+    });
+  }
+}
+
 async function verify(firefox, _, url) {
   await firefox.go(`${url}#scene=chain&embed&verify`);
   await firefox.press(' ');
@@ -162,7 +185,9 @@ const screen = spawn('Xvfb', ['-displayfd', '3', '-screen', '0', '1280x900x24'],
   { stdio: ['ignore', 'ignore', 'ignore', 'pipe'] });
 const display = `:${(await new Promise(heard => screen.stdio[3].once('data', heard))).toString().trim()}`;
 let failed = 0;
-for (const [way, test] of [['webgpu', visit], ['webgl2', visit], ['webgl2', verify]]) {
+for (const [way, test] of [
+  ['webgpu', visit], ['webgl2', visit], ['webgpu', rescale], ['webgl2', rescale], ['webgl2', verify],
+]) {
   const folder = await mkdtemp(join(tmpdir(), 'msd-firefox-'));
   const start = Date.now();
   const firefox = await Firefox.start(folder, { 'dom.webgpu.enabled': way === 'webgpu' }, display);

@@ -1,11 +1,11 @@
 // Drives the page in Chromium, through WebGPU and through WebGL2: node web/test.mjs [FOLDER], with
 // pictures of what it saw in FOLDER.
-import { readFile } from 'node:fs/promises';
+import { readFile, writeFile } from 'node:fs/promises';
 import { execFileSync } from 'node:child_process';
 import { existsSync } from 'node:fs';
 import { join } from 'node:path';
 import assert from 'node:assert/strict';
-import { PATIENCE, Page, WAYS, executable, serve, serveText } from './browser.mjs';
+import { PATIENCE, Page, WAYS, automatic, executable, serve, serveText } from './browser.mjs';
 
 // A scene that is not built in.
 const OWN = `version = 1
@@ -13,6 +13,16 @@ const OWN = `version = 1
 kind = "block"
 size = [2, 2, 2]
 stiffness = 123
+`;
+
+// So soft, and without weight, that what is let go does not swing back at once.
+const FREE = `version = 1
+[world]
+gravity = [0, 0, 0]
+[[bodies]]
+kind = "block"
+size = [2, 2, 2]
+stiffness = 50
 `;
 
 const tests = {
@@ -56,6 +66,73 @@ const tests = {
       assert(near < 0.5 * far, `${far} m and then ${near} m from the hand`);
     });
     await page.until('a release', now => now.held === null);
+  },
+
+  // Paused, step by step: a speed would swing with the frames.
+  async 'what is let go in motion flies on'(page) {
+    await page.go('#scene=chain');
+    await page.page.setInputFiles('#open', { name: 'free.toml', mimeType: '', buffer: Buffer.from(FREE) });
+    await page.until('the scene', now => now.scene === 'free' && 2 < now.steps);
+    await page.page.click('[data-command=pause]');
+    await page.until('a pause', now => now.paused);
+    await page.page.click('[data-command=restart]');
+    await page.page.focus('#canvas');
+    const { aim } = await page.until('the start', now => now.steps === 0);
+    const where = async () => (await page.page.evaluate(at => window.msd.msd.position(at), aim.particle))
+      .split(' ').map(Number);
+    const step = async count => {
+      for (let { steps } = await page.status(); 0 < count; count--) {
+        await page.page.keyboard.press('.');
+        steps += 1;
+        await page.until('a step', now => now.steps === steps);
+      }
+    };
+    const minus = (a, b) => a.map((number, axis) => number - b[axis]);
+    const start = await where();
+    let way, left;
+    await page.drag(aim.screen, [40, -160], async () => {
+      const held = await page.status();
+      assert.equal(held.held, aim.particle);
+      way = minus(held.held_target, start);
+      await step(4);
+      left = await where();
+    });
+    const { held, steps } = await page.status();
+    assert.deepEqual([held, steps], [null, 4]);
+    await step(2);
+    const length = Math.hypot(...way);
+    const along = to => minus(to, start).reduce((sum, number, axis) => sum + number * way[axis], 0) / length;
+    const [pulled, flown] = [left, await where()].map(along);
+    assert(0.02 < pulled && pulled < length, `${pulled} m of ${length} m`);
+    assert(1.2 * pulled < flown, `let go after ${pulled} m, it is at ${flown} m`);
+  },
+
+  async 'automatic substeps are chosen as on the desktop, at the start and after a change'(page) {
+    await page.go('#scene=chain');
+    const name = 'bunny.toml';
+    const text = await automatic('bunny');
+    await page.page.setInputFiles('#open', { name, mimeType: '', buffer: Buffer.from(text) });
+    const first = await page.until('the scene', now => now.scene === 'bunny' && 5 < now.steps);
+    assert.equal(first.solver.automatic, true);
+    await page.page.click('[data-command=pause]');
+    const { steps, landmarks, solver } = await page.until('a pause', now => now.paused);
+    const [download] = await Promise.all([page.page.waitForEvent('download'), page.page.click('#save')]);
+    const msd = new URL('../target/release/msd', import.meta.url).pathname;
+    if (existsSync(msd)) {
+      const [saved, written] = ['bunny.msd', name].map(file => join(page.folder, file));
+      await download.saveAs(saved);
+      await writeFile(written, text);
+      const hash = (file, frames) => JSON.parse(execFileSync(
+        msd, ['run', file, '--duration', `${frames / 60}`, '--json'])).state_hash;
+      assert.equal(hash(saved, 30), hash(written, steps + 30));
+    }
+    const [left, top, , height] = landmarks.stiffness;
+    await page.drag([left + 40, top + height / 2], [20, 0]);
+    const other = await page.until('others', ({ solver: { substeps } }) =>
+      substeps !== null && substeps !== solver.substeps);
+    assert(solver.substeps < other.solver.substeps, 'stiffer springs need more');
+    await page.page.click('[data-command=pause]');
+    await page.until('steps', now => steps + 5 < now.steps);
   },
 
   async 'the canvas follows the window and its place in the page'(page) {

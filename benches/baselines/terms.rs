@@ -2,7 +2,7 @@
 
 use super::works;
 use msd::core::glam::DVec3;
-use msd::core::{Friction, Pin, Plane, Scene, Spring};
+use msd::core::{Friction, Pin, Plane, Scene, Shape, Solid, Spring};
 
 /// Of every spring, newtons per metre.
 const STIFFNESS: f64 = 2200.0;
@@ -12,6 +12,7 @@ const STIFFNESS: f64 = 2200.0;
 pub fn scenes(work: &str) -> Vec<(&'static str, Scene)> {
     let mut bare = works::scene(work);
     bare.planes.clear();
+    bare.solids.clear();
     bare.pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
     for spring in &mut bare.springs {
         let [a, b] = spring.ends.map(|end| bare.particles[end].position);
@@ -23,12 +24,13 @@ pub fn scenes(work: &str) -> Vec<(&'static str, Scene)> {
         change(&mut scene);
         scene
     };
-    let features: [(&'static str, Change); 7] = [
+    let features: [(&'static str, Change); 8] = [
         ("damping", |scene| scene.springs.iter_mut().for_each(|spring| spring.damping = 1.0)),
         ("own-damping", |scene| each(scene, |spring, own| spring.damping = own)),
         ("own-stiffness", |scene| each(scene, |spring, own| spring.stiffness *= own)),
         ("own-rest-length", |scene| each(scene, |spring, own| spring.rest_length *= own)),
         ("plane", |scene| scene.planes.push(far_plane())),
+        ("solid", |scene| scene.solids.push(far_solid())),
         ("drag", |scene| scene.world.drag = 0.01),
         ("all", |scene| {
             each(scene, |spring, own| {
@@ -50,6 +52,11 @@ fn each(scene: &mut Scene, change: fn(&mut Spring, f64)) {
     for (row, spring) in scene.springs.iter_mut().enumerate() {
         change(spring, 1.0 + 1e-6 * (row % 97) as f64);
     }
+}
+
+/// A ball that nothing reaches.
+fn far_solid() -> Solid {
+    Solid { position: DVec3::Y * 1e3, ..Solid::new(Shape::Sphere { radius: 1.0 }) }
 }
 
 /// A plane that nothing reaches.

@@ -6,7 +6,7 @@ use super::numbers::{any, index, positive, vector};
 use super::promise::{check_message, check_simulation, step};
 use super::world;
 use arbitrary::{Result, Unstructured};
-use msd_core::{Interaction, Real, Scene, Select, Settings, Simulation};
+use msd_core::{Interaction, MaterialNumber, Real, Scene, Select, Settings, Simulation};
 
 /// The most interactions of a stream.
 const DEEDS: usize = 40;
@@ -107,7 +107,7 @@ fn look<R: Real>(simulation: &Simulation<R>) {
 
 fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Interaction> {
     let (count, springs) = (of.model().particle_count(), of.model().ends().len());
-    let kind = u.arbitrary::<u8>()? % 21;
+    let kind = u.arbitrary::<u8>()? % 23;
     if kind < 7 {
         return for_one(u, kind, count);
     }
@@ -125,6 +125,13 @@ fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Inte
         17 => Interaction::SetDrag { value: positive(u)? },
         18 => Interaction::RemovePlanes,
         19 => Interaction::AddPlane { plane: world::plane(u)? },
+        20 => Interaction::ScaleMaterial {
+            bodies: select(u, count)?,
+            number: [MaterialNumber::Young, MaterialNumber::Thickness, MaterialNumber::Density]
+                [usize::from(u.arbitrary::<u8>()? % 3)],
+            factor: positive(u)?,
+        },
+        21 => Interaction::SetRelaxationTime { bodies: select(u, count)?, value: positive(u)? },
         _ => Interaction::SetPlane {
             plane: index(u, of.model().planes().len())?,
             restitution: world::fraction(u)?,

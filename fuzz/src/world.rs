@@ -3,10 +3,10 @@
 use super::numbers::{any, decade, index, positive, vector};
 use arbitrary::{Result, Unstructured};
 use core::ops::Range;
-use msd_core::glam::DVec3;
+use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
-    Bend, Body, Corner, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Spring,
-    Surface, Volume, World,
+    Bend, Body, Corner, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Shape, Solid,
+    Spring, Surface, Volume, World,
 };
 
 /// The methods that take a step in a time known before.
@@ -37,6 +37,9 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
     }
     for _ in 0..u.int_in_range(0..=2)? {
         scene.planes.push(plane(u)?);
+    }
+    if u.ratio(1, 4)? {
+        scene.solids.push(solid(u)?);
     }
     if u.ratio(1, 4)? {
         scene.pins.push(Pin { particle: index(u, particles)?, velocity: vector(u)? });
@@ -122,6 +125,33 @@ pub(crate) fn plane(u: &mut Unstructured) -> Result<Plane> {
         _ => (DVec3::Y, -0.5),
     };
     Ok(Plane { normal, offset, restitution: fraction(u)?, friction: friction(u)? })
+}
+
+/// A vector of numbers up to 32: with more of any numbers hardly a scene would be valid.
+fn slow(u: &mut Unstructured) -> Result<DVec3> {
+    let mut number = || Ok(f64::from(u.arbitrary::<i16>()?) / 1024.0);
+    Ok(DVec3::new(number()?, number()?, number()?))
+}
+
+fn solid(u: &mut Unstructured) -> Result<Solid> {
+    let mut length = || Ok(0.1 + f64::from(u.arbitrary::<u8>()?) / 64.0);
+    let (radius, other, third) = (length()?, length()?, length()?);
+    let shape = match u.arbitrary::<u8>()? % 5 {
+        0 => Shape::Sphere { radius },
+        1 => Shape::Capsule { radius, length: other },
+        2 => Shape::Box { size: DVec3::new(radius, other, third) },
+        3 => Shape::Cylinder { radius, length: other },
+        _ => Shape::Torus { radius, tube: 0.3 * radius },
+    };
+    Ok(Solid {
+        shape,
+        position: slow(u)?,
+        axes: DMat3::IDENTITY,
+        velocity: slow(u)?,
+        spin: if u.ratio(1, 8)? { vector(u)? } else { slow(u)? },
+        restitution: fraction(u)?,
+        friction: friction(u)?,
+    })
 }
 
 /// A number that is mostly from 0 to 1.

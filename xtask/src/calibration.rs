@@ -83,6 +83,7 @@ fn scene(seed: u64) -> Result<Loaded, Error> {
         automatic: false,
         notes: Vec::new(),
         files: Vec::new(),
+        made: Vec::new(),
         progress: None,
     })
 }

@@ -68,6 +68,38 @@ fn the_energy_is_seen_without_scrolling_and_the_timeline_is_as_wide_as_the_windo
 }
 
 #[test]
+fn the_main_numbers_stay_in_sight_where_the_panel_is_longer_than_the_window() {
+    let mut harness = harness();
+    let is_short =
+        |harness: &Harness<'_, Viewer>| harness.query_by_label_contains("wrong\u{a0}by").is_none();
+    assert!(is_short(&harness), "the panel fits");
+    click(&mut harness, Role::CheckBox, "Estimate error");
+    harness.get_by_label_contains("Twin: beside").click();
+    harness.run_steps(6);
+    for words in ["h\u{a0}", "error\u{a0}", "twin\u{a0}", "energy\u{a0}", "wrong\u{a0}by\u{a0}"] {
+        // The energy says "by error" too, below the edge.
+        let bottom = harness.state().landmarks["timeline"].top();
+        let mut lines = harness.query_all_by_label_contains(words).map(|line| line.rect());
+        assert!(lines.any(|line| 0.0 < line.top() && line.bottom() < bottom), "{words}");
+    }
+    harness.state_mut().session.set_twin(None);
+    harness.state_mut().session.set_estimating(false);
+    harness.run_steps(6);
+    assert!(is_short(&harness), "it fits again");
+}
+
+#[test]
+fn a_drag_goes_on_where_it_makes_the_panel_longer_than_the_window() {
+    let mut harness = harness();
+    click(&mut harness, Role::CheckBox, "Estimate error");
+    let rect = harness.get_by_role_and_label(Role::Slider, "Wind").rect();
+    // The first half of the way makes a wind, which has two sliders more.
+    drag(&mut harness, rect.left_center() + Vec2::new(6.0, 0.0), rect.right_center());
+    assert!(50.0 < harness.state().session.wind().strength);
+    assert!(harness.query_by_label_contains("wrong\u{a0}by").is_some(), "it is longer");
+}
+
+#[test]
 fn dragging_the_slider_changes_k_in_the_simulation() {
     let mut harness = harness();
     assert_eq!(stiffness(&harness), 2200.0);

@@ -86,3 +86,24 @@ fn an_implicit_run_tells_how_far_its_solves_got_and_one_that_cannot_be_solved_fa
     let told = parse(&text(&run("soft.toml", "velocity-verlet").stdout));
     assert_eq!(told["solved"], Value::Null);
 }
+
+#[test]
+fn digits_that_a_place_far_away_costs_are_a_warning_before_the_run() {
+    let folder = folder();
+    let scene = |x: &str| {
+        format!(
+            "version = 1\n[[bodies]]\nkind = \"block\"\nsize = [3, 3, 3]\nspacing = 0.5\n\
+             stiffness = 1000\nposition = [{x}, 0, 0]\n"
+        )
+    };
+    std::fs::write(folder.path().join("far.toml"), scene("1e5")).unwrap();
+    std::fs::write(folder.path().join("near.toml"), scene("1")).unwrap();
+    let warned = |arguments: &[&str]| {
+        let arguments = [&["run"], arguments, &["--duration", "0.1"]].concat();
+        let output = outcome(msd(folder.path(), &arguments));
+        text(&output.stderr).contains("single precision rounds positions to 12 mm")
+    };
+    assert!(warned(&["far.toml"]));
+    assert!(!warned(&["far.toml", "--precision", "f64"]));
+    assert!(!warned(&["near.toml"]));
+}

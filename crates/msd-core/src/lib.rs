@@ -201,9 +201,11 @@ pub use scene::shape;
 pub use scene::substance;
 pub use scene::{
     Bend, Bending, Body, Corner, Elasticity, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS,
-    Material, Neighbours, Part, Particle, Pin, Plane, Scene, Spring, Substance, Surface, Volume,
-    World,
+    Material, Neighbours, Part, Particle, Pin, Plane, Scene, Shape, Solid, Spring, Substance,
+    Surface, Volume, World,
 };
-pub use simulation::{Effects, Held, Interaction, Progress, Select, Simulation, Witness};
+pub use simulation::{
+    Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,
+};
 pub use system::hash::state_hash;
 pub use system::{Model, Snapshot, State};

@@ -5,7 +5,7 @@ use crate::elements::Element;
 use crate::elements::springs::gather::Transpose;
 use crate::energy::Energy;
 use crate::error::Error;
-use crate::methods::{Method, Settings};
+use crate::methods::{Integrator, Method, Settings};
 use crate::obstacles::Obstacle;
 use crate::scene::Scene;
 use crate::simulation::Simulation;
@@ -82,7 +82,7 @@ pub trait Real:
     fn abs(self) -> Self;
     /// The bits, lowest byte first on every machine.
     fn to_le_bytes(self) -> Self::Bytes;
-    /// [`Simulation::new`] for this scalar, compiled in this crate; so are the next three.
+    /// [`Simulation::new`] for this scalar, compiled in this crate; so are the next four.
     #[doc(hidden)]
     fn start(scene: &Scene, settings: Settings) -> Result<Simulation<Self>, Error>;
     /// [`Simulation::step`].
@@ -91,6 +91,13 @@ pub trait Real:
     /// [`Simulation::stable_substep_by`].
     #[doc(hidden)]
     fn predict(simulation: &Simulation<Self>, estimator: &mut Estimator) -> f64;
+    /// [`Simulation::stable_substep_piecewise`].
+    #[doc(hidden)]
+    fn predict_on(
+        simulation: &Simulation<Self>,
+        how: (Integrator, u32),
+        estimator: &mut Estimator,
+    ) -> Option<f64>;
     /// Energy and rounding of a simulation.
     #[doc(hidden)]
     fn measure(simulation: &Simulation<Self>) -> (Energy, f64);
@@ -207,6 +214,13 @@ macro_rules! impl_real {
             }
             fn predict(simulation: &Simulation<Self>, estimator: &mut Estimator) -> f64 {
                 simulation.predict(estimator)
+            }
+            fn predict_on(
+                simulation: &Simulation<Self>,
+                how: (Integrator, u32),
+                estimator: &mut Estimator,
+            ) -> Option<f64> {
+                simulation.predict_on(how, estimator)
             }
             fn measure(simulation: &Simulation<Self>) -> (Energy, f64) {
                 simulation.measure()

@@ -105,8 +105,8 @@ impl Beam {
         solution
     }
 
-    /// The deflection of the free end under a load of 1 N, spread over it by area, metres.
-    fn deflection(&self) -> (f64, Vec<DVec3>) {
+    /// The part of a load at the free end that each particle takes, by area.
+    fn shares(&self) -> Vec<f64> {
         let half = 0.5 * THICKNESS - 1e-9;
         let share = |row: &msd_core::Particle| {
             let at = row.position;
@@ -117,7 +117,12 @@ impl Beam {
         };
         let shares: Vec<f64> = self.part.particles.iter().map(share).collect();
         let total: f64 = shares.iter().sum();
-        let load: Vec<DVec3> = shares.iter().map(|share| DVec3::Y * (share / total)).collect();
+        shares.iter().map(|share| share / total).collect()
+    }
+
+    /// The deflection of the free end under a load of 1 N, metres.
+    fn deflection(&self) -> (f64, Vec<DVec3>) {
+        let load: Vec<DVec3> = self.shares().iter().map(|share| DVec3::Y * *share).collect();
         let displacement = self.solve(&load);
         (dot(&load, &displacement), displacement)
     }
@@ -244,4 +249,38 @@ fn a_coarse_beam_is_too_stiff_by_the_table_of_the_documentation() {
     }
     let page = include_str!("../../../docs/materials.md").replace('−', "-");
     assert!(page.contains(&table), "docs/materials.md lacks this table");
+}
+
+#[test]
+fn a_clamped_beam_that_is_pulled_stretches_and_narrows_as_hooke_says() {
+    let area = THICKNESS * THICKNESS;
+    let strain = 1.0 / (YOUNG * area);
+    let mut lost = Vec::new();
+    for cells in [2, 4, 8] {
+        let beam = Beam::of(cells, false);
+        let load: Vec<DVec3> = beam.shares().iter().map(|share| DVec3::X * *share).collect();
+        let moved = beam.solve(&load);
+        let at = |place: DVec3| {
+            let near = |row: &msd_core::Particle| row.position.distance(place) < 1e-9;
+            moved[beam.part.particles.iter().position(near).expect("a particle there")]
+        };
+        // Far from both ends the strain is uniform, and of that the lattice is exact. What the
+        // clamp adds decays at least by exp(−4) per thickness (Saint-Venant): to 1e-5 over 2.5.
+        let [left, right] = [-0.25, 0.25].map(|part| at(DVec3::X * (part * LENGTH)).x);
+        assert!(((right - left) / (0.5 * LENGTH * strain) - 1.0).abs() < 1e-4, "{cells}");
+        let [low, high] = [-0.5, 0.5].map(|part| at(DVec3::Y * (part * THICKNESS)).y);
+        assert!(((low - high) / (0.25 * THICKNESS * strain) - 1.0).abs() < 1e-4, "{cells}");
+        // The clamp holds the first of the beam from narrowing: there E is at most 6/5 of what it
+        // is, over about half a thickness.
+        let elongation = dot(&load, &moved);
+        let least = 1.0 - (1.0 - 5.0 / 6.0) * THICKNESS / LENGTH;
+        let part = elongation / (LENGTH * strain);
+        println!("{cells} cells: {part:.6} of F L/(E A)");
+        assert!(least < part && part < 1.0, "{part}");
+        lost.push(part);
+    }
+    // The edge of the clamp is a corner of the stress, so that the order is above 1, but not 2.
+    let order = ((lost[0] - lost[1]) / (lost[1] - lost[2])).log2();
+    println!("order {order:.2}");
+    assert!(1.0 < order, "{order}");
 }

@@ -56,9 +56,6 @@ fn is_expected_to_fail(integrator: Integrator, check: &Check) -> bool {
         Integrator::ExplicitEuler => {
             ["block", "column"].iter().any(|word| check.name.contains(word))
         }
-        // At its default tolerance the stiffest of the blocks slides by 1 um/s (f64), or the
-        // tolerance cannot be kept (f32).
-        Integrator::DormandPrince => check.name.starts_with("blocks hold"),
         _ => false,
     }
 }

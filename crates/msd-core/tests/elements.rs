@@ -211,6 +211,41 @@ fn what_an_element_gives_is_no_gain_of_the_integrator() {
     }
 }
 
+/// A well of 3 N/m without a damper.
+#[derive(Debug)]
+struct Well;
+
+impl<R: Real> Element<R> for Well {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        forces.add(0, motion.position(0) * R::of(-3.0));
+        0.0
+    }
+
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        1.5 * motion.position(0).to_f64().length_squared()
+    }
+}
+
+/// Kinetic energy that comes out of an element is no gain, but for explicit Euler's own.
+#[test]
+fn what_a_conservative_element_gives_back_is_no_gain_of_the_integrator() {
+    let mut scene = two_masses([1.0, 1.0], 50.0, 0.0, 0.1);
+    scene.particles[0].position += DVec3::X;
+    for integrator in Integrator::ALL {
+        let settings = Settings { integrator, ..Settings::default() };
+        let mut pair = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+        pair.add_element(Well);
+        let mut witness = msd_core::Witness::default();
+        for _ in 0..6000 {
+            pair.step().expect("a calm run");
+            witness.watch(&pair);
+        }
+        assert_eq!(pair.given(), 0.0, "{integrator}");
+        let gains = integrator == Integrator::ExplicitEuler;
+        assert_eq!(0.0 < witness.gain(), gains, "{integrator}: {} J", witness.gain());
+    }
+}
+
 /// A ball of 1 m about a point that moves along x at 0.5 m/s.
 #[derive(Debug)]
 struct Ball;

@@ -406,6 +406,18 @@ fn an_interaction_out_of_its_domain_is_refused_and_changes_nothing() {
             restitution: 0.0,
             friction: msd_core::Friction::Coulomb(0.0),
         },
+        Interaction::ScaleMaterial {
+            bodies: Select::One(0),
+            number: msd_core::MaterialNumber::Young,
+            factor: 1.0,
+        },
+        Interaction::ScaleMaterial {
+            bodies: all,
+            number: msd_core::MaterialNumber::Density,
+            factor: 0.0,
+        },
+        Interaction::SetRelaxationTime { bodies: Select::Body(0), value: 1.0 },
+        Interaction::SetRelaxationTime { bodies: all, value: -1.0 },
     ];
     for interaction in bad {
         let refused = pair.queue(interaction);

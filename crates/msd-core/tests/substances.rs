@@ -3,8 +3,8 @@
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::substance::{SHEET_POISSON, SOLID_POISSON};
 use msd_core::{
-    Bending, Elasticity, Error, Integrator, Moduli, Part, Scene, Settings, Simulation, Substance,
-    World, shape,
+    Bending, Elasticity, Error, Integrator, Interaction, MaterialNumber, Moduli, Part, Scene,
+    Select, Settings, Simulation, Substance, World, shape,
 };
 
 const SPACING: f64 = 0.01;
@@ -289,6 +289,71 @@ fn left_of_a_pull(poisson: f64) -> f64 {
     let last = rest.len() - 1;
     let now = simulation.position(last).x - simulation.position(0).x;
     (now / (rest[last].x - rest[0].x) - 1.0) / strain
+}
+
+#[test]
+fn a_number_of_a_material_that_is_multiplied_makes_the_body_of_that_material() {
+    let solid = |young, density, time| Substance {
+        elasticity: Elasticity::Solid { young, poisson: 0.4 },
+        density,
+        relaxation_time: time,
+    };
+    let sheet = |thickness, density| Substance {
+        elasticity: Elasticity::sheet(YOUNG, thickness),
+        density,
+        relaxation_time: 0.25,
+    };
+    let bodies = Select::Body(1);
+    let scale = |number, factor| Interaction::ScaleMaterial { bodies, number, factor };
+    for (size, from, to, acts) in [
+        (
+            [3, 4, 5],
+            solid(1e4, 900.0, 0.0),
+            solid(3e4, 1800.0, 0.5),
+            vec![
+                scale(MaterialNumber::Young, 3.0),
+                scale(MaterialNumber::Density, 2.0),
+                Interaction::SetRelaxationTime { bodies, value: 0.5 },
+            ],
+        ),
+        (
+            [4, 4, 1],
+            sheet(1e-3, 1.0),
+            sheet(2e-3, 2.0),
+            vec![scale(MaterialNumber::Thickness, 2.0)],
+        ),
+    ] {
+        let of = |substance| {
+            let part = shape::body(size, SPACING, substance).expect("a body");
+            let mut scene = scene(shape::body(size, SPACING, &from).expect("a body"));
+            scene.add("other", part);
+            scene
+        };
+        let settings = Settings::default();
+        let mut simulation = Simulation::<f64>::new(&of(&from), settings).expect("a scene");
+        acts.into_iter().for_each(|act| simulation.queue(act).expect("a valid act"));
+        simulation.apply_queued().expect("a state");
+        let wanted = Simulation::<f64>::new(&of(&to), settings).expect("a scene");
+        // Products of a few factors: the last digits.
+        let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-14 * b.abs(), "{a} is not {b}");
+        let (made, wanted) = (simulation.progress().0, wanted.progress().0);
+        for (a, b) in made.springs.iter().zip(&wanted.springs) {
+            near(a.stiffness, b.stiffness);
+            near(a.damping, b.damping);
+        }
+        for (a, b) in made.bends.iter().zip(&wanted.bends) {
+            assert_eq!(a.particles, b.particles);
+            near(a.stiffness, b.stiffness);
+            near(a.damping, b.damping);
+        }
+        for (a, b) in made.volumes.iter().zip(&wanted.volumes) {
+            assert_eq!(a.particles, b.particles);
+            near(a.modulus, b.modulus);
+            near(a.damping, b.damping);
+        }
+        let masses = made.particles.iter().zip(&wanted.particles);
+        masses.for_each(|(a, b)| near(a.mass, b.mass));
+    }
 }
 
 #[test]

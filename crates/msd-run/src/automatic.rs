@@ -2,8 +2,10 @@
 //!
 //! They are chosen where a run is opened and where its springs, masses or settings change, and
 //! renewed after every so many steps: a function of state, settings and the number of steps alone,
-//! so that a run that was saved or replayed has the same bits.
+//! so that a run that was saved or replayed has the same bits. A lazy run chooses them no earlier
+//! than at its next step, and piece by piece before that.
 
+use msd_core::stability::Estimator;
 use msd_core::{Error, Integrator, Interaction, Model, Real, Settings, Simulation};
 
 /// Part of the longest stable substep that is taken: springs that turn and stretch move the limit,
@@ -26,30 +28,51 @@ const COST: f64 = 300.0;
 /// What it costs besides where dampers couple motions, in springs evaluated.
 const COUPLED_COST: f64 = 8e6;
 
+/// Whether and when the substeps of a run are chosen.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Substeps {
+    /// Nothing where they are fixed.
+    pub(crate) automatic: Option<Automatic>,
+    /// Whether a choice waits for the next step.
+    pub(crate) is_lazy: bool,
+}
+
 /// The state of automatic substeps, all of which follows from the run that they belong to.
 #[derive(Clone, Copy, Debug)]
-pub struct Automatic {
+pub(crate) struct Automatic {
     /// Steps from one renewal to the next.
     every: u64,
     /// Whether something was queued that moves the limit.
     is_due: bool,
+    /// Whether they are to be chosen from anew before the next step.
+    is_open: bool,
+    /// Whether a choice is under way.
+    is_begun: bool,
+    /// The number of steps at which they were chosen last, if nothing was changed since.
+    chosen_at: Option<u64>,
 }
 
 impl Automatic {
     /// Goes on with a run that was saved: its substeps are those that were chosen last.
     pub(crate) fn resumed<R: Real>(simulation: &Simulation<R>, queue: &[Interaction]) -> Self {
         let is_due = queue.iter().any(|interaction| moves_limit(simulation.model(), interaction));
-        Automatic { every: steps_between(simulation, SHARE), is_due }
+        let every = steps_between(simulation, SHARE);
+        Automatic { every, is_due, is_open: false, is_begun: false, chosen_at: None }
     }
 
-    /// Chooses the substeps of a run as it is now.
-    pub(crate) fn chosen<R: Real>(simulation: &mut Simulation<R>) -> Result<Self, Error> {
-        choose(simulation, needed)
+    /// Those of a run that are to be chosen before its next step.
+    pub(crate) fn open<R: Real>(simulation: &Simulation<R>) -> Self {
+        Automatic { is_open: true, ..Automatic::resumed(simulation, &[]) }
     }
 
     /// Notes that something is queued for the next step.
     pub(crate) fn queue<R: Real>(&mut self, model: &Model<R>, interaction: &Interaction) {
         self.is_due |= moves_limit(model, interaction);
+        let effects = interaction.effects();
+        let is_felt = effects.springs || effects.masses || effects.state || effects.grabs;
+        if is_felt && !is_motion(model, interaction) {
+            self.forget();
+        }
     }
 
     /// Whether what is queued moves the limit.
@@ -57,13 +80,36 @@ impl Automatic {
         self.is_due
     }
 
-    /// Renews the substeps before a step, if it is time to.
-    pub(crate) fn renew<R: Real>(self, simulation: &mut Simulation<R>) -> Result<Self, Error> {
-        let steps = simulation.steps();
-        if 0 < steps && steps.is_multiple_of(self.every) {
-            return choose(simulation, needed_or_near);
+    /// Whether they are to be chosen from anew before the next step.
+    pub(crate) fn is_open(self) -> bool {
+        self.is_open
+    }
+
+    /// Forgets what was predicted, as something was changed.
+    pub(crate) fn forget(&mut self) {
+        (self.is_begun, self.chosen_at) = (false, None);
+    }
+
+    /// Whether the next step of a run that has taken so many begins with a choice from anew, or
+    /// with a renewal.
+    pub(crate) fn is_wanting(self, steps: u64) -> bool {
+        let is_time = 0 < steps && steps.is_multiple_of(self.every);
+        self.is_open || is_time && self.chosen_at != Some(steps)
+    }
+
+    /// Does a piece of that.
+    pub(crate) fn prepare<R: Real>(
+        mut self,
+        simulation: &mut Simulation<R>,
+        estimator: &mut Estimator,
+    ) -> Result<Self, Error> {
+        if !std::mem::replace(&mut self.is_begun, true) {
+            estimator.restart();
         }
-        Ok(self)
+        let Some(stable) = predict(simulation, estimator) else { return Ok(self) };
+        set(simulation, stable, if self.is_open { needed } else { needed_or_near })?;
+        let resumed = Automatic::resumed(simulation, &[]);
+        Ok(Automatic { chosen_at: Some(simulation.steps()), ..resumed })
     }
 }
 
@@ -86,34 +132,51 @@ fn is_damped_unevenly<R: Real>(model: &Model<R>) -> bool {
     dampings.any(|damping| Some(damping) != first)
 }
 
-/// Whether an interaction may move the limit. A pin that is moved stays a pin, and a hand is kept
-/// weaker than any substep.
+/// Whether an interaction may move the limit. A hand is kept weaker than any substep.
 fn moves_limit<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
     let effects = interaction.effects();
-    let moves_pin =
-        matches!(interaction, Interaction::Pin { particle, .. } if model.is_pinned(*particle));
-    effects.springs || effects.masses && !moves_pin
+    effects.springs || effects.masses && !is_motion(model, interaction)
+}
+
+/// Whether an interaction moves what is held or pinned already, which the limit does not follow.
+fn is_motion<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
+    match *interaction {
+        Interaction::Pin { particle, .. } => model.is_pinned(particle),
+        Interaction::Grab { particle, .. } => {
+            model.grabs().iter().any(|grab| grab.particle as usize == particle)
+        }
+        _ => false,
+    }
+}
+
+/// Does a piece of the prediction of the longest stable substep, seconds, infinite of a method
+/// without a limit; returns it at its end.
+fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Option<f64> {
+    let integrator = simulation.settings().integrator;
+    if !Integrator::EXPLICIT.contains(&integrator) {
+        return Some(f64::INFINITY);
+    }
+    // For a fixed number: the limit depends a little on it, and the choice would on itself.
+    let substeps = Settings::default().substeps;
+    simulation.stable_substep_piecewise(integrator, substeps, estimator)
 }
 
 /// Sets the substeps by a rule for the longest that are to be taken, seconds.
-fn choose<R: Real>(
+fn set<R: Real>(
     simulation: &mut Simulation<R>,
-    rule: impl Fn(Settings, f64) -> u32,
-) -> Result<Automatic, Error> {
-    let settings = simulation.settings();
-    let stable = match Integrator::EXPLICIT.contains(&settings.integrator) {
-        // For a fixed number: the limit depends a little on it, and the choice would on itself.
-        true => simulation.stable_substep_of(settings.integrator, Settings::default().substeps),
-        false => f64::INFINITY,
-    };
+    stable: f64,
+    rule: fn(Settings, f64) -> u32,
+) -> Result<(), Error> {
     // Where no step is stable, or every one is, the limit says nothing.
-    if 0.0 < stable && stable.is_finite() {
-        let substeps = rule(settings, longest(simulation, stable));
-        if substeps != settings.substeps {
-            simulation.set_settings(Settings { substeps, ..settings })?;
-        }
+    if stable == 0.0 || !stable.is_finite() {
+        return Ok(());
     }
-    Ok(Automatic { every: steps_between(simulation, SHARE), is_due: false })
+    let settings = simulation.settings();
+    let substeps = rule(settings, longest(simulation, stable));
+    if substeps == settings.substeps {
+        return Ok(());
+    }
+    simulation.set_settings(Settings { substeps, ..settings })
 }
 
 /// The longest substep to be taken, seconds.

@@ -21,7 +21,7 @@ pub mod twin;
 pub mod kept;
 pub mod pace;
 
-pub use automatic::{Automatic, steps_between};
+pub use automatic::{Substeps, steps_between};
 pub use history::History;
 pub use rounding::Rounding;
 pub use runner::{Moment, Runner};

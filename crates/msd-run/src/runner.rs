@@ -1,6 +1,6 @@
 //! Simulations whose precision is only known at run time.
 
-use crate::automatic::Automatic;
+use crate::automatic::{Automatic, Substeps};
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
@@ -28,9 +28,9 @@ pub struct Moment {
 #[derive(Clone, Debug)]
 pub enum Runner {
     /// Single precision.
-    F32(Simulation<f32>, Option<Automatic>),
+    F32(Simulation<f32>, Substeps),
     /// Double precision.
-    F64(Simulation<f64>, Option<Automatic>),
+    F64(Simulation<f64>, Substeps),
 }
 
 /// Evaluates an expression on the simulation inside a [`Runner`], whatever its precision.
@@ -66,12 +66,34 @@ impl Runner {
         precision: Precision,
         automatic: bool,
     ) -> Result<Self, Error> {
+        let mut runner = Runner::open_lazily(loaded, settings, precision, automatic)?;
+        runner.substeps_mut().is_lazy = false;
+        if runner.is_open() {
+            runner.choose()?;
+        }
+        Ok(runner)
+    }
+
+    /// The same, but for automatic substeps: here and after each change of springs, masses or
+    /// settings they stay as they are until the next step begins, or [`Runner::prepare`] has chosen
+    /// them.
+    ///
+    /// # Errors
+    /// See [`Runner::open`].
+    pub fn open_lazily(
+        loaded: &Loaded,
+        settings: Settings,
+        precision: Precision,
+        automatic: bool,
+    ) -> Result<Self, Error> {
         let Some(progress) = &loaded.progress else {
             let mut runner = Runner::new(&loaded.scene, settings, precision)?;
+            runner.substeps_mut().is_lazy = true;
             runner.set_automatic(automatic)?;
             return Ok(runner);
         };
         let mut runner = Runner::resume(&loaded.scene, progress, precision)?;
+        runner.substeps_mut().is_lazy = true;
         if automatic && loaded.automatic {
             runner.resume_automatic(&progress.queue);
         } else {
@@ -95,6 +117,7 @@ impl Runner {
             precision: self.precision(),
             notes: Vec::new(),
             files: Vec::new(),
+            made: Vec::new(),
             progress: Some(Box::new(progress)),
         }
     }
@@ -105,8 +128,8 @@ impl Runner {
     /// See [`Simulation::new`].
     pub fn new(scene: &Scene, settings: Settings, precision: Precision) -> Result<Self, Error> {
         Ok(match precision {
-            Precision::F32 => Runner::F32(Simulation::new(scene, settings)?, None),
-            Precision::F64 => Runner::F64(Simulation::new(scene, settings)?, None),
+            Precision::F32 => Runner::F32(Simulation::new(scene, settings)?, Substeps::default()),
+            Precision::F64 => Runner::F64(Simulation::new(scene, settings)?, Substeps::default()),
         })
     }
 
@@ -116,8 +139,12 @@ impl Runner {
     /// See [`Simulation::resume`].
     pub fn resume(scene: &Scene, progress: &Progress, precision: Precision) -> Result<Self, Error> {
         Ok(match precision {
-            Precision::F32 => Runner::F32(Simulation::resume(scene, progress)?, None),
-            Precision::F64 => Runner::F64(Simulation::resume(scene, progress)?, None),
+            Precision::F32 => {
+                Runner::F32(Simulation::resume(scene, progress)?, Substeps::default())
+            }
+            Precision::F64 => {
+                Runner::F64(Simulation::resume(scene, progress)?, Substeps::default())
+            }
         })
     }
 
@@ -139,15 +166,13 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::convert`].
     pub fn convert(&self, precision: Precision) -> Result<Self, Error> {
-        let automatic = *self.automatic();
-        Ok(match precision {
-            Precision::F32 => {
-                Runner::F32(on!(self, simulation => simulation.convert())?, automatic)
-            }
-            Precision::F64 => {
-                Runner::F64(on!(self, simulation => simulation.convert())?, automatic)
-            }
-        })
+        let substeps = *self.substeps();
+        let mut runner = match precision {
+            Precision::F32 => Runner::F32(on!(self, simulation => simulation.convert())?, substeps),
+            Precision::F64 => Runner::F64(on!(self, simulation => simulation.convert())?, substeps),
+        };
+        runner.forget();
+        Ok(runner)
     }
 
     /// Advances by one step; automatic substeps are renewed before it where it is time to.
@@ -155,13 +180,10 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::step`].
     pub fn step(&mut self) -> Result<(), Error> {
-        if let Some(automatic) = *self.automatic() {
-            if automatic.is_due() {
-                self.apply_queued()?;
-            }
-            let renewed = on!(self, simulation => automatic.renew(simulation))?;
-            *self.automatic_mut() = Some(renewed);
+        if self.automatic().is_some_and(Automatic::is_due) {
+            self.apply_queued()?;
         }
+        self.choose()?;
         on!(self, simulation => simulation.step())
     }
 
@@ -170,38 +192,82 @@ impl Runner {
         self.automatic().is_some()
     }
 
-    /// Begins to choose substeps from the predicted limit, at once, or leaves them as they are from
-    /// now on.
+    /// Whether automatic substeps are still those of before a change, and are to be chosen before
+    /// the next step.
+    pub fn is_open(&self) -> bool {
+        self.automatic().is_some_and(Automatic::is_open)
+    }
+
+    /// Does a piece of choosing automatic substeps, where the next step begins with that; returns
+    /// whether there may be more to do. A change of the run in between begins it anew, but for a
+    /// motion of what is held.
+    ///
+    /// # Errors
+    /// See [`Simulation::set_settings`].
+    pub fn prepare(&mut self, estimator: &mut Estimator) -> Result<bool, Error> {
+        let Some(automatic) = self.wanting() else { return Ok(false) };
+        let prepared = on!(&mut *self, simulation => automatic.prepare(simulation, estimator))?;
+        self.substeps_mut().automatic = Some(prepared);
+        Ok(true)
+    }
+
+    /// Automatic substeps, where the next step begins with a choice of them; what is queued is
+    /// applied before that.
+    fn wanting(&self) -> Option<Automatic> {
+        let is_wanting = |now: &Automatic| !now.is_due() && now.is_wanting(self.steps());
+        self.automatic().filter(is_wanting)
+    }
+
+    /// Chooses automatic substeps, where the next step begins with that.
+    fn choose(&mut self) -> Result<(), Error> {
+        if self.wanting().is_some() {
+            let estimator = &mut Estimator::default();
+            while self.prepare(estimator)? {}
+        }
+        Ok(())
+    }
+
+    /// Begins to choose substeps from the predicted limit, at once unless the run is lazy, or
+    /// leaves them as they are from now on.
     ///
     /// # Errors
     /// See [`Simulation::set_settings`].
     pub fn set_automatic(&mut self, automatic: bool) -> Result<(), Error> {
-        let chosen = match automatic {
-            true => Some(on!(self, simulation => Automatic::chosen(simulation))?),
-            false => None,
-        };
-        *self.automatic_mut() = chosen;
-        Ok(())
+        let open = automatic.then(|| on!(&*self, simulation => Automatic::open(simulation)));
+        self.substeps_mut().automatic = open;
+        if self.substeps().is_lazy { Ok(()) } else { self.choose() }
     }
 
     /// Goes on with automatic substeps where a saved run left them.
     fn resume_automatic(&mut self, queue: &[Interaction]) {
-        let resumed = on!(self, simulation => Automatic::resumed(simulation, queue));
-        *self.automatic_mut() = Some(resumed);
+        let resumed = on!(&*self, simulation => Automatic::resumed(simulation, queue));
+        self.substeps_mut().automatic = Some(resumed);
     }
 
-    fn automatic(&self) -> &Option<Automatic> {
-        let (Runner::F32(_, automatic) | Runner::F64(_, automatic)) = self;
-        automatic
+    /// Forgets what was predicted, as something was changed.
+    fn forget(&mut self) {
+        if let Some(automatic) = &mut self.substeps_mut().automatic {
+            automatic.forget();
+        }
     }
 
-    fn automatic_mut(&mut self) -> &mut Option<Automatic> {
-        let (Runner::F32(_, automatic) | Runner::F64(_, automatic)) = self;
-        automatic
+    fn substeps(&self) -> &Substeps {
+        let (Runner::F32(_, substeps) | Runner::F64(_, substeps)) = self;
+        substeps
+    }
+
+    fn substeps_mut(&mut self) -> &mut Substeps {
+        let (Runner::F32(_, substeps) | Runner::F64(_, substeps)) = self;
+        substeps
+    }
+
+    fn automatic(&self) -> Option<Automatic> {
+        self.substeps().automatic
     }
 
     /// Adds an element of the caller's own; returns its handle.
     pub fn add_element(&mut self, element: impl Element<f32> + Element<f64> + 'static) -> usize {
+        self.forget();
         on!(self, simulation => simulation.add_element(element))
     }
 
@@ -221,17 +287,17 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::queue`].
     pub fn queue(&mut self, interaction: Interaction) -> Result<(), Error> {
-        if let Some(mut automatic) = *self.automatic() {
+        if let Some(mut automatic) = self.automatic() {
             on!(&*self, simulation => automatic.queue(simulation.model(), &interaction));
             on!(&mut *self, simulation => simulation.queue(interaction))?;
-            *self.automatic_mut() = Some(automatic);
+            self.substeps_mut().automatic = Some(automatic);
             return Ok(());
         }
         on!(self, simulation => simulation.queue(interaction))
     }
 
     /// Applies what is queued without stepping; automatic substeps are chosen anew where that moves
-    /// the limit of stability.
+    /// the limit of stability, see [`Runner::set_automatic`].
     ///
     /// # Errors
     /// See [`Simulation::apply_queued`].
@@ -274,6 +340,7 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::set_state`].
     pub fn set_state(&mut self, state: &AnyState, steps: u64) -> Result<(), Error> {
+        self.forget();
         match (self, state) {
             (Runner::F32(simulation, _), AnyState::F32(state)) => {
                 simulation.set_state(state, steps)

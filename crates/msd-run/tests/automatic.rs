@@ -1,6 +1,7 @@
 //! Automatic substeps: what is chosen, when it is renewed, and that a run keeps its bits.
 
 use msd_core::glam::DVec3;
+use msd_core::stability::Estimator;
 use msd_core::{Integrator, Interaction, Select, Settings};
 use msd_run::{History, Runner, on, steps_between};
 use msd_scene::{BUILTINS, Loaded, Output, Precision, load_saved, open, state_hash, write_saved};
@@ -197,4 +198,59 @@ fn fixed_substeps_stay_and_settings_choose_anew() {
     step(&mut run, 2);
     assert_eq!(substeps(&run), 77);
     assert_eq!(run.convert(Precision::F64).map(|run| run.is_automatic()), Ok(false));
+}
+
+/// A run that does what it can in pieces, a few of them a frame; steps begin when none is left.
+struct Lazy {
+    run: Runner,
+    estimator: Estimator,
+    most: usize,
+}
+
+impl Lazy {
+    fn step(&mut self) {
+        let mut pieces = 0;
+        while self.run.prepare(&mut self.estimator).expect("valid settings") {
+            pieces += 1;
+        }
+        self.most = self.most.max(pieces);
+        step(&mut self.run, 1);
+    }
+}
+
+#[test]
+fn what_is_chosen_in_pieces_is_what_is_chosen_at_once() {
+    let (stiffer, held) = (
+        Interaction::SetStiffness { springs: Select::All, value: 1e5 },
+        Interaction::Pin { particle: 3, velocity: DVec3::ZERO },
+    );
+    for loaded in [squashed(), automatic("cube"), automatic("cloth")] {
+        let Loaded { settings, precision, .. } = loaded;
+        let mut eager = runner(&loaded);
+        let run = Runner::open_lazily(&loaded, settings, precision, true).expect("a valid scene");
+        assert!(run.is_open() && !eager.is_open());
+        assert_eq!(substeps(&run), settings.substeps, "nothing is chosen yet");
+        let mut lazy = Lazy { run, estimator: Estimator::default(), most: 0 };
+        for at in 0..700 {
+            for run in [&mut eager, &mut lazy.run] {
+                match at {
+                    5 => run.queue(held).and_then(|()| run.apply_queued()),
+                    9 => run.queue(stiffer).and_then(|()| run.apply_queued()),
+                    20 => run.set_automatic(true),
+                    _ => Ok(()),
+                }
+                .expect("it is accepted");
+            }
+            // One that is begun is begun anew after a change.
+            if at == 8 || at == 19 {
+                lazy.run.set_automatic(true).expect("later");
+                eager.set_automatic(true).expect("at once");
+                lazy.run.prepare(&mut lazy.estimator).expect("a piece");
+            }
+            lazy.step();
+            step(&mut eager, 1);
+            assert_eq!(now(&lazy.run), now(&eager), "{} after {at} steps", loaded.name);
+        }
+        assert!(10 < lazy.most, "{} pieces", lazy.most);
+    }
 }

@@ -1,5 +1,6 @@
 //! Scenes that are ready to run: at their start, or saved on their way.
 
+use crate::materials::Made;
 use crate::precision::Precision;
 use msd_core::{Progress, Scene, Settings};
 use serde::{Deserialize, Serialize};
@@ -28,6 +29,10 @@ pub struct Loaded {
     /// a scene file and its meshes, or a saved run. Not saved.
     #[serde(skip)]
     pub files: Vec<PathBuf>,
+    /// What each body is made of; none of one that is given by masses and springs, and nothing of a
+    /// saved run. Not saved.
+    #[serde(skip)]
+    pub made: Vec<Option<Made>>,
     /// Of a saved run: how far it is, and what holds it. The scene alone is how it stands then.
     pub progress: Option<Box<Progress>>,
 }

@@ -57,6 +57,23 @@ const fn gelatine(name: &'static str, shear: f64, relaxation_time: f64) -> Named
     }
 }
 
+/// What a body is made of, as an engineer would say it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Made {
+    /// The name of its material, if it has one.
+    pub material: Option<&'static str>,
+    /// Young's modulus, pascals; none of a woven sheet, which has several moduli.
+    pub young: Option<f64>,
+    /// Poisson's ratio that its springs and volumes give; none of a rope and of a woven sheet.
+    pub poisson: Option<f64>,
+    /// Density, kilograms per cubic metre; of a woven sheet per square metre.
+    pub density: f64,
+    /// Viscosity over modulus, seconds.
+    pub relaxation_time: f64,
+    /// Thickness of a uniform sheet, metres.
+    pub thickness: Option<f64>,
+}
+
 const fn uniform(young: f64, poisson: f64, density: f64) -> Numbers {
     Numbers::Uniform { young, poisson, density, relaxation_time: 0.0 }
 }

@@ -12,7 +12,7 @@ use crate::mesh::{self, Mesh, MeshError};
 use crate::precision::Precision;
 use crate::shown::shown_path;
 use crate::storage::{self, load_saved, read_saved};
-use msd_core::Simulation;
+use msd_core::{Scene, Simulation};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -215,14 +215,18 @@ impl Draft {
     }
 
     /// Understands the tree with every body at its spacing halved so many times: see [`Finer`].
+    /// `coarse` is the scene that the tree is as it stands.
     ///
     /// # Errors
     /// A body that has no spacing, with its name; a finer scene that does not fit the memory; what
     /// [`Draft::load`] refuses.
-    pub fn finer(&self, source: &Source<'_>, halvings: u32) -> Result<Finer, FileError> {
-        let read_mesh = |file: &str| self.mesh(file);
-        let coarse = understand(source, &read_mesh)?.scene;
-        let refined = refine(source, &coarse, halvings, &read_mesh)?;
+    pub fn finer(
+        &self,
+        source: &Source<'_>,
+        coarse: &Scene,
+        halvings: u32,
+    ) -> Result<Finer, FileError> {
+        let refined = refine(source, coarse, halvings, &|file| self.mesh(file))?;
         let loaded = self.finish(source, refined.understood)?;
         Ok(Finer { loaded, rows: refined.rows, common: refined.common })
     }
@@ -324,6 +328,7 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
         automatic: understood.automatic,
         precision: understood.precision,
         notes: understood.notes,
+        made: understood.made,
         files: Vec::new(),
         progress: None,
     }

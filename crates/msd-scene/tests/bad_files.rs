@@ -42,7 +42,7 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 57] = [
+const LINES: [(&str, &str); 64] = [
     ("mass = -1", "s.toml:5:8: bodies[0].mass is -1; it must be positive and finite"),
     ("mass = 0", "bodies[0].mass is 0; it must be positive and finite"),
     ("mass = nan", "bodies[0].mass is NaN; it must be positive and finite"),
@@ -129,6 +129,28 @@ const LINES: [(&str, &str); 57] = [
     ("[[world.planes]]\nfriction = -0.1", "world.planes[0].friction is -0.1"),
     ("[[world.planes]]\nfriction = 1\ntangential_loss = 0", "exclude each other"),
     ("[[world.planes]]\nsticky = true\nfriction = 1", "world.planes[0].sticky says it all"),
+    ("[[world.solids]]\nkind = 'ball'", "sphere"),
+    ("[[world.solids]]\nkind = 'sphere'", "world.solids[0] lacks the key `radius`"),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 0",
+        "world.solids[0].radius is 0; it must be positive and at most 1e12",
+    ),
+    (
+        "[[world.solids]]\nkind = 'box'\nsize = [1, 0, 1]",
+        "world.solids[0].size[1] is 0; it must be positive",
+    ),
+    (
+        "[[world.solids]]\nkind = 'box'\nsize = [1, 1, 1]\ntube = 1",
+        "world.solids[0].tube is not for its kind: a box takes size",
+    ),
+    (
+        "[[world.solids]]\nkind = 'torus'\nradius = 1\ntube = 1",
+        "world.solids[0].tube is 1; it must be smaller than the radius, 1",
+    ),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nspin = { speed = 1 }",
+        "needs one of the keys",
+    ),
     ("stiffness = nan", "s.toml:5:13: bodies[0].stiffness is NaN; it must be finite and not"),
     ("stiffness = inf", "s.toml:5:13: bodies[0].stiffness is inf; it must be finite and not"),
     ("damping = -1", "s.toml:5:11: bodies[0].damping is -1; it must be finite and not negative"),
@@ -139,7 +161,7 @@ const LINES: [(&str, &str); 57] = [
 ];
 
 /// Lines of a body, and what is told.
-const BODIES: [(&str, &str); 31] = [
+const BODIES: [(&str, &str); 35] = [
     ("kind = 'blok'", "bodies[0].kind is \"blok\"; it must be one of rope, cloth, block"),
     ("kind = 'blok'", "did you mean `block`?"),
     ("kind = 3", "bodies[0].kind is 3; it must be one of rope"),
@@ -190,6 +212,22 @@ const BODIES: [(&str, &str); 31] = [
     ),
     // Meshes whose lattice would be too fine.
     ("kind = 'mesh'\nfile = 'bunny.obj'\nlength = 2\nspacing = 0.009", TOO_FINE),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nmass = 1\nmaterial = 'steel'",
+        "bodies[0].material and bodies[0].mass exclude each other",
+    ),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\nfilling = 'shell'",
+        "bodies[0].filling: bunny.obj: a material fills a solid, and this mesh is a shell",
+    ),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nspacing = 2\nyoung = 1e5\ndensity = 1000",
+        "bodies[0].spacing: spacing of the mesh body is 2; it must be at most the longest side of",
+    ),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nyoung = 1e5",
+        "bodies[0] lacks the key `density`, positive and finite: a mesh with `young` needs it",
+    ),
     ("kind = 'mesh'\nfile = 'bunny.obj'\nlength = 2\nspacing = 0.0001", TOO_FINE),
     ("kind = 'mesh'\nfile = 'bunny.obj'\nlength = 2\nspacing = 1e-300", TOO_FINE),
     // A scene that is only text reaches for no file.

@@ -14,7 +14,9 @@ fn refined(text: &str, halvings: u32) -> Result<(Loaded, Finer), FileError> {
 
 fn opened(draft: &Draft, halvings: u32) -> Result<(Loaded, Finer), FileError> {
     let source = draft.source()?;
-    Ok((draft.load(&source)?, draft.finer(&source, halvings)?))
+    let coarse = draft.load(&source)?;
+    let finer = draft.finer(&source, &coarse.scene, halvings)?;
+    Ok((coarse, finer))
 }
 
 fn builtin(name: &str, halvings: u32) -> (Loaded, Finer) {

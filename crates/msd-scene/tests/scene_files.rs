@@ -1,6 +1,7 @@
 //! Scene files: what they say is what they mean, and what does not is refused by name.
 
-use msd_core::{Error, Friction, Integrator, Neighbours, Real, Scene, Settings, Simulation};
+use msd_core::obstacles::Placed;
+use msd_core::{Error, Friction, Integrator, Neighbours, Real, Scene, Settings, Shape, Simulation};
 use msd_scene::domain::{DOMAINS, Domain};
 use msd_scene::mesh::{Filling, Format, MeshOptions, parse as parse_mesh};
 use msd_scene::schema::SceneFile;
@@ -53,6 +54,25 @@ fn what_is_left_out_takes_its_default() {
     assert_eq!(plane.normal.to_array(), [0.0, 1.0, 0.0]);
     assert_eq!((plane.offset, plane.restitution), (0.0, 0.0));
     assert_eq!(plane.friction, Friction::Coulomb(0.5));
+}
+
+#[test]
+fn solids_are_placed_turned_and_set_in_motion() {
+    let lines = "[[world.solids]]\nkind = 'capsule'\nradius = 0.5\nlength = 2\n\
+                 position = [1, 2, 3]\nrotation = { axis = [0, 0, 2], angle_deg = 90 }\n\
+                 velocity = [0, 1, 0]\nspin = [0, 0, 3]\nsticky = true\n[[world.solids]]\n\
+                 kind = 'box'\nsize = [1, 2, 3]\n";
+    let solids = toml(&format!("{}{lines}", body(ROPE))).expect("solids").scene.solids;
+    assert_eq!(solids[0].shape, Shape::Capsule { radius: 0.5, length: 2.0 });
+    assert_eq!(solids[0].position.to_array(), [1.0, 2.0, 3.0]);
+    // Its axis, y, is turned to −x; a half turn later, to x, and it has gone up by π/3 m.
+    assert!((solids[0].axes.y_axis.x + 1.0).abs() < 1e-15);
+    let placed = Placed::new(&solids[0], std::f64::consts::PI / 3.0);
+    assert!((placed.axes.y_axis.x - 1.0).abs() < 1e-15);
+    assert!((placed.middle.y - 2.0 - std::f64::consts::PI / 3.0).abs() < 1e-15);
+    assert_eq!(solids[0].friction, Friction::TangentialLoss(1.0));
+    let Shape::Box { size } = solids[1].shape else { panic!("{:?}", solids[1]) };
+    assert_eq!((size.to_array(), solids[1].friction), ([1.0, 2.0, 3.0], Friction::Coulomb(0.5)));
 }
 
 #[test]
@@ -178,6 +198,7 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("[solver]", "solver."),
         ("[world]", "world."),
         ("[[world.planes]]", "world.planes."),
+        ("[[world.solids]]", "world.solids."),
         ("[[bodies]]", "bodies."),
         ("What a body is made of", "bodies."),
         ("rotation", "bodies.rotation."),

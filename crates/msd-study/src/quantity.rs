@@ -14,7 +14,7 @@ const PREFIXES: [(f64, &str); 8] = [
     (1e-9, "n"),
 ];
 /// The units that take the prefixes above one: a time in kiloseconds would not read well.
-const LARGE: [&str; 2] = ["J", "N/m"];
+const LARGE: [&str; 3] = ["J", "N/m", "Pa"];
 
 /// A quantity in an SI unit, to four digits: `1.389 ms`.
 pub fn quantity(value: f64, unit: &str) -> String {
@@ -110,6 +110,7 @@ mod tests {
             (98_200.0, "J", "98.2 kJ"),
             (-3.5e-3, "J", "-3.5 mJ"),
             (1e6, "N/m", "1 MN/m"),
+            (12_500.0, "Pa", "12.5 kPa"),
             (f64::INFINITY, "J", "inf J"),
         ] {
             assert_eq!(quantity(value, unit), text);

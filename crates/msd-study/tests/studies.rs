@@ -12,7 +12,7 @@ use msd_study::leave::Halt;
 use msd_study::live_error::{Estimator, calibrate};
 use msd_study::reference::{Wish, make_reference};
 use msd_study::trial::{Trial, try_choice};
-use msd_study::tune::{Goal, retry, tune};
+use msd_study::tune::{Goal, retry, tune, tune_followed};
 use msd_study::words::words;
 
 fn weightless() -> World {
@@ -205,6 +205,40 @@ struct Follows;
 
 impl Follower for Follows {
     fn hear(&mut self, _: Progress) {}
+}
+
+/// One whose patience ends with a trial.
+struct Impatient {
+    left: usize,
+}
+
+impl Follower for Impatient {
+    fn hear(&mut self, progress: Progress) {
+        self.left = self.left.saturating_sub(usize::from(progress.methods.is_some()));
+    }
+
+    fn patience(&self) -> f64 {
+        if self.left == 0 { 0.0 } else { f64::INFINITY }
+    }
+}
+
+#[test]
+fn a_search_whose_time_is_over_takes_the_best_so_far_or_says_that_there_is_none() {
+    let scene = cloth().scene;
+    let goal = Goal::MaxError(1e-3);
+    let search = |left| tune_followed(&scene, 0.2, goal, &mut Impatient { left });
+    let whole = tune(&scene, 0.2, goal, &mut |_| {}).unwrap();
+    let short = search(6).unwrap();
+    assert!(short.is_cut_short && !whole.is_cut_short);
+    assert_eq!(short.tried, 5, "the sixth was not ended");
+    assert!(short.met && goal.is_met_by(&short.best.trial), "{short:?}");
+    assert_eq!(search(0).unwrap_err(), Halt::Late, "before there is a reference");
+    // Nor is there one to try what was found by from elsewhere.
+    let wish = (goal, 0.2, 2.0);
+    let choices = [short.best.trial.choice; 2];
+    let elsewhere = retry(&scene, &choices, wish, &mut Impatient { left: 0 }).unwrap();
+    let [(_, why)] = &elsewhere.refused[..] else { panic!("{elsewhere:?}") };
+    assert!(elsewhere.held.is_none() && why.contains("time was over"), "{why}");
 }
 
 #[test]

@@ -15,6 +15,7 @@ fn loaded(scene: Scene, precision: Precision) -> Loaded {
         precision,
         notes: Vec::new(),
         files: Vec::new(),
+        made: Vec::new(),
         progress: None,
     }
 }

@@ -35,6 +35,10 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
     };
     // What cannot be refined is refused before the long work.
     let draft = arguments.mesh.then(|| open_draft(&arguments.scene)).transpose()?;
+    if let Some(draft) = &draft {
+        let refine = |source| draft.finer(&source, &loaded.scene, 1).map(drop);
+        draft.source().and_then(refine).map_err(Failure::input)?;
+    }
     let bar = Bar::new();
     let studied = study(&loaded, plan, &mut |Progress { now, done, left, .. }| {
         let left =

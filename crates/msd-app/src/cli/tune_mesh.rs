@@ -25,6 +25,8 @@ struct MeshReport {
     keys: Vec<String>,
     space_error: Option<f64>,
     total_error: Option<f64>,
+    /// What the limit of ever finer spacings may be off, metres.
+    doubt: Option<f64>,
     #[serde(flatten)]
     best: Option<Row>,
     space: Space,
@@ -63,6 +65,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
             keys,
             space_error: found.map(|found| found.space_error),
             total_error: found.map(|found| found.verified),
+            doubt: found.map(|found| found.doubt),
             best: found.map(|found| Row::of(&found.tuned.best)),
             space: tuned.space,
             written,
@@ -90,7 +93,7 @@ fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
         quantity(space.duration, "s"),
         estimate(*wanted, "m")
     );
-    let Some(FoundSpacing { parts, space_error, tuned: best, verified, .. }) = found else {
+    let Some(FoundSpacing { parts, space_error, tuned: best, verified, doubt, .. }) = found else {
         let finest = space.spacings.iter().rev().find_map(|row| Some((row.parts, row.error?)));
         let off = finest.map_or(String::new(), |(parts, error)| {
             format!("; at 1/{parts} of the spacing it is {}", estimate(error, "m"))
@@ -111,10 +114,12 @@ fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
     let mut lines = vec![
         format!("{wish}: {verdict} {spacing} and {}", trial.choice),
         format!(
-            "  space {}, time and precision {}; together {} from the limit of ever finer meshes",
+            "  space {}, time and precision {}; together {}, give or take {}, from the limit of \
+             ever finer meshes",
             estimate(*space_error, "m"),
             estimate(trial.error(), "m"),
-            estimate(*verified, "m")
+            estimate(*verified, "m"),
+            estimate(*doubt, "m")
         ),
         format!("  {} of processor time per frame", estimate(trial.cost * FRAME, "s")),
     ];

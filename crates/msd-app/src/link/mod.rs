@@ -225,7 +225,12 @@ impl Changes {
         let is_setting = |edit: &Interaction| {
             let is_material = matches!(
                 edit,
-                SetStiffness { .. } | SetDamping { .. } | SetMass { .. } | ScaleRestLength { .. }
+                SetStiffness { .. }
+                    | SetDamping { .. }
+                    | SetMass { .. }
+                    | ScaleRestLength { .. }
+                    | ScaleMaterial { .. }
+                    | SetRelaxationTime { .. }
             );
             let is_world = matches!(
                 edit,

@@ -71,12 +71,12 @@ fn errors(ui: &mut Ui, session: &Session) {
 
 fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
     let (now, trace) = (session.runner().time(), session.trace());
-    let height = (ui.available_height() - 50.0).clamp(84.0, 220.0);
+    let height = (ui.available_height() - 72.0).clamp(64.0, 220.0);
     super::still_plot("energy")
         .height(height)
         .show_x(false)
         .show_y(false)
-        .set_margin_fraction(egui::vec2(0.0, 0.06))
+        .set_margin_fraction(egui::vec2(0.0, 0.12))
         .x_grid_spacer(ticks)
         .y_grid_spacer(ticks)
         .custom_x_axes(vec![axis(AxisHints::new_x(), "s")])

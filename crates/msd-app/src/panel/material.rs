@@ -1,4 +1,5 @@
-//! Sliders for the material of bodies, for the world and for the wind.
+//! Sliders for the material of bodies, in the units of an engineer where they are made of one, for
+//! the world and for the wind.
 
 use super::{heading, slider, theme};
 use crate::session::{MaterialEdit, MixedValue, Session};
@@ -6,17 +7,23 @@ use crate::viewer::{Command, Viewer};
 use egui::{Button, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
 use msd_core::{Friction, Select};
 use msd_run::on;
+use msd_scene::materials::{MATERIALS, Made, Named, Numbers};
 use msd_study::quantity::{quantity, read};
 use std::ops::RangeInclusive;
 
 /// The unit of a stiffness, which goes over so many decades that its numbers need prefixes.
 const STIFFNESS: &str = "N/m";
+/// The units of numbers that are shown with prefixes, by the place of the unit in the list.
+const PREFIXED: [&str; 4] = [STIFFNESS, "Pa", "s", "m"];
 
 /// Sliders for material and world.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Material");
     bodies(ui, &mut viewer.session);
-    let stiffness = springs(ui, &mut viewer.session);
+    let stiffness = match viewer.session.material().selected() {
+        Some((_, made)) => Some(material(ui, &mut viewer.session, made)),
+        None => springs(ui, &mut viewer.session),
+    };
     if let Some(rect) = stiffness {
         viewer.landmarks.insert("stiffness", rect);
     }
@@ -35,8 +42,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     });
     heading(ui, "World");
     world(ui, &mut viewer.session);
-    let rect = wind(ui, &mut viewer.session);
-    viewer.landmarks.insert("wind", rect);
+    wind(ui, viewer);
 }
 
 /// Chooses what the sliders act on, where there is a choice.
@@ -89,20 +95,99 @@ fn change(
     let widget = match unit {
         // The number of the first would pass for that of all.
         _ if value.mixed => widget.custom_formatter(|_, _| "mixed".to_owned()),
-        STIFFNESS => widget.custom_formatter(|value, _| quantity(value, STIFFNESS)).custom_parser(
-            // The keyboard may only pass by: what is shown has fewer digits than what is set.
-            move |text| match text == quantity(value.first, STIFFNESS) {
-                true => Some(value.first),
-                false => read(text, STIFFNESS),
-            },
-        ),
-        _ => widget.suffix(unit),
+        unit => match PREFIXED.into_iter().find(|prefixed| *prefixed == unit) {
+            None => widget.suffix(unit),
+            Some(unit) => {
+                widget.custom_formatter(move |value, _| quantity(value, unit)).custom_parser(
+                    // The keyboard may only pass by: fewer digits are shown than are set.
+                    move |text| match text == quantity(value.first, unit) {
+                        true => Some(value.first),
+                        false => read(text, unit),
+                    },
+                )
+            }
+        },
     };
     let mut response = slider(ui, label, widget);
     if value.mixed {
         response = response.on_hover_text("Springs or particles differ; a move sets all of them");
     }
     (response.changed().then_some(number), response.rect)
+}
+
+/// Sliders of a body that is made of a material; returns where that of its modulus is.
+fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
+    let number = |first: f64| MixedValue { first, mixed: false };
+    let mut rect = names(ui, session, made);
+    let mut edits = Vec::new();
+    if let Some(young) = made.young {
+        let (value, at) = change(ui, ("Young", "Pa"), number(young), 1e2..=1e12, 1e2);
+        edits.extend(value.map(MaterialEdit::Young));
+        rect = at;
+    }
+    if let Some(poisson) = made.poisson {
+        ui.horizontal(|ui| {
+            super::left_label(ui, "Poisson");
+            ui.label(format!("{poisson:.2}"))
+        })
+        .response
+        .on_hover_text(
+            "Poisson's ratio: the springs and cells are built for it, by the scene file",
+        );
+    }
+    let (unit, most) = if made.young.is_some() { (" kg/m³", 2e4) } else { (" kg/m²", 1e2) };
+    let density = number(made.density);
+    let (value, _) = change(ui, ("Density", unit), density, most * 1e-5..=most, most * 1e-5);
+    edits.extend(value.map(MaterialEdit::Density));
+    let loss = number(made.relaxation_time);
+    let (value, _) = change(ui, ("Loss", "s"), loss, 0.0..=1.0, 1e-6);
+    edits.extend(value.map(MaterialEdit::RelaxationTime));
+    if let Some(thickness) = made.thickness {
+        let (value, _) = change(ui, ("Thickness", "m"), number(thickness), 1e-5..=0.1, 1e-5);
+        edits.extend(value.map(MaterialEdit::Thickness));
+    }
+    let scale = number(session.material().values().rest_scale);
+    let (value, _) = change(ui, ("Rest length", " ×"), scale, 0.25..=4.0, 0.25);
+    edits.extend(value.map(MaterialEdit::RestScale));
+    edits.into_iter().for_each(|edit| session.edit(edit));
+    rect
+}
+
+/// Chooses a material by name, with its source; returns where that is.
+fn names(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
+    let fits = |named: &&Named| match named.numbers {
+        Numbers::Uniform { .. } => made.young.is_some(),
+        // Of a fabric there is one in the list: nothing to choose.
+        Numbers::Fabric { .. } => made.young.is_none() && made.material == Some(named.name),
+    };
+    let text = made.material.unwrap_or("own numbers");
+    ui.horizontal(|ui| {
+        let name = super::left_label(ui, "Made of");
+        let combo = ComboBox::from_id_salt("material").selected_text(text);
+        let shown = combo.show_ui(ui, |ui| {
+            let choices = MATERIALS.iter().filter(fits);
+            choices
+                .filter(|named| {
+                    let label = ui.selectable_label(made.material == Some(named.name), named.name);
+                    label.on_hover_text(about(named)).clicked()
+                })
+                .last()
+        });
+        let response = shown.response.labelled_by(name.id);
+        if let Some(named) = MATERIALS.iter().find(|named| made.material == Some(named.name)) {
+            response.on_hover_text(about(named));
+        }
+        if let Some(named) = shown.inner.flatten() {
+            session.edit(MaterialEdit::Named(named));
+        }
+        name.rect
+    })
+    .inner
+}
+
+/// Who measured a material, and what.
+fn about(named: &Named) -> String {
+    format!("{}\n{}", named.source, named.remarks)
 }
 
 fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
@@ -119,6 +204,14 @@ fn springs(ui: &mut Ui, session: &mut Session) -> Option<Rect> {
     }
     if let (Some(value), _) = change(ui, ("Damping", " N s/m"), damping, 0.0..=1e3, 1e-3) {
         session.edit(MaterialEdit::Damping(value));
+    }
+    let resists_more = on!(session.runner(), simulation => {
+        let model = simulation.model();
+        0 < model.bends().count() + model.volumes().count()
+    });
+    if resists_more {
+        let text = "of springs only: bends and cells keep what the material gives them";
+        ui.label(RichText::new(text).small().color(theme::FAINT));
     }
     let scale = MixedValue { first: shown.rest_scale, mixed: false };
     if let (Some(value), _) = change(ui, ("Rest length", " ×"), scale, 0.25..=4.0, 0.25) {
@@ -177,27 +270,26 @@ fn laws(ui: &mut Ui, session: &mut Session, friction: Friction) {
     });
 }
 
-/// A force on every particle, steady or in gusts; where it comes from, once there is one. Returns
-/// where the slider is.
-fn wind(ui: &mut Ui, session: &mut Session) -> Rect {
+/// A force on every particle, steady or in gusts; where it comes from, once there is one.
+fn wind(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
     let now = session.wind();
     let mut wanted = now;
     let number = |first: f64| MixedValue { first, mixed: false };
     let (value, rect) = change(ui, ("Wind", " N"), number(now.strength), 0.0..=100.0, 0.01);
+    landmarks.insert("wind", rect);
     wanted.strength = value.unwrap_or(now.strength);
     if 0.0 < now.strength {
         let heading = number(now.heading.to_degrees());
-        if let (Some(value), _) = change(ui, ("Heading", "°"), heading, -180.0..=180.0, 0.0) {
-            wanted.heading = value.to_radians();
-        }
-        if let (Some(value), _) = change(ui, ("Gusts", ""), number(now.gusts), 0.0..=1.0, 0.0) {
-            wanted.gusts = value;
-        }
+        let (value, rect) = change(ui, ("Heading", "°"), heading, -180.0..=180.0, 0.0);
+        landmarks.insert("heading", rect);
+        wanted.heading = value.map_or(now.heading, f64::to_radians);
+        let (value, rect) = change(ui, ("Gusts", ""), number(now.gusts), 0.0..=1.0, 0.0);
+        landmarks.insert("gusts", rect);
+        wanted.gusts = value.unwrap_or(now.gusts);
         let text = RichText::new("on every particle; 0° is along x").small().color(theme::FAINT);
         ui.label(text);
     }
     if wanted != now {
         session.set_wind(wanted);
     }
-    rect
 }

@@ -63,10 +63,11 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
         timeline::show(ui, viewer);
     });
     Panel::left("scenes").resizable(false).exact_size(LEFT).frame(frame).show(ui, |ui| {
-        scrolled(ui, "left", |ui| scenes::show(ui, viewer));
+        let area = ScrollArea::vertical().id_salt("left").auto_shrink([false, false]);
+        area.show(ui, |ui| scenes::show(ui, viewer));
     });
     Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
-        scrolled(ui, "right", |ui| {
+        status::scrolled(ui, viewer, |ui, viewer| {
             // Down to the plot of the energy in a window of 1280 x 800 points.
             let spacing = ui.spacing_mut();
             (spacing.item_spacing.y, spacing.interact_size.y, spacing.button_padding.y) = TIGHT;
@@ -80,10 +81,6 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
         });
     });
     trade::show(ui, viewer, frame);
-}
-
-fn scrolled(ui: &mut Ui, name: &str, contents: impl FnOnce(&mut Ui)) {
-    ScrollArea::vertical().id_salt(name).auto_shrink([false, false]).show(ui, contents);
 }
 
 /// The 3D view as a widget: egui decides which presses are its own, for

@@ -78,9 +78,12 @@ fn purpose(integrator: Integrator) -> &'static str {
 fn substeps(ui: &mut Ui, session: &mut Session) {
     ui.horizontal(|ui| {
         let mut substeps = session.runner().settings().substeps;
-        let widget = Slider::new(&mut substeps, 1..=MOST_SUBSTEPS)
+        let mut widget = Slider::new(&mut substeps, 1..=MOST_SUBSTEPS)
             .logarithmic(true)
             .clamping(SliderClamping::Edits);
+        if session.runner().is_open() {
+            widget = widget.custom_formatter(|_, _| "…".into());
+        }
         let hover = "How many a step is divided into";
         if slider(ui, "Substeps", widget).on_hover_text(hover).changed() {
             session.tune(Tuning::Substeps(substeps));
@@ -160,7 +163,11 @@ fn stability_light(ui: &mut Ui, session: &Session) {
     };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;
-        ui.label(format!("h = {}", quantity(settings.substep(), "s")));
+        let substep = match session.runner().is_open() {
+            true => "…".into(),
+            false => quantity(settings.substep(), "s"),
+        };
+        ui.label(format!("h = {substep}"));
         ui.label(RichText::new(text).color(colour)).on_hover_text(&hover);
     });
     if share != Some(0.0) {

@@ -1,10 +1,14 @@
-//! The status line: pace, cost of a step, size of the scene, simulated time.
+//! The status line: pace, cost of a step, size of the scene, simulated time. And the main numbers
+//! in short, below a panel that is longer than the window.
 
-use super::theme;
-use crate::session::Pace;
+use super::live_error::is_fresh;
+use super::{solver, theme};
+use crate::session::{ErrorNow, Pace, Session};
 use crate::viewer::Viewer;
-use egui::{Color32, Label, RichText, Ui};
-use msd_study::quantity::estimate;
+use egui::{Color32, Frame, Label, Margin, Panel, RichText, ScrollArea, Ui};
+use msd_core::Energy;
+use msd_study::quantity::{estimate, quantity};
+use msd_study::space::Verdict;
 
 /// The status line.
 pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
@@ -45,6 +49,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         item(text, theme::TEXT, "Wall clock for a step");
         let text = format!("{} frames/s", number(0, |pace| pace.frame_rate));
         item(text, theme::TEXT, "Pictures per second");
+        if let Some(text) = errors(session) {
+            let hover = "Errors of where the particles are. Time: of the last half a second, as \
+                         estimated; space: of the spacing, by msd study --mesh";
+            item(text, theme::TEXT, hover);
+        }
         let runner = session.runner();
         let text = format!("{} particles", grouped(runner.particle_count()));
         item(text, theme::FAINT, "Particles");
@@ -53,6 +62,91 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         item(text, theme::TEXT, "Simulated time");
         item(format!("step {}", grouped(runner.steps() as usize)), theme::FAINT, "Steps so far");
     });
+}
+
+/// Contents that scroll; where they are longer than the room for them, the numbers stay in sight
+/// below them.
+pub(super) fn scrolled(ui: &mut Ui, viewer: &mut Viewer, show: impl FnOnce(&mut Ui, &mut Viewer)) {
+    let room = ui.available_height();
+    if viewer.is_folded {
+        let frame = Frame::new().inner_margin(Margin { top: 5, ..Margin::ZERO });
+        let panel = Panel::bottom("summary").resizable(false).frame(frame);
+        panel.show(ui, |ui| main_numbers(ui, &viewer.session));
+    } else {
+        // As many as the panel takes: what is above keeps its name, and a drag goes on.
+        ui.skip_ahead_auto_ids(1);
+    }
+    let area = ScrollArea::vertical().id_salt("right").auto_shrink([false, false]);
+    let shown = area.show(ui, |ui| show(ui, viewer));
+    let is_folded = room + 1.0 < shown.content_size.y;
+    if is_folded != viewer.is_folded {
+        viewer.is_folded = is_folded;
+        ui.ctx().request_repaint();
+    }
+}
+
+/// The stable substep, the error, the distance of the twin and the energy.
+fn main_numbers(ui: &mut Ui, session: &Session) {
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 8.0;
+        let mut item = |text: String, colour| {
+            // A name and its number stay together.
+            ui.label(RichText::new(text.replace(' ', "\u{a0}")).small().color(colour));
+        };
+        if !session.runner().integrator().is_adaptive() {
+            let (text, colour) = solver::describe(session.stability().map(|(share, _)| share));
+            item(format!("h {text}"), colour);
+        }
+        if let Some(error) = session.error() {
+            item(format!("error {}", error_words(error)), theme::TEXT);
+        }
+        if let Some(twin) = session.twin() {
+            let text = match twin.failure() {
+                None => format!("twin {} apart", estimate(twin.apart().rms, "m")),
+                Some(_) => "twin has stopped".to_owned(),
+            };
+            item(text, super::twin::GHOST);
+        }
+        let joules = |joules: Option<f64>| {
+            joules.map_or(theme::VOID.to_owned(), |joules| estimate(joules, "J"))
+        };
+        let total = session.energy().map(|energy: Energy| energy.total());
+        item(format!("energy {}", joules(total)), theme::TEXT);
+        item(format!("wrong by {}", joules(session.energy_imbalance())), theme::TEXT);
+        if let Some(gain) = session.energy_gain() {
+            item(format!("integrator added {}", estimate(gain, "J")), theme::BAD);
+        }
+    });
+}
+
+fn error_words(error: ErrorNow<'_>) -> String {
+    match error {
+        ErrorNow::Measuring => theme::VOID.to_owned(),
+        ErrorNow::Lost => "unknown".to_owned(),
+        ErrorNow::Known(reading) if reading.error.rms <= reading.error.rounding => {
+            format!("below {}", estimate(reading.error.rounding, "m"))
+        }
+        ErrorNow::Known(reading) => estimate(reading.error.rms, "m"),
+    }
+}
+
+/// The errors of time and space that are known, in words.
+fn errors(session: &Session) -> Option<String> {
+    let time = match session.error() {
+        Some(ErrorNow::Known(reading)) if is_fresh(session, reading) => {
+            Some(format!("time {}", estimate(reading.error.rms, "m")))
+        }
+        _ => None,
+    };
+    let space = session.space().map(|space| {
+        let over = quantity(space.duration, "s");
+        match space.verdict {
+            Verdict::Below { error } => format!("space below {} over {over}", estimate(error, "m")),
+            _ => format!("space {} over {over}", estimate(space.error().unwrap_or(0.0), "m")),
+        }
+    });
+    let known: Vec<String> = time.into_iter().chain(space).collect();
+    (!known.is_empty()).then(|| format!("error: {}", known.join(", ")))
 }
 
 /// The pace in words: nothing where it is not measured.

@@ -1,6 +1,6 @@
 //! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
 
-use super::run::{Reading, Run, bound};
+use super::run::{Reading, Run, bound, open};
 use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
 use super::{Session, Wind};
 use msd_core::{Divergence, Error, Interaction, Vector};
@@ -10,8 +10,8 @@ use msd_scene::Loaded;
 use msd_study::quantity::quantity;
 
 /// The time that the search for ways out takes of each frame, seconds: half of the last one, as far
-/// as it is in this range.
-const SEARCH: [f64; 2] = [0.02, 0.25];
+/// as it is in this range; in a browser the page is to answer within 50 ms.
+const SEARCH: [f64; 2] = [0.02, if cfg!(target_arch = "wasm32") { 0.02 } else { 0.25 }];
 /// The most springs that are marked.
 const MOST_MARKED: usize = 40;
 /// Springs with at least this part of the energy of the strongest are marked.
@@ -90,7 +90,7 @@ impl Origins<'_> {
                     // Chosen as at the first opening.
                     settings.substeps = self.loaded.settings.substeps;
                 }
-                let mut runner = Runner::open_with(self.loaded, settings, precision, automatic)?;
+                let mut runner = open(self.loaded, settings, precision, automatic)?;
                 let strongest = self.wind.map(|wind| wind.strongest());
                 let wind = strongest.map(|force| Interaction::SetForce {
                     value: self.loaded.scene.world.force + force,
@@ -99,7 +99,10 @@ impl Origins<'_> {
                 runner.apply_queued()?;
                 Ok(runner)
             }
-            Origin::Scene => Runner::open(self.loaded),
+            Origin::Scene => {
+                let Loaded { settings, precision, automatic, .. } = *self.loaded;
+                open(self.loaded, settings, precision, automatic)
+            }
         }
     }
 
@@ -215,7 +218,7 @@ impl Session {
                 self.tune_all(&tunings[..1 + usize::from(is_other)], "way out");
             }
             Remedy::SceneValues => {
-                self.material.forget();
+                self.material.forget(&self.loaded.made);
                 self.wind = None;
             }
             Remedy::Back => {}

@@ -2,8 +2,9 @@
 
 use super::{Deed, Session};
 use glam::DVec3;
-use msd_core::{Friction, Interaction, Model, Real, Scene, Select, Vector};
+use msd_core::{Friction, Interaction, MaterialNumber, Model, Real, Scene, Select, Vector};
 use msd_run::{Runner, on};
+use msd_scene::materials::{Made, Named, Numbers};
 
 /// A number of the selected bodies, or of the world, that the user sets.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,6 +17,17 @@ pub enum MaterialEdit {
     Damping(f64),
     /// Rest lengths of the selected springs, as a multiple of the scene's.
     RestScale(f64),
+    /// Young's modulus of a body that is made of a material, pascals.
+    Young(f64),
+    /// Thickness of one that is a sheet, metres.
+    Thickness(f64),
+    /// Density of one, kilograms per cubic metre, of a woven sheet per square metre.
+    Density(f64),
+    /// Viscosity over modulus of one, seconds.
+    RelaxationTime(f64),
+    /// The material of one, by name: modulus, density and relaxation time. Its Poisson's ratio
+    /// stays.
+    Named(&'static Named),
     /// Strength of gravity, metres per second squared; its direction stays.
     Gravity(f64),
     /// Restitution of every plane, 0 to 1.
@@ -32,6 +44,11 @@ impl MaterialEdit {
             MaterialEdit::Stiffness(_) => "stiffness",
             MaterialEdit::Damping(_) => "damping",
             MaterialEdit::RestScale(_) => "rest length",
+            MaterialEdit::Young(_) => "Young's modulus",
+            MaterialEdit::Thickness(_) => "thickness",
+            MaterialEdit::Density(_) => "density",
+            MaterialEdit::RelaxationTime(_) => "relaxation time",
+            MaterialEdit::Named(_) => "material",
             MaterialEdit::Gravity(_) => "gravity",
             MaterialEdit::Restitution(_) => "restitution",
             MaterialEdit::Friction(_) => "friction",
@@ -46,10 +63,33 @@ pub struct Material {
     kept: Vec<Interaction>,
     /// How much longer springs are at rest than those of the scene, since the last restart.
     scales: Vec<(Select, f64)>,
+    /// What each body is made of now; none of one that is given by masses and springs.
+    made: Vec<Option<Made>>,
     values: MaterialValues,
 }
 
 impl Material {
+    /// That of a scene, of which nothing was set yet.
+    pub(super) fn of(made: &[Option<Made>]) -> Self {
+        Material { made: made.to_vec(), ..Material::default() }
+    }
+
+    /// What each body is made of now; none of one that is given by masses and springs, nothing
+    /// where no body is known to be made of anything.
+    pub fn made(&self) -> &[Option<Made>] {
+        &self.made
+    }
+
+    /// The selected body and what it is made of, if it is one that is made of a material.
+    pub fn selected(&self) -> Option<(usize, Made)> {
+        let body = match (self.values.select, self.made.len()) {
+            (Select::Body(body), _) => body,
+            (Select::All, 1) => 0,
+            _ => return None,
+        };
+        Some((body, (*self.made.get(body)?)?))
+    }
+
     /// What the sliders show.
     pub fn values(&self) -> &MaterialValues {
         &self.values
@@ -79,8 +119,9 @@ impl Material {
     }
 
     /// Forgets the edits, as the scene is to have its own values again.
-    pub(super) fn forget(&mut self) {
+    pub(super) fn forget(&mut self, made: &[Option<Made>]) {
         self.kept.clear();
+        self.made = made.to_vec();
     }
 
     /// Chooses what the sliders act on: all, or one body.
@@ -118,6 +159,11 @@ impl Material {
         scene: &Scene,
     ) -> Vec<Interaction> {
         let MaterialValues { select, rest_scale, .. } = self.values;
+        if let Some((body, made)) = self.selected()
+            && let Some(edits) = remake((Select::Body(body), made), edit)
+        {
+            return edits;
+        }
         vec![match edit {
             MaterialEdit::Mass(value) => Interaction::SetMass { particles: select, value },
             MaterialEdit::Stiffness(value) => Interaction::SetStiffness { springs: select, value },
@@ -137,6 +183,11 @@ impl Material {
             MaterialEdit::Friction(friction) => {
                 return set_planes(runner, |restitution, _| (restitution, friction));
             }
+            MaterialEdit::Young(_)
+            | MaterialEdit::Thickness(_)
+            | MaterialEdit::Density(_)
+            | MaterialEdit::RelaxationTime(_)
+            | MaterialEdit::Named(_) => return Vec::new(),
         }]
     }
 
@@ -145,8 +196,41 @@ impl Material {
         if let Interaction::ScaleRestLength { springs, factor } = done {
             return self.keep_scale(springs, factor);
         }
+        self.follow(&done);
+        if let (Some(last), Interaction::ScaleMaterial { bodies, number, factor }) =
+            (self.kept.last_mut(), done)
+            && let Interaction::ScaleMaterial { bodies: of, number: before, factor: all } = last
+            && (*of, *before) == (bodies, number)
+        {
+            *all *= factor;
+            return;
+        }
         self.kept.retain(|old| !replaces(&done, old));
         self.kept.push(done);
+    }
+
+    /// Takes note of what was done to what bodies are made of.
+    pub(super) fn follow(&mut self, done: &Interaction) {
+        for (body, made) in self.made.iter_mut().enumerate() {
+            let Some(made) = made else { continue };
+            let is_of = |bodies: Select| bodies == Select::All || bodies == Select::Body(body);
+            match *done {
+                Interaction::ScaleMaterial { bodies, number, factor } if is_of(bodies) => {
+                    match number {
+                        MaterialNumber::Young => made.young = made.young.map(|was| was * factor),
+                        MaterialNumber::Thickness => {
+                            made.thickness = made.thickness.map(|was| was * factor);
+                        }
+                        MaterialNumber::Density => made.density *= factor,
+                    }
+                }
+                Interaction::SetRelaxationTime { bodies, value } if is_of(bodies) => {
+                    made.relaxation_time = value;
+                }
+                _ => continue,
+            }
+            made.material = None;
+        }
     }
 
     /// Keeps that springs are so many times as long at rest as before.
@@ -165,6 +249,30 @@ impl Material {
     fn show(&mut self, edit: MaterialEdit) {
         if let MaterialEdit::RestScale(scale) = edit {
             self.values.rest_scale = scale;
+        }
+        // Its springs are set alike: it is made of that material no more.
+        if let MaterialEdit::Mass(_) | MaterialEdit::Stiffness(_) | MaterialEdit::Damping(_) = edit
+        {
+            self.unmake();
+        }
+        let Some((body, _)) = self.selected() else { return };
+        let Some(made) = &mut self.made[body] else { return };
+        match edit {
+            MaterialEdit::Young(young) => made.young = Some(young),
+            MaterialEdit::Thickness(thickness) => made.thickness = Some(thickness),
+            MaterialEdit::Density(density) => made.density = density,
+            MaterialEdit::Named(named) => made.material = Some(named.name),
+            _ => {}
+        }
+    }
+
+    /// Forgets what the selected bodies were made of.
+    fn unmake(&mut self) {
+        match self.values.select {
+            Select::Body(body) => {
+                self.made.get_mut(body).into_iter().for_each(|made| *made = None);
+            }
+            _ => self.made.fill(None),
         }
     }
 }
@@ -213,10 +321,37 @@ impl Session {
 
     /// Gives material and world the values of the scene again, and restarts.
     pub fn reset_material(&mut self) {
-        self.material.forget();
+        self.material.forget(&self.loaded.made);
         self.wind = None;
         self.restart();
     }
+}
+
+/// What makes bodies of another material; `None` where an edit is of something else.
+fn remake((bodies, made): (Select, Made), edit: MaterialEdit) -> Option<Vec<Interaction>> {
+    use MaterialNumber::{Density, Thickness, Young};
+    let scale = |number, from: f64, to: f64| {
+        let factor = to / from;
+        Interaction::ScaleMaterial { bodies, number, factor }
+    };
+    let damp = |value| Interaction::SetRelaxationTime { bodies, value };
+    Some(match edit {
+        MaterialEdit::Young(young) => vec![scale(Young, made.young?, young)],
+        MaterialEdit::Thickness(thickness) => {
+            vec![scale(Thickness, made.thickness?, thickness)]
+        }
+        MaterialEdit::Density(density) => vec![scale(Density, made.density, density)],
+        MaterialEdit::RelaxationTime(time) => vec![damp(time)],
+        MaterialEdit::Named(named) => match named.numbers {
+            Numbers::Uniform { young, density, relaxation_time, .. } => vec![
+                scale(Young, made.young?, young),
+                scale(Density, made.density, density),
+                damp(relaxation_time),
+            ],
+            Numbers::Fabric { .. } => return None,
+        },
+        _ => return None,
+    })
 }
 
 /// Sets restitution and friction of every plane to a function of the present ones.
@@ -242,7 +377,10 @@ fn replaces(new: &Interaction, old: &Interaction) -> bool {
     match (new, old) {
         (SetStiffness { springs: new, .. }, SetStiffness { springs: old, .. })
         | (SetDamping { springs: new, .. }, SetDamping { springs: old, .. })
-        | (SetMass { particles: new, .. }, SetMass { particles: old, .. }) => covers(new, old),
+        | (SetMass { particles: new, .. }, SetMass { particles: old, .. })
+        | (SetRelaxationTime { bodies: new, .. }, SetRelaxationTime { bodies: old, .. }) => {
+            covers(new, old)
+        }
         (SetGravity { .. }, SetGravity { .. }) | (SetDrag { .. }, SetDrag { .. }) => true,
         (RemovePlanes, SetPlane { .. } | RemovePlanes | AddPlane { .. }) => true,
         (SetPlane { plane: new, .. }, SetPlane { plane: old, .. }) => new == old,

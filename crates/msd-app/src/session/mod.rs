@@ -47,11 +47,13 @@ use failure::WaysOut;
 use glam::DVec3;
 use hands::Grab;
 use live_error::LiveErrorMeter;
+use msd_core::stability::Estimator;
 use msd_core::{Energy, Error, Interaction, Settings, Vector};
 use msd_run::recording::Event;
 use msd_run::rescue::{Offer, Origin, debris};
 use msd_run::{History, Moment, Runner, on};
 use msd_scene::Loaded;
+use msd_study::space::{Space, known};
 use past::{Timeline, Undo};
 use recording::SessionRecording;
 use stability_light::StabilityLight;
@@ -76,6 +78,8 @@ pub struct Session {
     is_blowing: bool,
     energy: EnergyReadings,
     stability_light: StabilityLight,
+    /// Predicts for automatic substeps.
+    estimator: Estimator,
     /// Estimates the error while the user wants it.
     live_error: Option<LiveErrorMeter>,
     recording: SessionRecording,
@@ -90,6 +94,8 @@ pub struct Session {
     limit_of: u64,
     /// Steps beside the run while the user wants it.
     twin: Option<Box<Twin>>,
+    /// What the spacing of the scene costs, where a study has found that.
+    space: Option<Space>,
     /// What was refused last, for the status line.
     refusal: Option<String>,
 }
@@ -101,19 +107,23 @@ impl Session {
     /// # Errors
     /// The first row or setting of the scene that is out of its domain.
     pub fn new(loaded: Loaded) -> Result<Self, Error> {
-        let run = Run::new(Runner::open(&loaded)?);
+        let Loaded { settings, precision, automatic, .. } = loaded;
+        let run = Run::new(run::open(&loaded, settings, precision, automatic)?);
+        let material = Material::of(&loaded.made);
+        let space = known(&loaded.scene).filter(|space| space.error().is_some());
         let mut session = Session {
             loaded,
             run,
             clock: Clock::default(),
             paused: false,
             history: History::default(),
-            material: Material::default(),
+            material,
             grab: Grab::default(),
             wind: None,
             is_blowing: false,
             energy: EnergyReadings::default(),
             stability_light: StabilityLight::default(),
+            estimator: Estimator::default(),
             live_error: None,
             recording: SessionRecording::default(),
             failure: None,
@@ -124,6 +134,7 @@ impl Session {
             parts: Parts::default(),
             limit_of: 0,
             twin: None,
+            space,
             refusal: None,
         };
         session.material.read(session.run.runner());
@@ -153,6 +164,9 @@ impl Session {
     pub fn advance(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
         self.undo.pass(real);
         let frame = if self.paused { Frame::default() } else { self.take_steps(real, stopwatch) };
+        if self.runner().is_open() {
+            self.prepare(stopwatch);
+        }
         self.energy.follow(&self.run, Frame { real, ..frame }, stopwatch);
         self.stability_light.refresh(&self.run, real, stopwatch);
         self.search_ways_out(real, stopwatch);
@@ -165,7 +179,10 @@ impl Session {
     fn take_steps(&mut self, real: f64, stopwatch: &impl Fn() -> f64) -> Frame {
         let mut open = self.clock.begin(real, self.runner().settings().step, stopwatch);
         let mut steps = 0;
-        while self.clock.takes_step(&mut open, stopwatch) && self.take_step() {
+        while self.prepare(stopwatch)
+            && self.clock.takes_step(&mut open, stopwatch)
+            && self.take_step()
+        {
             steps += 1;
         }
         let frame = self.clock.end(open, (steps, self.run.revision()), stopwatch);
@@ -262,7 +279,7 @@ impl Session {
         }
         for _ in 0..steps {
             self.history.pop();
-            let recorded = self.recording.back(|| now(&self.loaded, self.run.runner()));
+            let recorded = self.recording.back(|| recording::now(&self.loaded, self.run.runner()));
             self.refuse(recorded);
         }
         self.note_renewal(settings);
@@ -561,6 +578,12 @@ impl Session {
         self.live_error.as_ref().map(|meter| meter.now(&self.run))
     }
 
+    /// What is known of the error of space: of the scene as it was loaded, and so nothing once its
+    /// material or its world was changed.
+    pub fn space(&self) -> Option<&Space> {
+        self.space.as_ref().filter(|_| !self.material.is_edited() && !self.is_blowing)
+    }
+
     /// What was set of material and world.
     pub fn material(&self) -> &Material {
         &self.material
@@ -570,16 +593,4 @@ impl Session {
     pub fn recording(&self) -> Option<&str> {
         self.recording.name()
     }
-}
-
-/// Ends the recording of a window that is closed.
-impl Drop for Session {
-    fn drop(&mut self) {
-        self.stop_recording();
-    }
-}
-
-/// A run as it is now.
-fn now(loaded: &Loaded, runner: &Runner) -> Loaded {
-    runner.to_loaded(&loaded.name, &loaded.title)
 }

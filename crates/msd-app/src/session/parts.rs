@@ -50,7 +50,8 @@ fn is_on_in<R: Real>(part: Part, springs: &[Range<usize>], model: &Model<R>) -> 
         Part::Damping => (0..model.ends().len()).any(|row| model.damping(row) != R::ZERO),
         Part::Gravity => model.gravity().to_f64() != DVec3::ZERO,
         Part::Drag => model.drag() != R::ZERO,
-        Part::Contact => !model.planes().is_empty(),
+        // Planes can be taken away and put back, solids cannot.
+        Part::Contact => !model.planes().is_empty() && model.solids().is_empty(),
         Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
             let mut rows = springs.iter().cloned().flatten();
             rows.any(|row| model.stiffness(row) != R::ZERO || model.damping(row) != R::ZERO)
@@ -100,6 +101,7 @@ impl Session {
         if !self.act_all(&edits) {
             self.undo.withdraw();
         } else if on && is_of_springs(part) {
+            edits.iter().for_each(|edit| self.material.follow(edit));
             // A restart gives them back by itself, and a link needs no edit for each spring.
             self.material.give_up(&off);
         } else {
@@ -115,7 +117,12 @@ impl Session {
             Part::Gravity => vec![Interaction::SetGravity { value: DVec3::ZERO }],
             Part::Drag => vec![Interaction::SetDrag { value: 0.0 }],
             Part::Contact => vec![Interaction::RemovePlanes],
-            Part::Damping => vec![damping(Select::All)],
+            Part::Damping => {
+                // Bends and volumes, which bodies of a material have, are damped too.
+                let undamped = |bodies| Interaction::SetRelaxationTime { bodies, value: 0.0 };
+                let made = self.made_bodies().map(undamped);
+                std::iter::once(damping(Select::All)).chain(made).collect()
+            }
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
                 let kinds = self.parts.kinds.iter().flatten();
                 let rows = kinds.filter(|kind| kind.0 == part).flat_map(|kind| kind.1.clone());
@@ -126,6 +133,12 @@ impl Session {
                 .collect()
             }
         }
+    }
+
+    /// The bodies of the scene that are made of a material.
+    fn made_bodies(&self) -> impl Iterator<Item = Select> + '_ {
+        let made = self.loaded.made.iter().enumerate();
+        made.filter(|(_, made)| made.is_some()).map(|(body, _)| Select::Body(body))
     }
 
     /// What keeps springs off that are off, after an edit that would give them something again.
@@ -177,6 +190,17 @@ impl Session {
         let dampings = runs((&rows, springs.len()), |row| springs[row].damping);
         let damping = |(springs, value)| Interaction::SetDamping { springs, value };
         let mut edits: Vec<Interaction> = dampings.into_iter().map(damping).collect();
+        if part == Part::Damping {
+            // All of a body of a material, by what its springs have of it.
+            let time = |bodies: Select| {
+                let Select::Body(body) = bodies else { return None };
+                let mut rows = springs[self.loaded.scene.bodies[body].springs.clone()].iter();
+                let spring = rows.find(|spring| 0.0 < spring.stiffness)?;
+                let value = spring.damping / spring.stiffness;
+                Some(Interaction::SetRelaxationTime { bodies, value })
+            };
+            edits.extend(self.made_bodies().filter_map(time));
+        }
         if part != Part::Damping {
             let runs = runs((&rows, springs.len()), |row| springs[row].stiffness);
             let stiffness = |(springs, value)| Interaction::SetStiffness { springs, value };
@@ -208,7 +232,11 @@ fn is_of_springs(part: Part) -> bool {
 
 /// Whether an edit sets constants of springs.
 fn is_of_constants(edit: &Interaction) -> bool {
-    matches!(edit, Interaction::SetStiffness { .. } | Interaction::SetDamping { .. })
+    use Interaction::{ScaleMaterial, SetDamping, SetRelaxationTime, SetStiffness};
+    matches!(
+        edit,
+        SetStiffness { .. } | SetDamping { .. } | ScaleMaterial { .. } | SetRelaxationTime { .. }
+    )
 }
 
 /// The springs of a range of rows, of so many in all.

@@ -1,6 +1,6 @@
 //! A recording of what happens in the window, from which a replay makes it happen again.
 
-use super::{Session, now};
+use super::Session;
 use msd_run::Runner;
 use msd_run::recording::{Event, Recorder};
 use msd_scene::{FileError, Loaded};
@@ -113,4 +113,16 @@ impl Session {
             self.record(&Event::Start(Box::new(now(&self.loaded, self.run.runner()))));
         }
     }
+}
+
+/// Ends the recording of a window that is closed.
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.stop_recording();
+    }
+}
+
+/// A run as it is now.
+pub(super) fn now(loaded: &Loaded, runner: &Runner) -> Loaded {
+    runner.to_loaded(&loaded.name, &loaded.title)
 }

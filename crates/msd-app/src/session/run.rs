@@ -1,13 +1,22 @@
 //! The run behind one gate, and readings of it that are void once it was changed.
 
-use msd_core::{Error, Interaction};
+use msd_core::stability::Estimator;
+use msd_core::{Error, Interaction, Settings};
 use msd_run::{Runner, on};
+use msd_scene::{Loaded, Precision};
 
 /// The most that a step of an adaptive method may take, evaluations of springs and particles: a
 /// fraction of a second, after which the window would seem to hang.
 const MOST_WORK: usize = 100_000_000;
 /// The evaluations of all forces that a step of the largest scene may take all the same.
 const LEAST_EVALUATIONS: usize = 600;
+
+/// The wall-clock time that each prediction of the longest stable substep takes of a frame,
+/// seconds.
+pub(super) const PREDICTING: f64 = 4e-3;
+/// Whether automatic substeps are chosen over several frames after a change: a page of a browser is
+/// to answer within 50 ms. Elsewhere they are known at once.
+const IS_LAZY: bool = cfg!(target_arch = "wasm32");
 
 /// A count of the changes of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,6 +67,25 @@ impl Run {
         stepped
     }
 
+    /// Goes on for a part of a frame with what the next step begins with, a choice of automatic
+    /// substeps; whether nothing is left of it. Others than before void every reading.
+    pub(super) fn prepare(
+        &mut self,
+        estimator: &mut Estimator,
+        stopwatch: &impl Fn() -> f64,
+    ) -> Result<bool, Error> {
+        let (before, start) = (self.runner.settings(), stopwatch());
+        while self.runner.prepare(estimator)? {
+            if PREDICTING < stopwatch() - start && self.runner.settings() == before {
+                return Ok(false);
+            }
+        }
+        if self.runner.settings() != before {
+            self.revision.0 += 1;
+        }
+        Ok(true)
+    }
+
     /// Whether gusts do work, so that the balance of the energy says nothing of the method.
     pub fn is_driven(&self) -> bool {
         self.is_driven
@@ -68,6 +96,17 @@ impl Run {
         self.is_driven |= matches!(motion, Interaction::SetForce { .. });
         act(&mut self.runner, motion)
     }
+}
+
+/// Opens a run to be shown.
+pub(super) fn open(
+    loaded: &Loaded,
+    settings: Settings,
+    precision: Precision,
+    automatic: bool,
+) -> Result<Runner, Error> {
+    let open = if IS_LAZY { Runner::open_lazily } else { Runner::open_with };
+    open(loaded, settings, precision, automatic)
 }
 
 /// Bounds the work of each step of a run, so that a frame ends.

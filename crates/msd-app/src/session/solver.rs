@@ -1,5 +1,6 @@
 //! Solver settings that the user changes while a scene runs.
 
+use super::Session;
 use msd_core::{Error, Integrator, Settings};
 use msd_run::Runner;
 use msd_run::recording::Event;
@@ -98,6 +99,24 @@ impl Solver {
     /// That which the author of a scene wants.
     pub fn written(loaded: &Loaded) -> Self {
         Solver::new(loaded.settings, loaded.precision, loaded.automatic)
+    }
+}
+
+/// Automatic substeps of the run.
+impl Session {
+    /// Goes on with the choice of automatic substeps; returns whether the next step can be taken.
+    pub(super) fn prepare(&mut self, stopwatch: &impl Fn() -> f64) -> bool {
+        let (settings, revision) = (self.runner().settings(), self.run.revision());
+        let prepared = self.run.prepare(&mut self.estimator, stopwatch);
+        self.energy.carry_over(revision, &self.run);
+        // Of a state that one looks back to they are recorded when the run goes on from there.
+        if self.timeline.ahead() == 0 {
+            self.note_renewal(settings);
+        }
+        prepared.unwrap_or_else(|error| {
+            self.refusal = Some(error.to_string());
+            true
+        })
     }
 }
 

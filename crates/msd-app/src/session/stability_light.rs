@@ -1,8 +1,9 @@
 //! The stability light: the substep as a share of the longest stable one.
 
-use super::run::{Reading, Run};
-use msd_core::Integrator;
+use super::run::{PREDICTING, Reading, Run};
 use msd_core::stability::Estimator;
+use msd_core::{Integrator, Settings};
+use msd_run::{Runner, on};
 
 /// Shortest time between two predictions for a run that goes on, seconds.
 const REFRESH: f64 = 1.0;
@@ -11,32 +12,87 @@ const SHARE: f64 = 0.005;
 /// The same while none is shown, as the run was changed.
 const SHARE_OF_VOID: f64 = 0.1;
 
+/// The part of a slow frame that a prediction under way takes; none in a browser, where the page is
+/// to answer.
+const MOST_OF_FRAME: f64 = if cfg!(target_arch = "wasm32") { 0.0 } else { 0.1 };
+
 /// The predicted longest stable substep, renewed at a bounded rate.
 #[derive(Debug, Default)]
 pub struct StabilityLight {
     /// Longest stable substep, seconds: 0 if none is, infinite if every one is.
     stable: Option<Reading<f64>>,
-    /// Wall-clock time since the last prediction, seconds.
+    /// The age of the state that it is of, seconds of wall clock.
     age: f64,
     /// The wall-clock time that the last prediction took, seconds.
     cost: f64,
+    /// The next prediction.
+    under_way: Option<UnderWay>,
     estimator: Estimator,
+}
+
+/// A prediction that takes several frames.
+#[derive(Debug)]
+struct UnderWay {
+    /// A copy of the run, which goes on meanwhile.
+    runner: Reading<Box<Runner>>,
+    /// Wall-clock time since it was made, and that spent on the prediction, seconds.
+    age: f64,
+    spent: f64,
 }
 
 impl StabilityLight {
     /// Lets `real` seconds of wall clock pass, and predicts again if it is time to.
     pub(super) fn refresh(&mut self, run: &Run, real: f64, stopwatch: &impl Fn() -> f64) {
         self.age += real.max(0.0);
-        if self.wait(run) <= self.age {
-            let start = stopwatch();
-            let stable = self.predict(run);
-            self.set(Reading::new(stable, run), stopwatch() - start);
+        // The substep of now is that of before a change.
+        if run.runner().is_open() {
+            return;
+        }
+        self.under_way.take_if(|under_way| under_way.runner.of(run).is_none());
+        if self.under_way.is_none() && self.wait(run) <= self.age {
+            self.begin(run);
+        } else if let Some(under_way) = &mut self.under_way {
+            under_way.age += real.max(0.0);
+        }
+        self.go_on(run, PREDICTING.max(MOST_OF_FRAME * real), stopwatch);
+    }
+
+    /// Begins to predict for the present state. Only explicit methods have a limit: for the others
+    /// the spectrum is not needed.
+    fn begin(&mut self, run: &Run) {
+        if !Integrator::EXPLICIT.contains(&run.runner().integrator()) {
+            return self.set(Reading::new(f64::INFINITY, run), (0.0, 0.0));
+        }
+        self.estimator.restart();
+        let runner = Reading::new(Box::new(run.runner().clone()), run);
+        self.under_way = Some(UnderWay { runner, age: 0.0, spent: 0.0 });
+    }
+
+    /// Goes on for so many seconds with the prediction under way.
+    fn go_on(&mut self, run: &Run, most: f64, stopwatch: &impl Fn() -> f64) {
+        let Some(mut under_way) = self.under_way.take() else { return };
+        let Some(runner) = under_way.runner.of(run) else { return };
+        let Settings { integrator, substeps, .. } = runner.settings();
+        let (start, estimator) = (stopwatch(), &mut self.estimator);
+        loop {
+            let stable = on!(&**runner, simulation => {
+                simulation.stable_substep_piecewise(integrator, substeps, estimator)
+            });
+            let spent = stopwatch() - start;
+            if let Some(stable) = stable {
+                let UnderWay { age, spent: before, .. } = under_way;
+                return self.set(Reading::new(stable, run), (age, before + spent));
+            }
+            if most < spent {
+                under_way.spent += spent;
+                return self.under_way = Some(under_way);
+            }
         }
     }
 
     /// Forgets the prediction: the next refresh makes another, whatever it costs.
     pub(super) fn forget(&mut self) {
-        (self.stable, self.cost) = (None, 0.0);
+        (self.stable, self.under_way, self.cost) = (None, None, 0.0);
     }
 
     /// The longest stable substep, seconds: 0 if none is, infinite if every one is; `None` while it
@@ -58,15 +114,6 @@ impl StabilityLight {
         self.age
     }
 
-    /// Predicts for the present state. Only explicit methods have a limit: for the others the
-    /// spectrum is not needed.
-    fn predict(&mut self, run: &Run) -> f64 {
-        if !Integrator::EXPLICIT.contains(&run.runner().integrator()) {
-            return f64::INFINITY;
-        }
-        run.runner().stable_substep_by(&mut self.estimator)
-    }
-
     /// The age from which on another prediction is made, seconds: a change is answered at once
     /// where that is cheap, and not at the price of the motion where it is not.
     fn wait(&self, run: &Run) -> f64 {
@@ -76,11 +123,11 @@ impl StabilityLight {
         }
     }
 
-    /// Stores a prediction and its cost in seconds.
-    fn set(&mut self, stable: Reading<f64>, cost: f64) {
+    /// Stores a prediction, the age of the state that it is of and its cost, both in seconds.
+    fn set(&mut self, stable: Reading<f64>, (age, cost): (f64, f64)) {
         // What costs less than a millisecond may be renewed at every change.
         self.cost = if cost < 1e-3 { 0.0 } else { cost };
-        (self.stable, self.age) = (Some(stable), 0.0);
+        (self.stable, self.age) = (Some(stable), age);
     }
 }
 
@@ -114,8 +161,9 @@ mod tests {
     #[test]
     fn an_expensive_prediction_is_rare_and_void_until_it_is_made_again() {
         let (mut light, mut run) = (StabilityLight::default(), run());
-        light.set(Reading::new(0.01, &run), 0.1);
+        light.set(Reading::new(0.01, &run), (0.0, 0.1));
         let made = Cell::new(0);
+        // Each piece takes longer than its part of a frame.
         let stopwatch = || made.replace(made.get() + 1) as f64;
         light.refresh(&run, 10.0, &stopwatch);
         assert_eq!((light.stable(&run), made.get()), (Some(0.01), 0));
@@ -124,15 +172,28 @@ mod tests {
         light.refresh(&run, 0.9, &stopwatch);
         assert_eq!((light.stable(&run), made.get()), (None, 0));
         light.refresh(&run, 0.2, &stopwatch);
-        assert!(light.stable(&run).is_some() && 0 < made.get());
+        assert!(light.stable(&run).is_none() && 0 < made.get(), "a frame does a piece of it");
+        let frames = (1..100).find(|_| {
+            light.refresh(&run, 0.5, &stopwatch);
+            light.stable(&run).is_some()
+        });
+        let frames = frames.expect("it ends");
+        assert_eq!(light.age(), 0.5 * frames as f64, "it is of the state of its beginning");
+        let alone = run.runner().stable_substep();
+        assert_eq!(light.stable(&run), Some(alone));
+        light.forget();
+        light.refresh(&run, 0.0, &stopwatch);
+        run.change(|_| ());
+        light.refresh(&run, 0.0, &|| 0.0);
+        assert_eq!(light.stable(&run), Some(alone), "a change begins it anew");
     }
 
     #[test]
     fn no_stable_step_is_infinitely_far_over_the_limit() {
         let (mut light, run) = (StabilityLight::default(), run());
-        light.set(Reading::new(0.0, &run), 0.0);
+        light.set(Reading::new(0.0, &run), (0.0, 0.0));
         assert_eq!(light.share(&run), Some(f64::INFINITY));
-        light.set(Reading::new(f64::INFINITY, &run), 0.0);
+        light.set(Reading::new(f64::INFINITY, &run), (0.0, 0.0));
         assert_eq!(light.share(&run), Some(0.0));
     }
 }

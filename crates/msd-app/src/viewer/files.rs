@@ -90,7 +90,8 @@ impl Viewer {
 
     /// Saves the scene with the values of solver, material and world, and returns the file.
     fn save_scene(&self) -> Result<PathBuf, String> {
-        let loaded = self.session.loaded();
+        let (loaded, runner) = (self.session.loaded(), self.session.runner());
+        let made = self.session.material().made();
         let refused = |why: &str| format!("the scene cannot be saved: {why}; save the run instead");
         let builtin = msd_scene::BUILTINS.iter().find(|builtin| builtin.name == loaded.name);
         let toml = |file: &&PathBuf| file.extension() == Some(OsStr::new("toml"));
@@ -106,12 +107,11 @@ impl Viewer {
         let named = loaded.files.first().filter(|_| self.current().is_none());
         let written = msd_scene::open(named.map_or(Path::new(&loaded.name), PathBuf::as_path));
         let written = written.map_err(|error| refused(&error.to_string()))?;
-        let text =
-            with_values(&text, &written, self.session.runner()).map_err(|why| refused(&why))?;
+        let text = with_values(&text, &written, (runner, made)).map_err(|why| refused(&why))?;
         let path = free(&folder, &loaded.name, "toml");
         write_file(&path, text.as_bytes()).map_err(|error| error.to_string())?;
         let read = msd_scene::open(&path);
-        if read.is_ok_and(|read| says(&read, self.session.runner())) {
+        if read.is_ok_and(|read| says(&read, runner, made)) {
             return Ok(path);
         }
         // A file that says something else would be a lie.

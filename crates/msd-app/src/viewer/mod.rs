@@ -73,6 +73,8 @@ pub struct Viewer {
     pub hint: bool,
     /// Whether the scene fills the window, without panels.
     pub bare: bool,
+    /// Whether the panel of numbers is longer than the window.
+    pub(crate) is_folded: bool,
     /// Whether the user asked to close the window.
     pub quit: bool,
     /// Where recordings go: the folder that the program was started in.
@@ -152,6 +154,7 @@ impl Viewer {
             help: false,
             hint: true,
             bare: false,
+            is_folded: false,
             quit: false,
             folder: PathBuf::new(),
             rect: Rect::ZERO,

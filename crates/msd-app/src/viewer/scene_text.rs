@@ -4,6 +4,7 @@ use crate::session::Solver;
 use msd_core::{Friction, Integrator, Model, Real, Vector};
 use msd_run::{Runner, on};
 use msd_scene::Loaded;
+use msd_scene::materials::Made;
 use msd_study::tune::put;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 
@@ -24,6 +25,13 @@ const BODY_KEYS: [&str; 3] = ["mass", "stiffness", "damping"];
 impl Values {
     fn of(runner: &Runner) -> Self {
         on!(runner, simulation => Values::read(simulation.model()))
+    }
+
+    /// Without those of bodies that are made of a material.
+    fn but_of(mut self, made: &[Option<Made>]) -> Self {
+        let made = self.bodies.iter_mut().zip(made).filter(|(_, made)| made.is_some());
+        made.for_each(|(values, _)| *values = [None; 3]);
+        self
     }
 
     fn read<R: Real>(model: &Model<R>) -> Self {
@@ -56,7 +64,11 @@ fn uniform(mut values: impl Iterator<Item = f64>) -> Option<f64> {
 ///
 /// # Errors
 /// Text that is no TOML; a value that no key of the text stands for.
-pub(super) fn with_values(text: &str, loaded: &Loaded, runner: &Runner) -> Result<String, String> {
+pub(super) fn with_values(
+    text: &str,
+    loaded: &Loaded,
+    (runner, made): (&Runner, &[Option<Made>]),
+) -> Result<String, String> {
     let mut file: DocumentMut = text.parse().map_err(|error| format!("{error}"))?;
     write_solver(table(&mut file, "solver")?, loaded, runner);
     let author = Runner::open(loaded).map_err(|error| error.to_string())?;
@@ -83,6 +95,14 @@ pub(super) fn with_values(text: &str, loaded: &Loaded, runner: &Runner) -> Resul
     }
     let mut bodies = rows(file.get_mut("bodies"));
     for (row, (was, now)) in was.bodies.iter().zip(&now.bodies).enumerate() {
+        let of_material = loaded.made.get(row).copied().flatten();
+        if let (Some(was), Some(now)) = (of_material, made.get(row).copied().flatten()) {
+            if was != now {
+                let body = bodies.get_mut(row).ok_or("its bodies are not written one by one")?;
+                write_material(&mut **body, [was, now]);
+            }
+            continue;
+        }
         for (key, (was, now)) in BODY_KEYS.into_iter().zip(was.iter().zip(now)) {
             if was != now {
                 let now = now.ok_or("a body has springs or particles that differ")?;
@@ -94,10 +114,44 @@ pub(super) fn with_values(text: &str, loaded: &Loaded, runner: &Runner) -> Resul
     Ok(file.to_string())
 }
 
-/// Whether a scene, as it was read from the new text, has the values of a run.
-pub(super) fn says(written: &Loaded, runner: &Runner) -> bool {
+/// Writes what a body is made of now, where that differs.
+fn write_material(body: &mut dyn TableLike, [was, now]: [Made; 2]) {
+    if let Some(name) = now.material {
+        // Its numbers are those of the name.
+        for key in ["young", "density", "relaxation_time", "damping_ratio"] {
+            body.remove(key);
+        }
+        put(body, "material", name.into());
+    }
+    let is_named = now.material.is_some() && was.material != now.material;
+    let own = |value: Option<f64>| value.filter(|_| !is_named);
+    let density = if now.young.is_some() { "density" } else { "area_density" };
+    for (key, was, now) in [
+        ("young", was.young, own(now.young)),
+        (density, Some(was.density), own(Some(now.density))),
+        ("relaxation_time", Some(was.relaxation_time), own(Some(now.relaxation_time))),
+        ("thickness", was.thickness, now.thickness),
+    ] {
+        if let Some(now) = now.filter(|now| was != Some(*now)) {
+            match key {
+                "density" => _ = body.remove("area_density"),
+                "area_density" => _ = body.remove("density"),
+                "relaxation_time" => _ = body.remove("damping_ratio"),
+                _ => {}
+            }
+            put(body, key, shortest(now).into());
+        }
+    }
+}
+
+/// Whether a scene, as it was read from the new text, has the values of a run, whose bodies are
+/// made of `made` now.
+pub(super) fn says(written: &Loaded, runner: &Runner, made: &[Option<Made>]) -> bool {
     let is_same = |read: &Runner| {
-        Values::of(read) == Values::of(runner) && has_rows_of(&rows_of(read), &rows_of(runner))
+        // What was multiplied is as near as single precision comes.
+        let within = if made.iter().any(Option::is_some) { 1e-5 } else { 0.0 };
+        Values::of(read).but_of(made) == Values::of(runner).but_of(made)
+            && has_rows_of(&rows_of(read), &rows_of(runner), within)
     };
     Solver::written(written) == Solver::of(runner)
         && Runner::open(written).is_ok_and(|read| is_same(&read))
@@ -120,10 +174,16 @@ fn rows_of(runner: &Runner) -> (Vec<f64>, Vec<Option<[f64; 2]>>) {
 fn has_rows_of(
     read: &(Vec<f64>, Vec<Option<[f64; 2]>>),
     run: &(Vec<f64>, Vec<Option<[f64; 2]>>),
+    within: f64,
 ) -> bool {
-    let is_same =
-        |(read, run): (&Option<[f64; 2]>, &Option<[f64; 2]>)| run.is_none() || read == run;
-    read.0 == run.0 && read.1.len() == run.1.len() && read.1.iter().zip(&run.1).all(is_same)
+    let is_near = |(read, run): (&f64, &f64)| (read - run).abs() <= within * run.abs();
+    let is_same = |(read, run): (&Option<[f64; 2]>, &Option<[f64; 2]>)| match (read, run) {
+        (_, None) => true,
+        (None, Some(_)) => false,
+        (Some(read), Some(run)) => read.iter().zip(run).all(is_near),
+    };
+    let is_long = read.0.len() == run.0.len() && read.1.len() == run.1.len();
+    is_long && read.0.iter().zip(&run.0).all(is_near) && read.1.iter().zip(&run.1).all(is_same)
 }
 
 /// The shortest number that is the same in single precision, where it came from there.

@@ -8,6 +8,7 @@ fn a_box_the_wind_and_a_dropped_file_act_on_the_simulation() {
     let Some(desk) = desk("1400x900x24") else { return };
     what_a_box_holds_is_grabbed_together(&desk);
     wind_drives_the_body_along(&desk);
+    it_turns_and_comes_in_gusts(&desk);
     a_dropped_file_is_opened(&desk);
 }
 
@@ -47,6 +48,27 @@ fn wind_drives_the_body_along(desk: &Desk) {
     // The camera follows the middle of everything; the wind blows along x.
     let along = |now: &serde_json::Value| now["camera"]["target"][0].as_f64().unwrap_or(0.0);
     desk.wait("the body goes along", |now| along(&blown) + 0.5 < along(now));
+}
+
+fn it_turns_and_comes_in_gusts(desk: &Desk) {
+    let force = |now: &serde_json::Value| numbers::<3>(&now["force"]);
+    let steady = desk.last();
+    let [east, _, south] = force(&steady);
+    assert!(1.0 < east && south == 0.0, "{steady}");
+    // The rail is 96 points long: a quarter turn is three quarters of it, from -180° to 180°.
+    let [left, top, _, height]: [f64; 4] = numbers(&steady["landmarks"]["heading"]);
+    let y = top + 0.5 * height;
+    desk.drag(1, [left + 48.0, y], [left + 72.0, y]);
+    let turned = desk.wait("the wind turns", |now| force(now)[2] < -0.9 * east);
+    assert!(force(&turned)[0].abs() < 0.3 * east, "{turned}");
+    let along = |now: &serde_json::Value| now["camera"]["target"][2].as_f64().unwrap_or(0.0);
+    desk.wait("the body goes along", |now| along(now) + 0.5 < along(&turned));
+    let [left, top, _, height]: [f64; 4] = numbers(&turned["landmarks"]["gusts"]);
+    let y = top + 0.5 * height;
+    desk.drag(1, [left + 4.0, y], [left + 90.0, y]);
+    let strength = |now: &serde_json::Value| -force(now)[2];
+    desk.wait("it abates", |now| strength(now) < 0.7 * strength(&turned));
+    desk.wait("it comes back", |now| 1.2 * strength(&turned) < strength(now));
 }
 
 fn a_dropped_file_is_opened(desk: &Desk) {

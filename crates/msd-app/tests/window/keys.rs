@@ -1,9 +1,11 @@
 //! Keys on the scene and on the window: pins, steps, undo, the camera, the focus, files.
 
-use super::desk::{Desk, desk_with, distance, numbers};
+use super::desk::{Desk, desk_with, distance, if_there, numbers};
 use super::x11::clipboard;
 use serde_json::Value;
-use std::process::Command;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
 
 fn steps(now: &Value) -> u64 {
     now["steps"].as_u64().unwrap_or(0)
@@ -131,6 +133,54 @@ fn f11_asks_for_the_full_screen(desk: &Desk) {
     for full in [true, false] {
         desk.xdotool("key F11");
         desk.wait("F11 asks for the screen, or gives it back", |now| now["full_screen"] == full);
+    }
+}
+
+#[test]
+fn a_window_manager_gives_the_whole_screen_and_takes_it_back() {
+    let Some(desk) = desk_with("1500x950x24", "chain", &[]) else { return };
+    let Some(_manager) = if_there(Manager::on(&desk)) else { return };
+    // What is drawn, between the edges of the panels.
+    let width = |now: &Value| {
+        let [left, _, width, _]: [f64; 4] = numbers(&now["view"]);
+        left + width + 292.0
+    };
+    let framed = desk.wait("it has a frame", |now| width(now) < 1500.0);
+    desk.xdotool("key F11");
+    let full = desk.wait("it has the screen", |now| width(now) == 1500.0);
+    assert_eq!(full["full_screen"], true, "{full}");
+    desk.xdotool("key F11");
+    desk.wait("it has its frame again", |now| width(now) == width(&framed));
+}
+
+/// A window manager, until it is dropped.
+struct Manager(Child);
+
+impl Manager {
+    fn on(desk: &Desk) -> Result<Self, String> {
+        let mut command = Command::new("blackbox");
+        command.env("DISPLAY", &desk.display).env("HOME", desk.folder.path());
+        let spawned = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
+        let manager = spawned.map_err(|error| format!("blackbox does not start: {error}"))?;
+        // Refused until it is there and has put the window into its frame.
+        let activate = "search --onlyvisible --name ^msd: windowactivate --sync";
+        for _ in 0..60 {
+            let mut command = Command::new("xdotool");
+            command.args(activate.split(' ')).env("DISPLAY", &desk.display);
+            if command.stderr(Stdio::null()).status().is_ok_and(|status| status.success()) {
+                desk.settle();
+                return Ok(Manager(manager));
+            }
+            sleep(Duration::from_millis(500));
+        }
+        panic!("the window is never active")
+    }
+}
+
+impl Drop for Manager {
+    fn drop(&mut self) {
+        self.0.kill().ok();
+        self.0.wait().ok();
     }
 }
 

@@ -22,6 +22,7 @@ fn one_looks_back_compares_chooses_and_opens_by_the_mouse() {
     the_slider_walks_along_the_front(&desk);
     a_wish_is_searched_for_unless_esc_takes_it_back(&desk);
     the_gallery_draws_the_scenes_and_opens_one(&desk);
+    a_path_that_is_typed_is_opened_or_refused_in_words(&desk);
 }
 
 fn the_timeline_spans_the_window_and_the_run_goes_on_from_any_point(desk: &Desk) {
@@ -95,4 +96,26 @@ fn the_gallery_draws_the_scenes_and_opens_one(desk: &Desk) {
     desk.click("second picture");
     let opened = desk.wait("it is opened", |now| now["scene"] == scenes[1].name);
     assert_eq!(opened["gallery"], Value::Null, "{opened}");
+}
+
+fn a_path_that_is_typed_is_opened_or_refused_in_words(desk: &Desk) {
+    let text = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [4]\n";
+    std::fs::create_dir(desk.folder.path().join("mine")).expect("a folder");
+    std::fs::write(desk.folder.path().join("mine/rope.toml"), text).expect("a file");
+    let before = desk.last();
+    for (path, is_there) in [("mine/none.toml", false), ("mine/rope.toml", true)] {
+        desk.xdotool("key o");
+        desk.click("file");
+        desk.wait("the field has the keyboard", |now| now["focus"] == true);
+        desk.xdotool(&format!("type --delay 60 {path}"));
+        desk.xdotool("key Return");
+        let after = desk.wait("the gallery is closed", |now| now["gallery"].is_null());
+        if is_there {
+            desk.wait("the file is opened", |now| now["scene"] == "rope");
+        } else {
+            let words = |now: &Value| now["note"].as_str().unwrap_or_default().to_owned();
+            desk.wait("it is refused in words", |now| words(now).contains("none.toml: cannot"));
+            assert_eq!(after["scene"], before["scene"], "{after}");
+        }
+    }
 }

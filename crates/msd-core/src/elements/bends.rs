@@ -201,6 +201,18 @@ impl<R: Real> Bends<R> {
         }
     }
 
+    /// Changes stiffness and damping of the bends of some particles.
+    pub(crate) fn change(
+        &mut self,
+        is_of: impl Fn(u32) -> bool,
+        change: impl Fn([R; 2]) -> [R; 2],
+    ) {
+        for row in self.rows.iter_mut().filter(|row| is_of(row.particles[0])) {
+            [row.stiffness, row.damping] = change([row.stiffness, row.damping]);
+        }
+        self.bundle();
+    }
+
     /// The same bends in another precision, each number rounded once.
     pub(crate) fn convert<S: Real>(&self, slots: &Slots) -> Bends<S> {
         let rows: Vec<Bend> = self.rows().collect();

@@ -9,12 +9,16 @@ pub(crate) mod contact;
 mod plane;
 pub(crate) mod resolve;
 pub(crate) mod rest;
+mod solid;
 
 pub(crate) use contact::Evaluated;
 pub use contact::{ContactLaw, Contacts};
 pub use plane::PlaneColumn;
+use solid::Ball;
+pub use solid::Placed;
 
 use crate::number::{Real, Vector};
+use crate::scene::Solid;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt::Debug;
@@ -75,10 +79,11 @@ impl OwnObstacle {
     }
 }
 
-/// The obstacles of a model: its planes, then the user-defined ones.
+/// The obstacles of a model: its planes, its solids, then the user-defined ones.
 #[derive(Clone, Debug)]
 pub struct Obstacles<R: Real> {
     pub(crate) planes: Vec<PlaneColumn<R>>,
+    pub(crate) solids: Vec<Solid>,
     /// Each with the handle it was given.
     pub(crate) own: Vec<(usize, OwnObstacle)>,
 }
@@ -86,7 +91,7 @@ pub struct Obstacles<R: Real> {
 impl<R: Real> Obstacles<R> {
     /// The number of obstacles.
     pub fn count(&self) -> usize {
-        self.planes.len() + self.own.len()
+        self.planes.len() + self.solids.len() + self.own.len()
     }
 
     /// Whether there is none.
@@ -97,8 +102,18 @@ impl<R: Real> Obstacles<R> {
     /// Whether one of them gives speed back.
     pub(crate) fn bounce(&self) -> bool {
         let planes = self.planes.iter().map(|plane| plane.law);
-        let laws = planes.chain(self.own.iter().map(|(_, own)| own.of::<R>().law()));
-        laws.into_iter().any(|law| law.restitution != R::ZERO)
+        planes.chain(self.curved().map(Obstacle::law)).any(|law| law.restitution != R::ZERO)
+    }
+
+    /// The obstacles that are not planes.
+    pub(crate) fn curved(&self) -> impl Iterator<Item = &dyn Obstacle<R>> {
+        let solids = self.solids.iter().map(|solid| solid as &dyn Obstacle<R>);
+        solids.chain(self.own.iter().map(|(_, own)| own.of::<R>()))
+    }
+
+    /// Whether there are planes alone.
+    pub(crate) fn is_flat(&self) -> bool {
+        self.solids.is_empty() && self.own.is_empty()
     }
 
     /// An obstacle by its place among all.
@@ -107,9 +122,14 @@ impl<R: Real> Obstacles<R> {
     /// If there is no such obstacle.
     #[inline]
     pub fn get(&self, index: usize) -> &dyn Obstacle<R> {
-        match self.planes.get(index) {
-            Some(plane) => plane,
-            None => self.own[index - self.planes.len()].1.of::<R>(),
+        let Obstacles { planes, solids, own } = self;
+        if let Some(plane) = planes.get(index) {
+            return plane;
+        }
+        let index = index - planes.len();
+        match solids.get(index) {
+            Some(solid) => solid,
+            None => own[index - solids.len()].1.of::<R>(),
         }
     }
 }

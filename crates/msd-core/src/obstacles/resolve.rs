@@ -2,10 +2,11 @@
 //! time.
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
-use super::{Obstacle, Obstacles, PlaneColumn};
+use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn};
 use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD, single};
 use crate::number::{Real, Vector, at_level};
+use crate::scene::Solid;
 use core::ops::{Add, Range};
 use fearless_simd::Level;
 
@@ -134,7 +135,8 @@ fn meet_record<R: Real>(
 /// Records that are compared with a plane before anything is decided.
 pub(super) const AT_ONCE: usize = 4;
 
-/// Whether a particle of these records is inside a plane, or there are other obstacles.
+/// Whether a particle of these records is inside a plane or near a solid, or there are other
+/// obstacles.
 #[inline(always)]
 fn are_near<R: Real>(
     obstacles: &Obstacles<R>,
@@ -150,7 +152,11 @@ fn are_near<R: Real>(
             }
         }
     }
-    any.iter().fold(0, |all, any| all | any) != 0
+    let is_near = |solid: &Solid| {
+        let ball = Ball::<R>::new(solid, bodies.substep.time);
+        records.clone().any(|record| ball.is_any_in(record_of(bodies, record)))
+    };
+    any.iter().fold(0, |all, any| all | any) != 0 || obstacles.solids.iter().any(is_near)
 }
 
 #[inline(always)]
@@ -165,7 +171,7 @@ const MANY: u32 = 8;
 /// obstacles.
 #[inline(always)]
 fn inside<R: Real>(obstacles: &Obstacles<R>, bodies: &Bodies<'_, R>, record: usize) -> u32 {
-    if !obstacles.own.is_empty() {
+    if !obstacles.is_flat() {
         return (1 << LANES) - 1;
     }
     let x = record_of(bodies, record);
@@ -287,6 +293,9 @@ impl<R: Real> Batch<R> {
         }
         for plane in &obstacles.planes {
             self.meet_plane(plane, &span, tally);
+        }
+        for solid in &obstacles.solids {
+            self.meet_own(&Placed::new(solid, time), (&span, time), &mut tally.contacts);
         }
         for (_, own) in &obstacles.own {
             self.meet_own(own.of::<R>(), (&span, time), &mut tally.contacts);

@@ -11,10 +11,11 @@
 
 use super::contact::{ContactLaw, Contacts, dot, rounding};
 use super::resolve::{AT_ONCE, lane_of};
-use super::{Obstacle, Obstacles, PlaneColumn};
+use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn};
 use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD, set_vector, vector};
 use crate::number::{Real, Vector, at_level};
+use crate::scene::Solid;
 use core::ops::Add;
 use fearless_simd::Level;
 
@@ -84,7 +85,7 @@ pub(crate) fn is_any_on<R: Real>(
             let masses = inverse_masses.chunks(AT_ONCE * RECORD);
             rows.chunks(AT_ONCE).zip(masses).any(|(some, masses)| {
                 are_on_planes(obstacles, some) && is_one_on_plane(obstacles, some, masses)
-            }) || is_one_on_own(obstacles, rows, inverse_masses, time)
+            }) || is_one_on_curved(obstacles, rows, inverse_masses, time)
         })
     };
     merge_shares((positions, inverse_masses), &is_any, &|low, high| low | high)
@@ -123,15 +124,22 @@ fn is_one_on_plane<R: Real>(
     moving(records, inverse_masses).any(|x| obstacles.planes.iter().any(|plane| is_on(plane, x)))
 }
 
-fn is_one_on_own<R: Real>(
+fn is_one_on_curved<R: Real>(
     obstacles: &Obstacles<R>,
     records: &[[R; RECORD]],
     inverse_masses: &[R],
     time: f64,
 ) -> bool {
-    obstacles.own.iter().any(|(_, own)| {
-        moving(records, inverse_masses).any(|x| on_own(own.of::<R>(), x, time).is_some())
-    })
+    let is_one = |obstacle: &dyn Obstacle<R>, records: &[[R; RECORD]], inverse_masses: &[R]| {
+        moving(records, inverse_masses).any(|x| on_curved(obstacle, x, time).is_some())
+    };
+    let is_one_on_solid = |solid: &Solid| {
+        let (placed, ball) = (Placed::new(solid, time), Ball::<R>::new(solid, time));
+        let mut rows = records.chunks(1).zip(inverse_masses.chunks(RECORD));
+        rows.any(|(row, masses)| ball.is_any_in(&row[0]) && is_one(&placed, row, masses))
+    };
+    obstacles.solids.iter().any(is_one_on_solid)
+        || obstacles.own.iter().any(|(_, own)| is_one(own.of::<R>(), records, inverse_masses))
 }
 
 /// Whether the gap counts as zero: it is below its rounding.
@@ -142,14 +150,14 @@ fn is_on<R: Real>(plane: &PlaneColumn<R>, x: [R; 3]) -> bool {
 }
 
 /// The normal of an obstacle at a point on it.
-fn on_own<R: Real>(own: &dyn Obstacle<R>, x: [R; 3], time: f64) -> Option<[R; 3]> {
+fn on_curved<R: Real>(obstacle: &dyn Obstacle<R>, x: [R; 3], time: f64) -> Option<[R; 3]> {
     let position = R::Vec3::from_components(x);
-    let gap = own.gap(position, time).abs();
+    let gap = obstacle.gap(position, time).abs();
     // No normal has components beyond one.
     if R::of(8.0) * R::EPSILON * (x[0].abs() + x[1].abs() + x[2].abs()) < gap {
         return None;
     }
-    let normal = own.normal(position, time).components();
+    let normal = obstacle.normal(position, time).components();
     (gap <= rounding(normal, x)).then_some(normal)
 }
 
@@ -185,7 +193,16 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
             }
         }
         for (_, own) in &obstacles.own {
-            settle_on_own(own.of::<R>(), &mut kicked, (record, x), &mut contacts);
+            settle_on_curved(own.of::<R>(), &mut kicked, (record, x), &mut contacts);
+        }
+    }
+    for solid in &obstacles.solids {
+        let time = kicked.kick.time;
+        let (placed, ball) = (Placed::new(solid, time), Ball::<R>::new(solid, time));
+        for (record, x) in kicked.positions.as_chunks::<RECORD>().0.iter().enumerate() {
+            if ball.is_any_in(x) {
+                settle_on_curved(&placed, &mut kicked, (record, x), &mut contacts);
+            }
         }
     }
     contacts
@@ -295,21 +312,21 @@ fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3]) -> ([R; 3], R) {
     (along.map(|number| number * kept), per_slip)
 }
 
-fn settle_on_own<R: Real>(
-    own: &dyn Obstacle<R>,
+fn settle_on_curved<R: Real>(
+    obstacle: &dyn Obstacle<R>,
     kicked: &mut Kicked<'_, R>,
     (record, x): (usize, &[R; RECORD]),
     contacts: &mut Contacts,
 ) {
     let (at, kick) = (record * RECORD, kicked.kick);
-    let law = kick.law(own.law());
+    let law = kick.law(obstacle.law());
     for lane in 0..LANES {
         if kicked.inverse_masses[at + lane] == R::ZERO {
             continue;
         }
-        let Some(normal) = on_own(own, lane_of(x, lane), kick.time) else { continue };
+        let Some(normal) = on_curved(obstacle, lane_of(x, lane), kick.time) else { continue };
         let place = R::Vec3::from_components(lane_of(x, lane));
-        let surface = own.velocity(place, kick.time).components();
+        let surface = obstacle.velocity(place, kick.time).components();
         let of = |column: &[R]| vector::<R>(column, at + lane).components();
         let (v, a) = (of(kicked.velocities), of(kicked.accelerations));
         let seen = core::array::from_fn(|axis| v[axis] - surface[axis]);

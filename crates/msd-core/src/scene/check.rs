@@ -2,8 +2,8 @@
 
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::scene::{Bend, Body, Friction, Particle, Plane, Scene, Spring, Volume};
-use glam::DVec3;
+use crate::scene::{Bend, Body, Friction, Particle, Plane, Scene, Shape, Solid, Spring, Volume};
+use glam::{DMat3, DVec3};
 
 /// The most particles a system may have.
 pub const MAX_PARTICLES: usize = 1 << 24;
@@ -68,6 +68,9 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     }
     for (row, plane) in scene.planes.iter().enumerate() {
         check_plane::<R>(row, plane)?;
+    }
+    for (row, solid) in scene.solids.iter().enumerate() {
+        check_solid::<R>(row, solid)?;
     }
     for (row, pin) in scene.pins.iter().enumerate() {
         check_index(("pin", row), "particle", pin.particle, count)?;
@@ -188,6 +191,38 @@ pub(crate) fn check_plane<R: Real>(row: usize, plane: &Plane) -> Result<(), Erro
     check(is_finite::<R>(plane.offset), "offset", at, plane.offset, "finite")?;
     check_fraction("restitution", at, plane.restitution)?;
     check_friction(at, plane.friction)
+}
+
+fn check_solid<R: Real>(row: usize, solid: &Solid) -> Result<(), Error> {
+    let at = ("solid", row);
+    let positive = |quantity, value: f64| {
+        let fits = 0.0 < value && value <= 1e12;
+        check(fits, quantity, at, value, "positive and at most 1e12")
+    };
+    match solid.shape {
+        Shape::Sphere { radius } => positive("radius", radius)?,
+        Shape::Capsule { radius, length } | Shape::Cylinder { radius, length } => {
+            positive("radius", radius)?;
+            positive("length", length)?;
+        }
+        Shape::Box { size } => {
+            size.to_array().into_iter().try_for_each(|side| positive("size", side))?;
+        }
+        Shape::Torus { radius, tube } => {
+            positive("radius", radius)?;
+            let fits = 0.0 < tube && tube < radius;
+            check(fits, "tube", at, tube, "positive and smaller than the radius")?;
+        }
+    }
+    let vectors =
+        [("position", solid.position), ("velocity", solid.velocity), ("spin", solid.spin)];
+    vectors.into_iter().try_for_each(|(quantity, value)| check_vector::<R>(quantity, at, value))?;
+    let off = (solid.axes.transpose() * solid.axes - DMat3::IDENTITY).to_cols_array();
+    // A sum, as a NaN is no rotation either.
+    let off = off.into_iter().map(f64::abs).sum::<f64>();
+    check(off <= 1e-9, "departure of the axes from a rotation", at, off, "0")?;
+    check_fraction("restitution", at, solid.restitution)?;
+    check_friction(at, solid.friction)
 }
 
 pub(crate) fn check_friction(at: (&'static str, usize), friction: Friction) -> Result<(), Error> {

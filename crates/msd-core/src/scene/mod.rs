@@ -8,11 +8,13 @@ pub mod lattice;
 pub mod part;
 pub mod substance;
 pub mod shape;
+pub mod solid;
 mod origin;
 
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use lattice::{Lattice, Neighbours};
 pub use part::{Material, Part};
+pub use solid::{Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
 
@@ -188,6 +190,8 @@ pub struct Scene {
     pub volumes: Vec<Volume>,
     /// The planes.
     pub planes: Vec<Plane>,
+    /// The solids.
+    pub solids: Vec<Solid>,
     /// The pins.
     pub pins: Vec<Pin>,
     /// Named parts; a particle need not belong to one.

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use glam::DVec3;
 
 impl Scene {
-    /// The same scene elsewhere: particles and planes moved by `by`, metres.
+    /// The same scene elsewhere: particles and obstacles moved by `by`, metres.
     ///
     /// The world reaches as far from the new origin as from the old, and gravitational energy is
     /// zero at the new one.
@@ -26,6 +26,7 @@ impl Scene {
                 plane.offset += scaled.dot(by) / Real::sqrt(scaled.dot(scaled));
             }
         }
+        scene.solids.iter_mut().for_each(|solid| solid.position += by);
         scene
     }
 

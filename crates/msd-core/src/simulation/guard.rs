@@ -48,7 +48,7 @@ impl<R: Real> Simulation<R> {
             return f64::INFINITY;
         }
         let substeps = self.settings.substeps;
-        estimator.limit((&self.model, at), self.time(), self.region(), substeps)
+        estimator.limit((&self.model, at), self.time(), (self.region(), substeps))
     }
 }
 

@@ -1,6 +1,7 @@
 //! Interactions: user input between two steps, as values that are queued, checked, applied and
 //! recorded.
 
+use super::material::{self, MaterialNumber};
 use crate::elements::grabs::Grab;
 use crate::energy::{self, centre_of_mass};
 use crate::error::Error;
@@ -164,6 +165,23 @@ pub enum Interaction {
         /// The plane.
         plane: Plane,
     },
+    /// Multiplies a number of what bodies are made of: of their springs, bends, volumes and masses
+    /// alike.
+    ScaleMaterial {
+        /// Which bodies: all, or one.
+        bodies: Select,
+        /// Which number.
+        number: MaterialNumber,
+        /// The factor, positive.
+        factor: f64,
+    },
+    /// Damps springs, bends and volumes of bodies by their stiffness (Kelvin and Voigt).
+    SetRelaxationTime {
+        /// Which bodies: all, or one.
+        bodies: Select,
+        /// Damping over stiffness, seconds.
+        value: f64,
+    },
 }
 
 /// The parts of a simulation that an interaction changes.
@@ -207,7 +225,10 @@ impl Interaction {
             ScaleRestLength { .. } | Freeze { .. } => {
                 Effects { springs: true, energy: true, ..none }
             }
-            SetDamping { .. } => Effects { springs: true, ..none },
+            SetDamping { .. } | SetRelaxationTime { .. } => Effects { springs: true, ..none },
+            ScaleMaterial { .. } => {
+                Effects { springs: true, masses: true, energy: true, grabs: true, ..none }
+            }
             // A grab is weakened so that a lighter particle can follow it.
             SetMass { .. } => Effects { masses: true, energy: true, grabs: true, ..none },
             Pin { .. } => Effects { masses: true, state: true, ..none },
@@ -250,23 +271,13 @@ pub(crate) fn check_interaction<R: Real>(
             check::check_vector::<R>("force", at, force)
         }
         Cut { spring } => check_index(at, "spring", spring, model.ends().len()),
-        Freeze { springs } => among(springs),
-        SetStiffness { springs, value } => {
+        Freeze { springs }
+        | SetStiffness { springs, .. }
+        | SetDamping { springs, .. }
+        | SetRestLength { springs, .. }
+        | ScaleRestLength { springs, .. } => {
             among(springs)?;
-            check::check_not_negative::<R>("stiffness", at, value)
-        }
-        SetDamping { springs, value } => {
-            among(springs)?;
-            check::check_not_negative::<R>("damping", at, value)
-        }
-        SetRestLength { springs, value } => {
-            among(springs)?;
-            check::check_not_negative::<R>("rest length", at, value)
-        }
-        ScaleRestLength { springs, factor } => {
-            among(springs)?;
-            let usable = 0.0 < factor && check::is_finite::<R>(factor);
-            check(usable, "factor", at, factor, "positive and finite")
+            check_number::<R>(interaction)
         }
         SetMass { particles, value } => {
             masses(particles)?;
@@ -286,6 +297,42 @@ pub(crate) fn check_interaction<R: Real>(
         SetDrag { value } => check::check_not_negative::<R>("drag", at, value),
         RemovePlanes => Ok(()),
         AddPlane { plane } => check::check_plane::<R>(model.planes().len(), &plane),
+        ScaleMaterial { bodies, .. } | SetRelaxationTime { bodies, .. } => {
+            check_bodies(model, bodies)?;
+            check_number::<R>(interaction)
+        }
+    }
+}
+
+/// Checks the number that springs or bodies are to have, or to be multiplied by.
+fn check_number<R: Real>(interaction: &Interaction) -> Result<(), Error> {
+    use Interaction::*;
+    let at = ("interaction", 0);
+    match *interaction {
+        SetStiffness { value, .. } => check::check_not_negative::<R>("stiffness", at, value),
+        SetDamping { value, .. } => check::check_not_negative::<R>("damping", at, value),
+        SetRestLength { value, .. } => check::check_not_negative::<R>("rest length", at, value),
+        SetRelaxationTime { value, .. } => {
+            check::check_not_negative::<R>("relaxation time", at, value)
+        }
+        ScaleRestLength { factor, .. } | ScaleMaterial { factor, .. } => {
+            let usable = 0.0 < factor && check::is_finite::<R>(factor);
+            check(usable, "factor", at, factor, "positive and finite")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks that a selection is of bodies.
+fn check_bodies<R: Real>(model: &Model<R>, select: Select) -> Result<(), Error> {
+    let at = ("interaction", 0);
+    match select {
+        Select::One(index) | Select::Range(index, _) => {
+            check(false, "selection", at, index as f64, "all, or a body")
+        }
+        Select::All | Select::Body(_) => {
+            check_select(model, select, ("particle", model.particle_count()))
+        }
     }
 }
 
@@ -333,30 +380,13 @@ pub(crate) fn apply<R: Real>(
             set_mass(model, particles_of(model, particles), value);
             cap_grabs(model, h);
         }
-        SetStiffness { springs, value } => {
+        SetStiffness { springs, .. }
+        | SetDamping { springs, .. }
+        | SetRestLength { springs, .. }
+        | ScaleRestLength { springs, .. }
+        | Freeze { springs } => {
             let range = springs_of(model, springs);
-            model.springs.set_stiffness(range, R::of(value));
-        }
-        SetDamping { springs, value } => {
-            let range = springs_of(model, springs);
-            model.springs.set_damping(range, R::of(value));
-        }
-        SetRestLength { springs, value } => {
-            let range = springs_of(model, springs);
-            model.springs.rest_lengths_mut(range).fill(R::of(value));
-        }
-        ScaleRestLength { springs, factor } => {
-            let range = springs_of(model, springs);
-            let longest = model.extent;
-            for rest in model.springs.rest_lengths_mut(range) {
-                *rest = (*rest * R::of(factor)).min(longest);
-            }
-        }
-        Freeze { springs } => {
-            for spring in springs_of(model, springs) {
-                let length = R::of(energy::length(model, state, spring));
-                model.springs.rest_lengths_mut(spring..spring + 1).fill(length);
-            }
+            set_springs(model, state, range, interaction);
         }
         Impulse { particles, impulse } => {
             push_all(model, state, particles_of(model, particles), impulse)
@@ -375,6 +405,43 @@ pub(crate) fn apply<R: Real>(
         SetDrag { value } => model.fields.drag = R::of(value),
         RemovePlanes => model.obstacles.planes.clear(),
         AddPlane { plane } => model.obstacles.planes.push(PlaneColumn::new(&plane)),
+        ScaleMaterial { bodies, number, factor } => {
+            let rows = (particles_of(model, bodies), springs_of(model, bodies));
+            material::scale(model, rows, (number, factor));
+            cap_grabs(model, h);
+        }
+        SetRelaxationTime { bodies, value } => {
+            let rows = (particles_of(model, bodies), springs_of(model, bodies));
+            material::damp(model, rows, value);
+        }
+    }
+}
+
+/// Sets stiffness, damping or rest length of a range of springs.
+fn set_springs<R: Real>(
+    model: &mut Model<R>,
+    state: &Columns<R>,
+    range: Range<usize>,
+    interaction: Interaction,
+) {
+    use Interaction::*;
+    match interaction {
+        SetStiffness { value, .. } => model.springs.set_stiffness(range, R::of(value)),
+        SetDamping { value, .. } => model.springs.set_damping(range, R::of(value)),
+        SetRestLength { value, .. } => model.springs.rest_lengths_mut(range).fill(R::of(value)),
+        ScaleRestLength { factor, .. } => {
+            let longest = model.extent;
+            for rest in model.springs.rest_lengths_mut(range) {
+                *rest = (*rest * R::of(factor)).min(longest);
+            }
+        }
+        Freeze { .. } => {
+            for spring in range {
+                let length = R::of(energy::length(model, state, spring));
+                model.springs.rest_lengths_mut(spring..spring + 1).fill(length);
+            }
+        }
+        _ => {}
     }
 }
 

@@ -1,10 +1,12 @@
 //! The running simulation: one step on a page, its queue, and the guard that keeps it in the world.
 //!
-//! `interaction.rs` holds user input between two steps, `topology.rs` additions and removals,
+//! `interaction.rs` holds user input between two steps, `material.rs` that which makes another
+//! material of a body, `topology.rs` additions and removals,
 //! `progress.rs` the checkpoint from which a run resumes to the bit, `guard.rs` the stop of a run
 //! that diverges, `readings.rs` the measurements, and `witness.rs` the drift detector.
 
 mod guard;
+mod material;
 pub(crate) mod interaction;
 mod progress;
 mod readings;
@@ -12,6 +14,7 @@ mod topology;
 mod witness;
 
 pub use interaction::{Effects, Interaction, Select};
+pub use material::MaterialNumber;
 pub use progress::{Held, Progress};
 pub use witness::Witness;
 

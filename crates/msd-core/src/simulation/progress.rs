@@ -195,6 +195,7 @@ fn rows<R: Real>(simulation: &Simulation<R>) -> Scene {
         bends: model.bends.rows().collect(),
         volumes: model.volumes.rows().collect(),
         planes: model.planes().iter().map(PlaneColumn::row).collect(),
+        solids: model.solids().to_vec(),
         pins: (0..model.particle_count()).filter(pinned).map(pin).collect(),
         bodies: model.bodies.clone(),
     }

@@ -34,8 +34,30 @@ impl<R: Real> Simulation<R> {
     /// Predicts the largest substep that another method would take stably at the present state, in
     /// steps of so many substeps, seconds.
     pub fn stable_substep_of(&self, integrator: Integrator, substeps: u32) -> f64 {
-        let region = Method::<R>::region(&integrator);
-        Estimator::default().limit((&self.model, &self.state), self.time(), region, substeps)
+        let how = (Method::<R>::region(&integrator), substeps);
+        Estimator::default().limit((&self.model, &self.state), self.time(), how)
+    }
+
+    /// Does a piece of that prediction, some two evaluations of the forces long, or some thousands
+    /// of products of small matrices; returns it at its end. Between two pieces the simulation must
+    /// not change, unless the estimator is restarted.
+    pub fn stable_substep_piecewise(
+        &self,
+        integrator: Integrator,
+        substeps: u32,
+        estimator: &mut Estimator,
+    ) -> Option<f64> {
+        R::predict_on(self, (integrator, substeps), estimator)
+    }
+
+    /// [`Simulation::stable_substep_piecewise`], compiled in this crate.
+    pub(crate) fn predict_on(
+        &self,
+        (integrator, substeps): (Integrator, u32),
+        estimator: &mut Estimator,
+    ) -> Option<f64> {
+        let how = (Method::<R>::region(&integrator), substeps);
+        estimator.advance((&self.model, &self.state), self.time(), how)
     }
 
     /// A substep that is stable at every state in which no spring is compressed to nothing,
@@ -136,7 +158,7 @@ impl<R: Real> Simulation<R> {
 
     /// A borrowed view of the present state, for a renderer.
     pub fn snapshot(&self) -> Snapshot<'_, R> {
-        Snapshot::new(&self.model, &self.state)
+        Snapshot::new(&self.model, &self.state, self.time())
     }
 
     /// The energy of the system, by kind.

@@ -9,7 +9,7 @@ use super::spectrum::{Basis, OperatingPoint};
 use crate::number::Real;
 
 /// The region of a method and the substeps of a step.
-type How = (Region, u32);
+pub(crate) type How = (Region, u32);
 
 /// How many motions are taken together: those that symplectic Euler fails by first,
 const FIRST: usize = 6;
@@ -38,6 +38,7 @@ pub(crate) fn single_substep(h: f64) -> [f64; 3] {
 }
 
 /// A few motions of a basis, taken together.
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Few {
     /// The motions as rows, in the basis.
     rows: Matrix,

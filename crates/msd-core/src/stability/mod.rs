@@ -9,7 +9,9 @@
 mod dense;
 mod region;
 mod spectrum;
+mod euler;
 mod few;
+mod pieces;
 mod slowest;
 
 pub use region::{Mode, Region, is_stable};
@@ -17,11 +19,14 @@ pub use region::{Mode, Region, is_stable};
 use crate::elements::{Block, Blocks, Products};
 use crate::number::Real;
 use crate::system::{Columns, Model};
+use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
+use core::ops::ControlFlow;
 pub(crate) use dense::Matrix;
 use few::{Few, single_substep};
 use glam::DVec3;
+use pieces::{Growth, Phase};
 use spectrum::{Basis, OperatingPoint, Rough};
 
 /// Products until the fastest motion of a lattice is known to 0.3 % in w².
@@ -34,10 +39,6 @@ const MOST_BYTES: usize = 256 << 20;
 const MOST_QUOTIENTS: usize = 20;
 /// Slow motions that are sought at most.
 const MOST_SLOWEST: usize = 5;
-/// The search for a limit begins at this share of the expected value.
-const START: f64 = 0.93;
-/// The most times that the motion that grows first is added to those.
-const ROUNDS: usize = 5;
 
 /// Predicts the largest stable substep of any number of states; allocates at the first only, unless
 /// there are user-defined elements.
@@ -47,13 +48,18 @@ const ROUNDS: usize = 5;
 /// adds no stiffness here: obstacles move particles instead of pushing them.
 #[derive(Clone, Debug, Default)]
 pub struct Estimator {
-    basis: Basis,
+    // Their matrices are too large to be moved about on the small stack of a browser.
+    basis: Box<Basis>,
     /// Sums over all elements at each particle.
     sums: Vec<Mode>,
     /// The part of it that is not of springs.
     others: Vec<Mode>,
     /// How much of each particle is in a rough vector.
     weights: Vec<f64>,
+    /// How far a prediction in pieces is, and the motions that it resolves.
+    phase: Phase,
+    few: Box<Few>,
+    euler: euler::Search,
 }
 
 /// The fastest motion about a state, taken for a single oscillator: that is exact where damping
@@ -216,55 +222,6 @@ fn many_substeps(h: f64) -> [f64; 3] {
 }
 
 impl Estimator {
-    /// Predicts the largest stable substep about a state, seconds: 0 where none is stable, infinite
-    /// where every one is; that of Dormand-Prince is where stability rather than its tolerance
-    /// would set its step.
-    ///
-    /// Within 0.5 % of what is observed, tested. The exception is explicit Euler with damping that
-    /// does not go with stiffness: the motion that grows first need not be a fast one, and the true
-    /// limit may be shorter. Strongly damped bends that are straight count as damped in all
-    /// directions, so that the true limit may be longer by a third.
-    pub(crate) fn limit<R: Real>(
-        &mut self,
-        (model, state): (&Model<R>, &Columns<R>),
-        time: f64,
-        region: Region,
-        substeps: u32,
-    ) -> f64 {
-        if region == Region::Everything {
-            return f64::INFINITY;
-        }
-        // A step of few substeps of Verlet favours strongly damped motions: others fail first.
-        let both = region == Region::VelocityVerlet && substeps == 1;
-        let point = OperatingPoint { model, motion: state.motion(&model.slots, time) };
-        let Some((guess, motions)) = self.explore(&point, both) else {
-            return f64::INFINITY;
-        };
-        if guess == 0.0 {
-            return 0.0;
-        }
-        let how = (region, substeps);
-        let mut few = Few::new(motions, &self.basis, None);
-        let mut limit = few.limit(how, START * guess);
-        if both {
-            for _ in 0..3 {
-                few = Few::new(motions, &self.basis, Some(limit));
-                limit = few.limit(how, START * limit);
-            }
-        }
-        for _ in 0..ROUNDS {
-            let before = limit;
-            if few.is_single() || !few.extend(&point, &mut self.basis, (how, limit)) {
-                break;
-            }
-            limit = few.limit(how, START * limit);
-            if (limit - before).abs() <= 5e-5 * limit {
-                break;
-            }
-        }
-        limit
-    }
-
     /// Makes a basis about a state; returns the limit of symplectic Euler and the motions of the
     /// basis, those first that reach it first. `None` where nothing pulls. With `both` the stiffest
     /// motions of all are in the basis too.
@@ -273,30 +230,61 @@ impl Estimator {
         point: &OperatingPoint<'_, R>,
         both: bool,
     ) -> Option<(f64, Matrix)> {
-        let guess = bound(point, &mut self.sums, &mut self.others).scale();
-        if guess == f64::INFINITY {
-            return None;
+        let mut growth = None;
+        loop {
+            match self.grow(point, both, growth) {
+                ControlFlow::Continue(next) => growth = Some(next),
+                ControlFlow::Break(explored) => return explored,
+            }
         }
-        if guess.is_nan() || guess == 0.0 {
-            return Some((0.0, Matrix::zero(0)));
+    }
+
+    /// Does a piece of that: the bounds and the first vector, or another vector, or the motions.
+    fn grow<R: Real>(
+        &mut self,
+        point: &OperatingPoint<'_, R>,
+        both: bool,
+        growth: Option<Growth>,
+    ) -> ControlFlow<Option<(f64, Matrix)>, Growth> {
+        let Some(Growth { guess, left, is_second }) = growth else { return self.begin(point) };
+        if 0 < left {
+            let mixture =
+                if both && is_second { single_substep(guess) } else { many_substeps(guess) };
+            self.basis.grow(point, mixture, 1);
+            return ControlFlow::Continue(Growth { guess, left: left - 1, is_second });
         }
-        let bytes = size_of::<DVec3>() * self.sums.len().max(1);
-        let half = (MOST_BYTES / bytes).clamp(FEWEST_VECTORS, VECTORS) / 2;
-        self.weigh(guess);
-        self.basis.begin(point, &self.weights);
-        self.basis.grow(point, many_substeps(guess), half);
+        let Some((guess, motions)) = self.fastest(guess) else { return ControlFlow::Break(None) };
+        if is_second || guess == 0.0 {
+            return ControlFlow::Break(Some((guess, motions)));
+        }
         // The mixture of stiffness and damping that matters is known better now.
-        let (guess, motions) = self.fastest(guess)?;
-        if guess == 0.0 {
-            return Some((guess, motions));
-        }
         if both {
             self.basis.push_rough(point, &self.weights);
-            self.basis.grow(point, single_substep(guess), half);
-        } else {
-            self.basis.grow(point, many_substeps(guess), half);
         }
-        self.fastest(guess)
+        ControlFlow::Continue(Growth { guess, left: self.half(), is_second: true })
+    }
+
+    /// Begins a basis by a bound.
+    fn begin<R: Real>(
+        &mut self,
+        point: &OperatingPoint<'_, R>,
+    ) -> ControlFlow<Option<(f64, Matrix)>, Growth> {
+        let guess = bound(point, &mut self.sums, &mut self.others).scale();
+        if guess == f64::INFINITY {
+            return ControlFlow::Break(None);
+        }
+        if guess.is_nan() || guess == 0.0 {
+            return ControlFlow::Break(Some((0.0, Matrix::zero(0))));
+        }
+        self.weigh(guess);
+        self.basis.begin(point, &self.weights);
+        ControlFlow::Continue(Growth { guess, left: self.half(), is_second: false })
+    }
+
+    /// Half of the vectors of a basis.
+    fn half(&self) -> usize {
+        let bytes = size_of::<DVec3>() * self.sums.len().max(1);
+        (MOST_BYTES / bytes).clamp(FEWEST_VECTORS, VECTORS) / 2
     }
 
     /// Gives most weight to the particles at which the stiffest springs pull: fast motions are
@@ -338,7 +326,7 @@ impl Estimator {
 
     /// The first of the motions as a single oscillator.
     fn mode(&self, vectors: &Matrix) -> Mode {
-        let Basis { stiffness, damping, .. } = &self.basis;
+        let Basis { stiffness, damping, .. } = &*self.basis;
         let first = &vectors.rows[0][..stiffness.size];
         Mode {
             // Zero for a motion that buckles; a NaN stays.

@@ -18,7 +18,7 @@ use crate::scene::check::{
     check, check_bend, check_mass, check_not_negative, check_scene, check_vector, check_volume,
     is_finite,
 };
-use crate::scene::{Body, Particle, Scene};
+use crate::scene::{Body, Particle, Scene, Solid};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -92,6 +92,7 @@ impl<R: Real> Model<R> {
             own: Vec::new(),
             obstacles: Obstacles {
                 planes: scene.planes.iter().map(PlaneColumn::new).collect(),
+                solids: scene.solids.clone(),
                 own: Vec::new(),
             },
             extent: R::of(scene.world.extent),
@@ -335,6 +336,11 @@ impl<R: Real> Model<R> {
         &self.obstacles.planes
     }
 
+    /// The solids.
+    pub fn solids(&self) -> &[Solid] {
+        &self.obstacles.solids
+    }
+
     /// All obstacles, the planes first.
     pub fn obstacles(&self) -> &Obstacles<R> {
         &self.obstacles
@@ -458,6 +464,7 @@ impl<R: Real> Model<R> {
             own: self.own.clone(),
             obstacles: Obstacles {
                 planes: self.planes().iter().map(plane).collect(),
+                solids: self.solids().to_vec(),
                 own: self.obstacles.own.clone(),
             },
             extent: scalar(self.extent),

@@ -6,7 +6,7 @@ use crate::columns::{self, slots::Slots};
 use crate::elements::grabs::Grab;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
-use crate::scene::Body;
+use crate::scene::{Body, Solid};
 
 /// One instant of a system, borrowed; in the order of the scene.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +26,10 @@ pub struct Snapshot<'a, R: Real> {
     pub rest_lengths: &'a [R],
     /// The planes.
     pub planes: &'a [PlaneColumn<R>],
+    /// The solids; where they are follows from the time.
+    pub solids: &'a [Solid],
+    /// Simulated time, seconds.
+    pub time: f64,
     /// The active grabs.
     pub grabs: &'a [Grab<R>],
     /// Named parts with their surfaces.
@@ -34,7 +38,7 @@ pub struct Snapshot<'a, R: Real> {
 
 impl<'a, R: Real> Snapshot<'a, R> {
     /// Borrows what a renderer needs.
-    pub(crate) fn new(model: &'a Model<R>, state: &'a Columns<R>) -> Self {
+    pub(crate) fn new(model: &'a Model<R>, state: &'a Columns<R>, time: f64) -> Self {
         Snapshot {
             slots: &model.slots,
             columns: &state.positions,
@@ -45,6 +49,8 @@ impl<'a, R: Real> Snapshot<'a, R> {
             ends: model.ends(),
             rest_lengths: model.rest_lengths(),
             planes: model.planes(),
+            solids: model.solids(),
+            time,
             grabs: model.grabs(),
             bodies: model.bodies(),
         }

@@ -1,7 +1,7 @@
 //! The columns of one picture, filled from a snapshot kind by kind.
 
 use crate::picture::geometry::Geometry;
-use crate::picture::{ground, marks, surfaces};
+use crate::picture::{ground, marks, solids, surfaces};
 use crate::viewing::pick::bounds;
 use crate::viewing::view::View;
 use glam::Vec3;
@@ -33,6 +33,7 @@ pub(crate) fn set_geometry<R: Real>(
     }
     if view.style.planes {
         ground::add_planes(geometry, snapshot, view);
+        solids::add_solids(geometry, snapshot, limit);
     }
 }
 

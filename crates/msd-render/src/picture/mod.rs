@@ -4,6 +4,7 @@
 pub mod colour;
 pub(crate) mod geometry;
 mod surfaces;
+mod solids;
 mod marks;
 pub(crate) mod ground;
 pub(crate) mod compose;

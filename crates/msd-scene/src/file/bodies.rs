@@ -3,16 +3,19 @@
 use crate::error::{FileError, plain};
 use crate::file::budget::{Budget, count_lattice};
 use crate::file::domain::Domain;
-use crate::file::schema::{BodyRow, Kind, Spin};
-use crate::file::substance::{caveat, check_fits, damped, substance};
+use crate::file::schema::{BodyRow, Kind};
+use crate::file::substance::{caveat, check_fits, damp, made, substance};
 use crate::file::tree::Source;
-use crate::file::turn::{random_axis, rotation};
+use crate::file::turn::{spin, turn};
+use crate::materials::Made;
 use crate::mesh::{self, Mesh, MeshError, MeshOptions};
 use crate::precision::Precision;
 use crate::shown::tame;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use msd_core::substance::SOLID_POISSON;
-use msd_core::{Bending, Elasticity, Lattice, Material, Neighbours, Part, Particle, Spring, shape};
+use msd_core::{
+    Bending, Elasticity, Lattice, Material, Neighbours, Part, Particle, Spring, Substance, shape,
+};
 
 /// Reads the mesh that a scene names.
 pub(crate) type MeshReader<'r> = dyn Fn(&str) -> Result<Mesh, MeshError> + 'r;
@@ -34,6 +37,8 @@ pub(crate) struct Builder<'b> {
 pub(crate) struct Built {
     pub(crate) part: Part,
     pub(crate) lattice: Option<Lattice>,
+    /// What it is made of; none where it is given by masses and springs.
+    pub(crate) made: Option<Made>,
 }
 
 impl Builder<'_> {
@@ -79,18 +84,26 @@ impl Builder<'_> {
         let file = || self.source.name.to_string();
         let core = |source| FileError::Core { file: file(), source: Box::new(source) };
         let lattice = Lattice::new(size, neighbours).map_err(core)?;
-        let part = match substance {
-            Some(substance) => {
-                let substance = damped(self.source, row, body, (size, spacing, substance))?;
-                shape::body(size, spacing, &substance).map_err(core)?
-            }
+        let mut part = match &substance {
+            Some(substance) => shape::body(size, spacing, substance).map_err(core)?,
             None => shape::lattice(size, neighbours, spacing, material).map_err(core)?,
         };
-        if substance.is_some() {
-            check_fits(self.source, row, &part)?;
-            self.notes.extend(caveat(body));
-        }
-        Ok(Built { part, lattice: Some(lattice) })
+        let made = self.finish(row, body, (substance, &mut part))?;
+        Ok(Built { part, lattice: Some(lattice), made })
+    }
+
+    /// Damps a body that is made of a substance, checks its numbers and says what it is made of.
+    fn finish(
+        &mut self,
+        row: usize,
+        body: &BodyRow,
+        (substance, part): (Option<Substance>, &mut Part),
+    ) -> Result<Option<Made>, FileError> {
+        let Some(substance) = substance else { return Ok(None) };
+        damp(self.source, row, body, part)?;
+        check_fits(self.source, row, part)?;
+        self.notes.extend(caveat(body));
+        Ok(Some(made(body, &substance, part)))
     }
 
     fn lattice_size(&self, row: usize, body: &BodyRow) -> Result<[usize; 3], FileError> {
@@ -170,7 +183,7 @@ impl Builder<'_> {
                 MeshError::Option { quantity: "size", .. } => "length",
                 MeshError::Option { quantity: "mass", .. } => "mass",
                 MeshError::Option { .. } | MeshError::TooFine { .. } => "spacing",
-                MeshError::Undecided { .. } => "filling",
+                MeshError::Undecided { .. } | MeshError::Shell { .. } => "filling",
                 _ => "file",
             };
             mesh_error(source, (row, key), error)
@@ -178,11 +191,12 @@ impl Builder<'_> {
         let counts = mesh::estimate(&mesh, &options).map_err(refused)?;
         let key = if body.spacing.is_some() { "spacing" } else { "file" };
         self.budget.take(source, format_args!("bodies[{row}].{key}"), counts)?;
-        let (part, report) = mesh::body(&mesh, &options).map_err(refused)?;
+        let (mut part, report) = mesh::body(&mesh, &options).map_err(refused)?;
         self.notes
             .extend(mesh.report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
         self.notes.extend(report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
-        Ok(Built { part, lattice: None })
+        let made = self.finish(row, body, (options.substance, &mut part))?;
+        Ok(Built { part, lattice: None, made })
     }
 
     fn mesh_options(
@@ -210,6 +224,7 @@ impl Builder<'_> {
             mass,
             stiffness,
             damping,
+            substance: substance(source, row, body)?,
         })
     }
 
@@ -227,7 +242,8 @@ impl Builder<'_> {
         self.budget.take(self.source, format_args!("bodies[{row}].particles"), counts)?;
         let particles = self.particles(row, body, material.mass)?;
         let springs = self.springs(row, body, (&particles, material))?;
-        Ok(Built { part: Part { particles, springs, ..Part::default() }, lattice: None })
+        let part = Part { particles, springs, ..Part::default() };
+        Ok(Built { part, lattice: None, made: None })
     }
 
     fn particles(&self, row: usize, body: &BodyRow, mass: f64) -> Result<Vec<Particle>, FileError> {
@@ -291,20 +307,12 @@ impl Builder<'_> {
     /// Turns and moves a part, and sets it in motion.
     fn place(&self, row: usize, body: &BodyRow, part: &mut Part) -> Result<(), FileError> {
         let source = self.source;
-        let turn = match body.rotation {
-            Some(turn) => {
-                let key = format_args!("bodies[{row}].rotation.axis");
-                let axis = source.direction(key, turn.axis)?;
-                let key = format_args!("bodies[{row}].rotation.angle_deg");
-                rotation(axis, source.number(key, turn.angle_deg)?.to_radians())
-            }
-            None => DMat3::IDENTITY,
-        };
+        let turn = self::turn(source, &format!("bodies[{row}]"), body.rotation)?;
         let key = format_args!("bodies[{row}].position");
         let offset = source.position(key, body.position.unwrap_or_default(), self.extent)?;
         let key = format_args!("bodies[{row}].velocity");
         let velocity = source.vector(key, body.velocity.unwrap_or_default())?;
-        let spin = self.spin(row, body)?;
+        let spin = spin(source, &format!("bodies[{row}]"), body.spin)?;
         let own: Vec<DVec3> = part.particles.iter().map(|p| turn * p.velocity).collect();
         part.place(turn, offset);
         part.set_motion(velocity, spin);
@@ -368,29 +376,6 @@ impl Builder<'_> {
         );
         Err(self.source.out_of_domain(format_args!("bodies[{row}].{key}"), value, expected))
     }
-
-    fn spin(&self, row: usize, body: &BodyRow) -> Result<DVec3, FileError> {
-        let source = self.source;
-        let about = match body.spin {
-            None => return Ok(DVec3::ZERO),
-            Some(Spin::Vector(spin)) => {
-                return source.vector(format_args!("bodies[{row}].spin"), spin);
-            }
-            Some(Spin::About(about)) => about,
-        };
-        let speed = source.number(format_args!("bodies[{row}].spin.speed"), about.speed)?;
-        let axis = match (about.axis, about.random_axis_seed) {
-            (Some(axis), None) => {
-                source.direction(format_args!("bodies[{row}].spin.axis"), axis)?
-            }
-            (None, Some(seed)) => random_axis(seed),
-            _ => {
-                let reason = "needs one of the keys `axis` and `random_axis_seed`";
-                return Err(source.refuse(format_args!("bodies[{row}].spin"), reason));
-            }
-        };
-        Ok(axis * speed)
-    }
 }
 
 /// The error of a mesh, with the key of body number `row` that led to it.
@@ -412,12 +397,12 @@ fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), Fil
         ("filling", body.filling.is_some(), &[Kind::Mesh]),
         ("length", body.length.is_some(), &[Kind::Mesh]),
         ("bending", body.bending.is_some(), &[Kind::Rope, Kind::Cloth, Kind::Mesh]),
-        ("material", body.material.is_some(), LATTICES),
-        ("young", body.young.is_some(), LATTICES),
+        ("material", body.material.is_some(), SPACED),
+        ("young", body.young.is_some(), SPACED),
         ("poisson", body.poisson.is_some(), BROAD),
-        ("density", body.density.is_some(), LATTICES),
-        ("relaxation_time", body.relaxation_time.is_some(), LATTICES),
-        ("damping_ratio", body.damping_ratio.is_some(), LATTICES),
+        ("density", body.density.is_some(), SPACED),
+        ("relaxation_time", body.relaxation_time.is_some(), SPACED),
+        ("damping_ratio", body.damping_ratio.is_some(), SPACED),
         ("thickness", body.thickness.is_some(), &[Kind::Cloth]),
         ("area_density", body.area_density.is_some(), &[Kind::Cloth]),
         ("young_warp", body.young_warp.is_some(), &[Kind::Cloth]),

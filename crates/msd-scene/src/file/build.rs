@@ -5,10 +5,12 @@ use crate::file::bodies::{Builder, MeshReader};
 use crate::file::budget::Budget;
 use crate::file::decode::decode;
 use crate::file::domain::Domain;
-use crate::file::schema::{PinRow, PlaneRow, SceneFile, SolverRow, Substeps, WorldRow};
+use crate::file::obstacles::{plane, solid};
+use crate::file::schema::{PinRow, SceneFile, SolverRow, Substeps, WorldRow};
 use crate::file::tree::Source;
+use crate::materials::Made;
 use crate::precision::Precision;
-use msd_core::{Friction, Integrator, Lattice, Pin, Plane, Scene, Settings, World};
+use msd_core::{Integrator, Lattice, Pin, Scene, Settings, World};
 use std::collections::BTreeMap;
 
 /// A scene file that has been understood.
@@ -19,6 +21,7 @@ pub(crate) struct Understood {
     pub(crate) automatic: bool,
     pub(crate) precision: Precision,
     pub(crate) notes: Vec<String>,
+    pub(crate) made: Vec<Option<Made>>,
 }
 
 /// Understands a source.
@@ -49,7 +52,10 @@ pub(crate) fn understand_rows(
     let world = world(source, &file.world)?;
     let mut scene = Scene { world, ..Scene::default() };
     for (row, plane) in file.world.planes.iter().enumerate() {
-        scene.planes.push(self::plane(source, row, plane)?);
+        scene.planes.push(self::plane(source, (row, plane))?);
+    }
+    for (row, solid) in file.world.solids.iter().enumerate() {
+        scene.solids.push(self::solid(source, (row, solid), world.extent)?);
     }
     if file.bodies.is_empty() {
         let reason = "is empty; a scene needs at least one body".to_string();
@@ -59,9 +65,11 @@ pub(crate) fn understand_rows(
     let (extent, notes) = (world.extent, Vec::new());
     let mut builder = Builder { source, read_mesh, extent, precision, budget, notes };
     let mut lattices = Vec::with_capacity(file.bodies.len());
+    let mut made = Vec::with_capacity(file.bodies.len());
     for (row, body) in file.bodies.iter().enumerate() {
         let built = builder.build(row, body)?;
         lattices.push(built.lattice);
+        made.push(built.made);
         let name = body.name.clone().unwrap_or_else(|| body.kind.name().into());
         scene.add(name, built.part);
     }
@@ -81,7 +89,7 @@ pub(crate) fn understand_rows(
         }
     }
     let automatic = substeps == Substeps::Auto;
-    Ok(Understood { title: file.title, scene, settings, automatic, precision, notes })
+    Ok(Understood { title: file.title, scene, settings, automatic, precision, notes, made })
 }
 
 /// The settings; automatic substeps are chosen where the scene becomes a run.
@@ -140,38 +148,6 @@ fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, FileError> {
         force: source.vector(format_args!("world.force"), force)?,
         drag: source.number(format_args!("world.drag"), row.drag.unwrap_or(default.drag))?,
         extent,
-    })
-}
-
-fn plane(source: &Source<'_>, row: usize, plane: &PlaneRow) -> Result<Plane, FileError> {
-    let key = format_args!("world.planes[{row}]");
-    let sticky = plane.sticky.unwrap_or(false);
-    let given = [plane.restitution, plane.friction, plane.tangential_loss];
-    if sticky && given.iter().any(Option::is_some) {
-        let reason = "says it all: leave out restitution, friction and tangential_loss";
-        return Err(source.refuse(format_args!("{key}.sticky"), reason));
-    }
-    let friction = match (plane.friction, plane.tangential_loss) {
-        (Some(_), Some(_)) => {
-            let reason = "and tangential_loss exclude each other";
-            return Err(source.refuse(format_args!("{key}.friction"), reason));
-        }
-        (None, Some(loss)) => {
-            Friction::TangentialLoss(source.number(format_args!("{key}.tangential_loss"), loss)?)
-        }
-        (None, None) if sticky => Friction::TangentialLoss(1.0),
-        (factor, None) => {
-            let factor = factor.unwrap_or(0.5);
-            Friction::Coulomb(source.number(format_args!("{key}.friction"), factor)?)
-        }
-    };
-    let normal = plane.normal.unwrap_or([0.0, 1.0, 0.0]);
-    let (offset, restitution) = (plane.offset.unwrap_or(0.0), plane.restitution.unwrap_or(0.0));
-    Ok(Plane {
-        normal: source.direction(format_args!("{key}.normal"), normal)?,
-        offset: source.number(format_args!("{key}.offset"), offset)?,
-        restitution: source.number(format_args!("{key}.restitution"), restitution)?,
-        friction,
     })
 }
 

@@ -42,11 +42,13 @@ pub enum Domain {
 
 /// The largest number of Newton iterations.
 pub const MOST_NEWTON: u32 = 1000;
+/// A length that the world may have.
+pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12");
 /// The longest step, seconds.
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 50] = [
+pub const DOMAINS: [(&str, Domain); 56] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -55,12 +57,18 @@ pub const DOMAINS: [(&str, Domain); 50] = [
     ("world.gravity", Domain::Vector),
     ("world.force", Domain::Vector),
     ("world.drag", Domain::NotNegative),
-    ("world.extent", Domain::UpTo(1e12, "positive and at most 1e12")),
+    ("world.extent", LENGTH),
     ("world.planes.normal", Domain::Direction),
     ("world.planes.offset", Domain::Finite),
     ("world.planes.restitution", Domain::Fraction),
     ("world.planes.friction", Domain::Factor),
     ("world.planes.tangential_loss", Domain::Fraction),
+    ("world.solids.radius", LENGTH),
+    ("world.solids.length", LENGTH),
+    ("world.solids.tube", LENGTH),
+    ("world.solids.restitution", Domain::Fraction),
+    ("world.solids.friction", Domain::Factor),
+    ("world.solids.tangential_loss", Domain::Fraction),
     ("bodies.spacing", Domain::Positive),
     ("bodies.length", Domain::Positive),
     ("bodies.bending", Domain::NotNegative),

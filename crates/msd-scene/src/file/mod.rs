@@ -2,7 +2,8 @@
 //!
 //! [`text`] is read into a [`tree`] of values that know where they were written; [`decode`] makes
 //! the rows of the [`schema`] of it; [`build`] checks each number against its [`domain`] and makes
-//! the rows of a scene, body by body ([`bodies`], [`substance`]), within a [`budget`] of memory.
+//! the rows of a scene, obstacle by obstacle ([`obstacles`]) and body by body ([`bodies`],
+//! [`substance`]), within a [`budget`] of memory.
 //! [`refine`] makes the same scene at a part of its spacing.
 
 mod text;
@@ -14,6 +15,7 @@ mod turn;
 mod budget;
 mod substance;
 mod bodies;
+mod obstacles;
 mod build;
 mod refine;
 

@@ -136,8 +136,10 @@ fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
         Nesting::Surface(mesh, is_filled) => {
             let MeshOptions { stiffness, damping, .. } =
                 MeshOptions::for_mesh(mesh, body.filling.unwrap_or_default());
-            fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
-            fine.damping = Some(body.damping.unwrap_or(damping) * scale);
+            if first_key(body).is_none() {
+                fine.stiffness = Some(body.stiffness.unwrap_or(stiffness) * scale);
+                fine.damping = Some(body.damping.unwrap_or(damping) * scale);
+            }
             if *is_filled {
                 let own = || own_spacing(mesh, body.length.unwrap_or(1.0));
                 fine.spacing = Some(body.spacing.unwrap_or_else(own) / parts as f64);

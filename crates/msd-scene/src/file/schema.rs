@@ -138,6 +138,9 @@ pub struct WorldRow {
     /// The planes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub planes: Vec<PlaneRow>,
+    /// The solids.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub solids: Vec<SolidRow>,
 }
 
 /// A half space that particles cannot enter.
@@ -160,6 +163,67 @@ pub struct PlaneRow {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tangential_loss: Option<f64>,
     /// Whether what touches the plane stops: short for `restitution = 0`, `tangential_loss = 1`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sticky: Option<bool>,
+}
+
+/// The shape of a solid.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SolidKind {
+    /// All points within `radius`.
+    #[default]
+    Sphere,
+    /// All points within `radius` of a line of `length` along y.
+    Capsule,
+    /// A cuboid of three sides.
+    Box,
+    /// A round rod along y.
+    Cylinder,
+    /// A ring about y.
+    Torus,
+}
+
+/// A solid that particles cannot enter, still or moving. Which lengths it has depends on its kind.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SolidRow {
+    /// Its shape.
+    pub kind: SolidKind,
+    /// Radius, metres; of a torus that of the middle of its tube.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+    /// Capsules: between the middles of the ends; cylinders: from end to end; metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// Boxes: the three sides, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub size: Option<[f64; 3]>,
+    /// Tori: radius of the tube, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tube: Option<f64>,
+    /// Where its middle is, metres. Default the origin.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// How it is turned about its middle.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<RotationRow>,
+    /// Velocity, metres per second. Default zero: it stands still.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub velocity: Option<[f64; 3]>,
+    /// Angular velocity about its middle. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spin: Option<Spin>,
+    /// Fraction of the normal speed that a bounce returns. Default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Coulomb's coefficient of friction. Default 0.5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Fraction of the tangential velocity lost per contact substep, instead of `friction`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tangential_loss: Option<f64>,
+    /// Whether what touches the solid stops: short for `restitution = 0`, `tangential_loss = 1`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sticky: Option<bool>,
 }

@@ -4,9 +4,9 @@ use crate::error::{FileError, nearest, plain};
 use crate::file::domain::Domain;
 use crate::file::schema::{BodyRow, Kind};
 use crate::file::tree::Source;
-use crate::materials::{MATERIALS, Numbers, named};
+use crate::materials::{MATERIALS, Made, Numbers, named};
 use msd_core::substance::{MOST_POISSON, SHEET_POISSON, SOLID_POISSON, round_section};
-use msd_core::{Bending, Elasticity, Part, Scene, Settings, Simulation, Substance, shape};
+use msd_core::{Bending, Elasticity, Part, Scene, Settings, Simulation, Substance};
 
 /// How near that of springs a Poisson's ratio given for a sheet must be: 0.33 is meant for 1/3.
 const POISSON_WITHIN: f64 = 0.005;
@@ -37,7 +37,10 @@ fn given(body: &BodyRow) -> [(&'static str, Option<f64>); 15] {
 
 /// The first key of a row that says what the body is made of.
 pub(super) fn first_key(body: &BodyRow) -> Option<&'static str> {
-    let number = given(body).into_iter().find(|(_, value)| value.is_some()).map(|(key, _)| key);
+    // That of a mesh is a part of the stiffness of its other springs.
+    let means_else = |key| body.kind == Kind::Mesh && key == "bending";
+    let mut numbers = given(body).into_iter().filter(|(_, value)| value.is_some());
+    let number = numbers.find(|(key, _)| !means_else(*key)).map(|(key, _)| key);
     body.material.as_ref().map(|_| "material").or(number)
 }
 
@@ -64,6 +67,7 @@ pub(super) fn substance(
         ("stiffness", body.stiffness.is_some()),
         ("damping", body.damping.is_some()),
         ("neighbours", body.neighbours.is_some()),
+        ("bending", body.kind == Kind::Mesh && body.bending.is_some()),
     ];
     if let Some((other, _)) = plain_keys.into_iter().find(|(_, is_given)| *is_given) {
         let reason = format!("and bodies[{row}].{other} exclude each other");
@@ -115,7 +119,9 @@ impl Keys<'_> {
             None => self.number("relaxation_time")?.unwrap_or(0.0),
         };
         let (elasticity, density) = match self.body.kind {
-            Kind::Rope | Kind::Block if self.is_woven() => return Err(self.no_fabric()),
+            Kind::Rope | Kind::Block | Kind::Mesh if self.is_woven() => {
+                return Err(self.no_fabric());
+            }
             Kind::Rope => self.rope()?,
             Kind::Cloth => self.sheet()?,
             _ => {
@@ -134,7 +140,7 @@ impl Keys<'_> {
     fn no_fabric(&self) -> FileError {
         let name = self.body.material.as_deref().unwrap_or_default();
         let key = format_args!("bodies[{}].material", self.row);
-        let expected = "that of a solid in a rope or a block: a fabric makes a cloth";
+        let expected = "that of a solid in a rope, a block or a mesh: a fabric makes a cloth";
         self.source.out_of_domain(key, format!("\"{}\"", crate::shown::tame(name)), expected)
     }
 
@@ -299,29 +305,34 @@ impl Keys<'_> {
 
     /// A number that must be given, in its domain.
     fn needed(&self, key: &str) -> Result<f64, FileError> {
-        let missing = || self.source.missing(format_args!("bodies[{}]", self.row), key);
-        self.number(key)?.ok_or_else(missing)
+        if let Some(value) = self.number(key)? {
+            return Ok(value);
+        }
+        let domain = Domain::of(&format!("bodies.{key}")).words();
+        let (kind, beside) = (self.body.kind.name(), first_key(self.body).unwrap_or("material"));
+        let reason = format!("lacks the key `{key}`, {domain}: a {kind} with `{beside}` needs it");
+        Err(self.source.refuse(format_args!("bodies[{}]", self.row), reason))
     }
 }
 
-/// The substance of a lattice with the relaxation time that its damping ratio ζ says, if it has
-/// one: 2 ζ/w, w being the angular frequency of the slowest motion of the body on its own.
+/// Damps a part by the ratio ζ of its row, if it has one: by the relaxation time 2 ζ/w, w being the
+/// angular frequency of the slowest motion of the body on its own.
 ///
 /// # Errors
 /// A number outside its domain; a body that is too large, or has motions that nothing resists.
-pub(super) fn damped(
+pub(super) fn damp(
     source: &Source<'_>,
     row: usize,
     body: &BodyRow,
-    (size, spacing, substance): ([usize; 3], f64, Substance),
-) -> Result<Substance, FileError> {
-    let Some(ratio) = body.damping_ratio else { return Ok(substance) };
+    part: &mut Part,
+) -> Result<(), FileError> {
+    let Some(ratio) = body.damping_ratio else { return Ok(()) };
     let ratio = source.number(format_args!("bodies[{row}].damping_ratio"), ratio)?;
     let refuse = |reason: String| {
         let reason = format!("{reason}; give `relaxation_time` instead");
         source.refuse(format_args!("bodies[{row}].damping_ratio"), reason)
     };
-    let count: usize = size.iter().product();
+    let count = part.particles.len();
     if MOST_SOUGHT < count {
         return Err(refuse(format!(
             "asks for the slowest motion of {count} particles, and of more than {MOST_SOUGHT} that \
@@ -329,13 +340,43 @@ pub(super) fn damped(
         )));
     }
     let core = |error| FileError::Core { file: source.name.to_string(), source: Box::new(error) };
-    let part = shape::body(size, spacing, &substance).map_err(core)?;
-    let alone = Simulation::<f64>::new(&Scene::of("body", part), Settings::default());
+    let alone = Simulation::<f64>::new(&Scene::of("body", part.clone()), Settings::default());
     let slowest = alone.map_err(core)?.slowest_modes(1);
     let Some(mode) = slowest.first() else {
         return Err(refuse("asks for the slowest motion, and nothing resists many of them".into()));
     };
-    Ok(Substance { relaxation_time: 2.0 * ratio / mode.stiffness.sqrt(), ..substance })
+    let time = 2.0 * ratio / mode.stiffness.sqrt();
+    part.springs.iter_mut().for_each(|spring| spring.damping = spring.stiffness * time);
+    part.bends.iter_mut().for_each(|bend| bend.damping = bend.stiffness * time);
+    part.volumes.iter_mut().for_each(|volume| volume.damping = volume.modulus * time);
+    Ok(())
+}
+
+/// What a body is made of, as an engineer would say it.
+pub(super) fn made(body: &BodyRow, substance: &Substance, part: &Part) -> Made {
+    let (young, poisson, section) = match substance.elasticity {
+        Elasticity::Solid { young, poisson } => (Some(young), Some(poisson), 1.0),
+        Elasticity::Rope { stretch, .. } => {
+            let section = round_section(body.diameter.unwrap_or(1.0));
+            (Some(stretch / section), None, section)
+        }
+        Elasticity::Sheet { warp, weft, .. } => match body.thickness {
+            // A woven sheet may have a thickness too, by which its density is given.
+            Some(thickness) if warp == weft && body.young_warp.is_none() => {
+                (Some(warp / thickness), Some(SHEET_POISSON), thickness)
+            }
+            _ => (None, None, 1.0),
+        },
+    };
+    let damped = part.springs.iter().find(|spring| 0.0 < spring.stiffness);
+    Made {
+        material: body.material.as_deref().and_then(named).map(|material| material.name),
+        young,
+        poisson,
+        density: substance.density / section,
+        relaxation_time: damped.map_or(0.0, |spring| spring.damping / spring.stiffness),
+        thickness: body.thickness.filter(|_| young.is_some()),
+    }
 }
 
 /// What a body does not have of the material that it names; nothing of a rope.
@@ -343,7 +384,7 @@ pub(super) fn caveat(body: &BodyRow) -> Option<String> {
     let name = body.material.as_deref().filter(|_| body.poisson.is_none())?;
     let Numbers::Uniform { poisson, .. } = named(name)?.numbers else { return None };
     let springs = match body.kind {
-        Kind::Block => "1/4",
+        Kind::Block | Kind::Mesh => "1/4",
         Kind::Cloth => "1/3",
         _ => return None,
     };

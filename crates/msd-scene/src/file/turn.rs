@@ -1,26 +1,49 @@
-//! Rotations of bodies and random axes of spin, the same bits on every machine.
+//! Rotations and spins of bodies and solids, the same bits on every machine.
 
+use crate::error::FileError;
+use crate::file::domain::Domain;
+use crate::file::schema::{RotationRow, Spin};
+use crate::file::tree::Source;
 use glam::{DMat3, DVec3};
+use msd_core::scene::solid::rotation;
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 
-/// The matrix of a turn about an axis of length one, by the right-hand rule (Rodrigues, 1840).
-///
-/// Sine and cosine come from libm: those of the platform differ in the last bit.
-pub(crate) fn rotation(axis: DVec3, angle: f64) -> DMat3 {
-    let (sin, cos) = libm::sincos(angle);
-    let DVec3 { x, y, z } = axis;
-    let rest = 1.0 - cos;
-    DMat3::from_cols(
-        DVec3::new(cos + x * x * rest, y * x * rest + z * sin, z * x * rest - y * sin),
-        DVec3::new(x * y * rest - z * sin, cos + y * y * rest, z * y * rest + x * sin),
-        DVec3::new(x * z * rest + y * sin, y * z * rest - x * sin, cos + z * z * rest),
-    )
+/// The rotation of what stands at `key`.
+pub(crate) fn turn(
+    source: &Source<'_>,
+    key: &str,
+    row: Option<RotationRow>,
+) -> Result<DMat3, FileError> {
+    let Some(row) = row else { return Ok(DMat3::IDENTITY) };
+    let axis = source.direction(format_args!("{key}.rotation.axis"), row.axis)?;
+    let angle = format_args!("{key}.rotation.angle_deg");
+    Ok(rotation(axis, source.number_in(Domain::Finite, angle, row.angle_deg)?.to_radians()))
+}
+
+/// The angular velocity of what stands at `key`, radians per second.
+pub(crate) fn spin(source: &Source<'_>, key: &str, row: Option<Spin>) -> Result<DVec3, FileError> {
+    let about = match row {
+        None => return Ok(DVec3::ZERO),
+        Some(Spin::Vector(spin)) => return source.vector(format_args!("{key}.spin"), spin),
+        Some(Spin::About(about)) => about,
+    };
+    let speed = format_args!("{key}.spin.speed");
+    let speed = source.number_in(Domain::Finite, speed, about.speed)?;
+    let axis = match (about.axis, about.random_axis_seed) {
+        (Some(axis), None) => source.direction(format_args!("{key}.spin.axis"), axis)?,
+        (None, Some(seed)) => random_axis(seed),
+        _ => {
+            let reason = "needs one of the keys `axis` and `random_axis_seed`";
+            return Err(source.refuse(format_args!("{key}.spin"), reason));
+        }
+    };
+    Ok(axis * speed)
 }
 
 /// An axis of length one drawn by lot: every direction is equally likely (Archimedes: height on a
 /// sphere is uniform).
-pub(crate) fn random_axis(seed: u64) -> DVec3 {
+fn random_axis(seed: u64) -> DVec3 {
     // The stream is the generator's customary one; any fixed number would do.
     let mut lot = Pcg32::new(seed, 0xa02b_dbf7_bb3c_0a7a);
     let mut uniform = || f64::from(lot.next_u32()) / f64::from(u32::MAX);

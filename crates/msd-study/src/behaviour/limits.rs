@@ -119,12 +119,12 @@ pub struct Held {
 }
 
 impl Held {
-    /// Holds a scene at rest, its planes left out.
+    /// Holds a scene at rest, its obstacles left out.
     ///
     /// # Errors
     /// See [`Simulation::new`].
     pub fn new(scene: &Scene) -> Result<Self, Error> {
-        let mut scene = Scene { planes: Vec::new(), ..scene.clone() };
+        let mut scene = Scene { planes: Vec::new(), solids: Vec::new(), ..scene.clone() };
         scene.particles.iter_mut().for_each(|particle| particle.velocity = DVec3::ZERO);
         scene.pins.iter_mut().for_each(|pin| pin.velocity = DVec3::ZERO);
         for spring in &mut scene.springs {

@@ -87,7 +87,7 @@ pub fn terms_by_leave(
         changes.push(match ran {
             Ok(()) => Ok(change),
             Err(Halt::Refused(error)) => Err(error),
-            Err(Halt::Stopped) => return Err(Halt::Stopped),
+            Err(halt) => return Err(halt),
         });
     }
     let mut all = vec![whole];
@@ -119,7 +119,7 @@ fn race(
             *best = best.min(match time {
                 Ok(seconds) => seconds,
                 Err(Halt::Refused(_)) => f64::INFINITY,
-                Err(Halt::Stopped) => return Err(Halt::Stopped),
+                Err(halt) => return Err(halt),
             });
         }
     }

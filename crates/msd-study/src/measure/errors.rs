@@ -52,9 +52,10 @@ pub fn compare(simulation: &Simulation<f64>, state: &State<f64>, right: &State<f
         max = max.max(off);
         speeds += (state.velocities[particle] - right.velocities[particle]).length_squared();
         if !model.is_pinned(particle) {
-            for plane in model.planes() {
-                let depth = plane.offset - plane.normal.dot(state.positions[particle]);
-                penetration = penetration.max(depth);
+            let obstacles = model.obstacles();
+            for obstacle in (0..obstacles.count()).map(|index| obstacles.get(index)) {
+                let gap = obstacle.gap(state.positions[particle], simulation.time());
+                penetration = penetration.max(-gap);
             }
         }
     }

@@ -13,6 +13,8 @@ pub enum Halt {
     Refused(Error),
     /// Leave to go on was not given.
     Stopped,
+    /// The time that it may take was over before there was anything to choose from.
+    Late,
 }
 
 impl From<Error> for Halt {
@@ -30,6 +32,6 @@ pub(crate) fn ask(leave: Leave<'_>) -> Result<(), Halt> {
 pub(crate) fn unstopped<T>(work: impl FnOnce(Leave<'_>) -> Result<T, Halt>) -> Result<T, Error> {
     work(&mut || true).map_err(|halt| match halt {
         Halt::Refused(error) => error,
-        Halt::Stopped => unreachable!("leave is always given"),
+        Halt::Stopped | Halt::Late => unreachable!("leave is always given"),
     })
 }

@@ -208,7 +208,7 @@ fn make_by_leave(scene: &Scene, wish: Wish, leave: Leave<'_>) -> Result<Referenc
         // Contact may put a tolerance out of reach: what was reached is the best there is.
         let tighter = match states_at(scene, &frames, 0.1 * tolerance, leave) {
             Ok(tighter) => tighter,
-            Err(Halt::Stopped) => return Err(Halt::Stopped),
+            Err(halt @ (Halt::Stopped | Halt::Late)) => return Err(halt),
             Err(Halt::Refused(_)) if worst.is_infinite() => {
                 let looser = states_at(scene, &frames, 10.0 * tolerance, leave)?;
                 moved = at_least(distances(&looser, &states), 10.0 * tolerance * size);
@@ -237,7 +237,7 @@ fn first_states(
         match states_at(scene, frames, tolerance, leave) {
             Ok(states) => return Ok((tolerance, states)),
             Err(Halt::Refused(error)) => last = error,
-            Err(Halt::Stopped) => return Err(Halt::Stopped),
+            Err(halt) => return Err(halt),
         }
     }
     Err(Halt::Refused(last))
@@ -300,11 +300,13 @@ fn perturb(scene: &Scene, distance: f64) -> Scene {
     scene
 }
 
-/// Free fall: without springs, bends, volumes, planes and drag each particle follows its parabola.
+/// Free fall: without springs, bends, volumes, obstacles and drag each particle follows its
+/// parabola.
 fn in_closed_form(scene: &Scene, frames: &[u64]) -> Option<Vec<Sample>> {
     let is_joined =
         !scene.springs.is_empty() || !scene.bends.is_empty() || !scene.volumes.is_empty();
-    if is_joined || !scene.planes.is_empty() || scene.world.drag != 0.0 {
+    let is_stopped = !scene.planes.is_empty() || !scene.solids.is_empty();
+    if is_joined || is_stopped || scene.world.drag != 0.0 {
         return None;
     }
     let start = Simulation::<f64>::new(scene, Settings::default()).ok()?.state();

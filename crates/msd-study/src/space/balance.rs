@@ -104,16 +104,13 @@ pub fn balance(
         let error = if is_single { apart } else { FINER * apart };
         Share { error, is_bound: false, remedy, left: FINER * apart, cost: double.cost }
     });
-    let space = match space.error() {
-        Some(error) => Some(Share {
-            error,
-            is_bound: matches!(space.verdict, Verdict::Below { .. }),
-            remedy: "half the spacing".into(),
-            left: space.spacings.get(1).and_then(|finer| finer.error).unwrap_or(error),
-            cost: price(finer, choice)?,
-        }),
-        None => None,
-    };
+    let space = space.error().map(|error| Share {
+        error,
+        is_bound: matches!(space.verdict, Verdict::Below { .. }),
+        remedy: "half the spacing".into(),
+        left: space.spacings.get(1).and_then(|finer| finer.error).unwrap_or(error),
+        cost: price(finer, choice),
+    });
     let mut balance = ErrorBalance { choice, cost, space, time, precision, advice: String::new() };
     let mut longer = None;
     if let Some(most) = balance.room()
@@ -264,17 +261,19 @@ fn longest(scene: &Scene, choice: Choice) -> Result<Option<Choice>, Error> {
     Ok(fewest.map(|fewest| Choice { fineness: Fineness::Substeps(fewest), ..choice }))
 }
 
-/// Time of the processor per simulated second of a finer scene, whose steps are as much shorter,
-/// seconds.
-fn price(finer: &Scene, choice: Choice) -> Result<f64, Error> {
-    let choice = match choice.fineness {
-        Fineness::Substeps(_) => closer(choice),
-        Fineness::Tolerance(_) => choice,
+/// Time of the processor per simulated second of a finer scene, seconds: its steps are as much
+/// shorter, or, where bending asks for that, with the square of the spacing.
+fn price(finer: &Scene, choice: Choice) -> f64 {
+    // A precision that cannot hold the finer scene is no price.
+    let of = |choice| {
+        unstopped(|leave| time_by_leave(finer, choice, PRICED, leave)).unwrap_or(f64::INFINITY)
     };
-    match unstopped(|leave| time_by_leave(finer, choice, PRICED, leave)) {
-        // A precision that cannot hold the finer scene is no price.
-        Err(_) => Ok(f64::INFINITY),
-        price => price,
+    match choice.fineness {
+        Fineness::Substeps(_) => {
+            let price = of(closer(choice));
+            if price.is_finite() { price } else { of(closer(closer(choice))) }
+        }
+        Fineness::Tolerance(_) => of(choice),
     }
 }
 

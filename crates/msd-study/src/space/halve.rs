@@ -10,6 +10,7 @@ use crate::space::limit::{Verdict, extrapolate};
 use crate::space::track::{Followed, Track, track, undrawn};
 use crate::space::{Space, Spacing};
 use msd_core::Scene;
+use msd_core::glam::DVec3;
 use msd_scene::tree::Source;
 use msd_scene::{Draft, FileError, Finer};
 
@@ -40,6 +41,8 @@ const MOST_HALVINGS: u32 = 2;
 const TOLERANCES: [f64; 3] = [1e-6, 1e-8, 1e-10];
 /// The part of the difference of two spacings that the error of time may be.
 const TIME_PART: f64 = 0.05;
+/// The part of what a run was moved by a tolerance a hundred times as tight that it is still off.
+const MOVED_PART: f64 = 0.1;
 /// Where the error of time is more than this part, the difference says nothing.
 const LOST_PART: f64 = 0.5;
 /// What roundings grow to in a run, as a part of the size of the scene.
@@ -77,8 +80,34 @@ pub fn known(scene: &Scene) -> Option<Space> {
     cache::get(SPACE, &scene_hash(scene))
 }
 
+/// The hash of a scene as a run in either precision has it: rounded to f32, bends and volumes in
+/// one order.
 fn scene_hash(scene: &Scene) -> String {
-    cache::content_hash(&undrawn(scene))
+    let mut scene = undrawn(scene);
+    let round = |value: &mut f64| *value = f64::from(*value as f32);
+    let single = |vector: &mut DVec3| *vector = vector.as_vec3().into();
+    for row in &mut scene.particles {
+        [&mut row.position, &mut row.velocity].into_iter().for_each(single);
+        round(&mut row.mass);
+    }
+    for row in &mut scene.springs {
+        [&mut row.rest_length, &mut row.stiffness, &mut row.damping].into_iter().for_each(round);
+    }
+    for row in &mut scene.bends {
+        row.weights.iter_mut().for_each(round);
+        [&mut row.stiffness, &mut row.damping].into_iter().for_each(round);
+    }
+    for row in &mut scene.volumes {
+        [&mut row.rest_volume, &mut row.modulus, &mut row.damping].into_iter().for_each(round);
+    }
+    scene.pins.iter_mut().for_each(|row| single(&mut row.velocity));
+    scene.planes.iter_mut().for_each(|row| single(&mut row.normal));
+    let world = &mut scene.world;
+    [&mut world.gravity, &mut world.force].into_iter().for_each(single);
+    [&mut world.drag, &mut world.extent].into_iter().for_each(round);
+    scene.bends.sort_by_key(|row| row.particles);
+    scene.volumes.sort_by_key(|row| row.particles);
+    cache::content_hash(&scene)
 }
 
 /// Runs a scene at ever finer spacings.
@@ -89,7 +118,7 @@ pub(crate) fn halve(
 ) -> Result<Halved, FileError> {
     let source = draft.source()?;
     let scene = draft.load(&source)?.scene;
-    let finer = vec![draft.finer(&source, 1)?];
+    let finer = vec![draft.finer(&source, &scene, 1)?];
     tell("making the reference");
     let SpacePlan { duration, budget, uncertainty, patience } = plan;
     let wish = Wish { duration, uncertainty, patience };
@@ -103,7 +132,8 @@ pub(crate) fn halve(
     for tolerance in TOLERANCES {
         // Contact may put a tolerance out of reach, as it did for the reference.
         let tolerance = tolerance.max(halving.reference.tolerance);
-        let tighter = halving.run(tolerance, tell)?;
+        let mut tighter = halving.run(tolerance, tell)?;
+        tighter.off = tighter.off.max(MOVED_PART * run.moved(&tighter));
         // What is not affordable to the last digit is known to the first.
         let is_poorer = tighter.tracks.len() < run.tracks.len();
         if !is_poorer {
@@ -151,9 +181,22 @@ impl Run {
         }
     }
 
-    /// Whether the error of time is a small part of what the spacing makes.
+    /// The largest distance between a course here and the same at another tolerance, metres.
+    fn moved(&self, other: &Run) -> f64 {
+        let pairs = self.tracks.iter().zip(&other.tracks);
+        pairs.map(|(a, b)| a.distance(b, a.samples.len())).fold(0.0, f64::max)
+    }
+
+    /// Whether the error of time is a small part of what the spacing makes. Where finer spacings
+    /// lie farther apart than coarse ones, it may be theirs.
     fn is_resolved(&self) -> bool {
-        self.off <= TIME_PART * self.first_difference()
+        let diverges = match &self.tracks[..] {
+            [_, middle, fine] => {
+                self.first_difference() < middle.distance(fine, middle.samples.len())
+            }
+            _ => false,
+        };
+        !diverges && self.off <= TIME_PART * self.first_difference()
     }
 }
 
@@ -196,7 +239,7 @@ impl Halving<'_> {
         (springs, seconds): (usize, f64),
     ) -> Result<(usize, Track), String> {
         if self.finer.len() < halvings as usize {
-            let finer = self.draft.finer(&self.source, halvings);
+            let finer = self.draft.finer(&self.source, &self.scene, halvings);
             self.finer.push(finer.map_err(|error| error.to_string())?);
         }
         let Finer { loaded, common, .. } = &self.finer[halvings as usize - 1];
@@ -261,7 +304,7 @@ impl Halving<'_> {
 fn refused(draft: &Draft, halt: Halt) -> FileError {
     let error = match halt {
         Halt::Refused(error) => error,
-        Halt::Stopped => unreachable!("leave is always given"),
+        Halt::Stopped | Halt::Late => unreachable!("leave is always given"),
     };
     FileError::Core { file: draft.name.clone(), source: Box::new(error) }
 }

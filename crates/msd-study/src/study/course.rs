@@ -9,7 +9,7 @@ use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
 use crate::measure::{cache, machine};
 use crate::space::known;
 use crate::study::{ReferenceNote, Study};
-use msd_core::{Friction, Plane, Settings, Simulation};
+use msd_core::{Friction, Scene, Settings, Simulation};
 use msd_scene::Loaded;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
@@ -100,6 +100,12 @@ pub trait Follower {
         true
     }
 
+    /// How long a search may take by the clock, pauses left out, seconds: then the best that it has
+    /// found is its answer.
+    fn patience(&self) -> f64 {
+        f64::INFINITY
+    }
+
     /// A choice to be tried before all others. One that has nothing else to do, as it is `idle`,
     /// waits for the answer, and ends where there is none.
     fn wish(&mut self, _idle: bool) -> Option<Choice> {
@@ -185,7 +191,9 @@ impl Course {
         let climbs = ladders.into_iter().map(|ladder| course.climb(ladder));
         course.climbs = climbs.filter(|climb| !climb.rungs.as_slice().is_empty()).collect();
         course.methods[1] = course.climbs.len();
-        if course.loaded.scene.planes.iter().any(is_steppy) {
+        let Scene { planes, solids, .. } = &course.loaded.scene;
+        let frictions = planes.iter().map(|plane| plane.friction);
+        if frictions.chain(solids.iter().map(|solid| solid.friction)).any(is_steppy) {
             course.study.left_out.push(STEPPY.into());
         }
         Ok(course)
@@ -358,12 +366,12 @@ impl Course {
     }
 }
 
-fn is_steppy(plane: &Plane) -> bool {
-    matches!(plane.friction, Friction::TangentialLoss(loss) if 0.0 < loss && loss < 1.0)
+fn is_steppy(friction: Friction) -> bool {
+    matches!(friction, Friction::TangentialLoss(loss) if 0.0 < loss && loss < 1.0)
 }
 
 /// What is said of a scene with the friction of the source report.
-const STEPPY: &str = "The tangential_loss of a plane takes its share in every substep of \
+const STEPPY: &str = "A tangential_loss takes its share in every substep of \
                           contact: after contact no two settings agree, and none converges to the \
                           reference, which takes it once per impact. Coulomb friction converges.";
 

@@ -1,9 +1,10 @@
 //! Trials of what a search has found at another state of the scene: that of a run to step by it.
 
+use super::patience::Hurried;
 use super::{Goal, UNLUCKY};
 use crate::candidates::choice::{Choice, FRAME};
-use crate::measure::leave::{Halt, Leave};
-use crate::measure::reference::{Reference, Wish, reference_by_leave, size_of};
+use crate::measure::leave::Halt;
+use crate::measure::reference::{Reference, reference_by_leave, size_of};
 use crate::measure::trial::{Trial, adds, try_by_leave, unsound_by_leave};
 use crate::quantity::estimate;
 use crate::study::conduct::{Follower, Progress};
@@ -21,7 +22,8 @@ pub struct Elsewhere {
 
 /// Tries choices that were found, the best first, in a `scene` that is at another state: for the
 /// `lasting` seconds that it must stay in the world there and add no energy, and against a
-/// reference for the `duration` over which its error counts, seconds.
+/// reference for the `duration` over which its error counts, seconds. Where the follower's patience
+/// ends, so does the trial, and those that are left are not tried.
 ///
 /// # Errors
 /// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it.
@@ -32,13 +34,20 @@ pub fn retry(
     follower: &mut dyn Follower,
 ) -> Result<Elsewhere, Halt> {
     let (mut right, mut refused) = (None, Vec::new());
+    let follower = &mut Hurried::new(follower);
     for choice in choices {
         let (now, done) = (format!("{choice} from the state of now"), refused.len());
         follower.hear(Progress { now, done, methods: None, left: None });
         let wish = (goal, duration, lasting);
-        match try_here((scene, &mut right), *choice, wish, &mut || follower.goes_on())? {
-            Ok(trial) => return Ok(Elsewhere { held: Some(trial), refused }),
-            Err(why) => refused.push((*choice, why)),
+        let tried = try_here((scene, &mut right), *choice, wish, follower);
+        match tried.map_err(|halt| follower.reason(halt)) {
+            Ok(Ok(trial)) => return Ok(Elsewhere { held: Some(trial), refused }),
+            Ok(Err(why)) => refused.push((*choice, why)),
+            Err(Halt::Late) => {
+                refused.push((*choice, "the time was over before it could be told".into()));
+                break;
+            }
+            Err(halt) => return Err(halt),
         }
     }
     Ok(Elsewhere { held: None, refused })
@@ -50,11 +59,11 @@ fn try_here(
     (scene, right): (&Scene, &mut Option<Reference>),
     choice: Choice,
     (goal, duration, lasting): (Goal, f64, f64),
-    leave: Leave<'_>,
+    follower: &mut Hurried<'_>,
 ) -> Result<Result<Trial, String>, Halt> {
-    match unsound_by_leave(scene, choice, lasting, leave) {
+    match unsound_by_leave(scene, choice, lasting, &mut || follower.goes_on()) {
         Err(Halt::Refused(error)) => return Ok(Err(error.to_string())),
-        Err(Halt::Stopped) => return Err(Halt::Stopped),
+        Err(halt) => return Err(halt),
         Ok(Some(why)) => return Ok(Err(why)),
         Ok(None) => {}
     }
@@ -67,13 +76,13 @@ fn try_here(
         Some(right) => right,
         None => {
             let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
-            let wish = Wish { duration, uncertainty, ..Wish::default() };
-            right.insert(reference_by_leave(scene, wish, leave)?)
+            let wish = follower.wish(duration, uncertainty);
+            right.insert(reference_by_leave(scene, wish, &mut || follower.goes_on())?)
         }
     };
     let is_certain = matches!(goal, Goal::Budget(_)) || 0 < right.reliable(0.25 * wanted);
     let reliable = right.comparable(0.25 * wanted);
-    let trial = try_by_leave(scene, choice, (right, reliable), leave)?;
+    let trial = try_by_leave(scene, choice, (right, reliable), &mut || follower.goes_on())?;
     Ok(match objection(goal, &trial, is_certain) {
         Some(why) => Err(why),
         None => Ok(trial),

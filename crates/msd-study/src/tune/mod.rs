@@ -3,15 +3,17 @@
 
 mod slope;
 mod solver_section;
+mod patience;
 mod elsewhere;
 mod spacing;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, ladders};
 use crate::measure::leave::{Halt, unstopped};
-use crate::measure::reference::{Reference, Wish, frames_of, reference_by_leave, size_of};
+use crate::measure::reference::{Reference, frames_of, reference_by_leave, size_of};
 use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
 use crate::study::conduct::{Follower, Listener, Progress};
+use crate::tune::patience::Hurried;
 use crate::tune::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use msd_core::{Error, Integrator, Scene};
 use msd_scene::Precision;
@@ -75,6 +77,8 @@ pub struct Tuned {
     pub reference_tolerance: f64,
     /// How many choices were tried.
     pub tried: usize,
+    /// Whether its time was over before all that is worth a trial was tried.
+    pub is_cut_short: bool,
 }
 
 /// How much better than asked the search aims: what is left of the reference's own error must fit.
@@ -101,24 +105,31 @@ pub fn tune(
     unstopped(|_| tune_followed(scene, duration, goal, &mut Listener(tell)))
 }
 
-/// The same for one who follows, as long as that one goes on; what is wished for is not asked.
+/// The same for one who follows, as long as that one goes on and is patient; what is wished for is
+/// not asked.
 ///
 /// # Errors
-/// See [`tune`]; [`Halt::Stopped`] where the follower ended it.
+/// See [`tune`]; [`Halt::Stopped`] where the follower ended it, [`Halt::Late`] where patience did
+/// not last to the first trial.
 pub fn tune_followed(
     scene: &Scene,
     duration: f64,
     goal: Goal,
     follower: &mut dyn Follower,
 ) -> Result<Tuned, Halt> {
+    let follower = &mut Hurried::new(follower);
     let tuned = tune_by(scene, (duration, 0.02), goal, follower)?;
-    if tuned.met || matches!(goal, Goal::Budget(_)) {
+    if tuned.met || tuned.is_cut_short || matches!(goal, Goal::Budget(_)) {
         return Ok(tuned);
     }
     // Dormand-Prince cannot be judged near the tolerance of its reference: a tighter one lets it
     // try what the first did not.
-    let again = tune_by(scene, (duration, 0.0002), goal, follower)?;
-    Ok(if again.met { again } else { tuned })
+    match tune_by(scene, (duration, 0.0002), goal, follower) {
+        Err(Halt::Late) => Ok(Tuned { is_cut_short: true, ..tuned }),
+        Ok(again) if again.met => Ok(again),
+        Ok(again) => Ok(Tuned { is_cut_short: again.is_cut_short, ..tuned }),
+        Err(halt) => Err(halt),
+    }
 }
 
 /// Tunes by a reference that is certain to a part of the wish.
@@ -126,7 +137,7 @@ fn tune_by(
     scene: &Scene,
     (duration, part): (f64, f64),
     goal: Goal,
-    follower: &mut dyn Follower,
+    follower: &mut Hurried<'_>,
 ) -> Result<Tuned, Halt> {
     let size = size_of(scene)?;
     let wanted = match goal {
@@ -136,8 +147,9 @@ fn tune_by(
     };
     let uncertainty = (part * wanted / size).clamp(1e-11, 1e-4);
     follower.hear(Progress::of_reference());
-    let wish = Wish { duration, uncertainty, ..Wish::default() };
-    let right = reference_by_leave(scene, wish, &mut || follower.goes_on())?;
+    let wish = follower.wish(duration, uncertainty);
+    let right = reference_by_leave(scene, wish, &mut || follower.goes_on());
+    let right = right.map_err(|halt| follower.reason(halt))?;
     let (certain, reliable) = match goal {
         Goal::MaxError(error) => (0 < right.reliable(0.25 * error), right.comparable(0.25 * error)),
         Goal::Budget(_) => (true, right.comparable(2.0 * right.uncertainty())),
@@ -147,7 +159,10 @@ fn tune_by(
     let (methods, found, seen) = ([0, ladders.len()], Vec::new(), Vec::new());
     let mut search = Search { scene, right: &right, reliable, goal, certain, methods, found, seen };
     for ladder in ladders {
-        search.climb(ladder, follower)?;
+        match search.climb(ladder, follower).map_err(|halt| follower.reason(halt)) {
+            Err(Halt::Late) => break,
+            climbed => climbed?,
+        }
         search.methods[0] += 1;
     }
     search.decide(follower)
@@ -189,17 +204,36 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Looks for the best choice of one method and precision.
-    fn climb(&mut self, ladder: Ladder, follower: &mut dyn Follower) -> Result<(), Halt> {
+    /// Looks for the best choice of one method and precision; what was tried before it was ended
+    /// counts.
+    fn climb(&mut self, ladder: Ladder, follower: &mut Hurried<'_>) -> Result<(), Halt> {
+        let (mut trials, mut predicted) = (Vec::new(), Vec::new());
+        let tried = self.try_all(ladder, (&mut trials, &mut predicted), follower);
+        let rows = trials.into_iter().zip(predicted);
+        if let Some((trial, predicted)) = rows.min_by(|a, b| self.compare(&a.0, &b.0)) {
+            let predicted_error = match predicted {
+                None if tried.is_ok() => self.double(&trial, ladder, follower).unwrap_or_default(),
+                known => known,
+            };
+            self.found.push(Found { trial, predicted_error });
+        }
+        tried
+    }
+
+    /// Tries what is worth it; notes what error each trial was predicted to have, metres.
+    fn try_all(
+        &mut self,
+        ladder: Ladder,
+        (trials, predicted): (&mut Vec<Trial>, &mut Vec<Option<f64>>),
+        follower: &mut Hurried<'_>,
+    ) -> Result<(), Halt> {
         let Some(mut fineness) = self.start(&ladder, follower)? else { return Ok(()) };
-        let mut trials: Vec<Trial> = Vec::new();
-        let mut predicted: Vec<Option<f64>> = Vec::new();
         while trials.len() < TRIALS {
             if matches!(fineness, Fineness::Tolerance(t) if t < self.right.least_tolerance()) {
                 break;
             }
             let choice = ladder.choice(fineness);
-            if trials.iter().any(|trial| trial.choice == choice) || self.is_hopeless(&trials) {
+            if trials.iter().any(|trial| trial.choice == choice) || self.is_hopeless(trials) {
                 break;
             }
             let (now, done) = (choice.to_string(), self.seen.len());
@@ -208,34 +242,22 @@ impl Search<'_> {
             let Some(trial) = self.attempt(choice, follower)? else { break };
             let error = if trial.is_sound() { trial.error() } else { f64::INFINITY };
             self.seen.push((trial.cost, error));
-            predicted.push(predict(&trials, fineness, ladder));
+            predicted.push(predict(trials, fineness, ladder));
             trials.push(trial);
-            let Some(next) = self.next(&trials, ladder) else { break };
+            let Some(next) = self.next(trials, ladder) else { break };
             fineness = next;
-        }
-        let rows = trials.into_iter().zip(predicted);
-        if let Some((trial, predicted)) = rows.min_by(|a, b| self.compare(&a.0, &b.0)) {
-            let predicted_error = match predicted {
-                None => self.double(&trial, ladder, follower)?,
-                known => known,
-            };
-            self.found.push(Found { trial, predicted_error });
         }
         Ok(())
     }
 
     /// Tries a choice; `None` where the core refuses it.
-    fn attempt(&self, choice: Choice, follower: &mut dyn Follower) -> Result<Option<Trial>, Halt> {
+    fn attempt(&self, choice: Choice, follower: &mut Hurried<'_>) -> Result<Option<Trial>, Halt> {
         let right = (self.right, self.reliable);
         unless_refused(try_by_leave(self.scene, choice, right, &mut || follower.goes_on()))
     }
 
     /// The coarsest fineness that is worth a trial.
-    fn start(
-        &self,
-        ladder: &Ladder,
-        follower: &mut dyn Follower,
-    ) -> Result<Option<Fineness>, Halt> {
+    fn start(&self, ladder: &Ladder, follower: &mut Hurried<'_>) -> Result<Option<Fineness>, Halt> {
         if ladder.integrator.is_adaptive() {
             let tolerance = match self.goal {
                 Goal::MaxError(error) => error / self.right.size,
@@ -339,7 +361,7 @@ impl Search<'_> {
         &self,
         first: &Trial,
         ladder: Ladder,
-        follower: &mut dyn Follower,
+        follower: &mut Hurried<'_>,
     ) -> Result<Option<f64>, Halt> {
         let finer = ladder.choice(scaled(first.choice.fineness, 2.0, ladder));
         let finer = self.attempt(finer, follower)?;
@@ -347,7 +369,7 @@ impl Search<'_> {
     }
 
     /// Times the best of all ladders again, in turn, and chooses.
-    fn decide(mut self, follower: &mut dyn Follower) -> Result<Tuned, Halt> {
+    fn decide(mut self, follower: &mut Hurried<'_>) -> Result<Tuned, Halt> {
         let frames = frames_of(self.right.duration());
         // In a budget what missed it by a little may have been unlucky.
         let good = |row: &usize| {
@@ -360,21 +382,25 @@ impl Search<'_> {
         let cost = |found: &Found| found.trial.cost;
         let least = good.iter().map(|&row| cost(&self.found[row])).fold(f64::INFINITY, f64::min);
         let rounds = (0.3 / (least * self.right.duration())).clamp(1.0, 9.0) as usize;
-        for _ in 0..rounds {
-            for &row in &good {
-                let trial = &mut self.found[row].trial;
-                if trial.cost < 3.0 * least || matches!(self.goal, Goal::Budget(_)) {
-                    let leave = &mut || follower.goes_on();
-                    let again = time_by_leave(self.scene, trial.choice, frames, leave)?;
-                    trial.cost = trial.cost.min(again);
+        for row in good.iter().cycle().take(rounds * good.len()) {
+            let trial = &mut self.found[*row].trial;
+            if trial.cost < 3.0 * least || matches!(self.goal, Goal::Budget(_)) {
+                let leave = &mut || follower.goes_on();
+                let again = time_by_leave(self.scene, trial.choice, frames, leave);
+                match again.map_err(|halt| follower.reason(halt)) {
+                    Err(Halt::Late) => break,
+                    again => trial.cost = trial.cost.min(again?),
                 }
             }
         }
+        let is_cut_short = self.methods[0] < self.methods[1];
         let mut found = std::mem::take(&mut self.found);
         found.sort_by(|a, b| self.compare(&a.trial, &b.trial));
         found.retain(|found| found.trial.errors.is_some());
         let mut found = found.into_iter();
-        let Some(best) = found.next() else { return Err(nothing_runs(self.scene).into()) };
+        let Some(best) = found.next() else {
+            return Err(if is_cut_short { Halt::Late } else { nothing_runs(self.scene).into() });
+        };
         let reliable = self.reliable.min(self.right.frames.len());
         let moved = self.right.moved[..reliable].iter().copied();
         Ok(Tuned {
@@ -388,6 +414,7 @@ impl Search<'_> {
             uncertainty: moved.fold(0.0, f64::max),
             compared: self.right.frames[reliable - 1] as f64 * FRAME,
             tried: self.seen.len(),
+            is_cut_short,
         })
     }
 }
@@ -397,7 +424,7 @@ fn unless_refused<T>(found: Result<T, Halt>) -> Result<Option<T>, Halt> {
     match found {
         Ok(found) => Ok(Some(found)),
         Err(Halt::Refused(_)) => Ok(None),
-        Err(Halt::Stopped) => Err(Halt::Stopped),
+        Err(halt) => Err(halt),
     }
 }
 

@@ -18,7 +18,7 @@ pub struct TunedSpacing {
     /// What is known of the error of space.
     pub space: Space,
     /// The coarsest spacing that meets the goal, or else the last that was tried; none where the
-    /// error of space alone is too large at all that were run.
+    /// error of space, with what it may be off, is too large at all that were run.
     pub found: Option<FoundSpacing>,
 }
 
@@ -36,6 +36,8 @@ pub struct FoundSpacing {
     /// Root mean square distance of the particles from the limit of ever finer spacings, in a run
     /// of the choice at that spacing: space, time and precision together, metres.
     pub verified: f64,
+    /// What the limit itself may be off, metres: the goal is met where both together are within it.
+    pub doubt: f64,
 }
 
 impl TunedSpacing {
@@ -47,7 +49,7 @@ impl TunedSpacing {
 
 impl FoundSpacing {
     fn meets(&self, wanted: f64) -> bool {
-        self.tuned.met && self.verified <= wanted
+        self.tuned.met && self.verified + self.doubt <= wanted
     }
 }
 
@@ -71,13 +73,18 @@ pub fn tune_spacing(
     let frames = &ran.reference.frames[..samples];
     let refused = |error| FileError::Core { file: draft.name.clone(), source: Box::new(error) };
     let coarse = draft.load(&draft.source()?)?.scene;
+    let (doubt, is_bound) = doubt(&result.space);
     for (row, spacing) in result.space.spacings.clone().into_iter().enumerate() {
-        let Some(space_error) = spacing.error.filter(|&error| error < wanted) else { continue };
+        let Some(space_error) = spacing.error else { continue };
+        let left = wanted - doubt - if is_bound { 0.0 } else { space_error };
+        if left <= 0.0 {
+            continue;
+        }
         let finer = row.checked_sub(1).map(|row| &ran.finer[row]);
         let scene = finer.map_or(&coarse, |finer| &finer.loaded.scene);
         let common = ran.finer[row.saturating_sub(1)].common.iter();
         let points: Vec<usize> = common.map(|pair| pair[usize::from(finer.is_some())]).collect();
-        let goal = Goal::MaxError(wanted - space_error);
+        let goal = Goal::MaxError(left);
         let at = format!("at 1/{} of the spacing", spacing.parts);
         let tuned = tune(scene, result.space.duration, goal, &mut |progress| {
             tell(&format!("{at}: {}", progress.now));
@@ -86,7 +93,8 @@ pub fn tune_spacing(
         let choice = tuned.best.trial.choice;
         let verified = distance((scene, &points), choice, (frames, &limit)).map_err(refused)?;
         let rows = finer.map(|finer| finer.rows.clone());
-        let found = FoundSpacing { parts: spacing.parts, rows, space_error, tuned, verified };
+        let parts = spacing.parts;
+        let found = FoundSpacing { parts, rows, space_error, tuned, verified, doubt };
         let is_met = found.meets(wanted);
         result.found = Some(found);
         // A coarser one is cheaper by far: half the spacing takes several times as long.
@@ -95,6 +103,16 @@ pub fn tune_spacing(
         }
     }
     Ok(result)
+}
+
+/// What the limit of ever finer spacings may be off, metres, and whether the errors of spacings
+/// are no more than that bound.
+fn doubt(space: &Space) -> (f64, bool) {
+    match space.verdict {
+        Verdict::Known { band, .. } => (band, false),
+        Verdict::Below { error } => (error, true),
+        Verdict::Lost { .. } | Verdict::Untold => (f64::INFINITY, true),
+    }
 }
 
 /// Whether the error of space is known over all of the time.

@@ -8,6 +8,7 @@ use msd_app::link::Link;
 use msd_core::{Integrator, Settings};
 use msd_run::rescue::LASTING;
 use msd_run::{Rounding, Runner};
+use msd_scene::materials::Made;
 use msd_scene::{Draft, Loaded, load_state, plain, shown_path};
 use msd_study::quantity::{estimate, number, quantity, rounded};
 use std::path::{Path, PathBuf};
@@ -33,6 +34,9 @@ pub struct Prepared {
     pub notes: Vec<String>,
     /// The files that it was read from.
     pub files: Vec<PathBuf>,
+    /// What its bodies are made of.
+    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "the window alone shows it"))]
+    pub made: Vec<Option<Made>>,
     /// Whether it is a saved run that goes on.
     pub is_resumed: bool,
     /// The run.
@@ -66,9 +70,7 @@ pub fn open_draft(scene: &Path) -> Result<Draft, Failure> {
     if link(scene)?.is_some() {
         return Err(Failure::input("--mesh takes a scene by name or file, not by link"));
     }
-    let draft = Draft::open(scene, Path::new("")).map_err(Failure::input)?;
-    draft.source().and_then(|source| draft.finer(&source, 1).map(drop)).map_err(Failure::input)?;
-    Ok(draft)
+    Draft::open(scene, Path::new("")).map_err(Failure::input)
 }
 
 /// Opens a scene and makes it ready to run for some seconds; prints warnings.
@@ -113,13 +115,14 @@ pub fn prepare(
         format!("{flag} {duration} s is not a multiple of the step; the run takes {time} s")
     }));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
-    let Loaded { name, title, notes, files, progress, .. } = loaded;
+    let Loaded { name, title, notes, files, made, progress, .. } = loaded;
     let is_resumed = progress.is_some();
     Ok(Prepared {
         name,
         title,
         notes,
         files,
+        made,
         is_resumed,
         runner,
         stable,

@@ -107,12 +107,14 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
     }
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     let (name, title, notes) = (start.name.clone(), start.title.clone(), start.notes.clone());
-    let (files, is_resumed, runner) = (Vec::new(), false, runner.clone());
+    let (files, made) = (Vec::new(), Vec::new());
+    let (is_resumed, runner) = (false, runner.clone());
     Ok(Prepared {
         name,
         title,
         notes,
         files,
+        made,
         is_resumed,
         runner,
         stable,

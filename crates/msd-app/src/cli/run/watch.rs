@@ -141,3 +141,21 @@ impl Watch {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_solve_that_stops_early_is_a_warning() {
+        let loaded = msd_scene::open("chain").expect("a built-in scene");
+        let runner = Runner::open(&loaded).expect("a valid scene");
+        let warnings = |residual: f64| {
+            let mut watch = Watch::new(&runner, f64::INFINITY);
+            watch.solved = Some(Solved { iterations: 1, residual, tolerance: 1e-3 });
+            watch.warnings(runner.settings(), None)
+        };
+        assert!(warnings(0.009).is_empty());
+        assert!(warnings(0.02)[0].contains("stopped at a relative residual of up to 0.02, not"));
+    }
+}

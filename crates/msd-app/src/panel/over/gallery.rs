@@ -30,6 +30,7 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
             let field =
                 TextEdit::singleline(&mut gallery.path).hint_text("scene, mesh or saved run");
             let field = ui.add(field.desired_width(ui.available_width() - 60.0));
+            viewer.landmarks.insert("file", field.rect);
             let is_entered = field.labelled_by(name.id).lost_focus()
                 && ui.input(|input| input.key_pressed(egui::Key::Enter));
             let is_named = !gallery.path.trim().is_empty();

@@ -184,8 +184,11 @@ fn along_the_front(
     let widget = Slider::new(&mut place, 0..=last).show_value(false);
     let hover = "Walks along the best of what was measured: method, substeps and precision follow";
     let response = ui.add(widget).labelled_by(name.id).on_hover_text(hover);
-    let chosen = response.changed().then(|| study.trials[front[place]].choice);
-    Some((response.rect, chosen))
+    let chosen = study.trials[front[place]].choice;
+    // A setting beside the front is shown at a place of it, where the hand may mean that one.
+    let is_meant = response.changed() || response.drag_stopped();
+    let is_new = Some(chosen) != choice_of(session.runner());
+    Some((response.rect, (is_meant && is_new).then_some(chosen)))
 }
 
 /// Where a choice is on the front: at its own place, or at that of the cheapest as good; of one not

@@ -1,7 +1,8 @@
 //! Acts of a session upon its past: looking back, going on from there, undo and redo.
 
 use super::{Before, Deed, Mark, MarkKind};
-use crate::session::{Session, now};
+use crate::session::Session;
+use crate::session::recording::now;
 use msd_run::recording::Event;
 use msd_run::{Runner, on};
 

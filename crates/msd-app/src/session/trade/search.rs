@@ -94,9 +94,9 @@ enum Next {
 
 fn nearest_words(wish: &str, tuned: &Tuned) -> String {
     let Found { trial, .. } = &tuned.best;
+    let none = if tuned.is_cut_short { "none was found in time" } else { "no setting meets it" };
     format!(
-        "{wish}: no setting meets it, nothing was changed; the nearest is {}: {} off, {} per \
-         frame; {} tried",
+        "{wish}: {none}, nothing was changed; the nearest is {}: {} off, {} per frame; {} tried",
         trial.choice,
         estimate(trial.error(), "m"),
         estimate(trial.cost * FRAME, "s"),
@@ -120,6 +120,9 @@ fn found_words(wish: &str, tuned: &Tuned, elsewhere: &Elsewhere) -> String {
         estimate(trial.error(), "m"),
         tuned.tried
     );
+    if tuned.is_cut_short {
+        words += " before the time was over: another may be better";
+    }
     if !refused.is_empty() {
         words += &format!("; passed over from that state: {}", refused.join("; "));
     }

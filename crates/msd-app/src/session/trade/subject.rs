@@ -56,6 +56,7 @@ pub(super) fn loaded_of(
         automatic: false,
         notes: Vec::new(),
         files: Vec::new(),
+        made: Vec::new(),
         progress: None,
     }
 }
@@ -103,6 +104,7 @@ pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
         && a.springs.len() == b.springs.len()
         && a.springs.iter().zip(&b.springs).all(|(a, b)| spring(a) == spring(b))
         && a.planes.iter().map(plane).eq(b.planes.iter().map(plane))
+        && a.solids == b.solids
         && pins(a) == pins(b)
 }
 

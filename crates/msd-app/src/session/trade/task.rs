@@ -17,6 +17,10 @@ use std::iter;
 /// Simulated time of a study, seconds.
 pub const STUDY_DURATION: f64 = 1.0;
 
+/// How long a search may take, and a trial of what it has found, seconds.
+const SEARCHING: f64 = 25.0;
+const RETRYING: f64 = 15.0;
+
 /// How much better another setting must be than the present one to be preferred: less is noise of
 /// the machine.
 const NOISE: f64 = 1.1;
@@ -85,7 +89,7 @@ impl Task for SearchTask {
     const IN_PIECES: bool = false;
 
     fn advance(&mut self, job: &mut Job<Tuned>) -> Result<bool, Halt> {
-        let tuned = tune_followed(&self.0, STUDY_DURATION, self.1, &mut Patient(job))?;
+        let tuned = tune_followed(&self.0, STUDY_DURATION, self.1, &mut Patient(job, SEARCHING))?;
         job.show(tuned);
         Ok(false)
     }
@@ -128,7 +132,7 @@ impl Task for RetryTask {
 
     fn advance(&mut self, job: &mut Job<Elsewhere>) -> Result<bool, Halt> {
         let wish = (self.goal, STUDY_DURATION, LASTING);
-        let elsewhere = retry(&self.scene, &self.choices, wish, &mut Patient(job))?;
+        let elsewhere = retry(&self.scene, &self.choices, wish, &mut Patient(job, RETRYING))?;
         job.show(elsewhere);
         Ok(false)
     }
@@ -178,6 +182,7 @@ mod tests {
             horizon: None,
             reference_tolerance: 0.0,
             tried: 3,
+            is_cut_short: false,
         };
         let choices = RetryTask::new(Scene::default(), &tuned, Some(present)).choices;
         choices.iter().map(|choice| choice.settings().substeps).collect()

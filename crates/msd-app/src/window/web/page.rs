@@ -136,6 +136,15 @@ pub fn status() -> Promise {
     ask(|viewer| Ok(status_file::report(viewer, 1.0, FRAMES.get()).to_string()))
 }
 
+/// Where a particle is, metres, three numbers: for tests.
+#[wasm_bindgen]
+pub fn position(particle: usize) -> Promise {
+    ask(move |viewer| {
+        let [x, y, z] = viewer.session.position(particle).to_array();
+        Ok(format!("{x} {y} {z}"))
+    })
+}
+
 /// Asks something of the viewer between two frames; the promise holds the answer, or the line that
 /// says why there is none.
 fn ask(question: impl FnOnce(&mut Viewer) -> Result<String, String> + 'static) -> Promise {

@@ -246,6 +246,15 @@ impl<R: Real> Springs<R> {
         self.dampings.set(springs, self.ends.len(), value);
     }
 
+    /// Changes stiffness and damping of a range of springs.
+    pub(crate) fn change(&mut self, springs: Range<usize>, change: impl Fn([R; 2]) -> [R; 2]) {
+        let constants = |spring| [self.stiffnesses.get(spring), self.dampings.get(spring)];
+        let mut all: Vec<[R; 2]> = (0..self.ends.len()).map(constants).collect();
+        all[springs].iter_mut().for_each(|constants| *constants = change(*constants));
+        self.stiffnesses = Values::collect(all.iter().map(|[stiffness, _]| *stiffness));
+        self.dampings = Values::collect(all.iter().map(|[_, damping]| *damping));
+    }
+
     pub(crate) fn rest_lengths_mut(&mut self, springs: Range<usize>) -> &mut [R] {
         &mut self.rest_lengths[springs]
     }

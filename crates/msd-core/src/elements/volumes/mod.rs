@@ -187,6 +187,18 @@ impl<R: Real> Volumes<R> {
         }
     }
 
+    /// Changes modulus and damping of the volumes of some particles.
+    pub(crate) fn change(
+        &mut self,
+        is_of: impl Fn(u32) -> bool,
+        change: impl Fn([R; 2]) -> [R; 2],
+    ) {
+        for row in self.rows.iter_mut().filter(|row| is_of(row.particles[0])) {
+            [row.law.modulus, row.law.damping] = change([row.law.modulus, row.law.damping]);
+        }
+        self.bundle();
+    }
+
     /// The same volumes in another precision, each number rounded once.
     pub(crate) fn convert<S: Real>(&self, slots: &Slots) -> Volumes<S> {
         let rows: Vec<Volume> = self.rows().collect();

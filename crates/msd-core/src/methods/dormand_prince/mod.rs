@@ -17,6 +17,7 @@ use super::{Failure, StepContext, context};
 use crate::columns::LANES;
 use crate::columns::slots::Slots;
 use crate::number::{Real, at_level};
+use crate::stability::{Mode, Region};
 use alloc::boxed::Box;
 use core::ops::AddAssign;
 use holds::{Holds, Met};
@@ -83,6 +84,11 @@ fn allowed_error<R: Real>(size: f64, tolerance: f64) -> f64 {
     Real::max(tolerance, ROUNDINGS * R::EPSILON.to_f64()) * size
 }
 
+/// Products that find the fastest motion of bodies at rest, to a few parts in a hundred, and the
+/// part of its largest stable substep in which it dies out.
+const CALM_PRODUCTS: usize = 5;
+const CALM: f64 = 0.8;
+
 /// Events in one step; the substeps after them are not cut: a particle inside an obstacle at their
 /// end is put on it and bounces there. Only a scene that hardly advances between its events has
 /// more.
@@ -112,13 +118,14 @@ impl<R: Real> Scratch<R> {
         self.start(step, allowed);
         let (first, horizon) = self.first_length(step, allowed);
         let allowance = Allowance { error: allowed, horizon };
+        let calm = self.calm_length(step);
         let mut pace = Pace::new(first, whole);
         let (mut left, mut time) = (whole, step.start);
         loop {
             if step.most_evaluations <= self.work.evaluations - taken {
                 return Err(Failure::Evaluations(1.0 - left / whole));
             }
-            let length = Real::min(pace.attempt(left), self.holds.longest());
+            let length = Real::min(pace.attempt(left), Real::min(self.holds.longest(), calm));
             self.stages.start(step.state, time, length);
             self.run_stages(step);
             let error = self.stages.error(level, slots, allowance);
@@ -177,12 +184,8 @@ impl<R: Real> Scratch<R> {
     /// is allowed. Unlike the rule of Hairer, Nørsett and Wanner (1993), section II.4, it does not
     /// change with the units.
     fn first_length(&mut self, step: &mut StepContext<'_, R>, allowed: f64) -> (f64, f64) {
-        let (count, level, whole) = (step.model.particle_count(), step.level, step.settings.step);
-        let root_mean_square = |column: &[R]| {
-            let sum = at_level!(level, _simd => sum_of_squares(column));
-            Real::sqrt(sum / count as f64)
-        };
-        let pulled = root_mean_square(&self.stages.slopes[0]);
+        let (level, whole) = (step.level, step.settings.step);
+        let pulled = root_mean_square(step, &self.stages.slopes[0]);
         if !(0.0 < pulled && pulled.is_finite()) {
             return (whole, 0.0);
         }
@@ -194,12 +197,53 @@ impl<R: Real> Scratch<R> {
         self.evaluate_stage(step, 1, step.start);
         let [before, after, ..] = &mut self.stages.slopes;
         at_level!(level, _simd => add_product(before, -R::ONE, after));
-        let bent = root_mean_square(after) * pulled / moved;
+        let bent = root_mean_square(step, after) * pulled / moved;
         let rate = Real::sqrt(bent / pulled);
         let error = bent * rate * whole * whole * whole * whole * whole / 4000.0;
         let is_free = step.model.obstacles.is_empty();
         let horizon = if is_free { 0.0 } else { Real::min(1.0 / rate, whole) };
         (whole / Real::max(fifth_root(error / allowed), 1.0), horizon)
+    }
+
+    /// The longest substep in which vibrations of bodies that obstacles hold die out, seconds;
+    /// infinite where none is held.
+    ///
+    /// Error control takes the substep to the limit of stability, where it keeps a vibration of the
+    /// size of the tolerance going: in a stiff body that is enough to lift it off and to let it
+    /// slide. The fastest motion is found by products with the stiffness, as differences of
+    /// accelerations (power iteration), and its damping by one more.
+    fn calm_length(&mut self, step: &mut StepContext<'_, R>) -> f64 {
+        if self.holds.rows().is_empty() {
+            return f64::INFINITY;
+        }
+        let level = step.level;
+        let moved = Real::sqrt(R::EPSILON.to_f64()) * step.model.size;
+        let mut mode = Mode::default();
+        let [now, way, ..] = &mut self.stages.slopes;
+        way.copy_from_slice(now);
+        for product in 0..=CALM_PRODUCTS {
+            let Stages { here, slopes: [_, way, ..], .. } = &mut self.stages;
+            let length = root_mean_square(step, way);
+            if !(0.0 < length && length.is_finite()) {
+                return f64::INFINITY;
+            }
+            let is_last = product == CALM_PRODUCTS;
+            here.copy_from(step.state);
+            let (column, reach) = if is_last {
+                (&mut here.velocities, moved * Real::sqrt(mode.stiffness))
+            } else {
+                (&mut here.positions, moved)
+            };
+            at_level!(level, _simd => add_product(way, R::of(reach / length), column));
+            self.evaluate_stage(step, 1, step.start);
+            let [now, way, ..] = &mut self.stages.slopes;
+            at_level!(level, _simd => add_product(now, -R::ONE, way));
+            let resisted = if is_last { &mut mode.damping } else { &mut mode.stiffness };
+            *resisted = root_mean_square(step, way) / reach;
+        }
+        let calm = CALM * mode.largest_substep(Region::DORMAND_PRINCE, 1);
+        // What is no number is no limit.
+        if 0.0 < calm { calm } else { f64::INFINITY }
     }
 
     /// Lets every particle meet the obstacles it is at.
@@ -289,6 +333,12 @@ impl<R: Real> Scratch<R> {
         at_level!(step.level, _simd => set_products(forces, inverse_masses, slopes));
         powers[stage] = self.power + self.holds.act(model, stage, &motion, slopes);
     }
+}
+
+/// Over the particles, of a column of vectors.
+fn root_mean_square<R: Real>(step: &StepContext<'_, R>, column: &[R]) -> f64 {
+    let sum = at_level!(step.level, _simd => sum_of_squares(column));
+    Real::sqrt(sum / step.model.particle_count() as f64)
 }
 
 /// c = a b.

@@ -107,11 +107,11 @@ impl<R: Real> Holds<R> {
             for (index, plane) in obstacles.planes.iter().enumerate() {
                 hold.meet(model, (index, plane, terms(plane, motion.0)), span, motion);
             }
-            for (index, (_, own)) in (obstacles.planes.len()..).zip(&obstacles.own) {
+            for (index, curved) in (obstacles.planes.len()..).zip(obstacles.curved()) {
                 // The terms of a user-defined gap are unknown: taken as the position and the
                 // obstacle's size.
                 let terms = R::of(model.size) + motion.0.extent() * R::of(3.0);
-                hold.meet(model, (index, own.of::<R>(), terms), span, motion);
+                hold.meet(model, (index, curved, terms), span, motion);
             }
             if 0 < hold.count {
                 self.rows.push(hold);

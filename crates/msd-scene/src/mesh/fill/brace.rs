@@ -8,12 +8,26 @@ use std::collections::BTreeSet;
 
 /// Springs from each surface particle inward, if there is anything to hold on to.
 const BRACES: usize = 4;
+/// Springs all round: how far they reach, in spacings, the cosine of the least angle between those
+/// of a particle, and the most that it begins.
+const REACH: f64 = 2.6;
+const APART: f64 = 0.94;
+pub(crate) const MOST_ROUND: usize = 60;
 /// The fewest springs of a particle.
 const FEWEST: usize = 4;
 /// The least stiffness of a particle against any direction, in units of one spring along it.
 const LEAST_SUPPORT: f64 = 0.25;
 /// Springs that tie a piece of the lattice that nothing else holds.
 const TIES: usize = 8;
+
+/// The springs that tie a surface to what is inside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Braces {
+    /// A few, inward: enough to hold it.
+    Inward,
+    /// Many, to whatever is near: enough for shares by which the body is as stiff as its material.
+    AllRound,
+}
 
 /// A body being tied together: all its points, the surface first.
 pub(crate) struct Frame<'a> {
@@ -33,13 +47,16 @@ pub(crate) struct Frame<'a> {
 impl Frame<'_> {
     /// Adds springs until every particle is held in all directions and each piece hangs together;
     /// returns them in order, and how many particles are loose all the same: those of a flat body.
-    pub(crate) fn brace(mut self) -> (Vec<[usize; 2]>, usize) {
+    pub(crate) fn brace(mut self, braces: Braces) -> (Vec<[usize; 2]>, usize) {
         let before = self.joined.clone();
         let nearby = Nearby::new(self.points, self.spacing);
         // Apart, as there may be a hundred surface points for each inner one within reach.
         let inner = Nearby::new(&self.points[self.surface..], self.spacing);
         for point in 0..self.surface {
-            self.brace_inward(point, (&inner, &nearby));
+            match braces {
+                Braces::Inward => self.brace_inward(point, (&inner, &nearby)),
+                Braces::AllRound => self.brace_all_round(point, &nearby),
+            }
         }
         let mut directions = vec![Vec::new(); self.points.len()];
         for &[a, b] in &self.joined {
@@ -72,6 +89,19 @@ impl Frame<'_> {
             let across = 0.5 * reach.length() < -self.normals[point].dot(reach);
             if other < self.surface && across && count < BRACES {
                 count += usize::from(self.join([point, other], false));
+            }
+        }
+    }
+
+    /// Ties a surface point to what is near in every direction, on the surface and inside.
+    fn brace_all_round(&mut self, point: usize, all: &Nearby) {
+        let place = self.points[point];
+        let mut ways: Vec<DVec3> = Vec::new();
+        for other in all.within(place, REACH * self.spacing) {
+            let way = (self.points[other] - place).normalize_or_zero();
+            if other != point && ways.iter().all(|known| known.dot(way) < APART) {
+                ways.push(way);
+                self.join([point, other], false);
             }
         }
     }

@@ -3,20 +3,24 @@
 mod lattice;
 mod pieces;
 mod brace;
+mod shares;
 mod texture;
 
 use crate::mesh::clean::interior::Interior;
 use crate::mesh::clean::topology::{components, edges, sides};
 use crate::mesh::clean::winding::{Winding, holes};
 use crate::mesh::error::MeshError;
-use crate::mesh::fill::brace::Frame;
+use crate::mesh::fill::brace::{Braces, Frame, MOST_ROUND};
 use crate::mesh::fill::lattice::{check_spacing, fill};
 use crate::mesh::fill::pieces::pieces;
 use crate::mesh::fill::texture::surface;
 use crate::mesh::import::Mesh;
+use crate::mesh::subdivide::subdivided;
 use crate::nearby::Nearby;
 use glam::DVec3;
-use msd_core::{Part, Particle, Spring};
+use msd_core::substance::SOLID_POISSON;
+use msd_core::{Elasticity, Part, Particle, Spring, Substance};
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 
 /// Seam springs from a particle on an open edge to the piece beside it.
@@ -24,6 +28,10 @@ const SEAMS: usize = 3;
 
 /// The most of its surface over which a mesh may leave undecided what is inside.
 const MOST_UNDECIDED: f64 = 0.1;
+
+/// The longest edges of the surface of a material, root mean square, in spacings: a coarser one is
+/// cut up, as too few springs from the lattice would reach its corners.
+const LONGEST_EDGE: f64 = 1.1;
 
 /// What is inside the surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -62,6 +70,9 @@ pub struct MeshOptions {
     /// Stiffness and damping of the bending springs of a shell as a fraction of those of the
     /// others; not negative. Default 1, which keeps the columns uniform.
     pub bending: f64,
+    /// What a solid is made of, instead of mass, stiffness and damping: particles and springs are
+    /// then those of the volume that they stand for. Its Poisson's ratio is 1/4. Default `None`.
+    pub substance: Option<Substance>,
 }
 
 impl Default for MeshOptions {
@@ -74,6 +85,7 @@ impl Default for MeshOptions {
             stiffness: 200.0,
             damping: 0.04,
             bending: 1.0,
+            substance: None,
         }
     }
 }
@@ -119,6 +131,9 @@ pub struct BodyReport {
     pub volume: f64,
     /// Spacing of the interior lattice, metres; 0 for a shell.
     pub spacing: f64,
+    /// Of a solid of a material: the root mean square of the forces that are left over in a uniform
+    /// strain, as a part of those on the surface; 0 would be exact, and is that of other bodies.
+    pub unbalanced: f64,
 }
 
 impl core::fmt::Display for BodyReport {
@@ -142,7 +157,12 @@ impl core::fmt::Display for BodyReport {
             self.bending_springs,
             self.seam_springs,
             self.loose_particles
-        )
+        )?;
+        if 0.0 < self.unbalanced {
+            let percent = 100.0 * self.unbalanced;
+            write!(f, "; in a uniform strain its forces balance within {percent:.1} %")?;
+        }
+        Ok(())
     }
 }
 
@@ -154,39 +174,155 @@ impl core::fmt::Display for BodyReport {
 /// and seams: its pieces, like the spout of a teapot, are joined where the open edge of one comes
 /// within a mean edge length of another. Each spring is as long as it is at rest.
 ///
+/// A solid of a substance has a surface as fine as its lattice, cut up where the mesh is coarser,
+/// and more braces, to whatever is near. Its mass is that of the volume which the mesh encloses.
+///
 /// # Errors
-/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a lattice
-/// too fine.
+/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a shell of
+/// a substance; a lattice too fine.
 ///
 /// # Panics
 /// If a triangle names no vertex, or there are texture coordinates of fewer triangles: no [`Mesh`]
 /// that was read or parsed is so.
 pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), MeshError> {
     let solid = check(mesh, options)?;
+    let options = &with_spacing(mesh, options);
+    let mesh = &*as_fine(mesh, options)?;
     let mut points = place(&mesh.positions, options.size);
     let mut report = BodyReport { solid, surface_particles: points.len(), ..Default::default() };
     if solid || mesh.is_closed() {
         (report.holes, report.volume) = holes(&points, &mesh.triangles);
     }
-    let springs = if solid {
+    let ends = if solid {
         solid_springs(mesh, options, &mut points, &mut report)?
     } else {
         shell_springs(mesh, &points, &mut report)
     };
     let surface =
         surface(&points[..report.surface_particles], &mesh.triangles, mesh.uvs.as_deref(), !solid);
-    let mass = options.mass / points.len() as f64;
-    let particle = |&position| Particle { position, velocity: DVec3::ZERO, mass };
-    let bending = report.edge_springs..report.edge_springs + report.bending_springs;
-    let spring = |(row, &ends): (usize, &[usize; 2])| {
-        let fraction = if bending.contains(&row) { options.bending } else { 1.0 };
+    let (masses, constants) = match &options.substance {
+        Some(substance) => shared(substance, (&points, &ends, &mesh.triangles), &mut report)?,
+        None => alike(options, (points.len(), ends.len()), &report),
+    };
+    let particle = |(&position, mass)| Particle { position, velocity: DVec3::ZERO, mass };
+    let spring = |(&ends, [stiffness, damping]): (&[usize; 2], [f64; 2])| {
         let rest_length = points[ends[0]].distance(points[ends[1]]);
-        let (stiffness, damping) = (fraction * options.stiffness, fraction * options.damping);
         Spring { ends, rest_length, stiffness, damping }
     };
-    let springs = springs.iter().enumerate().map(spring).collect();
-    let particles = points.iter().map(particle).collect();
+    let springs = ends.iter().zip(constants).map(spring).collect();
+    let particles = points.iter().zip(masses).map(particle).collect();
     Ok((Part { particles, springs, surface, ..Part::default() }, report))
+}
+
+/// The masses of particles, and stiffness and damping of springs.
+type Constants = (Vec<f64>, Vec<[f64; 2]>);
+
+/// Masses and springs that are alike but for what resists bending.
+fn alike(
+    options: &MeshOptions,
+    (particles, springs): (usize, usize),
+    report: &BodyReport,
+) -> Constants {
+    let bending = report.edge_springs..report.edge_springs + report.bending_springs;
+    let spring = |row: usize| {
+        let fraction = if bending.contains(&row) { options.bending } else { 1.0 };
+        [fraction * options.stiffness, fraction * options.damping]
+    };
+    (vec![options.mass / particles as f64; particles], (0..springs).map(spring).collect())
+}
+
+/// Masses and springs by the volume that each stands for.
+///
+/// # Errors
+/// A substance that is no solid of springs alone, or a number outside its domain.
+fn shared(
+    substance: &Substance,
+    (points, springs, triangles): (&[DVec3], &[[usize; 2]], &[[u32; 3]]),
+    report: &mut BodyReport,
+) -> Result<Constants, MeshError> {
+    let young = young(substance)?;
+    let (first, count) = (report.edge_springs, report.lattice_springs);
+    let squared = |[a, b]: [usize; 2]| points[a].distance_squared(points[b]);
+    // Diagonals of faces are as long as the root of 2, those of cells as the root of 3.
+    let cell = report.spacing * report.spacing * report.spacing;
+    let far = 2.5 * report.spacing * report.spacing;
+    let in_lattice =
+        |&ends: &[usize; 2]| cell * if squared(ends) < far { 8.0 / 90.0 } else { 0.05 };
+    let lattice: Vec<f64> = springs[first..first + count].iter().map(in_lattice).collect();
+    let areas = shares::areas(points, triangles);
+    let whole = (&lattice[..], report.volume.abs());
+    let shares = shares::share(points, springs, &areas, whole, first);
+    report.unbalanced = shares.unbalanced;
+    let masses = shares::of_particles(points.len(), springs, &shares.volumes);
+    let spring = |(&ends, volume): (&[usize; 2], &f64)| {
+        let stiffness = 6.0 * young * volume / squared(ends);
+        [stiffness, stiffness * substance.relaxation_time]
+    };
+    let constants = springs.iter().zip(&shares.volumes).map(spring).collect();
+    Ok((masses.into_iter().map(|volume| substance.density * volume).collect(), constants))
+}
+
+/// Young's modulus of a substance that may fill a mesh, pascals.
+///
+/// # Errors
+/// See [`shared`].
+fn young(substance: &Substance) -> Result<f64, MeshError> {
+    let Substance { elasticity, density, relaxation_time } = *substance;
+    let option = |quantity, value, expected| Err(MeshError::Option { quantity, value, expected });
+    let Elasticity::Solid { young, poisson } = elasticity else {
+        let dimensions = if matches!(elasticity, Elasticity::Sheet { .. }) { 2.0 } else { 1.0 };
+        return option("number of dimensions of the substance", dimensions, "3, those of a solid");
+    };
+    let positive = "positive and finite";
+    for (quantity, value) in [("Young's modulus", young), ("density", density)] {
+        if !(0.0 < value && value.is_finite()) {
+            return option(quantity, value, positive);
+        }
+    }
+    if !(0.0 <= relaxation_time && relaxation_time.is_finite()) {
+        return option("relaxation time", relaxation_time, "finite and not negative");
+    }
+    if poisson != SOLID_POISSON {
+        return option("Poisson's ratio", poisson, "0.25, that of springs");
+    }
+    Ok(young)
+}
+
+/// The mesh, its triangles cut up if it is to be of a material and coarser than the spacing given.
+///
+/// # Errors
+/// A lattice too fine, or coarser than the body.
+fn as_fine<'m>(mesh: &'m Mesh, options: &MeshOptions) -> Result<Cow<'m, Mesh>, MeshError> {
+    let mut fine = Cow::Borrowed(mesh);
+    if let (Some(_), Some(spacing)) = (options.substance, options.spacing) {
+        let points = place(&mesh.positions, options.size);
+        let longest = 2.0 * points.iter().fold(0.0, |most: f64, p| most.max(p.abs().max_element()));
+        if longest < spacing {
+            let expected = "at most the longest side of the body";
+            return Err(MeshError::Option { quantity: "spacing", value: spacing, expected });
+        }
+        check_spacing(&points, spacing, &mesh.name)?;
+        let (edges, _) = edge_springs(mesh, &points);
+        let squares = edges.iter().map(|&[a, b]| points[a].distance_squared(points[b]));
+        let mut edge = (squares.sum::<f64>() / edges.len() as f64).sqrt();
+        // Each cut halves the edges; those that it adds are as long.
+        while LONGEST_EDGE * spacing < edge {
+            fine = Cow::Owned(subdivided(&fine));
+            edge *= 0.5;
+        }
+    }
+    Ok(fine)
+}
+
+/// The options of a solid of a material with the spacing that they amount to: that of the mesh
+/// before it is cut up.
+fn with_spacing(mesh: &Mesh, options: &MeshOptions) -> MeshOptions {
+    if options.substance.is_none() {
+        return *options;
+    }
+    let points = place(&mesh.positions, options.size);
+    let (_, mean) = edge_springs(mesh, &points);
+    MeshOptions { spacing: Some(spacing(options, &points, mean)), ..*options }
 }
 
 /// Estimates, from above, the particles and springs of a body that is not built yet.
@@ -195,6 +331,8 @@ pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), Me
 /// See [`body`].
 pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], MeshError> {
     let solid = check(mesh, options)?;
+    let options = &with_spacing(mesh, options);
+    let mesh = &*as_fine(mesh, options)?;
     let points = place(&mesh.positions, options.size);
     let (edges, mean) = edge_springs(mesh, &points);
     let (surface, edges) = (points.len() as u128, edges.len() as u128);
@@ -205,16 +343,20 @@ pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], 
     let spacing = spacing(options, &points, mean);
     check_spacing(&points, spacing, &mesh.name)?;
     // A lattice point per cell of the volume, with 13 springs; braces from the surface.
+    let braces = if options.substance.is_some() { MOST_ROUND as u128 } else { 4 };
     let cell = spacing * spacing * spacing;
     let (_, volume) = holes(&points, &mesh.triangles);
     let inside = (volume.abs() / cell).ceil() as u128;
-    Ok([surface + inside, edges + 13 * inside + 4 * surface])
+    Ok([surface + inside, edges + 13 * inside + braces * surface])
 }
 
 /// Checks the options; returns whether the body is a solid.
 fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
     check_options(options)?;
     let solid = is_solid(mesh, options.filling);
+    if options.substance.is_some() && !solid {
+        return Err(MeshError::Shell { file: mesh.name.clone() });
+    }
     if solid && !mesh.is_closed() {
         let undecided = Winding::new(&mesh.positions, &mesh.triangles).undecided();
         if MOST_UNDECIDED < undecided {
@@ -313,7 +455,8 @@ fn solid_springs(
         spacing,
         joined: springs.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect(),
     };
-    let (braces, loose) = frame.brace();
+    let many = options.substance.is_some();
+    let (braces, loose) = frame.brace(if many { Braces::AllRound } else { Braces::Inward });
     report.loose_particles = loose;
     report.brace_springs = braces.len();
     springs.extend(braces);

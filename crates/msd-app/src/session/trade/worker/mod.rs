@@ -85,8 +85,8 @@ impl Follower for Job<Study> {
     }
 }
 
-/// Follows work that has nothing to show before its end.
-pub(crate) struct Patient<'a, T>(pub &'a mut Job<T>);
+/// Follows work that has nothing to show before its end, for so many seconds.
+pub(crate) struct Patient<'a, T>(pub &'a mut Job<T>, pub f64);
 
 impl<T: Serialize> Follower for Patient<'_, T> {
     fn hear(&mut self, progress: Progress) {
@@ -96,7 +96,14 @@ impl<T: Serialize> Follower for Patient<'_, T> {
     fn goes_on(&mut self) -> bool {
         self.0.may_go_on()
     }
+
+    fn patience(&self) -> f64 {
+        self.1
+    }
 }
 
+/// What is said of a search whose time was over before anything could be judged.
+const LATE: &str = "its time was over before the right motion was known to compare with; from a \
+                    calmer state it may be known in time";
 /// What is said of a worker that broke down.
 const BROKEN: &str = "it failed: please report this";

@@ -1,6 +1,6 @@
 //! A thread of low priority that takes a bounded share of one core.
 
-use super::{BROKEN, Report, Task};
+use super::{BROKEN, LATE, Report, Task};
 use msd_study::choice::Choice;
 use msd_study::conduct::Progress;
 use msd_study::leave::Halt;
@@ -63,6 +63,7 @@ impl<T: Send + Sync + 'static> Worker<T> {
             });
             let failure = match catch_unwind(to_the_end) {
                 Ok(Err(Halt::Refused(error))) => Some(error.to_string()),
+                Ok(Err(Halt::Late)) => Some(LATE.to_owned()),
                 Ok(Ok(()) | Err(Halt::Stopped)) => None,
                 Err(_) => Some(BROKEN.to_owned()),
             };

@@ -1,6 +1,6 @@
 //! A worker of the page: the same program once more, beside the page, told and telling in bytes.
 
-use super::{BROKEN, Report, Task};
+use super::{BROKEN, LATE, Report, Task};
 use js_sys::{Array, Function, Uint8Array};
 use msd_study::choice::Choice;
 use msd_study::conduct::Progress;
@@ -247,6 +247,7 @@ impl<W: Task<Found: Serialize>> Hand for Labour<W> {
             Ok(true) => return true,
             Ok(false) | Err(Halt::Stopped) => self.job.note(&Note::Idle),
             Err(Halt::Refused(error)) => self.job.note(&Note::Failed(error.to_string())),
+            Err(Halt::Late) => self.job.note(&Note::Failed(LATE.to_owned())),
         }
         false
     }

@@ -1,0 +1,111 @@
+//! Solids of a shape where they are at a time.
+
+use super::Obstacle;
+use super::contact::{ContactLaw, dot};
+use super::resolve::lane_of;
+use crate::columns::{LANES, RECORD};
+use crate::number::{Real, Vector};
+use crate::scene::Solid;
+use crate::scene::solid::rotation;
+use glam::{DMat3, DVec3};
+
+/// A solid at a time, seconds.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    solid: Solid,
+    /// Its middle, metres.
+    pub middle: DVec3,
+    /// Its own axes, as columns.
+    pub axes: DMat3,
+}
+
+impl Placed {
+    /// A solid where it is at a time, seconds.
+    pub fn new(solid: &Solid, time: f64) -> Self {
+        let speed = Real::sqrt(solid.spin.dot(solid.spin));
+        let axes = if speed == 0.0 {
+            solid.axes
+        } else {
+            rotation(solid.spin / speed, speed * time) * solid.axes
+        };
+        Placed { solid: *solid, middle: middle(solid, time), axes }
+    }
+
+    /// A point as seen from the solid.
+    fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
+        self.axes.transpose() * (position.to_f64() - self.middle)
+    }
+}
+
+fn middle(solid: &Solid, time: f64) -> DVec3 {
+    solid.position + solid.velocity * time
+}
+
+/// Rounding of coordinates in single precision, a few times.
+const ROUNDING: f64 = 1e-6;
+
+/// A ball outside of which nothing touches a solid.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ball<R> {
+    middle: [R; 3],
+    squared: R,
+}
+
+impl<R: Real> Ball<R> {
+    /// The ball around a solid at a time, seconds, however it has turned.
+    pub(super) fn new(solid: &Solid, time: f64) -> Self {
+        let middle = middle(solid, time);
+        // A part in a thousand is more than all rounding of a point at the solid.
+        let reach = 1.001 * solid.shape.reach() + middle.abs().max_element() * ROUNDING;
+        Ball { middle: R::Vec3::of(middle).components(), squared: R::of(reach * reach) }
+    }
+
+    /// Whether a place of a record is inside.
+    #[inline(always)]
+    pub(super) fn is_any_in(&self, record: &[R; RECORD]) -> bool {
+        let mut any = [0; LANES];
+        for (lane, any) in any.iter_mut().enumerate() {
+            let x = lane_of(record, lane);
+            let way: [R; 3] = core::array::from_fn(|axis| x[axis] - self.middle[axis]);
+            *any = u32::from(dot(way, way) <= self.squared);
+        }
+        any.iter().fold(0, |all, any| all | any) != 0
+    }
+}
+
+impl<R: Real> Obstacle<R> for Placed {
+    fn gap(&self, position: R::Vec3, _: f64) -> R {
+        R::of(self.solid.shape.gap(self.own::<R>(position)))
+    }
+
+    fn normal(&self, position: R::Vec3, _: f64) -> R::Vec3 {
+        R::Vec3::of(self.axes * self.solid.shape.normal(self.own::<R>(position)))
+    }
+
+    fn velocity(&self, position: R::Vec3, _: f64) -> R::Vec3 {
+        let Solid { velocity, spin, .. } = self.solid;
+        R::Vec3::of(velocity + spin.cross(position.to_f64() - self.middle))
+    }
+
+    fn law(&self) -> ContactLaw<R> {
+        ContactLaw::new(self.solid.restitution, self.solid.friction)
+    }
+}
+
+impl<R: Real> Obstacle<R> for Solid {
+    fn gap(&self, position: R::Vec3, time: f64) -> R {
+        Obstacle::<R>::gap(&Placed::new(self, time), position, time)
+    }
+
+    fn normal(&self, position: R::Vec3, time: f64) -> R::Vec3 {
+        Obstacle::<R>::normal(&Placed::new(self, time), position, time)
+    }
+
+    fn velocity(&self, position: R::Vec3, time: f64) -> R::Vec3 {
+        Obstacle::<R>::velocity(&Placed::new(self, time), position, time)
+    }
+
+    fn law(&self) -> ContactLaw<R> {
+        ContactLaw::new(self.restitution, self.friction)
+    }
+}
