@@ -137,6 +137,9 @@ const tests = {
 
   async 'the canvas follows the window and its place in the page'(page) {
     await page.go('#scene=cube');
+    // What moves may be elsewhere by the frame of the press.
+    await page.page.click('[data-command=pause]');
+    await page.until('a pause', now => now.paused);
     for (const [width, height, part] of [[640, 480, 1], [1100, 700, 0.75], [960, 640, 1]]) {
       await page.page.setViewportSize({ width, height });
       await page.page.evaluate(part => {
@@ -165,6 +168,9 @@ const tests = {
     const until = holds => frame.waitForFunction(
       async holds => Function('now', `return ${holds}`)(await window.msd.status()), holds);
     await until('2 < now.steps');
+    await frame.focus('#canvas');
+    await page.page.keyboard.press('Space');
+    await until('now.paused');
     const { aim: { screen: [x, y] }, view } = await frame.evaluate(() => window.msd.status());
     assert.deepEqual(view, [0, 0, 700, 500]);
     const box = await page.page.locator('iframe').boundingBox();
