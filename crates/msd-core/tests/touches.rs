@@ -202,7 +202,7 @@ fn collision(touch_of: impl Fn(Touch) -> Touch) -> Scene {
         let body = scene.add("block", part);
         let particles = scene.bodies[body].particles.clone().collect();
         assert_eq!(first, scene.bodies[body].particles.start);
-        scene.add_touch(touch_of(touch(particles, 0.045)));
+        scene.add_touch(touch_of(touch(particles, 0.045))).expect("a few pairs");
     }
     scene
 }
@@ -386,7 +386,7 @@ fn pairs_that_are_close_at_rest_are_exempt() {
     let body = scene.add("cloth", shape::cloth([6, 6], 0.1, material).expect("a cloth"));
     let particles: Vec<usize> = scene.bodies[body].particles.clone().collect();
     // Wider than two spacings: also particles that no spring joins.
-    scene.add_touch(touch(particles, 0.11));
+    scene.add_touch(touch(particles, 0.11)).expect("a few pairs");
     assert!(!scene.exempt.is_empty());
     let simulation = simulation::<f64>(&scene, Settings::default());
     assert!(simulation.forces().0.iter().all(|force| force.length() < 1e-12));
@@ -408,6 +408,10 @@ fn rows_that_make_no_sense_are_refused() {
     refused(|scene| scene.touches[0].particles[0] = 99, "touch 0");
     refused(|scene| scene.touches[1].ignored.push(1), "touch 1");
     refused(|scene| scene.exempt.push([0, 40]), "exempt pair");
+    let mut scene = cloud(7, 4000);
+    scene.particles.iter_mut().for_each(|particle| particle.position = DVec3::ONE);
+    let error = Simulation::<f32>::new(&scene, Settings::default()).expect_err("a point");
+    assert!(error.to_string().contains("pairs of particles closer than their radii"), "{error}");
 }
 
 #[test]

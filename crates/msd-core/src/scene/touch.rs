@@ -1,6 +1,8 @@
 //! Touches: particles with a radius, which push each other apart.
 
 use super::Scene;
+use super::check::check_count;
+use crate::error::Error;
 use crate::grid::Grid;
 use alloc::vec::Vec;
 use glam::DVec3;
@@ -33,19 +35,32 @@ pub struct Touch {
     pub ignored: Vec<usize>,
 }
 
+/// The most pairs for each particle with a radius.
+const MOST_PAIRS: usize = 256;
+
 impl Scene {
     /// Adds a row of touches, and exempts the pairs among its particles that are closer than their
     /// radii now, at rest.
-    pub fn add_touch(&mut self, touch: Touch) {
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] for a radius within which particles have hundreds of others.
+    pub fn add_touch(&mut self, touch: Touch) -> Result<(), Error> {
         if touch.itself {
-            self.exempt.extend(close(self, &touch));
+            self.exempt.extend(close(self, &touch)?);
         }
         self.touches.push(touch);
+        Ok(())
     }
 }
 
+/// Refuses more pairs than particles that do not overlap can have.
+pub(crate) fn check_pairs(pairs: usize, particles: usize) -> Result<(), Error> {
+    let most = particles.saturating_mul(MOST_PAIRS);
+    check_count("the number of pairs of particles closer than their radii", pairs, most)
+}
+
 /// The pairs of a row that are closer than twice their radius and not joined by a spring.
-fn close(scene: &Scene, touch: &Touch) -> Vec<[usize; 2]> {
+fn close(scene: &Scene, touch: &Touch) -> Result<Vec<[usize; 2]>, Error> {
     let points: Vec<DVec3> = touch
         .particles
         .iter()
@@ -55,7 +70,7 @@ fn close(scene: &Scene, touch: &Touch) -> Vec<[usize; 2]> {
     let reach = 2.0 * touch.radius;
     let is_usable = points.len() == touch.particles.len() && 0.0 < reach;
     if !is_usable {
-        return Vec::new();
+        return Ok(Vec::new());
     }
     let sorted = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
     let mut joined: Vec<_> = scene.springs.iter().map(|spring| sorted(spring.ends)).collect();
@@ -69,6 +84,7 @@ fn close(scene: &Scene, touch: &Touch) -> Vec<[usize; 2]> {
         let ends = found.iter().map(|&other| [row, other as usize].map(|at| touch.particles[at]));
         let loose = ends.map(sorted).filter(|pair| joined.binary_search(pair).is_err());
         pairs.extend(loose);
+        check_pairs(pairs.len(), points.len())?;
     }
-    pairs
+    Ok(pairs)
 }

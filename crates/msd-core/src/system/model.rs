@@ -106,6 +106,10 @@ impl<R: Real> Model<R> {
             slots,
         };
         model.make_columns();
+        if !model.touches.is_empty() {
+            let columns = Columns::of(&model.slots, &state, 0);
+            Near::check(&model.touches, &columns.positions)?;
+        }
         Ok((model, state))
     }
 

@@ -7,6 +7,7 @@ use crate::file::decode::decode;
 use crate::file::domain::Domain;
 use crate::file::obstacles::{plane, solid};
 use crate::file::schema::{PinRow, SceneFile, SolverRow, Substeps, WorldRow};
+use crate::file::touch::touch;
 use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
@@ -73,7 +74,8 @@ pub(crate) fn understand_rows(
         let name = body.name.clone().unwrap_or_else(|| body.kind.name().into());
         scene.add(name, built.part);
     }
-    let notes = builder.notes;
+    let mut notes = builder.notes;
+    touch(source, &file.bodies, &mut scene, &mut notes)?;
     let mut held = BTreeMap::new();
     for (row, pin) in file.pins.iter().enumerate() {
         let pins = pins(source, (row, pin), &lattices, &scene)?;

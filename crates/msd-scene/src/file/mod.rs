@@ -16,6 +16,7 @@ mod budget;
 mod substance;
 mod bodies;
 mod obstacles;
+mod touch;
 mod build;
 mod refine;
 

@@ -301,13 +301,6 @@ impl<R: Real> Touches<R> {
         &self.spared[range]
     }
 
-    /// The law of two balls; `None` for a pair that never touches.
-    fn law_between(&self, a: usize, b: usize) -> Option<&Law<R>> {
-        let is_spared = || self.spared_of(a).contains(&(b as u32));
-        let law = self.laws[self.law_place(a, b)].as_ref();
-        law.filter(|_| !is_spared())
-    }
-
     fn law_place(&self, a: usize, b: usize) -> usize {
         self.balls[a].row as usize * self.rows.len() + self.balls[b].row as usize
     }

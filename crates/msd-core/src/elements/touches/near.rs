@@ -5,9 +5,11 @@
 //! have then come closer by more than that. A motion that all share wears it out by nothing.
 
 use super::Touches;
+use crate::error::Error;
 use crate::columns::{LANES, RECORD, vector};
 use crate::grid::Grid;
 use crate::number::{Real, Vector, at_level};
+use crate::scene::touch::check_pairs;
 use alloc::vec::Vec;
 use fearless_simd::Level;
 
@@ -71,6 +73,21 @@ impl<R: Real> Near<R> {
         }
     }
 
+    /// Refuses particles of which too many lie within reach of each other.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`].
+    pub(crate) fn check(touches: &Touches<R>, positions: &[R]) -> Result<(), Error> {
+        let (mut near, mut pairs) = (Near::default(), 0);
+        near.fill(touches, positions);
+        for ball in 0..touches.balls.len() {
+            near.find(touches, positions, ball);
+            pairs += near.found.len();
+            check_pairs(pairs, touches.balls.len())?;
+        }
+        Ok(())
+    }
+
     fn holds(&self, level: Level, positions: &[R]) -> bool {
         // Less than all of the skin: what rounding is worth.
         let most = R::of(0.99 * self.skin);
@@ -86,23 +103,12 @@ impl<R: Real> Near<R> {
         if self.records.is_empty() {
             self.records = records(touches);
         }
-        let skin = R::of(self.skin);
-        let Near { pairs, grid, found, .. } = self;
-        pairs.clear();
-        let point = |ball: usize| vector::<R>(positions, touches.balls[ball].at as usize);
-        let count = touches.balls.len();
-        grid.fill(reach + self.skin, (0..count).map(|ball| point(ball).to_f64()));
-        for a in 0..count {
-            let here = point(a);
-            grid.list_near(a, found, |b| {
-                let apart = point(b) - here;
-                touches.laws[touches.law_place(a, b)].is_some_and(|law| {
-                    let most = law.reach + skin;
-                    apart.dot(apart) < most * most
-                })
-            });
-            let free = found.iter().filter(|&&b| touches.law_between(a, b as usize).is_some());
-            pairs.extend(free.map(|&b| {
+        self.pairs.clear();
+        self.fill(touches, positions);
+        for a in 0..touches.balls.len() {
+            self.find(touches, positions, a);
+            let Near { pairs, found, .. } = self;
+            pairs.extend(found.iter().map(|&b| {
                 let both = [a, b as usize].map(|ball| touches.balls[ball]);
                 Pair {
                     particles: both.map(|ball| ball.particle),
@@ -111,6 +117,27 @@ impl<R: Real> Near<R> {
                 }
             }));
         }
+    }
+
+    /// Puts all balls into cells.
+    fn fill(&mut self, touches: &Touches<R>, positions: &[R]) {
+        let points = touches.balls.iter().map(|ball| vector::<R>(positions, ball.at as usize));
+        let width = touches.largest_reach() + self.skin;
+        self.grid.fill(width, points.map(R::Vec3::to_f64));
+    }
+
+    /// Finds the balls of a higher number that may touch a ball.
+    fn find(&mut self, touches: &Touches<R>, positions: &[R], a: usize) {
+        let point = |ball: usize| vector::<R>(positions, touches.balls[ball].at as usize);
+        let (here, skin) = (point(a), R::of(self.skin));
+        self.grid.list_near(a, &mut self.found, |b| {
+            let apart = point(b) - here;
+            touches.laws[touches.law_place(a, b)].is_some_and(|law| {
+                let most = law.reach + skin;
+                apart.dot(apart) < most * most
+            })
+        });
+        self.found.retain(|&b| !touches.spared_of(a).contains(&b));
     }
 
     /// Takes note of the length of a substep, seconds, and counts the pairs that may pass through
