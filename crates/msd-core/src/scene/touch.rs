@@ -75,16 +75,15 @@ fn close(scene: &Scene, touch: &Touch) -> Result<Vec<[usize; 2]>, Error> {
     let sorted = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
     let mut joined: Vec<_> = scene.springs.iter().map(|spring| sorted(spring.ends)).collect();
     joined.sort_unstable();
-    let (mut grid, mut found, mut pairs) = (Grid::default(), Vec::new(), Vec::new());
+    let (mut grid, mut pairs) = (Grid::default(), Vec::new());
     grid.fill(reach, points.iter().copied());
-    for (row, &point) in points.iter().enumerate() {
-        grid.list_near(row, &mut found, |other| {
-            (points[other] - point).length_squared() <= reach * reach
-        });
-        let ends = found.iter().map(|&other| [row, other as usize].map(|at| touch.particles[at]));
-        let loose = ends.map(sorted).filter(|pair| joined.binary_search(pair).is_err());
-        pairs.extend(loose);
-        check_pairs(pairs.len(), points.len())?;
-    }
+    grid.each_pair(|a, b| {
+        let is_close = (points[b] - points[a]).length_squared() <= reach * reach;
+        let pair = sorted([a, b].map(|at| touch.particles[at]));
+        if is_close && joined.binary_search(&pair).is_err() {
+            pairs.push(pair);
+        }
+        check_pairs(pairs.len(), points.len())
+    })?;
     Ok(pairs)
 }

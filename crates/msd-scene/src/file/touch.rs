@@ -149,12 +149,7 @@ fn leak(scene: &Scene, row: usize, touch: &Touch) -> Option<String> {
 }
 
 /// The body of a name.
-fn named(
-    source: &Source<'_>,
-    key: &str,
-    name: &str,
-    scene: &Scene,
-) -> Result<usize, FileError> {
+fn named(source: &Source<'_>, key: &str, name: &str, scene: &Scene) -> Result<usize, FileError> {
     if let Some(row) = scene.bodies.iter().position(|body| body.name == name) {
         return Ok(row);
     }

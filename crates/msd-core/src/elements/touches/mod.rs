@@ -12,7 +12,6 @@ use crate::columns::{set_vector, vector};
 use crate::number::{Real, Vector};
 use crate::scene::Touch;
 use alloc::vec::Vec;
-use core::ops::Range;
 use glam::DVec3;
 use near::Pair;
 
@@ -253,6 +252,16 @@ impl<R: Real> Touches<R> {
         self.spared = pairs.into_iter().map(|pair| pair[1]).collect();
     }
 
+    /// The number of particles that have a radius.
+    pub fn count(&self) -> usize {
+        self.balls.len()
+    }
+
+    /// Pairs of particles by which all with a radius hang together.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.balls.windows(2).map(|pair| [pair[0].particle, pair[1].particle])
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.balls.is_empty()
@@ -294,11 +303,14 @@ impl<R: Real> Touches<R> {
         self.laws.iter().flatten().map(|law| law.reach.to_f64()).fold(0.0, f64::max)
     }
 
-    /// The balls of a higher number that a ball does not touch.
-    fn spared_of(&self, ball: usize) -> &[u32] {
-        let range: Range<usize> =
-            self.spared_starts[ball] as usize..self.spared_starts[ball + 1] as usize;
-        &self.spared[range]
+    /// Whether two balls, the lower first, do not touch.
+    fn spares(&self, a: usize, b: usize) -> bool {
+        let range = self.spared_starts[a] as usize..self.spared_starts[a + 1] as usize;
+        self.spared[range].contains(&(b as u32))
+    }
+
+    fn point(&self, positions: &[R], ball: usize) -> R::Vec3 {
+        vector::<R>(positions, self.balls[ball].at as usize)
     }
 
     fn law_place(&self, a: usize, b: usize) -> usize {

@@ -1,16 +1,18 @@
 //! Pairs of particles that may touch: a list that holds until particles have moved too far.
 //!
-//! It has all pairs closer than the sum of their radii and a skin, and serves until the box around
-//! all displacements since it was made is as long as the skin (after Verlet, 1967): no two particles
-//! have then come closer by more than that. A motion that all share wears it out by nothing.
+//! It has all pairs closer than the sum of their radii and a skin, and serves until two particles can
+//! have come closer by more than that (after Verlet, 1967). What they all share of a motion wears it
+//! out by nothing: the box around all displacements is looked at first, and where that is too long,
+//! those around the displacements in cells that touch.
 
 use super::Touches;
-use crate::error::Error;
 use crate::columns::{LANES, RECORD, vector};
+use crate::error::Error;
 use crate::grid::Grid;
 use crate::number::{Real, Vector, at_level};
 use crate::scene::touch::check_pairs;
 use alloc::vec::Vec;
+use core::convert::Infallible;
 use fearless_simd::Level;
 
 /// A pair that may touch.
@@ -31,18 +33,66 @@ pub(crate) struct Near<R: Real> {
     from: Vec<R>,
     /// How much closer than when it was made pairs may be, metres.
     skin: f64,
+    /// How much closer they were at most at these positions, metres.
+    worn: f64,
+    since: Vec<R>,
+    /// Where the numbers of particles are, cell by cell, where each cell ends, and the cells that
+    /// touch.
+    cells: Vec<u32>,
+    ends: Vec<u32>,
+    neighbours: Vec<[u32; 2]>,
+    /// The displacements in each cell.
+    boxes: Vec<Box<R>>,
     /// Records with particles that have a radius, and which lanes have one.
     records: Vec<(u32, [bool; LANES])>,
     /// How far two particles come closer in a substep at most, metres.
     stride: f64,
     grid: Grid,
-    found: Vec<u32>,
 }
 
 /// The skin of a list, as a part of the largest sum of radii, and the largest skin that fast
 /// particles get.
-const SKIN: f64 = 0.5;
+const SKIN: f64 = 1.0;
 const LARGEST_SKIN: f64 = 2.0;
+/// The part of its skin up to which a list serves on.
+const WORN: f64 = 0.6;
+/// The width of the cells in which displacements are looked at, in those of the grid.
+const WIDTH: f64 = 4.0;
+
+/// The box around some vectors.
+#[derive(Clone, Copy, Debug)]
+struct Box<R: Real> {
+    low: R::Vec3,
+    high: R::Vec3,
+}
+
+impl<R: Real> Default for Box<R> {
+    fn default() -> Self {
+        let [most, least] = [R::LARGEST, -R::LARGEST].map(|x| R::Vec3::from_components([x; 3]));
+        Box { low: most, high: least }
+    }
+}
+
+impl<R: Real> Box<R> {
+    fn add(&mut self, vector: R::Vec3) {
+        *self = self.with(Box { low: vector, high: vector });
+    }
+
+    fn with(self, other: Self) -> Self {
+        let (low, high) = (self.low.components(), self.high.components());
+        let (lower, higher) = (other.low.components(), other.high.components());
+        let pick = |a: [R; 3], b: [R; 3], of: fn(R, R) -> R| {
+            R::Vec3::from_components([of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])])
+        };
+        Box { low: pick(low, lower, R::min), high: pick(high, higher, R::max) }
+    }
+
+    /// The square of its diagonal.
+    fn diagonal(self) -> R {
+        let sides = self.high - self.low;
+        sides.dot(sides)
+    }
+}
 
 impl<R: Real> Near<R> {
     /// Discards the list: particles or laws are other ones.
@@ -53,7 +103,7 @@ impl<R: Real> Near<R> {
 
     /// The pairs that may touch at these positions.
     pub(crate) fn pairs(&mut self, level: Level, touches: &Touches<R>, positions: &[R]) -> &[Pair] {
-        if !self.holds(level, positions) {
+        if !self.holds(level, positions) && !self.serves_on(positions) {
             self.list(touches, positions);
         }
         &self.pairs
@@ -78,66 +128,106 @@ impl<R: Real> Near<R> {
     /// # Errors
     /// [`Error::TooLarge`].
     pub(crate) fn check(touches: &Touches<R>, positions: &[R]) -> Result<(), Error> {
-        let (mut near, mut pairs) = (Near::default(), 0);
+        let mut near = Near::default();
         near.fill(touches, positions);
-        for ball in 0..touches.balls.len() {
-            near.find(touches, positions, ball);
-            pairs += near.found.len();
-            check_pairs(pairs, touches.balls.len())?;
-        }
-        Ok(())
+        let (reach, mut count) = (R::of(touches.largest_reach()), 0);
+        near.grid.each_pair(|a, b| {
+            let apart = touches.point(positions, b) - touches.point(positions, a);
+            count += usize::from(apart.dot(apart) < reach * reach);
+            check_pairs(count, touches.balls.len())
+        })
     }
 
+    /// Whether the list is known to serve.
     fn holds(&self, level: Level, positions: &[R]) -> bool {
-        // Less than all of the skin: what rounding is worth.
-        let most = R::of(0.99 * self.skin);
+        // Less than all that is left: what rounding is worth.
+        let most = R::of(0.99 * (self.skin - self.worn));
         !self.from.is_empty()
-            && at_level!(level, _simd => wear(&self.records, &self.from, positions)) <= most * most
+            && at_level!(level, _simd => wear(&self.records, &self.since, positions)) <= most * most
+    }
+
+    /// Looks cell by cell by how much particles can have come closer; whether the list may serve
+    /// on.
+    fn serves_on(&mut self, positions: &[R]) -> bool {
+        if self.from.is_empty() {
+            return false;
+        }
+        let Near { from, boxes, cells, ends, .. } = self;
+        boxes.clear();
+        let mut start = 0;
+        for &end in &*ends {
+            let mut displacements = Box::default();
+            for &at in &cells[start..end as usize] {
+                let at = at as usize;
+                displacements.add(vector::<R>(positions, at) - vector::<R>(from, at));
+            }
+            boxes.push(displacements);
+            start = end as usize;
+        }
+        let mut most = R::ZERO;
+        for &[a, b] in &self.neighbours {
+            most = R::max(most, self.boxes[a as usize].with(self.boxes[b as usize]).diagonal());
+        }
+        self.worn = Real::sqrt(most.to_f64());
+        self.since.copy_from_slice(positions);
+        self.worn <= WORN * self.skin
     }
 
     fn list(&mut self, touches: &Touches<R>, positions: &[R]) {
         let reach = touches.largest_reach();
         self.skin = (SKIN * reach).max(2.0 * self.stride).min(LARGEST_SKIN * reach);
-        self.from.clear();
-        self.from.extend_from_slice(positions);
+        self.worn = 0.0;
+        for column in [&mut self.from, &mut self.since] {
+            column.clear();
+            column.extend_from_slice(positions);
+        }
         if self.records.is_empty() {
             self.records = records(touches);
         }
-        self.pairs.clear();
+        self.find_cells(touches, positions);
         self.fill(touches, positions);
-        for a in 0..touches.balls.len() {
-            self.find(touches, positions, a);
-            let Near { pairs, found, .. } = self;
-            pairs.extend(found.iter().map(|&b| {
-                let both = [a, b as usize].map(|ball| touches.balls[ball]);
-                Pair {
+        let Near { pairs, grid, skin, .. } = self;
+        let skin = R::of(*skin);
+        pairs.clear();
+        let never: Result<(), Infallible> = grid.each_pair(|a, b| {
+            let apart = touches.point(positions, b) - touches.point(positions, a);
+            let law = touches.law_place(a, b);
+            let most = touches.laws[law].map_or(R::ZERO, |law| law.reach + skin);
+            if apart.dot(apart) < most * most && !touches.spares(a, b) {
+                let both = [a, b].map(|ball| touches.balls[ball]);
+                pairs.push(Pair {
                     particles: both.map(|ball| ball.particle),
                     at: both.map(|ball| ball.at),
-                    law: touches.law_place(a, b as usize) as u32,
-                }
-            }));
-        }
-    }
-
-    /// Puts all balls into cells.
-    fn fill(&mut self, touches: &Touches<R>, positions: &[R]) {
-        let points = touches.balls.iter().map(|ball| vector::<R>(positions, ball.at as usize));
-        let width = touches.largest_reach() + self.skin;
-        self.grid.fill(width, points.map(R::Vec3::to_f64));
-    }
-
-    /// Finds the balls of a higher number that may touch a ball.
-    fn find(&mut self, touches: &Touches<R>, positions: &[R], a: usize) {
-        let point = |ball: usize| vector::<R>(positions, touches.balls[ball].at as usize);
-        let (here, skin) = (point(a), R::of(self.skin));
-        self.grid.list_near(a, &mut self.found, |b| {
-            let apart = point(b) - here;
-            touches.laws[touches.law_place(a, b)].is_some_and(|law| {
-                let most = law.reach + skin;
-                apart.dot(apart) < most * most
-            })
+                    law: law as u32,
+                });
+            }
+            Ok(())
         });
-        self.found.retain(|&b| !touches.spared_of(a).contains(&b));
+        let Ok(()) = never;
+        pairs.sort_unstable_by_key(|pair| pair.particles);
+    }
+
+    /// Puts all balls into cells as wide as pairs of the list are long.
+    fn fill(&mut self, touches: &Touches<R>, positions: &[R]) {
+        let width = touches.largest_reach() + self.skin;
+        let points = (0..touches.balls.len()).map(|ball| touches.point(positions, ball).to_f64());
+        self.grid.fill(width, points);
+    }
+
+    /// Puts all balls into wider cells, whose displacements are looked at together.
+    fn find_cells(&mut self, touches: &Touches<R>, positions: &[R]) {
+        let width = WIDTH * (touches.largest_reach() + self.skin);
+        let points = (0..touches.balls.len()).map(|ball| touches.point(positions, ball).to_f64());
+        let Near { grid, cells, ends, neighbours, .. } = self;
+        grid.fill(width, points);
+        (cells.clear(), ends.clear(), neighbours.clear());
+        for row in 0..grid.row_count() {
+            let places = grid.points_of(row).iter().map(|&ball| touches.balls[ball as usize].at);
+            cells.extend(places);
+            ends.push(cells.len() as u32);
+            let around = grid.around(row).filter(|&other| row <= other);
+            neighbours.extend(around.map(|other| [row as u32, other as u32]));
+        }
     }
 
     /// Takes note of the length of a substep, seconds, and counts the pairs that may pass through
