@@ -43,8 +43,8 @@ pub(crate) struct Near<R: Real> {
     neighbours: Vec<[u32; 2]>,
     /// The displacements in each cell.
     boxes: Vec<Box<R>>,
-    /// Records with particles that have a radius, and which lanes have one.
-    records: Vec<(u32, [bool; LANES])>,
+    /// The records with particles that have a radius.
+    records: Vec<Record>,
     /// How far two particles come closer in a substep at most, metres.
     stride: f64,
     grid: Grid,
@@ -58,6 +58,14 @@ const LARGEST_SKIN: f64 = 2.0;
 const WORN: f64 = 0.6;
 /// The width of the cells in which displacements are looked at, in those of the grid.
 const WIDTH: f64 = 4.0;
+
+/// A record with balls, and in which lanes they are.
+#[derive(Clone, Debug)]
+struct Record {
+    number: u32,
+    lanes: [bool; LANES],
+    is_full: bool,
+}
 
 /// The box around some vectors.
 #[derive(Clone, Copy, Debug)]
@@ -281,52 +289,72 @@ fn passes(apart: glam::DVec3, way: glam::DVec3, reach: f64) -> bool {
 }
 
 /// The records with balls in them.
-fn records<R: Real>(touches: &Touches<R>) -> Vec<(u32, [bool; LANES])> {
+fn records<R: Real>(touches: &Touches<R>) -> Vec<Record> {
     let mut at: Vec<u32> = touches.balls.iter().map(|ball| ball.at).collect();
     at.sort_unstable();
-    let mut records: Vec<(u32, [bool; LANES])> = Vec::new();
+    let mut records: Vec<Record> = Vec::new();
     for at in at {
-        let record = at / RECORD as u32;
-        if records.last().is_none_or(|last| last.0 != record) {
-            records.push((record, [false; LANES]));
+        let number = at / RECORD as u32;
+        if records.last().is_none_or(|last| last.number != number) {
+            records.push(Record { number, lanes: [false; LANES], is_full: false });
         }
         let last = records.last_mut().expect("one was pushed");
-        last.1[at as usize % RECORD] = true;
+        last.lanes[at as usize % RECORD] = true;
+        last.is_full = last.lanes == [true; LANES];
     }
     records
 }
 
 /// The square of the diagonal of the box around all displacements.
 #[inline(always)]
-fn wear<R: Real>(records: &[(u32, [bool; LANES])], from: &[R], to: &[R]) -> R {
-    diagonal(records, |at| to[at] - from[at])
+fn wear<R: Real>(records: &[Record], from: &[R], to: &[R]) -> R {
+    let (from, to) = (from.as_chunks::<RECORD>().0, to.as_chunks::<RECORD>().0);
+    diagonal(records, |record| {
+        let (from, to) = (&from[record], &to[record]);
+        let mut ways = [R::ZERO; RECORD];
+        for i in 0..RECORD {
+            ways[i] = to[i] - from[i];
+        }
+        ways
+    })
 }
 
 /// The square of the diagonal of the box around all vectors of a column.
 #[inline(always)]
-fn spread<R: Real>(records: &[(u32, [bool; LANES])], column: &[R]) -> R {
-    diagonal(records, |at| column[at])
+fn spread<R: Real>(records: &[Record], column: &[R]) -> R {
+    let column = column.as_chunks::<RECORD>().0;
+    diagonal(records, |record| column[record])
 }
 
-/// The square of the diagonal of the box around vectors.
+/// The square of the diagonal of the box around the vectors of records.
 #[inline(always)]
-fn diagonal<R: Real>(records: &[(u32, [bool; LANES])], number: impl Fn(usize) -> R) -> R {
-    let mut square = R::ZERO;
-    for axis in 0..3 {
-        let mut low = [R::LARGEST; LANES];
-        let mut high = [-R::LARGEST; LANES];
-        for (record, is_ball) in records {
-            let at = *record as usize * RECORD + axis * LANES;
-            for lane in 0..LANES {
-                let x = number(at + lane);
-                low[lane] = if is_ball[lane] & (x < low[lane]) { x } else { low[lane] };
-                high[lane] = if is_ball[lane] & (high[lane] < x) { x } else { high[lane] };
-            }
+fn diagonal<R: Real>(records: &[Record], vectors: impl Fn(usize) -> [R; RECORD]) -> R {
+    let (mut low, mut high) = ([R::LARGEST; RECORD], [-R::LARGEST; RECORD]);
+    for record in records {
+        let mut here = vectors(record.number as usize);
+        if !record.is_full {
+            fill_blanks(&mut here, record);
         }
-        let low = low.into_iter().fold(R::LARGEST, R::min);
-        let high = high.into_iter().fold(-R::LARGEST, R::max);
-        let side = high - low;
-        square += side * side;
+        for i in 0..RECORD {
+            low[i] = if here[i] < low[i] { here[i] } else { low[i] };
+            high[i] = if high[i] < here[i] { here[i] } else { high[i] };
+        }
+    }
+    let mut square = R::ZERO;
+    for (low, high) in low.chunks(LANES).zip(high.chunks(LANES)) {
+        let low = low.iter().copied().fold(R::LARGEST, R::min);
+        let high = high.iter().copied().fold(-R::LARGEST, R::max);
+        square += (high - low) * (high - low);
     }
     square
+}
+
+/// Overwrites the vectors in lanes without a ball with one of a lane that has one.
+fn fill_blanks<R: Real>(vectors: &mut [R; RECORD], record: &Record) {
+    let ball = record.lanes.iter().position(|&is_ball| is_ball).unwrap_or(0);
+    for axis in vectors.as_chunks_mut::<LANES>().0 {
+        for lane in 0..LANES {
+            axis[lane] = if record.lanes[lane] { axis[lane] } else { axis[ball] };
+        }
+    }
 }
