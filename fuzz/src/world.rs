@@ -6,7 +6,7 @@ use core::ops::Range;
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
     Bend, Body, Corner, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Shape, Solid,
-    Spring, Surface, Volume, World,
+    Spring, Surface, Touch, Volume, World,
 };
 
 /// The methods that take a step in a time known before.
@@ -54,6 +54,9 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
             surface: Surface::default(),
         });
     }
+    if u.ratio(1, 3)? {
+        touches(u, particles, &mut scene)?;
+    }
     for _ in 0..u.int_in_range(0..=2)? {
         let mut particle = || index(u, particles);
         let at = [particle()?, particle()?, particle()?, particle()?];
@@ -76,6 +79,30 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
     Ok(scene)
 }
 
+/// Lets the first particles touch, in one row or two.
+fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<()> {
+    let cut = index(u, particles + 1)?;
+    for particles in [0..cut, cut..particles] {
+        let ignored = if u.ratio(1, 4)? { (0..scene.touches.len()).collect() } else { Vec::new() };
+        scene.touches.push(Touch {
+            particles: particles.collect(),
+            radius: decade(u)?.abs(),
+            stiffness: positive(u)?,
+            damping: positive(u)?,
+            friction: positive(u)?,
+            itself: u.arbitrary()?,
+            ignored,
+        });
+        if u.arbitrary()? {
+            break;
+        }
+    }
+    if u.arbitrary()? {
+        scene.exempt.push([index(u, particles)?, index(u, particles)?]);
+    }
+    Ok(())
+}
+
 /// Breaks what holds a scene together, or leaves it as it is: most often.
 pub(crate) fn spoil(scene: &mut Scene, choice: u8) {
     let body = |particles, surface| {
@@ -94,6 +121,9 @@ pub(crate) fn spoil(scene: &mut Scene, choice: u8) {
         4 => scene.bodies.push(body(0..1, surface(corners(u32::MAX), Vec::new()))),
         5 => scene.bodies.push(body(0..1, surface(corners(0), vec![[0, 0, 1]]))),
         6 => scene.bodies.push(body(0..1, surface(corners(0), vec![[0, 0, 0]]))),
+        7 => scene.exempt.push([0, usize::MAX]),
+        8 => scene.touches.iter_mut().for_each(|row| row.particles.push(usize::MAX)),
+        9 => scene.touches.iter_mut().for_each(|row| row.ignored.push(7)),
         _ => (),
     }
 }

@@ -8,17 +8,17 @@ use core::ops::Range;
 use glam::DVec3;
 
 /// Where a cell is, in cells from the origin.
-type Cell = [i64; 3];
+type Place = [i64; 3];
 
 /// Points in cells. Its columns are allocated once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Grid {
     /// The cell of each point.
-    cells: Vec<Cell>,
+    cells: Vec<Place>,
     /// The points, cell by cell.
     points: Vec<u32>,
     /// The cells that have points, by their place in the table.
-    rows: Vec<Row>,
+    rows: Vec<Occupied>,
     /// Where the points, and then the rows, of each place of the table start, and where the last
     /// ones end.
     starts: Vec<u32>,
@@ -28,8 +28,8 @@ pub(crate) struct Grid {
 
 /// A cell and its points.
 #[derive(Clone, Debug)]
-struct Row {
-    cell: Cell,
+struct Occupied {
+    cell: Place,
     points: Range<u32>,
 }
 
@@ -83,7 +83,7 @@ impl Grid {
             group.sort_by_key(|&point| cells[point as usize]);
             for points in group.chunk_by(|&a, &b| cells[a as usize] == cells[b as usize]) {
                 let end = start + points.len() as u32;
-                rows.push(Row { cell: cells[points[0] as usize], points: start..end });
+                rows.push(Occupied { cell: cells[points[0] as usize], points: start..end });
                 start = end;
             }
         }
@@ -91,7 +91,7 @@ impl Grid {
     }
 
     /// The row of a cell, if it has points.
-    fn row_of(&self, cell: Cell) -> Option<usize> {
+    fn row_of(&self, cell: Place) -> Option<usize> {
         let at = place(cell, self.starts.len() - 1);
         let rows = self.starts[at] as usize..self.starts[at + 1] as usize;
         rows.into_iter().find(|&row| self.rows[row].cell == cell)
@@ -143,7 +143,7 @@ impl Grid {
 }
 
 /// The place of a cell in a table.
-fn place([x, y, z]: Cell, places: usize) -> usize {
+fn place([x, y, z]: Place, places: usize) -> usize {
     let mixed =
         x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
     let spread = (mixed as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15);

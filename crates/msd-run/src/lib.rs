@@ -9,10 +9,10 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod crossings;
 mod automatic;
 mod runner;
 mod rounding;
-mod crossings;
 mod history;
 mod trace;
 pub mod rescue;

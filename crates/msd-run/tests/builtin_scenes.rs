@@ -2,7 +2,7 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{Simulation, Vector};
-use msd_run::{Runner, on};
+use msd_run::{Runner, Touched, on};
 use msd_scene::{BUILTINS, open};
 
 fn runner(name: &str) -> Runner {
@@ -54,7 +54,8 @@ macro_rules! ten_seconds {
 }
 
 ten_seconds! {
-    cube jelly bunny cloth drape dice foam mattress snake spinner waffle teapot chain square square4
+    cube jelly bunny cloth drape pile dice foam mattress snake spinner waffle teapot chain square
+    square4
 }
 
 #[test]
@@ -213,6 +214,37 @@ fn the_cloth_drapes_the_ball_and_does_not_pass_through_it() {
     let on_ball = gaps.iter().filter(|&&gap| gap < 1e-6).count();
     assert!(100 < on_ball, "{on_ball} particles on the ball");
     assert!(single(&drape).energy().kinetic < 0.1);
+}
+
+/// A minute of what touches: nothing passes through anything, and all comes to rest.
+#[test]
+fn what_touches_does_not_pass_through() {
+    for (name, kinetic) in [("drape", 0.01), ("pile", 0.05)] {
+        let mut runner = runner(name);
+        for second in 1..=60 {
+            run(&mut runner, 1.0);
+            let touched = runner.touched().expect("a scene that touches");
+            assert_eq!(touched, Touched { passes: 0, crossings: 0 }, "{name}: {second} s");
+        }
+        let moving = single(&runner).energy().kinetic;
+        assert!(moving < kinetic, "{name}: {moving} J after a minute");
+    }
+}
+
+/// Each of the dozen lies higher than half its height, and inside the walls.
+#[test]
+fn the_pile_bears_what_lies_on_it() {
+    let mut pile = runner("pile");
+    run(&mut pile, 6.0);
+    let simulation = single(&pile);
+    let bodies = simulation.model().bodies();
+    let middles = bodies.iter().map(|body| simulation.centre_of_mass(body.particles.clone()));
+    let mut heights: Vec<f64> = middles.map(|middle| middle.y).collect();
+    heights.sort_by(f64::total_cmp);
+    assert!(0.08 < heights[0], "the lowest is squashed: {heights:?}");
+    // Twelve of about 0.3 m each way do not fit into a square of 1 m side by side.
+    assert!(0.3 < heights[11], "nothing lies on anything: {heights:?}");
+    assert!(positions(&pile).iter().all(|x| x.x.abs() < 0.501 && x.z.abs() < 0.501 && -1e-5 < x.y));
 }
 
 #[test]

@@ -244,7 +244,7 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
 
 /// Scratch of an evaluation of all forces.
 #[derive(Clone, Debug)]
-pub(crate) struct Work<R: Real> {
+pub(crate) struct ForceWork<R: Real> {
     pub(crate) springs: SpringWork<R>,
     /// The pairs that may touch.
     pub(crate) near: Near<R>,
@@ -252,9 +252,13 @@ pub(crate) struct Work<R: Real> {
     pub(crate) own_power: f64,
 }
 
-impl<R: Real> Work<R> {
+impl<R: Real> ForceWork<R> {
     pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
-        Work { springs: SpringWork::new(springs, slots), near: Near::default(), own_power: 0.0 }
+        ForceWork {
+            springs: SpringWork::new(springs, slots),
+            near: Near::default(),
+            own_power: 0.0,
+        }
     }
 }
 

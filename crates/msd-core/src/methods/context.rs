@@ -6,7 +6,7 @@ use super::implicit;
 use super::xpbd;
 use crate::columns::Aligned;
 use crate::columns::threads::Split;
-use crate::elements::{Motion, Work, column};
+use crate::elements::{ForceWork, Motion, column};
 use crate::number::Real;
 use crate::obstacles::resolve::Substep;
 use crate::obstacles::rest::Kick;
@@ -21,7 +21,7 @@ use fearless_simd::Level;
 pub(crate) struct Scratch<R: Real> {
     /// The forces of the last evaluation, newtons.
     pub(crate) forces: Aligned<R>,
-    pub(crate) work: Work<R>,
+    pub(crate) work: ForceWork<R>,
     /// Work columns of the method.
     pub(crate) columns: Vec<Aligned<R>>,
     /// Power dissipated at the last evaluation, watts.
@@ -39,7 +39,7 @@ impl<R: Real> Scratch<R> {
     pub(crate) fn new(model: &Model<R>, columns: usize) -> Self {
         Scratch {
             forces: column(&model.slots, 4),
-            work: Work::new(&model.springs, &model.slots),
+            work: ForceWork::new(&model.springs, &model.slots),
             columns: (0..columns).map(|number| column(&model.slots, 16 + number)).collect(),
             power: 0.0,
             warm: false,

@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::columns;
 use crate::elements::touches::near::Near;
-use crate::elements::{Work, collected, column};
+use crate::elements::{ForceWork, collected, column};
 use crate::energy::{self, Energy, Momentum};
 use crate::methods::{Integrator, Method};
 use crate::number::{Real, Vector};
@@ -142,7 +142,7 @@ impl<R: Real> Simulation<R> {
 
     fn forces_in(&self, columns: &Columns<R>) -> (Vec<R::Vec3>, f64) {
         let slots = &self.model.slots;
-        let mut work = Work::new(&self.model.springs, slots);
+        let mut work = ForceWork::new(&self.model.springs, slots);
         let mut forces = column(slots, 0);
         let motion = columns.motion(slots, self.time());
         let power = self.model.set_forces(self.level, &motion, &mut work, &mut forces);

@@ -10,7 +10,7 @@ use crate::elements::springs::Springs;
 use crate::elements::touches::near::Near;
 use crate::elements::touches::{Touches, Touching};
 use crate::elements::volumes::Volumes;
-use crate::elements::{Element, Motion, Own, Torn, Vectors, Work, column};
+use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
@@ -145,7 +145,7 @@ impl<R: Real> Model<R> {
         &self,
         level: Level,
         motion: &Motion<'_, R>,
-        work: &mut Work<R>,
+        work: &mut ForceWork<R>,
         forces: &mut [R],
     ) -> f64 {
         let power = self.fields.set_forces(level, motion.velocities, forces);
@@ -191,7 +191,7 @@ impl<R: Real> Model<R> {
         &self,
         level: Level,
         motion: &Motion<'_, R>,
-        work: &mut Work<R>,
+        work: &mut ForceWork<R>,
         forces: &mut [R],
     ) -> f64 {
         let power = self.fields.set_forces(level, motion.velocities, forces);
@@ -202,7 +202,7 @@ impl<R: Real> Model<R> {
     fn add_single_forces(
         &self,
         motion: &Motion<'_, R>,
-        work: &mut Work<R>,
+        work: &mut ForceWork<R>,
         numbers: &mut [R],
     ) -> f64 {
         let mut forces = Vectors { slots: &self.slots, numbers };

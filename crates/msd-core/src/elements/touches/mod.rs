@@ -1,6 +1,6 @@
 //! Touches: particles with a radius, which push each other where they overlap.
 //!
-//! [`Law`] is the push of a pair. A force is the sum over pairs in ascending order of their
+//! [`PairLaw`] is the push of a pair. A force is the sum over pairs in ascending order of their
 //! particles, and a pair that does not touch adds nothing at all: so its bits do not depend on
 //! which pairs were looked at. [`near`] lists those that may touch.
 
@@ -23,18 +23,18 @@ pub struct Touches<R: Real> {
     /// Pairs of particles that do not touch, beside those joined by springs, as written.
     exempt: Vec<[usize; 2]>,
     /// The particles with a radius, in order.
-    balls: Vec<Ball>,
+    beads: Vec<Bead>,
     /// For each pair of rows, whichever comes first, its law.
-    laws: Vec<Option<Law<R>>>,
-    /// The balls of a higher number that each ball does not touch, in order, ball by ball.
+    laws: Vec<Option<PairLaw<R>>>,
+    /// The beads of a higher number that each bead does not touch, in order, bead by bead.
     spared: Vec<u32>,
-    /// Where those of each ball start, and where the last ones end.
+    /// Where those of each bead start, and where the last ones end.
     spared_starts: Vec<u32>,
 }
 
 /// A particle with a radius.
 #[derive(Clone, Copy, Debug)]
-struct Ball {
+struct Bead {
     particle: u32,
     /// Where its numbers are in a column of vectors.
     at: u32,
@@ -43,7 +43,7 @@ struct Ball {
 
 /// The law of a pair: the sum of its radii, metres, and the numbers of [`Touch`].
 #[derive(Clone, Copy, Debug)]
-struct Law<R> {
+struct PairLaw<R> {
     reach: R,
     stiffness: R,
     damping: R,
@@ -85,11 +85,11 @@ pub(crate) struct Touching {
     grip: f64,
 }
 
-impl<R: Real> Law<R> {
+impl<R: Real> PairLaw<R> {
     /// The law of two rows.
     fn new(a: &Touch, b: &Touch) -> Self {
         let in_turn = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a / (a / b + 1.0) };
-        Law {
+        PairLaw {
             reach: R::of(a.radius + b.radius),
             stiffness: R::of(in_turn(a.stiffness, b.stiffness)),
             damping: R::of(in_turn(a.damping, b.damping)),
@@ -128,13 +128,13 @@ impl<R: Real> Law<R> {
 impl<R: Real> Closed<R> {
     /// The force on the second particle, newtons, and the power that is dissipated, watts.
     #[inline(always)]
-    fn pull(&self, law: &Law<R>) -> (R::Vec3, R) {
+    fn pull(&self, law: &PairLaw<R>) -> (R::Vec3, R) {
         let force = self.normal * self.push - self.slip * self.grip;
         let lost = (self.overlap * law.stiffness - self.push) * self.rate;
         (force, lost + self.slip.dot(self.slip) * self.grip)
     }
 
-    fn tangent(&self, law: &Law<R>, pair: &Pair) -> Touching {
+    fn tangent(&self, law: &PairLaw<R>, pair: &Pair) -> Touching {
         let pushes = R::ZERO < self.push;
         let number = |value: R| if pushes { value.to_f64() } else { 0.0 };
         Touching {
@@ -200,7 +200,7 @@ impl<R: Real> Touches<R> {
         let mut touches = Touches {
             rows: rows.to_vec(),
             exempt: exempt.to_vec(),
-            balls: Vec::new(),
+            beads: Vec::new(),
             laws: Vec::new(),
             spared: Vec::new(),
             spared_starts: Vec::new(),
@@ -211,60 +211,60 @@ impl<R: Real> Touches<R> {
 
     /// Makes the columns anew, for other slots or springs.
     pub(crate) fn order(&mut self, ends: &[[u32; 2]], slots: &Slots) {
-        self.balls.clear();
+        self.beads.clear();
         for (row, touch) in self.rows.iter().enumerate() {
-            let ball = |&particle: &usize| Ball {
+            let bead = |&particle: &usize| Bead {
                 particle: particle as u32,
                 at: slots.at(particle) as u32,
                 row: row as u32,
             };
-            self.balls.extend(touch.particles.iter().map(ball));
+            self.beads.extend(touch.particles.iter().map(bead));
         }
-        self.balls.sort_by_key(|ball| ball.particle);
+        self.beads.sort_by_key(|bead| bead.particle);
         self.laws = (0..self.rows.len() * self.rows.len())
             .map(|at| self.law_of([at / self.rows.len(), at % self.rows.len()]))
             .collect();
         self.spare(ends);
     }
 
-    fn law_of(&self, [a, b]: [usize; 2]) -> Option<Law<R>> {
+    fn law_of(&self, [a, b]: [usize; 2]) -> Option<PairLaw<R>> {
         let [low, high] = [&self.rows[a.min(b)], &self.rows[a.max(b)]];
         let meet = if a == b { low.itself } else { !high.ignored.contains(&a.min(b)) };
-        meet.then(|| Law::new(low, high))
+        meet.then(|| PairLaw::new(low, high))
     }
 
     /// Lists the pairs that springs join or that are exempt.
     fn spare(&mut self, ends: &[[u32; 2]]) {
         let place =
-            |particle: u32| self.balls.binary_search_by_key(&particle, |ball| ball.particle).ok();
+            |particle: u32| self.beads.binary_search_by_key(&particle, |bead| bead.particle).ok();
         let exempt = self.exempt.iter().map(|pair| pair.map(|particle| particle as u32));
         let places = ends.iter().copied().chain(exempt).filter_map(|[a, b]| {
             let (a, b) = (place(a)?, place(b)?);
             Some([a.min(b) as u32, a.max(b) as u32])
         });
         let mut pairs: Vec<[u32; 2]> =
-            if self.balls.is_empty() { Vec::new() } else { places.collect() };
+            if self.beads.is_empty() { Vec::new() } else { places.collect() };
         pairs.sort_unstable();
         pairs.dedup();
-        self.spared_starts = (0..=self.balls.len() as u32)
-            .map(|ball| pairs.partition_point(|pair| pair[0] < ball) as u32)
+        self.spared_starts = (0..=self.beads.len() as u32)
+            .map(|bead| pairs.partition_point(|pair| pair[0] < bead) as u32)
             .collect();
         self.spared = pairs.into_iter().map(|pair| pair[1]).collect();
     }
 
     /// The number of particles that have a radius.
     pub fn count(&self) -> usize {
-        self.balls.len()
+        self.beads.len()
     }
 
     /// Pairs of particles by which all with a radius hang together.
     pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.balls.windows(2).map(|pair| [pair[0].particle, pair[1].particle])
+        self.beads.windows(2).map(|pair| [pair[0].particle, pair[1].particle])
     }
 
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.balls.is_empty()
+        self.beads.is_empty()
     }
 
     /// The rows of a scene, and the pairs that do not touch.
@@ -284,7 +284,7 @@ impl<R: Real> Touches<R> {
         ends: &[[u32; 2]],
         slots: &Slots,
     ) {
-        if !self.balls.iter().any(|ball| is_removed(ball.particle)) {
+        if !self.beads.iter().any(|bead| is_removed(bead.particle)) {
             return;
         }
         for row in &mut self.rows {
@@ -303,18 +303,18 @@ impl<R: Real> Touches<R> {
         self.laws.iter().flatten().map(|law| law.reach.to_f64()).fold(0.0, f64::max)
     }
 
-    /// Whether two balls, the lower first, do not touch.
+    /// Whether two beads, the lower first, do not touch.
     fn spares(&self, a: usize, b: usize) -> bool {
         let range = self.spared_starts[a] as usize..self.spared_starts[a + 1] as usize;
         self.spared[range].contains(&(b as u32))
     }
 
-    fn point(&self, positions: &[R], ball: usize) -> R::Vec3 {
-        vector::<R>(positions, self.balls[ball].at as usize)
+    fn point(&self, positions: &[R], bead: usize) -> R::Vec3 {
+        vector::<R>(positions, self.beads[bead].at as usize)
     }
 
     fn law_place(&self, a: usize, b: usize) -> usize {
-        self.balls[a].row as usize * self.rows.len() + self.balls[b].row as usize
+        self.beads[a].row as usize * self.rows.len() + self.beads[b].row as usize
     }
 
     /// The touch of a pair at a motion, in columns, and its law.
@@ -324,7 +324,7 @@ impl<R: Real> Touches<R> {
         pair: &Pair,
         [x, v]: [&[R]; 2],
         inverse_masses: &[R],
-    ) -> Option<(Closed<R>, &Law<R>)> {
+    ) -> Option<(Closed<R>, &PairLaw<R>)> {
         let law = self.laws[pair.law as usize].as_ref()?;
         let at = pair.at.map(|at| at as usize);
         let masses = inverse_masses[at[0]] + inverse_masses[at[1]];

@@ -1,9 +1,9 @@
 //! Pairs of particles that may touch: a list that holds until particles have moved too far.
 //!
-//! It has all pairs closer than the sum of their radii and a skin, and serves until two particles can
-//! have come closer by more than that (after Verlet, 1967). What they all share of a motion wears it
-//! out by nothing: the box around all displacements is looked at first, and where that is too long,
-//! those around the displacements in cells that touch.
+//! It has all pairs closer than the sum of their radii and a skin, and serves until two particles
+//! can have come closer by more than that (after Verlet, 1967). What they all share of a motion
+//! wears it out by nothing: the box around all displacements is looked at first, and where that is
+//! too long, those around the displacements in cells that touch.
 
 use super::Touches;
 use crate::columns::{LANES, RECORD, vector};
@@ -42,7 +42,7 @@ pub(crate) struct Near<R: Real> {
     ends: Vec<u32>,
     neighbours: Vec<[u32; 2]>,
     /// The displacements in each cell.
-    boxes: Vec<Box<R>>,
+    boxes: Vec<Extent<R>>,
     /// The records with particles that have a radius.
     records: Vec<Record>,
     /// How far two particles come closer in a substep at most, metres.
@@ -59,7 +59,7 @@ const WORN: f64 = 0.6;
 /// The width of the cells in which displacements are looked at, in those of the grid.
 const WIDTH: f64 = 4.0;
 
-/// A record with balls, and in which lanes they are.
+/// A record with beads, and in which lanes they are.
 #[derive(Clone, Debug)]
 struct Record {
     number: u32,
@@ -69,21 +69,21 @@ struct Record {
 
 /// The box around some vectors.
 #[derive(Clone, Copy, Debug)]
-struct Box<R: Real> {
+struct Extent<R: Real> {
     low: R::Vec3,
     high: R::Vec3,
 }
 
-impl<R: Real> Default for Box<R> {
+impl<R: Real> Default for Extent<R> {
     fn default() -> Self {
         let [most, least] = [R::LARGEST, -R::LARGEST].map(|x| R::Vec3::from_components([x; 3]));
-        Box { low: most, high: least }
+        Extent { low: most, high: least }
     }
 }
 
-impl<R: Real> Box<R> {
+impl<R: Real> Extent<R> {
     fn add(&mut self, vector: R::Vec3) {
-        *self = self.with(Box { low: vector, high: vector });
+        *self = self.with(Extent { low: vector, high: vector });
     }
 
     fn with(self, other: Self) -> Self {
@@ -92,7 +92,7 @@ impl<R: Real> Box<R> {
         let pick = |a: [R; 3], b: [R; 3], of: fn(R, R) -> R| {
             R::Vec3::from_components([of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])])
         };
-        Box { low: pick(low, lower, R::min), high: pick(high, higher, R::max) }
+        Extent { low: pick(low, lower, R::min), high: pick(high, higher, R::max) }
     }
 
     /// The square of its diagonal.
@@ -142,7 +142,7 @@ impl<R: Real> Near<R> {
         near.grid.each_pair(|a, b| {
             let apart = touches.point(positions, b) - touches.point(positions, a);
             count += usize::from(apart.dot(apart) < reach * reach);
-            check_pairs(count, touches.balls.len())
+            check_pairs(count, touches.beads.len())
         })
     }
 
@@ -164,7 +164,7 @@ impl<R: Real> Near<R> {
         boxes.clear();
         let mut start = 0;
         for &end in &*ends {
-            let mut displacements = Box::default();
+            let mut displacements = Extent::default();
             for &at in &cells[start..end as usize] {
                 let at = at as usize;
                 displacements.add(vector::<R>(positions, at) - vector::<R>(from, at));
@@ -202,10 +202,10 @@ impl<R: Real> Near<R> {
             let law = touches.law_place(a, b);
             let most = touches.laws[law].map_or(R::ZERO, |law| law.reach + skin);
             if apart.dot(apart) < most * most && !touches.spares(a, b) {
-                let both = [a, b].map(|ball| touches.balls[ball]);
+                let both = [a, b].map(|bead| touches.beads[bead]);
                 pairs.push(Pair {
-                    particles: both.map(|ball| ball.particle),
-                    at: both.map(|ball| ball.at),
+                    particles: both.map(|bead| bead.particle),
+                    at: both.map(|bead| bead.at),
                     law: law as u32,
                 });
             }
@@ -215,22 +215,22 @@ impl<R: Real> Near<R> {
         pairs.sort_unstable_by_key(|pair| pair.particles);
     }
 
-    /// Puts all balls into cells as wide as pairs of the list are long.
+    /// Puts all beads into cells as wide as pairs of the list are long.
     fn fill(&mut self, touches: &Touches<R>, positions: &[R]) {
         let width = touches.largest_reach() + self.skin;
-        let points = (0..touches.balls.len()).map(|ball| touches.point(positions, ball).to_f64());
+        let points = (0..touches.beads.len()).map(|bead| touches.point(positions, bead).to_f64());
         self.grid.fill(width, points);
     }
 
-    /// Puts all balls into wider cells, whose displacements are looked at together.
+    /// Puts all beads into wider cells, whose displacements are looked at together.
     fn find_cells(&mut self, touches: &Touches<R>, positions: &[R]) {
         let width = WIDTH * (touches.largest_reach() + self.skin);
-        let points = (0..touches.balls.len()).map(|ball| touches.point(positions, ball).to_f64());
+        let points = (0..touches.beads.len()).map(|bead| touches.point(positions, bead).to_f64());
         let Near { grid, cells, ends, neighbours, .. } = self;
         grid.fill(width, points);
         (cells.clear(), ends.clear(), neighbours.clear());
         for row in 0..grid.row_count() {
-            let places = grid.points_of(row).iter().map(|&ball| touches.balls[ball as usize].at);
+            let places = grid.points_of(row).iter().map(|&bead| touches.beads[bead as usize].at);
             cells.extend(places);
             ends.push(cells.len() as u32);
             let around = grid.around(row).filter(|&other| row <= other);
@@ -288,9 +288,9 @@ fn passes(apart: glam::DVec3, way: glam::DVec3, reach: f64) -> bool {
     nearest.dot(nearest) < reach * reach
 }
 
-/// The records with balls in them.
+/// The records with beads in them.
 fn records<R: Real>(touches: &Touches<R>) -> Vec<Record> {
-    let mut at: Vec<u32> = touches.balls.iter().map(|ball| ball.at).collect();
+    let mut at: Vec<u32> = touches.beads.iter().map(|bead| bead.at).collect();
     at.sort_unstable();
     let mut records: Vec<Record> = Vec::new();
     for at in at {
@@ -349,12 +349,12 @@ fn diagonal<R: Real>(records: &[Record], vectors: impl Fn(usize) -> [R; RECORD])
     square
 }
 
-/// Overwrites the vectors in lanes without a ball with one of a lane that has one.
+/// Overwrites the vectors in lanes without a bead with one of a lane that has one.
 fn fill_blanks<R: Real>(vectors: &mut [R; RECORD], record: &Record) {
-    let ball = record.lanes.iter().position(|&is_ball| is_ball).unwrap_or(0);
+    let bead = record.lanes.iter().position(|&is_bead| is_bead).unwrap_or(0);
     for axis in vectors.as_chunks_mut::<LANES>().0 {
         for lane in 0..LANES {
-            axis[lane] = if record.lanes[lane] { axis[lane] } else { axis[ball] };
+            axis[lane] = if record.lanes[lane] { axis[lane] } else { axis[bead] };
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::holds::{Along, Hold, Holds};
 use super::stages::Stages;
-use super::support::{Spot, Touches};
+use super::support::{Bearings, Spot};
 use super::tableau::{self, Row, STAGES, TIMES};
 use crate::columns::vector;
 use crate::number::{Real, Vector};
@@ -148,7 +148,7 @@ impl<'a, R: Real> Path<'a, R> {
         let (Along::Slides(direction) | Along::Creeps(direction)) = hold.along else { return None };
         // As seen from the surface; planes stand still.
         let sliding = |spot: Spot<R>| {
-            let carried = Touches::new(model, hold.obstacles(), &spot).velocity();
+            let carried = Bearings::new(model, hold.obstacles(), &spot).velocity();
             (spot.velocity - carried).dot(direction)
         };
         let line = Line::new(self, direction);

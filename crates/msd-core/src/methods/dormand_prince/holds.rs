@@ -12,7 +12,7 @@
 //! that a substep leaves is removed at its end.
 
 use super::meeting::Meeting;
-use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touches};
+use super::support::{Bearings, Constraint, MOST_OBSTACLES, Spot, Support};
 use super::tableau::STAGES;
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, RECORD, set_vector, single, vector};
@@ -212,7 +212,7 @@ impl<R: Real> Holds<R> {
             let (position, velocity) =
                 (vector(motion.positions, at), vector(motion.velocities, at));
             let spot = Spot { position, velocity, time: motion.time };
-            let touches = Touches::new(model, hold.obstacles(), &spot);
+            let touches = Bearings::new(model, hold.obstacles(), &spot);
             let pull: R::Vec3 = vector(slopes, at);
             let Support { slope, least, grip, .. } = touches.support(pull, Constraint::Bilateral);
             let (held, margin) = match hold.along {

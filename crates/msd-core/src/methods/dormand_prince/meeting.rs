@@ -1,7 +1,7 @@
 //! Contact of one particle with several obstacles: its new motion, and which of them hold it.
 
 use super::holds::{Along, Hold};
-use super::support::{Constraint, MOST_OBSTACLES, Spot, Support, Touch, Touches};
+use super::support::{Bearing, Bearings, Constraint, MOST_OBSTACLES, Spot, Support};
 use crate::number::{Real, Vector};
 use crate::system::Model;
 
@@ -48,8 +48,8 @@ impl<R: Real> Meeting<'_, R> {
         self.model.obstacles.get(index).gap(self.spot.position, self.spot.time)
     }
 
-    fn touches(&self) -> Touches<R> {
-        Touches::new(self.model, self.hold.obstacles(), &self.spot)
+    fn touches(&self) -> Bearings<R> {
+        Bearings::new(self.model, self.hold.obstacles(), &self.spot)
     }
 
     /// Returns whether other obstacles may see something new.
@@ -58,12 +58,12 @@ impl<R: Real> Meeting<'_, R> {
         if depth < -self.hop || self.hold.obstacles().contains(&(index as u32)) {
             return false;
         }
-        let mut touch = Touch::new(self.model, index, &self.spot);
+        let mut touch = Bearing::new(self.model, index, &self.spot);
         if R::ZERO < depth {
             self.spot.position += touch.normal * depth;
-            touch = Touch::new(self.model, index, &self.spot);
+            touch = Bearing::new(self.model, index, &self.spot);
         }
-        let Touch { normal, velocity, lift, law, .. } = touch;
+        let Bearing { normal, velocity, lift, law, .. } = touch;
         let height = R::max(-depth, R::ZERO);
         let speed = (self.spot.velocity - velocity).dot(normal);
         let push = -(self.slope_beside(velocity).dot(normal) + lift);
@@ -103,7 +103,7 @@ impl<R: Real> Meeting<'_, R> {
 
     /// Removes the remaining normal speed. The hops not made would have pressed less on the
     /// obstacle because of it (more if the particle came down), which changes friction.
-    fn rest(&mut self, touch: &Touch<R>, speed: R) {
+    fn rest(&mut self, touch: &Bearing<R>, speed: R) {
         let sliding = self.spot.velocity - touch.velocity - touch.normal * speed;
         let along = sliding.dot(sliding).sqrt();
         let kept = if R::ZERO < along {

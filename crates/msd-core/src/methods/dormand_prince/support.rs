@@ -45,7 +45,7 @@ impl<R: Real> Spot<R> {
 
 /// An obstacle at a spot.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Touch<R: Real> {
+pub(crate) struct Bearing<R: Real> {
     pub(crate) normal: R::Vec3,
     /// Velocity of the surface, metres per second.
     pub(crate) velocity: R::Vec3,
@@ -61,7 +61,7 @@ pub(crate) struct Touch<R: Real> {
     passes: bool,
 }
 
-impl<R: Real> Touch<R> {
+impl<R: Real> Bearing<R> {
     /// An obstacle at a spot; only a plane is flat and at rest.
     ///
     /// The speed away from the surface is n·(v − u), u being the surface's. Its derivative along
@@ -70,7 +70,7 @@ impl<R: Real> Touch<R> {
     pub(crate) fn new(model: &Model<R>, index: usize, spot: &Spot<R>) -> Self {
         if let Some(plane) = model.obstacles.planes.get(index) {
             let (normal, law) = (plane.normal, plane.law);
-            return Touch { normal, law, reaction: normal, ..Touch::default() };
+            return Bearing { normal, law, reaction: normal, ..Bearing::default() };
         }
         let obstacle = model.obstacles.get(index);
         let &Spot { position, velocity, time } = spot;
@@ -81,7 +81,7 @@ impl<R: Real> Touch<R> {
         let surface = |spot: &Spot<R>| obstacle.velocity(spot.position, spot.time);
         let rate = R::of(0.5 / reach);
         let normal = obstacle.normal(position, time);
-        Touch {
+        Bearing {
             normal,
             velocity: surface(spot),
             acceleration: (surface(&after) - surface(&before)) * rate,
@@ -94,8 +94,8 @@ impl<R: Real> Touch<R> {
 }
 
 /// The obstacles that hold a particle, at a spot.
-pub(crate) struct Touches<R: Real> {
-    rows: [Touch<R>; MOST_OBSTACLES],
+pub(crate) struct Bearings<R: Real> {
+    rows: [Bearing<R>; MOST_OBSTACLES],
     count: usize,
 }
 
@@ -119,13 +119,13 @@ pub(crate) enum Constraint {
     Bilateral,
 }
 
-impl<R: Real> Touches<R> {
+impl<R: Real> Bearings<R> {
     pub(crate) fn new(model: &Model<R>, obstacles: &[u32], spot: &Spot<R>) -> Self {
-        let mut rows = [Touch::default(); MOST_OBSTACLES];
+        let mut rows = [Bearing::default(); MOST_OBSTACLES];
         for (row, &obstacle) in rows.iter_mut().zip(obstacles) {
-            *row = Touch::new(model, obstacle as usize, spot);
+            *row = Bearing::new(model, obstacle as usize, spot);
         }
-        let mut touches = Touches { rows, count: obstacles.len() };
+        let mut touches = Bearings { rows, count: obstacles.len() };
         touches.set_reactions(spot.velocity);
         touches
     }
@@ -166,13 +166,13 @@ impl<R: Real> Touches<R> {
     /// The velocity of a particle that does not slide, metres per second: that of the first
     /// surface, as far as the others let it.
     pub(crate) fn velocity(&self) -> R::Vec3 {
-        let wanted = |touch: &Touch<R>| (touch.velocity.dot(touch.normal), touch.normal);
+        let wanted = |touch: &Bearing<R>| (touch.velocity.dot(touch.normal), touch.normal);
         self.fit(self.rows[0].velocity, Constraint::Bilateral, wanted).0
     }
 
     /// The acceleration of a particle that does not slide, metres per second squared.
     pub(crate) fn acceleration(&self) -> R::Vec3 {
-        let wanted = |touch: &Touch<R>| (-touch.lift, touch.normal);
+        let wanted = |touch: &Bearing<R>| (-touch.lift, touch.normal);
         self.fit(self.rows[0].acceleration, Constraint::Bilateral, wanted).0
     }
 
@@ -182,7 +182,7 @@ impl<R: Real> Touches<R> {
         &self,
         mut vector: R::Vec3,
         constraint: Constraint,
-        wanted: impl Fn(&Touch<R>) -> (R, R::Vec3),
+        wanted: impl Fn(&Bearing<R>) -> (R, R::Vec3),
     ) -> (R::Vec3, [R; MOST_OBSTACLES]) {
         let mut pressures = [R::ZERO; MOST_OBSTACLES];
         let close = vector.extent() * R::EPSILON;
