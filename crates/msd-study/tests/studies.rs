@@ -283,7 +283,7 @@ fn how_far_a_reference_is_is_told_run_by_run() {
     let mut heard = Hears(Vec::new());
     Course::begin(unknown(), quick(), &mut heard).unwrap();
     let frames = (quick().duration * 60.0).round() as usize;
-    assert!(3 * frames <= heard.0.len() && heard.0.len() % frames == 0, "{:?}", heard.0);
+    assert!(3 * frames <= heard.0.len() && heard.0.len().is_multiple_of(frames), "{:?}", heard.0);
     for (row, words) in heard.0.iter().enumerate() {
         let (run, time) = (row / frames + 1, (row % frames) as f64 / 60.0);
         let (all, time) = (run.max(3), rounded(time, 2));
