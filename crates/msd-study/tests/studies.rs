@@ -10,6 +10,7 @@ use msd_study::conduct::{Course, Follower, Plan, Progress, study};
 use msd_study::errors::Errors;
 use msd_study::leave::Halt;
 use msd_study::live_error::{Estimator, calibrate};
+use msd_study::quantity::rounded;
 use msd_study::reference::{Wish, make_reference};
 use msd_study::trial::{Trial, try_choice};
 use msd_study::tune::{Goal, retry, tune, tune_followed};
@@ -239,6 +240,56 @@ fn a_search_whose_time_is_over_takes_the_best_so_far_or_says_that_there_is_none(
     let elsewhere = retry(&scene, &choices, wish, &mut Impatient { left: 0 }).unwrap();
     let [(_, why)] = &elsewhere.refused[..] else { panic!("{elsewhere:?}") };
     assert!(elsewhere.held.is_none() && why.contains("time was over"), "{why}");
+}
+
+/// A cloth in a gravity that no test had before: its reference is not in the cache.
+fn unknown() -> Loaded {
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap();
+    let mut loaded = cloth();
+    loaded.scene.world.gravity.y -= 1e-9 * f64::from(now.subsec_nanos());
+    loaded
+}
+
+#[test]
+fn a_study_whose_reference_takes_too_long_says_so() {
+    let begun = Course::begin(unknown(), quick(), &mut Impatient { left: 0 });
+    assert_eq!(begun.err(), Some(Halt::Late));
+    // One that is patient enough for it makes its trials without a bound.
+    struct Once(bool);
+    impl Follower for Once {
+        fn hear(&mut self, progress: Progress) {
+            self.0 |= progress.left.is_some();
+        }
+
+        fn patience(&self) -> f64 {
+            if self.0 { 0.0 } else { f64::INFINITY }
+        }
+    }
+    let follower = &mut Once(false);
+    let mut course = Course::begin(cloth(), quick(), follower).unwrap();
+    assert!(course.advance(follower).unwrap() && course.advance(follower).unwrap());
+    assert!(follower.0, "no trial was told");
+}
+
+#[test]
+fn how_far_a_reference_is_is_told_run_by_run() {
+    /// How far the reference is, in words.
+    struct Hears(Vec<String>);
+    impl Follower for Hears {
+        fn hear(&mut self, progress: Progress) {
+            self.0.extend(progress.now.strip_prefix("making the reference: ").map(str::to_owned));
+        }
+    }
+    let mut heard = Hears(Vec::new());
+    Course::begin(unknown(), quick(), &mut heard).unwrap();
+    let frames = (quick().duration * 60.0).round() as usize;
+    assert!(3 * frames <= heard.0.len() && heard.0.len().is_multiple_of(frames), "{:?}", heard.0);
+    for (row, words) in heard.0.iter().enumerate() {
+        let (run, time) = (row / frames + 1, (row % frames) as f64 / 60.0);
+        let (all, time) = (run.max(3), rounded(time, 2));
+        let expected = format!("run {run} of {all} at least, {time} s of ");
+        assert!(words.starts_with(&expected), "{words}, not {expected}");
+    }
 }
 
 #[test]

@@ -19,6 +19,8 @@ const CURVES: [Curve; 5] = [
     ("dissipated", Color32::from_rgb(240, 150, 90), |energy| energy.dissipated),
     ("total", Color32::from_rgb(225, 228, 235), Energy::total),
 ];
+/// The part of the time axis, at its end, where half of a number would be out of the panel.
+const ROOM: f64 = 0.1;
 /// The colour of what contact adds.
 const CONTACT: Color32 = Color32::from_rgb(250, 205, 90);
 
@@ -79,8 +81,8 @@ fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
         .set_margin_fraction(egui::vec2(0.0, 0.12))
         .x_grid_spacer(ticks)
         .y_grid_spacer(ticks)
-        .custom_x_axes(vec![axis(AxisHints::new_x(), "s")])
-        .custom_y_axes(vec![axis(AxisHints::new_y(), unit).min_thickness(54.0)])
+        .custom_x_axes(vec![axis(AxisHints::new_x(), "s", ROOM)])
+        .custom_y_axes(vec![axis(AxisHints::new_y(), unit, 0.0).min_thickness(54.0)])
         .default_x_bounds((now - WINDOW).max(0.0), now.max(WINDOW))
         .show(ui, |plot| {
             for (name, colour, value) in CURVES {
@@ -92,10 +94,13 @@ fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
         });
 }
 
-/// An axis whose every tick has a number and a unit.
-fn axis<'a>(hints: AxisHints<'a>, unit: &'a str) -> AxisHints<'a> {
-    let number =
-        move |mark: GridMark, _: &RangeInclusive<f64>| format!("{} {unit}", rounded(mark.value, 3));
+/// An axis whose ticks have a number and a unit, but for those in a last part of it.
+fn axis<'a>(hints: AxisHints<'a>, unit: &'a str, room: f64) -> AxisHints<'a> {
+    let number = move |mark: GridMark, range: &RangeInclusive<f64>| {
+        let left = range.end() - mark.value;
+        let is_cut = left < room * (range.end() - range.start());
+        if is_cut { String::new() } else { format!("{} {unit}", rounded(mark.value, 3)) }
+    };
     // Points between ticks from which on numbers are shown, faint and in full.
     hints.formatter(number).label_spacing(Rangef::new(12.0, 18.0))
 }
@@ -114,18 +119,13 @@ fn ticks(input: GridInput) -> Vec<GridMark> {
     rows.map(|row| GridMark { value: row as f64 * step_size, step_size }).collect()
 }
 
+/// A part of the bar: its name, its colour, and how much it is, joules.
+type Part = (&'static str, Color32, f64);
+
 /// Where the energy is: parts of a bar, gravity above its lowest and what was dissipated since the
 /// start of the plot, and what was added by error.
-fn parts(session: &Session) -> Option<Vec<(&'static str, Color32, f64)>> {
-    let now = session.energy()?;
-    let samples = || session.trace().samples().map(|sample| sample.energy);
-    let lowest = samples().map(|energy| energy.gravitational).fold(now.gravitational, f64::min);
-    let before = samples().map(|energy| energy.dissipated).fold(now.dissipated, f64::min);
-    let held = Energy {
-        gravitational: now.gravitational - lowest,
-        dissipated: now.dissipated - before,
-        ..now
-    };
+fn parts(session: &Session) -> Option<Vec<Part>> {
+    let held = session.trace().held(session.energy()?);
     let [kinetic, elastic, gravity, dissipated, _] =
         CURVES.map(|(name, colour, value)| (name, colour, value(&held)));
     let method = ("added by the method", theme::BAD, session.energy_imbalance()?.max(0.0));
@@ -133,32 +133,46 @@ fn parts(session: &Session) -> Option<Vec<(&'static str, Color32, f64)>> {
     Some(vec![kinetic, elastic, gravity, dissipated, contact, method])
 }
 
-/// The parts side by side; what was added by error is part of the others and lies over their end.
+/// Where the parts begin and end, as shares of a bar that is full at `most` joules: side by side;
+/// what was added by error is part of the others and lies over their end.
+///
+/// Not as shares of what is there now: beside the little of a body that rests, what was ever added
+/// would be all.
+fn shares(parts: &[Part], most: f64) -> Vec<[f64; 2]> {
+    let share = |part: &Part| (part.2 / most).clamp(0.0, 1.0);
+    let (held, wrong) = parts.split_at(4);
+    let mut left = 0.0;
+    let mut shares = Vec::with_capacity(parts.len());
+    for part in held {
+        let right = f64::min(left + share(part), 1.0);
+        shares.push([left, right]);
+        left = right;
+    }
+    let mut left = (left - wrong.iter().map(share).sum::<f64>()).max(0.0);
+    for part in wrong {
+        let right = f64::min(left + share(part), 1.0);
+        shares.push([left, right]);
+        left = right;
+    }
+    shares
+}
+
+/// The parts in a bar that is full at the most energy that there was in the run.
 fn bar(ui: &mut Ui, session: &Session) {
     let (whole, response) =
         ui.allocate_exact_size(vec2(ui.available_width(), 14.0), Sense::hover());
     let painter = ui.painter();
     painter.rect_filled(whole, 2.0, theme::FIELD);
     let Some(parts) = parts(session) else { return };
-    let (held, wrong) = parts.split_at(4);
-    let total: f64 = held.iter().map(|part| part.2).sum();
-    if !(total.is_finite() && 0.0 < total) {
+    let most = session.trace().most();
+    if !(most.is_finite() && 0.0 < most) {
         return;
     }
-    let width = |joules: f64| whole.width() * (joules / total).clamp(0.0, 1.0) as f32;
-    let mut left = whole.left();
-    for &(_, colour, joules) in held {
-        let right = left + width(joules);
-        let rect = Rect::from_min_max(pos2(left, whole.top()), pos2(right, whole.bottom()));
-        painter.rect_filled(rect, 0.0, colour);
-        left = right;
-    }
-    let mut right = whole.right();
-    for &(_, colour, joules) in wrong.iter().rev() {
-        let left = right - width(joules);
-        let rect = Rect::from_min_max(pos2(left, whole.center().y), pos2(right, whole.bottom()));
-        painter.rect_filled(rect, 0.0, colour);
-        right = left;
+    for (row, (part, share)) in parts.iter().zip(shares(&parts, most)).enumerate() {
+        let [left, right] = share.map(|share| whole.left() + whole.width() * share as f32);
+        let top = if row < 4 { whole.top() } else { whole.center().y };
+        let rect = Rect::from_min_max(pos2(left, top), pos2(right, whole.bottom()));
+        painter.rect_filled(rect, 0.0, part.1);
     }
     response.on_hover_ui(|ui| {
         ui.label("Gravity above its lowest, and what was dissipated since the start of the plot");
@@ -166,6 +180,7 @@ fn bar(ui: &mut Ui, session: &Session) {
             let text = format!("{name}: {}", estimate(joules, "J"));
             ui.label(RichText::new(text).color(colour));
         }
+        ui.label(format!("Full at the most there was in this run: {}", estimate(most, "J")));
     });
 }
 
@@ -230,5 +245,42 @@ mod tests {
         }
         // A fall onto the ground takes energy away.
         assert!(0.0 < parts(&session).expect("read")[3].2);
+    }
+
+    #[test]
+    fn what_was_added_by_error_is_a_share_of_the_most_there_was() {
+        let colour = Color32::WHITE;
+        let joules = |joules: [f64; 6]| joules.map(|joules| ("", colour, joules));
+        // In motion: over the end of the others.
+        let moving = shares(&joules([30.0, 20.0, 10.0, 20.0, 4.0, 6.0]), 100.0);
+        let near = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) < 1e-12;
+        assert!(near(moving[3], [0.6, 0.8]), "{moving:?}");
+        assert!(near(moving[4], [0.7, 0.74]) && near(moving[5], [0.74, 0.8]), "{moving:?}");
+        // At rest, with less left than was added: as wide as in motion, not the whole bar.
+        let resting = shares(&joules([1e-9, 0.0, 0.0, 0.0, 4.0, 6.0]), 100.0);
+        assert!(near(resting[4], [0.0, 0.04]) && near(resting[5], [0.04, 0.1]), "{resting:?}");
+        // Nor does it leave the bar where there is more than there ever was.
+        let beyond = shares(&joules([60.0, 60.0, 0.0, 0.0, 80.0, 900.0]), 100.0);
+        assert!(beyond.iter().flatten().all(|share| (0.0..=1.0).contains(share)), "{beyond:?}");
+    }
+
+    #[test]
+    fn a_body_at_rest_has_no_bar_full_of_red() {
+        let loaded = msd_scene::open("mattress").expect("a built-in scene");
+        let mut session = Session::new(loaded).expect("a valid scene");
+        session.advance(0.0, &|| 0.0);
+        // It falls for a second; by then the plot has only its rest.
+        for _ in 0..60 * 20 {
+            session.advance(FRAME + 1e-9, &|| 0.0);
+        }
+        let parts = parts(&session).expect("read in every frame");
+        let (held, wrong) = parts.split_at(4);
+        let sum = |parts: &[Part]| parts.iter().map(|part| part.2).sum::<f64>();
+        assert!(sum(held) < 0.1 * session.trace().most(), "it rests: {held:?}");
+        let red: f64 = shares(&parts, session.trace().most())[4..]
+            .iter()
+            .map(|[left, right]| right - left)
+            .sum();
+        assert!(red < 0.02, "{wrong:?} of {}", session.trace().most());
     }
 }

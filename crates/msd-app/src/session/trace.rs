@@ -17,10 +17,15 @@ pub struct Sample {
     pub energy: Energy,
 }
 
+/// A peak counts where it is higher than the last one by this factor, so that few are kept.
+const HIGHER: f64 = 1.01;
+
 /// A ring of energy samples, thinned to what a plot can show.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
     samples: VecDeque<Sample>,
+    /// Times at which there was more to see than ever before, and how much, joules.
+    peaks: Vec<(f64, f64)>,
 }
 
 impl Trace {
@@ -38,6 +43,30 @@ impl Trace {
         while self.samples.front().is_some_and(|first| first.time < time - WINDOW) {
             self.samples.pop_front();
         }
+        let held = self.held(energy).total();
+        if HIGHER * self.most() < held {
+            self.peaks.push((time, held));
+        }
+    }
+
+    /// What there is to see of an energy: of gravity what is above its lowest, what was dissipated
+    /// since the start of the window, and nothing of elements of a user's own.
+    pub fn held(&self, energy: Energy) -> Energy {
+        let samples = || self.samples.iter().map(|sample| sample.energy);
+        let lowest = samples().map(|then| then.gravitational).fold(energy.gravitational, f64::min);
+        let before = samples().map(|then| then.dissipated).fold(energy.dissipated, f64::min);
+        Energy {
+            gravitational: energy.gravitational - lowest,
+            dissipated: energy.dissipated - before,
+            own: 0.0,
+            ..energy
+        }
+    }
+
+    /// The most there was to see since the start of the run, up to a hundredth of it, joules; 0
+    /// before anything moved.
+    pub fn most(&self) -> f64 {
+        self.peaks.last().map_or(0.0, |&(_, held)| held)
     }
 
     /// Forgets the samples after a time, as when a step is taken back.
@@ -45,11 +74,15 @@ impl Trace {
         while self.samples.back().is_some_and(|last| time < last.time) {
             self.samples.pop_back();
         }
+        while self.peaks.last().is_some_and(|&(last, _)| time < last) {
+            self.peaks.pop();
+        }
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.samples.clear();
+        self.peaks.clear();
     }
 
     /// The samples, oldest first.
@@ -80,6 +113,24 @@ mod tests {
         let mut trace = Trace::default();
         (0..5).for_each(|_| trace.push(1.0, Energy::default()));
         assert_eq!(trace.samples().len(), 1);
+    }
+
+    #[test]
+    fn the_most_there_was_outlives_the_window_and_is_forgotten_by_a_rewind() {
+        let kinetic = |joules| Energy { kinetic: joules, ..Energy::default() };
+        let mut trace = Trace::default();
+        for (time, joules) in [(0.0, 0.0), (1.0, 50.0), (2.0, 8.0), (30.0, 1e-9)] {
+            trace.push(time, kinetic(joules));
+        }
+        assert_eq!(trace.samples().len(), 1);
+        assert_eq!(trace.most(), 50.0, "28 s after it left the window");
+        trace.push(31.0, kinetic(1e30));
+        assert_eq!(trace.most(), 1e30);
+        // As when a run that blew up is taken back.
+        trace.rewind(30.5);
+        assert_eq!(trace.most(), 50.0);
+        trace.clear();
+        assert_eq!(trace.most(), 0.0);
     }
 
     #[test]

@@ -21,6 +21,7 @@ fn one_looks_back_compares_chooses_and_opens_by_the_mouse() {
     a_twin_drifts_away(&desk);
     the_slider_walks_along_the_front(&desk);
     a_wish_is_searched_for_unless_esc_takes_it_back(&desk);
+    a_search_is_ended_by_its_button(&desk);
     the_gallery_draws_the_scenes_and_opens_one(&desk);
     a_path_that_is_typed_is_opened_or_refused_in_words(&desk);
 }
@@ -85,6 +86,25 @@ fn a_wish_is_searched_for_unless_esc_takes_it_back(desk: &Desk) {
             assert_eq!(left["trade"]["search"], Value::Null, "{left}");
         }
     }
+}
+
+fn a_search_is_ended_by_its_button(desk: &Desk) {
+    let before = desk.wait("it is done", |now| now["landmarks"]["stop"].is_null());
+    // At rest it lasts.
+    desk.click("rest");
+    desk.click("within");
+    desk.wait("the field has the keyboard", |now| now["focus"] == true);
+    desk.xdotool("key ctrl+a");
+    desk.xdotool("type --delay 60 200");
+    desk.xdotool("key Return");
+    let words = |now: &Value| now["trade"]["search"].as_str().unwrap_or_default().to_owned();
+    desk.wait("it is searched for", |now| words(now).starts_with("searching within 200 mm"));
+    desk.click("stop");
+    let after = desk.wait("it is ended, and its button gone", |now| {
+        now["trade"]["search"].is_null() && now["landmarks"]["stop"].is_null()
+    });
+    assert_eq!(after["solver"], before["solver"], "nothing is changed");
+    desk.click("rest");
     desk.click("trade");
     desk.wait("the panel is closed", |now| now["trade"].is_null());
 }

@@ -5,6 +5,7 @@ use crate::measure::cache;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::rms_distance;
 use crate::measure::leave::{Halt, Leave, ask, unstopped};
+use crate::quantity::rounded;
 use msd_core::glam::DVec3;
 use msd_core::{Error, Integrator, Scene, Settings, Simulation, State, Surface};
 use msd_scene::Precision;
@@ -130,14 +131,35 @@ impl Reference {
 /// # Errors
 /// See [`make_reference`].
 pub fn reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
-    unstopped(|leave| reference_by_leave(scene, wish, leave))
+    unstopped(|leave| watched_reference(scene, wish, &mut |_| leave()))
 }
 
-/// The same, as long as leave is given.
-pub(crate) fn reference_by_leave(
+/// How far a reference is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stage {
+    /// The run that is under way, from 1.
+    pub run: u32,
+    /// What it has covered and what it is to cover, seconds of simulated time.
+    pub time: [f64; 2],
+}
+
+impl Stage {
+    /// In words.
+    pub(crate) fn words(&self) -> String {
+        let [now, end] = self.time.map(|time| rounded(time, 2));
+        // One, one ten times as tight and a perturbed one.
+        format!("run {} of {} at least, {now} s of {end} s", self.run, self.run.max(3))
+    }
+}
+
+/// Hears how far a reference is before every frame of it; may wait; `false` ends it.
+pub(crate) type Watch<'a> = &'a mut dyn FnMut(Stage) -> bool;
+
+/// The same, watched.
+pub(crate) fn watched_reference(
     scene: &Scene,
     wish: Wish,
-    leave: Leave<'_>,
+    watch: Watch<'_>,
 ) -> Result<Reference, Halt> {
     // What a scene is called and how it is drawn do not matter.
     let mut plain = scene.clone();
@@ -146,7 +168,7 @@ pub(crate) fn reference_by_leave(
     if let Some(reference) = cache::get("reference", &hash) {
         return Ok(reference);
     }
-    let reference = make_by_leave(scene, wish, leave)?;
+    let reference = make_watched(scene, wish, watch)?;
     cache::put("reference", &hash, &reference);
     Ok(reference)
 }
@@ -181,10 +203,10 @@ fn sample_frames(duration: f64) -> Vec<u64> {
 /// # Errors
 /// What [`Simulation::new`] and [`Simulation::step`] refuse.
 pub fn make_reference(scene: &Scene, wish: Wish) -> Result<Reference, Error> {
-    unstopped(|leave| make_by_leave(scene, wish, leave))
+    unstopped(|leave| make_watched(scene, wish, &mut |_| leave()))
 }
 
-fn make_by_leave(scene: &Scene, wish: Wish, leave: Leave<'_>) -> Result<Reference, Halt> {
+fn make_watched(scene: &Scene, wish: Wish, watch: Watch<'_>) -> Result<Reference, Halt> {
     let clock = CpuClock::start();
     let size = size_of(scene)?;
     let frames = sample_frames(wish.duration);
@@ -195,7 +217,8 @@ fn make_by_leave(scene: &Scene, wish: Wish, leave: Leave<'_>) -> Result<Referenc
         return Ok(Reference { frames, states, moved, grown, tolerance: 0.0, size, seconds });
     }
     let wanted = wish.uncertainty * size;
-    let (mut tolerance, mut states) = first_states(scene, &frames, leave)?;
+    let mut runs = Runs { frames: &frames, run: 0, watch };
+    let (mut tolerance, mut states) = runs.first(scene)?;
     let mut moved = vec![f64::INFINITY; frames.len()];
     loop {
         let spent = clock.seconds();
@@ -206,11 +229,11 @@ fn make_by_leave(scene: &Scene, wish: Wish, leave: Leave<'_>) -> Result<Referenc
             break;
         }
         // Contact may put a tolerance out of reach: what was reached is the best there is.
-        let tighter = match states_at(scene, &frames, 0.1 * tolerance, leave) {
+        let tighter = match runs.states(scene, 0.1 * tolerance) {
             Ok(tighter) => tighter,
             Err(halt @ (Halt::Stopped | Halt::Late)) => return Err(halt),
             Err(Halt::Refused(_)) if worst.is_infinite() => {
-                let looser = states_at(scene, &frames, 10.0 * tolerance, leave)?;
+                let looser = runs.states(scene, 10.0 * tolerance)?;
                 moved = at_least(distances(&looser, &states), 10.0 * tolerance * size);
                 break;
             }
@@ -220,38 +243,51 @@ fn make_by_leave(scene: &Scene, wish: Wish, leave: Leave<'_>) -> Result<Referenc
         moved = at_least(distances(&states, &tighter), tolerance * size);
         states = tighter;
     }
-    let perturbed = states_at(&perturb(scene, PERTURBATION * size), &frames, tolerance, leave)?;
+    let perturbed = runs.states(&perturb(scene, PERTURBATION * size), tolerance)?;
     let grown = distances(&states, &perturbed);
     let seconds = clock.seconds();
     Ok(Reference { frames, states, moved, grown, tolerance, size, seconds })
 }
 
-/// The tightest of the first tolerances that is in reach, from 1e-6 up, and the states of its run.
-fn first_states(
-    scene: &Scene,
-    frames: &[u64],
-    leave: Leave<'_>,
-) -> Result<(f64, Vec<Sample>), Halt> {
-    let mut last = Error::Empty;
-    for tolerance in FIRST_TOLERANCES {
-        match states_at(scene, frames, tolerance, leave) {
-            Ok(states) => return Ok((tolerance, states)),
-            Err(Halt::Refused(error)) => last = error,
-            Err(halt) => return Err(halt),
-        }
-    }
-    Err(Halt::Refused(last))
+/// The runs of a reference, one after the other.
+struct Runs<'a> {
+    frames: &'a [u64],
+    run: u32,
+    watch: Watch<'a>,
 }
 
-fn states_at(
-    scene: &Scene,
-    frames: &[u64],
-    tolerance: f64,
-    leave: Leave<'_>,
-) -> Result<Vec<Sample>, Halt> {
-    let mut states = Vec::with_capacity(frames.len());
-    visit_frames(scene, (frames, tolerance), &mut |state| states.push(Sample::of(state)), leave)?;
-    Ok(states)
+impl Runs<'_> {
+    /// The tightest of the first tolerances that is in reach, from 1e-6 up, and the states of its
+    /// run.
+    fn first(&mut self, scene: &Scene) -> Result<(f64, Vec<Sample>), Halt> {
+        let mut last = Error::Empty;
+        for tolerance in FIRST_TOLERANCES {
+            match self.states(scene, tolerance) {
+                Ok(states) => return Ok((tolerance, states)),
+                Err(Halt::Refused(error)) => last = error,
+                Err(halt) => return Err(halt),
+            }
+        }
+        Err(Halt::Refused(last))
+    }
+
+    /// The states of one more run.
+    fn states(&mut self, scene: &Scene, tolerance: f64) -> Result<Vec<Sample>, Halt> {
+        self.run += 1;
+        let (run, frames) = (self.run, self.frames);
+        let end = frames.last().map_or(0.0, |&last| last as f64 * FRAME);
+        let mut states = Vec::with_capacity(frames.len());
+        // Leave is asked for once in a frame.
+        let mut frame = 0;
+        let leave = &mut || {
+            let time = [f64::from(frame) * FRAME, end];
+            frame += 1;
+            (self.watch)(Stage { run, time })
+        };
+        let see = &mut |state| states.push(Sample::of(state));
+        visit_frames(scene, (frames, tolerance), see, leave)?;
+        Ok(states)
+    }
 }
 
 /// Shows the states at some frames of a run of Dormand-Prince in double precision.

@@ -4,7 +4,7 @@ use crate::candidates::choice::FRAME;
 use crate::measure::cache;
 use crate::measure::clock::CpuClock;
 use crate::measure::leave::Halt;
-use crate::measure::reference::{Reference, Wish, reference_by_leave};
+use crate::measure::reference::{Reference, Wish, watched_reference};
 use crate::quantity::estimate;
 use crate::space::limit::{Verdict, extrapolate};
 use crate::space::track::{Followed, Track, track, undrawn};
@@ -122,7 +122,7 @@ pub(crate) fn halve(
     tell("making the reference");
     let SpacePlan { duration, budget, uncertainty, patience } = plan;
     let wish = Wish { duration, uncertainty, patience };
-    let reference = reference_by_leave(&scene, wish, &mut || true);
+    let reference = watched_reference(&scene, wish, &mut |_| true);
     let reference = reference.map_err(|halt| refused(draft, halt))?;
     // Samples beyond which rounding alone moves the particles.
     let samples = reference.comparable(1e-4 * reference.size);

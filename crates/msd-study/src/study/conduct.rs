@@ -11,8 +11,9 @@ use crate::study::words::words;
 use msd_core::Error;
 use msd_scene::{Draft, FileError, Loaded};
 
-pub(crate) use crate::study::course::Listener;
-pub use crate::study::course::{Course, Follower, Plan, Progress};
+pub use crate::study::course::{Course, Plan};
+pub(crate) use crate::study::follower::Listener;
+pub use crate::study::follower::{Follower, Progress};
 
 /// Studies a scene. `tell` hears how far it is.
 ///

@@ -4,10 +4,11 @@ use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, PRECISIONS, ladders};
 use crate::measure::clock::CpuClock;
 use crate::measure::leave::Halt;
-use crate::measure::reference::{Reference, Sample, Wish, frames_of, reference_by_leave};
+use crate::measure::reference::{Reference, Sample, Wish, frames_of};
 use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
 use crate::measure::{cache, machine};
 use crate::space::known;
+use crate::study::follower::{Follower, Hurried, Progress};
 use crate::study::{ReferenceNote, Study};
 use msd_core::{Friction, Scene, Settings, Simulation};
 use msd_scene::Loaded;
@@ -38,37 +39,6 @@ impl Default for Plan {
     }
 }
 
-/// How far a study is.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Progress {
-    /// What is being done.
-    pub now: String,
-    /// Trials done.
-    pub done: usize,
-    /// Methods, each in one precision, of which nothing is left to try, and all of them; none while
-    /// no method is tried.
-    pub methods: Option<[usize; 2]>,
-    /// Time of the processor still to be spent, at most, seconds; none before it can be told.
-    pub left: Option<f64>,
-}
-
-impl Progress {
-    /// Before the first trial.
-    pub(crate) fn of_reference() -> Self {
-        Progress { now: "making the reference".into(), done: 0, methods: None, left: None }
-    }
-
-    /// How many methods are done, as far as that is known, and what is being done, in words.
-    pub fn words(&self) -> String {
-        match self.methods {
-            Some([done, all]) => {
-                format!("{done} of {all} pairs of method and precision done; {}", self.now)
-            }
-            None => self.now.clone(),
-        }
-    }
-}
-
 /// What is still to be tried of one method.
 #[derive(Debug)]
 struct Climb {
@@ -86,41 +56,6 @@ const IDLE: usize = 2;
 const HOPELESS: f64 = 8.0;
 /// How often each choice is timed at most.
 const ROUNDS: usize = 5;
-
-/// One who follows a study while it is made.
-pub trait Follower {
-    /// Hears how far it is.
-    fn hear(&mut self, progress: Progress);
-
-    /// Sees what was found so far, whenever a trial was added or timed again.
-    fn see(&mut self, _study: &Study) {}
-
-    /// Asked after every frame or so: may wait, and ends the study by saying no.
-    fn goes_on(&mut self) -> bool {
-        true
-    }
-
-    /// How long a search may take by the clock, pauses left out, seconds: then the best that it has
-    /// found is its answer.
-    fn patience(&self) -> f64 {
-        f64::INFINITY
-    }
-
-    /// A choice to be tried before all others. One that has nothing else to do, as it is `idle`,
-    /// waits for the answer, and ends where there is none.
-    fn wish(&mut self, _idle: bool) -> Option<Choice> {
-        None
-    }
-}
-
-/// One who listens, to the end.
-pub(crate) struct Listener<'a>(pub &'a mut dyn FnMut(Progress));
-
-impl Follower for Listener<'_> {
-    fn hear(&mut self, progress: Progress) {
-        (self.0)(progress);
-    }
-}
 
 /// A study that is under way: the reference is made, and trials follow one by one.
 ///
@@ -147,16 +82,16 @@ impl Course {
     /// Makes the reference, and takes up what an interrupted study left.
     ///
     /// # Errors
-    /// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it.
+    /// What the core refuses of the scene; [`Halt::Stopped`] where the follower ended it,
+    /// [`Halt::Late`] where its patience did not last until the reference was made.
     pub fn begin(loaded: Loaded, plan: Plan, follower: &mut dyn Follower) -> Result<Self, Halt> {
         let scene = &loaded.scene;
         let simulation = Simulation::<f64>::new(scene, Settings::default())?;
         let model = simulation.model();
         let wanted = plan.wanted.unwrap_or(1e-3 * model.size());
-        follower.hear(Progress::of_reference());
         let Plan { duration, uncertainty, patience, .. } = plan;
         let wish = Wish { duration, uncertainty, patience };
-        let right = reference_by_leave(scene, wish, &mut || follower.goes_on())?;
+        let right = Hurried::new(follower).reference(scene, wish)?;
         let reliable = right.comparable(0.1 * wanted);
         let bounds = (plan.duration, reliable);
         let hash = cache::content_hash(&(scene, bounds, machine::name()));
@@ -184,6 +119,7 @@ impl Course {
             date: machine::date(),
         };
         follower.see(&study);
+        follower.hear(Progress::of_prediction());
         let ladders = ladders(scene)?;
         let (spent, methods, climbs, timed) = (0.0, [0, 0], VecDeque::new(), (1, 0));
         let mut course =

@@ -1,13 +1,13 @@
 //! Trials of what a search has found at another state of the scene: that of a run to step by it.
 
-use super::patience::Hurried;
 use super::{Goal, UNLUCKY};
 use crate::candidates::choice::{Choice, FRAME};
 use crate::measure::leave::Halt;
-use crate::measure::reference::{Reference, reference_by_leave, size_of};
+use crate::measure::reference::{Reference, size_of, watched_reference};
 use crate::measure::trial::{Trial, adds, try_by_leave, unsound_by_leave};
 use crate::quantity::estimate;
 use crate::study::conduct::{Follower, Progress};
+use crate::study::follower::Hurried;
 use msd_core::Scene;
 use serde::{Deserialize, Serialize};
 
@@ -77,7 +77,7 @@ fn try_here(
         None => {
             let uncertainty = (0.02 * wanted / size).clamp(1e-11, 1e-4);
             let wish = follower.wish(duration, uncertainty);
-            right.insert(reference_by_leave(scene, wish, &mut || follower.goes_on())?)
+            right.insert(watched_reference(scene, wish, &mut |_| follower.goes_on())?)
         }
     };
     let is_certain = matches!(goal, Goal::Budget(_)) || 0 < right.reliable(0.25 * wanted);

@@ -3,17 +3,16 @@
 
 mod slope;
 mod solver_section;
-mod patience;
 mod elsewhere;
 mod spacing;
 
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, ladders};
 use crate::measure::leave::{Halt, unstopped};
-use crate::measure::reference::{Reference, frames_of, reference_by_leave, size_of};
+use crate::measure::reference::{Reference, frames_of, size_of};
 use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
 use crate::study::conduct::{Follower, Listener, Progress};
-use crate::tune::patience::Hurried;
+use crate::study::follower::Hurried;
 use crate::tune::slope::{is_coarsest, is_stuck, order, predict, scaled};
 use msd_core::{Error, Integrator, Scene};
 use msd_scene::Precision;
@@ -146,14 +145,13 @@ fn tune_by(
         Goal::Budget(_) => 1e-6 * size,
     };
     let uncertainty = (part * wanted / size).clamp(1e-11, 1e-4);
-    follower.hear(Progress::of_reference());
     let wish = follower.wish(duration, uncertainty);
-    let right = reference_by_leave(scene, wish, &mut || follower.goes_on());
-    let right = right.map_err(|halt| follower.reason(halt))?;
+    let right = follower.reference(scene, wish)?;
     let (certain, reliable) = match goal {
         Goal::MaxError(error) => (0 < right.reliable(0.25 * error), right.comparable(0.25 * error)),
         Goal::Budget(_) => (true, right.comparable(2.0 * right.uncertainty())),
     };
+    follower.hear(Progress::of_prediction());
     let mut ladders = in_order_of_merit(ladders(scene)?);
     ladders.retain(|ladder| ladder.integrator.is_adaptive() || ladder.fewest.is_some());
     let (methods, found, seen) = ([0, ladders.len()], Vec::new(), Vec::new());

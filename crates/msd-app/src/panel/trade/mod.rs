@@ -89,7 +89,7 @@ fn column(ui: &mut Ui, name: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
 fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
     heading(ui, "Trade");
     let Viewer { session, landmarks, .. } = viewer;
-    origin(ui, session);
+    landmarks.insert("rest", origin(ui, session));
     let progress = progress(session, report);
     let Some(study) = report.and_then(|report| report.found.as_deref()) else {
         return small(ui, &progress, theme::FAINT);
@@ -98,7 +98,10 @@ fn choices(ui: &mut Ui, viewer: &mut Viewer, report: Option<&Report<Study>>) {
         landmarks.insert("fast to accurate", slider);
         wish
     });
-    landmarks.insert("within", within(ui, session, study));
+    let (field, stop) = within(ui, session, study);
+    landmarks.insert("within", field);
+    landmarks.remove("stop");
+    landmarks.extend(stop.map(|button| ("stop", button)));
     small(ui, &present(session, study), theme::TEXT);
     if let Some(text) = session.adopted() {
         small(ui, &format!("changed: {text}"), theme::WARN);
@@ -121,9 +124,9 @@ fn small(ui: &mut Ui, text: &str, colour: egui::Color32) {
     ui.label(RichText::new(text).small().color(colour));
 }
 
-/// Where the study starts, and whether it rests.
-fn origin(ui: &mut Ui, session: &mut Session) {
-    ui.horizontal(|ui| {
+/// Where the study starts, and whether it rests; returns where the button for that is.
+fn origin(ui: &mut Ui, session: &mut Session) -> Rect {
+    let row = ui.horizontal(|ui| {
         let from = session.trade().from();
         let hover = "Studies the scene from its first state, with material, world, pins and cuts \
                      as they are now";
@@ -141,10 +144,13 @@ fn origin(ui: &mut Ui, session: &mut Session) {
         }
         let is_paused = session.trade().is_paused();
         let text = if is_paused { "Go on" } else { "Rest" };
-        if ui.add(Button::new(text).small()).on_hover_text(STUDY_MANNERS).clicked() {
+        let button = ui.add(Button::new(text).small()).on_hover_text(STUDY_MANNERS);
+        if button.clicked() {
             session.set_study_paused(!is_paused);
         }
+        button.rect
     });
+    row.inner
 }
 
 /// How far the study is, in words.
@@ -202,15 +208,15 @@ fn place_on(study: &Study, front: &[usize], now: Option<Choice>) -> usize {
 }
 
 /// The fields that search by an error or by a cost, and what came of it; returns where the first
-/// one is.
-fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Rect {
+/// one is, and the button that ends a search while there is one.
+fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> (Rect, Option<Rect>) {
     let memory = egui::Id::unique("within");
     // What was typed, and whether it is to be searched for.
     type Fields = ([f64; 2], [bool; 2]);
     let known = ui.data(|data| data.get_temp::<Fields>(memory));
     let begin = || ([1e3 * study.wanted, 1e3 * FRAME / 4.0], [false; 2]);
     let (mut fields, mut changed) = known.unwrap_or_else(begin);
-    let mut places = [Rect::NOTHING; 2];
+    let (mut places, mut stop) = ([Rect::NOTHING; 2], None);
     ui.horizontal(|ui| {
         let units = [" mm", " ms"];
         for (row, (label, unit)) in ["within", "or in"].into_iter().zip(units).enumerate() {
@@ -239,7 +245,9 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Rect {
         }
         if session.searched().is_some_and(Search::is_busy) {
             let hover = "Ends the search; nothing is changed";
-            if ui.add(Button::new("Stop").small()).on_hover_text(hover).clicked() {
+            let button = ui.add(Button::new("Stop").small()).on_hover_text(hover);
+            stop = Some(button.rect);
+            if button.clicked() {
                 session.end_search();
             }
         }
@@ -248,7 +256,7 @@ fn within(ui: &mut Ui, session: &mut Session, study: &Study) -> Rect {
     if let Some(search) = session.searched() {
         small(ui, &search.words(), theme::TEXT);
     }
-    places[0]
+    (places[0], stop)
 }
 
 /// The present setting beside what was measured of it.

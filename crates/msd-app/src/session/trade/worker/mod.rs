@@ -21,6 +21,9 @@ use msd_study::leave::Halt;
 use serde::Serialize;
 use std::sync::Arc;
 
+/// How long the reference of a study may take, seconds.
+const STUDYING: f64 = 120.0;
+
 /// What a worker has to show.
 #[derive(Debug)]
 pub struct Report<T> {
@@ -80,6 +83,10 @@ impl Follower for Job<Study> {
         self.may_go_on()
     }
 
+    fn patience(&self) -> f64 {
+        STUDYING
+    }
+
     fn wish(&mut self, idle: bool) -> Option<Choice> {
         self.wished(idle)
     }
@@ -102,7 +109,7 @@ impl<T: Serialize> Follower for Patient<'_, T> {
     }
 }
 
-/// What is said of a search whose time was over before anything could be judged.
+/// What is said of a study or a search whose time was over before anything could be judged.
 const LATE: &str = "its time was over before the right motion was known to compare with; from a \
                     calmer state it may be known in time";
 /// What is said of a worker that broke down.
