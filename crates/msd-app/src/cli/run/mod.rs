@@ -36,7 +36,8 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
     let diverged =
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
     let advice = advice.filter(|_| diverged.is_none());
-    let warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
+    let mut warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
+    warnings.extend(crossed(&prepared.runner));
     warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
     prepared.warnings.extend(warnings);
     let unwritten = files.finish(&prepared.runner);
@@ -53,6 +54,17 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         solved: watch.solved,
     };
     tell_report(&RunReport::new(prepared, done), arguments, (diverged, unwritten))
+}
+
+/// The warning that surfaces pass through each other.
+fn crossed(runner: &Runner) -> Option<String> {
+    let crossings = runner.touched()?.crossings;
+    (0 < crossings).then(|| {
+        format!(
+            "{crossings} pairs of triangles of the surfaces cross at the end; make what touches \
+             stiffer (`touch.stiffness`), or its radius larger"
+        )
+    })
 }
 
 /// Advice that was not given before the run: it diverged, or its limit moved below its step. Empty

@@ -1,9 +1,9 @@
 //! Coarse space of the implicit solve: translations of whole bodies, which no tolerance may lose.
 //!
-//! Springs, bends, volumes and touches push no body as a whole: for particles held together by these,
-//! the product of the matrix with a translation c is D c, with D the masses, drag and grabs. So the
-//! sum that a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) / Σ D is
-//! the translation that a δu lacks. Conjugate gradients find it last of all, and in single
+//! Springs, bends, volumes and touches push no body as a whole: for particles held together by
+//! these, the product of the matrix with a translation c is D c, with D the masses, drag and grabs.
+//! So the sum that a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) /
+//! Σ D is the translation that a δu lacks. Conjugate gradients find it last of all, and in single
 //! precision at k τ²/m = 4e5 never: the weight of a particle is a rounding beside the stiffness.
 //! Here it is added before the solve and corrected after it.
 //!
@@ -21,8 +21,8 @@ use core::ops::Range;
 use fearless_simd::Level;
 use glam::DVec3;
 
-/// Particles that springs, bends, volumes and touches join to each other and to no others, two or more: one
-/// alone is solved by its block.
+/// Particles that springs, bends, volumes and touches join to each other and to no others, two or
+/// more: one alone is solved by its block.
 #[derive(Clone, Debug, Default)]
 struct Whole {
     /// Which of the shares.
