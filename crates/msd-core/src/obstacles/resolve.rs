@@ -161,7 +161,7 @@ fn near_groups<R: Real>(
             continue;
         }
         for (record, row) in rows.iter().enumerate() {
-            near |= u32::from(ball.is_any_in(row)) << (record / AT_ONCE);
+            near |= u32::from(ball.inside(row) != 0) << (record / AT_ONCE);
         }
     }
     if obstacles.planes.is_empty() {
@@ -321,10 +321,15 @@ impl<R: Real> Batch<R> {
             self.meet_plane(plane, &span, tally);
         }
         for solid in &obstacles.solids {
-            self.meet_own(&Placed::new(solid, time), (&span, time), &mut tally.contacts);
+            let near = Ball::<R>::new(solid, time).inside(&self.positions);
+            if near != 0 {
+                let placed = Placed::new(solid, time);
+                self.meet_own(&placed, (&span, time, near), &mut tally.contacts);
+            }
         }
         for (_, own) in &obstacles.own {
-            self.meet_own(own.of::<R>(), (&span, time), &mut tally.contacts);
+            let all = (1 << LANES) - 1;
+            self.meet_own(own.of::<R>(), (&span, time, all), &mut tally.contacts);
         }
     }
 
@@ -391,15 +396,15 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Meets any obstacle, one particle at a time.
+    /// Meets any obstacle, one particle at a time; the bits say which may be inside.
     fn meet_own(
         &mut self,
         obstacle: &dyn Obstacle<R>,
-        (span, time): (&Span<R>, f64),
+        (span, time, near): (&Span<R>, f64, u32),
         contacts: &mut Contacts,
     ) {
         let law = obstacle.law();
-        for lane in 0..LANES {
+        for lane in (0..LANES).filter(|lane| near >> lane & 1 != 0) {
             if self.inverse_masses[lane] == R::ZERO {
                 continue;
             }

@@ -153,14 +153,22 @@ fn is_one_on_solid<R: Real>(
         if !ball.may_hold_any(some) {
             continue;
         }
-        for (record, row) in (block * TOGETHER..).zip(some.chunks(1)) {
-            let masses = &inverse_masses[record * RECORD..][..RECORD];
-            if ball.is_any_in(&row[0]) && is_one_on(&placed, row, masses, time) {
+        for (record, x) in (block * TOGETHER..).zip(some) {
+            let masses = &inverse_masses[record * RECORD..];
+            let is_on = |lane: usize| {
+                masses[lane] != R::ZERO && on_curved(&placed, lane_of(x, lane), time).is_some()
+            };
+            if lanes(ball.inside(x)).any(is_on) {
                 return true;
             }
         }
     }
     false
+}
+
+/// The lanes of bits.
+fn lanes(bits: u32) -> impl Iterator<Item = usize> {
+    (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
 }
 
 fn is_one_on<R: Real>(
@@ -223,7 +231,7 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
             }
         }
         for (_, own) in &obstacles.own {
-            settle_on_curved(own.of::<R>(), &mut kicked, (record, x), &mut contacts);
+            settle_on_curved(own.of::<R>(), &mut kicked, (record, x, ALL), &mut contacts);
         }
     }
     for solid in &obstacles.solids {
@@ -235,8 +243,9 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
                 continue;
             }
             for (record, x) in (block * TOGETHER..).zip(some) {
-                if ball.is_any_in(x) {
-                    settle_on_curved(&placed, &mut kicked, (record, x), &mut contacts);
+                let near = ball.inside(x);
+                if near != 0 {
+                    settle_on_curved(&placed, &mut kicked, (record, x, near), &mut contacts);
                 }
             }
         }
@@ -348,15 +357,20 @@ fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3]) -> ([R; 3], R) {
     (along.map(|number| number * kept), per_slip)
 }
 
+/// All lanes of a record, a bit for each.
+const ALL: u32 = (1 << LANES) - 1;
+
+/// Holds the particles of a record that lie on an obstacle which is no plane; the bits say which
+/// may.
 fn settle_on_curved<R: Real>(
     obstacle: &dyn Obstacle<R>,
     kicked: &mut Kicked<'_, R>,
-    (record, x): (usize, &[R; RECORD]),
+    (record, x, near): (usize, &[R; RECORD], u32),
     contacts: &mut Contacts,
 ) {
     let (at, kick) = (record * RECORD, kicked.kick);
     let law = kick.law(obstacle.law());
-    for lane in 0..LANES {
+    for lane in lanes(near) {
         if kicked.inverse_masses[at + lane] == R::ZERO {
             continue;
         }

@@ -86,16 +86,16 @@ impl<R: Real> Ball<R> {
         false
     }
 
-    /// Whether a place of a record is inside.
+    /// The places of a record that are inside, a bit for each.
     #[inline(always)]
-    pub(super) fn is_any_in(&self, record: &[R; RECORD]) -> bool {
-        let mut any = [0; LANES];
-        for (lane, any) in any.iter_mut().enumerate() {
+    pub(super) fn inside(&self, record: &[R; RECORD]) -> u32 {
+        let mut bits = [0; LANES];
+        for (lane, bit) in bits.iter_mut().enumerate() {
             let x = lane_of(record, lane);
             let way: [R; 3] = core::array::from_fn(|axis| x[axis] - self.middle[axis]);
-            *any = u32::from(dot(way, way) <= self.squared);
+            *bit = u32::from(dot(way, way) <= self.squared) << lane;
         }
-        any.iter().fold(0, |all, any| all | any) != 0
+        bits.iter().fold(0, |all, bit| all | bit)
     }
 }
 
