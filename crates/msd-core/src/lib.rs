@@ -178,6 +178,7 @@ compile_error!("msd-core needs a square root: enable the feature `std` (default)
 // have the loops compiled here (`tests/tidy/order.rs`).
 mod number;
 mod error;
+mod grid;
 pub mod scene;
 mod columns;
 pub mod elements;
@@ -202,7 +203,7 @@ pub use scene::substance;
 pub use scene::{
     Bend, Bending, Body, Corner, Elasticity, Friction, Lattice, MAX_PARTICLES, MAX_SPRINGS,
     Material, Neighbours, Part, Particle, Pin, Plane, Scene, Shape, Solid, Spring, Substance,
-    Surface, Volume, World,
+    Surface, Touch, Volume, World,
 };
 pub use simulation::{
     Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,

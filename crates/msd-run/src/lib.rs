@@ -12,6 +12,7 @@
 mod automatic;
 mod runner;
 mod rounding;
+mod crossings;
 mod history;
 mod trace;
 pub mod rescue;
@@ -22,7 +23,8 @@ pub mod kept;
 pub mod pace;
 
 pub use automatic::{Substeps, steps_between};
+pub use crossings::crossings;
 pub use history::History;
 pub use rounding::Rounding;
-pub use runner::{Moment, Runner};
+pub use runner::{Moment, Runner, Touched};
 pub use trace::Trace;

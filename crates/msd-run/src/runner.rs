@@ -1,15 +1,17 @@
 //! Simulations whose precision is only known at run time.
 
 use crate::automatic::{Automatic, Substeps};
+use crate::crossings::crossings;
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
-    Simulation, Witness,
+    Simulation, Vector, Witness,
 };
 use msd_scene::{AnyState, Loaded, Precision};
+use serde::Serialize;
 
 /// A state and what its particles do not tell.
 #[derive(Clone, Debug)]
@@ -44,6 +46,16 @@ macro_rules! on {
             $crate::Runner::F64($simulation, _) => $value,
         }
     };
+}
+
+/// What is known of particles that touch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Touched {
+    /// Pairs of particles that may have passed through each other since the start; see
+    /// [`Ledger::passes`](msd_core::Ledger::passes).
+    pub passes: u64,
+    /// Pairs of triangles of surfaces that cross now; see [`crossings`].
+    pub crossings: u64,
 }
 
 impl Runner {
@@ -383,6 +395,23 @@ impl Runner {
     /// What obstacles did since the start.
     pub fn contacts(&self) -> Contacts {
         on!(self, simulation => simulation.contacts())
+    }
+
+    /// What is known of particles that touch; `None` where none has a radius.
+    pub fn touched(&self) -> Option<Touched> {
+        on!(self, simulation => {
+            let model = simulation.model();
+            let positions = || simulation.positions().map(Vector::to_f64).collect::<Vec<_>>();
+            (!model.touches().is_empty()).then(|| Touched {
+                passes: simulation.ledger().passes(),
+                crossings: crossings(&positions(), model.bodies()),
+            })
+        })
+    }
+
+    /// Pairs of particles that may have passed through each other since the start.
+    pub fn passes(&self) -> u64 {
+        on!(self, simulation => simulation.ledger().passes())
     }
 
     /// Steps taken.

@@ -201,6 +201,7 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("[[world.solids]]", "world.solids."),
         ("[[bodies]]", "bodies."),
         ("What a body is made of", "bodies."),
+        ("touch", "bodies.touch."),
         ("rotation", "bodies.rotation."),
         ("spin as a table", "bodies.spin."),
         ("particles of an explicit body", "bodies.particles."),

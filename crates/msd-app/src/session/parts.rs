@@ -50,8 +50,11 @@ fn is_on_in<R: Real>(part: Part, springs: &[Range<usize>], model: &Model<R>) -> 
         Part::Damping => (0..model.ends().len()).any(|row| model.damping(row) != R::ZERO),
         Part::Gravity => model.gravity().to_f64() != DVec3::ZERO,
         Part::Drag => model.drag() != R::ZERO,
-        // Planes can be taken away and put back, solids cannot.
-        Part::Contact => !model.planes().is_empty() && model.solids().is_empty(),
+        // Planes can be taken away and put back, solids and touches cannot.
+        Part::Contact => {
+            let others = model.solids().is_empty() && model.touches().is_empty();
+            others && !model.planes().is_empty()
+        }
         Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
             let mut rows = springs.iter().cloned().flatten();
             rows.any(|row| model.stiffness(row) != R::ZERO || model.damping(row) != R::ZERO)

@@ -11,6 +11,7 @@ pub mod springs;
 mod bundles;
 pub mod bends;
 pub mod volumes;
+pub mod touches;
 
 use crate::columns::slots::Slots;
 use crate::columns::{self, Aligned, LANES, RECORD};
@@ -20,6 +21,8 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt::Debug;
 use glam::DVec3;
+use springs::{SpringWork, Springs};
+use touches::near::Near;
 
 /// A source of force on particles.
 ///
@@ -237,6 +240,22 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
     };
     difference(motion.positions, true, products.stiffness);
     difference(motion.velocities, false, products.damping);
+}
+
+/// Scratch of an evaluation of all forces.
+#[derive(Clone, Debug)]
+pub(crate) struct Work<R: Real> {
+    pub(crate) springs: SpringWork<R>,
+    /// The pairs that may touch.
+    pub(crate) near: Near<R>,
+    /// The power that user-defined elements dissipated at the last evaluation, watts.
+    pub(crate) own_power: f64,
+}
+
+impl<R: Real> Work<R> {
+    pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
+        Work { springs: SpringWork::new(springs, slots), near: Near::default(), own_power: 0.0 }
+    }
 }
 
 /// The ends of springs that were cut, in order.

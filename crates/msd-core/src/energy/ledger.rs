@@ -22,6 +22,9 @@ pub struct Ledger {
     /// The effect of obstacles.
     #[cfg_attr(feature = "serde", serde(default))]
     contacts: Contacts,
+    /// Pairs of particles that may have passed through each other.
+    #[cfg_attr(feature = "serde", serde(default))]
+    passes: u64,
 }
 
 impl Ledger {
@@ -44,6 +47,17 @@ impl Ledger {
     /// The effect of obstacles.
     pub fn contacts(&self) -> Contacts {
         self.contacts
+    }
+
+    /// How often two particles closed by more than the sum of their radii in a substep, on a line
+    /// on which they meet: they may have passed through each other.
+    pub fn passes(&self) -> u64 {
+        self.passes
+    }
+
+    /// Counts more of those.
+    pub(crate) fn note_passes(&mut self, passes: u64) {
+        self.passes += passes;
     }
 
     /// Books a step in which `counted` was dissipated and `given` driven in, joules.

@@ -11,9 +11,11 @@ pub use moduli::Moduli;
 
 use crate::columns::{self, LANES, RECORD};
 use crate::elements::springs::law;
+use crate::elements::touches::near::Near;
 use crate::number::{Real, Vector};
 use crate::system::{Columns, Model};
 use core::ops::Range;
+use fearless_simd::Level;
 use glam::DVec3;
 
 /// The energy of a system, joules.
@@ -22,8 +24,8 @@ use glam::DVec3;
 pub struct Energy {
     /// Of motion: Σ m v² / 2.
     pub kinetic: f64,
-    /// In the springs, Σ k (length − rest)² / 2, in the bends, Σ k s² / 2, and in the
-    /// volumes, Σ Λ V0 e² / 2.
+    /// In the springs, Σ k (length − rest)² / 2, in the bends, Σ k s² / 2, in the volumes,
+    /// Σ Λ V0 e² / 2, and in pairs that touch, Σ k δ² / 2.
     pub elastic: f64,
     /// In the uniform fields, gravity and the uniform force: −Σ (m g + f)·x; zero at the origin.
     pub gravitational: f64,
@@ -53,6 +55,7 @@ pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,
     (time, substep): (f64, f64),
+    (level, near): (Level, &Near<R>),
 ) -> (Energy, f64) {
     let motion = state.motion(&model.slots, time);
     let own = model.own.iter().map(|(_, own)| own.of::<R>().energy(&motion)).sum();
@@ -67,7 +70,11 @@ pub(crate) fn energy_and_rounding<R: Real>(
         pull += law.stiffness * (length - law.rest).abs();
         total_stiffness += law.stiffness;
     }
-    let others = [model.bends.energy_and_pulls(&motion), model.volumes.energy_and_pulls(&motion)];
+    let touches = near.see(level, &model.touches, &state.positions, |pairs| {
+        model.touches.energy_and_pulls(pairs, &state.positions)
+    });
+    let others =
+        [model.bends.energy_and_pulls(&motion), model.volumes.energy_and_pulls(&motion), touches];
     for [stored, pulls, stiffness] in others {
         energy.elastic += stored;
         pull += pulls;

@@ -6,8 +6,7 @@ use super::implicit;
 use super::xpbd;
 use crate::columns::Aligned;
 use crate::columns::threads::Split;
-use crate::elements::springs::SpringWork;
-use crate::elements::{Motion, column};
+use crate::elements::{Motion, Work, column};
 use crate::number::Real;
 use crate::obstacles::resolve::Substep;
 use crate::obstacles::rest::Kick;
@@ -22,7 +21,7 @@ use fearless_simd::Level;
 pub(crate) struct Scratch<R: Real> {
     /// The forces of the last evaluation, newtons.
     pub(crate) forces: Aligned<R>,
-    pub(crate) springs: SpringWork<R>,
+    pub(crate) work: Work<R>,
     /// Work columns of the method.
     pub(crate) columns: Vec<Aligned<R>>,
     /// Power dissipated at the last evaluation, watts.
@@ -40,7 +39,7 @@ impl<R: Real> Scratch<R> {
     pub(crate) fn new(model: &Model<R>, columns: usize) -> Self {
         Scratch {
             forces: column(&model.slots, 4),
-            springs: SpringWork::new(&model.springs, &model.slots),
+            work: Work::new(&model.springs, &model.slots),
             columns: (0..columns).map(|number| column(&model.slots, 16 + number)).collect(),
             power: 0.0,
             warm: false,
@@ -62,6 +61,8 @@ pub(crate) struct Done {
     pub(crate) touched: bool,
     /// Energy that user-defined elements have driven into the system, joules.
     pub(crate) given: f64,
+    /// Pairs of particles that may have passed through each other in a substep.
+    pub(crate) passes: u64,
     /// Why the method gave up, if it did.
     pub(crate) failure: Option<Failure>,
 }
@@ -211,23 +212,23 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// Evaluates all forces at the present state and a time, seconds; returns the power dissipated,
     /// watts.
     pub fn set_forces(&mut self, time: f64) -> f64 {
-        let Scratch { forces, springs, .. } = &mut *self.scratch;
+        let Scratch { forces, work, .. } = &mut *self.scratch;
         let motion = self.state.motion(&self.model.slots, time);
-        self.model.set_forces(self.level, &motion, springs, forces)
+        self.model.set_forces(self.level, &motion, work, forces)
     }
 
     /// Evaluates all forces at the present positions and the velocities in a work column, at the
     /// end of the substep; returns the power dissipated, watts.
     pub(crate) fn set_forces_predicted(&mut self, velocities: usize) -> f64 {
         let time = self.time() + self.settings.substep();
-        let Scratch { forces, springs, columns, .. } = &mut *self.scratch;
+        let Scratch { forces, work, columns, .. } = &mut *self.scratch;
         let motion = Motion {
             slots: &self.model.slots,
             positions: &self.state.positions,
             velocities: &columns[velocities],
             time,
         };
-        self.model.set_forces(self.level, &motion, springs, forces)
+        self.model.set_forces(self.level, &motion, work, forces)
     }
 
     /// Ends a substep: lets every particle that has come into an obstacle rest, slide or bounce,
@@ -265,11 +266,26 @@ impl<'a, R: Real> StepContext<'a, R> {
         model.settle(self.level, (positions, velocities), accelerations, kick)
     }
 
+    /// Counts the pairs of particles that may pass through each other in the next substep.
+    pub(crate) fn count_passes(&mut self) {
+        if self.model.touches.is_empty() {
+            return;
+        }
+        let Columns { positions, velocities } = &*self.state;
+        let near = &mut self.scratch.work.near;
+        let columns: [&[R]; 2] = [positions, velocities];
+        let h = self.settings.substep();
+        self.done.passes += near.count_passes(self.level, &self.model.touches, columns, h);
+    }
+
     /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles
     /// did.
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
         self.finished += 1;
-        self.done.given -= self.scratch.springs.own_power.min(0.0) * self.settings.substep();
+        self.done.given -= self.scratch.work.own_power.min(0.0) * self.settings.substep();
+        if self.finished < self.settings.substeps {
+            self.count_passes();
+        }
         if self.model.obstacles.is_empty() {
             return Contacts::default();
         }

@@ -1,4 +1,4 @@
-//! XPBD: springs, bends and volumes as compliant constraints, projected one by one.
+//! XPBD: springs, bends, volumes and touches as compliant constraints, projected one by one.
 
 use super::StepContext;
 use super::context::Way;
@@ -38,7 +38,8 @@ impl<R: Real> Scratch<R> {
 ///
 /// λ = −(k h² C + b h u·(d_b − d_a)) / (1 + (k h² + b h) (w_a + w_b))
 ///
-/// Bends follow, likewise, along the direction of their sum, and volumes along their gradient. Then
+/// Bends follow, likewise, along the direction of their sum, volumes along their gradient, and
+/// touches, which only push, with friction across. Then
 /// v' = d / h. That is the paper's step with compliance 1/k and damping b, multiplied by k h², so
 /// that k = 0 leaves a damper: alone, a spring does the step of backward Euler.
 ///
@@ -63,7 +64,7 @@ pub(crate) fn advance<R: Real>(step: &mut StepContext<'_, R>) {
     step.scratch.xpbd = Some(scratch);
 }
 
-/// The power that the dampers of springs, bends and volumes dissipate at the state, watts.
+/// The power that springs, bends, volumes and touches dissipate at the state, watts.
 fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<R>) -> f64 {
     let model = step.model;
     if !model.is_damped() {
@@ -71,9 +72,10 @@ fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<
     }
     pulls.fill(R::ZERO);
     let motion = step.state.motion(&model.slots, step.time());
-    let power = model.springs.add_all(step.level, &motion, &mut step.scratch.springs, pulls);
+    let power = model.springs.add_all(step.level, &motion, &mut step.scratch.work.springs, pulls);
     let power = power + model.bends.add_all(step.level, &motion, pulls);
-    power + model.volumes.add_all(step.level, &motion, pulls)
+    let power = power + model.volumes.add_all(step.level, &motion, pulls);
+    power + model.add_touches(step.level, &motion, &mut step.scratch.work.near, pulls)
 }
 
 /// Advances by one substep and returns the power dissipated by other elements, watts.
@@ -81,9 +83,9 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     let (model, level, h) = (step.model, step.level, step.substep());
     let time = step.time();
     let motion = step.state.motion(&model.slots, time);
-    let (work, forces) = (&mut step.scratch.springs, &mut step.scratch.forces);
+    let (work, forces) = (&mut step.scratch.work, &mut step.scratch.forces);
     let power = model.set_other_forces(level, &motion, work, forces);
-    let Scratch { starts, ways, .. } = scratch;
+    let Scratch { starts, ways, pulls } = scratch;
     let inverse_masses = model.inverse_masses();
     for (particle, at) in model.slots.places().enumerate() {
         let position = vector::<R>(&step.state.positions, at);
@@ -96,6 +98,14 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     project(model, h, starts, ways);
     model.bends.project(h, inverse_masses, starts, ways);
     model.volumes.project(h, inverse_masses, starts, ways);
+    if !model.touches.is_empty() {
+        // Those that may touch where the springs have moved them.
+        for (particle, at) in model.slots.places().enumerate() {
+            set_vector(pulls, at, starts[particle] + ways[particle]);
+        }
+        let pairs = step.scratch.work.near.pairs(level, &model.touches, pulls);
+        model.touches.project(pairs, h, inverse_masses, (starts, ways));
+    }
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {
         set_vector(&mut step.state.positions, at, starts[particle] + ways[particle]);

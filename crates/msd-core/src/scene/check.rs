@@ -2,7 +2,10 @@
 
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::scene::{Bend, Body, Friction, Particle, Plane, Scene, Shape, Solid, Spring, Volume};
+use crate::scene::{
+    Bend, Body, Friction, Particle, Plane, Scene, Shape, Solid, Spring, Touch, Volume,
+};
+use alloc::vec;
 use glam::{DMat3, DVec3};
 
 /// The most particles a system may have.
@@ -72,6 +75,7 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     for (row, solid) in scene.solids.iter().enumerate() {
         check_solid::<R>(row, solid)?;
     }
+    check_touches::<R>(scene)?;
     for (row, pin) in scene.pins.iter().enumerate() {
         check_index(("pin", row), "particle", pin.particle, count)?;
         check_vector::<R>("velocity", ("pin", row), pin.velocity)?;
@@ -223,6 +227,43 @@ fn check_solid<R: Real>(row: usize, solid: &Solid) -> Result<(), Error> {
     check(off <= 1e-9, "departure of the axes from a rotation", at, off, "0")?;
     check_fraction("restitution", at, solid.restitution)?;
     check_friction(at, solid.friction)
+}
+
+fn check_touches<R: Real>(scene: &Scene) -> Result<(), Error> {
+    let count = scene.particles.len();
+    let mut row_of = vec![None; if scene.touches.is_empty() { 0 } else { count }];
+    for (row, touch) in scene.touches.iter().enumerate() {
+        check_touch::<R>(row, touch)?;
+        let at = ("touch", row);
+        for &particle in &touch.particles {
+            check_index(at, "particle", particle, count)?;
+            let other = row_of[particle].replace(row);
+            let expected = "in one row of touches, once";
+            check(other.is_none(), "particle", at, particle as f64, expected)?;
+        }
+        for &other in &touch.ignored {
+            check_index(at, "row before it", other, row)?;
+        }
+    }
+    check_count("the number of exempt pairs", scene.exempt.len(), MAX_SPRINGS)?;
+    for (row, pair) in scene.exempt.iter().enumerate() {
+        for &particle in pair {
+            check_index(("exempt pair", row), "particle", particle, count)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_touch<R: Real>(row: usize, touch: &Touch) -> Result<(), Error> {
+    let at = ("touch", row);
+    let positive = |quantity, value: f64| {
+        let fits = 0.0 < value && value <= 1e12;
+        check(fits, quantity, at, value, "positive and at most 1e12")
+    };
+    positive("radius", touch.radius)?;
+    positive("stiffness", touch.stiffness)?;
+    check_not_negative::<R>("damping", at, touch.damping)?;
+    check_not_negative::<f32>("friction", at, touch.friction)
 }
 
 pub(crate) fn check_friction(at: (&'static str, usize), friction: Friction) -> Result<(), Error> {

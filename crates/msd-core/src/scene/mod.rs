@@ -9,6 +9,7 @@ pub mod part;
 pub mod substance;
 pub mod shape;
 pub mod solid;
+pub mod touch;
 mod origin;
 
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
@@ -17,6 +18,7 @@ pub use part::{Material, Part};
 pub use solid::{Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
+pub use touch::Touch;
 
 use alloc::{string::String, vec::Vec};
 use core::ops::Range;
@@ -192,6 +194,10 @@ pub struct Scene {
     pub planes: Vec<Plane>,
     /// The solids.
     pub solids: Vec<Solid>,
+    /// The particles that have a radius and touch each other.
+    pub touches: Vec<Touch>,
+    /// Pairs of particles that do not touch, beside those that a spring joins.
+    pub exempt: Vec<[usize; 2]>,
     /// The pins.
     pub pins: Vec<Pin>,
     /// Named parts; a particle need not belong to one.

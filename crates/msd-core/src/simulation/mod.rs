@@ -164,6 +164,7 @@ impl<R: Real> Simulation<R> {
             scratch: &mut self.scratch,
             done: Default::default(),
         };
+        step.count_passes();
         method.advance(&mut step);
         let done = step.done;
         self.touched = done.touched;
@@ -174,6 +175,7 @@ impl<R: Real> Simulation<R> {
         self.model.pushes.0.clear();
         self.queue.clear();
         self.ledger.book(done.counted, done.given, done.contacts);
+        self.ledger.note_passes(done.passes);
         self.steps += 1;
         Ok(())
     }

@@ -196,6 +196,8 @@ fn rows<R: Real>(simulation: &Simulation<R>) -> Scene {
         volumes: model.volumes.rows().collect(),
         planes: model.planes().iter().map(PlaneColumn::row).collect(),
         solids: model.solids().to_vec(),
+        touches: model.touches.rows().0.to_vec(),
+        exempt: model.touches.rows().1.to_vec(),
         pins: (0..model.particle_count()).filter(pinned).map(pin).collect(),
         bodies: model.bodies.clone(),
     }

@@ -2,8 +2,8 @@
 
 use super::Simulation;
 use crate::columns;
-use crate::elements::springs::SpringWork;
-use crate::elements::{collected, column};
+use crate::elements::touches::near::Near;
+use crate::elements::{Work, collected, column};
 use crate::energy::{self, Energy, Momentum};
 use crate::methods::{Integrator, Method};
 use crate::number::{Real, Vector};
@@ -142,7 +142,7 @@ impl<R: Real> Simulation<R> {
 
     fn forces_in(&self, columns: &Columns<R>) -> (Vec<R::Vec3>, f64) {
         let slots = &self.model.slots;
-        let mut work = SpringWork::new(&self.model.springs, slots);
+        let mut work = Work::new(&self.model.springs, slots);
         let mut forces = column(slots, 0);
         let motion = columns.motion(slots, self.time());
         let power = self.model.set_forces(self.level, &motion, &mut work, &mut forces);
@@ -179,6 +179,7 @@ impl<R: Real> Simulation<R> {
             &self.model,
             &self.state,
             (self.time(), self.settings.substep()),
+            (self.level, &self.scratch.work.near),
         )
     }
 
@@ -204,7 +205,9 @@ impl<R: Real> Simulation<R> {
     /// # Panics
     /// If the state has another number of particles.
     pub fn energy_at(&self, state: &State<R>) -> Energy {
-        energy::energy_and_rounding(&self.model, &self.columns_of(state), (self.time(), 0.0)).0
+        let (columns, near) = (self.columns_of(state), Near::default());
+        let at = (self.time(), 0.0);
+        energy::energy_and_rounding(&self.model, &columns, at, (self.level, &near)).0
     }
 
     /// The centre of mass of a range of particles, metres.

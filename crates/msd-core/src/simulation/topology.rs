@@ -121,6 +121,7 @@ impl<R: Real> Simulation<R> {
             self.state.put(at, (position, R::Vec3::ZERO));
         }
         self.model.renew_masses();
+        self.scratch.work.near.forget();
         self.scratch.warm = false;
     }
 
@@ -173,6 +174,7 @@ impl<R: Real> Simulation<R> {
         model.slots = model.springs.add(model.masses.len(), joints.springs, &bodies);
         model.bends.add(joints.bends, &model.slots);
         model.volumes.add(joints.volumes, &model.slots);
+        model.touches.order(model.springs.ends(), &model.slots);
         model.make_columns();
         self.state = Columns::of(&self.model.slots, state, 0);
         self.good = Columns::new(&self.model.slots, 2);

@@ -16,6 +16,7 @@ mod slowest;
 
 pub use region::{Mode, Region, is_stable};
 
+use crate::elements::touches::near::Near;
 use crate::elements::{Block, Blocks, Products};
 use crate::number::Real;
 use crate::system::{Columns, Model};
@@ -24,6 +25,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::ControlFlow;
 pub(crate) use dense::Matrix;
+use fearless_simd::Level;
 use few::{Few, single_substep};
 use glam::DVec3;
 use pieces::{Growth, Phase};
@@ -113,7 +115,7 @@ pub(crate) fn fastest_motion<R: Real>(
 ///
 /// A spring adds at most its k (1/m_a + 1/m_b) to any motion; all springs of a particle at once add
 /// at most the sum of their k over its mass. Of bends the largest row sum of magnitudes counts.
-/// Volumes and user-defined elements are known about this state alone, the latter only
+/// Volumes, touches and user-defined elements are known about this state alone, the last only
 /// where they act on each particle by itself and give their blocks.
 pub(crate) fn guaranteed_limit<R: Real>(
     (model, state): (&Model<R>, &Columns<R>),
@@ -183,6 +185,13 @@ fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
     };
     model.bends.row_sums(&mut add);
     model.volumes.row_sums(motion, &mut add);
+    let mut touching = Vec::new();
+    model.set_touching(Level::baseline(), motion, &mut Near::default(), &mut touching);
+    for pair in &touching {
+        // Each end moves at most twice as fast as both do against each other.
+        let most = pair.largest().map(|value| 2.0 * value);
+        pair.particles.into_iter().for_each(|particle| add(particle, most));
+    }
     // In full also where the largest force caps it now.
     for grab in model.grabs() {
         others[grab.particle as usize].add(grab.stiffness.to_f64(), grab.damping.to_f64());

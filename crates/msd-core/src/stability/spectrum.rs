@@ -7,11 +7,14 @@
 
 use super::dense::{MOST, Matrix};
 use crate::elements::springs::law::Tangent;
+use crate::elements::touches::Touching;
+use crate::elements::touches::near::Near;
 use crate::elements::{Motion, Products};
 use crate::number::Real;
 use crate::system::Model;
 use alloc::vec::Vec;
 use core::mem;
+use fearless_simd::Level;
 use glam::DVec3;
 
 /// The product with the damping in [`Basis::products`].
@@ -33,6 +36,8 @@ pub(crate) struct OperatingPoint<'a, R: Real> {
 pub(crate) struct Basis {
     /// The derivatives of the springs that are not cut.
     tangents: Vec<Tangent>,
+    /// The pairs that touch.
+    touching: Vec<Touching>,
     /// Square roots of the reciprocal masses.
     roots: Vec<f64>,
     vectors: Vec<Vec<DVec3>>,
@@ -65,6 +70,7 @@ impl Basis {
         let springs = model.springs.present();
         self.tangents.clear();
         self.tangents.extend(springs.map(|(spring, _)| model.springs.tangent(motion, spring)));
+        model.set_touching(Level::baseline(), motion, &mut Near::default(), &mut self.touching);
         self.roots.clear();
         self.roots.extend(model.inverse_masses.iter().map(|w| Real::sqrt(w.to_f64())));
     }
@@ -214,7 +220,7 @@ impl Basis {
     /// Sets the products with M^(−1/2) K M^(−1/2) and M^(−1/2) D M^(−1/2), those of all elements.
     fn multiply<R: Real>(&mut self, point: &OperatingPoint<'_, R>, x: &[DVec3]) {
         let OperatingPoint { model, motion } = point;
-        let Basis { tangents, roots, displacements, products: [stiff, damp], .. } = self;
+        let Basis { tangents, touching, roots, displacements, products: [stiff, damp], .. } = self;
         displacements.clear();
         displacements.extend(x.iter().zip(&*roots).map(|(&x, &root)| x * root));
         for product in [&mut *stiff, &mut *damp] {
@@ -232,6 +238,10 @@ impl Basis {
             }
         }
         let mut products = Products { stiffness: stiff, damping: damp };
+        for pair in touching {
+            let [a, b] = pair.particles;
+            products.add_between([a, b], pair.products(displacements[b] - displacements[a]));
+        }
         for element in model.elements_beside_springs() {
             element.add_products(motion, displacements, &mut products);
         }

@@ -6,9 +6,11 @@ use crate::columns::{Aligned, LANES, single};
 use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
-use crate::elements::springs::{SpringWork, Springs};
+use crate::elements::springs::Springs;
+use crate::elements::touches::near::Near;
+use crate::elements::touches::{Touches, Touching};
 use crate::elements::volumes::Volumes;
-use crate::elements::{Element, Motion, Own, Torn, Vectors, column};
+use crate::elements::{Element, Motion, Own, Torn, Vectors, Work, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
@@ -41,6 +43,7 @@ pub struct Model<R: Real> {
     pub(crate) springs: Springs<R>,
     pub(crate) bends: Bends<R>,
     pub(crate) volumes: Volumes<R>,
+    pub(crate) touches: Touches<R>,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
     /// User-defined elements, each with its handle.
@@ -73,6 +76,7 @@ impl<R: Real> Model<R> {
         let (slots, springs) = Springs::new(masses.len(), &scene.springs, &bodies);
         let bends = Bends::new(&scene.bends, &slots);
         let volumes = Volumes::new(&scene.volumes, &slots);
+        let touches = Touches::new(&scene.touches, &scene.exempt, springs.ends(), &slots);
         let mut model = Model {
             masses,
             inverse_masses,
@@ -87,6 +91,7 @@ impl<R: Real> Model<R> {
             springs,
             bends,
             volumes,
+            touches,
             grabs: Grabs::default(),
             pushes: Pushes::default(),
             own: Vec::new(),
@@ -101,6 +106,10 @@ impl<R: Real> Model<R> {
             slots,
         };
         model.make_columns();
+        if !model.touches.is_empty() {
+            let columns = Columns::of(&model.slots, &state, 0);
+            Near::check(&model.touches, &columns.positions)?;
+        }
         Ok((model, state))
     }
 
@@ -136,22 +145,53 @@ impl<R: Real> Model<R> {
         &self,
         level: Level,
         motion: &Motion<'_, R>,
-        work: &mut SpringWork<R>,
+        work: &mut Work<R>,
         forces: &mut [R],
     ) -> f64 {
         let power = self.fields.set_forces(level, motion.velocities, forces);
-        let power = power + self.springs.add_all(level, motion, work, forces);
+        let power = power + self.springs.add_all(level, motion, &mut work.springs, forces);
         let power = power + self.bends.add_all(level, motion, forces);
         let power = power + self.volumes.add_all(level, motion, forces);
+        let power = power + self.add_touches(level, motion, &mut work.near, forces);
         power + self.add_single_forces(motion, work, forces)
     }
 
-    /// Overwrites `forces` with all forces but those of springs, bends and volumes.
+    /// Adds the forces of particles that touch, and returns the power that they dissipate.
+    pub(crate) fn add_touches(
+        &self,
+        level: Level,
+        motion: &Motion<'_, R>,
+        near: &mut Near<R>,
+        forces: &mut [R],
+    ) -> f64 {
+        if self.touches.is_empty() {
+            return 0.0;
+        }
+        let pairs = near.pairs(level, &self.touches, motion.positions);
+        self.touches.add_pairs(pairs, motion, &self.inverse_mass_column, forces)
+    }
+
+    /// Overwrites `to` with the derivatives of the pairs that touch.
+    pub(crate) fn set_touching(
+        &self,
+        level: Level,
+        motion: &Motion<'_, R>,
+        near: &mut Near<R>,
+        to: &mut Vec<Touching>,
+    ) {
+        to.clear();
+        if !self.touches.is_empty() {
+            let pairs = near.pairs(level, &self.touches, motion.positions);
+            self.touches.tangents(pairs, motion, &self.inverse_mass_column, to);
+        }
+    }
+
+    /// Overwrites `forces` with all forces but those of springs, bends, volumes and touches.
     pub(crate) fn set_other_forces(
         &self,
         level: Level,
         motion: &Motion<'_, R>,
-        work: &mut SpringWork<R>,
+        work: &mut Work<R>,
         forces: &mut [R],
     ) -> f64 {
         let power = self.fields.set_forces(level, motion.velocities, forces);
@@ -162,7 +202,7 @@ impl<R: Real> Model<R> {
     fn add_single_forces(
         &self,
         motion: &Motion<'_, R>,
-        work: &mut SpringWork<R>,
+        work: &mut Work<R>,
         numbers: &mut [R],
     ) -> f64 {
         let mut forces = Vectors { slots: &self.slots, numbers };
@@ -230,12 +270,13 @@ impl<R: Real> Model<R> {
         for particle in particles {
             (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
         }
-        let Model { masses, springs, bends, volumes, grabs, pushes, .. } = self;
+        let Model { masses, slots, springs, bends, volumes, touches, grabs, pushes, .. } = self;
         let is_removed = |particle: u32| masses[particle as usize] == R::ZERO;
         grabs.0.retain(|grab| !is_removed(grab.particle));
         pushes.0.retain(|push| !is_removed(push.0));
         bends.remove(is_removed);
         volumes.remove(is_removed);
+        touches.remove(is_removed, springs.ends(), slots);
         for spring in 0..springs.ends().len() {
             if springs.ends()[spring].into_iter().any(is_removed) {
                 springs.cut(spring);
@@ -250,7 +291,7 @@ impl<R: Real> Model<R> {
         self.volumes.tear(&torn);
     }
 
-    /// All elements but the springs: fields, bends, volumes, grabs, pushes and user-defined ones.
+    /// All elements but springs and touches: fields, bends, volumes, grabs, pushes and user-defined ones.
     pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
         let Model { fields, bends, volumes, grabs, pushes, .. } = self;
         let built_in: [&dyn Element<R>; 5] = [fields, bends, volumes, grabs, pushes];
@@ -323,9 +364,10 @@ impl<R: Real> Model<R> {
         self.springs.law(spring).damping
     }
 
-    /// Whether any spring, bend or volume has a damper.
+    /// Whether any spring, bend or volume has a damper, or any touch one or friction.
     pub fn is_damped(&self) -> bool {
-        self.springs.is_damped() || self.bends.is_damped() || self.volumes.is_damped()
+        let is_bound = self.springs.is_damped() || self.bends.is_damped();
+        is_bound || self.volumes.is_damped() || self.touches.is_damped()
     }
 
     /// The bends.
@@ -336,6 +378,11 @@ impl<R: Real> Model<R> {
     /// The volumes.
     pub fn volumes(&self) -> &Volumes<R> {
         &self.volumes
+    }
+
+    /// The touches.
+    pub fn touches(&self) -> &Touches<R> {
+        &self.touches
     }
 
     /// The planes.
@@ -466,6 +513,7 @@ impl<R: Real> Model<R> {
             springs: self.springs.convert(),
             bends: self.bends.convert(&self.slots),
             volumes: self.volumes.convert(&self.slots),
+            touches: self.touches.convert(self.springs.ends(), &self.slots),
             grabs: Grabs(self.grabs().iter().map(grab).collect()),
             pushes: Pushes(pushes.map(|&(particle, force)| (particle, vector(force))).collect()),
             own: self.own.clone(),

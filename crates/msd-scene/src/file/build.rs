@@ -10,6 +10,7 @@ use crate::file::schema::{SceneFile, SolverRow, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::pins::{load, masses, pins};
+use crate::file::touch::touch;
 use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
@@ -75,7 +76,8 @@ pub(crate) fn understand_rows(
         let name = body.name.clone().unwrap_or_else(|| body.kind.name().into());
         scene.add(name, built.part);
     }
-    let Builder { notes, mut budget, .. } = builder;
+    let Builder { mut notes, mut budget, .. } = builder;
+    touch(source, &file.bodies, &mut scene, &mut notes)?;
     let sets = NamedSets::new(source, &file.sets, (&scene, &lattices))?;
     let pins = pins(&sets, &file.pins)?;
     let loads = masses(&sets, &file.masses)?;

@@ -42,13 +42,13 @@ pub enum Domain {
 
 /// The largest number of Newton iterations.
 pub const MOST_NEWTON: u32 = 1000;
-/// A length that the world may have.
+/// A length that the world may have, or a stiffness that two particles may meet.
 pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12");
 /// The longest step, seconds.
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 65] = [
+pub const DOMAINS: [(&str, Domain); 69] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -89,6 +89,10 @@ pub const DOMAINS: [(&str, Domain); 65] = [
     ("bodies.bending_weft", Domain::NotNegative),
     ("bodies.bending_bias", Domain::NotNegative),
     ("bodies.diameter", Domain::Positive),
+    ("bodies.touch.radius", LENGTH),
+    ("bodies.touch.stiffness", LENGTH),
+    ("bodies.touch.damping", Domain::NotNegative),
+    ("bodies.touch.friction", Domain::Factor),
     ("bodies.position", Domain::Place),
     ("bodies.velocity", Domain::Vector),
     ("bodies.rotation.axis", Domain::Direction),

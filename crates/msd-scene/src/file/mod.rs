@@ -17,6 +17,7 @@ mod budget;
 mod substance;
 mod bodies;
 mod obstacles;
+mod touch;
 mod sets;
 mod build;
 mod refine;

@@ -11,7 +11,7 @@ use crate::file::bodies::MeshReader;
 use crate::file::build::{Understood, understand_rows};
 use crate::file::decode::decode;
 use crate::file::schema::{
-    BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, PinRow, SceneFile, WorldRow,
+    BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, PinRow, SceneFile, TouchRow, WorldRow,
 };
 use crate::file::sets::NamedSets;
 use crate::file::sets::pins::masses as added;
@@ -128,6 +128,7 @@ fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
     let dimensions = nesting.dimensions();
     let mut fine = body.clone();
     let scale = power(parts, 2) / power(parts, dimensions);
+    fine.touch = body.touch.as_ref().map(|touch| finer_touch(touch, parts, dimensions));
     match nesting {
         Nesting::Lattice(_) => {
             let length = |&length: &u64| length.saturating_sub(1).saturating_mul(parts) + 1;
@@ -154,6 +155,17 @@ fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
         }
     }
     fine
+}
+
+/// Contact of a finer body: a radius that fits its spacing, and the same push on an area.
+fn finer_touch(touch: &TouchRow, parts: u64, dimensions: u32) -> TouchRow {
+    let share = 1.0 / power(parts, dimensions.min(2));
+    TouchRow {
+        radius: touch.radius.map(|radius| radius / parts as f64),
+        stiffness: touch.stiffness.map(|stiffness| stiffness * share),
+        damping: touch.damping.map(|damping| damping * share),
+        ..touch.clone()
+    }
 }
 
 /// A power of a small number, exact.

@@ -271,6 +271,31 @@ impl Kind {
     }
 }
 
+/// How the particles of a body touch each other and those of other bodies.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TouchRow {
+    /// Radius of each particle, metres. Default 0.45 of the spacing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub radius: Option<f64>,
+    /// Stiffness of each particle, newtons per metre. Default an eighth of that of its springs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// Damping of each particle, newton seconds per metre. Default by the relaxation time of the
+    /// springs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Coulomb's factor. Default 0.5.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Whether the body touches itself. Default true.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub itself: Option<bool>,
+    /// The names of bodies that it passes through.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ignore: Vec<String>,
+}
+
 /// A body. Which keys it may have depends on its kind.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -362,6 +387,9 @@ pub struct BodyRow {
     /// Ropes: diameter, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diameter: Option<f64>,
+    /// How its particles touch each other and those of other bodies. Default: not at all.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touch: Option<TouchRow>,
     /// Where the origin of the body is put, metres. Default the origin of the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,

@@ -23,7 +23,7 @@ pub enum Part {
     BendingSprings,
     /// The drag of the air.
     Drag,
-    /// Contact with planes and solids.
+    /// Contact with planes and solids, and of bodies with each other and themselves.
     Contact,
 }
 
@@ -64,7 +64,10 @@ impl Part {
             }
             Part::Gravity => scene.world.gravity != DVec3::ZERO,
             Part::Drag => scene.world.drag != 0.0,
-            Part::Contact => !scene.planes.is_empty() || !scene.solids.is_empty(),
+            Part::Contact => {
+                let is_stopped = !scene.planes.is_empty() || !scene.solids.is_empty();
+                is_stopped || !scene.touches.is_empty()
+            }
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
                 let mut found = springs.iter().flat_map(|rows| &scene.springs[rows.clone()]);
                 found.any(|spring| spring.stiffness != 0.0 || spring.damping != 0.0)
@@ -110,7 +113,10 @@ impl Part {
             }
             Part::Gravity => rest.world.gravity = DVec3::ZERO,
             Part::Drag => rest.world.drag = 0.0,
-            Part::Contact => (rest.planes, rest.solids) = (Vec::new(), Vec::new()),
+            Part::Contact => {
+                (rest.planes, rest.solids) = (Vec::new(), Vec::new());
+                rest.touches.clear();
+            }
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
                 let rows: BTreeSet<usize> = springs.into_iter().flatten().collect();
                 leave_out(&mut rest, &|spring| rows.contains(&spring));

@@ -3,6 +3,7 @@
 use super::prepare::Prepared;
 use msd_core::methods::Solved;
 use msd_core::{Contacts, Energy, Integrator, Momentum};
+use msd_run::Touched;
 use msd_scene::{Precision, state_hash};
 use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
@@ -51,6 +52,9 @@ pub struct RunReport {
     /// What obstacles did: contacts, the energy that they took away and that they added, and the
     /// work of surfaces that move, joules.
     pub contacts: Contacts,
+    /// What is known of particles that touch: pairs that may have passed through each other, and
+    /// pairs of triangles of surfaces that cross at the end. Null where none has a radius.
+    pub touched: Option<Touched>,
     /// Momentum at the end.
     pub momentum: Momentum,
     /// The longest integration step predicted stable at the start, seconds: 0 if none is, null if
@@ -282,6 +286,7 @@ impl RunReport {
             real_time_factor: per_wall_second(done.simulated),
             energy: runner.energy().into(),
             contacts: runner.contacts(),
+            touched: runner.touched(),
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),

@@ -32,6 +32,8 @@ pub struct Watch {
     pub substeps: u64,
     /// Whether user input, such as a moving pin, did work.
     is_handled: bool,
+    /// Pairs of particles that may have passed through each other before and since the start.
+    passes: [u64; 2],
 }
 
 impl Watch {
@@ -49,6 +51,7 @@ impl Watch {
             chosen: None,
             substeps: 0,
             is_handled: msd_run::on!(runner, simulation => simulation.is_handled()),
+            passes: [runner.passes(), 0],
         };
         runner.show_to(&mut watch.witness);
         watch
@@ -67,6 +70,7 @@ impl Watch {
             self.solved.get_or_insert_default().note(solved);
         }
         self.is_handled |= msd_run::on!(runner, simulation => simulation.is_handled());
+        self.passes[1] = runner.passes().saturating_sub(self.passes[0]);
         self.predict(runner);
     }
 
@@ -124,7 +128,15 @@ impl Watch {
                     rounded(tolerance, 1)
                 )
             });
-        moved.into_iter().chain(gained).chain(surplus).chain(poor).collect()
+        let passed = (0 < self.passes[1]).then(|| {
+            format!(
+                "{} times two particles moved by more than their radii in a substep towards each \
+                 other and may have passed through; shorten the step",
+                self.passes[1]
+            )
+        });
+        let others = gained.into_iter().chain(surplus).chain(poor).chain(passed);
+        moved.into_iter().chain(others).collect()
     }
 
     /// Predicts if it is time to; what is known to be over the limit is not asked again.

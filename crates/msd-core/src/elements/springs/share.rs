@@ -14,11 +14,9 @@ use alloc::vec::Vec;
 use core::ops::Range;
 use fearless_simd::Level;
 
-/// Scratch of an evaluation of forces.
+/// Scratch of an evaluation of springs.
 #[derive(Clone, Debug)]
 pub(crate) struct SpringWork<R: Real> {
-    /// Power that user-defined elements dissipated at the last evaluation, watts.
-    pub(crate) own_power: f64,
     power: Aligned<R>,
     /// For each group of pieces.
     groups: Vec<GroupWork<R>>,
@@ -44,7 +42,6 @@ impl<R: Real> SpringWork<R> {
             points: Aligned::new(layout.named(group) * POINT, 8),
         };
         SpringWork {
-            own_power: 0.0,
             power: Aligned::new(records * LANES, 5),
             groups: layout.groups.iter().map(group).collect(),
         }

@@ -273,7 +273,7 @@ impl<R: Real> Scratch<R> {
         }
         let fraction = part.unwrap_or(1.0);
         step.done.counted += self.stages.taken(fraction);
-        let driven = -step.scratch.springs.own_power.min(0.0);
+        let driven = -step.scratch.work.own_power.min(0.0);
         step.done.given += driven * fraction * self.stages.length;
         part
     }
@@ -315,9 +315,9 @@ impl<R: Real> Scratch<R> {
     /// Evaluates the slopes of a stage after the first where it is.
     fn evaluate_stage(&mut self, step: &mut StepContext<'_, R>, stage: usize, time: f64) {
         let (model, level) = (step.model, step.level);
-        let context::Scratch { forces, springs, .. } = &mut *step.scratch;
+        let context::Scratch { forces, work, .. } = &mut *step.scratch;
         let motion = self.stages.here.motion(&model.slots, time);
-        self.power = model.set_forces(level, &motion, springs, forces);
+        self.power = model.set_forces(level, &motion, work, forces);
         self.work.evaluations += 1;
         self.set_slopes(step, stage, time);
     }

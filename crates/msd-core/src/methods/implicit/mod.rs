@@ -179,7 +179,7 @@ fn advance_substep<R: Real>(
     for _ in 0..step.settings.newton {
         at_level!(level, _simd => set_positions(step.state, tau, &mut scratch.stage));
         let motion = scratch.stage.motion(&model.slots, time);
-        model.set_forces(level, &motion, &mut step.scratch.springs, &mut step.scratch.forces);
+        model.set_forces(level, &motion, &mut step.scratch.work, &mut step.scratch.forces);
         improve(step, (tau, time), rule.goal, scratch)?;
     }
     at_level!(level, _simd => set_positions(step.state, tau, &mut scratch.stage));
@@ -202,7 +202,7 @@ fn improve<R: Real>(
     let Columns { positions, velocities } = stage;
     let motion = Motion { slots: &model.slots, positions, velocities: &*velocities, time };
     let stage = Stage { level, motion, tau };
-    tangent.linearise(model, &stage);
+    tangent.linearise(model, &stage, &mut step.scratch.work.near);
     solve.changes.fill(R::ZERO);
     let before = &*step.state.velocities;
     let set_residuals = |forces: &[R], residuals: &mut [R]| {
@@ -211,7 +211,7 @@ fn improve<R: Real>(
     };
     if !wholes.is_empty() {
         // Forces of springs cancel in a sum, except for their rounding.
-        let (work, others) = (&mut step.scratch.springs, &mut solve.products);
+        let (work, others) = (&mut step.scratch.work, &mut solve.products);
         model.set_other_forces(level, &motion, work, others);
         set_residuals(others, &mut solve.residuals);
         wholes.begin(level, &solve.residuals, tangent.diagonals());
@@ -292,7 +292,7 @@ fn power_taken<R: Real>(step: &mut StepContext<'_, R>, time: f64, scratch: &mut 
     }
     let motion = scratch.stage.motion(&model.slots, time);
     // Nothing else reads the products between two solves.
-    let (work, forces) = (&mut step.scratch.springs, &mut scratch.solve.products);
+    let (work, forces) = (&mut step.scratch.work, &mut scratch.solve.products);
     if model.is_damped() {
         model.set_forces(level, &motion, work, forces)
     } else {

@@ -2,6 +2,8 @@
 
 use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use crate::elements::springs::matrix::{SpringMatrix, Stage};
+use crate::elements::touches::Touching;
+use crate::elements::touches::near::Near;
 use crate::elements::{Block, Blocks, Products, column};
 use crate::number::{Real, Vector, at_level};
 use crate::system::Model;
@@ -11,8 +13,8 @@ use glam::DVec3;
 /// The matrix about a stage, kilograms.
 ///
 /// For springs see [`SpringMatrix`]. Bends add their products, which depend on the stage by their
-/// damping alone; volumes add theirs without the turn of their gradients. Drag adds its factor
-/// times τ. A grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant.
+/// damping alone; volumes add theirs without the turn of their gradients, touches theirs without
+/// what buckles. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant.
 /// User-defined elements supply their products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
@@ -22,6 +24,7 @@ pub(crate) struct Tangent<R: Real> {
     /// Inverses of the blocks of particles, xx, xy and xz in one column, yy, yz and zz in another;
     /// zero where a particle is pinned.
     inverses: [Aligned<R>; 2],
+    touching: Vec<Touching>,
     own: OwnWork,
 }
 
@@ -39,18 +42,21 @@ impl<R: Real> Tangent<R> {
             springs: SpringMatrix::new(&model.springs, &model.slots),
             diagonals: column(&model.slots, 25),
             inverses: [26, 27].map(|place| column(&model.slots, place)),
+            touching: Vec::new(),
             own: OwnWork::default(),
         }
     }
 
     /// Overwrites the matrix with that about a stage.
-    pub(crate) fn linearise(&mut self, model: &Model<R>, stage: &Stage<'_, R>) {
+    pub(crate) fn linearise(&mut self, model: &Model<R>, stage: &Stage<'_, R>, near: &mut Near<R>) {
         self.set_diagonals(model, stage);
-        let Tangent { springs, diagonals, inverses: [upper, lower], own } = self;
+        let Tangent { springs, diagonals, inverses: [upper, lower], touching, own } = self;
         at_level!(stage.level, _simd => set_blocks(diagonals, upper, lower));
         springs.linearise(&model.springs, stage, [upper, lower]);
         model.bends.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
         model.volumes.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
+        model.set_touching(stage.level, &stage.motion, near, touching);
+        touching.iter().for_each(|touching| touching.add_blocks::<R>(stage.tau, [upper, lower]));
         if !model.own.is_empty() {
             own.add_blocks(model, stage, [upper, lower]);
         }
@@ -104,6 +110,9 @@ impl<R: Real> Tangent<R> {
         let (by, positions) = ((level, stage.tau), stage.motion.positions);
         model.bends.add_column_products(by, positions, direction, products);
         model.volumes.add_column_products(by, positions, direction, products);
+        for touching in &self.touching {
+            touching.add_column_product(stage.tau, direction, products);
+        }
         if !model.own.is_empty() {
             self.own.add_products(model, stage, direction, products);
         }

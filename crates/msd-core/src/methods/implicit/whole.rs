@@ -1,6 +1,6 @@
 //! Coarse space of the implicit solve: translations of whole bodies, which no tolerance may lose.
 //!
-//! Springs, bends and volumes push no body as a whole: for particles held together only by these,
+//! Springs, bends, volumes and touches push no body as a whole: for particles held together by these,
 //! the product of the matrix with a translation c is D c, with D the masses, drag and grabs. So the
 //! sum that a solve has to reach is known beforehand, Σ r = Σ D δu, and c = Σ (r − D δu) / Σ D is
 //! the translation that a δu lacks. Conjugate gradients find it last of all, and in single
@@ -21,7 +21,7 @@ use core::ops::Range;
 use fearless_simd::Level;
 use glam::DVec3;
 
-/// Particles that springs, bends and volumes join to each other and to no others, two or more: one
+/// Particles that springs, bends, volumes and touches join to each other and to no others, two or more: one
 /// alone is solved by its block.
 #[derive(Clone, Debug, Default)]
 struct Whole {
@@ -55,8 +55,8 @@ pub(crate) struct Wholes {
     shares: Vec<RecordLanes>,
     /// The row of each particle, by the number of its slot.
     row_of: Vec<u32>,
-    /// Springs, bends and volumes that there were when bodies were sought.
-    joints: Option<[usize; 3]>,
+    /// Springs, bends, volumes and particles with a radius that there were when bodies were sought.
+    joints: Option<[usize; 4]>,
     /// Whether the changes are zero yet.
     is_fresh: bool,
 }
@@ -69,8 +69,8 @@ const NONE: u32 = u32::MAX;
 impl Wholes {
     /// Updates the bodies for cuts and pins since the step before.
     pub(crate) fn find<R: Real>(&mut self, model: &Model<R>) {
-        let counts = [model.spring_count(), model.bends.count(), model.volumes.count()];
-        let joints = Some(counts);
+        let Model { springs, bends, volumes, touches, .. } = model;
+        let joints = Some([springs.count(), bends.count(), volumes.count(), touches.count()]);
         if self.joints != joints {
             self.joints = joints;
             self.seek(model);
@@ -101,7 +101,9 @@ impl Wholes {
                 join(ends);
             }
         }
-        model.bends.pairs().chain(model.volumes.pairs()).for_each(join);
+        let pairs = model.bends.pairs().chain(model.volumes.pairs());
+        // What may touch is a whole: which pairs do is not known before the solve.
+        pairs.chain(model.touches.pairs()).for_each(join);
         let mut is_joined = vec![false; count];
         for particle in 0..count as u32 {
             let first = first_of(&mut lower, particle);

@@ -1,0 +1,434 @@
+//! Touches: particles with a radius, which push each other where they overlap.
+//!
+//! [`Law`] is the push of a pair. A force is the sum over pairs in ascending order of their
+//! particles, and a pair that does not touch adds nothing at all: so its bits do not depend on
+//! which pairs were looked at. [`near`] lists those that may touch.
+
+pub(crate) mod near;
+
+use super::Motion;
+use crate::columns::slots::Slots;
+use crate::columns::{set_vector, vector};
+use crate::number::{Real, Vector};
+use crate::scene::Touch;
+use alloc::vec::Vec;
+use glam::DVec3;
+use near::Pair;
+
+/// The touches of a model.
+#[derive(Clone, Debug)]
+pub struct Touches<R: Real> {
+    /// As written, less particles that were removed.
+    rows: Vec<Touch>,
+    /// Pairs of particles that do not touch, beside those joined by springs, as written.
+    exempt: Vec<[usize; 2]>,
+    /// The particles with a radius, in order.
+    balls: Vec<Ball>,
+    /// For each pair of rows, whichever comes first, its law.
+    laws: Vec<Option<Law<R>>>,
+    /// The balls of a higher number that each ball does not touch, in order, ball by ball.
+    spared: Vec<u32>,
+    /// Where those of each ball start, and where the last ones end.
+    spared_starts: Vec<u32>,
+}
+
+/// A particle with a radius.
+#[derive(Clone, Copy, Debug)]
+struct Ball {
+    particle: u32,
+    /// Where its numbers are in a column of vectors.
+    at: u32,
+    row: u32,
+}
+
+/// The law of a pair: the sum of its radii, metres, and the numbers of [`Touch`].
+#[derive(Clone, Copy, Debug)]
+struct Law<R> {
+    reach: R,
+    stiffness: R,
+    damping: R,
+    friction: R,
+}
+
+/// The touch of a pair at a motion.
+#[derive(Clone, Copy, Debug)]
+struct Closed<R: Real> {
+    /// From the first particle to the second, of length one.
+    normal: R::Vec3,
+    distance: R,
+    /// How much closer they are than the sum of their radii, metres.
+    overlap: R,
+    /// The speed at which they part, metres per second.
+    rate: R,
+    /// Velocity of the second across the normal, as seen from the first.
+    slip: R::Vec3,
+    /// The push, newtons.
+    push: R,
+    /// The factor of friction, newton seconds per metre.
+    grip: R,
+}
+
+/// The derivative of the force of a touch.
+///
+/// A small displacement w of the second particle as seen from the first changes its force by k n
+/// (n·w) − k δ/L (w − n (n·w)), and a small velocity by c n (n·w) + g (w − n (n·w)), with g that of
+/// the friction as it is. Where the two part so fast that they do not push, by neither.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touching {
+    pub(crate) particles: [usize; 2],
+    /// Where the numbers of both are in a column of vectors.
+    at: [usize; 2],
+    normal: DVec3,
+    along: f64,
+    across: f64,
+    damping: f64,
+    grip: f64,
+}
+
+impl<R: Real> Law<R> {
+    /// The law of two rows.
+    fn new(a: &Touch, b: &Touch) -> Self {
+        let in_turn = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a / (a / b + 1.0) };
+        Law {
+            reach: R::of(a.radius + b.radius),
+            stiffness: R::of(in_turn(a.stiffness, b.stiffness)),
+            damping: R::of(in_turn(a.damping, b.damping)),
+            friction: R::of(Real::sqrt(a.friction) * Real::sqrt(b.friction)),
+        }
+    }
+
+    /// The touch of two particles, each a position and a velocity, with these reciprocal masses;
+    /// `None` where they do not touch, or have no direction.
+    #[inline(always)]
+    fn close(&self, [first, second]: [[R::Vec3; 2]; 2], inverse_masses: R) -> Option<Closed<R>> {
+        let apart = second[0] - first[0];
+        let square = apart.dot(apart);
+        let touches = R::SHORTEST_SQUARED <= square && square < self.reach * self.reach;
+        if !touches || inverse_masses == R::ZERO {
+            return None;
+        }
+        let distance = square.sqrt();
+        let normal = apart * (R::ONE / distance);
+        let relative = second[1] - first[1];
+        let (overlap, rate) = (self.reach - distance, normal.dot(relative));
+        let push = R::max(overlap * self.stiffness - rate * self.damping, R::ZERO);
+        let slip = relative - normal * rate;
+        let mut grip = R::ZERO;
+        if self.friction != R::ZERO {
+            grip = (self.stiffness / inverse_masses).sqrt();
+            let (speed, most) = (slip.dot(slip).sqrt(), push * self.friction);
+            if most < grip * speed {
+                grip = most / speed;
+            }
+        }
+        Some(Closed { normal, distance, overlap, rate, slip, push, grip })
+    }
+}
+
+impl<R: Real> Closed<R> {
+    /// The force on the second particle, newtons, and the power that is dissipated, watts.
+    #[inline(always)]
+    fn pull(&self, law: &Law<R>) -> (R::Vec3, R) {
+        let force = self.normal * self.push - self.slip * self.grip;
+        let lost = (self.overlap * law.stiffness - self.push) * self.rate;
+        (force, lost + self.slip.dot(self.slip) * self.grip)
+    }
+
+    fn tangent(&self, law: &Law<R>, pair: &Pair) -> Touching {
+        let pushes = R::ZERO < self.push;
+        let number = |value: R| if pushes { value.to_f64() } else { 0.0 };
+        Touching {
+            particles: pair.particles.map(|particle| particle as usize),
+            at: pair.at.map(|at| at as usize),
+            normal: self.normal.to_f64(),
+            along: number(law.stiffness),
+            across: -number(law.stiffness * self.overlap / self.distance),
+            damping: number(law.damping),
+            grip: number(self.grip),
+        }
+    }
+}
+
+impl Touching {
+    /// The products of stiffness and damping with a relative displacement.
+    pub(crate) fn products(&self, relative: DVec3) -> [DVec3; 2] {
+        let along = self.normal * self.normal.dot(relative);
+        let across = relative - along;
+        [along * self.along + across * self.across, along * self.damping + across * self.grip]
+    }
+
+    /// The largest stiffness and damping in any direction.
+    pub(crate) fn largest(&self) -> [f64; 2] {
+        [self.along.max(-self.across), self.damping.max(self.grip)]
+    }
+
+    /// The product of τ (τ k + b) with a relative displacement, without what buckles: the push
+    /// across the normal.
+    fn product(&self, tau: f64, relative: DVec3) -> DVec3 {
+        let along = self.normal * self.normal.dot(relative);
+        along * (tau * (tau * self.along + self.damping)) + (relative - along) * (tau * self.grip)
+    }
+
+    /// Adds that product for both particles of a direction in columns.
+    pub(crate) fn add_column_product<R: Real>(&self, tau: R, direction: &[R], products: &mut [R]) {
+        let [a, b] = self.at;
+        let relative = (vector::<R>(direction, b) - vector::<R>(direction, a)).to_f64();
+        let product = R::Vec3::of(self.product(tau.to_f64(), relative));
+        set_vector(products, a, vector::<R>(products, a) - product);
+        set_vector(products, b, vector::<R>(products, b) + product);
+    }
+
+    /// Adds the diagonal blocks of that product to those of its particles.
+    pub(crate) fn add_blocks<R: Real>(&self, tau: R, [upper, lower]: [&mut [R]; 2]) {
+        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|d| self.product(tau.to_f64(), d));
+        for at in self.at {
+            for (column, numbers) in [(&mut *upper, x), (&mut *lower, DVec3::new(y.y, y.z, z.z))] {
+                set_vector(column, at, vector::<R>(column, at) + R::Vec3::of(numbers));
+            }
+        }
+    }
+}
+
+impl<R: Real> Touches<R> {
+    /// Makes columns of rows.
+    pub(crate) fn new(
+        rows: &[Touch],
+        exempt: &[[usize; 2]],
+        ends: &[[u32; 2]],
+        slots: &Slots,
+    ) -> Self {
+        let mut touches = Touches {
+            rows: rows.to_vec(),
+            exempt: exempt.to_vec(),
+            balls: Vec::new(),
+            laws: Vec::new(),
+            spared: Vec::new(),
+            spared_starts: Vec::new(),
+        };
+        touches.order(ends, slots);
+        touches
+    }
+
+    /// Makes the columns anew, for other slots or springs.
+    pub(crate) fn order(&mut self, ends: &[[u32; 2]], slots: &Slots) {
+        self.balls.clear();
+        for (row, touch) in self.rows.iter().enumerate() {
+            let ball = |&particle: &usize| Ball {
+                particle: particle as u32,
+                at: slots.at(particle) as u32,
+                row: row as u32,
+            };
+            self.balls.extend(touch.particles.iter().map(ball));
+        }
+        self.balls.sort_by_key(|ball| ball.particle);
+        self.laws = (0..self.rows.len() * self.rows.len())
+            .map(|at| self.law_of([at / self.rows.len(), at % self.rows.len()]))
+            .collect();
+        self.spare(ends);
+    }
+
+    fn law_of(&self, [a, b]: [usize; 2]) -> Option<Law<R>> {
+        let [low, high] = [&self.rows[a.min(b)], &self.rows[a.max(b)]];
+        let meet = if a == b { low.itself } else { !high.ignored.contains(&a.min(b)) };
+        meet.then(|| Law::new(low, high))
+    }
+
+    /// Lists the pairs that springs join or that are exempt.
+    fn spare(&mut self, ends: &[[u32; 2]]) {
+        let place =
+            |particle: u32| self.balls.binary_search_by_key(&particle, |ball| ball.particle).ok();
+        let exempt = self.exempt.iter().map(|pair| pair.map(|particle| particle as u32));
+        let places = ends.iter().copied().chain(exempt).filter_map(|[a, b]| {
+            let (a, b) = (place(a)?, place(b)?);
+            Some([a.min(b) as u32, a.max(b) as u32])
+        });
+        let mut pairs: Vec<[u32; 2]> =
+            if self.balls.is_empty() { Vec::new() } else { places.collect() };
+        pairs.sort_unstable();
+        pairs.dedup();
+        self.spared_starts = (0..=self.balls.len() as u32)
+            .map(|ball| pairs.partition_point(|pair| pair[0] < ball) as u32)
+            .collect();
+        self.spared = pairs.into_iter().map(|pair| pair[1]).collect();
+    }
+
+    /// The number of particles that have a radius.
+    pub fn count(&self) -> usize {
+        self.balls.len()
+    }
+
+    /// Pairs of particles by which all with a radius hang together.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        self.balls.windows(2).map(|pair| [pair[0].particle, pair[1].particle])
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.balls.is_empty()
+    }
+
+    /// The rows of a scene, and the pairs that do not touch.
+    pub fn rows(&self) -> (&[Touch], &[[usize; 2]]) {
+        (&self.rows, &self.exempt)
+    }
+
+    /// Whether any pair may dissipate energy.
+    pub(crate) fn is_damped(&self) -> bool {
+        self.laws.iter().flatten().any(|law| law.damping != R::ZERO || law.friction != R::ZERO)
+    }
+
+    /// Takes away particles that were removed.
+    pub(crate) fn remove(
+        &mut self,
+        is_removed: impl Fn(u32) -> bool,
+        ends: &[[u32; 2]],
+        slots: &Slots,
+    ) {
+        if !self.balls.iter().any(|ball| is_removed(ball.particle)) {
+            return;
+        }
+        for row in &mut self.rows {
+            row.particles.retain(|&particle| !is_removed(particle as u32));
+        }
+        self.order(ends, slots);
+    }
+
+    /// The same touches in another precision.
+    pub(crate) fn convert<S: Real>(&self, ends: &[[u32; 2]], slots: &Slots) -> Touches<S> {
+        Touches::new(&self.rows, &self.exempt, ends, slots)
+    }
+
+    /// The largest sum of two radii, metres.
+    fn largest_reach(&self) -> f64 {
+        self.laws.iter().flatten().map(|law| law.reach.to_f64()).fold(0.0, f64::max)
+    }
+
+    /// Whether two balls, the lower first, do not touch.
+    fn spares(&self, a: usize, b: usize) -> bool {
+        let range = self.spared_starts[a] as usize..self.spared_starts[a + 1] as usize;
+        self.spared[range].contains(&(b as u32))
+    }
+
+    fn point(&self, positions: &[R], ball: usize) -> R::Vec3 {
+        vector::<R>(positions, self.balls[ball].at as usize)
+    }
+
+    fn law_place(&self, a: usize, b: usize) -> usize {
+        self.balls[a].row as usize * self.rows.len() + self.balls[b].row as usize
+    }
+
+    /// The touch of a pair at a motion, in columns, and its law.
+    #[inline(always)]
+    fn closed(
+        &self,
+        pair: &Pair,
+        [x, v]: [&[R]; 2],
+        inverse_masses: &[R],
+    ) -> Option<(Closed<R>, &Law<R>)> {
+        let law = self.laws[pair.law as usize].as_ref()?;
+        let at = pair.at.map(|at| at as usize);
+        let masses = inverse_masses[at[0]] + inverse_masses[at[1]];
+        let motions = at.map(|at| [vector::<R>(x, at), vector::<R>(v, at)]);
+        law.close(motions, masses).map(|closed| (closed, law))
+    }
+
+    /// Adds the forces of pairs in columns, newtons, and returns the power that they dissipate,
+    /// watts.
+    pub(crate) fn add_pairs(
+        &self,
+        pairs: &[Pair],
+        motion: &Motion<'_, R>,
+        inverse_masses: &[R],
+        forces: &mut [R],
+    ) -> f64 {
+        let Motion { positions, velocities, .. } = *motion;
+        let mut power = 0.0;
+        for pair in pairs {
+            let closed = self.closed(pair, [positions, velocities], inverse_masses);
+            let Some((closed, law)) = closed else { continue };
+            let (force, taken) = closed.pull(law);
+            let [a, b] = pair.at.map(|at| at as usize);
+            set_vector(forces, a, vector::<R>(forces, a) - force);
+            set_vector(forces, b, vector::<R>(forces, b) + force);
+            power += taken.to_f64();
+        }
+        power
+    }
+
+    /// The derivatives of the pairs that touch.
+    pub(crate) fn tangents(
+        &self,
+        pairs: &[Pair],
+        motion: &Motion<'_, R>,
+        inverse_masses: &[R],
+        to: &mut Vec<Touching>,
+    ) {
+        let Motion { positions, velocities, .. } = *motion;
+        to.clear();
+        to.extend(pairs.iter().filter_map(|pair| {
+            let closed = self.closed(pair, [positions, velocities], inverse_masses);
+            closed.map(|(closed, law)| closed.tangent(law, pair))
+        }));
+    }
+
+    /// Moves the particles of each pair, in order, as XPBD moves those of a spring: a touch is a
+    /// constraint of compliance 1/k, which only pushes, with friction along its surface.
+    pub(crate) fn project(
+        &self,
+        pairs: &[Pair],
+        h: R,
+        inverse_masses: &[R],
+        (starts, ways): (&[R::Vec3], &mut [R::Vec3]),
+    ) {
+        for pair in pairs {
+            let Some(law) = &self.laws[pair.law as usize] else { continue };
+            let [a, b] = pair.particles.map(|particle| particle as usize);
+            let w = inverse_masses[a] + inverse_masses[b];
+            let moved = ways[b] - ways[a];
+            let apart = (starts[b] - starts[a]) + moved;
+            let square = apart.dot(apart);
+            let touches = R::SHORTEST_SQUARED <= square && square < law.reach * law.reach;
+            if !touches || w == R::ZERO {
+                continue;
+            }
+            let distance = square.sqrt();
+            let normal = apart * (R::ONE / distance);
+            let [stiff, damp] = [law.stiffness * h * h, law.damping * h];
+            let along = normal.dot(moved);
+            let yielding = R::ONE + (stiff + damp) * w;
+            let asked = stiff * (law.reach - distance) - damp * along;
+            let push = R::max(asked / yielding, R::ZERO);
+            let slip = moved - normal * along;
+            let mut drag = R::ZERO;
+            if law.friction != R::ZERO {
+                let grip = (law.stiffness / w).sqrt() * h;
+                drag = grip / (R::ONE + grip * w);
+                let (length, most) = (slip.dot(slip).sqrt(), push * law.friction);
+                if most < drag * length {
+                    drag = most / length;
+                }
+            }
+            let pull = normal * push - slip * drag;
+            ways[a] -= pull * inverse_masses[a];
+            ways[b] += pull * inverse_masses[b];
+        }
+    }
+
+    /// The energy of pairs, joules; the sums of k δ and of k, by which rounding changes it.
+    pub(crate) fn energy_and_pulls(&self, pairs: &[Pair], positions: &[R]) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        for pair in pairs {
+            let Some(law) = &self.laws[pair.law as usize] else { continue };
+            let [a, b] = pair.at.map(|at| vector::<R>(positions, at as usize).to_f64());
+            let apart = b - a;
+            let overlap = law.reach.to_f64() - Real::sqrt(apart.dot(apart));
+            if 0.0 < overlap {
+                let stiffness = law.stiffness.to_f64();
+                sums[0] += 0.5 * stiffness * overlap * overlap;
+                sums[1] += stiffness * overlap;
+                sums[2] += stiffness;
+            }
+        }
+        sums
+    }
+}

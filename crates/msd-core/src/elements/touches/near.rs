@@ -1,0 +1,360 @@
+//! Pairs of particles that may touch: a list that holds until particles have moved too far.
+//!
+//! It has all pairs closer than the sum of their radii and a skin, and serves until two particles can
+//! have come closer by more than that (after Verlet, 1967). What they all share of a motion wears it
+//! out by nothing: the box around all displacements is looked at first, and where that is too long,
+//! those around the displacements in cells that touch.
+
+use super::Touches;
+use crate::columns::{LANES, RECORD, vector};
+use crate::error::Error;
+use crate::grid::Grid;
+use crate::number::{Real, Vector, at_level};
+use crate::scene::touch::check_pairs;
+use alloc::vec::Vec;
+use core::convert::Infallible;
+use fearless_simd::Level;
+
+/// A pair that may touch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pair {
+    pub(crate) particles: [u32; 2],
+    /// Where the numbers of both are in a column of vectors.
+    pub(crate) at: [u32; 2],
+    /// The place of its law.
+    pub(crate) law: u32,
+}
+
+/// The list and what it is made with. Empty where nothing has a radius.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Near<R: Real> {
+    pairs: Vec<Pair>,
+    /// The positions at which it was made; empty where there is no list.
+    from: Vec<R>,
+    /// How much closer than when it was made pairs may be, metres.
+    skin: f64,
+    /// How much closer they were at most at these positions, metres.
+    worn: f64,
+    since: Vec<R>,
+    /// Where the numbers of particles are, cell by cell, where each cell ends, and the cells that
+    /// touch.
+    cells: Vec<u32>,
+    ends: Vec<u32>,
+    neighbours: Vec<[u32; 2]>,
+    /// The displacements in each cell.
+    boxes: Vec<Box<R>>,
+    /// The records with particles that have a radius.
+    records: Vec<Record>,
+    /// How far two particles come closer in a substep at most, metres.
+    stride: f64,
+    grid: Grid,
+}
+
+/// The skin of a list, as a part of the largest sum of radii, and the largest skin that fast
+/// particles get.
+const SKIN: f64 = 1.0;
+const LARGEST_SKIN: f64 = 2.0;
+/// The part of its skin up to which a list serves on.
+const WORN: f64 = 0.6;
+/// The width of the cells in which displacements are looked at, in those of the grid.
+const WIDTH: f64 = 4.0;
+
+/// A record with balls, and in which lanes they are.
+#[derive(Clone, Debug)]
+struct Record {
+    number: u32,
+    lanes: [bool; LANES],
+    is_full: bool,
+}
+
+/// The box around some vectors.
+#[derive(Clone, Copy, Debug)]
+struct Box<R: Real> {
+    low: R::Vec3,
+    high: R::Vec3,
+}
+
+impl<R: Real> Default for Box<R> {
+    fn default() -> Self {
+        let [most, least] = [R::LARGEST, -R::LARGEST].map(|x| R::Vec3::from_components([x; 3]));
+        Box { low: most, high: least }
+    }
+}
+
+impl<R: Real> Box<R> {
+    fn add(&mut self, vector: R::Vec3) {
+        *self = self.with(Box { low: vector, high: vector });
+    }
+
+    fn with(self, other: Self) -> Self {
+        let (low, high) = (self.low.components(), self.high.components());
+        let (lower, higher) = (other.low.components(), other.high.components());
+        let pick = |a: [R; 3], b: [R; 3], of: fn(R, R) -> R| {
+            R::Vec3::from_components([of(a[0], b[0]), of(a[1], b[1]), of(a[2], b[2])])
+        };
+        Box { low: pick(low, lower, R::min), high: pick(high, higher, R::max) }
+    }
+
+    /// The square of its diagonal.
+    fn diagonal(self) -> R {
+        let sides = self.high - self.low;
+        sides.dot(sides)
+    }
+}
+
+impl<R: Real> Near<R> {
+    /// Discards the list: particles or laws are other ones.
+    pub(crate) fn forget(&mut self) {
+        self.from.clear();
+        self.records.clear();
+    }
+
+    /// The pairs that may touch at these positions.
+    pub(crate) fn pairs(&mut self, level: Level, touches: &Touches<R>, positions: &[R]) -> &[Pair] {
+        if !self.holds(level, positions) && !self.serves_on(positions) {
+            self.list(touches, positions);
+        }
+        &self.pairs
+    }
+
+    /// Sees the pairs that may touch at these positions.
+    pub(crate) fn see<T>(
+        &self,
+        level: Level,
+        touches: &Touches<R>,
+        positions: &[R],
+        see: impl FnOnce(&[Pair]) -> T,
+    ) -> T {
+        match touches.is_empty() || self.holds(level, positions) {
+            true => see(&self.pairs),
+            false => see(Near::default().pairs(level, touches, positions)),
+        }
+    }
+
+    /// Refuses particles of which too many lie within reach of each other.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`].
+    pub(crate) fn check(touches: &Touches<R>, positions: &[R]) -> Result<(), Error> {
+        let mut near = Near::default();
+        near.fill(touches, positions);
+        let (reach, mut count) = (R::of(touches.largest_reach()), 0);
+        near.grid.each_pair(|a, b| {
+            let apart = touches.point(positions, b) - touches.point(positions, a);
+            count += usize::from(apart.dot(apart) < reach * reach);
+            check_pairs(count, touches.balls.len())
+        })
+    }
+
+    /// Whether the list is known to serve.
+    fn holds(&self, level: Level, positions: &[R]) -> bool {
+        // Less than all that is left: what rounding is worth.
+        let most = R::of(0.99 * (self.skin - self.worn));
+        !self.from.is_empty()
+            && at_level!(level, _simd => wear(&self.records, &self.since, positions)) <= most * most
+    }
+
+    /// Looks cell by cell by how much particles can have come closer; whether the list may serve
+    /// on.
+    fn serves_on(&mut self, positions: &[R]) -> bool {
+        if self.from.is_empty() {
+            return false;
+        }
+        let Near { from, boxes, cells, ends, .. } = self;
+        boxes.clear();
+        let mut start = 0;
+        for &end in &*ends {
+            let mut displacements = Box::default();
+            for &at in &cells[start..end as usize] {
+                let at = at as usize;
+                displacements.add(vector::<R>(positions, at) - vector::<R>(from, at));
+            }
+            boxes.push(displacements);
+            start = end as usize;
+        }
+        let mut most = R::ZERO;
+        for &[a, b] in &self.neighbours {
+            most = R::max(most, self.boxes[a as usize].with(self.boxes[b as usize]).diagonal());
+        }
+        self.worn = Real::sqrt(most.to_f64());
+        self.since.copy_from_slice(positions);
+        self.worn <= WORN * self.skin
+    }
+
+    fn list(&mut self, touches: &Touches<R>, positions: &[R]) {
+        let reach = touches.largest_reach();
+        self.skin = (SKIN * reach).max(2.0 * self.stride).min(LARGEST_SKIN * reach);
+        self.worn = 0.0;
+        for column in [&mut self.from, &mut self.since] {
+            column.clear();
+            column.extend_from_slice(positions);
+        }
+        if self.records.is_empty() {
+            self.records = records(touches);
+        }
+        self.find_cells(touches, positions);
+        self.fill(touches, positions);
+        let Near { pairs, grid, skin, .. } = self;
+        let skin = R::of(*skin);
+        pairs.clear();
+        let never: Result<(), Infallible> = grid.each_pair(|a, b| {
+            let apart = touches.point(positions, b) - touches.point(positions, a);
+            let law = touches.law_place(a, b);
+            let most = touches.laws[law].map_or(R::ZERO, |law| law.reach + skin);
+            if apart.dot(apart) < most * most && !touches.spares(a, b) {
+                let both = [a, b].map(|ball| touches.balls[ball]);
+                pairs.push(Pair {
+                    particles: both.map(|ball| ball.particle),
+                    at: both.map(|ball| ball.at),
+                    law: law as u32,
+                });
+            }
+            Ok(())
+        });
+        let Ok(()) = never;
+        pairs.sort_unstable_by_key(|pair| pair.particles);
+    }
+
+    /// Puts all balls into cells as wide as pairs of the list are long.
+    fn fill(&mut self, touches: &Touches<R>, positions: &[R]) {
+        let width = touches.largest_reach() + self.skin;
+        let points = (0..touches.balls.len()).map(|ball| touches.point(positions, ball).to_f64());
+        self.grid.fill(width, points);
+    }
+
+    /// Puts all balls into wider cells, whose displacements are looked at together.
+    fn find_cells(&mut self, touches: &Touches<R>, positions: &[R]) {
+        let width = WIDTH * (touches.largest_reach() + self.skin);
+        let points = (0..touches.balls.len()).map(|ball| touches.point(positions, ball).to_f64());
+        let Near { grid, cells, ends, neighbours, .. } = self;
+        grid.fill(width, points);
+        (cells.clear(), ends.clear(), neighbours.clear());
+        for row in 0..grid.row_count() {
+            let places = grid.points_of(row).iter().map(|&ball| touches.balls[ball as usize].at);
+            cells.extend(places);
+            ends.push(cells.len() as u32);
+            let around = grid.around(row).filter(|&other| row <= other);
+            neighbours.extend(around.map(|other| [row as u32, other as u32]));
+        }
+    }
+
+    /// Takes note of the length of a substep, seconds, and counts the pairs that may pass through
+    /// each other in the next one: that close by more than the sum of their radii. Where particles
+    /// are so fast that the list would have to be far larger, one.
+    pub(crate) fn count_passes(
+        &mut self,
+        level: Level,
+        touches: &Touches<R>,
+        [positions, velocities]: [&[R]; 2],
+        h: f64,
+    ) -> u64 {
+        if self.from.is_empty() {
+            self.list(touches, positions);
+        }
+        let fast = at_level!(level, _simd => spread(&self.records, velocities)).to_f64();
+        self.stride = h * Real::sqrt(fast);
+        let least = touches.laws.iter().flatten().map(|law| law.reach.to_f64());
+        if self.stride <= least.fold(f64::INFINITY, f64::min) {
+            return 0;
+        }
+        if LARGEST_SKIN * touches.largest_reach() < self.stride {
+            // Too many to look at each: something may have.
+            return 1;
+        }
+        if self.skin < self.stride {
+            self.list(touches, positions);
+        }
+        let passes = self.pairs.iter().filter(|pair| {
+            let [a, b] = pair.at.map(|at| at as usize);
+            let apart = (vector::<R>(positions, b) - vector::<R>(positions, a)).to_f64();
+            let way = (vector::<R>(velocities, b) - vector::<R>(velocities, a)).to_f64() * h;
+            let law = touches.laws[pair.law as usize].as_ref();
+            let reach = law.map_or(f64::INFINITY, |law| law.reach.to_f64());
+            passes(apart, way, reach)
+        });
+        passes.count() as u64
+    }
+}
+
+/// Whether two particles may pass through each other: they close by more than the sum of their
+/// radii, on a line that leads within it.
+fn passes(apart: glam::DVec3, way: glam::DVec3, reach: f64) -> bool {
+    let square = way.dot(way);
+    let closing = -apart.dot(way);
+    if square <= reach * reach || closing <= 0.0 {
+        return false;
+    }
+    let nearest = apart + way * (closing / square).min(1.0);
+    nearest.dot(nearest) < reach * reach
+}
+
+/// The records with balls in them.
+fn records<R: Real>(touches: &Touches<R>) -> Vec<Record> {
+    let mut at: Vec<u32> = touches.balls.iter().map(|ball| ball.at).collect();
+    at.sort_unstable();
+    let mut records: Vec<Record> = Vec::new();
+    for at in at {
+        let number = at / RECORD as u32;
+        if records.last().is_none_or(|last| last.number != number) {
+            records.push(Record { number, lanes: [false; LANES], is_full: false });
+        }
+        let last = records.last_mut().expect("one was pushed");
+        last.lanes[at as usize % RECORD] = true;
+        last.is_full = last.lanes == [true; LANES];
+    }
+    records
+}
+
+/// The square of the diagonal of the box around all displacements.
+#[inline(always)]
+fn wear<R: Real>(records: &[Record], from: &[R], to: &[R]) -> R {
+    let (from, to) = (from.as_chunks::<RECORD>().0, to.as_chunks::<RECORD>().0);
+    diagonal(records, |record| {
+        let (from, to) = (&from[record], &to[record]);
+        let mut ways = [R::ZERO; RECORD];
+        for i in 0..RECORD {
+            ways[i] = to[i] - from[i];
+        }
+        ways
+    })
+}
+
+/// The square of the diagonal of the box around all vectors of a column.
+#[inline(always)]
+fn spread<R: Real>(records: &[Record], column: &[R]) -> R {
+    let column = column.as_chunks::<RECORD>().0;
+    diagonal(records, |record| column[record])
+}
+
+/// The square of the diagonal of the box around the vectors of records.
+#[inline(always)]
+fn diagonal<R: Real>(records: &[Record], vectors: impl Fn(usize) -> [R; RECORD]) -> R {
+    let (mut low, mut high) = ([R::LARGEST; RECORD], [-R::LARGEST; RECORD]);
+    for record in records {
+        let mut here = vectors(record.number as usize);
+        if !record.is_full {
+            fill_blanks(&mut here, record);
+        }
+        for i in 0..RECORD {
+            low[i] = if here[i] < low[i] { here[i] } else { low[i] };
+            high[i] = if high[i] < here[i] { here[i] } else { high[i] };
+        }
+    }
+    let mut square = R::ZERO;
+    for (low, high) in low.chunks(LANES).zip(high.chunks(LANES)) {
+        let low = low.iter().copied().fold(R::LARGEST, R::min);
+        let high = high.iter().copied().fold(-R::LARGEST, R::max);
+        square += (high - low) * (high - low);
+    }
+    square
+}
+
+/// Overwrites the vectors in lanes without a ball with one of a lane that has one.
+fn fill_blanks<R: Real>(vectors: &mut [R; RECORD], record: &Record) {
+    let ball = record.lanes.iter().position(|&is_ball| is_ball).unwrap_or(0);
+    for axis in vectors.as_chunks_mut::<LANES>().0 {
+        for lane in 0..LANES {
+            axis[lane] = if record.lanes[lane] { axis[lane] } else { axis[ball] };
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Touches: particles with a radius, which push each other apart.
+
+use super::Scene;
+use super::check::check_count;
+use crate::error::Error;
+use crate::grid::Grid;
+use alloc::vec::Vec;
+use glam::DVec3;
+
+/// Particles of a radius. Two that are closer than the sum of their radii push each other.
+///
+/// With δ by how much, n the direction from one to the other and v their relative velocity, the
+/// push is N = k δ − c n·v, and never a pull; friction is min(g |v'|, μ N) against the velocity v'
+/// across n, with g = √(k m) and m the reduced mass of the two (Coulomb's law, in which what sticks
+/// creeps at the speed F/g under a load F). k and c of a pair are those of its particles one after
+/// the other, a b / (a + b), and μ is √(a b).
+///
+/// A particle is in one row at most. Particles that a spring joins do not touch, cut or not.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Touch {
+    /// The particles, in order.
+    pub particles: Vec<usize>,
+    /// Radius of each, metres; positive.
+    pub radius: f64,
+    /// Stiffness k of each, newtons per metre; positive.
+    pub stiffness: f64,
+    /// Damping c of each, newton seconds per metre; not negative.
+    pub damping: f64,
+    /// Coulomb's factor μ, not negative.
+    pub friction: f64,
+    /// Whether they touch each other, beside those of other rows.
+    pub itself: bool,
+    /// Rows before this one that they pass through.
+    pub ignored: Vec<usize>,
+}
+
+/// The most pairs for each particle with a radius.
+const MOST_PAIRS: usize = 256;
+
+impl Scene {
+    /// Adds a row of touches, and exempts the pairs among its particles that are closer than their
+    /// radii now, at rest.
+    ///
+    /// # Errors
+    /// [`Error::TooLarge`] for a radius within which particles have hundreds of others.
+    pub fn add_touch(&mut self, touch: Touch) -> Result<(), Error> {
+        if touch.itself {
+            self.exempt.extend(close(self, &touch)?);
+        }
+        self.touches.push(touch);
+        Ok(())
+    }
+}
+
+/// Refuses more pairs than particles that do not overlap can have.
+pub(crate) fn check_pairs(pairs: usize, particles: usize) -> Result<(), Error> {
+    let most = particles.saturating_mul(MOST_PAIRS);
+    check_count("the number of pairs of particles closer than their radii", pairs, most)
+}
+
+/// The pairs of a row that are closer than twice their radius and not joined by a spring.
+fn close(scene: &Scene, touch: &Touch) -> Result<Vec<[usize; 2]>, Error> {
+    let points: Vec<DVec3> = touch
+        .particles
+        .iter()
+        .filter_map(|&particle| scene.particles.get(particle))
+        .map(|particle| particle.position)
+        .collect();
+    let reach = 2.0 * touch.radius;
+    let is_usable = points.len() == touch.particles.len() && 0.0 < reach;
+    if !is_usable {
+        return Ok(Vec::new());
+    }
+    let sorted = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
+    let mut joined: Vec<_> = scene.springs.iter().map(|spring| sorted(spring.ends)).collect();
+    joined.sort_unstable();
+    let (mut grid, mut pairs) = (Grid::default(), Vec::new());
+    grid.fill(reach, points.iter().copied());
+    grid.each_pair(|a, b| {
+        let is_close = (points[b] - points[a]).length_squared() <= reach * reach;
+        let pair = sorted([a, b].map(|at| touch.particles[at]));
+        if is_close && joined.binary_search(&pair).is_err() {
+            pairs.push(pair);
+        }
+        check_pairs(pairs.len(), points.len())
+    })?;
+    Ok(pairs)
+}

@@ -1,0 +1,55 @@
+//! Surfaces that pass through each other, and those that do not.
+
+use msd_core::glam::{DMat3, DVec3};
+use msd_core::{Material, Part, Scene, shape};
+use msd_run::crossings;
+
+fn cloth(size: [usize; 2], offset: DVec3, turned: bool) -> Part {
+    let mut part = shape::cloth(size, 0.1, Material::default()).expect("a cloth");
+    let turn = if turned { DMat3::from_rotation_x(1.1) } else { DMat3::IDENTITY };
+    part.place(turn, offset);
+    part
+}
+
+fn count(parts: [Part; 2]) -> u64 {
+    let mut scene = Scene::default();
+    for part in parts {
+        scene.add("cloth", part);
+    }
+    let positions: Vec<DVec3> = scene.particles.iter().map(|row| row.position).collect();
+    crossings(&positions, &scene.bodies)
+}
+
+#[test]
+fn sheets_side_by_side_do_not_cross() {
+    for away in [0.0, 1e-300, 1e-9, 0.3] {
+        let offset = DVec3::Z * away;
+        let pair = [DVec3::ZERO, offset].map(|offset| cloth([8, 8], offset, false));
+        // In one plane they only touch.
+        assert_eq!(count(pair), 0, "{away} m apart");
+    }
+}
+
+/// A sheet of 7 x 7 squares through one of 3 x 3, across it along its middle row.
+#[test]
+fn a_sheet_through_another_crosses_it() {
+    let across = cloth([4, 4], DVec3::new(0.013, 0.021, 0.007), true);
+    let found = count([cloth([8, 8], DVec3::ZERO, false), across]);
+    // The line on which they cross is 0.3 m long: between the 3 and the 7 squares that it passes of
+    // either sheet it meets a new pair of triangles at each of about 3 + 3 + 2 edges.
+    assert!((8..=16).contains(&found), "{found}");
+}
+
+#[test]
+fn a_needle_through_a_triangle_counts_once_however_thin() {
+    let needle = |shift: f64| {
+        let mut part = cloth([2, 2], DVec3::ZERO, false);
+        let corners = [[0.01, 0.012, -1.0], [0.01, 0.012, 1.0]].map(DVec3::from_array);
+        for (row, particle) in part.particles.iter_mut().enumerate() {
+            particle.position = corners[row % 2] + DVec3::X * (1e-12 * row as f64 + shift);
+        }
+        part
+    };
+    assert!(0 < count([cloth([2, 2], DVec3::ZERO, false), needle(0.0)]));
+    assert_eq!(count([cloth([2, 2], DVec3::ZERO, false), needle(0.3)]), 0);
+}

@@ -1,0 +1,160 @@
+//! Radii and contact of the particles of bodies, from the keys `touch`.
+
+use crate::error::{FileError, nearest, plain};
+use crate::file::schema::{BodyRow, TouchRow};
+use crate::file::tree::Source;
+use msd_core::{Scene, Touch};
+
+/// The radius of a particle, as a part of the spacing: two are then not quite as far apart as
+/// neighbours, and a sheet that is stretched by a quarter still lets nothing through.
+const RADIUS: f64 = 0.45;
+/// The stiffness of a particle, as a part of that of all its springs: contact on all sides then
+/// shortens the stable step by less than a tenth.
+const STIFFNESS: f64 = 0.125;
+const FRICTION: f64 = 0.5;
+
+/// Lets the bodies touch that have a key `touch`; says what will leak.
+///
+/// # Errors
+/// A number out of its domain, a radius wider than the spacing, an unknown name.
+pub(crate) fn touch(
+    source: &Source<'_>,
+    bodies: &[BodyRow],
+    scene: &mut Scene,
+    notes: &mut Vec<String>,
+) -> Result<(), FileError> {
+    // The row of touches of each body.
+    let mut rows = vec![None; bodies.len()];
+    for (row, body) in bodies.iter().enumerate() {
+        let Some(touch) = &body.touch else { continue };
+        let made = made(source, (row, touch), scene)?;
+        notes.extend(leak(scene, row, &made));
+        rows[row] = Some(scene.touches.len());
+        let key = format!("bodies[{row}].touch.radius");
+        scene.add_touch(made).map_err(|error| source.refuse(format_args!("{key}"), error))?;
+    }
+    for (row, body) in bodies.iter().enumerate() {
+        for (at, name) in body.touch.iter().flat_map(|touch| touch.ignore.iter().enumerate()) {
+            let key = format!("bodies[{row}].touch.ignore[{at}]");
+            let other = named(source, &key, name, scene)?;
+            let (Some(a), Some(b)) = (rows[row], rows[other]) else { continue };
+            if a == b {
+                let reason = "is the body itself; that is what `itself = false` is for";
+                return Err(source.refuse(format_args!("{key}"), reason));
+            }
+            scene.touches[a.max(b)].ignored.push(a.min(b));
+        }
+    }
+    Ok(())
+}
+
+/// The row of touches of a body.
+fn made(
+    source: &Source<'_>,
+    (row, touch): (usize, &TouchRow),
+    scene: &Scene,
+) -> Result<Touch, FileError> {
+    let key = format!("bodies[{row}].touch");
+    let particles = outside(scene, row);
+    let Own { spacing, stiffness, relaxation } = own(scene, row, &particles);
+    let missing = |name| source.missing(format_args!("{key}"), name);
+    let radius = match (touch.radius, spacing) {
+        (Some(radius), _) => source.number(format_args!("{key}.radius"), radius)?,
+        (None, Some(spacing)) => RADIUS * spacing,
+        (None, None) => return Err(missing("radius")),
+    };
+    if let Some(spacing) = spacing.filter(|&spacing| spacing < radius) {
+        let expected = format!("at most the spacing, {spacing} m");
+        let key = format_args!("{key}.radius");
+        return Err(source.out_of_domain(key, plain(radius), expected));
+    }
+    let stiffness = match (touch.stiffness, STIFFNESS * stiffness) {
+        (Some(stiffness), _) => source.number(format_args!("{key}.stiffness"), stiffness)?,
+        (None, stiffness) if 0.0 < stiffness => stiffness,
+        (None, _) => return Err(missing("stiffness")),
+    };
+    let damping = touch.damping.unwrap_or(relaxation * stiffness);
+    let friction = touch.friction.unwrap_or(FRICTION);
+    Ok(Touch {
+        particles,
+        radius,
+        stiffness,
+        damping: source.number(format_args!("{key}.damping"), damping)?,
+        friction: source.number(format_args!("{key}.friction"), friction)?,
+        itself: touch.itself.unwrap_or(true),
+        ignored: Vec::new(),
+    })
+}
+
+/// The particles of a body on its outside: of its surface, all of them where it has none.
+fn outside(scene: &Scene, row: usize) -> Vec<usize> {
+    let body = &scene.bodies[row];
+    let corners = body.surface.corners.iter().map(|corner| corner.particle as usize);
+    let mut particles: Vec<usize> = corners.collect();
+    particles.sort_unstable();
+    particles.dedup();
+    if particles.is_empty() { body.particles.clone().collect() } else { particles }
+}
+
+/// What a body says of its particles: the median of the shortest spring of each, metres, the mean
+/// stiffness of all springs of one, N/m, and the relaxation time of its springs, seconds.
+struct Own {
+    spacing: Option<f64>,
+    stiffness: f64,
+    relaxation: f64,
+}
+
+fn own(scene: &Scene, row: usize, particles: &[usize]) -> Own {
+    let body = &scene.bodies[row];
+    let first = body.particles.start;
+    let mut shortest = vec![f64::INFINITY; body.particles.len()];
+    let mut sums = vec![0.0; body.particles.len()];
+    let (mut stiffness, mut damping) = (0.0, 0.0);
+    for spring in &scene.springs[body.springs.clone()] {
+        (stiffness, damping) = (stiffness + spring.stiffness, damping + spring.damping);
+        for end in spring.ends {
+            shortest[end - first] = f64::min(shortest[end - first], spring.rest_length);
+            sums[end - first] += spring.stiffness;
+        }
+    }
+    let mut lengths: Vec<f64> = particles.iter().map(|&at| shortest[at - first]).collect();
+    let (_, &mut spacing, _) = {
+        let middle = lengths.len() / 2;
+        lengths.select_nth_unstable_by(middle, f64::total_cmp)
+    };
+    let sum: f64 = particles.iter().map(|&at| sums[at - first]).sum();
+    Own {
+        spacing: Some(spacing).filter(|&spacing| spacing.is_finite() && 0.0 < spacing),
+        stiffness: sum / particles.len() as f64,
+        relaxation: if 0.0 < stiffness { damping / stiffness } else { 0.0 },
+    }
+}
+
+/// A line on a sheet that lets particles of its own radius through where it is hardly stretched:
+/// the middle of a square of side a is a / √2 from its corners.
+fn leak(scene: &Scene, row: usize, touch: &Touch) -> Option<String> {
+    let body = &scene.bodies[row];
+    let is_open = touch.particles.len() == body.particles.len() && !body.surface.corners.is_empty();
+    let spacing = own(scene, row, &touch.particles).spacing.filter(|_| is_open)?;
+    let strain = 2.0 * touch.radius * 2.0_f64.sqrt() / spacing - 1.0;
+    (strain < 0.05).then(|| {
+        let radius = RADIUS * spacing;
+        format!(
+            "{}: two sheets of this radius leak where they are stretched by {:.0} %; from a radius \
+             of {radius:.3} m on by a quarter and more",
+            body.name,
+            100.0 * strain.max(0.0),
+        )
+    })
+}
+
+/// The body of a name.
+fn named(source: &Source<'_>, key: &str, name: &str, scene: &Scene) -> Result<usize, FileError> {
+    if let Some(row) = scene.bodies.iter().position(|body| body.name == name) {
+        return Ok(row);
+    }
+    let names = scene.bodies.iter().map(|body| body.name.as_str());
+    let meant = nearest(name, names).map_or(String::new(), |name| format!("; `{name}` is one"));
+    let reason = format!("names no body: {name:?}{meant}");
+    Err(source.refuse(format_args!("{key}"), reason))
+}
