@@ -5,6 +5,7 @@ mod frames;
 
 use frames::{loaded, run, session};
 use msd_app::catalogue;
+use msd_app::link::Link;
 use msd_app::session::{Deed, MarkKind, MaterialEdit, Session, Tuning};
 use msd_app::viewer::{Command, Viewer};
 use msd_core::{Scene, Vector};
@@ -218,4 +219,30 @@ fn a_scene_file_says_what_it_can_and_else_the_window_says_that_it_cannot() {
     let run = msd_run::Runner::open(&open(run).expect("a saved run")).expect("a saved run");
     assert_eq!(run.progress().0.planes, []);
     assert_eq!(run.progress().0.springs, scene(&viewer.session).springs);
+}
+
+#[test]
+fn sets_masses_and_links_are_in_a_saved_scene_and_in_a_link_as_they_were_set() {
+    let text = "version = 1\n[[bodies]]\nkind = 'rope'\nsize = [5]\n\
+        [[bodies]]\nkind = 'block'\nsize = [3, 3, 3]\nspacing = 0.5\nposition = [3, 0, 0]\n\
+        [[pins]]\nset = 'first'\n[[masses]]\nbody = 'block'\nset = 'right'\nmass = 0.5\n\
+        [[links]]\nfrom = { body = 'block', set = 'left' }\nto = { body = 'rope', set = 'last' }\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("hung.toml");
+    std::fs::write(&file, text).expect("a file");
+    let mut viewer = Viewer::new(open(&file).expect("a scene"), catalogue()).expect("a viewer");
+    viewer.folder = folder.path().to_owned();
+    viewer.session.edit(MaterialEdit::Stiffness(321.0));
+    run(&mut viewer.session, 1);
+    viewer.command(Command::SaveScene);
+    let saved = open(folder.path().join("hung-1.toml")).expect("a scene").scene;
+    let of_file = &viewer.session.loaded().scene;
+    // The links too, as all springs were chosen.
+    assert!(saved.springs.iter().all(|spring| spring.stiffness == 321.0));
+    assert_eq!(saved.springs.len(), of_file.springs.len());
+    assert_eq!((&saved.particles, &saved.pins), (&of_file.particles, &of_file.pins));
+    let link = Link::parse(&viewer.link().expect("a link").to_string()).expect("a link");
+    let again = Viewer::of_link(&link, catalogue()).expect("a link");
+    assert_eq!(again.session.loaded().scene, *of_file);
+    assert_eq!(scene(&again.session).springs, scene(&viewer.session).springs);
 }

@@ -206,7 +206,12 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("spin as a table", "bodies.spin."),
         ("particles of an explicit body", "bodies.particles."),
         ("springs of an explicit body", "bodies.springs."),
+        ("[[sets]]", "sets."),
+        ("box of a set", "sets.box."),
+        ("sphere of a set", "sets.sphere."),
         ("[[pins]]", "pins."),
+        ("[[masses]]", "masses."),
+        ("[[links]]", "links."),
     ];
     let (mut found, mut table, mut column) = (BTreeMap::new(), None, None);
     for line in include_str!("../../../docs/scenes.md").lines() {

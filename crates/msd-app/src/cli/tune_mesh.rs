@@ -5,7 +5,7 @@ use super::failure::{Failure, say};
 use super::progress::Bar;
 use super::run::open_draft;
 use super::tune::{Row, writable, write_choice};
-use msd_scene::schema::{BodyRow, Kind, PinRow, SceneFile};
+use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, PinRow, SceneFile};
 use msd_scene::{SceneFormat, plain, shown_path};
 use msd_study::choice::{Choice, FRAME};
 use msd_study::quantity::{estimate, quantity};
@@ -174,21 +174,66 @@ fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
         let said: Vec<String> = drag.into_iter().chain(force).collect();
         lines.push(format!("world: {}", said.join(", ")));
     }
-    let place = |pin: &PinRow| (pin.body.unwrap_or(0), pin.at, pin.particle);
+    lines.extend(joins(rows, fine));
+    lines
+}
+
+/// The pins, masses and links of a finer scene that differ, as they are written.
+fn joins(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut say =
+        |key: &str, rows: Vec<String>| lines.push(format!("{key} = [{}]", rows.join(", ")));
+    let place = |pin: &PinRow| (number(pin.body.as_ref()), pin.at, pin.particle);
     if !fine.pins.iter().map(place).eq(rows.pins.iter().map(place)) {
-        let said = fine.pins.iter().map(|pin| {
-            let place = match (pin.at, pin.particle) {
-                (Some(at), _) => format!("at = {at:?}"),
-                (_, particle) => format!("particle = {}", particle.unwrap_or_default()),
-            };
+        let row = |pin: &PinRow| {
             let velocity = pin.velocity.map(|velocity| format!(", velocity = {velocity:?}"));
-            format!(
-                "{{ body = {}, {place}{} }}",
-                pin.body.unwrap_or(0),
-                velocity.unwrap_or_default()
-            )
-        });
-        lines.push(format!("pins = [{}]", said.collect::<Vec<_>>().join(", ")));
+            let velocity = velocity.unwrap_or_default();
+            format!("{{ {}{velocity} }}", particle(pin.body.as_ref(), pin.at, pin.particle))
+        };
+        say("pins", fine.pins.iter().map(row).collect());
+    }
+    if fine.masses != rows.masses {
+        let row = |load: &MassRow| {
+            let place = particle(load.body.as_ref(), load.at, load.particle);
+            format!("{{ {place}, mass = {} }}", plain(load.mass))
+        };
+        say("masses", fine.masses.iter().map(row).collect());
+    }
+    if fine.links != rows.links {
+        let row = |link: &LinkRow| {
+            let ends = [("from", &link.from), ("to", &link.to)].map(|(key, end)| {
+                let place = particle(end.body.as_ref(), end.at, end.particle);
+                format!("{key} = {{ {place} }}")
+            });
+            let numbers = [
+                ("rest_length", link.rest_length),
+                ("stiffness", link.stiffness),
+                ("damping", link.damping),
+            ];
+            let numbers = numbers
+                .into_iter()
+                .filter_map(|(key, value)| value.map(|value| format!("{key} = {}", plain(value))));
+            let said: Vec<String> = ends.into_iter().chain(numbers).collect();
+            format!("{{ {} }}", said.join(", "))
+        };
+        say("links", fine.links.iter().map(row).collect());
     }
     lines
+}
+
+/// The number of a body of a finer scene, whose rows name none.
+fn number(body: Option<&BodyKey>) -> u64 {
+    match body {
+        Some(&BodyKey::Number(number)) => number,
+        _ => 0,
+    }
+}
+
+/// The keys of a particle of a finer scene.
+fn particle(body: Option<&BodyKey>, at: Option<[u64; 3]>, particle: Option<u64>) -> String {
+    let place = match at {
+        Some(at) => format!("at = {at:?}"),
+        None => format!("particle = {}", particle.unwrap_or_default()),
+    };
+    format!("body = {}, {place}", number(body))
 }

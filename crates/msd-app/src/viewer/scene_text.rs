@@ -6,6 +6,7 @@ use msd_run::{Runner, on};
 use msd_scene::Loaded;
 use msd_scene::materials::Made;
 use msd_study::tune::put;
+use std::ops::Range;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
 
 /// What a scene file says of a run: solver, world, and the material of each body where it is one
@@ -17,9 +18,11 @@ struct Values {
     drag: f64,
     planes: Vec<(f64, Friction)>,
     bodies: Vec<[Option<f64>; 3]>,
+    /// Stiffness and damping of the springs of no body.
+    links: [Option<f64>; 2],
 }
 
-/// The keys of a body, in the order of its values.
+/// The keys of a body, in the order of its values; those of links are the last two.
 const BODY_KEYS: [&str; 3] = ["mass", "stiffness", "damping"];
 
 impl Values {
@@ -35,14 +38,17 @@ impl Values {
     }
 
     fn read<R: Real>(model: &Model<R>) -> Self {
-        let body = |body: &msd_core::Body| {
-            let there = || body.springs.clone().filter(|&spring| !model.is_cut(spring));
-            [
-                uniform(body.particles.clone().map(|row| model.masses()[row].to_f64())),
-                uniform(there().map(|spring| model.stiffness(spring).to_f64())),
-                uniform(there().map(|spring| model.damping(spring).to_f64())),
-            ]
+        let springs = |rows: Range<usize>| {
+            let there = || rows.clone().filter(|&spring| !model.is_cut(spring));
+            let stiffness = uniform(there().map(|spring| model.stiffness(spring).to_f64()));
+            [stiffness, uniform(there().map(|spring| model.damping(spring).to_f64()))]
         };
+        let body = |body: &msd_core::Body| {
+            let [stiffness, damping] = springs(body.springs.clone());
+            let masses = body.particles.clone().map(|row| model.masses()[row].to_f64());
+            [uniform(masses), stiffness, damping]
+        };
+        let own = model.bodies().last().map_or(0, |body| body.springs.end);
         let planes = model.planes().iter();
         Values {
             gravity: model.gravity().to_f64().to_array(),
@@ -50,6 +56,7 @@ impl Values {
             drag: model.drag().to_f64(),
             planes: planes.map(|plane| (plane.restitution(), plane.friction())).collect(),
             bodies: model.bodies().iter().map(body).collect(),
+            links: springs(own..model.spring_count()),
         }
     }
 }
@@ -109,6 +116,13 @@ pub(super) fn with_values(
                 let body = bodies.get_mut(row).ok_or("its bodies are not written one by one")?;
                 put(&mut **body, key, shortest(now).into());
             }
+        }
+    }
+    for (key, (was, now)) in BODY_KEYS[1..].iter().zip(was.links.iter().zip(now.links)) {
+        if *was != now {
+            let now = now.ok_or("its links have springs that differ")?;
+            let links = rows(file.get_mut("links")).into_iter();
+            links.for_each(|link| put(link, key, shortest(now).into()));
         }
     }
     Ok(file.to_string())

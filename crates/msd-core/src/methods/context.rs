@@ -87,7 +87,7 @@ impl Done {
         self.counted += contacts.taken - contacts.added - contacts.driven;
         self.given += contacts.driven.max(0.0);
         self.touched |= 0 < contacts.count;
-        self.contacts += Contacts { bounced: false, ..contacts };
+        self.contacts += Contacts { bounced: false, near: false, ..contacts };
     }
 }
 
@@ -242,8 +242,10 @@ impl<'a, R: Real> StepContext<'a, R> {
     }
 
     /// Whether particles are on obstacles at the present positions.
-    pub(crate) fn is_any_on(&self) -> bool {
-        self.model.is_any_on(self.level, &self.state.positions, self.time())
+    ///
+    /// `are_far`: it is known that none is near a solid.
+    pub(crate) fn is_any_on(&self, are_far: bool) -> bool {
+        self.model.is_any_on(self.level, (&self.state.positions, are_far), self.time())
     }
 
     /// Holds what lies on an obstacle after a kick with the accelerations in a work column: the

@@ -82,13 +82,14 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
     let is_damped = step.model.is_damped_at_all();
     let (mut real, mut met) = (1.0, false);
+    let mut are_far = false;
     for _ in 0..step.substeps() {
         if !step.scratch.warm {
             step.scratch.power = step.set_forces(step.time());
             for_each_share(step.pass(), |pass| at_level!(level, _simd => set_accelerations(pass)));
         }
         let before = step.scratch.power;
-        let lies = step.is_any_on();
+        let lies = step.is_any_on(are_far);
         if lies {
             kick_settle_drift(step, is_damped);
         } else if is_damped {
@@ -118,6 +119,8 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         let contacts = step.finish(Way::Kicked(0.5), Evaluated::AtEnd);
         step.scratch.warm = !contacts.bounced;
         met = 0 < contacts.count;
+        // The next substep begins where this one ends.
+        are_far = !contacts.near;
         let taken = 0.5 * (before + power) * h.to_f64();
         step.done.counted += if met { taken * real } else { taken };
     }
@@ -249,7 +252,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     for _ in 0..step.substeps() {
         let (time, length) = (step.time(), step.settings.substep());
         let mut energy = step.set_forces(time);
-        let lies = step.is_any_on();
+        let lies = step.is_any_on(false);
         for_each_share(step.pass(), start);
         for (weight, reach, at) in [(R::ONE, half, 0.5), (two, half, 0.5), (two, h, 1.0)] {
             for_each_share(

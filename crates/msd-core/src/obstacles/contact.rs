@@ -321,6 +321,9 @@ pub struct Contacts {
     /// Whether one of them gave speed back; of a single substep.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) bounced: bool,
+    /// Whether a particle was inside a plane or near another obstacle; of a single substep.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) near: bool,
 }
 
 impl Contacts {
@@ -347,5 +350,6 @@ impl core::ops::AddAssign for Contacts {
         self.added += other.added;
         self.driven += other.driven;
         self.bounced |= other.bounced;
+        self.near |= other.near;
     }
 }

@@ -6,7 +6,6 @@ use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn};
 use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD, single};
 use crate::number::{Real, Vector, at_level};
-use crate::scene::Solid;
 use core::ops::{Add, Range};
 use fearless_simd::Level;
 
@@ -89,13 +88,16 @@ fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>)
     let mut tally = Tally::default();
     let mut few = Batch::default();
     let records = bodies.positions.len() / RECORD;
-    for first in (0..records).step_by(AT_ONCE) {
-        let some = first..records.min(first + AT_ONCE);
-        if !are_near(obstacles, &bodies, some.clone()) {
-            continue;
-        }
-        for record in some {
-            meet_record(obstacles, (&mut bodies, &mut few), record, &mut tally);
+    for first in (0..records).step_by(TOGETHER) {
+        let last = records.min(first + TOGETHER);
+        let mut near = near_groups(obstacles, &bodies, first..last);
+        tally.contacts.near |= near != 0;
+        while near != 0 {
+            let group = first + AT_ONCE * near.trailing_zeros() as usize;
+            for record in group..last.min(group + AT_ONCE) {
+                meet_record(obstacles, (&mut bodies, &mut few), record, &mut tally);
+            }
+            near &= near - 1;
         }
     }
     if 0 < few.count {
@@ -132,31 +134,55 @@ fn meet_record<R: Real>(
     }
 }
 
-/// Records that are compared with a plane before anything is decided.
+/// Records that are compared with a solid at once, groups of [`AT_ONCE`]: where a solid is takes a
+/// while to compute.
+pub(super) const TOGETHER: usize = 32;
+
+/// Records whose particles are compared with an obstacle before anything is decided.
 pub(super) const AT_ONCE: usize = 4;
 
-/// Whether a particle of these records is inside a plane or near a solid, or there are other
-/// obstacles.
+/// The groups of [`AT_ONCE`] of these records, a bit for each, that have a particle inside a plane
+/// or near a solid; all where there are other obstacles.
 #[inline(always)]
-fn are_near<R: Real>(
+fn near_groups<R: Real>(
     obstacles: &Obstacles<R>,
     bodies: &Bodies<'_, R>,
     records: Range<usize>,
-) -> bool {
-    let mut any = [u32::from(!obstacles.own.is_empty()); LANES];
-    for plane in &obstacles.planes {
-        for record in records.clone() {
-            let x = record_of(bodies, record);
-            for (lane, any) in any.iter_mut().enumerate() {
-                *any |= u32::from(R::ZERO < depth(plane, x, lane));
-            }
+) -> u32 {
+    let rows = &bodies.positions.as_chunks::<RECORD>().0[records];
+    let all = (1 << rows.len().div_ceil(AT_ONCE)) - 1;
+    if !obstacles.own.is_empty() {
+        return all;
+    }
+    let mut near = 0;
+    for solid in &obstacles.solids {
+        let ball = Ball::<R>::new(solid, bodies.substep.time);
+        if near == all || !ball.may_hold_any(rows) {
+            continue;
+        }
+        for (record, row) in rows.iter().enumerate() {
+            near |= u32::from(ball.inside(row) != 0) << (record / AT_ONCE);
         }
     }
-    let is_near = |solid: &Solid| {
-        let ball = Ball::<R>::new(solid, bodies.substep.time);
-        records.clone().any(|record| ball.is_any_in(record_of(bodies, record)))
-    };
-    any.iter().fold(0, |all, any| all | any) != 0 || obstacles.solids.iter().any(is_near)
+    if obstacles.planes.is_empty() {
+        return near;
+    }
+    for (record, row) in rows.iter().enumerate() {
+        near |= u32::from(is_any_below(&obstacles.planes, row)) << (record / AT_ONCE);
+    }
+    near
+}
+
+/// Whether a place of a record is inside a plane.
+#[inline(always)]
+fn is_any_below<R: Real>(planes: &[PlaneColumn<R>], row: &[R; RECORD]) -> bool {
+    let mut any = [0; LANES];
+    for plane in planes {
+        for (lane, any) in any.iter_mut().enumerate() {
+            *any |= u32::from(R::ZERO < depth(plane, row, lane));
+        }
+    }
+    any.iter().fold(0, |all, any| all | any) != 0
 }
 
 #[inline(always)]
@@ -295,10 +321,15 @@ impl<R: Real> Batch<R> {
             self.meet_plane(plane, &span, tally);
         }
         for solid in &obstacles.solids {
-            self.meet_own(&Placed::new(solid, time), (&span, time), &mut tally.contacts);
+            let near = Ball::<R>::new(solid, time).inside(&self.positions);
+            if near != 0 {
+                let placed = Placed::new(solid, time);
+                self.meet_own(&placed, (&span, time, near), &mut tally.contacts);
+            }
         }
         for (_, own) in &obstacles.own {
-            self.meet_own(own.of::<R>(), (&span, time), &mut tally.contacts);
+            let all = (1 << LANES) - 1;
+            self.meet_own(own.of::<R>(), (&span, time, all), &mut tally.contacts);
         }
     }
 
@@ -365,15 +396,15 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Meets any obstacle, one particle at a time.
+    /// Meets any obstacle, one particle at a time; the bits say which may be inside.
     fn meet_own(
         &mut self,
         obstacle: &dyn Obstacle<R>,
-        (span, time): (&Span<R>, f64),
+        (span, time, near): (&Span<R>, f64, u32),
         contacts: &mut Contacts,
     ) {
         let law = obstacle.law();
-        for lane in 0..LANES {
+        for lane in (0..LANES).filter(|lane| near >> lane & 1 != 0) {
             if self.inverse_masses[lane] == R::ZERO {
                 continue;
             }

@@ -10,8 +10,8 @@
 //! 1983.)
 
 use super::contact::{ContactLaw, Contacts, dot, rounding};
-use super::resolve::{AT_ONCE, lane_of};
-use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn};
+use super::resolve::{AT_ONCE, TOGETHER, lane_of};
+use super::{Ball, Obstacle, Obstacles, OwnObstacle, Placed, PlaneColumn};
 use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD, set_vector, vector};
 use crate::number::{Real, Vector, at_level};
@@ -69,14 +69,15 @@ impl<R: Real> Split for Kicked<'_, R> {
 }
 
 /// Whether a particle that something moves is on an obstacle at a time, seconds; from positions and
-/// reciprocal masses.
+/// reciprocal masses. `are_far`: it is known that none is near a solid.
 pub(crate) fn is_any_on<R: Real>(
     level: Level,
     obstacles: &Obstacles<R>,
     (positions, inverse_masses): (&[R], &[R]),
-    time: f64,
+    (time, are_far): (f64, bool),
 ) -> bool {
-    if obstacles.is_empty() {
+    let is_flat = are_far && obstacles.own.is_empty();
+    if obstacles.is_empty() || is_flat && obstacles.planes.is_empty() {
         return false;
     }
     let is_any = |(positions, inverse_masses): (&[R], &[R])| {
@@ -85,7 +86,7 @@ pub(crate) fn is_any_on<R: Real>(
             let masses = inverse_masses.chunks(AT_ONCE * RECORD);
             rows.chunks(AT_ONCE).zip(masses).any(|(some, masses)| {
                 are_on_planes(obstacles, some) && is_one_on_plane(obstacles, some, masses)
-            }) || is_one_on_curved(obstacles, rows, inverse_masses, time)
+            }) || !is_flat && is_one_on_curved(obstacles, rows, inverse_masses, time)
         })
     };
     merge_shares((positions, inverse_masses), &is_any, &|low, high| low | high)
@@ -124,22 +125,59 @@ fn is_one_on_plane<R: Real>(
     moving(records, inverse_masses).any(|x| obstacles.planes.iter().any(|plane| is_on(plane, x)))
 }
 
+#[inline(always)]
 fn is_one_on_curved<R: Real>(
     obstacles: &Obstacles<R>,
     records: &[[R; RECORD]],
     inverse_masses: &[R],
     time: f64,
 ) -> bool {
-    let is_one = |obstacle: &dyn Obstacle<R>, records: &[[R; RECORD]], inverse_masses: &[R]| {
-        moving(records, inverse_masses).any(|x| on_curved(obstacle, x, time).is_some())
-    };
-    let is_one_on_solid = |solid: &Solid| {
-        let (placed, ball) = (Placed::new(solid, time), Ball::<R>::new(solid, time));
-        let mut rows = records.chunks(1).zip(inverse_masses.chunks(RECORD));
-        rows.any(|(row, masses)| ball.is_any_in(&row[0]) && is_one(&placed, row, masses))
-    };
-    obstacles.solids.iter().any(is_one_on_solid)
-        || obstacles.own.iter().any(|(_, own)| is_one(own.of::<R>(), records, inverse_masses))
+    for solid in &obstacles.solids {
+        if is_one_on_solid(solid, records, inverse_masses, time) {
+            return true;
+        }
+    }
+    let own = |own: &OwnObstacle| is_one_on(own.of::<R>(), records, inverse_masses, time);
+    obstacles.own.iter().any(|(_, obstacle)| own(obstacle))
+}
+
+#[inline(always)]
+fn is_one_on_solid<R: Real>(
+    solid: &Solid,
+    records: &[[R; RECORD]],
+    inverse_masses: &[R],
+    time: f64,
+) -> bool {
+    let (placed, ball) = (Placed::new(solid, time), Ball::<R>::new(solid, time));
+    for (block, some) in records.chunks(TOGETHER).enumerate() {
+        if !ball.may_hold_any(some) {
+            continue;
+        }
+        for (record, x) in (block * TOGETHER..).zip(some) {
+            let masses = &inverse_masses[record * RECORD..];
+            let is_on = |lane: usize| {
+                masses[lane] != R::ZERO && on_curved(&placed, lane_of(x, lane), time).is_some()
+            };
+            if lanes(ball.inside(x)).any(is_on) {
+                return true;
+            }
+        }
+    }
+    false
+}
+
+/// The lanes of bits.
+fn lanes(bits: u32) -> impl Iterator<Item = usize> {
+    (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
+}
+
+fn is_one_on<R: Real>(
+    obstacle: &dyn Obstacle<R>,
+    records: &[[R; RECORD]],
+    inverse_masses: &[R],
+    time: f64,
+) -> bool {
+    moving(records, inverse_masses).any(|x| on_curved(obstacle, x, time).is_some())
 }
 
 /// Whether the gap counts as zero: it is below its rounding.
@@ -193,15 +231,22 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
             }
         }
         for (_, own) in &obstacles.own {
-            settle_on_curved(own.of::<R>(), &mut kicked, (record, x), &mut contacts);
+            settle_on_curved(own.of::<R>(), &mut kicked, (record, x, ALL), &mut contacts);
         }
     }
     for solid in &obstacles.solids {
         let time = kicked.kick.time;
         let (placed, ball) = (Placed::new(solid, time), Ball::<R>::new(solid, time));
-        for (record, x) in kicked.positions.as_chunks::<RECORD>().0.iter().enumerate() {
-            if ball.is_any_in(x) {
-                settle_on_curved(&placed, &mut kicked, (record, x), &mut contacts);
+        let records = kicked.positions.as_chunks::<RECORD>().0;
+        for (block, some) in records.chunks(TOGETHER).enumerate() {
+            if !ball.may_hold_any(some) {
+                continue;
+            }
+            for (record, x) in (block * TOGETHER..).zip(some) {
+                let near = ball.inside(x);
+                if near != 0 {
+                    settle_on_curved(&placed, &mut kicked, (record, x, near), &mut contacts);
+                }
             }
         }
     }
@@ -312,15 +357,20 @@ fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3]) -> ([R; 3], R) {
     (along.map(|number| number * kept), per_slip)
 }
 
+/// All lanes of a record, a bit for each.
+const ALL: u32 = (1 << LANES) - 1;
+
+/// Holds the particles of a record that lie on an obstacle which is no plane; the bits say which
+/// may.
 fn settle_on_curved<R: Real>(
     obstacle: &dyn Obstacle<R>,
     kicked: &mut Kicked<'_, R>,
-    (record, x): (usize, &[R; RECORD]),
+    (record, x, near): (usize, &[R; RECORD], u32),
     contacts: &mut Contacts,
 ) {
     let (at, kick) = (record * RECORD, kicked.kick);
     let law = kick.law(obstacle.law());
-    for lane in 0..LANES {
+    for lane in lanes(near) {
         if kicked.inverse_masses[at + lane] == R::ZERO {
             continue;
         }

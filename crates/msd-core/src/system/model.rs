@@ -233,9 +233,16 @@ impl<R: Real> Model<R> {
         resolve(level, &self.obstacles, bodies)
     }
 
-    /// Whether a particle at these positions is on an obstacle at a time, seconds.
-    pub(crate) fn is_any_on(&self, level: Level, positions: &[R], time: f64) -> bool {
-        is_any_on(level, &self.obstacles, (positions, &self.inverse_mass_column), time)
+    /// Whether a particle at these positions is on an obstacle at a time, seconds; `are_far`: none
+    /// is near a solid.
+    pub(crate) fn is_any_on(
+        &self,
+        level: Level,
+        (positions, are_far): (&[R], bool),
+        time: f64,
+    ) -> bool {
+        let places = (positions, &*self.inverse_mass_column);
+        is_any_on(level, &self.obstacles, places, (time, are_far))
     }
 
     /// Holds the particles that lie on an obstacle after a kick with these accelerations.

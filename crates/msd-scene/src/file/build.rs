@@ -6,13 +6,15 @@ use crate::file::budget::Budget;
 use crate::file::decode::decode;
 use crate::file::domain::Domain;
 use crate::file::obstacles::{plane, solid};
-use crate::file::schema::{PinRow, SceneFile, SolverRow, Substeps, WorldRow};
+use crate::file::schema::{SceneFile, SolverRow, Substeps, WorldRow};
+use crate::file::sets::NamedSets;
+use crate::file::sets::links::links;
+use crate::file::sets::pins::{load, masses, pins};
 use crate::file::touch::touch;
 use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
-use msd_core::{Integrator, Lattice, Pin, Scene, Settings, World};
-use std::collections::BTreeMap;
+use msd_core::{Integrator, Scene, Settings, World};
 
 /// A scene file that has been understood.
 pub(crate) struct Understood {
@@ -74,22 +76,15 @@ pub(crate) fn understand_rows(
         let name = body.name.clone().unwrap_or_else(|| body.kind.name().into());
         scene.add(name, built.part);
     }
-    let mut notes = builder.notes;
+    let Builder { mut notes, mut budget, .. } = builder;
     touch(source, &file.bodies, &mut scene, &mut notes)?;
-    let mut held = BTreeMap::new();
-    for (row, pin) in file.pins.iter().enumerate() {
-        let pins = pins(source, (row, pin), &lattices, &scene)?;
-        for pin in pins {
-            if let Some(other) = held.insert(pin.particle, row) {
-                let reason = format!(
-                    "and pins[{other}] hold the same particle, number {} of the scene",
-                    pin.particle
-                );
-                return Err(source.refuse(format_args!("pins[{row}]"), reason));
-            }
-            scene.pins.push(pin);
-        }
-    }
+    let sets = NamedSets::new(source, &file.sets, (&scene, &lattices))?;
+    let pins = pins(&sets, &file.pins)?;
+    let loads = masses(&sets, &file.masses)?;
+    let links = links(&sets, &file.links, &mut budget)?;
+    scene.pins = pins;
+    scene.springs.extend(links);
+    load(source, &mut scene, (&file.bodies, &loads))?;
     let automatic = substeps == Substeps::Auto;
     Ok(Understood { title: file.title, scene, settings, automatic, precision, notes, made })
 }
@@ -151,50 +146,4 @@ fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, FileError> {
         drag: source.number(format_args!("world.drag"), row.drag.unwrap_or(default.drag))?,
         extent,
     })
-}
-
-/// The particles that a row pins.
-fn pins(
-    source: &Source<'_>,
-    (row, pin): (usize, &PinRow),
-    lattices: &[Option<Lattice>],
-    scene: &Scene,
-) -> Result<Vec<Pin>, FileError> {
-    let key = format_args!("pins[{row}]");
-    let bodies = ("body", lattices.len());
-    let body = source.index(format_args!("{key}.body"), pin.body.unwrap_or(0), bodies)?;
-    let velocity = pin.velocity.unwrap_or_default();
-    let velocity = source.vector(format_args!("{key}.velocity"), velocity)?;
-    let range = scene.bodies[body].particles.clone();
-    let lattice = lattices[body].as_ref();
-    if (pin.at.is_some() || pin.every.is_some()) && lattice.is_none() {
-        let reason = format!("has the key `at` or `every`, but body {body} is no lattice");
-        return Err(source.refuse(key, reason));
-    }
-    let particles: Vec<usize> = match (pin.particle, pin.at, pin.every, lattice) {
-        (Some(particle), None, None, _) => {
-            let key = format_args!("{key}.particle");
-            vec![source.index(key, particle, ("particle", range.len()))?]
-        }
-        (None, Some(at), None, Some(lattice)) => {
-            let mut place = [0; 3];
-            for (axis, name) in ["row", "column", "stack"].into_iter().enumerate() {
-                let key = format_args!("{key}.at[{axis}]");
-                place[axis] = source.index(key, at[axis], (name, lattice.size()[axis]))?;
-            }
-            vec![lattice.particle(place)]
-        }
-        (None, None, Some(every), Some(lattice)) => {
-            let every = source.count(format_args!("{key}.every"), every)?;
-            let every = usize::try_from(every).unwrap_or(usize::MAX);
-            let top = lattice.particle([lattice.size()[0] - 1, 0, 0]);
-            (top..lattice.particle_count()).step_by(every).collect()
-        }
-        _ => {
-            let reason = "needs exactly one of the keys `particle`, `at` and `every`";
-            return Err(source.refuse(key, reason));
-        }
-    };
-    let pin = |particle| Pin { particle: range.start + particle, velocity };
-    Ok(particles.into_iter().map(pin).collect())
 }

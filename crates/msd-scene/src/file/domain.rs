@@ -48,7 +48,7 @@ pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12"
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 60] = [
+pub const DOMAINS: [(&str, Domain); 69] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -105,9 +105,18 @@ pub const DOMAINS: [(&str, Domain); 60] = [
     ("bodies.springs.rest_length", Domain::NotNegative),
     ("bodies.springs.stiffness", Domain::NotNegative),
     ("bodies.springs.damping", Domain::NotNegative),
+    ("sets.box.position", Domain::Place),
+    ("sets.sphere.position", Domain::Place),
+    ("sets.sphere.radius", LENGTH),
+    ("masses.mass", Domain::Mass),
+    ("links.within", Domain::Positive),
+    ("links.rest_length", Domain::NotNegative),
+    ("links.stiffness", Domain::NotNegative),
+    ("links.damping", Domain::NotNegative),
     ("pins.every", Domain::Count(u64::MAX, "at least 1")),
     ("pins.velocity", Domain::Vector),
     // Of each of a list of numbers.
+    ("sets.box.size", LENGTH),
     ("bodies.size", Domain::Count(u64::MAX, "at least 1")),
     ("version", Domain::Count(VERSION as u64, "1")),
 ];

@@ -4,18 +4,22 @@
 //! four and the lattice inside is set closer. A body made of a material stays one of that material.
 //! One of alike springs keeps its density and the moduli that its springs give inside: with n parts
 //! to a spacing in d dimensions masses become n⁻ᵈ times what they were, springs and dampers n²⁻ᵈ
-//! times.
+//! times. Masses put on particles, and links, stay at the particles that they had.
 
 use crate::error::FileError;
 use crate::file::bodies::MeshReader;
 use crate::file::build::{Understood, understand_rows};
 use crate::file::decode::decode;
-use crate::file::schema::{BodyRow, Kind, PinRow, SceneFile, TouchRow, WorldRow};
+use crate::file::schema::{
+    BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, PinRow, SceneFile, TouchRow, WorldRow,
+};
+use crate::file::sets::NamedSets;
+use crate::file::sets::pins::masses as added;
 use crate::file::substance::first_key;
 use crate::file::tree::Source;
 use crate::mesh::{Mesh, MeshError, MeshOptions, edge_ends, is_solid, own_spacing, subdivided};
 use glam::DVec3;
-use msd_core::{Material, Scene};
+use msd_core::{Lattice, Material, Neighbours, Scene, Spring};
 use std::collections::BTreeMap;
 
 /// A scene file at a part of its spacing.
@@ -52,8 +56,8 @@ const MOST_TRIANGLES: u128 = 1 << 22;
 /// Halves the spacing of every body of a source so many times; `coarse` is the scene as it is.
 ///
 /// # Errors
-/// A body of particles and springs one by one; a pin inside a mesh; drag or a force on each
-/// particle of bodies of different dimensions; more than fits.
+/// A body of particles and springs one by one; a pin, a mass or a link inside a mesh; drag or a
+/// force on each particle of bodies of different dimensions; more than fits.
 pub(crate) fn refine(
     source: &Source<'_>,
     coarse: &Scene,
@@ -74,7 +78,10 @@ pub(crate) fn refine(
     let rows = SceneFile {
         world: world(source, (&file.world, coarse), &nestings, parts)?,
         bodies: bodies.collect(),
+        sets: Vec::new(),
         pins: pins(source, coarse, &nestings, halvings)?,
+        masses: masses(source, (&file, coarse), &nestings, parts)?,
+        links: links(source, coarse, &nestings, parts)?,
         ..file.clone()
     };
     let understood = understand_rows(source, rows.clone(), &|file| {
@@ -205,7 +212,7 @@ fn pins(
         let held: BTreeMap<usize, DVec3> =
             of_body.map(|pin| (pin.particle - body.particles.start, pin.velocity)).collect();
         let row = |velocity: DVec3| PinRow {
-            body: Some(number as u64),
+            body: Some(BodyKey::Number(number as u64)),
             velocity: Some(velocity.to_array()).filter(|_| velocity != DVec3::ZERO),
             ..PinRow::default()
         };
@@ -217,13 +224,8 @@ fn pins(
                 );
             }
             Nesting::Surface(mesh, _) => {
-                if let Some(inside) = held.keys().find(|&&vertex| mesh.positions.len() <= vertex) {
-                    let reason = format!(
-                        "hold particle {inside} of body {number}, which is inside the mesh: a \
-                         finer lattice has none at its place"
-                    );
-                    return Err(source.refuse(format_args!("pins"), reason));
-                }
+                let last = held.keys().next_back().map(|&last| (number, last));
+                last.map_or(Ok(()), |last| check_outside(source, "pins", mesh, last))?;
                 let held = held_in_surface(mesh, held, halvings);
                 let pin = |(vertex, pull)| PinRow { particle: Some(vertex as u64), ..row(pull) };
                 rows.extend(held.into_iter().map(pin));
@@ -231,6 +233,92 @@ fn pins(
         }
     }
     Ok(rows)
+}
+
+/// Refuses a particle of a body that is inside a mesh.
+fn check_outside(
+    source: &Source<'_>,
+    key: &str,
+    mesh: &Mesh,
+    (body, particle): (usize, usize),
+) -> Result<(), FileError> {
+    if particle < mesh.positions.len() {
+        return Ok(());
+    }
+    let reason = format!(
+        "hold particle {particle} of body {body}, which is inside the mesh: a finer lattice has \
+         none at its place"
+    );
+    Err(source.refuse(format_args!("{key}"), reason))
+}
+
+/// The particle of the finer scene that stands where one of the scene stood.
+fn end(
+    source: &Source<'_>,
+    (key, particle): (&str, usize),
+    coarse: &Scene,
+    (nestings, parts): (&[Nesting], u64),
+) -> Result<EndRow, FileError> {
+    let body = coarse.bodies.partition_point(|body| body.particles.end <= particle);
+    let number = particle - coarse.bodies[body].particles.start;
+    let row = EndRow { body: Some(BodyKey::Number(body as u64)), ..EndRow::default() };
+    match &nestings[body] {
+        Nesting::Lattice(size) => {
+            let [_, columns, stacks] = size.map(|length| length as usize);
+            let at = [number / stacks / columns, number / stacks % columns, number % stacks];
+            Ok(EndRow { at: Some(at.map(|step| step as u64 * parts)), ..row })
+        }
+        Nesting::Surface(mesh, _) => {
+            check_outside(source, key, mesh, (body, number))?;
+            Ok(EndRow { particle: Some(number as u64), ..row })
+        }
+    }
+}
+
+/// The masses of the finer scene: each stays where it was.
+fn masses(
+    source: &Source<'_>,
+    (file, coarse): (&SceneFile, &Scene),
+    nestings: &[Nesting],
+    parts: u64,
+) -> Result<Vec<MassRow>, FileError> {
+    let lattice = |nesting: &Nesting| match nesting {
+        Nesting::Lattice(size) => {
+            Lattice::new(size.map(|length| length as usize), Neighbours::All).ok()
+        }
+        Nesting::Surface(..) => None,
+    };
+    let lattices: Vec<Option<Lattice>> = nestings.iter().map(lattice).collect();
+    let sets = NamedSets::new(source, &file.sets, (coarse, &lattices))?;
+    let loads = added(&sets, &file.masses)?;
+    let row = |(particle, mass)| {
+        let end = end(source, ("masses", particle), coarse, (nestings, parts))?;
+        let EndRow { body, particle, at, set } = end;
+        Ok(MassRow { body, particle, at, set, mass })
+    };
+    loads.into_iter().map(row).collect()
+}
+
+/// The links of the finer scene: each joins what stands where its ends stood.
+fn links(
+    source: &Source<'_>,
+    coarse: &Scene,
+    nestings: &[Nesting],
+    parts: u64,
+) -> Result<Vec<LinkRow>, FileError> {
+    let own = coarse.bodies.last().map_or(0, |body| body.springs.end);
+    let row = |spring: &Spring| {
+        let end = |end| self::end(source, ("links", end), coarse, (nestings, parts));
+        Ok(LinkRow {
+            from: end(spring.ends[0])?,
+            to: end(spring.ends[1])?,
+            within: None,
+            rest_length: Some(spring.rest_length),
+            stiffness: Some(spring.stiffness),
+            damping: Some(spring.damping),
+        })
+    };
+    coarse.springs[own..].iter().map(row).collect()
 }
 
 /// Row, column, stack and velocity of the pins of a finer lattice: a particle between others is

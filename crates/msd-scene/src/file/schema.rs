@@ -12,6 +12,10 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+mod sets;
+
+pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, PinRow, SetRow, SphereRow};
+
 /// The version of the schema.
 pub const VERSION: u32 = 1;
 
@@ -33,9 +37,18 @@ pub struct SceneFile {
     /// The bodies, in the order of the state file.
     #[serde(default)]
     pub bodies: Vec<BodyRow>,
+    /// Named sets of particles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sets: Vec<SetRow>,
     /// The pins.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pins: Vec<PinRow>,
+    /// Masses put on particles.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub masses: Vec<MassRow>,
+    /// Springs between bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub links: Vec<LinkRow>,
 }
 
 /// How a scene is stepped.
@@ -485,25 +498,4 @@ pub struct SpringRow {
     /// Damping, newton seconds per metre. Default that of the body.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
-}
-
-/// One or several particles held by hand.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PinRow {
-    /// The body. Default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub body: Option<u64>,
-    /// The particle, counted in the body.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<u64>,
-    /// Row, column and stack of a particle of a lattice, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at: Option<[u64; 3]>,
-    /// Every n-th particle of the top row of a lattice, instead of `particle`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub every: Option<u64>,
-    /// Velocity it is moved with, metres per second. Default zero.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub velocity: Option<[f64; 3]>,
 }

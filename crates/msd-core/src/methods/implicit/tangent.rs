@@ -14,8 +14,8 @@ use glam::DVec3;
 ///
 /// For springs see [`SpringMatrix`]. Bends add their products, which depend on the stage by their
 /// damping alone; volumes add theirs without the turn of their gradients, touches theirs without
-/// what buckles. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant.
-/// User-defined elements supply their products.
+/// what buckles. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing at its largest
+/// force, which is taken as constant. User-defined elements supply their products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
     springs: SpringMatrix<R>,

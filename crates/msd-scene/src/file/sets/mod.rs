@@ -1,0 +1,357 @@
+//! Particles of bodies as rows choose them: one by its number or its place, every n-th of the top
+//! row, or a set; [`pins`] hold them and [`links`] join them.
+//!
+//! A lattice has sets by its shape, a mesh those of its surface; others are the particles inside a
+//! box or a sphere at the start.
+
+pub(crate) mod links;
+pub(crate) mod pins;
+
+use crate::error::{FileError, nearest, plain};
+use crate::file::schema::{BodyKey, EndRow, MassRow, PinRow, SetRow};
+use crate::file::tree::Source;
+use crate::shown::tame;
+use glam::DVec3;
+use msd_core::{Lattice, Scene};
+use std::collections::BTreeMap;
+
+/// How a row chooses particles; exactly one of its keys but `body` is given.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Choice<'r> {
+    body: Option<&'r BodyKey>,
+    particle: Option<u64>,
+    at: Option<[u64; 3]>,
+    every: Option<u64>,
+    set: Option<&'r str>,
+}
+
+impl<'r> From<&'r PinRow> for Choice<'r> {
+    fn from(row: &'r PinRow) -> Self {
+        let PinRow { particle, at, every, .. } = *row;
+        Choice { body: row.body.as_ref(), particle, at, every, set: row.set.as_deref() }
+    }
+}
+
+impl<'r> From<&'r MassRow> for Choice<'r> {
+    fn from(row: &'r MassRow) -> Self {
+        let MassRow { particle, at, .. } = *row;
+        Choice { body: row.body.as_ref(), particle, at, every: None, set: row.set.as_deref() }
+    }
+}
+
+impl<'r> From<&'r EndRow> for Choice<'r> {
+    fn from(row: &'r EndRow) -> Self {
+        let EndRow { particle, at, .. } = *row;
+        Choice { body: row.body.as_ref(), particle, at, every: None, set: row.set.as_deref() }
+    }
+}
+
+/// A side of a lattice: its name, the axis as (row, column, stack), whether it is the far end.
+type Side = (&'static str, usize, bool);
+
+/// The sides of a lattice before it is turned; rows run along y, columns along x, stacks along z.
+const SIDES: [Side; 6] = [
+    ("left", 1, false),
+    ("right", 1, true),
+    ("bottom", 0, false),
+    ("top", 0, true),
+    ("back", 2, false),
+    ("front", 2, true),
+];
+
+/// The names of sets that are no sides.
+const SHAPES: [&str; 6] = ["all", "first", "last", "corners", "edges", "surface"];
+
+/// A space that particles are in.
+#[derive(Clone, Copy)]
+enum Space {
+    /// A box: its middle, and half its sides.
+    Box(DVec3, DVec3),
+    /// A sphere: its middle and its radius.
+    Sphere(DVec3, f64),
+}
+
+impl Space {
+    fn holds(self, place: DVec3) -> bool {
+        // What is meant to lie on the surface is a few roundings off.
+        let wide = 1.0 + 1e-9;
+        match self {
+            Space::Box(middle, half) => (place - middle).abs().cmple(wide * half).all(),
+            Space::Sphere(middle, radius) => place.distance(middle) <= wide * radius,
+        }
+    }
+}
+
+/// The sets of a scene whose bodies are built.
+pub(crate) struct NamedSets<'s> {
+    pub(crate) source: &'s Source<'s>,
+    pub(crate) scene: &'s Scene,
+    lattices: &'s [Option<Lattice>],
+    /// Those of the author: the body of each, and where its particles are.
+    own: BTreeMap<&'s str, (usize, Space)>,
+}
+
+impl<'s> NamedSets<'s> {
+    /// Reads the rows of sets.
+    ///
+    /// # Errors
+    /// A name that is taken, a space without any or of no size, a set of no particle.
+    pub(crate) fn new(
+        source: &'s Source<'s>,
+        rows: &'s [SetRow],
+        (scene, lattices): (&'s Scene, &'s [Option<Lattice>]),
+    ) -> Result<Self, FileError> {
+        let mut sets = NamedSets { source, scene, lattices, own: BTreeMap::new() };
+        for (row, set) in rows.iter().enumerate() {
+            let key = format!("sets[{row}]");
+            let name = set.name.as_str();
+            if SHAPES.contains(&name) || SIDES.iter().any(|side| side.0 == name) {
+                let reason = format!("is `{name}`, which bodies have of their own: choose another");
+                return Err(source.refuse(format_args!("{key}.name"), reason));
+            }
+            if name.is_empty() || sets.own.contains_key(name) {
+                let expected = "a name that no other set has";
+                let value = format!("\"{}\"", tame(name));
+                return Err(source.out_of_domain(format_args!("{key}.name"), value, expected));
+            }
+            let body = sets.body(&key, set.body.as_ref())?;
+            let space = space(source, (&key, set), scene.world.extent)?;
+            let mut places = scene.particles[scene.bodies[body].particles.clone()].iter();
+            if !places.any(|particle| space.holds(particle.position)) {
+                let reason = format!("holds no particle of {}", sets.title(body));
+                return Err(source.refuse(format_args!("{key}"), reason + &sets.reach(body)));
+            }
+            sets.own.insert(name, (body, space));
+        }
+        Ok(sets)
+    }
+
+    /// The particles that the row at `key` means, ascending and never none.
+    ///
+    /// # Errors
+    /// Not exactly one choice; a body, a particle or a set that is not there.
+    pub(crate) fn particles(
+        &self,
+        key: &str,
+        choice: impl Into<Choice<'s>>,
+    ) -> Result<Vec<usize>, FileError> {
+        let choice: Choice<'_> = choice.into();
+        let source = self.source;
+        let own = choice.set.and_then(|name| self.own.get(name));
+        let body = match (choice.body, own) {
+            (None, Some(&(body, _))) => body,
+            (body, _) => self.body(key, body)?,
+        };
+        let range = self.scene.bodies[body].particles.clone();
+        let lattice = self.lattices[body].as_ref();
+        if (choice.at.is_some() || choice.every.is_some()) && lattice.is_none() {
+            let reason = format!("has the key `at` or `every`, but body {body} is no lattice");
+            return Err(source.refuse(format_args!("{key}"), reason));
+        }
+        let Choice { particle, at, every, set, .. } = choice;
+        let particles: Vec<usize> = match (particle, at, every, set, lattice) {
+            (Some(particle), None, None, None, _) => {
+                let key = format_args!("{key}.particle");
+                vec![source.index(key, particle, ("particle", range.len()))?]
+            }
+            (None, Some(at), None, None, Some(lattice)) => {
+                let mut place = [0; 3];
+                for (axis, name) in ["row", "column", "stack"].into_iter().enumerate() {
+                    let key = format_args!("{key}.at[{axis}]");
+                    place[axis] = source.index(key, at[axis], (name, lattice.size()[axis]))?;
+                }
+                vec![lattice.particle(place)]
+            }
+            (None, None, Some(every), None, Some(lattice)) => {
+                let every = source.count(format_args!("{key}.every"), every)?;
+                let every = usize::try_from(every).unwrap_or(usize::MAX);
+                let top = lattice.particle([lattice.size()[0] - 1, 0, 0]);
+                (top..lattice.particle_count()).step_by(every).collect()
+            }
+            (None, None, None, Some(name), _) => self.set(key, (body, name))?,
+            _ => {
+                let every = if key.starts_with("pins") { ", `every`" } else { "" };
+                let reason =
+                    format!("needs exactly one of the keys `particle`, `at`{every} and `set`");
+                return Err(source.refuse(format_args!("{key}"), reason));
+            }
+        };
+        Ok(particles.into_iter().map(|particle| range.start + particle).collect())
+    }
+
+    /// The number of a body.
+    fn body(&self, key: &str, body: Option<&BodyKey>) -> Result<usize, FileError> {
+        let (key, bodies) = (format_args!("{key}.body"), &self.scene.bodies);
+        let name = match body {
+            None => return Ok(0),
+            Some(&BodyKey::Number(number)) => {
+                return self.source.index(key, number, ("body", bodies.len()));
+            }
+            Some(BodyKey::Name(name)) => name,
+        };
+        let mut called = (0..bodies.len()).filter(|&body| bodies[body].name == *name);
+        let (value, names) = (format!("\"{}\"", tame(name)), bodies.iter().map(|body| &*body.name));
+        match (called.next(), called.next()) {
+            (Some(body), None) => Ok(body),
+            (Some(a), Some(b)) => {
+                let expected = format!("one name of one body: bodies {a} and {b} have this one");
+                Err(self.source.out_of_domain(key, value, expected))
+            }
+            (None, _) => {
+                let near = nearest(name, names).map(tame);
+                let hint = near.map(|near| format!(": did you mean `{near}`?"));
+                let expected =
+                    format!("the number or the name of a body{}", hint.unwrap_or_default());
+                Err(self.source.out_of_domain(key, value, expected))
+            }
+        }
+    }
+
+    /// The particles of a set, counted in its body.
+    fn set(&self, key: &str, (body, name): (usize, &str)) -> Result<Vec<usize>, FileError> {
+        let scene = self.scene;
+        let range = scene.bodies[body].particles.clone();
+        let refused = |expected: String| {
+            let value = format!("\"{}\"", tame(name));
+            self.source.out_of_domain(format_args!("{key}.set"), value, expected)
+        };
+        if let Some(&(of, space)) = self.own.get(name) {
+            if of != body {
+                let (it, other) = (self.title(body), self.title(of));
+                return Err(refused(format!("a set of {it}; this is one of {other}")));
+            }
+            let particles = scene.particles[range].iter().enumerate();
+            let inside = particles.filter(|(_, particle)| space.holds(particle.position));
+            return Ok(inside.map(|(number, _)| number).collect());
+        }
+        let known = self.known(body);
+        if !known.contains(&name) {
+            let own = self.own.iter().filter(|(_, set)| set.0 == body).map(|(&name, _)| name);
+            let it = self.title(body);
+            return Err(refused(match nearest(name, known.iter().copied().chain(own)) {
+                Some(near) => format!("a set of {it}: did you mean `{}`?", tame(near)),
+                None => format!("a set of {it}: {}, or one of [[sets]]", known.join(", ")),
+            }));
+        }
+        let count = range.len();
+        Ok(match (name, self.lattices[body].as_ref()) {
+            ("all", _) => (0..count).collect(),
+            ("first", _) => vec![0],
+            ("last", _) => vec![count - 1],
+            (_, Some(lattice)) => of_lattice(lattice, name),
+            (_, None) => self.of_surface(body, name),
+        })
+    }
+
+    /// The sets that a body has of its own.
+    fn known(&self, body: usize) -> Vec<&'static str> {
+        let mut known = vec!["all", "first", "last"];
+        let Some(lattice) = self.lattices[body].as_ref() else {
+            let surface = &self.scene.bodies[body].surface;
+            known.extend((!surface.triangles.is_empty()).then_some("surface"));
+            known.extend((surface.two_sided && !self.rim(body).is_empty()).then_some("edges"));
+            return known;
+        };
+        let long = |axis: usize| 1 < lattice.size()[axis];
+        known.push("corners");
+        let extent = (0..3).filter(|&axis| long(axis)).count();
+        known.extend((2 <= extent).then_some("edges"));
+        known.extend((3 <= extent).then_some("surface"));
+        known.extend(SIDES.iter().filter(|side| long(side.1)).map(|side| side.0));
+        known
+    }
+
+    /// The particles of the surface of a mesh, or those of its rim.
+    fn of_surface(&self, body: usize, name: &str) -> Vec<usize> {
+        let first = self.scene.bodies[body].particles.start;
+        let mut found = match name {
+            "edges" => self.rim(body),
+            _ => {
+                let corners = &self.scene.bodies[body].surface.corners;
+                corners.iter().map(|corner| corner.particle).collect()
+            }
+        };
+        found.sort_unstable();
+        found.dedup();
+        found.into_iter().map(|particle| particle as usize - first).collect()
+    }
+
+    /// The ends of the edges of a surface that belong to one triangle only.
+    fn rim(&self, body: usize) -> Vec<u32> {
+        let surface = &self.scene.bodies[body].surface;
+        let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
+        for triangle in &surface.triangles {
+            let [a, b, c] = triangle.map(|corner| surface.corners[corner as usize].particle);
+            for [a, b] in [[a, b], [b, c], [c, a]] {
+                *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
+            }
+        }
+        edges.into_iter().filter(|edge| edge.1 == 1).flat_map(|edge| edge.0).collect()
+    }
+
+    /// A body as a message calls it.
+    pub(crate) fn title(&self, body: usize) -> String {
+        format!("body {body}, `{}`", tame(&self.scene.bodies[body].name))
+    }
+
+    /// Where the particles of a body are, for a message.
+    fn reach(&self, body: usize) -> String {
+        let particles = &self.scene.particles[self.scene.bodies[body].particles.clone()];
+        let places = particles.iter().map(|particle| particle.position);
+        let Some(low) = places.clone().reduce(DVec3::min) else { return String::new() };
+        let high = places.fold(low, DVec3::max);
+        let words = |place: DVec3| place.to_array().map(|x| plain((x * 1e6).round() * 1e-6));
+        format!(", which lies from ({}) to ({})", words(low).join(", "), words(high).join(", "))
+    }
+}
+
+/// The particles of a set that lattices have by their shape.
+fn of_lattice(lattice: &Lattice, name: &str) -> Vec<usize> {
+    let size = lattice.size();
+    let side = SIDES.iter().find(|side| side.0 == name);
+    let long = size.iter().filter(|&&length| 1 < length).count();
+    // How many coordinates of a particle must be at an end.
+    let ends = match name {
+        "corners" => long,
+        "edges" => long - 1,
+        _ => 1,
+    };
+    let is_in = |&particle: &usize| {
+        let place = lattice.place(particle);
+        if let Some(&(_, axis, is_far)) = side {
+            return place[axis] == if is_far { size[axis] - 1 } else { 0 };
+        }
+        let is_end =
+            |axis: usize| 1 < size[axis] && (place[axis] == 0 || place[axis] == size[axis] - 1);
+        ends <= (0..3).filter(|&axis| is_end(axis)).count()
+    };
+    (0..lattice.particle_count()).filter(is_in).collect()
+}
+
+/// The space of the set at `key`.
+fn space(
+    source: &Source<'_>,
+    (key, set): (&str, &SetRow),
+    extent: f64,
+) -> Result<Space, FileError> {
+    match (set.cuboid, set.sphere) {
+        (Some(cuboid), None) => {
+            let position = format_args!("{key}.box.position");
+            let middle = source.position(position, cuboid.position, extent)?;
+            for (axis, &side) in cuboid.size.iter().enumerate() {
+                source.number(format_args!("{key}.box.size[{axis}]"), side)?;
+            }
+            Ok(Space::Box(middle, 0.5 * DVec3::from_array(cuboid.size)))
+        }
+        (None, Some(sphere)) => {
+            let position = format_args!("{key}.sphere.position");
+            let middle = source.position(position, sphere.position, extent)?;
+            let radius = source.number(format_args!("{key}.sphere.radius"), sphere.radius)?;
+            Ok(Space::Sphere(middle, radius))
+        }
+        _ => {
+            let reason = "needs exactly one of the keys `box` and `sphere`";
+            Err(source.refuse(format_args!("{key}"), reason))
+        }
+    }
+}
