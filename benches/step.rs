@@ -6,7 +6,8 @@
 //! `cargo bench --bench step` reports elements per second, where an element is one spring evaluated
 //! once: a substep of RK4 counts each spring four times. All run on one thread but what is named
 //! `2-threads`. The group `terms` shows that unused features add no cost, the group `substance`
-//! what a uniform material, bends and volumes cost beside alike springs.
+//! what a uniform material, bends and volumes cost beside alike springs, the group `touch` what a
+//! radius of particles does.
 //!
 //! Scenes of more than 100,000 springs take part where a filter names them (`-- cloth/316`), or all
 //! of them where the environment sets `MSD_LARGE`. `docs/performance.md` has the figures, by
@@ -17,7 +18,7 @@ mod baselines;
 use baselines::forces::{Forces, Incidence, Motion};
 use baselines::simple::Simple;
 use baselines::textbook::Textbook;
-use baselines::{terms, works};
+use baselines::{terms, touches, works};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group};
 use msd::core::{
@@ -201,6 +202,22 @@ fn bench_substances(criterion: &mut Criterion) {
     }
 }
 
+/// A cloth of 100 x 100 particles without and with a radius: flat, and as it lies crumpled over a
+/// ball. The radius should cost at most 15 % of the flat one.
+fn bench_touches(criterion: &mut Criterion) {
+    let settings = Settings { substeps: 12, ..settings(Integrator::SymplecticEuler) };
+    let mut group = criterion.benchmark_group("touch");
+    for name in ["flat/bare", "flat/touch", "crumpled/bare", "crumpled/touch"] {
+        let scene = touches::scene(name.starts_with("crumpled"), name.ends_with("touch"));
+        let mut simulation = Simulation::<f32>::new(&scene, settings).expect("a valid scene");
+        let falling = if name.starts_with("crumpled") { 90 } else { 0 };
+        (0..falling).for_each(|_| simulation.step().expect("stable"));
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| simulation.step().expect("stable"));
+        });
+    }
+}
+
 fn pool(threads: usize) -> ThreadPool {
     ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
 }
@@ -211,7 +228,7 @@ criterion_group! {
         .sample_size(20)
         .warm_up_time(Duration::from_millis(300))
         .measurement_time(Duration::from_secs(1));
-    targets = steps, bench_terms, bench_substances
+    targets = steps, bench_terms, bench_substances, bench_touches
 }
 
 fn main() {

@@ -330,7 +330,7 @@ fn a_column_bears_the_sum_of_its_weights_and_does_not_creep() {
         };
         let [half, whole] = [run(), run()];
         let creep = distance(&half, &whole);
-        // One pass over a column in which each bears the next makes it too soft, and slow to settle.
+        // One pass over a column in which each bears the next makes it too soft and slow.
         let most = if integrator == Integrator::Xpbd { [1e-5, 3e-3] } else { [1e-9; 2] };
         assert!(creep < most[0], "{integrator}: {creep} m in 30 s");
         let sagged = distance(&start, &whole);

@@ -291,7 +291,8 @@ impl<R: Real> Model<R> {
         self.volumes.tear(&torn);
     }
 
-    /// All elements but springs and touches: fields, bends, volumes, grabs, pushes and user-defined ones.
+    /// All elements but springs and touches: fields, bends, volumes, grabs, pushes and user-defined
+    /// ones.
     pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
         let Model { fields, bends, volumes, grabs, pushes, .. } = self;
         let built_in: [&dyn Element<R>; 5] = [fields, bends, volumes, grabs, pushes];
