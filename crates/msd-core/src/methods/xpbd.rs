@@ -104,7 +104,7 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
             set_vector(pulls, at, starts[particle] + ways[particle]);
         }
         let pairs = step.scratch.work.near.pairs(level, &model.touches, pulls);
-        model.touches.project(pairs, h, inverse_masses, (starts, ways));
+        model.touches.project((pairs, pulls), h, inverse_masses, (starts, ways));
     }
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {

@@ -372,16 +372,23 @@ impl<R: Real> Touches<R> {
     }
 
     /// Moves the particles of each pair, in order, as XPBD moves those of a spring: a touch is a
-    /// constraint of compliance 1/k, which only pushes, with friction along its surface.
+    /// constraint of compliance 1/k, which only pushes, with friction along its surface. Pairs take
+    /// part that touch at the positions given in a column, before any of them is moved.
     pub(crate) fn project(
         &self,
-        pairs: &[Pair],
+        (pairs, positions): (&[Pair], &[R]),
         h: R,
         inverse_masses: &[R],
         (starts, ways): (&[R::Vec3], &mut [R::Vec3]),
     ) {
         for pair in pairs {
             let Some(law) = &self.laws[pair.law as usize] else { continue };
+            let [from, to] = pair.at.map(|at| vector::<R>(positions, at as usize));
+            let before = to - from;
+            // Others may be in the list or not.
+            if law.reach * law.reach <= before.dot(before) {
+                continue;
+            }
             let [a, b] = pair.particles.map(|particle| particle as usize);
             let w = inverse_masses[a] + inverse_masses[b];
             let moved = ways[b] - ways[a];
