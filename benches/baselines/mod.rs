@@ -4,5 +4,4 @@ pub mod forces;
 pub mod simple;
 pub mod terms;
 pub mod textbook;
-pub mod touches;
 pub mod works;

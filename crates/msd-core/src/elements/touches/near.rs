@@ -228,7 +228,9 @@ impl<R: Real> Near<R> {
         let points = (0..touches.beads.len()).map(|bead| touches.point(positions, bead).to_f64());
         let Near { grid, cells, ends, neighbours, .. } = self;
         grid.fill(width, points);
-        (cells.clear(), ends.clear(), neighbours.clear());
+        cells.clear();
+        ends.clear();
+        neighbours.clear();
         for row in 0..grid.row_count() {
             let places = grid.points_of(row).iter().map(|&bead| touches.beads[bead as usize].at);
             cells.extend(places);
