@@ -81,7 +81,7 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
 
 /// Lets the first particles touch, in one row or two.
 fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<()> {
-    let cut = index(u, particles + 1)?;
+    let cut = index(u, particles + 1)?.min(particles);
     for particles in [0..cut, cut..particles] {
         let ignored = if u.ratio(1, 4)? { (0..scene.touches.len()).collect() } else { Vec::new() };
         scene.touches.push(Touch {

@@ -1,8 +1,8 @@
 //! Touches: particles with a radius, which push each other where they overlap.
 //!
-//! [`PairLaw`] is the push of a pair. A force is the sum over pairs in ascending order of their
+//! `PairLaw` is the push of a pair. A force is the sum over pairs in ascending order of their
 //! particles, and a pair that does not touch adds nothing at all: so its bits do not depend on
-//! which pairs were looked at. [`near`] lists those that may touch.
+//! which pairs were looked at. `near` lists those that may touch.
 
 pub(crate) mod near;
 
