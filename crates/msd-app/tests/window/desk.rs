@@ -186,7 +186,7 @@ impl Desk {
         let start = Instant::now();
         loop {
             let last = self.last();
-            // A report may be read before it is whole: that something is missing means nothing then.
+            // Read before it is whole: that something is missing means nothing then.
             if !last.is_null() && condition(&last) {
                 return last;
             }
