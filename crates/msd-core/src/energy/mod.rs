@@ -11,7 +11,7 @@ pub use moduli::Moduli;
 
 use crate::columns::{self, LANES, RECORD};
 use crate::elements::springs::law;
-use crate::elements::touches::near::Near;
+use crate::elements::touches::{self, near::Near};
 use crate::number::{Real, Vector};
 use crate::system::{Columns, Model};
 use core::ops::Range;
@@ -71,7 +71,7 @@ pub(crate) fn energy_and_rounding<R: Real>(
         total_stiffness += law.stiffness;
     }
     let touches = near.see(level, &model.touches, &state.positions, |pairs| {
-        model.touches.energy_and_pulls(pairs, &state.positions)
+        touches::energy_and_pulls(pairs, &state.positions)
     });
     let others =
         [model.bends.energy_and_pulls(&motion), model.volumes.energy_and_pulls(&motion), touches];

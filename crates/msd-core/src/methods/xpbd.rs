@@ -3,7 +3,7 @@
 use super::StepContext;
 use super::context::Way;
 use crate::columns::{Aligned, set_vector, vector};
-use crate::elements::column;
+use crate::elements::{column, touches};
 use crate::number::{Real, Vector};
 use crate::obstacles::Evaluated;
 use crate::system::Model;
@@ -104,7 +104,7 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
             set_vector(pulls, at, starts[particle] + ways[particle]);
         }
         let pairs = step.scratch.work.near.pairs(level, &model.touches, pulls);
-        model.touches.project((pairs, pulls), h, inverse_masses, (starts, ways));
+        touches::project((pairs, pulls), h, inverse_masses, (starts, ways));
     }
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {

@@ -8,7 +8,7 @@ use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::Springs;
 use crate::elements::touches::near::Near;
-use crate::elements::touches::{Touches, Touching};
+use crate::elements::touches::{self, Touches, Touching};
 use crate::elements::volumes::Volumes;
 use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
@@ -43,7 +43,7 @@ pub struct Model<R: Real> {
     pub(crate) springs: Springs<R>,
     pub(crate) bends: Bends<R>,
     pub(crate) volumes: Volumes<R>,
-    pub(crate) touches: Touches<R>,
+    pub(crate) touches: Touches,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
     /// User-defined elements, each with its handle.
@@ -168,7 +168,7 @@ impl<R: Real> Model<R> {
             return 0.0;
         }
         let pairs = near.pairs(level, &self.touches, motion.positions);
-        self.touches.add_pairs(pairs, motion, &self.inverse_mass_column, forces)
+        touches::add_forces(pairs, motion, &self.inverse_mass_column, forces)
     }
 
     /// Overwrites `to` with the derivatives of the pairs that touch.
@@ -182,7 +182,7 @@ impl<R: Real> Model<R> {
         to.clear();
         if !self.touches.is_empty() {
             let pairs = near.pairs(level, &self.touches, motion.positions);
-            self.touches.tangents(pairs, motion, &self.inverse_mass_column, to);
+            touches::tangents(pairs, motion, &self.inverse_mass_column, to);
         }
     }
 
@@ -382,7 +382,7 @@ impl<R: Real> Model<R> {
     }
 
     /// The touches.
-    pub fn touches(&self) -> &Touches<R> {
+    pub fn touches(&self) -> &Touches {
         &self.touches
     }
 
@@ -514,7 +514,7 @@ impl<R: Real> Model<R> {
             springs: self.springs.convert(),
             bends: self.bends.convert(&self.slots),
             volumes: self.volumes.convert(&self.slots),
-            touches: self.touches.convert(self.springs.ends(), &self.slots),
+            touches: self.touches.clone(),
             grabs: Grabs(self.grabs().iter().map(grab).collect()),
             pushes: Pushes(pushes.map(|&(particle, force)| (particle, vector(force))).collect()),
             own: self.own.clone(),

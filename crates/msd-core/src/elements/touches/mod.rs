@@ -17,15 +17,13 @@ use near::Pair;
 
 /// The touches of a model.
 #[derive(Clone, Debug)]
-pub struct Touches<R: Real> {
+pub struct Touches {
     /// As written, less particles that were removed.
     rows: Vec<Touch>,
     /// Pairs of particles that do not touch, beside those joined by springs, as written.
     exempt: Vec<[usize; 2]>,
     /// The particles with a radius, in order.
     beads: Vec<Bead>,
-    /// For each pair of rows, whichever comes first, its law.
-    laws: Vec<Option<PairLaw<R>>>,
     /// The beads of a higher number that each bead does not touch, in order, bead by bead.
     spared: Vec<u32>,
     /// Where those of each bead start, and where the last ones end.
@@ -125,6 +123,17 @@ impl<R: Real> PairLaw<R> {
     }
 }
 
+impl<R: Real> Pair<R> {
+    /// Its touch at a motion, in columns.
+    #[inline(always)]
+    fn closed(&self, [x, v]: [&[R]; 2], inverse_masses: &[R]) -> Option<Closed<R>> {
+        let at = self.at.map(|at| at as usize);
+        let masses = inverse_masses[at[0]] + inverse_masses[at[1]];
+        let motions = at.map(|at| [vector::<R>(x, at), vector::<R>(v, at)]);
+        self.law.close(motions, masses)
+    }
+}
+
 impl<R: Real> Closed<R> {
     /// The force on the second particle, newtons, and the power that is dissipated, watts.
     #[inline(always)]
@@ -134,7 +143,8 @@ impl<R: Real> Closed<R> {
         (force, lost + self.slip.dot(self.slip) * self.grip)
     }
 
-    fn tangent(&self, law: &PairLaw<R>, pair: &Pair) -> Touching {
+    fn tangent(&self, pair: &Pair<R>) -> Touching {
+        let law = &pair.law;
         let pushes = R::ZERO < self.push;
         let number = |value: R| if pushes { value.to_f64() } else { 0.0 };
         Touching {
@@ -189,7 +199,7 @@ impl Touching {
     }
 }
 
-impl<R: Real> Touches<R> {
+impl Touches {
     /// Makes columns of rows.
     pub(crate) fn new(
         rows: &[Touch],
@@ -201,7 +211,6 @@ impl<R: Real> Touches<R> {
             rows: rows.to_vec(),
             exempt: exempt.to_vec(),
             beads: Vec::new(),
-            laws: Vec::new(),
             spared: Vec::new(),
             spared_starts: Vec::new(),
         };
@@ -221,16 +230,16 @@ impl<R: Real> Touches<R> {
             self.beads.extend(touch.particles.iter().map(bead));
         }
         self.beads.sort_by_key(|bead| bead.particle);
-        self.laws = (0..self.rows.len() * self.rows.len())
-            .map(|at| self.law_of([at / self.rows.len(), at % self.rows.len()]))
-            .collect();
         self.spare(ends);
     }
 
-    fn law_of(&self, [a, b]: [usize; 2]) -> Option<PairLaw<R>> {
-        let [low, high] = [&self.rows[a.min(b)], &self.rows[a.max(b)]];
-        let meet = if a == b { low.itself } else { !high.ignored.contains(&a.min(b)) };
-        meet.then(|| PairLaw::new(low, high))
+    /// The law of two beads, the lower first; `None` where they do not touch, however close.
+    fn law_of<R: Real>(&self, a: usize, b: usize) -> Option<PairLaw<R>> {
+        let rows = [a, b].map(|bead| self.beads[bead].row as usize);
+        let (first, last) = (rows[0].min(rows[1]), rows[0].max(rows[1]));
+        let [low, high] = [first, last].map(|row| &self.rows[row]);
+        let meet = if first == last { low.itself } else { !high.ignored.contains(&first) };
+        (meet && !self.spares(a, b)).then(|| PairLaw::new(low, high))
     }
 
     /// Lists the pairs that springs join or that are exempt.
@@ -274,7 +283,7 @@ impl<R: Real> Touches<R> {
 
     /// Whether any pair may dissipate energy.
     pub(crate) fn is_damped(&self) -> bool {
-        self.laws.iter().flatten().any(|law| law.damping != R::ZERO || law.friction != R::ZERO)
+        self.rows.iter().any(|row| row.damping != 0.0 || row.friction != 0.0)
     }
 
     /// Takes away particles that were removed.
@@ -293,14 +302,19 @@ impl<R: Real> Touches<R> {
         self.order(ends, slots);
     }
 
-    /// The same touches in another precision.
-    pub(crate) fn convert<S: Real>(&self, ends: &[[u32; 2]], slots: &Slots) -> Touches<S> {
-        Touches::new(&self.rows, &self.exempt, ends, slots)
+    /// The smallest and the largest sum of two radii, metres.
+    fn reaches(&self) -> [f64; 2] {
+        let radii = self.rows.iter().map(|row| row.radius);
+        let (least, most) = radii.fold((f64::INFINITY, 0.0), |(least, most), radius| {
+            (f64::min(least, radius), f64::max(most, radius))
+        });
+        [2.0 * least, 2.0 * most]
     }
 
-    /// The largest sum of two radii, metres.
-    fn largest_reach(&self) -> f64 {
-        self.laws.iter().flatten().map(|law| law.reach.to_f64()).fold(0.0, f64::max)
+    /// The sum of the radii of two beads, metres.
+    fn reach_of(&self, a: usize, b: usize) -> f64 {
+        let [a, b] = [a, b].map(|bead| self.rows[self.beads[bead].row as usize].radius);
+        a + b
     }
 
     /// Whether two beads, the lower first, do not touch.
@@ -309,133 +323,115 @@ impl<R: Real> Touches<R> {
         self.spared[range].contains(&(b as u32))
     }
 
-    fn point(&self, positions: &[R], bead: usize) -> R::Vec3 {
+    fn point<R: Real>(&self, positions: &[R], bead: usize) -> R::Vec3 {
         vector::<R>(positions, self.beads[bead].at as usize)
     }
 
-    fn law_place(&self, a: usize, b: usize) -> usize {
-        self.beads[a].row as usize * self.rows.len() + self.beads[b].row as usize
+    fn points<'a, R: Real>(&'a self, positions: &'a [R]) -> impl Iterator<Item = DVec3> + 'a {
+        (0..self.beads.len()).map(|bead| self.point(positions, bead).to_f64())
     }
+}
 
-    /// The touch of a pair at a motion, in columns, and its law.
-    #[inline(always)]
-    fn closed(
-        &self,
-        pair: &Pair,
-        [x, v]: [&[R]; 2],
-        inverse_masses: &[R],
-    ) -> Option<(Closed<R>, &PairLaw<R>)> {
-        let law = self.laws[pair.law as usize].as_ref()?;
-        let at = pair.at.map(|at| at as usize);
-        let masses = inverse_masses[at[0]] + inverse_masses[at[1]];
-        let motions = at.map(|at| [vector::<R>(x, at), vector::<R>(v, at)]);
-        law.close(motions, masses).map(|closed| (closed, law))
+/// Adds the forces of pairs in columns, newtons, and returns the power that they dissipate,
+/// watts.
+pub(crate) fn add_forces<R: Real>(
+    pairs: &[Pair<R>],
+    motion: &Motion<'_, R>,
+    inverse_masses: &[R],
+    forces: &mut [R],
+) -> f64 {
+    let Motion { positions, velocities, .. } = *motion;
+    let mut power = 0.0;
+    for pair in pairs {
+        let closed = pair.closed([positions, velocities], inverse_masses);
+        let Some(closed) = closed else { continue };
+        let (force, taken) = closed.pull(&pair.law);
+        let [a, b] = pair.at.map(|at| at as usize);
+        set_vector(forces, a, vector::<R>(forces, a) - force);
+        set_vector(forces, b, vector::<R>(forces, b) + force);
+        power += taken.to_f64();
     }
+    power
+}
 
-    /// Adds the forces of pairs in columns, newtons, and returns the power that they dissipate,
-    /// watts.
-    pub(crate) fn add_pairs(
-        &self,
-        pairs: &[Pair],
-        motion: &Motion<'_, R>,
-        inverse_masses: &[R],
-        forces: &mut [R],
-    ) -> f64 {
-        let Motion { positions, velocities, .. } = *motion;
-        let mut power = 0.0;
-        for pair in pairs {
-            let closed = self.closed(pair, [positions, velocities], inverse_masses);
-            let Some((closed, law)) = closed else { continue };
-            let (force, taken) = closed.pull(law);
-            let [a, b] = pair.at.map(|at| at as usize);
-            set_vector(forces, a, vector::<R>(forces, a) - force);
-            set_vector(forces, b, vector::<R>(forces, b) + force);
-            power += taken.to_f64();
+/// The derivatives of the pairs that touch.
+pub(crate) fn tangents<R: Real>(
+    pairs: &[Pair<R>],
+    motion: &Motion<'_, R>,
+    inverse_masses: &[R],
+    to: &mut Vec<Touching>,
+) {
+    let Motion { positions, velocities, .. } = *motion;
+    to.clear();
+    to.extend(pairs.iter().filter_map(|pair| {
+        let closed = pair.closed([positions, velocities], inverse_masses);
+        closed.map(|closed| closed.tangent(pair))
+    }));
+}
+
+/// Moves the particles of each pair, in order, as XPBD moves those of a spring: a touch is a
+/// constraint of compliance 1/k, which only pushes, with friction along its surface. Pairs take
+/// part that touch at the positions given in a column, before any of them is moved.
+pub(crate) fn project<R: Real>(
+    (pairs, positions): (&[Pair<R>], &[R]),
+    h: R,
+    inverse_masses: &[R],
+    (starts, ways): (&[R::Vec3], &mut [R::Vec3]),
+) {
+    for pair in pairs {
+        let law = &pair.law;
+        let [from, to] = pair.at.map(|at| vector::<R>(positions, at as usize));
+        let before = to - from;
+        // Others may be in the list or not.
+        if law.reach * law.reach <= before.dot(before) {
+            continue;
         }
-        power
-    }
-
-    /// The derivatives of the pairs that touch.
-    pub(crate) fn tangents(
-        &self,
-        pairs: &[Pair],
-        motion: &Motion<'_, R>,
-        inverse_masses: &[R],
-        to: &mut Vec<Touching>,
-    ) {
-        let Motion { positions, velocities, .. } = *motion;
-        to.clear();
-        to.extend(pairs.iter().filter_map(|pair| {
-            let closed = self.closed(pair, [positions, velocities], inverse_masses);
-            closed.map(|(closed, law)| closed.tangent(law, pair))
-        }));
-    }
-
-    /// Moves the particles of each pair, in order, as XPBD moves those of a spring: a touch is a
-    /// constraint of compliance 1/k, which only pushes, with friction along its surface. Pairs take
-    /// part that touch at the positions given in a column, before any of them is moved.
-    pub(crate) fn project(
-        &self,
-        (pairs, positions): (&[Pair], &[R]),
-        h: R,
-        inverse_masses: &[R],
-        (starts, ways): (&[R::Vec3], &mut [R::Vec3]),
-    ) {
-        for pair in pairs {
-            let Some(law) = &self.laws[pair.law as usize] else { continue };
-            let [from, to] = pair.at.map(|at| vector::<R>(positions, at as usize));
-            let before = to - from;
-            // Others may be in the list or not.
-            if law.reach * law.reach <= before.dot(before) {
-                continue;
-            }
-            let [a, b] = pair.particles.map(|particle| particle as usize);
-            let w = inverse_masses[a] + inverse_masses[b];
-            let moved = ways[b] - ways[a];
-            let apart = (starts[b] - starts[a]) + moved;
-            let square = apart.dot(apart);
-            let touches = R::SHORTEST_SQUARED <= square && square < law.reach * law.reach;
-            if !touches || w == R::ZERO {
-                continue;
-            }
-            let distance = square.sqrt();
-            let normal = apart * (R::ONE / distance);
-            let [stiff, damp] = [law.stiffness * h * h, law.damping * h];
-            let along = normal.dot(moved);
-            let yielding = R::ONE + (stiff + damp) * w;
-            let asked = stiff * (law.reach - distance) - damp * along;
-            let push = R::max(asked / yielding, R::ZERO);
-            let slip = moved - normal * along;
-            let mut drag = R::ZERO;
-            if law.friction != R::ZERO {
-                let grip = (law.stiffness / w).sqrt() * h;
-                drag = grip / (R::ONE + grip * w);
-                let (length, most) = (slip.dot(slip).sqrt(), push * law.friction);
-                if most < drag * length {
-                    drag = most / length;
-                }
-            }
-            let pull = normal * push - slip * drag;
-            ways[a] -= pull * inverse_masses[a];
-            ways[b] += pull * inverse_masses[b];
+        let [a, b] = pair.particles.map(|particle| particle as usize);
+        let w = inverse_masses[a] + inverse_masses[b];
+        let moved = ways[b] - ways[a];
+        let apart = (starts[b] - starts[a]) + moved;
+        let square = apart.dot(apart);
+        let touches = R::SHORTEST_SQUARED <= square && square < law.reach * law.reach;
+        if !touches || w == R::ZERO {
+            continue;
         }
-    }
-
-    /// The energy of pairs, joules; the sums of k δ and of k, by which rounding changes it.
-    pub(crate) fn energy_and_pulls(&self, pairs: &[Pair], positions: &[R]) -> [f64; 3] {
-        let mut sums = [0.0; 3];
-        for pair in pairs {
-            let Some(law) = &self.laws[pair.law as usize] else { continue };
-            let [a, b] = pair.at.map(|at| vector::<R>(positions, at as usize).to_f64());
-            let apart = b - a;
-            let overlap = law.reach.to_f64() - Real::sqrt(apart.dot(apart));
-            if 0.0 < overlap {
-                let stiffness = law.stiffness.to_f64();
-                sums[0] += 0.5 * stiffness * overlap * overlap;
-                sums[1] += stiffness * overlap;
-                sums[2] += stiffness;
+        let distance = square.sqrt();
+        let normal = apart * (R::ONE / distance);
+        let [stiff, damp] = [law.stiffness * h * h, law.damping * h];
+        let along = normal.dot(moved);
+        let yielding = R::ONE + (stiff + damp) * w;
+        let asked = stiff * (law.reach - distance) - damp * along;
+        let push = R::max(asked / yielding, R::ZERO);
+        let slip = moved - normal * along;
+        let mut drag = R::ZERO;
+        if law.friction != R::ZERO {
+            let grip = (law.stiffness / w).sqrt() * h;
+            drag = grip / (R::ONE + grip * w);
+            let (length, most) = (slip.dot(slip).sqrt(), push * law.friction);
+            if most < drag * length {
+                drag = most / length;
             }
         }
-        sums
+        let pull = normal * push - slip * drag;
+        ways[a] -= pull * inverse_masses[a];
+        ways[b] += pull * inverse_masses[b];
     }
+}
+
+/// The energy of pairs, joules; the sums of k δ and of k, by which rounding changes it.
+pub(crate) fn energy_and_pulls<R: Real>(pairs: &[Pair<R>], positions: &[R]) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for pair in pairs {
+        let law = &pair.law;
+        let [a, b] = pair.at.map(|at| vector::<R>(positions, at as usize).to_f64());
+        let apart = b - a;
+        let overlap = law.reach.to_f64() - Real::sqrt(apart.dot(apart));
+        if 0.0 < overlap {
+            let stiffness = law.stiffness.to_f64();
+            sums[0] += 0.5 * stiffness * overlap * overlap;
+            sums[1] += stiffness * overlap;
+            sums[2] += stiffness;
+        }
+    }
+    sums
 }

@@ -5,7 +5,7 @@
 //! wears it out by nothing: the box around all displacements is looked at first, and where that is
 //! too long, those around the displacements in cells that touch.
 
-use super::Touches;
+use super::{PairLaw, Touches};
 use crate::columns::{LANES, RECORD, vector};
 use crate::error::Error;
 use crate::grid::Grid;
@@ -17,18 +17,17 @@ use fearless_simd::Level;
 
 /// A pair that may touch.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pair {
+pub(crate) struct Pair<R: Real> {
     pub(crate) particles: [u32; 2],
     /// Where the numbers of both are in a column of vectors.
     pub(crate) at: [u32; 2],
-    /// The place of its law.
-    pub(crate) law: u32,
+    pub(super) law: PairLaw<R>,
 }
 
 /// The list and what it is made with. Empty where nothing has a radius.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Near<R: Real> {
-    pairs: Vec<Pair>,
+    pairs: Vec<Pair<R>>,
     /// The positions at which it was made; empty where there is no list.
     from: Vec<R>,
     /// How much closer than when it was made pairs may be, metres.
@@ -110,7 +109,7 @@ impl<R: Real> Near<R> {
     }
 
     /// The pairs that may touch at these positions.
-    pub(crate) fn pairs(&mut self, level: Level, touches: &Touches<R>, positions: &[R]) -> &[Pair] {
+    pub(crate) fn pairs(&mut self, level: Level, touches: &Touches, positions: &[R]) -> &[Pair<R>] {
         if !self.holds(level, positions) && !self.serves_on(positions) {
             self.list(touches, positions);
         }
@@ -121,9 +120,9 @@ impl<R: Real> Near<R> {
     pub(crate) fn see<T>(
         &self,
         level: Level,
-        touches: &Touches<R>,
+        touches: &Touches,
         positions: &[R],
-        see: impl FnOnce(&[Pair]) -> T,
+        see: impl FnOnce(&[Pair<R>]) -> T,
     ) -> T {
         match touches.is_empty() || self.holds(level, positions) {
             true => see(&self.pairs),
@@ -135,10 +134,11 @@ impl<R: Real> Near<R> {
     ///
     /// # Errors
     /// [`Error::TooLarge`].
-    pub(crate) fn check(touches: &Touches<R>, positions: &[R]) -> Result<(), Error> {
+    pub(crate) fn check(touches: &Touches, positions: &[R]) -> Result<(), Error> {
         let mut near = Near::default();
         near.fill(touches, positions);
-        let (reach, mut count) = (R::of(touches.largest_reach()), 0);
+        let ([_, reach], mut count) = (touches.reaches(), 0);
+        let reach = R::of(reach);
         near.grid.each_pair(|a, b| {
             let apart = touches.point(positions, b) - touches.point(positions, a);
             count += usize::from(apart.dot(apart) < reach * reach);
@@ -181,8 +181,8 @@ impl<R: Real> Near<R> {
         self.worn <= WORN * self.skin
     }
 
-    fn list(&mut self, touches: &Touches<R>, positions: &[R]) {
-        let reach = touches.largest_reach();
+    fn list(&mut self, touches: &Touches, positions: &[R]) {
+        let [_, reach] = touches.reaches();
         self.skin = (SKIN * reach).max(2.0 * self.stride).min(LARGEST_SKIN * reach);
         self.worn = 0.0;
         for column in [&mut self.from, &mut self.since] {
@@ -195,19 +195,16 @@ impl<R: Real> Near<R> {
         self.find_cells(touches, positions);
         self.fill(touches, positions);
         let Near { pairs, grid, skin, .. } = self;
-        let skin = R::of(*skin);
         pairs.clear();
         let never: Result<(), Infallible> = grid.each_pair(|a, b| {
             let apart = touches.point(positions, b) - touches.point(positions, a);
-            let law = touches.law_place(a, b);
-            let most = touches.laws[law].map_or(R::ZERO, |law| law.reach + skin);
-            if apart.dot(apart) < most * most && !touches.spares(a, b) {
+            let most = R::of(touches.reach_of(a, b) + *skin);
+            if apart.dot(apart) < most * most
+                && let Some(law) = touches.law_of(a, b)
+            {
                 let both = [a, b].map(|bead| touches.beads[bead]);
-                pairs.push(Pair {
-                    particles: both.map(|bead| bead.particle),
-                    at: both.map(|bead| bead.at),
-                    law: law as u32,
-                });
+                let (particles, at) = (both.map(|bead| bead.particle), both.map(|bead| bead.at));
+                pairs.push(Pair { particles, at, law });
             }
             Ok(())
         });
@@ -216,18 +213,16 @@ impl<R: Real> Near<R> {
     }
 
     /// Puts all beads into cells as wide as pairs of the list are long.
-    fn fill(&mut self, touches: &Touches<R>, positions: &[R]) {
-        let width = touches.largest_reach() + self.skin;
-        let points = (0..touches.beads.len()).map(|bead| touches.point(positions, bead).to_f64());
-        self.grid.fill(width, points);
+    fn fill(&mut self, touches: &Touches, positions: &[R]) {
+        let [_, reach] = touches.reaches();
+        self.grid.fill(reach + self.skin, touches.points(positions));
     }
 
     /// Puts all beads into wider cells, whose displacements are looked at together.
-    fn find_cells(&mut self, touches: &Touches<R>, positions: &[R]) {
-        let width = WIDTH * (touches.largest_reach() + self.skin);
-        let points = (0..touches.beads.len()).map(|bead| touches.point(positions, bead).to_f64());
-        let Near { grid, cells, ends, neighbours, .. } = self;
-        grid.fill(width, points);
+    fn find_cells(&mut self, touches: &Touches, positions: &[R]) {
+        let [_, reach] = touches.reaches();
+        let Near { grid, cells, ends, neighbours, skin, .. } = self;
+        grid.fill(WIDTH * (reach + *skin), touches.points(positions));
         cells.clear();
         ends.clear();
         neighbours.clear();
@@ -246,7 +241,7 @@ impl<R: Real> Near<R> {
     pub(crate) fn count_passes(
         &mut self,
         level: Level,
-        touches: &Touches<R>,
+        touches: &Touches,
         [positions, velocities]: [&[R]; 2],
         h: f64,
     ) -> u64 {
@@ -255,11 +250,11 @@ impl<R: Real> Near<R> {
         }
         let fast = at_level!(level, _simd => spread(&self.records, velocities)).to_f64();
         self.stride = h * Real::sqrt(fast);
-        let least = touches.laws.iter().flatten().map(|law| law.reach.to_f64());
-        if self.stride <= least.fold(f64::INFINITY, f64::min) {
+        let [least, most] = touches.reaches();
+        if self.stride <= least {
             return 0;
         }
-        if LARGEST_SKIN * touches.largest_reach() < self.stride {
+        if LARGEST_SKIN * most < self.stride {
             // Too many to look at each: something may have.
             return 1;
         }
@@ -270,9 +265,7 @@ impl<R: Real> Near<R> {
             let [a, b] = pair.at.map(|at| at as usize);
             let apart = (vector::<R>(positions, b) - vector::<R>(positions, a)).to_f64();
             let way = (vector::<R>(velocities, b) - vector::<R>(velocities, a)).to_f64() * h;
-            let law = touches.laws[pair.law as usize].as_ref();
-            let reach = law.map_or(f64::INFINITY, |law| law.reach.to_f64());
-            passes(apart, way, reach)
+            passes(apart, way, pair.law.reach.to_f64())
         });
         passes.count() as u64
     }
@@ -291,7 +284,7 @@ fn passes(apart: glam::DVec3, way: glam::DVec3, reach: f64) -> bool {
 }
 
 /// The records with beads in them.
-fn records<R: Real>(touches: &Touches<R>) -> Vec<Record> {
+fn records(touches: &Touches) -> Vec<Record> {
     let mut at: Vec<u32> = touches.beads.iter().map(|bead| bead.at).collect();
     at.sort_unstable();
     let mut records: Vec<Record> = Vec::new();
