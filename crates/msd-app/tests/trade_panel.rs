@@ -326,6 +326,28 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     let fast = error(&harness);
     assert!(fast.0 < accurate.0 && accurate.1 < fast.1, "{fast:?} {accurate:?}");
     assert!(harness.query_by_label_contains("changed: ").is_some());
+    // One drag along it is one edit, were there a frame in two seconds only.
+    let edits = |harness: &Harness<'_, Viewer>| {
+        let session = &harness.state().session;
+        [session.undoes(), session.redoes()].map(|deed| deed.map(Deed::words))
+    };
+    let (start, setting) = (error(&harness), Some("the trade's setting"));
+    harness.hover_at(slider.left_center() + Vec2::new(6.0, 0.0));
+    harness.run_steps(1);
+    harness.drag_at(slider.left_center() + Vec2::new(6.0, 0.0));
+    for part in [0.2, 0.4, 0.6, 0.8, 0.95] {
+        harness.hover_at(slider.left_center() + Vec2::new(part * slider.width(), 0.0));
+        harness.state_mut().session.advance(2.0, &|| 0.0);
+        harness.run_steps(1);
+    }
+    harness.drop_at(slider.left_center() + Vec2::new(0.95 * slider.width(), 0.0));
+    harness.state_mut().session.advance(2.0, &|| 0.0);
+    harness.run_steps(2);
+    assert!(error(&harness).1 < start.1);
+    assert_eq!(edits(&harness), [setting, None]);
+    harness.state_mut().session.undo();
+    assert_eq!((error(&harness), edits(&harness)), (start, [setting; 2]));
+    harness.state_mut().session.redo();
     // A field that is changed begins a search, which says how far it is.
     harness.get_by_role_and_label(Role::SpinButton, "within").increment_accesskit();
     harness.run_steps(3);

@@ -1,5 +1,6 @@
 //! Material and world: what the user has set, and what the sliders show.
 
+use super::touching::touch_as;
 use super::{Deed, Session};
 use glam::DVec3;
 use msd_core::{Friction, Interaction, MaterialNumber, Model, Real, Scene, Select, Vector};
@@ -323,6 +324,10 @@ impl Session {
     pub fn reset_material(&mut self) {
         self.material.forget(&self.loaded.made);
         self.wind = None;
+        let Scene { touches, exempt, .. } = &self.loaded.scene;
+        let (touches, exempt) = (touches.clone(), exempt.clone());
+        let reset = self.change(|runner| touch_as(runner, (&touches, &exempt)));
+        self.refuse(reset);
         self.restart();
     }
 }
@@ -398,7 +403,7 @@ pub struct MixedValue {
 }
 
 impl MixedValue {
-    fn of(mut values: impl Iterator<Item = f64>) -> Option<Self> {
+    pub(super) fn of(mut values: impl Iterator<Item = f64>) -> Option<Self> {
         let first = values.next()?;
         Some(MixedValue { first, mixed: values.any(|value| value != first) })
     }
