@@ -1,5 +1,5 @@
-//! How bodies touch, set in the window: on and off, radius, stiffness, friction; and what is told of
-//! particles and surfaces that passed through each other.
+//! Settings of touching in the window, and what is told of particles and surfaces that pass through
+//! each other.
 
 #[path = "common/frames.rs"]
 mod frames;

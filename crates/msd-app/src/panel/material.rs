@@ -42,7 +42,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         }
         touch(ui, viewer);
     });
-    touching(ui, viewer);
+    touching(ui, &mut viewer.session);
     heading(ui, "World");
     world(ui, &mut viewer.session);
     wind(ui, viewer);
@@ -171,22 +171,17 @@ fn touch(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
 }
 
 /// How those of the selected bodies that touch do.
-fn touching(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
+fn touching(ui: &mut Ui, session: &mut Session) {
     let Some(now) = session.touch_values() else { return };
-    let TouchValues { radius, stiffness, friction, .. } = now;
-    let mut edits = Vec::new();
-    let numbers: [(&str, &str, _, _, _, fn(f64) -> TouchEdit); 3] = [
-        ("Radius", "m", radius, 1e-4..=1.0, 1e-4, TouchEdit::Radius),
-        ("Push", STIFFNESS, stiffness, 0.1..=1e6, 0.1, TouchEdit::Stiffness),
-        ("Grip", "", friction, 0.0..=2.0, 0.0, TouchEdit::Friction),
-    ];
-    for (label, unit, value, range, least, edit) in numbers {
-        let Some(value) = value else { continue };
-        let (set, rect) = change(ui, (label, unit), value, range, least);
-        landmarks.insert(label, rect);
-        edits.extend(set.map(edit));
-    }
-    edits.into_iter().for_each(|edit| session.edit_touch(edit));
+    let TouchValues { radius: Some(radius), stiffness: Some(stiffness), friction, .. } = now else {
+        return;
+    };
+    let (radius, _) = change(ui, ("Radius", "m"), radius, 1e-4..=1.0, 1e-4);
+    let (stiffness, _) = change(ui, ("Push", STIFFNESS), stiffness, 0.1..=1e6, 0.1);
+    let friction = friction.and_then(|now| change(ui, ("Grip", ""), now, 0.0..=2.0, 0.0).0);
+    let edits = radius.map(TouchEdit::Radius).into_iter();
+    let edits = edits.chain(stiffness.map(TouchEdit::Stiffness));
+    edits.chain(friction.map(TouchEdit::Friction)).for_each(|edit| session.edit_touch(edit));
 }
 
 /// Chooses a material by name, with its source; returns where that is.

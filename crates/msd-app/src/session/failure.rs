@@ -2,7 +2,7 @@
 
 use super::run::{Reading, Run, bound, open};
 use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
-use super::touching::{touch_as, touches_of};
+use super::touches::{touch_as, touches_of};
 use super::{Session, Wind};
 use msd_core::{Divergence, Error, Interaction, Scene, Vector};
 use msd_run::rescue::{LASTING, Offer, Origin, Remedy, Rescue};

@@ -1,6 +1,5 @@
 //! Material and world: what the user has set, and what the sliders show.
 
-use super::touching::touch_as;
 use super::{Deed, Session};
 use glam::DVec3;
 use msd_core::{Friction, Interaction, MaterialNumber, Model, Real, Scene, Select, Vector};
@@ -324,10 +323,7 @@ impl Session {
     pub fn reset_material(&mut self) {
         self.material.forget(&self.loaded.made);
         self.wind = None;
-        let Scene { touches, exempt, .. } = &self.loaded.scene;
-        let (touches, exempt) = (touches.clone(), exempt.clone());
-        let reset = self.change(|runner| touch_as(runner, (&touches, &exempt)));
-        self.refuse(reset);
+        self.reset_touches();
         self.restart();
     }
 }

@@ -11,9 +11,8 @@ mod trace;
 mod energy;
 mod stability_light;
 mod live_error;
-mod touched;
 mod material;
-mod touching;
+mod touches;
 mod solver;
 mod hands;
 mod recording;
@@ -33,7 +32,7 @@ pub use past::{Deed, Mark, MarkKind};
 pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
 pub use throttle::Throttle;
-pub use touching::{TouchEdit, TouchValues, touch_rows, touches_of};
+pub use touches::{TouchEdit, TouchValues, touch_rows, touches_of};
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 pub use trade::{
     FormerTerms, Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of,
@@ -61,7 +60,7 @@ use past::{Timeline, Undo};
 use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
-use touched::CrossingCount;
+use touches::CrossingCount;
 
 /// The most that is done at once and recorded one by one: the springs of a body of a material have
 /// their values in thousands of runs of rows, and the run as it is then is no longer than they are.

@@ -1,10 +1,10 @@
-//! What is known of particles that touch: pairs that may have passed through each other, and
-//! triangles of surfaces that cross, which are counted at a bounded rate.
+//! Pairs of particles that may have passed through each other, and triangles of surfaces that
+//! cross, counted at a bounded rate.
 
-use super::Session;
-use super::clock::Frame;
-use super::run::{Reading, Run};
-use super::throttle::Throttle;
+use crate::session::Session;
+use crate::session::clock::Frame;
+use crate::session::run::{Reading, Run};
+use crate::session::throttle::Throttle;
 use msd_run::on;
 
 /// The shortest time between two counts of a run that goes on, seconds.
@@ -22,7 +22,12 @@ pub struct CrossingCount {
 
 impl CrossingCount {
     /// Lets a frame pass, and counts again if it is time to.
-    pub(super) fn refresh(&mut self, run: &Run, frame: Frame, stopwatch: &impl Fn() -> f64) {
+    pub(in crate::session) fn refresh(
+        &mut self,
+        run: &Run,
+        frame: Frame,
+        stopwatch: &impl Fn() -> f64,
+    ) {
         let has_touches = on!(run.runner(), simulation => !simulation.model().touches().is_empty());
         if !has_touches {
             return;

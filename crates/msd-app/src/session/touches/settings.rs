@@ -1,9 +1,9 @@
-//! How bodies touch: radius, stiffness and friction of their particles, and whether they do.
+//! Settings of touching: whether bodies do, and radius, stiffness and friction of their particles.
 //!
 //! What holds is in the run alone. It is set anew as a whole, for the pairs that do not touch follow
 //! from radii and from where the particles are at rest.
 
-use super::{Deed, MixedValue, Session};
+use crate::session::{Deed, MixedValue, Session};
 use msd_core::{Body, Error, Scene, Select, Touch};
 use msd_run::{Runner, on};
 use msd_scene::default_touch;
@@ -79,7 +79,7 @@ pub fn touches_of(runner: &Runner) -> (&[Touch], &[[usize; 2]]) {
 }
 
 /// Lets a run touch as another does, or a scene.
-pub(super) fn touch_as(
+pub(in crate::session) fn touch_as(
     runner: &mut Runner,
     (rows, exempt): (&[Touch], &[[usize; 2]]),
 ) -> Result<(), Error> {
@@ -110,6 +110,14 @@ impl Session {
     pub fn is_touch_edited(&self) -> bool {
         let Scene { touches, exempt, .. } = &self.loaded().scene;
         touches_of(self.runner()) != (&**touches, &**exempt)
+    }
+
+    /// Lets bodies touch as in the scene that was loaded.
+    pub(in crate::session) fn reset_touches(&mut self) {
+        let Scene { touches, exempt, .. } = &self.loaded.scene;
+        let (touches, exempt) = (touches.clone(), exempt.clone());
+        let reset = self.change(|runner| touch_as(runner, (&touches, &exempt)));
+        self.refuse(reset);
     }
 
     /// Sets how the selected bodies touch each other and themselves.
