@@ -455,13 +455,6 @@ impl Session {
         }
     }
 
-    /// Begins or ends to estimate the error; while it is off nothing is copied.
-    pub fn set_estimating(&mut self, on: bool) {
-        if on != self.live_error.is_some() {
-            self.live_error = on.then(LiveErrorMeter::default);
-        }
-    }
-
     /// Shows an error on the status line, if there is one.
     pub fn refuse<E: Display>(&mut self, result: Result<(), E>) {
         if let Err(error) = result {

@@ -1,6 +1,6 @@
 //! Settings of touching: whether bodies do, and radius, stiffness and friction of their particles.
 //!
-//! What holds is in the run alone. It is set anew as a whole, for the pairs that do not touch follow
+//! What holds is in the run alone. It is set anew as a whole, as the pairs that do not touch follow
 //! from radii and from where the particles are at rest.
 
 use crate::session::{Deed, MixedValue, Session};
