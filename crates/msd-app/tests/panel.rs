@@ -8,8 +8,9 @@ use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use frames::frame;
-use msd_app::panel::theme;
-use msd_app::session::{MaterialEdit, Tuning};
+use msd_app::input::read_pointer;
+use msd_app::panel::{self, theme};
+use msd_app::session::{Deed, MaterialEdit, Solver, Tuning};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
 use msd_run::on;
@@ -53,6 +54,61 @@ fn drag(harness: &mut Harness<'_, Viewer>, from: egui::Pos2, to: egui::Pos2) {
     harness.run_steps(1);
     harness.drop_at(to);
     harness.run_steps(2);
+}
+
+/// A frame of a machine that draws less than one in a second.
+fn slow_frame(ui: &mut egui::Ui, viewer: &mut Viewer) {
+    read_pointer(ui.ctx(), viewer);
+    viewer.session.advance(1.5, &|| 0.0);
+    panel::show(ui, viewer);
+}
+
+#[test]
+fn what_is_edited_from_a_press_to_its_release_is_one_edit_however_few_frames_there_are() {
+    let loaded = msd_scene::open("jelly").expect("a built-in scene");
+    let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+    viewer.session.toggle_pause();
+    let builder = Harness::builder().with_size(Vec2::new(1280.0, 1600.0));
+    let mut harness = builder.build_ui_state(slow_frame, viewer);
+    theme::apply(&harness.ctx);
+    harness.run_steps(3);
+    let set = |harness: &Harness<'_, Viewer>| {
+        let session = &harness.state().session;
+        (*session.material().values(), Solver::of(session.runner()))
+    };
+    let before = set(&harness);
+    let sliders = [
+        ("Mass", "mass"),
+        ("Stiffness", "stiffness"),
+        ("Damping", "damping"),
+        ("Rest length", "rest length"),
+        ("Gravity", "gravity"),
+        ("Restitution", "restitution"),
+        ("Friction", "friction"),
+        ("Substeps", "substeps"),
+    ];
+    for (label, words) in sliders {
+        let slider = harness.get_by_role_and_label(Role::Slider, label).rect();
+        let at = |part: f32| slider.left_center() + Vec2::new(part * slider.width(), 0.0);
+        drag(&mut harness, at(0.3), at(0.9));
+        let named = |deed: Option<Deed>| deed.map(Deed::words);
+        assert_eq!(named(harness.state().session.undoes()), Some(words));
+        assert_ne!(set(&harness), before, "{label}");
+        // Nothing passes between two drags, which are two edits.
+        let first = set(&harness);
+        harness.drag_at(at(0.7));
+        harness.hover_at(at(0.5));
+        harness.run_steps(1);
+        harness.drop_at(at(0.5));
+        harness.run_steps(1);
+        assert_ne!(set(&harness), first, "{label}");
+        let session = &mut harness.state_mut().session;
+        session.undo();
+        assert_eq!(named(session.undoes()), Some(words), "the first drag of {label}");
+        session.undo();
+        assert_eq!((session.undoes(), named(session.redoes())), (None, Some(words)));
+        assert_eq!(set(&harness), before, "{label}");
+    }
 }
 
 #[test]

@@ -326,6 +326,7 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     let fast = error(&harness);
     assert!(fast.0 < accurate.0 && accurate.1 < fast.1, "{fast:?} {accurate:?}");
     assert!(harness.query_by_label_contains("changed: ").is_some());
+    one_slow_drag_is_one_edit(&mut harness, slider);
     // A field that is changed begins a search, which says how far it is.
     harness.get_by_role_and_label(Role::SpinButton, "within").increment_accesskit();
     harness.run_steps(3);
@@ -338,6 +339,34 @@ fn the_slider_walks_from_fast_to_accurate_and_the_panel_says_what_changed() {
     assert!(harness.query_by_label_contains("searching within").is_none());
     assert!(harness.query_by_label("off").is_some());
     assert!(harness.query_by_label_contains("waiting until the scene").is_some());
+}
+
+/// Drags the slider from one end to the other with a frame in two seconds, and undoes that.
+fn one_slow_drag_is_one_edit(harness: &mut Harness<'_, Viewer>, slider: egui::Rect) {
+    let choice =
+        |harness: &Harness<'_, Viewer>| choice_of(harness.state().session.runner()).expect("one");
+    let edits = |harness: &Harness<'_, Viewer>| {
+        let session = &harness.state().session;
+        [session.undoes(), session.redoes()].map(|deed| deed.map(Deed::words))
+    };
+    let at = |part: f32| slider.left_center() + Vec2::new(part * slider.width(), 0.0);
+    let start = choice(harness);
+    harness.hover_at(at(0.03));
+    harness.run_steps(1);
+    harness.drag_at(at(0.03));
+    for part in [0.2, 0.4, 0.6, 0.8, 0.95] {
+        harness.hover_at(at(part));
+        harness.state_mut().session.advance(2.0, &|| 0.0);
+        harness.run_steps(1);
+    }
+    harness.drop_at(at(0.95));
+    harness.state_mut().session.advance(2.0, &|| 0.0);
+    harness.run_steps(2);
+    let setting = Some("the trade's setting");
+    assert!(choice(harness) != start && edits(harness) == [setting, None]);
+    harness.state_mut().session.undo();
+    assert_eq!((choice(harness), edits(harness)), (start, [setting; 2]));
+    harness.state_mut().session.redo();
 }
 
 #[test]

@@ -155,6 +155,27 @@ fn a_saved_scene_says_what_was_set_and_keeps_what_its_author_wrote() {
 }
 
 #[test]
+fn automatic_substeps_by_their_other_name_are_saved_under_their_own() {
+    let folder = folder();
+    let text = "version = 1\n[solver]\nstep = 'auto'\n[[bodies]]\nkind = 'rope'\nsize = [3]\n";
+    let path = folder.path().join("mine.toml");
+    std::fs::write(&path, text).expect("a file");
+    let mut viewer = viewer(path.to_str().expect("a plain path"), folder.path());
+    assert!(viewer.session.runner().is_automatic());
+    for (tuning, line) in [
+        (Tuning::Integrator(Integrator::Rk4), "substeps = \"auto\""),
+        (Tuning::Substeps(7), "substeps = 7"),
+    ] {
+        viewer.session.tune(tuning);
+        viewer.command(Command::SaveScene);
+        let told = note(&viewer).strip_prefix("saved ").and_then(|told| told.split_once(','));
+        let (name, _) = told.unwrap_or_else(|| panic!("{}", note(&viewer)));
+        let text = std::fs::read_to_string(folder.path().join(name)).expect("a file");
+        assert!(text.contains(line) && !text.contains("step = "), "{text}");
+    }
+}
+
+#[test]
 fn a_scene_that_no_file_can_say_is_refused_and_nothing_is_left() {
     let folder = folder();
     let mut viewer = viewer("cube", folder.path());

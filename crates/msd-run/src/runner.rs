@@ -8,7 +8,7 @@ use msd_core::obstacles::Obstacle;
 use msd_core::stability::Estimator;
 use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
-    Simulation, Vector, Witness,
+    Simulation, Touch, Vector, Witness,
 };
 use msd_scene::{AnyState, Loaded, Precision};
 use serde::Serialize;
@@ -317,6 +317,15 @@ impl Runner {
         on!(self, simulation => simulation.apply_queued())?;
         let is_due = self.automatic().is_some_and(Automatic::is_due);
         if is_due { self.set_automatic(true) } else { Ok(()) }
+    }
+
+    /// Replaces how particles touch; automatic substeps are chosen anew.
+    ///
+    /// # Errors
+    /// See [`Simulation::set_touches`].
+    pub fn set_touches(&mut self, rows: &[Touch], exempt: &[[usize; 2]]) -> Result<(), Error> {
+        on!(&mut *self, simulation => simulation.set_touches(rows, exempt))?;
+        if self.is_automatic() { self.set_automatic(true) } else { Ok(()) }
     }
 
     /// How the system is stepped.

@@ -42,7 +42,7 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 71] = [
+const LINES: [(&str, &str); 72] = [
     ("touch = { radius = 0 }", "bodies[0].touch.radius is 0; it must be positive and at most 1e12"),
     ("touch = { radius = 2 }", "bodies[0].touch.radius is 2; it must be at most the spacing, 1 m"),
     ("touch = { friction = -1 }", "bodies[0].touch.friction is -1; it must be finite and not"),
@@ -96,8 +96,12 @@ const LINES: [(&str, &str); 71] = [
     ("[[pins]]\nbody = 0", "pins[0] needs exactly one of the keys"),
     ("[solver]\nstep = 0", "solver.step is 0; it must be positive and at most 1e6; a substep"),
     (
-        "[solver]\nstep = 'auto'",
-        "solver.step is \"auto\"; it must be a number of seconds; `substeps = \"auto\"`,",
+        "[solver]\nstep = 'automatic'",
+        "solver.step is \"automatic\"; it must be a number of seconds, or \"auto\"",
+    ),
+    (
+        "[solver]\nstep = 'auto'\nsubsteps = 12",
+        "solver.step = \"auto\" and a number of solver.substeps exclude each other",
     ),
     ("[solver]\nsteps_per_second = inf", "solver.steps_per_second is inf"),
     (

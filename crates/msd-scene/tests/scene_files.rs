@@ -94,6 +94,13 @@ fn the_solver_says_how_the_scene_is_stepped() {
     let written = write(&rows, SceneFormat::Json).expect("a scene");
     assert!(written.contains("\"substeps\": \"auto\""), "{written}");
     assert_eq!(read(&written, SceneFormat::Json, "s.json").expect("a scene"), rows);
+    // Another name for the same, which is not written.
+    let named = text.replace("substeps = 3", "step = 'auto'");
+    let (named, automatic) = (toml(&named).expect("a rope"), toml(&automatic).expect("a rope"));
+    assert_eq!((named.settings, named.automatic), (automatic.settings, true));
+    let rows = read("version = 1\n[solver]\nstep = 'auto'\n", SceneFormat::Toml, "s.toml");
+    let written = write(&rows.expect("a scene"), SceneFormat::Toml).expect("a scene");
+    assert!(!written.contains("step"), "{written}");
 }
 
 #[test]

@@ -29,6 +29,7 @@ const BUTTONS: [PointerButton; 3] =
 /// Before anything is laid out, so by the place that the view had in the last frame, which is also
 /// what egui goes by.
 pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
+    read_hands(ctx, viewer);
     let Some(view) = ctx.read_response(Viewer::view_id()) else { return };
     let pointer = ctx.input(|input| Pointer {
         pressed: BUTTONS.into_iter().find(|&button| input.pointer.button_pressed(button)),
@@ -66,6 +67,15 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     let idle = viewer.gesture.is_none() && view.hovered();
     let at = pointer.latest.filter(|_| idle);
     viewer.hovered = at.and_then(|at| pick_at(viewer, viewer.side_at(at), at));
+}
+
+/// Tells the session what is pressed and held anywhere, in the panels too.
+fn read_hands(ctx: &Context, viewer: &mut Viewer) {
+    let (presses, holds) = ctx.input(|input| {
+        let holds = input.pointer.any_down() || !input.keys_down.is_empty();
+        (input.pointer.any_pressed(), holds)
+    });
+    viewer.session.follow_hands(presses, holds || ctx.text_edit_focused());
 }
 
 /// The particle of a side under a point of the window.

@@ -2,9 +2,9 @@
 //! the world and for the wind.
 
 use super::{heading, slider, theme};
-use crate::session::{MaterialEdit, MixedValue, Session};
+use crate::session::{MaterialEdit, MixedValue, Session, TouchEdit, TouchValues};
 use crate::viewer::{Command, Viewer};
-use egui::{Button, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
+use egui::{Button, Checkbox, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
 use msd_core::{Friction, Select};
 use msd_run::on;
 use msd_scene::materials::{MATERIALS, Made, Named, Numbers};
@@ -33,13 +33,16 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             viewer.command(Command::Freeze);
         }
         let reset = Button::new("Reset and restart");
-        let edited = viewer.session.material().is_edited();
+        let session = &viewer.session;
+        let edited = session.material().is_edited() || session.is_touch_edited();
         let hover = "Material and world as the scene has them, from its start";
         if ui.add_enabled(edited, reset).on_hover_text(hover).clicked() {
             viewer.let_go();
             viewer.session.reset_material();
         }
+        touch(ui, viewer);
     });
+    touching(ui, &mut viewer.session);
     heading(ui, "World");
     world(ui, &mut viewer.session);
     wind(ui, viewer);
@@ -151,6 +154,34 @@ fn material(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
     edits.extend(value.map(MaterialEdit::RestScale));
     edits.into_iter().for_each(|edit| session.edit(edit));
     rect
+}
+
+/// Whether the selected bodies touch each other and themselves.
+fn touch(ui: &mut Ui, Viewer { session, landmarks, .. }: &mut Viewer) {
+    let Some(TouchValues { mut on, radius, .. }) = session.touch_values() else { return };
+    let is_mixed = !on && radius.is_some();
+    let hover = "Particles have a radius and push each other: those of one body, and of others \
+                 that touch";
+    let touch = Checkbox::new(&mut on, "Touch").indeterminate(is_mixed);
+    let touch = ui.add(touch).on_hover_text(hover);
+    landmarks.insert("touch", touch.rect);
+    if touch.changed() {
+        session.edit_touch(TouchEdit::On(on));
+    }
+}
+
+/// How those of the selected bodies that touch do.
+fn touching(ui: &mut Ui, session: &mut Session) {
+    let Some(now) = session.touch_values() else { return };
+    let TouchValues { radius: Some(radius), stiffness: Some(stiffness), friction, .. } = now else {
+        return;
+    };
+    let (radius, _) = change(ui, ("Radius", "m"), radius, 1e-4..=1.0, 1e-4);
+    let (stiffness, _) = change(ui, ("Push", STIFFNESS), stiffness, 0.1..=1e6, 0.1);
+    let friction = friction.and_then(|now| change(ui, ("Grip", ""), now, 0.0..=2.0, 0.0).0);
+    let edits = radius.map(TouchEdit::Radius).into_iter();
+    let edits = edits.chain(stiffness.map(TouchEdit::Stiffness));
+    edits.chain(friction.map(TouchEdit::Friction)).for_each(|edit| session.edit_touch(edit));
 }
 
 /// Chooses a material by name, with its source; returns where that is.

@@ -39,6 +39,9 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
                          the step";
             item(text, theme::WARN, hover);
         }
+        for (text, hover) in passed(session) {
+            item(text, theme::WARN, hover);
+        }
         let number = |decimals: usize, value: fn(&Pace) -> f64| {
             let text = |pace| format!("{:.decimals$}", value(&pace));
             pace.map_or(theme::VOID.to_owned(), text)
@@ -62,6 +65,23 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         item(text, theme::TEXT, "Simulated time");
         item(format!("step {}", grouped(runner.steps() as usize)), theme::FAINT, "Steps so far");
     });
+}
+
+/// What passed through each other: particles that may have, surfaces that do.
+fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
+    let passes = (0 < session.passes()).then(|| {
+        let text = format!("{} may have passed through", counted(session.passes(), "pair"));
+        let hover = "So many times since the start two particles moved by more than their radii in \
+                     a substep towards each other: shorten the step";
+        (text, hover)
+    });
+    let crossings = session.crossings().filter(|&crossings| 0 < crossings).map(|crossings| {
+        let text = format!("{} of triangles cross", counted(crossings, "pair"));
+        let hover = "Surfaces pass through each other, as counted within the last second: make \
+                     what touches stiffer, or its radius larger";
+        (text, hover)
+    });
+    passes.into_iter().chain(crossings)
 }
 
 /// Contents that scroll; where they are longer than the room for them, the numbers stay in sight
@@ -161,6 +181,12 @@ fn state(paused: bool, factor: Option<f64>, speed: f64) -> (String, Color32) {
             (format!("{factor:.2} × real time"), colour)
         }
     }
+}
+
+/// So many things, in words.
+fn counted(number: u64, thing: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{} {thing}{plural}", grouped(number as usize))
 }
 
 /// A number with narrow spaces between groups of three digits.

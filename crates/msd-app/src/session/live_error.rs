@@ -1,5 +1,6 @@
 //! A live estimate of the error of the run: a finer copy runs along for a while, then rests.
 
+use super::Session;
 use super::run::{Revision, Run};
 use msd_core::Interaction;
 use msd_run::replay::as_felt;
@@ -135,6 +136,16 @@ impl LiveErrorMeter {
         self.last = found.map(|error| ErrorReading { worst: error.worst(), error });
         self.rest = if self.late { LONG_REST } else { REST };
         (self.taken, self.late) = (0, false);
+    }
+}
+
+/// The estimate of a session.
+impl Session {
+    /// Begins or ends to estimate the error; while it is off nothing is copied.
+    pub fn set_estimating(&mut self, on: bool) {
+        if on != self.live_error.is_some() {
+            self.live_error = on.then(LiveErrorMeter::default);
+        }
     }
 }
 

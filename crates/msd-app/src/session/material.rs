@@ -323,6 +323,7 @@ impl Session {
     pub fn reset_material(&mut self) {
         self.material.forget(&self.loaded.made);
         self.wind = None;
+        self.reset_touches();
         self.restart();
     }
 }
@@ -398,7 +399,7 @@ pub struct MixedValue {
 }
 
 impl MixedValue {
-    fn of(mut values: impl Iterator<Item = f64>) -> Option<Self> {
+    pub(super) fn of(mut values: impl Iterator<Item = f64>) -> Option<Self> {
         let first = values.next()?;
         Some(MixedValue { first, mixed: values.any(|value| value != first) })
     }

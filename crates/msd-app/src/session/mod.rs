@@ -12,6 +12,7 @@ mod energy;
 mod stability_light;
 mod live_error;
 mod material;
+mod touches;
 mod solver;
 mod hands;
 mod recording;
@@ -31,6 +32,7 @@ pub use past::{Deed, Mark, MarkKind};
 pub use run::{Reading, Revision, Run};
 pub use solver::{MOST_SUBSTEPS, Solver, Tuning};
 pub use throttle::Throttle;
+pub use touches::{TouchEdit, TouchValues, touch_rows, touches_of};
 pub use trace::{Sample, Trace, WINDOW as TRACE_WINDOW};
 pub use trade::{
     FormerTerms, Report, STUDY_DURATION, STUDY_MANNERS, Search, StudyFrom, Trade, choice_of,
@@ -58,6 +60,7 @@ use past::{Timeline, Undo};
 use recording::SessionRecording;
 use stability_light::StabilityLight;
 use std::fmt::Display;
+use touches::CrossingCount;
 
 /// The most that is done at once and recorded one by one: the springs of a body of a material have
 /// their values in thousands of runs of rows, and the run as it is then is no longer than they are.
@@ -82,6 +85,7 @@ pub struct Session {
     estimator: Estimator,
     /// Estimates the error while the user wants it.
     live_error: Option<LiveErrorMeter>,
+    crossings: CrossingCount,
     recording: SessionRecording,
     /// Why the run paused by itself.
     failure: Option<RunFailure>,
@@ -125,6 +129,7 @@ impl Session {
             stability_light: StabilityLight::default(),
             estimator: Estimator::default(),
             live_error: None,
+            crossings: CrossingCount::default(),
             recording: SessionRecording::default(),
             failure: None,
             ways_out: WaysOut::default(),
@@ -167,7 +172,9 @@ impl Session {
         if self.runner().is_open() {
             self.prepare(stopwatch);
         }
-        self.energy.follow(&self.run, Frame { real, ..frame }, stopwatch);
+        let passed = Frame { real, ..frame };
+        self.energy.follow(&self.run, passed, stopwatch);
+        self.crossings.refresh(&self.run, passed, stopwatch);
         self.stability_light.refresh(&self.run, real, stopwatch);
         self.search_ways_out(real, stopwatch);
         self.trade.refresh(&self.run, (&self.loaded, self.steady_force()), real);
@@ -198,7 +205,7 @@ impl Session {
     fn take_step(&mut self) -> bool {
         self.settle();
         self.before_step();
-        let before = self.runner().moment();
+        let (before, passes) = (self.runner().moment(), self.passes());
         if let Some(meter) = &mut self.live_error {
             meter.before_step(&self.run);
         }
@@ -221,7 +228,8 @@ impl Session {
         let recorded = self.recording.step();
         self.refuse(recorded);
         let is_over = self.stability().is_some_and(|(share, _)| 1.0 < share);
-        let (runner, warns) = (self.run.runner(), is_over || self.energy_gain().is_some());
+        let warns = is_over || self.energy_gain().is_some() || passes < self.passes();
+        let runner = self.run.runner();
         self.timeline.look(runner.steps(), runner.contacts().count, warns);
         true
     }
@@ -447,13 +455,6 @@ impl Session {
         }
     }
 
-    /// Begins or ends to estimate the error; while it is off nothing is copied.
-    pub fn set_estimating(&mut self, on: bool) {
-        if on != self.live_error.is_some() {
-            self.live_error = on.then(LiveErrorMeter::default);
-        }
-    }
-
     /// Shows an error on the status line, if there is one.
     pub fn refuse<E: Display>(&mut self, result: Result<(), E>) {
         if let Err(error) = result {
@@ -553,7 +554,9 @@ impl Session {
 
     /// Whether something that is shown is being worked out: frames are needed, paused or not.
     pub fn is_working(&self) -> bool {
-        self.stability().is_none() || self.energy().is_none() || self.is_searching()
+        let is_counting = self.touches() && self.crossings().is_none();
+        let is_reading = self.stability().is_none() || self.energy().is_none() || is_counting;
+        is_reading || self.is_searching()
     }
 
     /// Averages over the last frames; `None` while paused, and before a frame was measured since

@@ -1,7 +1,7 @@
 //! The text of a scene with the values that the user has set; what else its author wrote stays.
 
-use crate::session::Solver;
-use msd_core::{Friction, Integrator, Model, Real, Vector};
+use crate::session::{Solver, touch_rows};
+use msd_core::{Body, Friction, Integrator, Model, Real, Touch, Vector};
 use msd_run::{Runner, on};
 use msd_scene::Loaded;
 use msd_scene::materials::Made;
@@ -20,6 +20,8 @@ struct Values {
     bodies: Vec<[Option<f64>; 3]>,
     /// Stiffness and damping of the springs of no body.
     links: [Option<f64>; 2],
+    /// What touches, and the pairs that do not.
+    touches: (Vec<Touch>, Vec<[usize; 2]>),
 }
 
 /// The keys of a body, in the order of its values; those of links are the last two.
@@ -43,7 +45,7 @@ impl Values {
             let stiffness = uniform(there().map(|spring| model.stiffness(spring).to_f64()));
             [stiffness, uniform(there().map(|spring| model.damping(spring).to_f64()))]
         };
-        let body = |body: &msd_core::Body| {
+        let body = |body: &Body| {
             let [stiffness, damping] = springs(body.springs.clone());
             let masses = body.particles.clone().map(|row| model.masses()[row].to_f64());
             [uniform(masses), stiffness, damping]
@@ -57,7 +59,14 @@ impl Values {
             planes: planes.map(|plane| (plane.restitution(), plane.friction())).collect(),
             bodies: model.bodies().iter().map(body).collect(),
             links: springs(own..model.spring_count()),
+            touches: (model.touches().rows().0.to_vec(), model.touches().rows().1.to_vec()),
         }
+    }
+
+    /// How a body touches.
+    fn touch(&self, body: usize, bodies: &[Body]) -> Option<&Touch> {
+        let row = touch_rows(&self.touches.0, bodies)?.get(body).copied()??;
+        self.touches.0.get(row)
     }
 }
 
@@ -101,6 +110,7 @@ pub(super) fn with_values(
         }
     }
     let mut bodies = rows(file.get_mut("bodies"));
+    write_touches(&mut bodies, [&was, &now], (loaded, made))?;
     for (row, (was, now)) in was.bodies.iter().zip(&now.bodies).enumerate() {
         let of_material = loaded.made.get(row).copied().flatten();
         if let (Some(was), Some(now)) = (of_material, made.get(row).copied().flatten()) {
@@ -158,6 +168,44 @@ fn write_material(body: &mut dyn TableLike, [was, now]: [Made; 2]) {
     }
 }
 
+/// Writes how bodies touch now, where that differs or would follow from springs that do.
+fn write_touches(
+    bodies: &mut [&mut dyn TableLike],
+    [was, now]: [&Values; 2],
+    (loaded, made): (&Loaded, &[Option<Made>]),
+) -> Result<(), String> {
+    for row in 0..loaded.scene.bodies.len() {
+        let touches = [was, now].map(|values| values.touch(row, &loaded.scene.bodies));
+        let has_other_springs =
+            was.bodies[row] != now.bodies[row] || loaded.made.get(row) != made.get(row);
+        if touches[0] != touches[1] || (touches[1].is_some() && has_other_springs) {
+            let body = bodies.get_mut(row).ok_or("its bodies are not written one by one")?;
+            write_touch(&mut **body, touches[1])?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes how a body touches now.
+fn write_touch(body: &mut dyn TableLike, now: Option<&Touch>) -> Result<(), String> {
+    let Some(now) = now else {
+        body.remove("touch");
+        return Ok(());
+    };
+    let empty = || toml_edit::value(toml_edit::InlineTable::new());
+    let touch = body.entry("touch").or_insert_with(empty);
+    let touch = touch.as_table_like_mut().ok_or("its touch is no table")?;
+    for (key, value) in [
+        ("radius", now.radius),
+        ("stiffness", now.stiffness),
+        ("damping", now.damping),
+        ("friction", now.friction),
+    ] {
+        put(touch, key, shortest(value).into());
+    }
+    Ok(())
+}
+
 /// Whether a scene, as it was read from the new text, has the values of a run, whose bodies are
 /// made of `made` now.
 pub(super) fn says(written: &Loaded, runner: &Runner, made: &[Option<Made>]) -> bool {
@@ -213,6 +261,10 @@ fn write_solver(solver: &mut dyn TableLike, loaded: &Loaded, runner: &Runner) {
     let (was, now) = (loaded.settings, runner.settings());
     if was.integrator != now.integrator {
         put(solver, "integrator", now.integrator.name().into());
+    }
+    // Another name for automatic substeps, which are written under their own.
+    if solver.get("step").is_some_and(Item::is_str) {
+        solver.remove("step");
     }
     if runner.is_automatic() {
         put(solver, "substeps", "auto".into());

@@ -54,6 +54,13 @@ const SIZE: [f32; 2] = [1280.0, 800.0];
 #[cfg(not(target_arch = "wasm32"))]
 const BARS: f32 = 0.94;
 
+/// How often a window of X11 that rests looks for events. winit sleeps until its connection has
+/// something to read, but the thread with which a driver presents pictures reads it too: an event
+/// that came before the picture was shown is then in the queue of the connection already, and a key
+/// would act when the next event comes, which may be never (winit#1985).
+#[cfg(target_os = "linux")]
+const LOOK: Duration = Duration::from_millis(100);
+
 /// How often what is remembered is kept where the program may end without notice.
 #[cfg(target_arch = "wasm32")]
 const KEPT_EVERY: Duration = Duration::from_secs(1);
@@ -89,6 +96,8 @@ pub(crate) struct Shell {
     clipboard: Option<Clipboard>,
     surface: Option<WindowSurface>,
     last_frame: Instant,
+    /// When the next frame is due that no event asks for.
+    next_frame: Option<Instant>,
     #[cfg(target_arch = "wasm32")]
     last_kept: Instant,
     #[cfg(target_arch = "wasm32")]
@@ -127,6 +136,7 @@ impl Shell {
             clipboard: None,
             surface: None,
             last_frame: Instant::now(),
+            next_frame: None,
             #[cfg(target_arch = "wasm32")]
             last_kept: Instant::now(),
             #[cfg(target_arch = "wasm32")]
@@ -383,20 +393,29 @@ impl Shell {
     }
 
     /// Asks for the next frame: at once while something moves, else when egui or an event wants it.
-    fn schedule(&self, event_loop: &ActiveEventLoop, wait: Duration) {
+    fn schedule(&mut self, event_loop: &ActiveEventLoop, wait: Duration) {
         let Some(window) = &self.window else { return };
         let session = &self.viewer.session;
         // A camera that stopped with the run would jump at the next event.
         let moving = !session.is_paused() || session.is_working() || self.viewer.is_gliding();
-        event_loop.set_control_flow(ControlFlow::Wait);
-        if self.hidden {
-            return;
-        }
-        if moving || wait.is_zero() {
+        let is_next = moving || wait.is_zero();
+        if is_next && !self.hidden {
             window.request_redraw();
-        } else if let Some(at) = Instant::now().checked_add(wait) {
-            event_loop.set_control_flow(ControlFlow::WaitUntil(at));
         }
+        let rests = !is_next && !self.hidden;
+        self.next_frame = Instant::now().checked_add(wait).filter(|_| rests);
+        self.rest(event_loop);
+    }
+
+    /// Lets the loop sleep until something happens or a frame is due.
+    fn rest(&self, event_loop: &ActiveEventLoop) {
+        #[cfg(target_os = "linux")]
+        let look = winit::platform::x11::ActiveEventLoopExtX11::is_x11(event_loop)
+            .then(|| Instant::now() + LOOK);
+        #[cfg(not(target_os = "linux"))]
+        let look = None;
+        let until = self.next_frame.into_iter().chain(look).min();
+        event_loop.set_control_flow(until.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
     }
 
     fn set_hidden(&mut self, hidden: bool) {
@@ -541,11 +560,14 @@ impl ApplicationHandler<Arrival> for Shell {
         self.remember();
     }
 
-    fn new_events(&mut self, _: &ActiveEventLoop, cause: winit::event::StartCause) {
-        if let (winit::event::StartCause::ResumeTimeReached { .. }, Some(window)) =
-            (cause, &self.window)
-        {
+    fn new_events(&mut self, event_loop: &ActiveEventLoop, cause: winit::event::StartCause) {
+        if !matches!(cause, winit::event::StartCause::ResumeTimeReached { .. }) {
+            return;
+        }
+        let is_due = self.next_frame.take_if(|due| *due <= Instant::now()).is_some();
+        if let Some(window) = self.window.as_ref().filter(|_| is_due) {
             window.request_redraw();
         }
+        self.rest(event_loop);
     }
 }

@@ -15,10 +15,11 @@
 //! (`back` and `ahead`: how many states one can look back to, and come back to; `undo` and `redo`:
 //! what they would take back and do again, or null), `recording` (its file or null), `twin` (null,
 //! or its root mean square distance, m), `gallery` (null, or how many of its pictures are drawn),
-//! `full_screen`, `focus` (whether a control has the keyboard), `group` and `grabs` (how many
-//! particles are to be grabbed together, and are held), `guide` (steps done of the guide, or null),
-//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `pixels_per_point`, `view` and
-//! `landmarks` (rectangles: left, top, width, height).
+//! `passes` and `crossings` (pairs that may have passed through each other, pairs of triangles that
+//! cross, or null), `full_screen`, `focus` (whether a control has the keyboard), `group` and
+//! `grabs` (how many particles are to be grabbed together, and are held), `guide` (steps done of
+//! the guide, or null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`),
+//! `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
@@ -113,6 +114,8 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
         "gallery": viewer.gallery.as_ref().map(|gallery| {
             gallery.pictures.iter().filter(|picture| picture.texture.is_some()).count()
         }),
+        "passes": session.passes(),
+        "crossings": session.crossings(),
         "full_screen": viewer.full_screen,
         "group": session.group().len(),
         "grabs": on!(session.runner(), simulation => simulation.model().grabs().len()),

@@ -181,6 +181,20 @@ impl Desk {
         reports.find(|report: &Value| report["frame"] == number).expect("the frame")
     }
 
+    /// What the threads of the window wait for, each by its name: a place in the kernel, and the
+    /// number of a system call. Where no frame comes, it tells sleep from a lock.
+    fn threads(&self) -> String {
+        let Some(window) = &self.window else { return "gone".into() };
+        let folder = format!("/proc/{}/task", window.id());
+        let tasks = std::fs::read_dir(folder).into_iter().flatten().flatten();
+        let told = tasks.map(|task| {
+            let read = |file| std::fs::read_to_string(task.path().join(file)).unwrap_or_default();
+            let number = read("syscall").split(' ').next().unwrap_or_default().trim().to_owned();
+            format!("{} {} {number}", read("comm").trim(), read("wchan"))
+        });
+        told.collect::<Vec<_>>().join(", ")
+    }
+
     /// Waits until the report satisfies a condition.
     pub fn wait(&self, what: &str, condition: impl Fn(&Value) -> bool) -> Value {
         let start = Instant::now();
@@ -190,7 +204,11 @@ impl Desk {
             if !last.is_null() && condition(&last) {
                 return last;
             }
-            assert!(start.elapsed() < PATIENCE, "never: {what}; last report: {last}");
+            assert!(
+                start.elapsed() < PATIENCE,
+                "never: {what}; last report: {last}; its threads: {}",
+                self.threads()
+            );
             sleep(Duration::from_millis(20));
         }
     }

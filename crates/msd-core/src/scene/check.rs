@@ -75,7 +75,7 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     for (row, solid) in scene.solids.iter().enumerate() {
         check_solid::<R>(row, solid)?;
     }
-    check_touches::<R>(scene)?;
+    check_touches::<R>((&scene.touches, &scene.exempt), count)?;
     for (row, pin) in scene.pins.iter().enumerate() {
         check_index(("pin", row), "particle", pin.particle, count)?;
         check_vector::<R>("velocity", ("pin", row), pin.velocity)?;
@@ -229,10 +229,13 @@ fn check_solid<R: Real>(row: usize, solid: &Solid) -> Result<(), Error> {
     check_friction(at, solid.friction)
 }
 
-fn check_touches<R: Real>(scene: &Scene) -> Result<(), Error> {
-    let count = scene.particles.len();
-    let mut row_of = vec![None; if scene.touches.is_empty() { 0 } else { count }];
-    for (row, touch) in scene.touches.iter().enumerate() {
+/// Checks how so many particles touch: the rows, and the pairs that do not.
+pub(crate) fn check_touches<R: Real>(
+    (touches, exempt): (&[Touch], &[[usize; 2]]),
+    count: usize,
+) -> Result<(), Error> {
+    let mut row_of = vec![None; if touches.is_empty() { 0 } else { count }];
+    for (row, touch) in touches.iter().enumerate() {
         check_touch::<R>(row, touch)?;
         let at = ("touch", row);
         for &particle in &touch.particles {
@@ -245,8 +248,8 @@ fn check_touches<R: Real>(scene: &Scene) -> Result<(), Error> {
             check_index(at, "row before it", other, row)?;
         }
     }
-    check_count("the number of exempt pairs", scene.exempt.len(), MAX_SPRINGS)?;
-    for (row, pair) in scene.exempt.iter().enumerate() {
+    check_count("the number of exempt pairs", exempt.len(), MAX_SPRINGS)?;
+    for (row, pair) in exempt.iter().enumerate() {
         for &particle in pair {
             check_index(("exempt pair", row), "particle", particle, count)?;
         }

@@ -1,18 +1,20 @@
 //! Changes of topology: particles, springs, bodies and planes, added to a running system or
-//! removed.
+//! removed, and which particles touch.
 //!
 //! Particles, springs and bodies keep their numbers for good. New ones are numbered after those
 //! there, and the springs are put in order anew; a removed one leaves a gap.
 
 use super::Simulation;
+use crate::elements::touches::Touches;
+use crate::elements::touches::near::Near;
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::check::{
     check_bend, check_body, check_count, check_index, check_particle, check_plane, check_spring,
-    check_volume,
+    check_touches, check_volume,
 };
-use crate::scene::{Bend, Body, Part, Particle, Plane, Scene, Spring, Volume};
+use crate::scene::{Bend, Body, Part, Particle, Plane, Scene, Spring, Touch, Volume};
 use crate::scene::{MAX_PARTICLES, MAX_SPRINGS};
 use crate::system::{Columns, State};
 
@@ -111,6 +113,23 @@ impl<R: Real> Simulation<R> {
         check_plane::<R>(number, plane)?;
         self.add_to_obstacles(|obstacles| obstacles.planes.push(PlaneColumn::new(plane)))?;
         Ok(number)
+    }
+
+    /// Replaces how particles touch: the rows, and the pairs that do not touch beside those that
+    /// springs join, as [`Scene::touches`] and [`Scene::exempt`] have them.
+    ///
+    /// # Errors
+    /// A number out of its domain, or particles of which too many are within reach of each other;
+    /// nothing is changed then.
+    pub fn set_touches(&mut self, rows: &[Touch], exempt: &[[usize; 2]]) -> Result<(), Error> {
+        check_touches::<R>((rows, exempt), self.model.particle_count())?;
+        let (ends, slots) = (self.model.springs.ends(), &self.model.slots);
+        let mut touches = Touches::new(rows, exempt, ends, slots);
+        touches.remove(|particle| self.model.is_removed(particle as usize), ends, slots);
+        Near::check(&touches, &self.state.positions)?;
+        self.model.touches = touches;
+        self.renew_scratch();
+        Ok(())
     }
 
     fn take_out(&mut self, particles: core::ops::Range<usize>) {

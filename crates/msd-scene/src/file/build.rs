@@ -6,7 +6,7 @@ use crate::file::budget::Budget;
 use crate::file::decode::decode;
 use crate::file::domain::Domain;
 use crate::file::obstacles::{plane, solid};
-use crate::file::schema::{SceneFile, SolverRow, Substeps, WorldRow};
+use crate::file::schema::{SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::pins::{load, masses, pins};
@@ -50,7 +50,7 @@ pub(crate) fn understand_rows(
     source.count(format_args!("version"), file.version.into())?;
     let precision = file.solver.precision.unwrap_or_default();
     source.precision.set(precision);
-    let substeps = file.solver.substeps.unwrap_or(Substeps::Auto);
+    let substeps = substeps(source, &file.solver)?;
     let settings = settings(source, &file.solver, substeps)?;
     let world = world(source, &file.world)?;
     let mut scene = Scene { world, ..Scene::default() };
@@ -89,6 +89,17 @@ pub(crate) fn understand_rows(
     Ok(Understood { title: file.title, scene, settings, automatic, precision, notes, made })
 }
 
+/// Whether substeps are automatic, or how many there are.
+fn substeps(source: &Source<'_>, solver: &SolverRow) -> Result<Substeps, FileError> {
+    match (solver.step, solver.substeps) {
+        (Some(StepLength::Auto), Some(Substeps::Count(_))) => {
+            let reason = "= \"auto\" and a number of solver.substeps exclude each other";
+            Err(source.refuse(format_args!("solver.step"), reason))
+        }
+        (_, substeps) => Ok(substeps.unwrap_or(Substeps::Auto)),
+    }
+}
+
 /// The settings; automatic substeps are chosen where the scene becomes a run.
 fn settings(
     source: &Source<'_>,
@@ -96,12 +107,14 @@ fn settings(
     substeps: Substeps,
 ) -> Result<Settings, FileError> {
     let step = match (solver.step, solver.steps_per_second) {
-        (Some(_), Some(_)) => {
+        (Some(StepLength::Seconds(_)), Some(_)) => {
             let reason = "and solver.steps_per_second exclude each other";
             return Err(source.refuse(format_args!("solver.step"), reason));
         }
-        (Some(step), None) => source.number(format_args!("solver.step"), step)?,
-        (None, rate) => {
+        (Some(StepLength::Seconds(step)), None) => {
+            source.number(format_args!("solver.step"), step)?
+        }
+        (Some(StepLength::Auto) | None, rate) => {
             let rate = rate.unwrap_or(60.0);
             1.0 / source.number(format_args!("solver.steps_per_second"), rate)?
         }

@@ -68,12 +68,7 @@ impl Failure {
                 FileError::UnknownKey { place, key: tame(&key), table, hint }
             }
             Reason::MissingKey(key) => FileError::MissingKey { place, key: key.into(), table },
-            Reason::Value { value, mut expected } => {
-                // A step has a length; automatic is what it is divided into.
-                if table == "solver.step" && value == "\"auto\"" {
-                    expected += " of seconds; `substeps = \"auto\"`, the default, divides it as \
-                                 stability asks";
-                }
+            Reason::Value { value, expected } => {
                 FileError::OutOfDomain { place, key: table, value: tame(&value), expected }
             }
             Reason::Other(reason) => FileError::Malformed { place, reason: tame(&reason) },

@@ -29,3 +29,4 @@ pub use decode::decode;
 pub(crate) use refine::refine;
 pub(crate) use text::ending;
 pub use text::{SceneFormat, format_of, read_text};
+pub use touch::default_touch;

@@ -58,9 +58,9 @@ pub struct SolverRow {
     /// The method. Default velocity-verlet.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub integrator: Option<Integrator>,
-    /// Length of a step, seconds.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub step: Option<f64>,
+    /// Length of a step, seconds; `"auto"` is another name for automatic substeps, the default.
+    #[serde(skip_serializing_if = "is_default")]
+    pub step: Option<StepLength>,
     /// Steps per second, hertz, instead of `step`. Default 60.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steps_per_second: Option<f64>,
@@ -88,8 +88,66 @@ pub enum Substeps {
     Count(u64),
 }
 
+/// Length of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepLength {
+    /// That of `steps_per_second`, divided into automatic substeps: `"auto"`.
+    Auto,
+    /// So many seconds.
+    Seconds(f64),
+}
+
 /// How automatic substeps are written.
 const AUTO: &str = "auto";
+
+/// Whether a length of a step says nothing: automatic substeps are written under their own name.
+fn is_default(step: &Option<StepLength>) -> bool {
+    !matches!(step, Some(StepLength::Seconds(_)))
+}
+
+impl Serialize for StepLength {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            StepLength::Auto => serializer.serialize_str(AUTO),
+            StepLength::Seconds(seconds) => serializer.serialize_f64(*seconds),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for StepLength {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(StepVisitor)
+    }
+}
+
+struct StepVisitor;
+
+impl Visitor<'_> for StepVisitor {
+    type Value = StepLength;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a number of seconds, or \"auto\"")
+    }
+
+    fn visit_f64<E: Error>(self, seconds: f64) -> Result<StepLength, E> {
+        Ok(StepLength::Seconds(seconds))
+    }
+
+    fn visit_u64<E: Error>(self, seconds: u64) -> Result<StepLength, E> {
+        Ok(StepLength::Seconds(seconds as f64))
+    }
+
+    fn visit_i64<E: Error>(self, seconds: i64) -> Result<StepLength, E> {
+        Ok(StepLength::Seconds(seconds as f64))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<StepLength, E> {
+        match text == AUTO {
+            true => Ok(StepLength::Auto),
+            false => Err(E::invalid_value(Unexpected::Str(text), &self)),
+        }
+    }
+}
 
 impl Serialize for Substeps {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

@@ -56,24 +56,24 @@ fn made(
 ) -> Result<Touch, FileError> {
     let key = format!("bodies[{row}].touch");
     let particles = outside(scene, row);
-    let Own { spacing, stiffness, relaxation } = own(scene, row, &particles);
+    let own = own(scene, row, &particles);
     let missing = |name| source.missing(format_args!("{key}"), name);
-    let radius = match (touch.radius, spacing) {
+    let radius = match (touch.radius, own.radius()) {
         (Some(radius), _) => source.number(format_args!("{key}.radius"), radius)?,
-        (None, Some(spacing)) => RADIUS * spacing,
+        (None, Some(radius)) => radius,
         (None, None) => return Err(missing("radius")),
     };
-    if let Some(spacing) = spacing.filter(|&spacing| spacing < radius) {
+    if let Some(spacing) = own.spacing.filter(|&spacing| spacing < radius) {
         let expected = format!("at most the spacing, {spacing} m");
         let key = format_args!("{key}.radius");
         return Err(source.out_of_domain(key, plain(radius), expected));
     }
-    let stiffness = match (touch.stiffness, STIFFNESS * stiffness) {
+    let stiffness = match (touch.stiffness, own.stiffness()) {
         (Some(stiffness), _) => source.number(format_args!("{key}.stiffness"), stiffness)?,
-        (None, stiffness) if 0.0 < stiffness => stiffness,
-        (None, _) => return Err(missing("stiffness")),
+        (None, Some(stiffness)) => stiffness,
+        (None, None) => return Err(missing("stiffness")),
     };
-    let damping = touch.damping.unwrap_or(relaxation * stiffness);
+    let damping = touch.damping.unwrap_or(own.relaxation * stiffness);
     let friction = touch.friction.unwrap_or(FRICTION);
     Ok(Touch {
         particles,
@@ -83,6 +83,26 @@ fn made(
         friction: source.number(format_args!("{key}.friction"), friction)?,
         itself: touch.itself.unwrap_or(true),
         ignored: Vec::new(),
+    })
+}
+
+/// How the particles of a body of a scene touch by default, as `touch = {}` in a scene file says;
+/// `None` where its springs say no radius or no stiffness, or there is no such body.
+pub fn default_touch(scene: &Scene, body: usize) -> Option<Touch> {
+    let particles = scene.bodies.get(body).map(|_| outside(scene, body))?;
+    if particles.is_empty() {
+        return None;
+    }
+    let own = own(scene, body, &particles);
+    let stiffness = own.stiffness()?;
+    Some(Touch {
+        radius: own.radius()?,
+        stiffness,
+        damping: own.relaxation * stiffness,
+        friction: FRICTION,
+        itself: true,
+        ignored: Vec::new(),
+        particles,
     })
 }
 
@@ -102,6 +122,18 @@ struct Own {
     spacing: Option<f64>,
     stiffness: f64,
     relaxation: f64,
+}
+
+impl Own {
+    /// The default radius, metres.
+    fn radius(&self) -> Option<f64> {
+        self.spacing.map(|spacing| RADIUS * spacing)
+    }
+
+    /// The default stiffness of a touch, N/m.
+    fn stiffness(&self) -> Option<f64> {
+        Some(STIFFNESS * self.stiffness).filter(|&stiffness| 0.0 < stiffness)
+    }
 }
 
 fn own(scene: &Scene, row: usize, particles: &[usize]) -> Own {

@@ -63,6 +63,13 @@ impl Session {
 
 /// Undo.
 impl Session {
+    /// Takes note of what the user's hands do in a frame, before [`Session::advance`]: whether a
+    /// pointer is pressed, and whether a pointer, a key or a text is held. What is edited from one
+    /// press to its release is one edit to undo.
+    pub fn follow_hands(&mut self, presses: bool, holds: bool) {
+        self.undo.follow(presses, holds);
+    }
+
     /// Keeps what is now, to be undone, unless what is about to be done goes on with the last edit;
     /// returns whether it was kept. To be called before anything that is to be undone.
     pub(in crate::session) fn remember(&mut self, deed: Deed) -> bool {

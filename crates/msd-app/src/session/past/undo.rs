@@ -9,8 +9,9 @@ use msd_scene::Precision;
 
 /// The most that is kept to go back to, rows of particles and springs: a hundred bytes each.
 const MOST_ROWS: usize = 2_000_000;
-/// Edits of one kind that follow each other within so much of the wall clock are one, seconds: a
-/// slider that is dragged is put back where it was taken.
+/// Edits of one kind that follow each other within so much of the wall clock are one, seconds, such
+/// as those of arrow keys. While a hand holds something no time counts: a slider that is dragged is
+/// put back where it was taken, however few frames there are.
 const TOGETHER: f64 = 1.0;
 
 /// What can be undone.
@@ -126,14 +127,29 @@ fn under(mut runner: Runner, now: &Runner) -> Result<Runner, Error> {
 pub struct Undo {
     past: Vec<Before>,
     future: Vec<Before>,
-    /// Wall-clock time since the last deed, seconds.
+    /// Wall-clock time since the last deed that counts, seconds.
     age: f64,
+    /// Whether a hand holds something, and whether one did since the last frame.
+    is_held: bool,
+    was_held: bool,
 }
 
 impl Undo {
+    /// Takes note of what hands do in a frame, before its time passes: whether they press, which
+    /// begins an edit of its own, and whether they hold something.
+    pub(in crate::session) fn follow(&mut self, presses: bool, holds: bool) {
+        if presses {
+            self.age = f64::INFINITY;
+        }
+        self.was_held = std::mem::replace(&mut self.is_held, holds);
+    }
+
     /// Lets wall-clock time pass, seconds.
     pub(in crate::session) fn pass(&mut self, real: f64) {
-        self.age += real.max(0.0);
+        // In the frame of a release something was held until then.
+        if !self.is_held && !self.was_held {
+            self.age += real.max(0.0);
+        }
     }
 
     /// Whether what is about to be done begins something new, or goes on with the last edit.

@@ -1,0 +1,235 @@
+//! Settings of touching in the window, and what is told of particles and surfaces that pass through
+//! each other.
+
+#[path = "common/frames.rs"]
+mod frames;
+
+use egui::Vec2;
+use egui::accesskit::Role;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use frames::{frame, loaded, run, session};
+use msd_app::panel::theme;
+use msd_app::session::{
+    Deed, MarkKind, MaterialEdit, MixedValue, Session, TouchEdit, Tuning, touches_of,
+};
+use msd_app::viewer::{Command, Viewer, catalogue};
+use msd_core::{Select, Touch};
+use msd_run::Runner;
+use msd_scene::{default_touch, open, state_hash};
+
+fn rows(session: &Session) -> &[Touch] {
+    touches_of(session.runner()).0
+}
+
+fn first(value: Option<MixedValue>) -> f64 {
+    value.expect("a body touches").first
+}
+
+#[test]
+fn bodies_touch_as_a_scene_file_would_have_it_from_the_click_on() {
+    let mut session = session("cloth");
+    run(&mut session, 5);
+    let (state, before) = (state_hash(&session.runner().state()), session.touch_values());
+    assert_eq!(before.map(|values| (values.on, values.radius)), Some((false, None)));
+    session.edit_touch(TouchEdit::On(true));
+    assert_eq!(session.refusal(), None);
+    let by_default = default_touch(&session.loaded().scene, 0).expect("it has springs");
+    assert_eq!(rows(&session), [by_default]);
+    assert_eq!(state_hash(&session.runner().state()), state, "nothing moves by it");
+    assert!(session.touch_values().expect("a body").on && session.is_touch_edited());
+    // One after the other is undone, and done again, and the motion goes on.
+    let radius = first(session.touch_values().expect("a body").radius);
+    run(&mut session, 80);
+    session.edit_touch(TouchEdit::Radius(0.5 * radius));
+    run(&mut session, 80);
+    session.edit_touch(TouchEdit::Friction(0.125));
+    assert_eq!(session.undoes(), Some(Deed::Edit("friction of touches")));
+    session.undo();
+    session.undo();
+    let values = session.touch_values().expect("a body");
+    assert_eq!((first(values.radius), first(values.friction)), (radius, 0.5));
+    session.undo();
+    assert!(rows(&session).is_empty() && !session.is_touch_edited());
+    (0..3).for_each(|_| session.redo());
+    let values = session.touch_values().expect("a body");
+    assert_eq!((first(values.radius), first(values.friction)), (0.5 * radius, 0.125));
+    // A restart keeps what was set, the reset gives back the scene.
+    session.restart();
+    assert_eq!(session.touch_values(), Some(values));
+    session.reset_material();
+    assert!(rows(&session).is_empty() && session.runner().steps() == 0);
+}
+
+#[test]
+fn the_damping_of_a_touch_goes_with_its_stiffness_and_a_radius_is_bounded() {
+    let mut session = session("drape");
+    let written = rows(&session)[0].clone();
+    session.edit_touch(TouchEdit::Stiffness(3.0 * written.stiffness));
+    let now = &rows(&session)[0];
+    assert_eq!(now.stiffness, 3.0 * written.stiffness);
+    assert!((now.damping - 3.0 * written.damping).abs() <= 1e-12 * now.damping);
+    session.edit_touch(TouchEdit::Radius(1.0));
+    let widest = 2.0 * default_touch(&session.loaded().scene, 0).expect("it has springs").radius;
+    assert_eq!(rows(&session)[0].radius, widest);
+    let before = rows(&session).to_vec();
+    session.edit_touch(TouchEdit::Radius(-1.0));
+    assert!(session.refusal().is_some_and(|why| why.contains("radius")));
+    assert_eq!(rows(&session), before, "what is refused changes nothing");
+}
+
+#[test]
+fn one_body_of_many_is_set_and_those_that_pass_through_it_still_do() {
+    let text = "version = 1\n[[bodies]]\nname = 'a'\nkind = 'rope'\nsize = [4]\ntouch = {}\n\
+                [[bodies]]\nname = 'b'\nkind = 'rope'\nsize = [4]\nposition = [0, 1, 0]\n\
+                [[bodies]]\nname = 'c'\nkind = 'rope'\nsize = [4]\nposition = [0, 2, 0]\n\
+                touch = { ignore = ['a'], radius = 0.25 }\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("three.toml");
+    std::fs::write(&path, text).expect("a file");
+    let mut session = Session::new(open(&path).expect("a scene")).expect("a valid scene");
+    let values = session.touch_values().expect("bodies");
+    assert!(!values.on && values.radius.is_some_and(|radius| radius.mixed));
+    assert_eq!(rows(&session)[1].ignored, [0]);
+    session.select(Select::Body(1));
+    session.edit_touch(TouchEdit::On(true));
+    // The row of b stands before that of c now.
+    assert_eq!(rows(&session).len(), 3);
+    assert_eq!(rows(&session)[2].ignored, [0]);
+    session.select(Select::Body(0));
+    session.edit_touch(TouchEdit::On(false));
+    assert!(rows(&session).iter().all(|row| row.ignored.is_empty()));
+    session.edit_touch(TouchEdit::On(true));
+    assert_eq!(rows(&session)[2].ignored, [0]);
+    let first = rows(&session)[0].clone();
+    assert_eq!((first.radius, first.particles), (0.45, (0..4).collect()));
+}
+
+#[test]
+fn a_run_whose_touches_were_set_is_that_of_the_scene_that_is_saved_of_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for scene in ["cloth", "pile"] {
+        let mut viewer = Viewer::new(loaded(scene), catalogue()).expect("a valid scene");
+        viewer.folder = folder.path().to_owned();
+        let session = &mut viewer.session;
+        // Springs that differ give another default: it is written all the same.
+        session.edit(MaterialEdit::Damping(0.25));
+        session.edit_touch(TouchEdit::On(true));
+        session.edit_touch(TouchEdit::Friction(0.25));
+        let radius = first(session.touch_values().expect("bodies").radius);
+        session.edit_touch(TouchEdit::Radius(0.75 * radius));
+        session.tune(Tuning::Substeps(20));
+        session.restart();
+        viewer.command(Command::SaveScene);
+        let path = folder.path().join(format!("{scene}-1.toml"));
+        let read = open(&path).unwrap_or_else(|_| panic!("{:?}", viewer.note));
+        let mut again = Runner::open(&read).expect("a valid scene");
+        assert_eq!(touches_of(&again), touches_of(viewer.session.runner()), "{scene}");
+        for _ in 0..3 {
+            viewer.session.step_forward();
+            again.step().expect("a step");
+        }
+        let hash = |runner: &Runner| state_hash(&runner.state());
+        assert_eq!(hash(&again), hash(viewer.session.runner()), "{scene}");
+        // A link says so rather than show something else.
+        assert!(viewer.link().is_err_and(|why| why.contains("how bodies touch")), "{scene}");
+    }
+}
+
+#[test]
+fn the_sliders_are_there_for_what_touches() {
+    let viewer = Viewer::new(loaded("cloth"), catalogue()).expect("a valid scene");
+    let builder = Harness::builder().with_size(Vec2::new(1280.0, 1000.0));
+    let mut harness = builder.build_ui_state(frame, viewer);
+    theme::apply(&harness.ctx);
+    harness.run_steps(3);
+    assert!(harness.query_by_role_and_label(Role::Slider, "Radius").is_none());
+    harness.get_by_role_and_label(Role::CheckBox, "Touch").click();
+    harness.run_steps(3);
+    let radius = |harness: &Harness<'_, Viewer>| {
+        first(harness.state().session.touch_values().expect("a body").radius)
+    };
+    let before = radius(&harness);
+    for label in ["Radius", "Push", "Grip"] {
+        let slider = harness.get_by_role_and_label(Role::Slider, label).rect();
+        let at = slider.left_center() + Vec2::new(30.0, 0.0);
+        harness.drag_at(at);
+        harness.run_steps(1);
+        harness.drop_at(at);
+        harness.run_steps(2);
+    }
+    assert!(radius(&harness) < before);
+    assert_eq!(harness.state().session.undoes(), Some(Deed::Edit("friction of touches")));
+    harness.get_by_role_and_label(Role::CheckBox, "Touch").click();
+    harness.run_steps(3);
+    assert!(rows(&harness.state().session).is_empty());
+}
+
+/// Two sheets of one body each, one of which goes through the other within a step.
+fn shot() -> Session {
+    let sheet = |y: f64, v: f64| {
+        format!(
+            "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.1\nmass = 0.01\n\
+             position = [0.02, {y}, 0.03]\nvelocity = [0, {v}, 0]\ntouch = {{}}\n"
+        )
+    };
+    let text = format!(
+        "version = 1\n[solver]\nsubsteps = 1\n[world]\ngravity = [0, 0, 0]\n{}{}",
+        sheet(0.0, 0.0),
+        sheet(1.0, -90.0)
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("shot.toml");
+    std::fs::write(&path, text).expect("a file");
+    Session::new(open(&path).expect("a scene")).expect("a valid scene")
+}
+
+#[test]
+fn what_may_have_passed_through_is_told_and_marked() {
+    let mut session = shot();
+    assert_eq!(session.passes(), 0);
+    (0..2).for_each(|_| session.step_forward());
+    assert!(0 < session.passes());
+    let warning = session.marks().find(|mark| mark.kind == MarkKind::Warning);
+    assert!(warning.is_some());
+    let viewer = {
+        let mut viewer = Viewer::new(loaded("cube"), catalogue()).expect("a valid scene");
+        viewer.session = session;
+        viewer
+    };
+    let builder = Harness::builder().with_size(Vec2::new(1600.0, 800.0));
+    let mut harness = builder.build_ui_state(frame, viewer);
+    theme::apply(&harness.ctx);
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("may have passed through").is_some());
+    // Back before it, nothing has passed.
+    harness.state_mut().session.look_back(2);
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("may have passed through").is_none());
+}
+
+#[test]
+fn surfaces_that_cross_are_counted_while_the_run_is_as_it_is() {
+    let text = "version = 1\n[world]\ngravity = [0, 0, 0]\n[[bodies]]\nkind = 'cloth'\n\
+                size = [3, 3]\ntouch = {}\n[[bodies]]\nkind = 'cloth'\nsize = [3, 3]\n\
+                position = [0.3, 0, 0.2]\nrotation = { axis = [1, 0, 0], angle_deg = 90 }\n\
+                touch = {}\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("crossed.toml");
+    std::fs::write(&path, text).expect("a file");
+    let mut session = Session::new(open(&path).expect("a scene")).expect("a valid scene");
+    session.toggle_pause();
+    assert_eq!(session.crossings(), None, "not counted yet");
+    session.advance(0.1, &|| 0.0);
+    let known = session.runner().touched().expect("they touch").crossings;
+    assert!(0 < known);
+    assert_eq!(session.crossings(), Some(known));
+    session.edit(MaterialEdit::Damping(0.5));
+    assert_eq!(session.crossings(), None, "void with the change");
+    session.advance(0.1, &|| 0.0);
+    assert_eq!(session.crossings(), Some(known));
+    // Where nothing touches nothing is counted.
+    session.edit_touch(TouchEdit::On(false));
+    session.advance(0.1, &|| 0.0);
+    assert_eq!(session.crossings(), None);
+}
