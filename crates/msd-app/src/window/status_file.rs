@@ -6,19 +6,19 @@
 //! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
 //! itself), `offers` (how many ways out there are), `held` (particle or null), `held_solid`,
 //! `held_position`, `held_target`, `held_screen`, `selected`, `pinned` (whether the selected
-//! particle is), `pins` (how many are), `hovered`, `springs` (how many there are), `note`,
-//! `error` (the last estimate of the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
-//! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `force` (on each particle at
-//! present, N), `trade` (null while it is off or waits: `measured` settings, the `cheapest` of them
-//! in s/s, `now`, `done`, `failure`, priced `parts`, `search`), `solver` (`integrator`, `substeps`
-//! or null while they are chosen, `automatic`, `precision`), `elastic` (energy, J, or null), `past`
-//! (`back` and `ahead`: how many states one can look back to, and come back to; `undo` and `redo`:
-//! what they would take back and do again, or null), `recording` (its file or null), `twin` (null,
-//! or its root mean square distance, m), `gallery` (null, or how many of its pictures are drawn),
-//! `full_screen`, `focus` (whether a control has the keyboard), `group` and `grabs` (how many
-//! particles are to be grabbed together, and are held), `guide` (steps done of the guide, or null),
-//! `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`), `pixels_per_point`, `view` and
-//! `landmarks` (rectangles: left, top, width, height).
+//! particle is), `pins` (how many are), `hovered`, `springs` (how many there are), `note`, `error`
+//! (the last estimate of the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a
+//! particle in plain view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `force`
+//! (on each particle at present, N), `trade` (null while it is off or waits: `measured` settings,
+//! the `cheapest` of them in s/s, `now`, `done`, `failure`, priced `parts`, `search`), `solver`
+//! (`integrator`, `substeps` or null while they are chosen, `automatic`, `precision`), `elastic`
+//! (energy, J, or null), `past` (`back` and `ahead`: how many states one can look back to, and come
+//! back to; `undo` and `redo`: what they would take back and do again, or null), `recording` (its
+//! file or null), `twin` (null, or its root mean square distance, m), `gallery` (null, or how many
+//! of its pictures are drawn), `full_screen`, `focus` (whether a control has the keyboard), `group`
+//! and `grabs` (how many particles are to be grabbed together, and are held), `guide` (steps done
+//! of the guide, or null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`),
+//! `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
