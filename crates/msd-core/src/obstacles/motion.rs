@@ -1,11 +1,11 @@
 //! The motion of solids: steady, or through key frames.
 //!
-//! Between two key frames a solid moves by a cubic of time (Hermite). Its velocity is zero
-//! at the first key frame and at the last; at others it is, along each axis, a mean of those on both
-//! sides, zero where they have different signs (Fritsch and Butland, 1984): so position and
-//! velocity are continuous, no coordinate leaves the range of its two key frames, and key frames
-//! that a steady motion passes through give that motion. A turn is the same cubic of a rotation
-//! vector that starts at the key frame before.
+//! Between two key frames a solid moves by a cubic of time (Hermite). Its velocity is zero at
+//! the first key frame and at the last; at others it is, along each axis, a mean of those on
+//! both sides, zero where they have different signs (Fritsch and Butland, 1984): so position
+//! and velocity are continuous, no coordinate leaves the range of its two key frames, and key
+//! frames that a steady motion passes through give that motion. A turn is the same cubic of a
+//! rotation vector that starts at the key frame before.
 
 use crate::number::Real;
 use crate::scene::Solid;

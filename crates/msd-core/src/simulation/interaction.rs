@@ -182,8 +182,8 @@ pub enum Interaction {
         /// Damping over stiffness, seconds.
         value: f64,
     },
-    /// Puts a solid somewhere, turned as it is, and lets it move steadily from now on: its key frames
-    /// are left out. The next substep moves out the particles inside it.
+    /// Puts a solid somewhere, turned as it is, and lets it move steadily from now on: its key
+    /// frames are left out. The next substep moves out the particles inside it.
     MoveSolid {
         /// The solid.
         solid: usize,
