@@ -107,7 +107,7 @@ fn look<R: Real>(simulation: &Simulation<R>) {
 
 fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Interaction> {
     let (count, springs) = (of.model().particle_count(), of.model().ends().len());
-    let kind = u.arbitrary::<u8>()? % 23;
+    let kind = u.arbitrary::<u8>()? % 24;
     if kind < 7 {
         return for_one(u, kind, count);
     }
@@ -132,6 +132,12 @@ fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Inte
             factor: positive(u)?,
         },
         21 => Interaction::SetRelaxationTime { bodies: select(u, count)?, value: positive(u)? },
+        22 => Interaction::MoveSolid {
+            solid: index(u, of.model().solids().len())?,
+            position: vector(u)?,
+            velocity: vector(u)?,
+            spin: vector(u)?,
+        },
         _ => Interaction::SetPlane {
             plane: index(u, of.model().planes().len())?,
             restitution: world::fraction(u)?,

@@ -2,7 +2,7 @@
 
 use super::promise::{check_message, check_simulation, step};
 use msd_core::{Integrator, Real, Scene, Settings, Simulation};
-use msd_scene::schema::{BodyRow, Kind, SceneFile};
+use msd_scene::schema::{BodyRow, Kind, SceneFile, SolidKind, SolidRow};
 use msd_scene::{SceneFormat, parse, read, write};
 
 /// The largest scene that is built and run, particles.
@@ -53,9 +53,18 @@ fn check_round_trip(file: &SceneFile, format: SceneFormat) {
 
 /// Whether a scene is refused for its size at once or built in no time.
 fn is_quick(file: &SceneFile) -> bool {
+    if !file.world.solids.iter().all(is_coarse) {
+        return false;
+    }
     let sizes: Vec<u128> = file.bodies.iter().map(particles).collect();
     let total = sizes.iter().fold(0, |sum: u128, &size| sum.saturating_add(size));
     total <= LARGEST || sizes.first().is_some_and(|&first| REFUSED < first)
+}
+
+/// Whether a solid is no mesh, or has few cells.
+fn is_coarse(solid: &SolidRow) -> bool {
+    let few = |cell: f64| solid.length.unwrap_or(1.0) <= 16.0 * cell;
+    solid.kind != SolidKind::Mesh || solid.cell.is_some_and(few)
 }
 
 /// How many particles a body asks for; a mesh that the crate carries takes long to build.

@@ -3,11 +3,13 @@
 use super::numbers::{any, decade, index, positive, vector};
 use arbitrary::{Result, Unstructured};
 use core::ops::Range;
-use msd_core::glam::{DMat3, DVec3};
+use msd_core::glam::DVec3;
+use msd_core::scene::solid::rotation;
 use msd_core::{
-    Bend, Body, Corner, Friction, Integrator, Particle, Pin, Plane, Scene, Settings, Shape, Solid,
-    Spring, Surface, Touch, Volume, World,
+    Bend, Body, Corner, DistanceGrid, Friction, Integrator, KeyFrame, Particle, Pin, Plane, Scene,
+    Settings, Shape, Solid, Spring, Surface, Touch, Volume, World,
 };
+use std::sync::Arc;
 
 /// The methods that take a step in a time known before.
 const FIXED: [Integrator; 7] = [
@@ -166,22 +168,50 @@ fn slow(u: &mut Unstructured) -> Result<DVec3> {
 fn solid(u: &mut Unstructured) -> Result<Solid> {
     let mut length = || Ok(0.1 + f64::from(u.arbitrary::<u8>()?) / 64.0);
     let (radius, other, third) = (length()?, length()?, length()?);
-    let shape = match u.arbitrary::<u8>()? % 5 {
+    let shape = match u.arbitrary::<u8>()? % 6 {
         0 => Shape::Sphere { radius },
         1 => Shape::Capsule { radius, length: other },
         2 => Shape::Box { size: DVec3::new(radius, other, third) },
         3 => Shape::Cylinder { radius, length: other },
-        _ => Shape::Torus { radius, tube: 0.3 * radius },
+        4 => Shape::Torus { radius, tube: 0.3 * radius },
+        _ => Shape::Mesh(Arc::new(grid(u, other)?)),
     };
-    Ok(Solid {
-        shape,
+    let solid = Solid {
         position: slow(u)?,
-        axes: DMat3::IDENTITY,
-        velocity: slow(u)?,
-        spin: if u.ratio(1, 8)? { vector(u)? } else { slow(u)? },
         restitution: fraction(u)?,
         friction: friction(u)?,
-    })
+        ..Solid::new(shape)
+    };
+    if u.ratio(1, 3)? {
+        return Ok(Solid { keys: key_frames(u)?, ..solid });
+    }
+    let spin = if u.ratio(1, 8)? { vector(u)? } else { slow(u)? };
+    Ok(Solid { velocity: slow(u)?, spin, ..solid })
+}
+
+/// Any distances on a few points.
+fn grid(u: &mut Unstructured, cell: f64) -> Result<DistanceGrid> {
+    let mut count = || Ok(2 + usize::from(u.arbitrary::<u8>()? % 3));
+    let counts = [count()?, count()?, count()?];
+    let mut distances = Vec::new();
+    for _ in 0..counts.into_iter().product() {
+        distances.push(f64::from(u.arbitrary::<i8>()?) / 64.0);
+    }
+    let (low, reach) = (slow(u)?, 0.1 + f64::from(u.arbitrary::<u8>()?) / 32.0);
+    let (corners, triangles) = (vec![low; 3], vec![[0, 1, 2]]);
+    Ok(DistanceGrid { low, cell, counts, distances, reach, error: 0.0, corners, triangles })
+}
+
+/// A few key frames, mostly in order.
+fn key_frames(u: &mut Unstructured) -> Result<Vec<KeyFrame>> {
+    let (mut time, mut frames) = (0.0, Vec::new());
+    for _ in 0..u.arbitrary::<u8>()? % 4 {
+        time += f64::from(u.arbitrary::<u8>()?) / 256.0;
+        let position = if u.ratio(1, 8)? { vector(u)? } else { slow(u)? };
+        let angle = f64::from(u.arbitrary::<i8>()?) / 16.0;
+        frames.push(KeyFrame { time, position, axes: rotation(DVec3::Y, angle) });
+    }
+    Ok(frames)
 }
 
 /// A number that is mostly from 0 to 1.

@@ -12,6 +12,7 @@ use msd_app::panel::{self, theme};
 use msd_app::session::{MOST_HELD, MaterialEdit, Session, Tuning, Wind};
 use msd_app::viewer::{Tool, Viewer, catalogue};
 use msd_core::glam::DVec3;
+use msd_core::obstacles::Placed;
 use msd_core::{Particle, Pin, Scene, Spring, Vector};
 use msd_run::on;
 use msd_scene::Precision;
@@ -300,4 +301,53 @@ fn gusts_void_no_reading_that_they_leave_true() {
     }
     session.edit(MaterialEdit::Gravity(3.0));
     assert_eq!(session.stability(), None);
+}
+
+/// Where the only solid is, and how it moves.
+fn solid(session: &Session) -> (DVec3, DVec3) {
+    on!(session.runner(), simulation => {
+        let placed = Placed::new(&simulation.model().solids()[0], simulation.time());
+        (placed.middle, placed.velocity)
+    })
+}
+
+#[test]
+fn a_ball_that_is_dragged_takes_a_cloth_along_and_stays_where_it_is_left() {
+    let mut harness = harness("drape");
+    // From the side the cloth above hides nothing of the ball.
+    harness.state_mut().camera.pitch = 0.0;
+    harness.run_steps(2);
+    let (start, _) = solid(&harness.state().session);
+    let viewport = harness.state().viewport();
+    let at = |place: DVec3| viewport.project(place.as_vec3()).expect("in front");
+    let from = at(start);
+    harness.hover_at(from);
+    harness.run_steps(2);
+    harness.drag_at(from);
+    harness.run_steps(1);
+    assert_eq!(harness.state().session.held_solid(), Some(0));
+    assert_eq!(harness.state().session.held(), None);
+    for frame in 1..40 {
+        harness.hover_at(from - Vec2::new(0.0, 3.0 * frame as f32));
+        harness.run_steps(1);
+        run(&mut harness.state_mut().session, 1);
+    }
+    let target = harness.state().session.grab_target().expect("it is held");
+    assert!(0.4 < target.y - start.y, "it is pulled up: {target}");
+    run(&mut harness.state_mut().session, 60);
+    harness.drop_at(from - Vec2::new(0.0, 117.0));
+    harness.run_steps(2);
+    let session = &mut harness.state_mut().session;
+    assert!(!session.is_holding());
+    let (left, velocity) = solid(session);
+    // A quarter of the way in each of 60 steps.
+    assert!((left - target).length() < 1e-3, "{left} of {target}");
+    assert_eq!(velocity, DVec3::ZERO);
+    run(session, 10);
+    assert_eq!(solid(session).0, left);
+    let count = session.runner().particle_count();
+    let gaps = (0..count).map(|particle| (session.position(particle) - left).length() - 0.8);
+    assert!(-1e-3 < gaps.fold(f64::MAX, f64::min), "a particle is inside the ball");
+    let highest = (0..count).map(|particle| session.position(particle).y).fold(0.0, f64::max);
+    assert!(left.y + 0.79 < highest, "the cloth lies on the ball: {highest}");
 }

@@ -10,7 +10,7 @@ use msd_app::panel::{self, theme};
 use msd_app::session::{MaterialEdit, Session, Tuning, Wind};
 use msd_app::viewer::{Viewer, catalogue};
 use msd_core::glam::DVec3;
-use msd_core::{Friction, Integrator};
+use msd_core::{Friction, Integrator, Interaction};
 use msd_run::recording::{Event, Recording, load_recording};
 use msd_run::replay::{Changes, Replay};
 use msd_run::rescue::Origin;
@@ -66,6 +66,25 @@ fn a_throw_is_replayed_to_the_bit() {
         run(session, 10);
     });
     assert!(40 < recording.steps());
+}
+
+#[test]
+fn a_solid_that_is_dragged_through_a_cloth_is_replayed_to_the_bit() {
+    let mut session = session("drape");
+    run(&mut session, 30);
+    let recording = happens_again(session, |session| {
+        session.grab_solid(0);
+        let at = session.grab_target().expect("it is held");
+        for frame in 1..20 {
+            session.move_grab(at + DVec3::new(0.02, 0.05, 0.0) * f64::from(frame));
+            run(session, 1);
+        }
+        session.release();
+        run(session, 10);
+    });
+    let is_move = |event: &&Event| matches!(event, Event::Act(Interaction::MoveSolid { .. }));
+    // Taken, moved before each step, and left.
+    assert_eq!(recording.events.iter().filter(is_move).count(), 1 + 19 + 1);
 }
 
 #[test]

@@ -42,7 +42,7 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 72] = [
+const LINES: [(&str, &str); 84] = [
     ("touch = { radius = 0 }", "bodies[0].touch.radius is 0; it must be positive and at most 1e12"),
     ("touch = { radius = 2 }", "bodies[0].touch.radius is 2; it must be at most the spacing, 1 m"),
     ("touch = { friction = -1 }", "bodies[0].touch.friction is -1; it must be finite and not"),
@@ -161,6 +161,54 @@ const LINES: [(&str, &str); 72] = [
     (
         "[[world.solids]]\nkind = 'sphere'\nradius = 1\nspin = { speed = 1 }",
         "needs one of the keys",
+    ),
+    (
+        "[[world.solids]]\nkind = 'mesh'",
+        "world.solids[0] lacks the key `file`: a mesh takes file and length and cell",
+    ),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\ncell = 1",
+        "world.solids[0].cell is not for its kind: a sphere takes radius",
+    ),
+    (
+        "[[world.solids]]\nkind = 'mesh'\nfile = 'teapot.obj'",
+        "world.solids[0].file: teapot.obj: is not closed, so it has no inside: ",
+    ),
+    (
+        "[[world.solids]]\nkind = 'mesh'\nfile = 'bunny.obj'\ncell = 1e-3",
+        "world.solids[0].cell: bunny.obj: the number of points of its grid of distances would be ",
+    ),
+    (
+        "[[world.solids]]\nkind = 'mesh'\nfile = 'bunny.obj'\ncell = 5",
+        "world.solids[0].cell: bunny.obj: with a cell of 5e0 no point of the grid is inside",
+    ),
+    (
+        "[[world.solids]]\nkind = 'mesh'\nfile = 'bunny.obj'\ncell = 0",
+        "world.solids[0].cell is 0; it must be positive and at most 1e12",
+    ),
+    ("[[world.solids]]\nkind = 'mesh'\nfile = \"a\\nb.obj\"", "a name without control characters"),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = [{ time = 0 }]",
+        "world.solids[0].key_frames[0].time is 0; it must be positive and finite",
+    ),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = [{ time = 2 }, { time = 1 }]",
+        "world.solids[0].key_frames[1].time is 1; it must be later than 2",
+    ),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nspin = [1, 0, 0]\n\
+         key_frames = [{ time = 1 }]",
+        "world.solids[0].spin and key_frames exclude each other",
+    ),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = [{ time = 1, position = \
+         [1e9, 0, 0] }]",
+        "world.solids[0].key_frames[0].position[0] is 1000000000; it must be finite and inside",
+    ),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = [{ time = 1, rotation = \
+         { axis = [0, 0, 0], angle_deg = 1 } }]",
+        "world.solids[0].key_frames[0].rotation.axis is zero",
     ),
     ("stiffness = nan", "s.toml:5:13: bodies[0].stiffness is NaN; it must be finite and not"),
     ("stiffness = inf", "s.toml:5:13: bodies[0].stiffness is inf; it must be finite and not"),

@@ -71,8 +71,22 @@ fn solids_are_placed_turned_and_set_in_motion() {
     assert!((placed.axes.y_axis.x - 1.0).abs() < 1e-15);
     assert!((placed.middle.y - 2.0 - std::f64::consts::PI / 3.0).abs() < 1e-15);
     assert_eq!(solids[0].friction, Friction::TangentialLoss(1.0));
+    assert!(solids[0].keys.is_empty());
     let Shape::Box { size } = solids[1].shape else { panic!("{:?}", solids[1]) };
     assert_eq!((size.to_array(), solids[1].friction), ([1.0, 2.0, 3.0], Friction::Coulomb(0.5)));
+}
+
+#[test]
+fn a_key_frame_takes_what_it_leaves_out_from_the_one_before() {
+    let lines = "[[world.solids]]\nkind = 'sphere'\nradius = 1\nposition = [1, 2, 3]\n\
+                 key_frames = [{ time = 1, rotation = { axis = [0, 0, 2], angle_deg = 90 } }, \
+                 { time = 2.5, position = [0, 1, 0] }]\n";
+    let solid = &toml(&format!("{}{lines}", body(ROPE))).expect("a solid").scene.solids[0];
+    assert_eq!(solid.keys.iter().map(|key| key.time).collect::<Vec<_>>(), [1.0, 2.5]);
+    assert_eq!(solid.keys[0].position.to_array(), [1.0, 2.0, 3.0]);
+    assert_eq!(solid.keys[1].position.to_array(), [0.0, 1.0, 0.0]);
+    assert!((solid.keys[0].axes.x_axis.y - 1.0).abs() < 1e-15);
+    assert_eq!(solid.keys[1].axes, solid.keys[0].axes);
 }
 
 #[test]
@@ -206,6 +220,7 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("[world]", "world."),
         ("[[world.planes]]", "world.planes."),
         ("[[world.solids]]", "world.solids."),
+        ("key_frames of a solid", "world.solids.key_frames."),
         ("[[bodies]]", "bodies."),
         ("What a body is made of", "bodies."),
         ("touch", "bodies.touch."),

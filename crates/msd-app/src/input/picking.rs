@@ -1,14 +1,74 @@
-//! Picking: the particle under a point of the window.
+//! Picking: the particle or the solid under a point of the window.
 
 use crate::viewer::Viewport;
 use egui::Pos2;
 use glam::Vec3;
+use msd_core::obstacles::{Obstacle, Placed};
 use msd_core::{Real, Snapshot, Vector};
 use msd_render::Ray;
 use msd_run::{Runner, on};
 
 /// How near to a particle a click must be, points.
 const REACH: f32 = 18.0;
+
+/// What the mouse can take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Taken {
+    /// A particle.
+    Particle(usize),
+    /// A solid, at a point of its surface, metres.
+    Solid(usize, Vec3),
+}
+
+/// A solid is taken where its surface is so much nearer than a particle, as a part of its distance:
+/// what lies on a solid is taken, not the solid.
+const COVER: f32 = 0.05;
+
+/// What is under a point of the window: a particle, unless a solid hides it.
+pub(super) fn pick_any(viewport: &Viewport, runner: &Runner, at: Pos2) -> Option<Taken> {
+    let particle = pick(viewport, runner, at);
+    let ray = viewport.ray(at);
+    let solid = on!(runner, simulation => nearest_solid(&simulation.snapshot(), &ray));
+    let Some((solid, distance)) = solid else { return particle.map(Taken::Particle) };
+    let place = ray.origin + ray.direction * distance;
+    let is_hidden = |&particle: &usize| {
+        let position = on!(runner, simulation => simulation.position(particle).to_f64());
+        let depth = viewport.camera.depth(place);
+        (1.0 + COVER) * depth < viewport.camera.depth(position.as_vec3())
+    };
+    Some(match particle.filter(|particle| !is_hidden(particle)) {
+        Some(particle) => Taken::Particle(particle),
+        None => Taken::Solid(solid, place),
+    })
+}
+
+/// Steps along a ray to a solid, at most, and the part of a gap that each of them goes: the gap of
+/// a mesh is a distance only nearly.
+const MOST_STEPS: usize = 256;
+const SAFE: f64 = 0.9;
+
+/// The solid that a ray meets first, and how far along it, metres: by steps that are as long as
+/// nothing is nearer (sphere tracing; Hart, 1996).
+fn nearest_solid<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<(usize, f32)> {
+    let (origin, direction) = (ray.origin.as_dvec3(), ray.direction.as_dvec3());
+    let hits = snapshot.solids.iter().enumerate().filter_map(|(solid, row)| {
+        let placed = Placed::new(row, snapshot.time);
+        let far = (placed.middle - origin).length() + row.shape.reach();
+        let mut distance = 0.0;
+        for _ in 0..MOST_STEPS {
+            let gap: f64 = placed.gap(origin + direction * distance, snapshot.time);
+            if gap <= 1e-3 * distance {
+                return Some((solid, distance as f32));
+            }
+            distance += SAFE * gap;
+            if far < distance {
+                return None;
+            }
+        }
+        None
+    });
+    hits.min_by(|a, b| a.1.total_cmp(&b.1))
+}
 
 /// The particle under a point of the window: the nearest corner of the surface there, or a
 /// particle close by.
@@ -70,7 +130,8 @@ fn crossing(ray: &Ray, [a, b, c]: [Vec3; 3]) -> Option<f32> {
 mod tests {
     use super::*;
     use egui::{Rect, pos2};
-    use msd_core::{Material, Scene, Settings, shape};
+    use glam::DVec3;
+    use msd_core::{Material, Scene, Settings, Shape, Solid, shape};
     use msd_render::Camera;
     use msd_scene::Precision;
 
@@ -100,7 +161,29 @@ mod tests {
     }
 
     #[test]
+    fn a_solid_is_taken_where_it_hides_the_body_and_not_where_the_body_lies_on_it() {
+        let at = viewport().rect.center();
+        let middle = viewport().camera.target.as_dvec3();
+        let towards_eye = -viewport().camera.forward().as_dvec3();
+        let taken = |place: DVec3, radius: f64| {
+            let part = shape::block([3, 3, 3], 2.0, Material::default()).expect("a valid size");
+            let ball = Solid { position: place, ..Solid::new(Shape::Sphere { radius }) };
+            let mut scene = Scene { solids: vec![ball], ..Scene::of("block", part) };
+            scene.particles.iter_mut().for_each(|particle| particle.position += middle);
+            let runner = Runner::new(&scene, Settings::default(), Precision::F32).expect("a scene");
+            pick_any(&viewport(), &runner, at).expect("something is there")
+        };
+        let near = middle + towards_eye * 6.0;
+        let Taken::Solid(0, hit) = taken(near, 1.0) else { panic!("the ball is in front") };
+        assert!((hit.as_dvec3() - near - towards_eye).length() < 0.02, "{hit}");
+        // Behind the block, or so small within it that its surface is no nearer than the block's.
+        assert!(matches!(taken(middle - towards_eye * 6.0, 1.0), Taken::Particle(_)));
+        assert!(matches!(taken(middle, 0.5), Taken::Particle(_)));
+    }
+
+    #[test]
     fn beside_the_body_there_is_nothing() {
         assert_eq!(pick(&viewport(), &block(), pos2(175.0, 25.0)), None);
+        assert_eq!(pick_any(&viewport(), &block(), pos2(175.0, 25.0)), None);
     }
 }

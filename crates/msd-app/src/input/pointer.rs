@@ -1,6 +1,6 @@
 //! The pointer over the 3D view: what a press begins goes on until release.
 
-use super::picking::pick;
+use super::picking::{Taken, pick_any};
 use super::stroke::{crossed, inside};
 use crate::viewer::{Action, Command, Gesture, Side, Tool, Viewer};
 use egui::{Context, Modifiers, PointerButton, Pos2, Rect};
@@ -66,7 +66,12 @@ pub fn read_pointer(ctx: &Context, viewer: &mut Viewer) {
     }
     let idle = viewer.gesture.is_none() && view.hovered();
     let at = pointer.latest.filter(|_| idle);
-    viewer.hovered = at.and_then(|at| pick_at(viewer, viewer.side_at(at), at));
+    let taken = at.and_then(|at| pick_at(viewer, viewer.side_at(at), at));
+    (viewer.hovered, viewer.hovered_solid) = match taken {
+        Some(Taken::Particle(particle)) => (Some(particle), None),
+        Some(Taken::Solid(solid, _)) => (None, Some(solid)),
+        None => (None, None),
+    };
 }
 
 /// Tells the session what is pressed and held anywhere, in the panels too.
@@ -78,9 +83,9 @@ fn read_hands(ctx: &Context, viewer: &mut Viewer) {
     viewer.session.follow_hands(presses, holds || ctx.text_edit_focused());
 }
 
-/// The particle of a side under a point of the window.
-fn pick_at(viewer: &Viewer, side: Side, at: Pos2) -> Option<usize> {
-    pick(&viewer.viewport_of(side), viewer.runner_of(side), at)
+/// What of a side is under a point of the window.
+fn pick_at(viewer: &Viewer, side: Side, at: Pos2) -> Option<Taken> {
+    pick_any(&viewer.viewport_of(side), viewer.runner_of(side), at)
 }
 
 fn start(viewer: &mut Viewer, button: PointerButton, at: Pos2, modifiers: Modifiers) {
@@ -106,15 +111,24 @@ fn start_tool(viewer: &mut Viewer, tool: Tool, at: Pos2) -> Action {
         }
         Tool::Grab => {}
     }
-    let Some(particle) = pick_at(viewer, side, at) else {
+    let Some(taken) = pick_at(viewer, side, at) else {
         return Action::Orbit;
     };
-    let runner = viewer.runner_of(side);
-    let position = on!(runner, simulation => simulation.position(particle).to_f64());
-    let (through, viewport) = (position.as_vec3(), viewer.viewport_of(side));
-    viewer.session.grab(particle, position);
+    let viewport = viewer.viewport_of(side);
+    let (through, target) = match taken {
+        Taken::Particle(particle) => {
+            let runner = viewer.runner_of(side);
+            let position = on!(runner, simulation => simulation.position(particle).to_f64());
+            viewer.session.grab(particle, position);
+            (position.as_vec3(), position)
+        }
+        Taken::Solid(solid, through) => {
+            viewer.session.grab_solid(solid);
+            (through, viewer.session.grab_target().unwrap_or_default())
+        }
+    };
     viewer.hint = false;
-    Action::Grab { through, offset: through - viewport.drag_point(at, through) }
+    Action::Grab { through, offset: target.as_vec3() - viewport.drag_point(at, through) }
 }
 
 fn follow(viewer: &mut Viewer, latest: Pos2) {

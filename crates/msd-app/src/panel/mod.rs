@@ -91,9 +91,9 @@ fn view(ui: &mut Ui, viewer: &mut Viewer) {
     viewer.frame_once();
     let view = ui.interact(rect, Viewer::view_id(), Sense::click_and_drag());
     view.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, "View of the scene"));
-    if viewer.session.held().is_some() {
+    if viewer.session.is_holding() {
         ui.set_cursor_icon(CursorIcon::Grabbing);
-    } else if viewer.hovered.is_some() {
+    } else if viewer.hovered.is_some() || viewer.hovered_solid.is_some() {
         ui.set_cursor_icon(CursorIcon::Grab);
     }
 }

@@ -33,6 +33,10 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     let text = match viewer.tool {
         Tool::Cut => "draw a line across springs to cut them  ·  C or Esc: grab again",
         Tool::Select => "draw a box around what to grab together  ·  B or Esc: grab again",
+        Tool::Grab if viewer.has_solids() => {
+            "drag a particle to throw it, or a solid to push with it  ·  drag beside to turn  ·  \
+             wheel to zoom  ·  F1 help"
+        }
         Tool::Grab => {
             "drag a particle to throw it  ·  drag beside it to turn  ·  wheel to zoom  ·  F1 help"
         }
@@ -248,13 +252,14 @@ fn legend(painter: &Painter, viewer: &Viewer) {
     }
 }
 
-const MOUSE: [(&str, &str); 6] = [
+const MOUSE: [(&str, &str); 7] = [
     ("Left drag on a particle", "hold it; let go to throw it"),
     ("Left drag beside, right drag", "turn"),
     ("Ctrl drag", "choose what is grabbed together"),
     ("Shift drag, middle drag", "move sideways"),
     ("Wheel, pinch", "zoom"),
     ("Drag a pin", "move the pin"),
+    ("Drag a solid", "push it through the scene; let go to leave it there"),
 ];
 
 fn help(ui: &Ui, viewer: &mut Viewer) {

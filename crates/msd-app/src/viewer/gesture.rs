@@ -7,7 +7,7 @@ use glam::Vec3;
 /// What a drag with the left button does over the 3D view.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Tool {
-    /// Takes the particle under the pointer; beside the bodies it turns the camera.
+    /// Takes the particle or the solid under the pointer; beside them it turns the camera.
     #[default]
     Grab,
     /// Draws a box: the particles in it are taken together from then on.
@@ -43,10 +43,10 @@ pub(crate) enum Action {
     },
     /// Cuts springs.
     Cut,
-    /// Drags a particle in the plane through `through` that faces the camera; its target stays
-    /// `offset` away from the pointer, as it was when the particle was taken.
+    /// Drags a particle or a solid in the plane through `through` that faces the camera; its target
+    /// stays `offset` away from the pointer, as it was when it was taken.
     Grab {
-        /// Where the particle was when it was taken, metres.
+        /// Where it was taken, metres.
         through: Vec3,
         /// From the pointer to the target, metres.
         offset: Vec3,

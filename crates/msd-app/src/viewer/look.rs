@@ -102,7 +102,7 @@ impl Viewer {
             return;
         }
         // While something is held the picture stays still.
-        if self.session.held().is_some() {
+        if self.session.is_holding() {
             return;
         }
         let Some((low, high)) = self.subject() else { return };

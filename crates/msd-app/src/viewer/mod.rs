@@ -91,6 +91,8 @@ pub struct Viewer {
     pub(crate) stroke: Vec<egui::Pos2>,
     /// The particle under the pointer.
     pub(crate) hovered: Option<usize>,
+    /// The solid under the pointer, if no particle is.
+    pub(crate) hovered_solid: Option<usize>,
     /// Whether the scene is to be brought into view once the size of the window is known.
     unframed: bool,
     /// The camera as it brought the scene into view.
@@ -163,6 +165,7 @@ impl Viewer {
             gesture: None,
             stroke: Vec::new(),
             hovered: None,
+            hovered_solid: None,
             unframed: true,
             framed: Camera::default(),
             aimed: Vec3::ZERO,
@@ -270,11 +273,16 @@ impl Viewer {
         format!("msd: {}", self.session.loaded().name)
     }
 
+    /// Whether the scene has solids that could be dragged.
+    pub(crate) fn has_solids(&self) -> bool {
+        !self.session.loaded().scene.solids.is_empty()
+    }
+
     /// Ends a gesture: what it held may be gone.
     pub(crate) fn let_go(&mut self) {
         self.gesture = None;
         self.stroke.clear();
-        self.hovered = None;
+        (self.hovered, self.hovered_solid) = (None, None);
     }
 
     fn pin(&mut self) {
@@ -283,7 +291,7 @@ impl Viewer {
         if let Some(particle) = particle {
             session.pin_toggle(particle);
         }
-        if session.held().is_none() {
+        if !session.is_holding() {
             self.gesture = None;
         }
     }

@@ -4,8 +4,9 @@
 //! Places are in pixels of the window. Keys: `frame`, `scene`, `time`, `steps`, `paused`, `speed`,
 //! `real_time_factor`, `step_ms`, `frame_rate` (null before they are measured), `stability` (the
 //! substep as a share of the longest stable one, or null), `failed` (whether the run stopped by
-//! itself), `offers` (how many ways out there are), `held` (particle or null), `held_position`,
-//! `held_target`, `held_screen`, `selected`, `pinned` (whether the selected particle is), `pins`
+//! itself), `offers` (how many ways out there are), `held` (particle or null), `held_solid`,
+//! `held_position`, `held_target`, `held_screen`, `selected`, `pinned` (whether the selected
+//! particle is), `pins`
 //! (how many are), `hovered`, `springs` (how many there are), `note`, `error` (the last estimate of
 //! the error or null: `at`, `over`, `rms`, `worst`, `worst_error`), `aim` (a particle in plain
 //! view: `particle`, `screen`), `stiffness`, `wind` (N on a particle), `force` (on each particle at
@@ -74,6 +75,7 @@ pub(crate) fn report(viewer: &Viewer, scale: f32, frame: u64) -> Value {
         "failed": session.failure().is_some(),
         "offers": session.offers().len(),
         "held": held,
+        "held_solid": session.held_solid(),
         "held_position": held.map(|particle| position(particle).to_array()),
         "held_target": session.grab_target().map(|target| target.to_array()),
         "held_screen": held.and_then(|particle| screen(position(particle).as_vec3())),

@@ -6,6 +6,7 @@
 //! (Dormand-Prince).
 
 pub(crate) mod contact;
+mod motion;
 mod plane;
 pub(crate) mod resolve;
 pub(crate) mod rest;

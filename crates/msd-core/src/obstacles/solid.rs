@@ -2,43 +2,38 @@
 
 use super::Obstacle;
 use super::contact::{ContactLaw, dot};
+use super::motion::{SolidMotion, middle};
 use super::resolve::lane_of;
 use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector};
 use crate::scene::Solid;
-use crate::scene::solid::rotation;
 use glam::{DMat3, DVec3};
 
 /// A solid at a time, seconds.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed {
-    solid: Solid,
+pub struct Placed<'s> {
+    solid: &'s Solid,
     /// Its middle, metres.
     pub middle: DVec3,
     /// Its own axes, as columns.
     pub axes: DMat3,
+    /// Velocity of its middle, metres per second.
+    pub velocity: DVec3,
+    /// Angular velocity about its middle, radians per second.
+    pub spin: DVec3,
 }
 
-impl Placed {
+impl<'s> Placed<'s> {
     /// A solid where it is at a time, seconds.
-    pub fn new(solid: &Solid, time: f64) -> Self {
-        let speed = Real::sqrt(solid.spin.dot(solid.spin));
-        let axes = if speed == 0.0 {
-            solid.axes
-        } else {
-            rotation(solid.spin / speed, speed * time) * solid.axes
-        };
-        Placed { solid: *solid, middle: middle(solid, time), axes }
+    pub fn new(solid: &'s Solid, time: f64) -> Self {
+        let SolidMotion { middle, axes, velocity, spin } = SolidMotion::at(solid, time);
+        Placed { solid, middle, axes, velocity, spin }
     }
 
     /// A point as seen from the solid.
     fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
         self.axes.transpose() * (position.to_f64() - self.middle)
     }
-}
-
-fn middle(solid: &Solid, time: f64) -> DVec3 {
-    solid.position + solid.velocity * time
 }
 
 /// Rounding of coordinates in single precision, a few times.
@@ -99,7 +94,7 @@ impl<R: Real> Ball<R> {
     }
 }
 
-impl<R: Real> Obstacle<R> for Placed {
+impl<R: Real> Obstacle<R> for Placed<'_> {
     fn gap(&self, position: R::Vec3, _: f64) -> R {
         R::of(self.solid.shape.gap(self.own::<R>(position)))
     }
@@ -109,8 +104,7 @@ impl<R: Real> Obstacle<R> for Placed {
     }
 
     fn velocity(&self, position: R::Vec3, _: f64) -> R::Vec3 {
-        let Solid { velocity, spin, .. } = self.solid;
-        R::Vec3::of(velocity + spin.cross(position.to_f64() - self.middle))
+        R::Vec3::of(self.velocity + self.spin.cross(position.to_f64() - self.middle))
     }
 
     fn law(&self) -> ContactLaw<R> {

@@ -3,7 +3,8 @@
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::scene::{
-    Bend, Body, Friction, Particle, Plane, Scene, Shape, Solid, Spring, Touch, Volume,
+    Bend, Body, DistanceGrid, Friction, MOST_POINTS, Particle, Plane, Scene, Shape, Solid, Spring,
+    Touch, Volume,
 };
 use alloc::vec;
 use glam::{DMat3, DVec3};
@@ -217,16 +218,58 @@ fn check_solid<R: Real>(row: usize, solid: &Solid) -> Result<(), Error> {
             let fits = 0.0 < tube && tube < radius;
             check(fits, "tube", at, tube, "positive and smaller than the radius")?;
         }
+        Shape::Mesh(ref grid) => {
+            positive("edge of a cell", grid.cell)?;
+            positive("reach", grid.reach)?;
+            check_grid(at, grid)?;
+        }
     }
     let vectors =
         [("position", solid.position), ("velocity", solid.velocity), ("spin", solid.spin)];
     vectors.into_iter().try_for_each(|(quantity, value)| check_vector::<R>(quantity, at, value))?;
-    let off = (solid.axes.transpose() * solid.axes - DMat3::IDENTITY).to_cols_array();
-    // A sum, as a NaN is no rotation either.
-    let off = off.into_iter().map(f64::abs).sum::<f64>();
-    check(off <= 1e-9, "departure of the axes from a rotation", at, off, "0")?;
+    check_axes(at, &solid.axes)?;
+    check_not_negative::<f64>("start of the motion", at, solid.since)?;
+    check_keys::<R>(at, solid)?;
     check_fraction("restitution", at, solid.restitution)?;
     check_friction(at, solid.friction)
+}
+
+fn check_axes(at: (&'static str, usize), axes: &DMat3) -> Result<(), Error> {
+    let off = (axes.transpose() * *axes - DMat3::IDENTITY).to_cols_array();
+    // A sum, as a NaN is no rotation either.
+    let off = off.into_iter().map(f64::abs).sum::<f64>();
+    check(off <= 1e-9, "departure of the axes from a rotation", at, off, "0")
+}
+
+fn check_keys<R: Real>(at: (&'static str, usize), solid: &Solid) -> Result<(), Error> {
+    let mut before = solid.since;
+    for key in &solid.keys {
+        let is_later = before < key.time && key.time.is_finite();
+        check(is_later, "time of a key frame", at, key.time, "later than the one before")?;
+        check_vector::<R>("position of a key frame", at, key.position)?;
+        check_axes(at, &key.axes)?;
+        before = key.time;
+    }
+    let steady = solid.velocity.extent().max(solid.spin.extent());
+    let fits = solid.keys.is_empty() || steady == 0.0;
+    check(fits, "velocity or spin beside key frames", at, steady, "0")
+}
+
+fn check_grid(at: (&'static str, usize), grid: &DistanceGrid) -> Result<(), Error> {
+    for count in grid.counts {
+        check(2 <= count, "number of points along an axis", at, count as f64, "at least 2")?;
+    }
+    let points = grid.counts.into_iter().fold(1, usize::saturating_mul);
+    check(points <= MOST_POINTS, "number of points", at, points as f64, "at most 4194304")?;
+    let count = grid.distances.len();
+    check(count == points, "number of distances", at, count as f64, "that of the points")?;
+    let corners = grid.corners.iter().flat_map(|corner| corner.to_array());
+    let numbers = grid.low.to_array().into_iter().chain([grid.error]).chain(corners);
+    for number in numbers.chain(grid.distances.iter().copied()) {
+        check(number.abs() <= 1e12, "length", at, number, "at most 1e12")?;
+    }
+    let mut corners = grid.triangles.iter().flatten();
+    corners.try_for_each(|&corner| check_index(at, "corner", corner as usize, grid.corners.len()))
 }
 
 /// Checks how so many particles touch: the rows, and the pairs that do not.

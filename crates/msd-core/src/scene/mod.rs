@@ -8,14 +8,16 @@ pub mod lattice;
 pub mod part;
 pub mod substance;
 pub mod shape;
+pub mod distances;
 pub mod solid;
 pub mod touch;
 mod origin;
 
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
+pub use distances::{DistanceGrid, MOST_POINTS};
 pub use lattice::{Lattice, Neighbours};
 pub use part::{Material, Part};
-pub use solid::{Shape, Solid};
+pub use solid::{KeyFrame, Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
 pub use touch::Touch;

@@ -26,7 +26,10 @@ impl Scene {
                 plane.offset += scaled.dot(by) / Real::sqrt(scaled.dot(scaled));
             }
         }
-        scene.solids.iter_mut().for_each(|solid| solid.position += by);
+        for solid in &mut scene.solids {
+            solid.position += by;
+            solid.keys.iter_mut().for_each(|key| key.position += by);
+        }
         scene
     }
 

@@ -1,11 +1,13 @@
 //! Solids of a shape: what a scene says of them, and the distance from their surface.
 
-use super::Friction;
+use super::{DistanceGrid, Friction};
 use crate::number::Real;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
 use glam::{DMat3, DVec3};
 
 /// The shape of a solid about its own middle; y is the axis of what has one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Shape {
     /// All points within a radius.
@@ -39,22 +41,43 @@ pub enum Shape {
         /// That distance, metres; smaller than the radius.
         tube: f64,
     },
+    /// The inside of a closed surface, by distances on a grid.
+    Mesh(
+        #[cfg_attr(feature = "serde", serde(with = "super::distances::shared"))] Arc<DistanceGrid>,
+    ),
 }
 
-/// A solid that particles cannot enter, still or moving at constant speed.
+/// Where a solid is at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct KeyFrame {
+    /// Seconds; later than the start of the motion and the key frame before.
+    pub time: f64,
+    /// Its middle, metres.
+    pub position: DVec3,
+    /// Its own axes, as columns; a rotation.
+    pub axes: DMat3,
+}
+
+/// A solid that particles cannot enter, still, moving steadily or through key frames.
+#[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Solid {
     /// Its shape.
     pub shape: Shape,
-    /// Its middle at the start, metres.
+    /// Its middle at the start of its motion, metres.
     pub position: DVec3,
-    /// Its own axes at the start, as columns; a rotation.
+    /// Its own axes there, as columns; a rotation.
     pub axes: DMat3,
-    /// Velocity of its middle, metres per second.
+    /// Velocity of its middle, metres per second; zero with key frames.
     pub velocity: DVec3,
-    /// Angular velocity about its middle, radians per second.
+    /// Angular velocity about its middle, radians per second; zero with key frames.
     pub spin: DVec3,
+    /// The start of its motion, seconds: 0 unless an interaction has moved it since.
+    pub since: f64,
+    /// Key frames that it moves through, smoothly, in order of time; it stays at the last. None: it
+    /// moves steadily.
+    pub keys: Vec<KeyFrame>,
     /// Fraction of the normal speed that a bounce returns, 0 to 1.
     pub restitution: f64,
     /// Friction along its surface.
@@ -70,6 +93,8 @@ impl Solid {
             axes: DMat3::IDENTITY,
             velocity: DVec3::ZERO,
             spin: DVec3::ZERO,
+            since: 0.0,
+            keys: Vec::new(),
             restitution: 0.0,
             friction: Friction::Coulomb(0.0),
         }
@@ -78,8 +103,8 @@ impl Solid {
 
 impl Shape {
     /// The distance of a point from the surface, metres; negative inside.
-    pub fn gap(self, point: DVec3) -> f64 {
-        match self {
+    pub fn gap(&self, point: DVec3) -> f64 {
+        match *self {
             Shape::Sphere { radius } => length(point) - radius,
             Shape::Capsule { radius, length: long } => {
                 length(point - on_axis(point, long)) - radius
@@ -87,12 +112,13 @@ impl Shape {
             Shape::Box { size } => beyond(point.abs() - size * 0.5),
             Shape::Cylinder { radius, length } => beyond(sides_of_rod(point, radius, length)),
             Shape::Torus { radius, tube } => length(point - on_circle(point, radius)) - tube,
+            Shape::Mesh(ref grid) => grid.gap(point),
         }
     }
 
     /// The direction out of the solid at a point, length one.
-    pub fn normal(self, point: DVec3) -> DVec3 {
-        match self {
+    pub fn normal(&self, point: DVec3) -> DVec3 {
+        match *self {
             Shape::Sphere { .. } => direction(point),
             Shape::Capsule { length, .. } => direction(point - on_axis(point, length)),
             Shape::Box { size } => out(point.abs() - size * 0.5, point, DMat3::IDENTITY),
@@ -102,17 +128,20 @@ impl Shape {
                 out(sides, DVec3::new(1.0, point.y, 1.0), axes)
             }
             Shape::Torus { radius, .. } => direction(point - on_circle(point, radius)),
+            Shape::Mesh(ref grid) => grid.normal(point),
         }
     }
 
     /// The radius of a ball about its middle that holds it, metres.
-    pub fn reach(self) -> f64 {
-        match self {
+    pub fn reach(&self) -> f64 {
+        match *self {
             Shape::Sphere { radius } => radius,
             Shape::Capsule { radius, length } => radius + 0.5 * length,
             Shape::Box { size } => 0.5 * length(size),
             Shape::Cylinder { radius, length: long } => length(DVec3::new(radius, 0.5 * long, 0.0)),
             Shape::Torus { radius, tube } => radius + tube,
+            // The interpolated surface may be outside the other by its error.
+            Shape::Mesh(ref grid) => grid.reach + grid.error,
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::elements::grabs::Grab;
 use crate::energy::{self, centre_of_mass};
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::obstacles::{ContactLaw, PlaneColumn};
+use crate::obstacles::{ContactLaw, Placed, PlaneColumn};
 use crate::scene::check::{self, check, check_index};
 use crate::scene::{Friction, Plane};
 use crate::system::{Columns, Model};
@@ -182,6 +182,18 @@ pub enum Interaction {
         /// Damping over stiffness, seconds.
         value: f64,
     },
+    /// Puts a solid somewhere, turned as it is, and lets it move steadily from now on: its key
+    /// frames are left out. The next substep moves out the particles inside it.
+    MoveSolid {
+        /// The solid.
+        solid: usize,
+        /// Its middle now, metres.
+        position: DVec3,
+        /// Velocity of its middle, metres per second.
+        velocity: DVec3,
+        /// Angular velocity about its middle, radians per second.
+        spin: DVec3,
+    },
 }
 
 /// The parts of a simulation that an interaction changes.
@@ -213,8 +225,8 @@ impl Effects {
 }
 
 impl Interaction {
-    /// The changes that the interaction makes. A push, the drag of the air and planes change none
-    /// of these.
+    /// The changes that the interaction makes. A push, the drag of the air, planes and solids
+    /// change none of these.
     pub fn effects(&self) -> Effects {
         use Interaction::*;
         let none = Effects::default();
@@ -237,7 +249,7 @@ impl Interaction {
             SetGravity { .. } | SetForce { .. } => Effects { energy: true, ..none },
             Grab { .. } | Release { .. } => Effects { grabs: true, ..none },
             Push { .. } | SetDrag { .. } => none,
-            SetPlane { .. } | RemovePlanes | AddPlane { .. } => none,
+            SetPlane { .. } | RemovePlanes | AddPlane { .. } | MoveSolid { .. } => none,
         }
     }
 }
@@ -297,6 +309,12 @@ pub(crate) fn check_interaction<R: Real>(
         SetDrag { value } => check::check_not_negative::<R>("drag", at, value),
         RemovePlanes => Ok(()),
         AddPlane { plane } => check::check_plane::<R>(model.planes().len(), &plane),
+        MoveSolid { solid, position, velocity, spin } => {
+            check_index(at, "solid", solid, model.solids().len())?;
+            check::check_vector::<R>("position", at, position)?;
+            check::check_vector::<R>("velocity", at, velocity)?;
+            check::check_vector::<R>("spin", at, spin)
+        }
         ScaleMaterial { bodies, .. } | SetRelaxationTime { bodies, .. } => {
             check_bodies(model, bodies)?;
             check_number::<R>(interaction)
@@ -354,11 +372,11 @@ fn check_select<R: Real>(
     }
 }
 
-/// Applies a checked interaction, with `h` the substep in seconds.
+/// Applies a checked interaction, with `h` the substep and `time` the simulated time, in seconds.
 pub(crate) fn apply<R: Real>(
     model: &mut Model<R>,
     state: &mut Columns<R>,
-    h: f64,
+    (h, time): (f64, f64),
     interaction: Interaction,
 ) {
     use Interaction::*;
@@ -405,6 +423,13 @@ pub(crate) fn apply<R: Real>(
         SetDrag { value } => model.fields.drag = R::of(value),
         RemovePlanes => model.obstacles.planes.clear(),
         AddPlane { plane } => model.obstacles.planes.push(PlaneColumn::new(&plane)),
+        MoveSolid { solid, position, velocity, spin } => {
+            let solid = &mut model.obstacles.solids[solid];
+            solid.axes = Placed::new(solid, time).axes;
+            (solid.since, solid.position) = (time, position);
+            (solid.velocity, solid.spin) = (velocity, spin);
+            solid.keys.clear();
+        }
         ScaleMaterial { bodies, number, factor } => {
             let rows = (particles_of(model, bodies), springs_of(model, bodies));
             material::scale(model, rows, (number, factor));

@@ -28,8 +28,8 @@ use crate::number::{Instructions, Real};
 use crate::obstacles::Evaluated;
 use crate::obstacles::resolve::Substep;
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
-use crate::scene::Scene;
 use crate::scene::check::check_steps;
+use crate::scene::{Scene, Solid};
 use crate::stability::Region;
 use crate::system::{Columns, Model, State};
 use alloc::boxed::Box;
@@ -67,8 +67,9 @@ pub struct Simulation<R: Real = f32> {
 enum Kept<R: Real> {
     /// All of it.
     Model(Box<Model<R>>),
-    /// The grabs, which stand in `good_grabs`, and how many pushes there were.
-    Hands { pushes: usize },
+    /// The grabs, which stand in `good_grabs`, how many pushes there were, and the solids if one is
+    /// moved.
+    Hands { pushes: usize, solids: Vec<Solid> },
 }
 
 impl<R: Real> Simulation<R> {
@@ -183,15 +184,20 @@ impl<R: Real> Simulation<R> {
     /// Keeps the model as it was before the queue is applied: all of it, or only the part that
     /// grabs and pushes change, as these are frequent.
     fn keep_model(&mut self) -> Kept<R> {
-        use Interaction::{Grab, Impulse, Push, Release, Spin};
+        use Interaction::{Grab, Impulse, MoveSolid, Push, Release, Spin};
         let pushes = self.model.pushes.0.len();
         if self.queue.is_empty() {
-            return Kept::Hands { pushes };
+            return Kept::Hands { pushes, solids: Vec::new() };
         }
         let is_hand = |interaction: &Interaction| {
             matches!(
                 interaction,
-                Grab { .. } | Release { .. } | Push { .. } | Impulse { .. } | Spin { .. }
+                Grab { .. }
+                    | Release { .. }
+                    | Push { .. }
+                    | Impulse { .. }
+                    | Spin { .. }
+                    | MoveSolid { .. }
             )
         };
         if !self.queue.iter().all(is_hand) {
@@ -201,14 +207,20 @@ impl<R: Real> Simulation<R> {
         self.good_grabs.clear();
         self.good_grabs.reserve(self.model.grabs.0.len() + self.queue.len());
         self.good_grabs.extend_from_slice(&self.model.grabs.0);
-        Kept::Hands { pushes }
+        let is_moved = |interaction: &Interaction| matches!(interaction, MoveSolid { .. });
+        let moves = self.queue.iter().any(is_moved);
+        let solids = if moves { self.model.solids().to_vec() } else { Vec::new() };
+        Kept::Hands { pushes, solids }
     }
 
     /// Undoes the changes of the queue to the model.
     fn put_model_back(&mut self, kept: Kept<R>) {
         match kept {
             Kept::Model(model) => self.model = *model,
-            Kept::Hands { pushes } => {
+            Kept::Hands { pushes, solids } => {
+                if !solids.is_empty() {
+                    self.model.obstacles.solids = solids;
+                }
                 self.model.pushes.0.truncate(pushes);
                 if !self.queue.is_empty() {
                     self.model.grabs.0.clone_from(&self.good_grabs);
@@ -235,10 +247,10 @@ impl<R: Real> Simulation<R> {
         if self.queue.is_empty() {
             return;
         }
-        let h = self.settings.substep();
+        let now = (self.settings.substep(), self.time());
         let mut changed = Effects::default();
         for &interaction in &self.queue {
-            interaction::apply(&mut self.model, &mut self.state, h, interaction);
+            interaction::apply(&mut self.model, &mut self.state, now, interaction);
             // A cut has taken its spring out of the rows already.
             if !matches!(interaction, Interaction::Cut { .. }) {
                 changed = changed.or(interaction.effects());

@@ -5,7 +5,7 @@ use crate::picture::colour::bytes;
 use crate::picture::geometry::{Geometry, SurfaceVertex};
 use glam::{DVec3, Vec3};
 use msd_core::obstacles::Placed;
-use msd_core::{Real, Shape, Snapshot};
+use msd_core::{DistanceGrid, Real, Shape, Snapshot};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Colour of a solid: stone, unlike any body.
@@ -23,7 +23,7 @@ const PLAIN: [f32; 2] = [0.03125, 0.03125];
 pub(crate) fn add_solids<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'_, R>, limit: u64) {
     for solid in snapshot.solids {
         let most = limit as usize / size_of::<SurfaceVertex>();
-        if most < geometry.vertices.len() + MOST_VERTICES {
+        if most < geometry.vertices.len() + most_vertices(&solid.shape) {
             log::warn!("some solids do not fit into a buffer: left out");
             return;
         }
@@ -32,59 +32,75 @@ pub(crate) fn add_solids<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'
             continue;
         }
         let inset = f64::from(geometry.particle_radius);
-        add(geometry, &placed, shrunk(solid.shape, inset));
-    }
-}
-
-/// A shape whose surface is so far inside that of another.
-fn shrunk(shape: Shape, inset: f64) -> Shape {
-    let less = |length: f64, by: f64| (length - by).max(0.0);
-    match shape {
-        Shape::Sphere { radius } => Shape::Sphere { radius: less(radius, inset) },
-        Shape::Capsule { radius, length } => Shape::Capsule { radius: less(radius, inset), length },
-        Shape::Box { size } => Shape::Box { size: (size - 2.0 * inset).max(DVec3::ZERO) },
-        Shape::Cylinder { radius, length } => {
-            Shape::Cylinder { radius: less(radius, inset), length: less(length, 2.0 * inset) }
-        }
-        Shape::Torus { radius, tube } => Shape::Torus { radius, tube: less(tube, inset) },
-    }
-}
-
-fn add(geometry: &mut Geometry, placed: &Placed, shape: Shape) {
-    match shape {
-        Shape::Box { size } => add_box(geometry, placed, size * 0.5),
-        _ => profiles(shape).iter().for_each(|line| revolve(geometry, placed, line)),
+        add(geometry, &placed, &solid.shape, inset);
     }
 }
 
 /// More vertices than a solid has.
-const MOST_VERTICES: usize = 8192;
+fn most_vertices(shape: &Shape) -> usize {
+    match shape {
+        Shape::Mesh(grid) => 3 * grid.triangles.len(),
+        _ => 8192,
+    }
+}
+
+/// Adds the surface that is so far inside that of a shape.
+fn add(geometry: &mut Geometry, placed: &Placed<'_>, shape: &Shape, inset: f64) {
+    let less = |length: f64, by: f64| (length - by).max(0.0);
+    let mut revolve = |line: Vec<Point>| revolve(geometry, placed, &line);
+    match *shape {
+        Shape::Sphere { radius } => {
+            revolve(arc([0.0, 0.0], less(radius, inset), [-FRAC_PI_2, FRAC_PI_2]));
+        }
+        Shape::Capsule { radius, length } => {
+            let radius = less(radius, inset);
+            let mut line = arc([0.0, -0.5 * length], radius, [-FRAC_PI_2, 0.0]);
+            line.extend(arc([0.0, 0.5 * length], radius, [0.0, FRAC_PI_2]));
+            revolve(line);
+        }
+        Shape::Cylinder { radius, length } => {
+            let (radius, half) = (less(radius, inset), less(0.5 * length, inset));
+            revolve(vec![[0.0, -half, 0.0, -1.0], [radius, -half, 0.0, -1.0]]);
+            revolve(vec![[radius, -half, 1.0, 0.0], [radius, half, 1.0, 0.0]]);
+            revolve(vec![[radius, half, 0.0, 1.0], [0.0, half, 0.0, 1.0]]);
+        }
+        Shape::Torus { radius, tube } => revolve(arc([radius, 0.0], less(tube, inset), [-PI, PI])),
+        Shape::Box { size } => {
+            add_box(geometry, placed, (size * 0.5 - inset).max(DVec3::ZERO));
+        }
+        Shape::Mesh(ref grid) => add_mesh(geometry, placed, grid, inset),
+    }
+}
+
+/// The cosine of the angle between a face and the mean of those at a corner up to which they are
+/// drawn as one smooth surface.
+const SMOOTH: f64 = 0.8;
+
+/// Adds the triangles of a mesh, each with corners of its own: what meets at an edge keeps it.
+fn add_mesh(geometry: &mut Geometry, placed: &Placed<'_>, grid: &DistanceGrid, inset: f64) {
+    let mut means = vec![DVec3::ZERO; grid.corners.len()];
+    let place = |corner: u32| grid.corners[corner as usize];
+    let area = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a);
+    for triangle in &grid.triangles {
+        let area = area(triangle.map(place));
+        triangle.iter().for_each(|&corner| means[corner as usize] += area);
+    }
+    means.iter_mut().for_each(|mean| *mean = mean.normalize_or_zero());
+    for triangle in &grid.triangles {
+        let face = area(triangle.map(place)).normalize_or_zero();
+        let first = geometry.vertices.len() as u32;
+        for &corner in triangle {
+            let mean = means[corner as usize];
+            let normal = if SMOOTH < mean.dot(face) { mean } else { face };
+            push(geometry, placed, place(corner) - mean * inset, normal);
+        }
+        geometry.triangles.push([first, first + 1, first + 2]);
+    }
+}
 
 /// A point of a line that is turned about y: distance from the axis and height, and the normal in
 /// the same way.
 type Point = [f64; 4];
-
-/// The lines whose turns about y make a shape: one for each smooth piece.
-fn profiles(shape: Shape) -> Vec<Vec<Point>> {
-    match shape {
-        Shape::Sphere { radius } => vec![arc([0.0, 0.0], radius, [-FRAC_PI_2, FRAC_PI_2])],
-        Shape::Capsule { radius, length } => {
-            let mut line = arc([0.0, -0.5 * length], radius, [-FRAC_PI_2, 0.0]);
-            line.extend(arc([0.0, 0.5 * length], radius, [0.0, FRAC_PI_2]));
-            vec![line]
-        }
-        Shape::Cylinder { radius, length } => {
-            let half = 0.5 * length;
-            vec![
-                vec![[0.0, -half, 0.0, -1.0], [radius, -half, 0.0, -1.0]],
-                vec![[radius, -half, 1.0, 0.0], [radius, half, 1.0, 0.0]],
-                vec![[radius, half, 0.0, 1.0], [0.0, half, 0.0, 1.0]],
-            ]
-        }
-        Shape::Torus { radius, tube } => vec![arc([radius, 0.0], tube, [-PI, PI])],
-        Shape::Box { .. } => Vec::new(),
-    }
-}
 
 fn arc(middle: [f64; 2], radius: f64, [from, to]: [f64; 2]) -> Vec<Point> {
     let point = |part: u32| {
@@ -95,7 +111,7 @@ fn arc(middle: [f64; 2], radius: f64, [from, to]: [f64; 2]) -> Vec<Point> {
 }
 
 /// Adds the surface that a line turned about the axis of a solid leaves.
-fn revolve(geometry: &mut Geometry, placed: &Placed, line: &[Point]) {
+fn revolve(geometry: &mut Geometry, placed: &Placed<'_>, line: &[Point]) {
     let first = geometry.vertices.len() as u32;
     let along = line.len() as u32;
     for turn in 0..=AROUND {
@@ -114,7 +130,7 @@ fn revolve(geometry: &mut Geometry, placed: &Placed, line: &[Point]) {
     }
 }
 
-fn add_box(geometry: &mut Geometry, placed: &Placed, half: DVec3) {
+fn add_box(geometry: &mut Geometry, placed: &Placed<'_>, half: DVec3) {
     for axis in 0..3 {
         for side in [-1.0, 1.0] {
             let first = geometry.vertices.len() as u32;
@@ -133,7 +149,7 @@ fn add_box(geometry: &mut Geometry, placed: &Placed, half: DVec3) {
     }
 }
 
-fn push(geometry: &mut Geometry, placed: &Placed, place: DVec3, normal: DVec3) {
+fn push(geometry: &mut Geometry, placed: &Placed<'_>, place: DVec3, normal: DVec3) {
     geometry.vertices.push(SurfaceVertex {
         position: (placed.middle + placed.axes * place).as_vec3(),
         normal: (placed.axes * normal).as_vec3().normalize_or(Vec3::Y),
@@ -146,6 +162,15 @@ fn push(geometry: &mut Geometry, placed: &Placed, place: DVec3, normal: DVec3) {
 mod tests {
     use super::*;
     use msd_core::Solid;
+    use std::sync::Arc;
+
+    /// A tetrahedron in a grid of two points each way, between which all distances are zero.
+    fn tetrahedron() -> DistanceGrid {
+        let (low, cell, counts, distances) = (DVec3::ZERO, 1.0, [2; 3], vec![0.0; 8]);
+        let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let triangles = vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]];
+        DistanceGrid { low, cell, counts, distances, reach: 1.0, error: 0.0, corners, triangles }
+    }
 
     /// The triangles of a solid lie on its surface and face out of it.
     #[test]
@@ -156,10 +181,12 @@ mod tests {
             Shape::Box { size: DVec3::new(0.8, 1.2, 0.5) },
             Shape::Cylinder { radius: 0.6, length: 0.9 },
             Shape::Torus { radius: 0.8, tube: 0.25 },
+            Shape::Mesh(Arc::new(tetrahedron())),
         ] {
             let mut geometry = Geometry::default();
-            add(&mut geometry, &Placed::new(&Solid::new(shape), 0.0), shape);
-            assert!(geometry.vertices.len() < MOST_VERTICES);
+            let solid = Solid::new(shape.clone());
+            add(&mut geometry, &Placed::new(&solid, 0.0), &shape, 0.0);
+            assert!(geometry.vertices.len() <= most_vertices(&shape));
             for vertex in &geometry.vertices {
                 assert!(shape.gap(vertex.position.as_dvec3()).abs() < 1e-6, "{shape:?}");
             }

@@ -171,12 +171,7 @@ impl Builder<'_> {
         let Some(file) = &body.file else {
             return Err(source.missing(format_args!("bodies[{row}]"), "file"));
         };
-        if file.contains(char::is_control) {
-            let (key, value) = (format_args!("bodies[{row}].file"), tame(file));
-            return Err(source.out_of_domain(key, value, "a name without control characters"));
-        }
-        let mesh =
-            (self.read_mesh)(file).map_err(|error| mesh_error(source, (row, "file"), error))?;
+        let mesh = named_mesh(source, self.read_mesh, (&format!("bodies[{row}].file"), file))?;
         let options = self.mesh_options(row, body, &mesh)?;
         let refused = |error| {
             let key = match &error {
@@ -186,7 +181,7 @@ impl Builder<'_> {
                 MeshError::Undecided { .. } | MeshError::Shell { .. } => "filling",
                 _ => "file",
             };
-            mesh_error(source, (row, key), error)
+            mesh_error(source, format!("bodies[{row}].{key}"), error)
         };
         let counts = mesh::estimate(&mesh, &options).map_err(refused)?;
         let key = if body.spacing.is_some() { "spacing" } else { "file" };
@@ -379,8 +374,24 @@ impl Builder<'_> {
 }
 
 /// The error of a mesh, with the key of body number `row` that led to it.
-fn mesh_error(source: &Source<'_>, (row, key): (usize, &str), error: MeshError) -> FileError {
-    let key = format!("bodies[{row}].{key}");
+/// The mesh of a name that stands at a key.
+///
+/// # Errors
+/// A name that no line can quote; a mesh that cannot be read.
+pub(crate) fn named_mesh(
+    source: &Source<'_>,
+    read_mesh: &MeshReader<'_>,
+    (key, file): (&str, &str),
+) -> Result<Mesh, FileError> {
+    if file.contains(char::is_control) {
+        let (key, value) = (format_args!("{key}"), tame(file));
+        return Err(source.out_of_domain(key, value, "a name without control characters"));
+    }
+    read_mesh(file).map_err(|error| mesh_error(source, key.into(), error))
+}
+
+/// What is wrong with a mesh, and the key that led to it.
+pub(crate) fn mesh_error(source: &Source<'_>, key: String, error: MeshError) -> FileError {
     FileError::SceneMesh { place: source.place_of(&key), key, source: Box::new(error) }
 }
 

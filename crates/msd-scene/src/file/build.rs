@@ -5,7 +5,7 @@ use crate::file::bodies::{Builder, MeshReader};
 use crate::file::budget::Budget;
 use crate::file::decode::decode;
 use crate::file::domain::Domain;
-use crate::file::obstacles::{plane, solid};
+use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::{SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
@@ -57,15 +57,17 @@ pub(crate) fn understand_rows(
     for (row, plane) in file.world.planes.iter().enumerate() {
         scene.planes.push(self::plane(source, (row, plane))?);
     }
+    let mut notes = Vec::new();
+    let mut solids = Solids { source, read_mesh, extent: world.extent, points: 0 };
     for (row, solid) in file.world.solids.iter().enumerate() {
-        scene.solids.push(self::solid(source, (row, solid), world.extent)?);
+        scene.solids.push(solids.build((row, solid), &mut notes)?);
     }
     if file.bodies.is_empty() {
         let reason = "is empty; a scene needs at least one body".to_string();
         return Err(source.refuse(format_args!("bodies"), reason));
     }
     let budget = Budget::default();
-    let (extent, notes) = (world.extent, Vec::new());
+    let extent = world.extent;
     let mut builder = Builder { source, read_mesh, extent, precision, budget, notes };
     let mut lattices = Vec::with_capacity(file.bodies.len());
     let mut made = Vec::with_capacity(file.bodies.len());

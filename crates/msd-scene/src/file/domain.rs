@@ -48,7 +48,7 @@ pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12"
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 69] = [
+pub const DOMAINS: [(&str, Domain); 71] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -66,6 +66,8 @@ pub const DOMAINS: [(&str, Domain); 69] = [
     ("world.solids.radius", LENGTH),
     ("world.solids.length", LENGTH),
     ("world.solids.tube", LENGTH),
+    ("world.solids.cell", LENGTH),
+    ("world.solids.key_frames.time", Domain::Positive),
     ("world.solids.restitution", Domain::Fraction),
     ("world.solids.friction", Domain::Factor),
     ("world.solids.tangential_loss", Domain::Fraction),

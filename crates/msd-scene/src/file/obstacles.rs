@@ -1,12 +1,16 @@
 //! Planes and solids of the world, from their rows.
 
-use crate::error::FileError;
+use crate::error::{FileError, plain};
+use crate::file::bodies::{MeshReader, mesh_error, named_mesh};
 use crate::file::domain::LENGTH;
 use crate::file::schema::{PlaneRow, SolidKind, SolidRow};
 use crate::file::tree::Source;
 use crate::file::turn::{spin, turn};
+use crate::mesh::{self, MeshError};
 use glam::DVec3;
-use msd_core::{Friction, Plane, Shape, Solid};
+use msd_core::scene::MOST_POINTS;
+use msd_core::{Friction, KeyFrame, Plane, Shape, Solid};
+use std::sync::Arc;
 
 /// The plane of row number `row`.
 pub(crate) fn plane(
@@ -58,77 +62,186 @@ fn surface(
     Ok((source.number(format_args!("{key}.restitution"), restitution)?, friction))
 }
 
-/// The solid of row number `row`.
-pub(crate) fn solid(
-    source: &Source<'_>,
-    (row, solid): (usize, &SolidRow),
-    extent: f64,
-) -> Result<Solid, FileError> {
-    let key = format!("world.solids[{row}]");
-    let position = solid.position.unwrap_or_default();
-    let velocity = solid.velocity.unwrap_or_default();
-    let SolidRow { restitution, friction, tangential_loss: loss, sticky, .. } = *solid;
-    let (restitution, friction) = surface(source, &key, (restitution, friction, loss, sticky))?;
-    Ok(Solid {
-        shape: shape(source, &key, solid)?,
-        position: source.position(format_args!("{key}.position"), position, extent)?,
-        axes: turn(source, &key, solid.rotation)?,
-        velocity: source.vector(format_args!("{key}.velocity"), velocity)?,
-        spin: spin(source, &key, solid.spin)?,
-        restitution,
-        friction,
-    })
+/// What solids are built from.
+pub(crate) struct Solids<'b> {
+    pub(crate) source: &'b Source<'b>,
+    pub(crate) read_mesh: &'b MeshReader<'b>,
+    /// Bound of every coordinate, metres.
+    pub(crate) extent: f64,
+    /// The points of all grids of distances so far.
+    pub(crate) points: usize,
 }
 
-fn shape(source: &Source<'_>, key: &str, solid: &SolidRow) -> Result<Shape, FileError> {
-    let kind = solid.kind;
-    let takes = kind.keys();
+impl Solids<'_> {
+    /// The solid of row number `row`; `notes` are of its mesh, one line each.
+    ///
+    /// # Errors
+    /// A key that its kind does not use, a value outside its domain, more than fits.
+    pub(crate) fn build(
+        &mut self,
+        (row, solid): (usize, &SolidRow),
+        notes: &mut Vec<String>,
+    ) -> Result<Solid, FileError> {
+        let (source, extent) = (self.source, self.extent);
+        let key = format!("world.solids[{row}]");
+        let position = solid.position.unwrap_or_default();
+        let velocity = solid.velocity.unwrap_or_default();
+        let SolidRow { restitution, friction, tangential_loss: loss, sticky, .. } = *solid;
+        let (restitution, friction) = surface(source, &key, (restitution, friction, loss, sticky))?;
+        let start = Solid {
+            position: source.position(format_args!("{key}.position"), position, extent)?,
+            axes: turn(source, &key, solid.rotation)?,
+            velocity: source.vector(format_args!("{key}.velocity"), velocity)?,
+            spin: spin(source, &key, solid.spin)?,
+            restitution,
+            friction,
+            ..Solid::new(self.shape(&key, solid, notes)?)
+        };
+        Ok(Solid { keys: self.key_frames(&key, solid, &start)?, ..start })
+    }
+
+    fn key_frames(
+        &self,
+        key: &str,
+        solid: &SolidRow,
+        start: &Solid,
+    ) -> Result<Vec<KeyFrame>, FileError> {
+        let source = self.source;
+        let steady = [("velocity", solid.velocity.is_some()), ("spin", solid.spin.is_some())];
+        let given = steady.into_iter().find(|&(_, is_given)| is_given);
+        if let (Some((name, _)), false) = (given, solid.key_frames.is_empty()) {
+            let reason = "and key_frames exclude each other";
+            return Err(source.refuse(format_args!("{key}.{name}"), reason));
+        }
+        let mut before = KeyFrame { time: 0.0, position: start.position, axes: start.axes };
+        let mut frames = Vec::with_capacity(solid.key_frames.len());
+        for (row, frame) in solid.key_frames.iter().enumerate() {
+            let key = format!("{key}.key_frames[{row}]");
+            let time = source.number(format_args!("{key}.time"), frame.time)?;
+            if time <= before.time {
+                let reason = format!("is {time}; it must be later than {}", before.time);
+                return Err(source.refuse(format_args!("{key}.time"), reason));
+            }
+            let position = match frame.position {
+                Some(position) => {
+                    source.position(format_args!("{key}.position"), position, self.extent)?
+                }
+                None => before.position,
+            };
+            let axes = match frame.rotation {
+                Some(rotation) => turn(source, &key, Some(rotation))?,
+                None => before.axes,
+            };
+            before = KeyFrame { time, position, axes };
+            frames.push(before);
+        }
+        Ok(frames)
+    }
+
+    fn shape(
+        &mut self,
+        key: &str,
+        solid: &SolidRow,
+        notes: &mut Vec<String>,
+    ) -> Result<Shape, FileError> {
+        let source = self.source;
+        check_keys(source, key, solid)?;
+        let number = |name: &str, value: Option<f64>| {
+            source.number(format_args!("{key}.{name}"), value.unwrap_or_default())
+        };
+        let radius = || number("radius", solid.radius);
+        let length = || number("length", solid.length);
+        Ok(match solid.kind {
+            SolidKind::Sphere => Shape::Sphere { radius: radius()? },
+            SolidKind::Capsule => Shape::Capsule { radius: radius()?, length: length()? },
+            SolidKind::Cylinder => Shape::Cylinder { radius: radius()?, length: length()? },
+            SolidKind::Box => {
+                let size = solid.size.unwrap_or_default();
+                for (axis, side) in size.into_iter().enumerate() {
+                    let key = format_args!("{key}.size[{axis}]");
+                    source.number_in(LENGTH, key, side)?;
+                }
+                Shape::Box { size: DVec3::from_array(size) }
+            }
+            SolidKind::Torus => {
+                let (radius, tube) = (radius()?, number("tube", solid.tube)?);
+                if radius <= tube {
+                    let reason = format!("is {tube}; it must be smaller than the radius, {radius}");
+                    return Err(source.refuse(format_args!("{key}.tube"), reason));
+                }
+                Shape::Torus { radius, tube }
+            }
+            SolidKind::Mesh => self.mesh(key, solid, notes)?,
+        })
+    }
+
+    fn mesh(
+        &mut self,
+        key: &str,
+        solid: &SolidRow,
+        notes: &mut Vec<String>,
+    ) -> Result<Shape, FileError> {
+        let source = self.source;
+        let file = solid.file.as_deref().unwrap_or_default();
+        let mesh = named_mesh(source, self.read_mesh, (&format!("{key}.file"), file))?;
+        let length = solid.length.unwrap_or(1.0);
+        let length = source.number(format_args!("{key}.length"), length)?;
+        let cell = match solid.cell {
+            Some(cell) => Some(source.number(format_args!("{key}.cell"), cell)?),
+            None => None,
+        };
+        let grid = mesh::distances(&mesh, length, cell).map_err(|error| {
+            let is_of_cell =
+                matches!(error, MeshError::TooLarge { .. } | MeshError::TooCoarse { .. });
+            let name = if is_of_cell && cell.is_some() { "cell" } else { "file" };
+            mesh_error(source, format!("{key}.{name}"), error)
+        })?;
+        self.points += grid.distances.len();
+        if MOST_POINTS < self.points {
+            let what = "the number of points of all grids of distances";
+            let (count, limit) = (self.points as u128, MOST_POINTS as u128);
+            let error = MeshError::TooLarge { file: mesh.name, what, count, limit };
+            return Err(mesh_error(source, format!("{key}.cell"), error));
+        }
+        notes.extend(mesh.report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
+        let [x, y, z] = grid.counts;
+        let told = |length: f64| plain(format!("{length:.1e}").parse().unwrap_or(length));
+        notes.push(format!(
+            "{}: a solid by distances at {x} x {y} x {z} points, {} m apart; its surface is off by \
+             at most {} m, {:.2} of that",
+            mesh.name,
+            told(grid.cell),
+            told(grid.error),
+            grid.error / grid.cell
+        ));
+        Ok(Shape::Mesh(Arc::new(grid)))
+    }
+}
+
+/// Refuses keys that the kind of a solid does not use, and one that it lacks.
+fn check_keys(source: &Source<'_>, key: &str, solid: &SolidRow) -> Result<(), FileError> {
+    let (kind, needs) = (solid.kind, solid.kind.needs());
+    let takes = [needs, solid.kind.options()].concat();
     let given = [
         ("radius", solid.radius.is_some()),
         ("length", solid.length.is_some()),
         ("size", solid.size.is_some()),
         ("tube", solid.tube.is_some()),
+        ("file", solid.file.is_some()),
+        ("cell", solid.cell.is_some()),
     ];
+    let keys = || format!("a {} takes {}", kind.name(), takes.join(" and "));
     for (name, is_given) in given {
-        let keys = format!("a {} takes {}", kind.name(), takes.join(" and "));
-        match (takes.contains(&name), is_given) {
-            (true, false) => {
-                let reason = format!("lacks the key `{name}`: {keys}");
-                return Err(source.refuse(format_args!("{key}"), reason));
-            }
-            (false, true) => {
-                let reason = format!("is not for its kind: {keys}");
-                return Err(source.refuse(format_args!("{key}.{name}"), reason));
-            }
-            _ => {}
+        if needs.contains(&name) && !is_given {
+            let reason = format!("lacks the key `{name}`: {}", keys());
+            return Err(source.refuse(format_args!("{key}"), reason));
+        }
+        if is_given && !takes.contains(&name) {
+            let reason = format!("is not for its kind: {}", keys());
+            return Err(source.refuse(format_args!("{key}.{name}"), reason));
         }
     }
-    let number = |name: &str, value: Option<f64>| {
-        source.number(format_args!("{key}.{name}"), value.unwrap_or_default())
-    };
-    let radius = || number("radius", solid.radius);
-    let length = || number("length", solid.length);
-    Ok(match kind {
-        SolidKind::Sphere => Shape::Sphere { radius: radius()? },
-        SolidKind::Capsule => Shape::Capsule { radius: radius()?, length: length()? },
-        SolidKind::Cylinder => Shape::Cylinder { radius: radius()?, length: length()? },
-        SolidKind::Box => {
-            let size = solid.size.unwrap_or_default();
-            for (axis, side) in size.into_iter().enumerate() {
-                let key = format_args!("{key}.size[{axis}]");
-                source.number_in(LENGTH, key, side)?;
-            }
-            Shape::Box { size: DVec3::from_array(size) }
-        }
-        SolidKind::Torus => {
-            let (radius, tube) = (radius()?, number("tube", solid.tube)?);
-            if radius <= tube {
-                let reason = format!("is {tube}; it must be smaller than the radius, {radius}");
-                return Err(source.refuse(format_args!("{key}.tube"), reason));
-            }
-            Shape::Torus { radius, tube }
-        }
-    })
+    Ok(())
 }
 
 impl SolidKind {
@@ -140,16 +253,26 @@ impl SolidKind {
             SolidKind::Box => "box",
             SolidKind::Cylinder => "cylinder",
             SolidKind::Torus => "torus",
+            SolidKind::Mesh => "mesh",
         }
     }
 
-    /// The lengths that it takes.
-    fn keys(self) -> &'static [&'static str] {
+    /// The keys of its shape that must be given.
+    fn needs(self) -> &'static [&'static str] {
         match self {
             SolidKind::Sphere => &["radius"],
             SolidKind::Capsule | SolidKind::Cylinder => &["radius", "length"],
             SolidKind::Box => &["size"],
             SolidKind::Torus => &["radius", "tube"],
+            SolidKind::Mesh => &["file"],
+        }
+    }
+
+    /// Those that may be.
+    fn options(self) -> &'static [&'static str] {
+        match self {
+            SolidKind::Mesh => &["length", "cell"],
+            _ => &[],
         }
     }
 }

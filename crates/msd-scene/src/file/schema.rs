@@ -253,6 +253,8 @@ pub enum SolidKind {
     Cylinder,
     /// A ring about y.
     Torus,
+    /// The inside of a closed triangle mesh.
+    Mesh,
 }
 
 /// A solid that particles cannot enter, still or moving. Which lengths it has depends on its kind.
@@ -264,7 +266,8 @@ pub struct SolidRow {
     /// Radius, metres; of a torus that of the middle of its tube.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub radius: Option<f64>,
-    /// Capsules: between the middles of the ends; cylinders: from end to end; metres.
+    /// Capsules: between the middles of the ends; cylinders: from end to end; meshes: the longest
+    /// side of the box around them, by default 1; metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
     /// Boxes: the three sides, metres.
@@ -273,6 +276,12 @@ pub struct SolidRow {
     /// Tori: radius of the tube, metres.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tube: Option<f64>,
+    /// Meshes: the file, relative to that of the scene.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Meshes: the edge of a cell of the grid of distances, metres. Default a 64th of `length`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cell: Option<f64>,
     /// Where its middle is, metres. Default the origin.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,
@@ -285,6 +294,9 @@ pub struct SolidRow {
     /// Angular velocity about its middle. Default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
+    /// Where it is later, instead of `velocity` and `spin`; it moves smoothly in between.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub key_frames: Vec<KeyFrameRow>,
     /// Fraction of the normal speed that a bounce returns. Default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
@@ -297,6 +309,20 @@ pub struct SolidRow {
     /// Whether what touches the solid stops: short for `restitution = 0`, `tangential_loss = 1`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sticky: Option<bool>,
+}
+
+/// Where a solid is at a time.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct KeyFrameRow {
+    /// Seconds; each later than the one before.
+    pub time: f64,
+    /// Where its middle is, metres. Default as in the key frame before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// How it is turned about its middle. Default as in the key frame before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<RotationRow>,
 }
 
 /// How a body is made.

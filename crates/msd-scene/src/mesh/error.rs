@@ -123,6 +123,27 @@ pub enum MeshError {
         /// The share of its area, from 0 to 1.
         undecided: f64,
     },
+    /// An obstacle asked of a mesh that has no inside.
+    #[error(
+        "{file}: is not closed, so it has no inside: {open} open edges, {crowded} edges with more \
+         than two faces"
+    )]
+    Open {
+        /// Which file.
+        file: String,
+        /// Edges with a single face.
+        open: usize,
+        /// Edges with more than two faces.
+        crowded: usize,
+    },
+    /// A grid of distances too coarse for its mesh.
+    #[error("{file}: with a cell of {cell:e} no point of the grid is inside: make it smaller")]
+    TooCoarse {
+        /// Which file.
+        file: String,
+        /// The edge of a cell asked for, metres.
+        cell: f64,
+    },
     /// A material asked of a shell.
     #[error(
         "{file}: a material fills a solid, and this mesh is a shell: close it, or ask for \

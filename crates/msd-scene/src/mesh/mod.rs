@@ -2,7 +2,8 @@
 //!
 //! [`read`] or [`parse`] gives a [`Mesh`]: duplicate vertices welded, degenerate faces dropped,
 //! faces turned outward, and a [`MeshReport`] that says how many. [`body`] turns the mesh into a
-//! [`Part`](msd_core::Part): a solid with an interior lattice if it is closed, else a shell.
+//! [`Part`](msd_core::Part): a solid with an interior lattice if it is closed, else a shell;
+//! [`distances`] turns it into the shape of an obstacle.
 //!
 //! ```
 //! use msd_scene::mesh::{self, Format, MeshOptions};
@@ -22,7 +23,9 @@ mod read;
 mod import;
 mod subdivide;
 mod fill;
+mod distances;
 
+pub use distances::distances;
 pub use error::{MeshError, Row};
 pub use fill::{BodyReport, Filling, MeshOptions, body};
 pub(crate) use fill::{estimate, is_solid, own_spacing};

@@ -47,8 +47,9 @@ fn unknown_option(
     let name = written.strip_prefix("--").filter(|_| error.kind() == ErrorKind::UnknownArgument)?;
     let key = name.replace('-', "_");
     let keys = DOMAINS.iter().filter_map(|(path, _)| path.rsplit_once('.'));
-    // Of keys of one name the one nearest to the top of the file.
-    let known = keys.filter(|(_, last)| *last == key).min_by_key(|(table, _)| table.len());
+    // Of keys of one name the one nearest to the top of the file; nobody means one far down.
+    let known = keys.filter(|(table, last)| *last == key && table.matches('.').count() < 2);
+    let known = known.min_by_key(|(table, _)| table.len());
     let options = |command: &Command| -> Vec<String> {
         command
             .get_arguments()

@@ -1,6 +1,6 @@
 //! The acts of hands on a session: grabs, groups, pins, cuts and wind.
 
-use super::grab::{Grab, MOST_HELD, force};
+use super::grab::{Grab, HeldSolid, MOST_HELD, force};
 use crate::session::{Deed, Session, Wind};
 use glam::DVec3;
 use msd_core::Interaction;
@@ -21,16 +21,34 @@ impl Session {
         }
     }
 
-    /// Moves what the mouse holds: the first particle to `target`, the others alike.
+    /// Takes a solid with the mouse: from now on it goes where the mouse pulls it.
+    pub fn grab_solid(&mut self, solid: usize) {
+        self.release();
+        let held = HeldSolid::new(self.runner(), solid);
+        if self.act(held.rest(self.run.runner())) {
+            self.grab.solid = Some(held);
+        }
+    }
+
+    /// Moves what the mouse holds: the first particle to `target`, the others alike, or the middle
+    /// of a solid.
     pub fn move_grab(&mut self, target: DVec3) {
+        if let Some(held) = &mut self.grab.solid {
+            held.target = target;
+            return;
+        }
         let moved = self.grab.moved(target);
         if moved.iter().all(|held| self.act(held.interaction())) {
             self.grab.held = moved;
         }
     }
 
-    /// Lets go of what the mouse holds; it keeps its velocity.
+    /// Lets go of what the mouse holds; a particle keeps its velocity, a solid stays where it is.
     pub fn release(&mut self) {
+        if let Some(held) = self.grab.solid {
+            self.act(held.rest(self.run.runner()));
+            self.grab.solid = None;
+        }
         let held: Vec<_> = self.grab.held.drain(..).map(|held| held.particle).collect();
         if held.is_empty() {
             return;
@@ -69,10 +87,12 @@ impl Session {
         self.blow();
     }
 
-    /// Moves the pins that are held, and lets the wind act: before each step.
+    /// Moves the pins and the solid that are held, and lets the wind act: before each step.
     pub(in crate::session) fn before_step(&mut self) {
         let held = self.grab.held.iter();
-        let motions: Vec<_> = held.filter_map(|held| held.pin_motion(self.run.runner())).collect();
+        let pins = held.filter_map(|held| held.pin_motion(self.run.runner()));
+        let solid = self.grab.solid.map(|held| held.motion(self.run.runner()));
+        let motions: Vec<_> = pins.chain(solid).collect();
         motions.into_iter().for_each(|motion| _ = self.act(motion));
         self.blow();
     }
@@ -114,9 +134,20 @@ impl Session {
         self.grab.held.first().map(|held| held.particle)
     }
 
-    /// Where the mouse pulls the held particle to, metres.
+    /// The solid held by the mouse.
+    pub fn held_solid(&self) -> Option<usize> {
+        self.grab.solid.map(|held| held.solid)
+    }
+
+    /// Whether the mouse holds anything.
+    pub fn is_holding(&self) -> bool {
+        self.held().is_some() || self.grab.solid.is_some()
+    }
+
+    /// Where the mouse pulls the held particle or the middle of the held solid to, metres.
     pub fn grab_target(&self) -> Option<DVec3> {
-        self.grab.held.first().map(|held| held.target)
+        let solid = self.grab.solid.map(|held| held.target);
+        solid.or(self.grab.held.first().map(|held| held.target))
     }
 
     /// The force with which the mouse pulls at all it holds, newtons, at the present state; `None`

@@ -1,6 +1,7 @@
 //! The particles that the mouse holds, and those that are selected.
 
 use glam::DVec3;
+use msd_core::obstacles::Placed;
 use msd_core::{Interaction, Model, Real, Simulation, Vector};
 use msd_run::{Runner, on};
 
@@ -14,7 +15,7 @@ const STRENGTH: f64 = 30.0;
 const LEAST_GRAVITY: f64 = 9.82;
 /// The most particles that are held at once: each is an interaction whenever the pointer moves.
 pub const MOST_HELD: usize = 256;
-/// Part of the way to the target that a pin moves in one step.
+/// Part of the way to the target that a pin or a solid moves in one step.
 const PIN_PULL: f64 = 0.25;
 
 /// A particle on the spring of the mouse.
@@ -77,11 +78,51 @@ impl Held {
     }
 }
 
+/// A solid that the mouse holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeldSolid {
+    /// The solid.
+    pub solid: usize,
+    /// Where its middle is pulled to, metres.
+    pub target: DVec3,
+}
+
+impl HeldSolid {
+    /// A solid held where it is.
+    pub(in crate::session) fn new(runner: &Runner, solid: usize) -> Self {
+        HeldSolid { solid, target: place(runner, solid).0 }
+    }
+
+    /// How it moves in the next step: nothing moves a solid but the velocity that it is given. It
+    /// turns on as it did.
+    pub(in crate::session) fn motion(&self, runner: &Runner) -> Interaction {
+        let (position, spin) = place(runner, self.solid);
+        let velocity = (self.target - position) * (PIN_PULL / runner.settings().step);
+        Interaction::MoveSolid { solid: self.solid, position, velocity, spin }
+    }
+
+    /// How it is left: where it is.
+    pub(in crate::session) fn rest(&self, runner: &Runner) -> Interaction {
+        let (position, spin) = place(runner, self.solid);
+        Interaction::MoveSolid { solid: self.solid, position, velocity: DVec3::ZERO, spin }
+    }
+}
+
+/// The middle of a solid, metres, and its angular velocity, radians per second.
+fn place(runner: &Runner, solid: usize) -> (DVec3, DVec3) {
+    on!(runner, simulation => {
+        let placed = Placed::new(&simulation.model().solids()[solid], simulation.time());
+        (placed.middle, placed.spin)
+    })
+}
+
 /// What the mouse holds, and what buttons and keys act on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grab {
     /// The particles that the mouse holds; the first is the one under the pointer.
     pub held: Vec<Held>,
+    /// The solid that the mouse holds; then it holds no particle.
+    pub solid: Option<HeldSolid>,
     /// The particle that buttons and keys act on.
     pub selected: Option<usize>,
     /// The particles that are taken together when one of them is taken.
@@ -121,11 +162,16 @@ impl Grab {
         self.held.iter().enumerate().map(to).collect()
     }
 
-    /// Whether an interaction only moves a particle that is held already.
+    /// Whether an interaction only moves a particle or a solid that is held already.
     pub(in crate::session) fn moves(&self, interaction: &Interaction) -> bool {
-        use Interaction::{Grab, Pin};
-        let (Grab { particle, .. } | Pin { particle, .. }) = interaction else { return false };
-        self.held.iter().any(|held| held.particle == *particle)
+        use Interaction::{Grab, MoveSolid, Pin};
+        match interaction {
+            Grab { particle, .. } | Pin { particle, .. } => {
+                self.held.iter().any(|held| held.particle == *particle)
+            }
+            MoveSolid { solid, .. } => self.solid.is_some_and(|held| held.solid == *solid),
+            _ => false,
+        }
     }
 }
 

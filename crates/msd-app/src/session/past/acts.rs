@@ -12,7 +12,7 @@ impl Session {
     /// until the run goes on, or is changed, from there.
     pub fn look_back(&mut self, back: usize) {
         self.paused = true;
-        if self.held().is_some() {
+        if self.is_holding() {
             self.release();
         }
         let ahead = self.timeline.ahead();

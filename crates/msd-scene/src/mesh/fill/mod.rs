@@ -403,7 +403,7 @@ fn check_options(options: &MeshOptions) -> Result<(), MeshError> {
 }
 
 /// Scales positions to the size asked for, centred on the origin.
-fn place(positions: &[DVec3], size: Option<f64>) -> Vec<DVec3> {
+pub(crate) fn place(positions: &[DVec3], size: Option<f64>) -> Vec<DVec3> {
     let low = positions.iter().copied().fold(DVec3::MAX, DVec3::min);
     let high = positions.iter().copied().fold(DVec3::MIN, DVec3::max);
     let scale = size.map_or(1.0, |size| size / (high - low).max_element());
