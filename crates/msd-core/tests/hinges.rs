@@ -301,7 +301,18 @@ fn methods_for_stiff_scenes_bear_any_hinges() {
 fn a_resumed_run_with_hinges_has_the_same_bits_after_cuts() {
     for integrator in [Integrator::VelocityVerlet, Integrator::ImplicitMidpoint, Integrator::Xpbd] {
         let settings = Settings { integrator, step: 4e-4, substeps: 8, ..Settings::default() };
-        let mut run = Simulation::<f32>::new(&shaken(8, 1e-4), settings).expect("valid");
+        let mut scene = shaken(8, 1e-4);
+        // Triangles of any shape: their weights are rounded.
+        scene.bends = scene
+            .bends
+            .iter()
+            .filter_map(|bend| {
+                let at = bend.particles.map(|particle| scene.particles[particle].position);
+                Bend::hinge(bend.particles, at, BENDING)
+                    .map(|hinge| Bend { damping: 1e-6, ..hinge })
+            })
+            .collect();
+        let mut run = Simulation::<f32>::new(&scene, settings).expect("valid");
         let before = run.model().bends().count();
         for spring in [3, 9, 20] {
             run.queue(Interaction::Cut { spring }).expect("there");

@@ -168,7 +168,7 @@ const LINES: [(&str, &str); 71] = [
 ];
 
 /// Lines of a body, and what is told.
-const BODIES: [(&str, &str); 35] = [
+const BODIES: [(&str, &str); 39] = [
     ("kind = 'blok'", "bodies[0].kind is \"blok\"; it must be one of rope, cloth, block"),
     ("kind = 'blok'", "did you mean `block`?"),
     ("kind = 3", "bodies[0].kind is 3; it must be one of rope"),

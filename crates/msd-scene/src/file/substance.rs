@@ -269,7 +269,7 @@ impl Keys<'_> {
             return Ok(poisson);
         }
         let why = if poisson < 0.0 {
-            "of a lattice of springs"
+            "its springs give no less"
         } else {
             "towards 0.5 the stable step goes to 0"
         };
