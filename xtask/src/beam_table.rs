@@ -86,10 +86,10 @@ pub fn svg(rows: &[BeamRow]) -> String {
 }
 
 /// Height of the figure, pixels.
-const HEIGHT: f64 = 400.0;
+const HEIGHT: f64 = 560.0;
 /// Where the clamp is, and where the tip of the beam of theory would be, pixels.
 const CLAMP: Point = (60.0, 60.0);
-const TIP: Point = (560.0, 350.0);
+const TIP: Point = (560.0, 510.0);
 
 fn draw<DB: DrawingBackend>(rows: &[BeamRow], surface: DB) -> Drawn<DB> {
     let pen = Pen::new(surface, ink::PAPER.light)?;

@@ -54,8 +54,8 @@ struct Keys<'k> {
     material: Option<Numbers>,
 }
 
-/// Reads what body number `row`, which may be a shell of a mesh, is made of; `None` where it is given
-/// by masses and springs.
+/// Reads what body number `row`, which may be a shell of a mesh, is made of; `None` where it is
+/// given by masses and springs.
 ///
 /// # Errors
 /// A number outside its domain, a key that is missing, keys that exclude each other.
@@ -155,8 +155,8 @@ impl Keys<'_> {
         let Some(key) = keys.into_iter().find(|key| self.of_row(key).is_some()) else {
             return Ok(());
         };
-        let reason = "means nothing to a solid, which this mesh becomes; `filling = \"shell\"` asks \
-                      for a shell";
+        let reason = "means nothing to a solid, which this mesh becomes; `filling = \"shell\"` \
+                      asks for a shell";
         Err(self.source.refuse(format_args!("bodies[{}].{key}", self.row), reason))
     }
 
