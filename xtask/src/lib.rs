@@ -3,8 +3,8 @@
 //! the tables of its pages.
 //!
 //! `cargo run --release -p xtask -- extremes`, `... -- live-error`, `... -- beam-table` and
-//! `... -- stability-table SCENE` run what takes no benchmark; `benches/promise.rs` and `benches/trade.rs` of the root
-//! package use the rest.
+//! `... -- stability-table SCENE` run what takes no benchmark; `benches/promise.rs` and
+//! `benches/trade.rs` of the root package use the rest.
 #![forbid(unsafe_code)]
 
 pub mod marks;

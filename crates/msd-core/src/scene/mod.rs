@@ -60,8 +60,8 @@ pub struct Spring {
 /// spacing s is a curvature, as long as the spacing stays what it was.
 ///
 /// One that is curved at rest stores k |s − z n|²/2, with z the sum at rest along the normal n of
-/// the two triangles, e × f over its length: e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0). Triangles
-/// that keep their shape have s = ψ c n, where ψ is twice the sine of half the angle between them.
+/// the two triangles, e × f over its length: e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0).
+/// Triangles that keep their shape have s = ψ c n, where ψ is twice the sine of half the angle between them.
 /// Its damper acts against changes of s·n, of which there are none where it turns as a whole.
 ///
 /// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
@@ -100,8 +100,8 @@ impl Bend {
     }
 
     /// A bend of two triangles that share the edge from the first particle to the second, at rest
-    /// where these four positions are; the other corners are the third and the fourth. Of a sheet of
-    /// the bending stiffness B, newton metres, without damping.
+    /// where these four positions are; the other corners are the third and the fourth. Of a sheet
+    /// of the bending stiffness B, newton metres, without damping.
     ///
     /// With l the length of the edge, h2 and h3 the heights above it and θ the angle between the
     /// triangles, 0 where they are in a plane, s is h ψ: h = 2 h2 h3/(h2 + h3), ψ = 2 sin(θ/2). A

@@ -45,7 +45,8 @@ struct Stencil<R> {
     damping: R,
 }
 
-/// Straight bends of the same weights, each in a lane of its own; `at` is where their numbers start.
+/// Straight bends of the same weights, each in a lane of its own; `at` is where their numbers
+/// start.
 #[derive(Clone, Debug)]
 struct Bundle<R> {
     at: [u32; 4],
@@ -110,8 +111,8 @@ impl<R: Real> Stencil<R> {
         (from_fn(|end| elastic[end] + along[end] * drag), rate * drag)
     }
 
-    /// Moves the particles of one that is curved as XPBD does, by h² k and h b: first to where it is
-    /// off its rest by less, then against the change of its sum along the normal.
+    /// Moves the particles of one that is curved as XPBD does, by h² k and h b: first to where it
+    /// is off its rest by less, then against the change of its sum along the normal.
     fn project_curved(
         &self,
         curved: &Curved<R>,

@@ -118,7 +118,8 @@ pub struct BodyReport {
     pub lattice_springs: usize,
     /// Springs from the surface inward, or across thin parts; none in a shell.
     pub brace_springs: usize,
-    /// Springs across surface edges, against bending; none in a solid, nor in a shell of a material.
+    /// Springs across surface edges, against bending; none in a solid, nor in a shell of a
+    /// material.
     pub bending_springs: usize,
     /// Pairs of triangles that resist bending in a shell of a material.
     pub hinges: usize,
@@ -185,8 +186,8 @@ impl core::fmt::Display for BodyReport {
 /// shell of a substance has the mass of its area, and hinges instead of bending springs.
 ///
 /// # Errors
-/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a substance
-/// of other dimensions than the body; a lattice too fine.
+/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a
+/// substance of other dimensions than the body; a lattice too fine.
 ///
 /// # Panics
 /// If a triangle names no vertex, or there are texture coordinates of fewer triangles: no [`Mesh`]
