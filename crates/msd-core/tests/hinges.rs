@@ -110,7 +110,7 @@ impl Roll {
 /// A patch that is curved at rest, shaken and turning.
 fn shaken(seed: u64, damping: f64) -> Scene {
     let roll = Roll { curvature: 40.0, angle: 0.4 };
-    let mut scene = Patch::new([4, 5], seed % 2 == 0).scene(roll, damping);
+    let mut scene = Patch::new([4, 5], seed.is_multiple_of(2)).scene(roll, damping);
     let mut random = Random(seed | 1);
     for particle in &mut scene.particles {
         let spin = DVec3::new(3.0, 1.0, -2.0).cross(particle.position);

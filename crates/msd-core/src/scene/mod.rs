@@ -61,8 +61,9 @@ pub struct Spring {
 ///
 /// One that is curved at rest stores k |s − z n|²/2, with z the sum at rest along the normal n of
 /// the two triangles, e × f over its length: e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0).
-/// Triangles that keep their shape have s = ψ c n, where ψ is twice the sine of half the angle between them.
-/// Its damper acts against changes of s·n, of which there are none where it turns as a whole.
+/// Triangles that keep their shape have s = ψ c n, where ψ is twice the sine of half the angle
+/// between them. Its damper acts against changes of s·n, of which there are none where it turns as
+/// a whole.
 ///
 /// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -133,7 +133,7 @@ fn uniform(substance: &Substance) -> Result<(f64, f64), MeshError> {
         return option("modulus of the weft", weft, "that of the warp: a shell has no threads");
     }
     let exact = warp / (2.0 * (1.0 + SHEET_POISSON));
-    if !((shear - exact).abs() <= 1e-9 * exact) {
+    if !shear.is_finite() || 1e-9 * exact < (shear - exact).abs() {
         return option("shear modulus", shear, "3/8 of the modulus: a shell has no threads");
     }
     let Bending { warp: stiffness, weft, bias } = bending;
