@@ -63,8 +63,10 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
         let mut particle = || index(u, particles);
         let at = [particle()?, particle()?, particle()?, particle()?];
         let (stiffness, damping) = (positive(u)?, positive(u)?);
+        let differ = (1..4).all(|end| !at[..end].contains(&at[end]));
         scene.bends.push(match u.arbitrary()? {
             true => Bend::line([at[0], at[1], at[2]], stiffness, damping),
+            false if differ => Bend { rest: decade(u)?, ..Bend::twist(at, stiffness, damping) },
             false => Bend::twist(at, stiffness, damping),
         });
     }

@@ -36,6 +36,18 @@ enum Command {
         #[arg(long, default_value = "")]
         only: String,
     },
+    /// Compares clamped beams of a few cells across with theory: what a coarse lattice costs
+    BeamTable {
+        /// Put the table between the marks of this page as well, as in docs/materials.md
+        #[arg(long, value_name = "PAGE.md")]
+        page: Option<PathBuf>,
+        /// Draw the beams into this file
+        #[arg(long, value_name = "FILE.svg")]
+        figure: Option<PathBuf>,
+        /// Print one JSON object instead of a table
+        #[arg(long)]
+        json: bool,
+    },
     /// Finds how stiff a scene may be under each method, as the report of 2014 did
     StabilityTable {
         /// A built-in scene, a scene file, a mesh or a saved run
@@ -68,6 +80,9 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::LiveError { generated, only } => {
             command::run_live_error(generated, &only);
             Ok(())
+        }
+        Command::BeamTable { page, figure, json } => {
+            command::run_beam_table(page.as_deref(), figure.as_deref(), json)
         }
         Command::StabilityTable { scene, json } => command::run_stability_table(&scene, json),
     }

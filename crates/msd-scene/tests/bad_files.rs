@@ -220,7 +220,7 @@ const LINES: [(&str, &str); 84] = [
 ];
 
 /// Lines of a body, and what is told.
-const BODIES: [(&str, &str); 35] = [
+const BODIES: [(&str, &str); 39] = [
     ("kind = 'blok'", "bodies[0].kind is \"blok\"; it must be one of rope, cloth, block"),
     ("kind = 'blok'", "did you mean `block`?"),
     ("kind = 3", "bodies[0].kind is 3; it must be one of rope"),
@@ -277,7 +277,7 @@ const BODIES: [(&str, &str); 35] = [
     ),
     (
         "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\nfilling = 'shell'",
-        "bodies[0].filling: bunny.obj: a material fills a solid, and this mesh is a shell",
+        "bodies[0] lacks the key `thickness`, positive and finite: a shell of a mesh with",
     ),
     (
         "kind = 'mesh'\nfile = 'bunny.obj'\nspacing = 2\nyoung = 1e5\ndensity = 1000",
@@ -286,6 +286,23 @@ const BODIES: [(&str, &str); 35] = [
     (
         "kind = 'mesh'\nfile = 'bunny.obj'\nyoung = 1e5",
         "bodies[0] lacks the key `density`, positive and finite: a mesh with `young` needs it",
+    ),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\nthickness = 1e-3",
+        "bodies[0].thickness means nothing to a solid, which this mesh becomes; `filling",
+    ),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\nbending = 1",
+        "bodies[0].material and bodies[0].bending exclude each other",
+    ),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\nthickness = 1e-3\n\
+         filling = 'shell'\npoisson = 0.2",
+        "bodies[0].poisson is 0.2; it must be 0.3333 (1/3) in a shell, the only one that its",
+    ),
+    (
+        "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'cotton-denim'\nfilling = 'shell'",
+        "bodies[0].material is \"cotton-denim\"; it must be that of a solid in a rope, a",
     ),
     ("kind = 'mesh'\nfile = 'bunny.obj'\nlength = 2\nspacing = 0.0001", TOO_FINE),
     ("kind = 'mesh'\nfile = 'bunny.obj'\nlength = 2\nspacing = 1e-300", TOO_FINE),

@@ -293,7 +293,7 @@ const REFUSED: [(&str, &str); 32] = [
     ),
     (
         "kind = 'mesh'\nfile = 'bunny.obj'\nmaterial = 'steel'\npoisson = 0.3",
-        "bodies[0].poisson means nothing to a mesh; it belongs to kind cloth, block",
+        "bodies[0].poisson is 0.3; it must be 0.25 in a solid of a mesh, the only one that its",
     ),
     (
         "kind = 'block'\nsize = [3, 3, 3]\nyoung = 1e300\ndensity = 1e-300\nspacing = 1e-3",

@@ -1,6 +1,7 @@
 //! The built-in scenes blow up where it is predicted.
 
 use msd_core::{Bending, Elasticity, Integrator, Scene, Substance, shape};
+use msd_scene::mesh;
 use msd_study::limits::limits;
 
 fn scene(name: &str) -> Scene {
@@ -46,6 +47,33 @@ fn a_sheet_that_is_stiff_against_bending_blows_up_where_predicted_or_damped_a_li
             let ratio = limit.predicted / limit.observed.expect("an edge");
             assert!((0.7..1.005).contains(&ratio), "turn {turn}: {limit:?}: {ratio}");
         }
+    }
+}
+
+#[test]
+fn a_shell_that_is_stiff_against_bending_blows_up_where_predicted_curved_or_shaken() {
+    // A part of a cylinder, of half squares.
+    let mut text = String::new();
+    for row in 0..5 {
+        for column in 0..6 {
+            let angle = 0.3 * f64::from(column);
+            text += &format!("v {} {} {}\n", angle.sin(), angle.cos(), 0.3 * f64::from(row));
+        }
+    }
+    for a in (0..4).flat_map(|row| (1..6).map(move |column| row * 6 + column)) {
+        text += &format!("f {a} {} {}\nf {a} {} {}\n", a + 1, a + 7, a + 7, a + 6);
+    }
+    let mesh = mesh::parse(text.as_bytes(), mesh::Format::Obj, "arch.obj").expect("a mesh");
+    for (relaxation_time, shake) in [(0.0, 0.0), (1e-3, 0.0), (0.0, 0.02)] {
+        let elasticity = Elasticity::sheet(1e4, 0.2);
+        let substance = Some(Substance { elasticity, density: 100.0, relaxation_time });
+        let options = mesh::MeshOptions { substance, ..mesh::MeshOptions::default() };
+        let (mut part, _) = mesh::body(&mesh, &options).expect("a shell");
+        for (number, row) in part.particles.iter_mut().enumerate() {
+            row.position.y += shake * (number as f64 * 1.7).sin();
+        }
+        let name = format!("a shell damped by {relaxation_time} s, shaken by {shake} m");
+        blows_up_where_predicted(&name, &Scene::of("shell", part));
     }
 }
 

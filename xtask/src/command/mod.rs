@@ -4,11 +4,14 @@ pub mod extremes;
 
 use msd_core::Instructions;
 use msd_run::pace::best_pace;
+use msd_scene::{shown_path, write_file};
 use msd_study::live_error::Calibration;
 use std::fmt::Display;
 use std::path::Path;
 use std::time::Instant;
+use xtask::beam_table::{self, beam_table};
 use xtask::calibration::{BAND, Window, windows};
+use xtask::marks::put;
 use xtask::stability_table::{euler_steps, stability_table};
 
 /// Why a command ended early.
@@ -57,6 +60,37 @@ pub fn run_stability_table(scene: &Path, json: bool) -> Result<(), Failure> {
     match json {
         true => println!("{}", serde_json::to_string_pretty(&table).map_err(Failure::input)?),
         false => print!("{}", table.text()),
+    }
+    Ok(())
+}
+
+/// Prints the table of beams, and puts it on a page and into a figure.
+pub fn run_beam_table(
+    page: Option<&Path>,
+    figure: Option<&Path>,
+    json: bool,
+) -> Result<(), Failure> {
+    let read = |path: &Path| {
+        let refused = |error: &dyn Display| {
+            let expected = "it must be a page with <!-- begin beam --> and <!-- end beam -->";
+            Failure::input(format!("{}: {error}; {expected}", shown_path(path)))
+        };
+        let text = std::fs::read_to_string(path).map_err(|error| refused(&error))?;
+        put(&text, "beam", "").ok_or_else(|| refused(&"has no marks"))
+    };
+    let text = page.map(read).transpose()?;
+    let rows = beam_table().map_err(Failure::input)?;
+    let table = beam_table::text(&rows);
+    if let (Some(path), Some(text)) = (page, text) {
+        let filled = put(&text, "beam", &table).unwrap_or(text);
+        write_file(path, filled.as_bytes()).map_err(Failure::input)?;
+    }
+    if let Some(path) = figure {
+        write_file(path, beam_table::svg(&rows).as_bytes()).map_err(Failure::input)?;
+    }
+    match json {
+        true => println!("{}", serde_json::to_string_pretty(&rows).map_err(Failure::input)?),
+        false => print!("{table}"),
     }
     Ok(())
 }

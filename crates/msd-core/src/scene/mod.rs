@@ -22,6 +22,7 @@ pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
 pub use touch::Touch;
 
+use crate::number::Real;
 use alloc::{string::String, vec::Vec};
 use core::ops::Range;
 use glam::DVec3;
@@ -52,12 +53,19 @@ pub struct Spring {
     pub damping: f64,
 }
 
-/// A resistance against bending: of three particles in a line, or of four at the corners of a cell.
+/// A resistance against bending: of three particles in a line, of four at the corners of a cell, or
+/// of two triangles that share an edge.
 ///
 /// It stores k s²/2, s = Σ w x being a weighted sum of their positions that is zero where they are
 /// in a line, or in a plane. The force on a particle is −w (k s + b ŝ ŝ·s'), with ŝ the direction
 /// of s: without damping it is linear. It keeps linear and angular momentum. Over the square of the
 /// spacing s is a curvature, as long as the spacing stays what it was.
+///
+/// One that is curved at rest stores k |s − z n|²/2, with z the sum at rest along the normal n of
+/// the two triangles, e × f over its length: e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0).
+/// Triangles that keep their shape have s = ψ c n, where ψ is twice the sine of half the angle
+/// between them. Its damper acts against changes of s·n, of which there are none where it turns as
+/// a whole.
 ///
 /// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,25 +73,70 @@ pub struct Spring {
 pub struct Bend {
     /// The particles.
     pub particles: [usize; 4],
-    /// The weight of each; they add up to 0. A particle of weight 0 takes no part.
+    /// The weight of each; they add up to 0. A particle of weight 0 takes no part in a bend that is
+    /// straight at rest.
     pub weights: [f64; 4],
+    /// The sum at rest z, metres, along the normal; 0 for one that is straight at rest. Others need
+    /// four different particles.
+    pub rest: f64,
     /// Stiffness k, newtons per metre; not negative.
     pub stiffness: f64,
     /// Damping b, newton seconds per metre; not negative.
     pub damping: f64,
 }
 
+/// Two triangles of a smaller angle, radians, count as in a plane.
+const STRAIGHT: f64 = 1e-9;
+
 impl Bend {
     /// A bend of three particles, one after the other at equal distances a: s = x0 − 2 x1 + x2 is
     /// a² times the curvature of the line through them.
     pub fn line([a, b, c]: [usize; 3], stiffness: f64, damping: f64) -> Self {
-        Bend { particles: [a, b, c, c], weights: [1.0, -2.0, 1.0, 0.0], stiffness, damping }
+        let (particles, weights) = ([a, b, c, c], [1.0, -2.0, 1.0, 0.0]);
+        Bend { particles, weights, rest: 0.0, stiffness, damping }
     }
 
     /// A bend of the corners of a square cell of side a, of which the second and the third lie
     /// opposite each other: s = x0 − x1 − x2 + x3 is a² times the twist of the surface.
     pub fn twist(particles: [usize; 4], stiffness: f64, damping: f64) -> Self {
-        Bend { particles, weights: [1.0, -1.0, -1.0, 1.0], stiffness, damping }
+        Bend { particles, weights: [1.0, -1.0, -1.0, 1.0], rest: 0.0, stiffness, damping }
+    }
+
+    /// A bend of two triangles that share the edge from the first particle to the second, at rest
+    /// where these four positions are; the other corners are the third and the fourth. Of a sheet
+    /// of the bending stiffness B, newton metres, without damping.
+    ///
+    /// With l the length of the edge, h2 and h3 the heights above it and θ the angle between the
+    /// triangles, 0 where they are in a plane, s is h ψ: h = 2 h2 h3/(h2 + h3), ψ = 2 sin(θ/2). A
+    /// small change of θ stores B l² (θ − θ0)²/(2 A), where A is the area of both: equilateral
+    /// triangles bend as a plate, others do not, see `docs/materials.md`.
+    ///
+    /// `None` where a triangle has no area.
+    pub fn hinge(particles: [usize; 4], at: [DVec3; 4], bending: f64) -> Option<Self> {
+        let [edge, c, d] = [1, 2, 3].map(|end| at[end] - at[0]);
+        let square = edge.dot(edge);
+        let feet = [c, d].map(|side| side.dot(edge) / square);
+        let [c, d] = [c - edge * feet[0], d - edge * feet[1]];
+        let heights = [c, d].map(|side| Real::sqrt(side.dot(side)));
+        if !heights.into_iter().all(|height| 0.0 < height * square && height.is_finite()) {
+            return None;
+        }
+        let [low, high] = heights;
+        let weights = [2.0 * high / (low + high), 2.0 * low / (low + high)];
+        let second = -(weights[0] * feet[0] + weights[1] * feet[1]);
+        let weights = [-(weights[0] + weights[1]) - second, second, weights[0], weights[1]];
+        // Where they are in a plane, c and d are opposite.
+        let sum = c * weights[2] + d * weights[3];
+        let fold = Real::sqrt(sum.dot(sum)) / (weights[2] * low);
+        let normal = edge.cross(c * weights[2] - d * weights[3]);
+        let rest =
+            if fold < STRAIGHT { 0.0 } else { fold * weights[2] * low * normal.dot(sum).signum() };
+        // A change of θ changes ψ by cos(θ/2) times that. A sharp edge is no plate.
+        let cosine_squared = Real::max(1.0 - 0.25 * fold * fold, 0.5);
+        let area = 0.5 * Real::sqrt(square) * (low + high);
+        let reach = weights[2] * low;
+        let stiffness = bending * square / (area * reach * reach * cosine_squared);
+        Some(Bend { particles, weights, rest, stiffness, damping: 0.0 })
     }
 }
 

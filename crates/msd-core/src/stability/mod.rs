@@ -183,7 +183,7 @@ fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
     let mut add = |particle: usize, [stiffness, damping]: [f64; 2]| {
         others[particle].add(stiffness, damping);
     };
-    model.bends.row_sums(&mut add);
+    model.bends.row_sums(motion, &mut add);
     model.volumes.row_sums(motion, &mut add);
     let mut touching = Vec::new();
     model.set_touching(Level::baseline(), motion, &mut Near::default(), &mut touching);

@@ -65,7 +65,7 @@ impl Builder<'_> {
         let spacing = self
             .source
             .number(format_args!("bodies[{row}].spacing"), body.spacing.unwrap_or(1.0))?;
-        let substance = substance(self.source, row, body)?;
+        let substance = substance(self.source, row, (body, false))?;
         let material = self.material(row, body, Material::default())?;
         let counts = count_lattice(size, neighbours);
         self.budget.add_bends(match substance.map(|substance| substance.elasticity) {
@@ -102,7 +102,7 @@ impl Builder<'_> {
         let Some(substance) = substance else { return Ok(None) };
         damp(self.source, row, body, part)?;
         check_fits(self.source, row, part)?;
-        self.notes.extend(caveat(body));
+        self.notes.extend(caveat(body, &substance));
         Ok(Some(made(body, &substance, part)))
     }
 
@@ -178,12 +178,17 @@ impl Builder<'_> {
                 MeshError::Option { quantity: "size", .. } => "length",
                 MeshError::Option { quantity: "mass", .. } => "mass",
                 MeshError::Option { .. } | MeshError::TooFine { .. } => "spacing",
-                MeshError::Undecided { .. } | MeshError::Shell { .. } => "filling",
+                MeshError::Undecided { .. } => "filling",
                 _ => "file",
             };
             mesh_error(source, format!("bodies[{row}].{key}"), error)
         };
         let counts = mesh::estimate(&mesh, &options).map_err(refused)?;
+        if matches!(options.substance, Some(Substance { elasticity: Elasticity::Sheet { .. }, .. }))
+        {
+            // Of fewer edges than springs.
+            self.budget.add_bends(counts[1]);
+        }
         let key = if body.spacing.is_some() { "spacing" } else { "file" };
         self.budget.take(source, format_args!("bodies[{row}].{key}"), counts)?;
         let (mut part, report) = mesh::body(&mesh, &options).map_err(refused)?;
@@ -219,7 +224,7 @@ impl Builder<'_> {
             mass,
             stiffness,
             damping,
-            substance: substance(source, row, body)?,
+            substance: substance(source, row, (body, !mesh::is_solid(mesh, default.filling)))?,
         })
     }
 
@@ -398,7 +403,8 @@ pub(crate) fn mesh_error(source: &Source<'_>, key: String, error: MeshError) -> 
 /// Refuses keys that the kind of a body does not use: they would have no effect silently.
 fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), FileError> {
     const LATTICES: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block];
-    const BROAD: &[Kind] = &[Kind::Cloth, Kind::Block];
+    const BROAD: &[Kind] = &[Kind::Cloth, Kind::Block, Kind::Mesh];
+    const SHEETS: &[Kind] = &[Kind::Cloth, Kind::Mesh];
     const SPACED: &[Kind] = &[Kind::Rope, Kind::Cloth, Kind::Block, Kind::Mesh];
     let keys = [
         ("size", body.size.is_some(), LATTICES),
@@ -414,8 +420,8 @@ fn check_keys(source: &Source<'_>, row: usize, body: &BodyRow) -> Result<(), Fil
         ("density", body.density.is_some(), SPACED),
         ("relaxation_time", body.relaxation_time.is_some(), SPACED),
         ("damping_ratio", body.damping_ratio.is_some(), SPACED),
-        ("thickness", body.thickness.is_some(), &[Kind::Cloth]),
-        ("area_density", body.area_density.is_some(), &[Kind::Cloth]),
+        ("thickness", body.thickness.is_some(), SHEETS),
+        ("area_density", body.area_density.is_some(), SHEETS),
         ("young_warp", body.young_warp.is_some(), &[Kind::Cloth]),
         ("young_weft", body.young_weft.is_some(), &[Kind::Cloth]),
         ("shear", body.shear.is_some(), &[Kind::Cloth]),

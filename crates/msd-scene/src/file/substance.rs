@@ -49,17 +49,20 @@ struct Keys<'k> {
     source: &'k Source<'k>,
     row: usize,
     body: &'k BodyRow,
+    /// Whether it is a shell of a mesh.
+    is_shell: bool,
     material: Option<Numbers>,
 }
 
-/// Reads what body number `row` is made of; `None` where it is given by masses and springs.
+/// Reads what body number `row`, which may be a shell of a mesh, is made of; `None` where it is
+/// given by masses and springs.
 ///
 /// # Errors
 /// A number outside its domain, a key that is missing, keys that exclude each other.
 pub(super) fn substance(
     source: &Source<'_>,
     row: usize,
-    body: &BodyRow,
+    (body, is_shell): (&BodyRow, bool),
 ) -> Result<Option<Substance>, FileError> {
     let Some(first) = first_key(body) else { return Ok(None) };
     let plain_keys = [
@@ -67,7 +70,7 @@ pub(super) fn substance(
         ("stiffness", body.stiffness.is_some()),
         ("damping", body.damping.is_some()),
         ("neighbours", body.neighbours.is_some()),
-        ("bending", body.kind == Kind::Mesh && body.bending.is_some()),
+        ("bending", body.kind == Kind::Mesh && !is_shell && body.bending.is_some()),
     ];
     if let Some((other, _)) = plain_keys.into_iter().find(|(_, is_given)| *is_given) {
         let reason = format!("and bodies[{row}].{other} exclude each other");
@@ -84,7 +87,7 @@ pub(super) fn substance(
         Some(name) => Some(find(source, row, name)?),
         None => None,
     };
-    Keys { source, row, body, material }.substance().map(Some)
+    Keys { source, row, body, is_shell, material }.substance().map(Some)
 }
 
 /// The numbers of a material by its name.
@@ -124,7 +127,9 @@ impl Keys<'_> {
             }
             Kind::Rope => self.rope()?,
             Kind::Cloth => self.sheet()?,
+            Kind::Mesh if self.is_shell => self.sheet()?,
             _ => {
+                self.check_is_no_sheet()?;
                 let (young, poisson) = (self.needed("young")?, self.solid_poisson()?);
                 (Elasticity::Solid { young, poisson }, self.needed("density")?)
             }
@@ -142,6 +147,17 @@ impl Keys<'_> {
         let key = format_args!("bodies[{}].material", self.row);
         let expected = "that of a solid in a rope, a block or a mesh: a fabric makes a cloth";
         self.source.out_of_domain(key, format!("\"{}\"", crate::shown::tame(name)), expected)
+    }
+
+    /// Refuses the keys of a shell in a solid.
+    fn check_is_no_sheet(&self) -> Result<(), FileError> {
+        let keys = ["thickness", "area_density"];
+        let Some(key) = keys.into_iter().find(|key| self.of_row(key).is_some()) else {
+            return Ok(());
+        };
+        let reason = "means nothing to a solid, which this mesh becomes; `filling = \"shell\"` \
+                      asks for a shell";
+        Err(self.source.refuse(format_args!("bodies[{}].{key}", self.row), reason))
     }
 
     fn rope(&self) -> Result<(Elasticity, f64), FileError> {
@@ -239,15 +255,21 @@ impl Keys<'_> {
         Ok(Some(Bending { warp, weft, bias }))
     }
 
-    /// The Poisson's ratio of a block: that of springs, or another, which costs more.
+    /// The Poisson's ratio of a block: that of springs, or another, which costs more. A mesh has
+    /// that of springs: there are no cells between its lattice and its surface.
     fn solid_poisson(&self) -> Result<f64, FileError> {
         let Some(poisson) = self.number_of_row("poisson")? else { return Ok(SOLID_POISSON) };
+        let key = format_args!("bodies[{}].poisson", self.row);
+        if self.body.kind == Kind::Mesh && poisson != SOLID_POISSON {
+            let expected = "0.25 in a solid of a mesh, the only one that its springs give; a block \
+                            may have another";
+            return Err(self.source.out_of_domain(key, plain(poisson), expected));
+        }
         if (0.0..=MOST_POISSON).contains(&poisson) {
             return Ok(poisson);
         }
-        let key = format_args!("bodies[{}].poisson", self.row);
         let why = if poisson < 0.0 {
-            "of a lattice of springs"
+            "its springs give no less"
         } else {
             "towards 0.5 the stable step goes to 0"
         };
@@ -260,7 +282,9 @@ impl Keys<'_> {
         match self.number_of_row("poisson")? {
             Some(poisson) if POISSON_WITHIN < (poisson - SHEET_POISSON).abs() => {
                 let key = format_args!("bodies[{}].poisson", self.row);
-                let expected = "0.3333 (1/3) in a cloth, the only one that its springs give";
+                let sheet = if self.is_shell { "shell" } else { "cloth" };
+                let expected =
+                    format!("0.3333 (1/3) in a {sheet}, the only one that its springs give");
                 Err(self.source.out_of_domain(key, plain(poisson), expected))
             }
             _ => Ok(()),
@@ -309,7 +333,8 @@ impl Keys<'_> {
             return Ok(value);
         }
         let domain = Domain::of(&format!("bodies.{key}")).words();
-        let (kind, beside) = (self.body.kind.name(), first_key(self.body).unwrap_or("material"));
+        let beside = first_key(self.body).unwrap_or("material");
+        let kind = if self.is_shell { "shell of a mesh" } else { self.body.kind.name() };
         let reason = format!("lacks the key `{key}`, {domain}: a {kind} with `{beside}` needs it");
         Err(self.source.refuse(format_args!("bodies[{}]", self.row), reason))
     }
@@ -380,13 +405,13 @@ pub(super) fn made(body: &BodyRow, substance: &Substance, part: &Part) -> Made {
 }
 
 /// What a body does not have of the material that it names; nothing of a rope.
-pub(super) fn caveat(body: &BodyRow) -> Option<String> {
+pub(super) fn caveat(body: &BodyRow, substance: &Substance) -> Option<String> {
     let name = body.material.as_deref().filter(|_| body.poisson.is_none())?;
     let Numbers::Uniform { poisson, .. } = named(name)?.numbers else { return None };
-    let springs = match body.kind {
-        Kind::Block | Kind::Mesh => "1/4",
-        Kind::Cloth => "1/3",
-        _ => return None,
+    let springs = match substance.elasticity {
+        Elasticity::Solid { .. } => "1/4",
+        Elasticity::Sheet { .. } => "1/3",
+        Elasticity::Rope { .. } => return None,
     };
     let ratio = format!("Poisson's ratio is {springs}, that of springs, instead of {poisson}");
     let hint = match body.kind {

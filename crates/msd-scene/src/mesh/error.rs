@@ -144,15 +144,6 @@ pub enum MeshError {
         /// The edge of a cell asked for, metres.
         cell: f64,
     },
-    /// A material asked of a shell.
-    #[error(
-        "{file}: a material fills a solid, and this mesh is a shell: close it, or ask for \
-         `filling = \"solid\"`"
-    )]
-    Shell {
-        /// Which file.
-        file: String,
-    },
     /// An option outside its domain.
     #[error("{quantity} of the mesh body is {value}; it must be {expected}")]
     Option {

@@ -134,22 +134,25 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
     let filled = filled(scene, body).filter(|_| !is_open);
     let across = |spring: &Spring| across(scene, spring);
     let rows = springs.iter().map(|spring| (spring.stiffness, across(spring)));
-    let bending = filled.and_then(|filled| bending(&alone, filled, frame(scene, body)));
+    let frame = frame(scene, body);
+    // A curved shell has no directions of its own.
+    let flat = filled.filter(|filled| {
+        let mut beside = frame[filled.dimensions as usize..].iter();
+        beside.all(|axis| {
+            springs.iter().map(across).all(|way| way.dot(*axis).abs() <= 1e-6 * way.length())
+        })
+    });
+    let bending = flat.and_then(|filled| bending(&alone, filled, frame));
     Ok(Inspection {
         name: body.name.clone(),
         particles: body.particles.len(),
         springs: springs.len(),
         mass: scene.particles[body.particles.clone()].iter().map(|row| row.mass).sum(),
-        moduli: filled.and_then(|filled| {
-            let frame = frame(scene, body);
-            let mut beside = frame[filled.dimensions as usize..].iter();
-            let is_flat = beside.all(|axis| {
-                springs.iter().map(across).all(|way| way.dot(*axis).abs() <= 1e-6 * way.length())
-            });
-            let moduli = || Moduli::of(rows, &alone.volumes, filled.size);
-            let found = || directions(&moduli(), frame, filled.dimensions);
+        moduli: flat.and_then(|filled| {
+            let moduli = Moduli::of(rows, &alone.volumes, filled.size);
+            let found = directions(&moduli, frame, filled.dimensions);
             // Springs without stiffness amount to no material.
-            is_flat.then(found).filter(|found| 0.0 < found.range()[1])
+            (0.0 < found.range()[1]).then_some(found)
         }),
         filled,
         is_open,

@@ -95,7 +95,7 @@ fn scene_hash(scene: &Scene) -> String {
     }
     for row in &mut scene.bends {
         row.weights.iter_mut().for_each(round);
-        [&mut row.stiffness, &mut row.damping].into_iter().for_each(round);
+        [&mut row.rest, &mut row.stiffness, &mut row.damping].into_iter().for_each(round);
     }
     for row in &mut scene.volumes {
         [&mut row.rest_volume, &mut row.modulus, &mut row.damping].into_iter().for_each(round);

@@ -4,24 +4,24 @@ mod lattice;
 mod pieces;
 mod brace;
 mod shares;
+mod shell;
 mod texture;
 
 use crate::mesh::clean::interior::Interior;
-use crate::mesh::clean::topology::{components, edges, sides};
+use crate::mesh::clean::topology::{edges, sides};
 use crate::mesh::clean::winding::{Winding, holes};
 use crate::mesh::error::MeshError;
 use crate::mesh::fill::brace::{Braces, Frame, MOST_ROUND};
 use crate::mesh::fill::lattice::{check_spacing, fill};
 use crate::mesh::fill::pieces::pieces;
+use crate::mesh::fill::shell::{of_sheet, shell_springs};
 use crate::mesh::fill::texture::surface;
 use crate::mesh::import::Mesh;
 use crate::mesh::subdivide::subdivided;
-use crate::nearby::Nearby;
 use glam::DVec3;
 use msd_core::substance::SOLID_POISSON;
 use msd_core::{Elasticity, Part, Particle, Spring, Substance};
 use std::borrow::Cow;
-use std::collections::BTreeSet;
 
 /// Seam springs from a particle on an open edge to the piece beside it.
 const SEAMS: usize = 3;
@@ -70,8 +70,9 @@ pub struct MeshOptions {
     /// Stiffness and damping of the bending springs of a shell as a fraction of those of the
     /// others; not negative. Default 1, which keeps the columns uniform.
     pub bending: f64,
-    /// What a solid is made of, instead of mass, stiffness and damping: particles and springs are
-    /// then those of the volume that they stand for. Its Poisson's ratio is 1/4. Default `None`.
+    /// What it is made of, instead of mass, stiffness, damping and bending: particles and springs
+    /// are then those of the volume that they stand for, in a shell, which is of a uniform sheet,
+    /// of the area. Poisson's ratio is that of springs, 1/4 or 1/3. Default `None`.
     pub substance: Option<Substance>,
 }
 
@@ -117,8 +118,11 @@ pub struct BodyReport {
     pub lattice_springs: usize,
     /// Springs from the surface inward, or across thin parts; none in a shell.
     pub brace_springs: usize,
-    /// Springs across surface edges, against bending; none in a solid.
+    /// Springs across surface edges, against bending; none in a solid, nor in a shell of a
+    /// material.
     pub bending_springs: usize,
+    /// Pairs of triangles that resist bending in a shell of a material.
+    pub hinges: usize,
     /// Springs between the open edges of a piece and the next piece; none in a solid.
     pub seam_springs: usize,
     /// Particles of a solid with fewer than four springs, or held in some direction by less than a
@@ -158,6 +162,9 @@ impl core::fmt::Display for BodyReport {
             self.seam_springs,
             self.loose_particles
         )?;
+        if 0 < self.hinges {
+            write!(f, "; {} hinges", self.hinges)?;
+        }
         if 0.0 < self.unbalanced {
             let percent = 100.0 * self.unbalanced;
             write!(f, "; in a uniform strain its forces balance within {percent:.1} %")?;
@@ -175,11 +182,12 @@ impl core::fmt::Display for BodyReport {
 /// within a mean edge length of another. Each spring is as long as it is at rest.
 ///
 /// A solid of a substance has a surface as fine as its lattice, cut up where the mesh is coarser,
-/// and more braces, to whatever is near. Its mass is that of the volume which the mesh encloses.
+/// and more braces, to whatever is near. Its mass is that of the volume which the mesh encloses. A
+/// shell of a substance has the mass of its area, and hinges instead of bending springs.
 ///
 /// # Errors
-/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a shell of
-/// a substance; a lattice too fine.
+/// An option outside its domain; a solid of a mesh that leaves undecided what is inside; a
+/// substance of other dimensions than the body; a lattice too fine.
 ///
 /// # Panics
 /// If a triangle names no vertex, or there are texture coordinates of fewer triangles: no [`Mesh`]
@@ -196,13 +204,16 @@ pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), Me
     let ends = if solid {
         solid_springs(mesh, options, &mut points, &mut report)?
     } else {
-        shell_springs(mesh, &points, &mut report)
+        shell_springs(mesh, &points, options.substance.is_none(), &mut report)
     };
     let surface =
         surface(&points[..report.surface_particles], &mesh.triangles, mesh.uvs.as_deref(), !solid);
-    let (masses, constants) = match &options.substance {
-        Some(substance) => shared(substance, (&points, &ends, &mesh.triangles), &mut report)?,
-        None => alike(options, (points.len(), ends.len()), &report),
+    let ((masses, constants), bends) = match &options.substance {
+        Some(substance) if solid => {
+            (shared(substance, (&points, &ends, &mesh.triangles), &mut report)?, Vec::new())
+        }
+        Some(substance) => of_sheet(substance, &points, (mesh, &ends), &mut report)?,
+        None => (alike(options, (points.len(), ends.len()), &report), Vec::new()),
     };
     let particle = |(&position, mass)| Particle { position, velocity: DVec3::ZERO, mass };
     let spring = |(&ends, [stiffness, damping]): (&[usize; 2], [f64; 2])| {
@@ -211,7 +222,7 @@ pub fn body(mesh: &Mesh, options: &MeshOptions) -> Result<(Part, BodyReport), Me
     };
     let springs = ends.iter().zip(constants).map(spring).collect();
     let particles = points.iter().zip(masses).map(particle).collect();
-    Ok((Part { particles, springs, surface, ..Part::default() }, report))
+    Ok((Part { particles, springs, bends, surface, ..Part::default() }, report))
 }
 
 /// The masses of particles, and stiffness and damping of springs.
@@ -271,7 +282,8 @@ fn young(substance: &Substance) -> Result<f64, MeshError> {
     let option = |quantity, value, expected| Err(MeshError::Option { quantity, value, expected });
     let Elasticity::Solid { young, poisson } = elasticity else {
         let dimensions = if matches!(elasticity, Elasticity::Sheet { .. }) { 2.0 } else { 1.0 };
-        return option("number of dimensions of the substance", dimensions, "3, those of a solid");
+        let expected = "3, those of a solid, in one";
+        return option("number of dimensions of the substance", dimensions, expected);
     };
     let positive = "positive and finite";
     for (quantity, value) in [("Young's modulus", young), ("density", density)] {
@@ -294,7 +306,8 @@ fn young(substance: &Substance) -> Result<f64, MeshError> {
 /// A lattice too fine, or coarser than the body.
 fn as_fine<'m>(mesh: &'m Mesh, options: &MeshOptions) -> Result<Cow<'m, Mesh>, MeshError> {
     let mut fine = Cow::Borrowed(mesh);
-    if let (Some(_), Some(spacing)) = (options.substance, options.spacing) {
+    let fills = options.substance.is_some() && is_solid(mesh, options.filling);
+    if let (true, Some(spacing)) = (fills, options.spacing) {
         let points = place(&mesh.positions, options.size);
         let longest = 2.0 * points.iter().fold(0.0, |most: f64, p| most.max(p.abs().max_element()));
         if longest < spacing {
@@ -317,7 +330,7 @@ fn as_fine<'m>(mesh: &'m Mesh, options: &MeshOptions) -> Result<Cow<'m, Mesh>, M
 /// The options of a solid of a material with the spacing that they amount to: that of the mesh
 /// before it is cut up.
 fn with_spacing(mesh: &Mesh, options: &MeshOptions) -> MeshOptions {
-    if options.substance.is_none() {
+    if options.substance.is_none() || !is_solid(mesh, options.filling) {
         return *options;
     }
     let points = place(&mesh.positions, options.size);
@@ -354,9 +367,6 @@ pub(crate) fn estimate(mesh: &Mesh, options: &MeshOptions) -> Result<[u128; 2], 
 fn check(mesh: &Mesh, options: &MeshOptions) -> Result<bool, MeshError> {
     check_options(options)?;
     let solid = is_solid(mesh, options.filling);
-    if options.substance.is_some() && !solid {
-        return Err(MeshError::Shell { file: mesh.name.clone() });
-    }
     if solid && !mesh.is_closed() {
         let undecided = Winding::new(&mesh.positions, &mesh.triangles).undecided();
         if MOST_UNDECIDED < undecided {
@@ -461,49 +471,6 @@ fn solid_springs(
     report.brace_springs = braces.len();
     springs.extend(braces);
     Ok(springs)
-}
-
-fn shell_springs(mesh: &Mesh, points: &[DVec3], report: &mut BodyReport) -> Vec<[usize; 2]> {
-    let (mut springs, mean) = edge_springs(mesh, points);
-    report.edge_springs = springs.len();
-    let mut joined: BTreeSet<[usize; 2]> = springs.iter().copied().collect();
-    let sides = sides(&mesh.triangles);
-    for edge in edges(&sides) {
-        // Two of the faces at an edge with more than two still resist bending.
-        let &[a, b, ..] = edge else { continue };
-        let (a, b) = (a.opposite as usize, b.opposite as usize);
-        let pair = [a.min(b), a.max(b)];
-        if a != b && joined.insert(pair) {
-            springs.push(pair);
-        }
-    }
-    report.bending_springs = springs.len() - report.edge_springs;
-    for pair in seams(mesh, points, mean) {
-        if joined.insert(pair) {
-            springs.push(pair);
-            report.seam_springs += 1;
-        }
-    }
-    springs
-}
-
-/// Pairs across the gaps between the pieces of a mesh, from each open edge.
-fn seams(mesh: &Mesh, points: &[DVec3], reach: f64) -> Vec<[usize; 2]> {
-    let (pieces, count) = components(points.len(), &mesh.triangles);
-    if count < 2 {
-        return Vec::new();
-    }
-    let sides = sides(&mesh.triangles);
-    let open = edges(&sides).filter(|edge| edge.len() == 1);
-    let border: BTreeSet<u32> = open.flat_map(|edge| edge[0].ends).collect();
-    let nearby = Nearby::new(points, reach);
-    let mut pairs = Vec::new();
-    for from in border.into_iter().map(|vertex| vertex as usize) {
-        let near = nearby.within(points[from], reach).into_iter();
-        let across = near.filter(|&to| pieces[to] != pieces[from]).take(SEAMS);
-        pairs.extend(across.map(|to| [from.min(to), from.max(to)]));
-    }
-    pairs
 }
 
 /// Outward directions at the vertices, weighted by area.

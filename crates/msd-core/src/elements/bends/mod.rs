@@ -3,7 +3,11 @@
 //! [`Bend`] is the law of one. They stand in the order in which they are evaluated, which depends
 //! on them and on the slots of particles alone: first those that fit bundles of up to sixteen,
 //! whose particles are in the same lane of records, as most of a lattice are; then the others, one
-//! by one. A bundle adds what its bends would add one after the other, to the bit.
+//! by one. A bundle adds what its bends would add one after the other, to the bit. Those that are
+//! curved at rest have a law of their own, in `curved.rs`, and are always evaluated one by one.
+
+mod curved;
+mod stencil;
 
 use super::bundles::{self, record};
 use super::{Element, Motion, Products, Torn, Vectors};
@@ -14,6 +18,7 @@ use crate::scene::Bend;
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
+use stencil::{Stencil, add_curved_blocks, dot_parts, is_straight, subtract, subtract_parts};
 
 /// The bends of a model.
 #[derive(Clone, Debug)]
@@ -28,17 +33,8 @@ pub struct Bends<R: Real> {
     is_damped: bool,
 }
 
-/// A bend, and where the numbers of its particles are.
-#[derive(Clone, Copy, Debug)]
-struct Stencil<R> {
-    particles: [u32; 4],
-    at: [u32; 4],
-    weights: [R; 4],
-    stiffness: R,
-    damping: R,
-}
-
-/// Bends of the same weights, each in a lane of its own; `at` is where their numbers start.
+/// Straight bends of the same weights, each in a lane of its own; `at` is where their numbers
+/// start.
 #[derive(Clone, Debug)]
 struct Bundle<R> {
     at: [u32; 4],
@@ -48,79 +44,6 @@ struct Bundle<R> {
     is_there: [bool; LANES],
     /// Whether all lanes have a bend.
     is_full: bool,
-}
-
-impl<R: Real> Stencil<R> {
-    /// The weighted sum of what a function says of its particles, 0 to 3.
-    ///
-    /// Of differences: positions far from the origin would leave their rounding.
-    #[inline(always)]
-    fn sum(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
-        let first = of(0);
-        let mut sum = R::Vec3::ZERO;
-        for end in (1..4).filter(|&end| self.weights[end] != R::ZERO) {
-            sum += (of(end) - first) * self.weights[end];
-        }
-        sum
-    }
-
-    /// Its sum and one of its edges, by positions.
-    #[inline(always)]
-    fn bent(&self, of: impl Fn(usize) -> R::Vec3) -> [R::Vec3; 2] {
-        let edge = of(1) - of(0);
-        [self.sum(of), edge]
-    }
-
-    /// The sum in double precision.
-    fn sum_f64(&self, of: impl Fn(usize) -> DVec3) -> DVec3 {
-        let first = of(0);
-        (1..4).map(|end| (of(end) - first) * self.weights[end].to_f64()).sum()
-    }
-
-    /// The particles that take part, each with its weight.
-    fn terms(&self) -> impl Iterator<Item = (usize, R)> {
-        let pairs = self.particles.map(|particle| particle as usize).into_iter().zip(self.weights);
-        pairs.filter(|&(_, weight)| weight != R::ZERO)
-    }
-
-    /// Its pull by its sum s and the rate of that, k s + b ŝ (ŝ·s'), and the power of its damper.
-    ///
-    /// Along its direction ŝ alone: against all of s' a damper would brake a bent body that turns.
-    #[inline(always)]
-    fn pull(&self, sum: R::Vec3, rate: R::Vec3) -> (R::Vec3, R) {
-        let square = sum.dot(sum);
-        let has_direction = R::SHORTEST_SQUARED <= square;
-        if !has_direction {
-            return (sum * self.stiffness, R::ZERO);
-        }
-        let along = sum.dot(rate);
-        let drag = along * self.damping * (R::ONE / square);
-        (sum * (self.stiffness + drag), along * drag)
-    }
-
-    /// The product of τ (τ k + b ŝ ŝᵀ) with the sum of a direction, bent by `sum`; see
-    /// [`is_straight`].
-    #[inline(always)]
-    fn product(&self, tau: R, [sum, edge]: [R::Vec3; 2], of: R::Vec3) -> R::Vec3 {
-        let elastic = of * (tau * tau * self.stiffness);
-        if self.damping == R::ZERO {
-            return elastic;
-        }
-        let square = sum.dot(sum);
-        let damping = tau * self.damping;
-        if is_straight::<R>(square, edge.dot(edge)) {
-            return elastic + of * damping;
-        }
-        elastic + sum * (damping * sum.dot(of) * (R::ONE / square))
-    }
-}
-
-/// Whether a bend is all but straight, by the squares of its sum and of an edge: its direction is
-/// not known yet, as any motion would give it one. Its damping is then taken to act in all.
-#[inline(always)]
-fn is_straight<R: Real>(square: R, edge: R) -> bool {
-    let bent = edge * R::of(1e-6) < square && R::SHORTEST_SQUARED <= square;
-    !bent
 }
 
 impl<R: Real> Bends<R> {
@@ -143,6 +66,7 @@ impl<R: Real> Bends<R> {
             particles: bend.particles.map(|particle| particle as u32),
             at: [0; 4],
             weights: bend.weights.map(R::of),
+            rest: R::of(bend.rest),
             stiffness: R::of(bend.stiffness),
             damping: R::of(bend.damping),
         }));
@@ -155,7 +79,10 @@ impl<R: Real> Bends<R> {
 
     /// Puts bends in order and makes bundles of them.
     fn bundle(&mut self) {
-        let is_alike = |a: &Stencil<R>, b: &Stencil<R>| a.weights == b.weights;
+        let is_straight = |row: &Stencil<R>| row.rest == R::ZERO;
+        let is_alike = |a: &Stencil<R>, b: &Stencil<R>| {
+            a.weights == b.weights && is_straight(a) && is_straight(b)
+        };
         let bundles = bundles::order(&mut self.rows, self.numbers, |row| row.at, is_alike);
         self.bundled = bundles.last().map_or(0, |last| last.end);
         self.bundles = bundles.into_iter().map(|rows| Bundle::new(&self.rows[rows])).collect();
@@ -177,6 +104,7 @@ impl<R: Real> Bends<R> {
         self.rows.iter().map(|row| Bend {
             particles: row.particles.map(|particle| particle as usize),
             weights: row.weights.map(R::to_f64),
+            rest: row.rest.to_f64(),
             stiffness: row.stiffness.to_f64(),
             damping: row.damping.to_f64(),
         })
@@ -244,7 +172,12 @@ impl<R: Real> Bends<R> {
     /// Adds the diagonal blocks of τ (τ k + b) about positions to those of particles.
     pub(crate) fn add_blocks(&self, tau: R, positions: &[R], [upper, lower]: [&mut [R]; 2]) {
         for row in &self.rows {
-            let bent = row.bent(|end| vector::<R>(positions, row.at[end] as usize));
+            let position = |end: usize| vector::<R>(positions, row.at[end] as usize);
+            if let Some(curved) = row.curved(position) {
+                add_curved_blocks(row, &curved, tau, [&mut *upper, &mut *lower]);
+                continue;
+            }
+            let bent = row.bent(position);
             let axis = |row: [R; 3]| R::Vec3::from_components(row);
             let [zero, one] = [R::ZERO, R::ONE];
             let [x, y, z] = [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
@@ -260,7 +193,7 @@ impl<R: Real> Bends<R> {
     }
 
     /// Moves the particles of each bend, in order, as XPBD moves those of a spring: a bend is a
-    /// constraint |s| = 0 of compliance 1/k.
+    /// constraint |s| = 0 of compliance 1/k, of one that is curved |d| = 0.
     pub(crate) fn project(
         &self,
         h: R,
@@ -271,6 +204,10 @@ impl<R: Real> Bends<R> {
         for row in &self.rows {
             let [stiff, damp] = [row.stiffness * h * h, row.damping * h];
             let particle = |end: usize| row.particles[end] as usize;
+            if let Some(curved) = row.curved(|end| starts[particle(end)] + ways[particle(end)]) {
+                row.project_curved(&curved, [stiff, damp], inverse_masses, ways);
+                continue;
+            }
             let moved = row.sum(|end| ways[particle(end)]);
             let bent = row.sum(|end| starts[particle(end)]) + moved;
             let square = bent.dot(bent);
@@ -292,7 +229,9 @@ impl<R: Real> Bends<R> {
     pub(crate) fn energy_and_pulls(&self, motion: &Motion<'_, R>) -> [f64; 3] {
         let mut sums = [0.0; 3];
         for row in &self.rows {
-            let bent = row.sum_f64(|end| motion.position(row.particles[end] as usize).to_f64());
+            let position = |end: usize| motion.position(row.particles[end] as usize).to_f64();
+            let curved = row.curved_f64(position);
+            let bent = curved.map_or_else(|| row.sum_f64(position), |curved| curved.off);
             let weight: f64 = row.weights.iter().map(|weight| weight.abs().to_f64()).sum();
             let (stiffness, square) = (row.stiffness.to_f64(), bent.dot(bent));
             sums[0] += 0.5 * stiffness * square;
@@ -302,10 +241,25 @@ impl<R: Real> Bends<R> {
         sums
     }
 
-    /// The stiffness and the damping that each particle meets at most, by a function: the row sums
-    /// of magnitudes of their matrices.
-    pub(crate) fn row_sums(&self, mut add: impl FnMut(usize, [f64; 2])) {
+    /// The stiffness and the damping that each particle meets at most about a motion, by a
+    /// function: the row sums of magnitudes of their matrices.
+    pub(crate) fn row_sums(&self, motion: &Motion<'_, R>, mut add: impl FnMut(usize, [f64; 2])) {
         for row in &self.rows {
+            let position = |end: usize| motion.position(row.particles[end] as usize).to_f64();
+            if let Some(curved) = row.curved_f64(position) {
+                let [stiffness, damping] = [row.stiffness, row.damping].map(R::to_f64);
+                let (bounds, along) = (curved.bounds(), curved.gradient());
+                let lengths = along.map(|part| Real::sqrt(part.dot(part)));
+                let all: f64 = bounds.iter().map(|bound| bound[0]).sum();
+                let total: f64 = lengths.iter().sum();
+                let pull = stiffness * Real::sqrt(curved.off.dot(curved.off));
+                for (end, [own, turning]) in bounds.into_iter().enumerate() {
+                    let met = stiffness * own * all + pull * turning;
+                    let damped = damping * lengths[end] * total;
+                    add(row.particles[end] as usize, [met, damped]);
+                }
+                continue;
+            }
             let all: f64 = row.weights.iter().map(|weight| weight.abs().to_f64()).sum();
             for (particle, weight) in row.terms() {
                 let weight = weight.abs().to_f64() * all;
@@ -408,6 +362,14 @@ fn add_forces<R: Real>(bends: &Bends<R>, x: &[R], v: &[R], forces: &mut [R]) -> 
     }
     let mut power: f64 = powers.iter().sum();
     for row in &bends.rows[bends.bundled..] {
+        let in_x = |end: usize| vector::<R>(x, row.at[end] as usize);
+        if let Some(curved) = row.curved(in_x) {
+            let in_v = |end: usize| vector::<R>(v, row.at[end] as usize);
+            let (parts, taken) = row.curved_pull(&curved, in_v);
+            subtract_parts(row, parts, forces);
+            power += taken.to_f64();
+            continue;
+        }
         let of = |column: &[R]| row.sum(|end| vector::<R>(column, row.at[end] as usize));
         let (pull, taken) = row.pull(of(x), of(v));
         subtract(row, pull, forces);
@@ -447,8 +409,20 @@ fn add_products<R: Real>(
         }
     }
     for row in &bends.rows[bends.bundled..] {
-        let bent = row.bent(|end| vector::<R>(x, row.at[end] as usize));
-        let of = row.sum(|end| vector::<R>(direction, row.at[end] as usize));
+        let in_x = |end: usize| vector::<R>(x, row.at[end] as usize);
+        let in_direction = |end: usize| vector::<R>(direction, row.at[end] as usize);
+        if let Some(curved) = row.curved(in_x) {
+            let pull = curved.change(in_direction) * (tau * tau * row.stiffness);
+            subtract_parts(row, curved.parts(-pull), products);
+            if row.damping != R::ZERO {
+                let along = curved.gradient();
+                let drag = dot_parts::<R>(&along, in_direction) * (tau * row.damping);
+                subtract_parts(row, along.map(|part| part * -drag), products);
+            }
+            continue;
+        }
+        let bent = row.bent(in_x);
+        let of = row.sum(in_direction);
         subtract(row, -row.product(tau, bent, of), products);
     }
 }
@@ -473,22 +447,19 @@ fn product<R: Real>(a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
     products
 }
 
-/// Subtracts the pull of a bend, times its weights.
-#[inline(always)]
-fn subtract<R: Real>(row: &Stencil<R>, pull: R::Vec3, sums: &mut [R]) {
-    for (&at, &weight) in row.at.iter().zip(&row.weights) {
-        if weight != R::ZERO {
-            let at = at as usize;
-            set_vector(sums, at, vector::<R>(sums, at) - pull * weight);
-        }
-    }
-}
-
 impl<R: Real> Element<R> for Bends<R> {
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
         let mut power = 0.0;
         for row in &self.rows {
             let particle = |end: usize| row.particles[end] as usize;
+            if let Some(curved) = row.curved(|end| motion.position(particle(end))) {
+                let (parts, taken) = row.curved_pull(&curved, |end| motion.velocity(particle(end)));
+                for (end, part) in parts.into_iter().enumerate() {
+                    forces.add(particle(end), R::Vec3::ZERO - part);
+                }
+                power += taken.to_f64();
+                continue;
+            }
             let sum = row.sum(|end| motion.position(particle(end)));
             let (pull, taken) = row.pull(sum, row.sum(|end| motion.velocity(particle(end))));
             for (end, weight) in row.terms() {
@@ -511,8 +482,20 @@ impl<R: Real> Element<R> for Bends<R> {
     ) {
         for row in &self.rows {
             let particle = |end: usize| row.particles[end] as usize;
-            let of = row.sum_f64(|end| direction[particle(end)]);
-            let bent = row.sum_f64(|end| motion.position(particle(end)).to_f64());
+            let position = |end: usize| motion.position(particle(end)).to_f64();
+            let way = |end: usize| direction[particle(end)];
+            if let Some(curved) = row.curved_f64(position) {
+                let elastic = curved.product(row.stiffness.to_f64(), way);
+                let along = curved.gradient();
+                let drag = dot_parts::<f64>(&along, way) * row.damping.to_f64();
+                let damped = along.map(|part| part * drag);
+                for (end, (elastic, damped)) in elastic.into_iter().zip(damped).enumerate() {
+                    products.add(particle(end), [elastic, damped]);
+                }
+                continue;
+            }
+            let of = row.sum_f64(way);
+            let bent = row.sum_f64(position);
             let edge = (motion.position(particle(1)) - motion.position(particle(0))).to_f64();
             let square = bent.dot(bent);
             let along = match is_straight::<f64>(square, edge.dot(edge)) {
