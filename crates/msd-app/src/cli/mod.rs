@@ -4,7 +4,10 @@ mod failure;
 mod arguments;
 mod places;
 mod progress;
+mod interrupt;
+mod moments;
 mod run;
+mod export;
 #[cfg(feature = "window")]
 mod view;
 #[cfg(feature = "window")]
@@ -45,6 +48,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
             None => run::run(&arguments),
         },
         Some(CliCommand::Render(arguments)) => render(&arguments),
+        Some(CliCommand::Export(arguments)) => export::run_export(&arguments),
         Some(CliCommand::Inspect(arguments)) => inspect::run_inspect(&arguments),
         Some(CliCommand::Study(arguments)) => study::run_study(&arguments),
         Some(CliCommand::Tune(arguments)) => match arguments.max_error.filter(|_| arguments.mesh) {

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 /// Runs a scene for a while and draws it.
 pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let RenderArguments { scene, solver, time, .. } = arguments;
-    let mut prepared = prepare(scene, solver, ("--time", *time))?;
+    let mut prepared = prepare((scene, &arguments.set), solver, ("--time", *time))?;
     let path = arguments.out.clone();
     let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.png", prepared.name)));
     if !path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {

@@ -1,7 +1,7 @@
 //! Scene files: text, tree of values, rows, scene.
 //!
-//! [`text`] is read into a [`tree`] of values that know where they were written; [`decode`] makes
-//! the rows of the [`schema`] of it; [`build`] checks each number against its [`domain`] and makes
+//! [`text`] is read into a [`tree`] of values that know where they were written, some of which an
+//! [`assignment`] may replace by their [`key`]; [`decode`] makes the rows of the [`schema`] of it; [`build`] checks each number against its [`domain`] and makes
 //! the rows of a scene, obstacle by obstacle ([`obstacles`]) and body by body ([`bodies`],
 //! [`substance`]), within a [`budget`] of memory. [`sets`] are particles that pins hold and links
 //! join.
@@ -9,6 +9,8 @@
 
 mod text;
 pub mod tree;
+pub mod key;
+mod assignment;
 mod decode;
 pub mod schema;
 pub mod domain;
@@ -22,6 +24,7 @@ mod sets;
 mod build;
 mod refine;
 
+pub use assignment::Assignment;
 pub(crate) use bodies::MeshReader;
 pub(crate) use budget::{Budget, count_lattice};
 pub(crate) use build::{Understood, understand};

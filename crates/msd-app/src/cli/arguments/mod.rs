@@ -6,13 +6,14 @@ mod mistakes;
 pub use mistakes::explain;
 pub use values::{Step, Substeps};
 
+use clap::ArgAction::Append;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;
-use msd_scene::Precision;
+use msd_scene::{Assignment, Precision};
 use std::path::PathBuf;
 use values::{
-    automatic_substeps, cores, duration, finite, integrator, newton, not_negative, positive,
-    precision, side, size, step, substeps, tasks, threads, tolerance,
+    automatic_substeps, cores, duration, finite, integrator, interval, newton, not_negative,
+    positive, precision, side, size, step, substeps, tasks, threads, tolerance,
 };
 
 /// Simulate elastic bodies as particles joined by springs and dampers
@@ -23,7 +24,8 @@ use values::{
 #[command(name = "msd", version, args_conflicts_with_subcommands = true)]
 #[command(
     after_help = "Exit codes: 0 success, 1 the display of the window went away, 2 bad input or \
-                        usage, or a file that could not be written, 3 the simulation diverged."
+                        usage, or a file that could not be written, 3 the simulation diverged, \
+                        130 interrupted by Ctrl-C."
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -43,6 +45,8 @@ pub enum CliCommand {
     Run(RunArguments),
     /// Render a scene to a PNG picture; needs no display
     Render(RenderArguments),
+    /// Run a scene into a file of another program: Blender, ParaView, numpy, glTF
+    Export(ExportArguments),
     /// Print what the bodies of a scene amount to: mass, moduli by direction, stable step
     Inspect(InspectArguments),
     /// Measure what every accuracy costs on a scene, and write a report
@@ -69,7 +73,19 @@ pub struct ViewArguments {
     /// Scene to show in the window [default: the last one, at first cube]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
+    pub set: SetArguments,
+    #[command(flatten)]
     pub solver: SolverArguments,
+}
+
+/// Values that keys of a scene are given in place of its own.
+#[derive(Debug, Default, Args)]
+pub struct SetArguments {
+    /// Set a key of the scene as its file would, such as world.gravity=[0,-1.62,0] or
+    /// bodies.0.stiffness=300; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", value_parser = Assignment::parse, action = Append)]
+    #[arg(allow_hyphen_values = true, help_heading = None)]
+    pub set: Vec<Assignment>,
 }
 
 /// How a scene is stepped; what is left out is as the scene says.
@@ -110,12 +126,14 @@ pub struct RunArguments {
     #[arg(required_unless_present = "replay")]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
+    pub set: SetArguments,
+    #[command(flatten)]
     pub solver: SolverArguments,
     /// Time to simulate, seconds
     #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
     #[arg(default_value = "10", help_heading = None)]
     pub duration: f64,
-    /// Write the final state to this file
+    /// Write the final state to this file: .csv (for --from), .npz, .obj, .ply or .vtu
     #[arg(long, value_name = "STATE.csv", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
     /// Save the run at its end to this file, which can be given as SCENE to continue
@@ -131,7 +149,7 @@ pub struct RunArguments {
     /// Replay this recording (made by --record or in the window) instead of running a scene; with
     /// another solver, report how far the two drift apart
     #[arg(long, value_name = "FILE.msdrec", help_heading = REPLAY)]
-    #[arg(conflicts_with_all = ["scene", "duration", "step", "from", "save_every"])]
+    #[arg(conflicts_with_all = ["scene", "set", "duration", "step", "from", "save_every"])]
     pub replay: Option<PathBuf>,
     /// Replay the intact part of a damaged recording, and report how much is lost
     #[arg(long, requires = "replay", help_heading = REPLAY)]
@@ -149,6 +167,38 @@ pub struct RunArguments {
     /// Print one JSON object instead of a summary
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
+    /// Print errors only: no progress, no warnings, no summary
+    #[arg(short, long, help_heading = OUTPUT)]
+    pub quiet: bool,
+}
+
+/// Arguments of `msd export`.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// Built-in scene, scene file, mesh, saved run or link (in quotes)
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
+    #[command(flatten)]
+    pub solver: SolverArguments,
+    /// Time to simulate, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
+    #[arg(default_value = "10", help_heading = None)]
+    pub duration: f64,
+    /// Write the run to this file. Over time: .pc2 or .mdd (with the mesh as .obj), .pvd (with a
+    /// .vtu per moment), .glb, .npz or .parquet; its end: .obj, .ply, .vtu or .csv
+    #[arg(long, value_name = "FILE", required = true, help_heading = OUTPUT)]
+    pub to: PathBuf,
+    /// Time from one moment in the file to the next, seconds; a fraction may be written
+    #[arg(long, value_name = "SECONDS", value_parser = interval, allow_hyphen_values = true)]
+    #[arg(default_value = "1/30", help_heading = OUTPUT)]
+    pub every: f64,
+    /// Print one JSON object instead of a summary
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+    /// Print errors only: no progress, no warnings, no summary
+    #[arg(short, long, help_heading = OUTPUT)]
+    pub quiet: bool,
 }
 
 /// Arguments of `msd render`.
@@ -156,6 +206,8 @@ pub struct RunArguments {
 pub struct RenderArguments {
     /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
     #[command(flatten)]
     pub solver: SolverArguments,
     /// Time to simulate before the picture is taken, seconds
@@ -196,6 +248,8 @@ pub struct RenderArguments {
 pub struct InspectArguments {
     /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
     /// Print one JSON object instead of a summary
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
@@ -206,6 +260,8 @@ pub struct InspectArguments {
 pub struct StudyArguments {
     /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
     /// Time to simulate, seconds; rounded to whole frames of 1/60 s
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
@@ -241,6 +297,8 @@ pub struct StudyArguments {
 pub struct TuneArguments {
     /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
     /// Largest error, metres: root mean square distance of the particles from the reference
     #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
     #[arg(group = "goal")]
@@ -261,7 +319,7 @@ pub struct TuneArguments {
     #[arg(requires = "mesh")]
     pub time: Option<f64>,
     /// Write the result into the solver section of the scene file
-    #[arg(long, help_heading = OUTPUT)]
+    #[arg(long, conflicts_with = "set", help_heading = OUTPUT)]
     pub write: bool,
     /// Print one JSON object instead of a summary
     #[arg(long, help_heading = OUTPUT)]

@@ -71,6 +71,15 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 < number, "a number, positive and finite")
 }
 
+/// A positive number, or a fraction such as 1/30.
+pub fn interval(text: &str) -> Result<f64, String> {
+    let (above, below) = text.split_once('/').unwrap_or((text, "1"));
+    let parts = positive(above).and_then(|above| Ok(above / positive(below)?));
+    let interval = parts.ok().filter(|&interval| 0.0 < interval && interval.is_finite());
+    interval
+        .ok_or_else(|| "must be a number or a fraction such as 1/30, positive and finite".into())
+}
+
 /// The length of a step: `auto` or seconds.
 pub fn step(text: &str) -> Result<Step, String> {
     let seconds = || positive(text).map(Step::Seconds);
