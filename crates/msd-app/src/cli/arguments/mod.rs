@@ -4,16 +4,18 @@ mod values;
 mod mistakes;
 
 pub use mistakes::explain;
-pub use values::{Step, Substeps};
+pub use values::{Sight, Step, Substeps};
 
+use super::moments::Moments;
 use clap::ArgAction::Append;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;
 use msd_scene::{Assignment, Precision};
 use std::path::PathBuf;
 use values::{
-    automatic_substeps, cores, duration, finite, integrator, interval, newton, not_negative,
-    positive, precision, side, size, step, substeps, tasks, threads, tolerance,
+    automatic_substeps, cores, duration, finite, frames, integrator, interval, newton,
+    not_negative, positive, precision, side, sight, size, step, substeps, tasks, threads,
+    tolerance,
 };
 
 /// Simulate elastic bodies as particles joined by springs and dampers
@@ -40,7 +42,9 @@ pub enum CliCommand {
     /// Show a scene in the window; `msd SCENE` does the same
     View(ViewArguments),
     /// List the built-in scenes
-    Scenes,
+    Scenes(ListArguments),
+    /// List the methods, with what each is for
+    Methods(ListArguments),
     /// Run a scene without a window and report the result
     Run(RunArguments),
     /// Render a scene to a PNG picture; needs no display
@@ -57,6 +61,32 @@ pub enum CliCommand {
     Sweep(SweepArguments),
     /// Measure the speed of the workloads on which engines are compared
     Bench(BenchArguments),
+    /// Print what a shell needs to complete commands and options
+    Completions(CompletionsArguments),
+    /// Write the manual pages, one per command
+    Manual(ManualArguments),
+}
+
+/// Arguments of lists.
+#[derive(Debug, Args)]
+pub struct ListArguments {
+    /// Print one JSON list instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `msd completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+/// Arguments of `msd manual`.
+#[derive(Debug, Args)]
+pub struct ManualArguments {
+    /// Folder for the pages, such as ~/.local/share/man/man1
+    pub folder: PathBuf,
 }
 
 /// Headings of `--help`.
@@ -214,13 +244,31 @@ pub struct RenderArguments {
     #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
     #[arg(default_value = "1", help_heading = None)]
     pub time: f64,
+    /// Take a film instead: pictures from one time to another, both included, at equal intervals,
+    /// seconds; such as 0:10:1/30
+    #[arg(long, value_name = "FROM:TO:EVERY", value_parser = frames, allow_hyphen_values = true)]
+    #[arg(conflicts_with = "time", help_heading = None)]
+    pub frames: Option<Moments>,
     /// Size of the picture, pixels
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     #[arg(default_value = "1280x720", help_heading = OUTPUT)]
     pub size: [u32; 2],
-    /// Write the picture to this file [default: SCENE.png]
-    #[arg(long, value_name = "FILE.png", help_heading = OUTPUT)]
+    /// Write the picture to this file [default: SCENE.png]. A film: .webp or .gif, a .png per frame
+    /// with its number, such as film/%04d.png, or .mp4, .webm, .mov or .mkv by ffmpeg [default:
+    /// SCENE.webp]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
+    /// Print one JSON object instead of a line
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+    /// Print errors only: no progress, no warnings, no line at the end
+    #[arg(short, long, help_heading = OUTPUT)]
+    pub quiet: bool,
+    /// Look from a side: front, back, left, right or top; or turn about the scene during a film:
+    /// orbit, once, or orbit:DEGREES per second
+    #[arg(long, value_name = "VIEW", value_parser = sight, allow_hyphen_values = true)]
+    #[arg(help_heading = CAMERA)]
+    pub camera: Option<Sight>,
     /// Azimuth of the camera about the vertical, degrees
     #[arg(long, value_name = "DEGREES", value_parser = finite, allow_hyphen_values = true)]
     #[arg(help_heading = CAMERA)]
@@ -241,6 +289,9 @@ pub struct RenderArguments {
     /// Leave out the surfaces
     #[arg(long, help_heading = DRAWN)]
     pub no_surfaces: bool,
+    /// Leave out sky, ground and walls: what is behind the bodies is transparent
+    #[arg(long, value_name = "none", value_parser = ["none"], help_heading = DRAWN)]
+    pub background: Option<String>,
 }
 
 /// Arguments of `msd inspect`.
@@ -353,6 +404,9 @@ pub struct SweepArguments {
     /// Write the files to this folder [default: as in the sweep file, else its name without ending]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Print the list, or what was run, as JSON
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
 }
 
 /// What `msd bench` steps.
