@@ -30,16 +30,16 @@ fn a_run_is_written_moment_by_moment() {
     assert_eq!((&report["moments"], &report["time"]), (&11.into(), &1.0.into()));
     assert_eq!(report["files"], serde_json::json!(["c.pc2", "c.obj"]));
     let cache = fs::read(path.join("c.pc2")).expect("c.pc2");
-    // Three particles in a chain; 32 bytes stand before eleven moments of them.
-    assert_eq!((&cache[..12], word(&cache, 16), word(&cache, 28)), (&b"POINTCACHE2\0"[..], 3, 11));
-    assert_eq!(cache.len(), 32 + 11 * 3 * 12);
+    // Five particles in a chain; 32 bytes stand before eleven moments of them.
+    assert_eq!((&cache[..12], word(&cache, 16), word(&cache, 28)), (&b"POINTCACHE2\0"[..], 5, 11));
+    assert_eq!(cache.len(), 32 + 11 * 5 * 12);
     let mesh = fs::read_to_string(path.join("c.obj")).expect("c.obj");
-    assert_eq!(mesh.lines().filter(|line| line.starts_with("v ")).count(), 3);
-    assert_eq!(mesh.lines().filter(|line| line.starts_with("l ")).count(), 2);
+    assert_eq!(mesh.lines().filter(|line| line.starts_with("v ")).count(), 5);
+    assert_eq!(mesh.lines().filter(|line| line.starts_with("l ")).count(), 4);
     export("c.mdd");
     let mdd = fs::read(path.join("c.mdd")).expect("c.mdd");
-    assert_eq!(mdd[..8], [0, 0, 0, 11, 0, 0, 0, 3]);
-    assert_eq!(mdd.len(), 8 + 11 * 4 + 11 * 3 * 12);
+    assert_eq!(mdd[..8], [0, 0, 0, 11, 0, 0, 0, 5]);
+    assert_eq!(mdd.len(), 8 + 11 * 4 + 11 * 5 * 12);
     // The same numbers, the other way round.
     let turned: Vec<u8> = mdd[52..].chunks(4).flat_map(|four| four.iter().rev().copied()).collect();
     assert!(turned == cache[32..]);

@@ -5,6 +5,7 @@ use image_webp::{ColorType, WebPEncoder};
 use msd_render::Image;
 use msd_scene::{Output, Spool, shown_path};
 use std::fmt::Display;
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -206,12 +207,17 @@ fn changed(before: Option<&Image>, image: &Image) -> Patch {
     [left, top, ends[1] as u32 - left, bottom as u32 - top]
 }
 
-/// The pixels of a part of a picture.
-fn cut_out(image: &Image, [left, top, width, height]: Patch) -> Vec<u8> {
+/// The pixels of a part of a picture; those that are as before are transparent, which takes less.
+fn cut_out(before: Option<&Image>, image: &Image, [left, top, width, height]: Patch) -> Vec<u8> {
     let mut pixels = Vec::with_capacity(4 * width as usize * height as usize);
     for row in top..top + height {
         let start = 4 * (row * image.width + left) as usize;
-        pixels.extend_from_slice(&image.rgba[start..start + 4 * width as usize]);
+        let range = start..start + 4 * width as usize;
+        let from = pixels.len();
+        pixels.extend_from_slice(&image.rgba[range.clone()]);
+        let Some(before) = before else { continue };
+        let pairs = pixels[from..].chunks_exact_mut(4).zip(before.rgba[range].chunks_exact(4));
+        pairs.filter(|(now, before)| now == before).for_each(|(now, _)| now.fill(0));
     }
     pixels
 }
@@ -244,7 +250,7 @@ impl Film for Gif {
         let before = self.last.as_ref().filter(|_| !self.about.is_open);
         let patch = changed(before, &image);
         let [left, top, width, height] = patch.map(|side| side as u16);
-        let mut pixels = cut_out(&image, patch);
+        let mut pixels = cut_out(before, &image, patch);
         let frame = gif::Frame::from_rgba_speed(width, height, &mut pixels, 10);
         let delay = self.about.duration(self.frames, 100.0) as u16;
         let dispose = match self.about.is_open {
@@ -291,21 +297,20 @@ impl WebP {
         let before = self.last.as_ref().filter(|_| !self.about.is_open);
         let patch @ [left, top, width, height] = changed(before, image);
         let mut picture = Vec::new();
-        let pixels = cut_out(image, patch);
+        let pixels = cut_out(before, image, patch);
         WebPEncoder::new(&mut picture).encode(&pixels, width, height, ColorType::Rgba8)?;
         let duration = self.about.duration(self.frames, 1000.0);
         let numbers = [left / 2, top / 2, width - 1, height - 1, duration].map(three_bytes);
-        // Takes the place of what is there, and stays.
-        let flags = [2];
+        // Over what is there, or in place of it where it may be transparent; it stays.
+        let flags = [if self.about.is_open { 2 } else { 0 }];
         // The picture as a file of its own has 12 bytes before its chunk.
         Ok(chunk(b"ANMF", &[numbers.as_flattened(), &flags, &picture[12..]].concat()))
     }
 
     fn head(&self) -> Vec<u8> {
         let [width, height] = self.about.size.map(|side| three_bytes(side - 1));
-        // It moves, and may be transparent.
-        let flags = if self.about.is_open { 0x12 } else { 0x02 };
-        let canvas = chunk(b"VP8X", &[&[flags, 0, 0, 0], &width[..], &height].concat());
+        // It moves, and has transparent pixels.
+        let canvas = chunk(b"VP8X", &[&[0x12, 0, 0, 0], &width[..], &height].concat());
         // No colour behind it, for ever.
         [canvas, chunk(b"ANIM", &[0; 6])].concat()
     }
@@ -338,15 +343,14 @@ impl Film for WebP {
 /// A film that ffmpeg is making of what it is sent.
 struct ByFfmpeg {
     child: Child,
-    /// Where it is made, and where it goes.
+    /// Where it is made, as ffmpeg goes back and forth in it, and where it goes then.
     part: TempPath,
-    place: PathBuf,
+    output: Output,
 }
 
 impl ByFfmpeg {
     fn begin(path: &Path, about: About) -> Result<Self, Failure> {
-        // That the place cannot be written to should be known before the run.
-        drop(Output::create(path).map_err(Failure::input)?);
+        let output = Output::create(path).map_err(Failure::input)?;
         let ending = path.extension().unwrap_or_default().to_string_lossy();
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
         let part = tempfile::Builder::new()
@@ -382,17 +386,7 @@ impl ByFfmpeg {
             )),
             _ => Failure::input(format!("ffmpeg cannot be started: {error}")),
         })?;
-        Ok(ByFfmpeg { child, part, place: path.into() })
-    }
-
-    /// Waits for it to end, and says what it said if it did not do its work.
-    fn wait(child: Child, path: &Path) -> Result<(), Failure> {
-        let output = child.wait_with_output().map_err(|error| unwritten(path, error))?;
-        if output.status.success() {
-            return Ok(());
-        }
-        let said = msd_scene::one_line(String::from_utf8_lossy(&output.stderr));
-        Err(unwritten(path, format!("ffmpeg: {said}")))
+        Ok(ByFfmpeg { child, part, output })
     }
 }
 
@@ -407,10 +401,17 @@ impl Film for ByFfmpeg {
     }
 
     fn finish(self: Box<Self>) -> Result<(), Failure> {
-        let ByFfmpeg { mut child, part, place } = *self;
+        let ByFfmpeg { mut child, part, mut output } = *self;
         drop(child.stdin.take());
-        ByFfmpeg::wait(child, &place)?;
-        part.persist(&place).map_err(|error| unwritten(&place, error.error))
+        let done = child.wait_with_output();
+        let done = done.map_err(|error| Failure::input(output.refused(&error)))?;
+        if !done.status.success() {
+            let said = msd_scene::one_line(String::from_utf8_lossy(&done.stderr));
+            return Err(unwritten(output.name(), format!("ffmpeg: {said}")));
+        }
+        let copied = File::open(&part).and_then(|mut film| io::copy(&mut film, &mut output));
+        copied.map_err(|error| Failure::input(output.refused(&error)))?;
+        output.finish().map_err(Failure::input)
     }
 }
 
@@ -460,8 +461,17 @@ mod tests {
         assert_eq!(changed(Some(&before), &before), [0, 0, 1, 1]);
         let now = image(&[[3, 3], [5, 4]]);
         assert_eq!(changed(Some(&before), &now), [2, 2, 4, 3]);
-        let patch = cut_out(&now, [2, 2, 4, 3]);
+        let patch = cut_out(None, &now, [2, 2, 4, 3]);
         assert_eq!(patch.iter().filter(|&&byte| byte == 9).count(), 2);
         assert_eq!((patch.len(), patch[4 * (4 + 1)]), (4 * 4 * 3, 9));
+        // What is as before is transparent.
+        let opaque = |set| {
+            let mut image = image(set);
+            image.rgba.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 255);
+            image
+        };
+        let (before, now) = (opaque(&[[2, 2]]), opaque(&[[2, 2], [3, 2]]));
+        let patch = cut_out(Some(&before), &now, [2, 2, 2, 1]);
+        assert_eq!(patch, [0, 0, 0, 0, 9, 0, 0, 255]);
     }
 }

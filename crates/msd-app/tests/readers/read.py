@@ -79,16 +79,20 @@ assert (vtk_to_numpy(last.GetPoints().GetData()) == positions[-1]).all()
 print("vtu, pvd")
 
 # The particles of surfaces and lines are all but those inside the block.
-for reader, name in [(vtk.vtkOBJReader(), "state.obj"), (vtk.vtkPLYReader(), "state.ply")]:
+# VTK's reader of OBJ knows no lines, and so not the four of the rope; Blender's does, below.
+for reader, name, unseen in [
+    (vtk.vtkOBJReader(), "state.obj", 1 + 4),
+    (vtk.vtkPLYReader(), "state.ply", 1),
+]:
     reader.SetFileName(str(folder / name))
     reader.Update()
     mesh = reader.GetOutput()
-    points = vtk_to_numpy(mesh.GetPoints().GetData())
+    # Text that is read as double, of numbers in single precision.
+    points = vtk_to_numpy(mesh.GetPoints().GetData()).astype(np.float32)
     triangles = mesh.GetNumberOfPolys()
     seen = np.unique(points, axis=0)
     every = np.unique(positions[-1], axis=0)
-    inside = len(every) - len(seen)
-    assert inside == 1, f"{name}: {inside} particles of a block of 3 x 3 x 3 are inside"
+    assert len(every) - len(seen) == unseen, (name, len(every), len(seen))
     assert np.isin(seen, every).all(), name
     # Two triangles for each square of the cloth and of the six sides of the block.
     assert triangles == 2 * (3 * 2 + 6 * 4), (name, triangles)
