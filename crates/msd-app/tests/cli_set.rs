@@ -95,7 +95,7 @@ fn a_mesh_and_a_built_in_scene_have_keys() {
     let folder = folder();
     let run =
         |scene, set| json(msd(folder.path(), &["run", scene, "--duration", "0.1", "--set", set]));
-    assert_eq!(run("bunny.obj", "solver.substeps=9")["substeps"], 9);
+    assert_eq!(run("bunny.obj", "solver.substeps=40")["substeps"], 40);
     assert_eq!(run("cloth", "bodies=[{kind='rope',size=[4]}]")["particles"], 4);
 }
 
@@ -130,7 +130,7 @@ fn what_a_file_could_not_say_is_refused_in_the_same_words() {
         (
             "bodies.0.stiffness=-3",
             "--set bodies[0].stiffness: bodies[0].stiffness is -3; it must be finite and not \
-             negative, at most 3.4e38",
+             negative",
         ),
         (
             "bodies.0.stiffness=many",

@@ -11,12 +11,14 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The lines of the blocks of a page that are for a shell, without their comments.
+/// The lines of the blocks of a page that are for a shell, without their comments, and without the
+/// path that it is told.
 fn commands(page: &str) -> Vec<String> {
     let text = fs::read_to_string(root().join(page)).expect(page);
     let blocks = text.split("\n```sh\n").skip(1).filter_map(|rest| rest.split("\n```").next());
     let lines = blocks.flat_map(str::lines).map(|line| line.split(" #").next().unwrap_or(""));
-    lines.map(|line| line.trim().to_owned()).filter(|line| !line.is_empty()).collect()
+    let lines = lines.map(|line| line.trim().to_owned());
+    lines.filter(|line| !line.is_empty() && !line.starts_with("export ")).collect()
 }
 
 /// The words of a line; none here has quotes.
@@ -33,7 +35,6 @@ fn shorter(arguments: &[&str]) -> &'static [&'static str] {
         ["tune", .., "--mesh"] => &["--duration", "0.05", "--time", "1"],
         ["tune", ..] => &["--duration", "0.05"],
         ["sweep", ..] => &["--list"],
-        ["bench", ..] => &["--substeps", "1"],
         _ => &[],
     }
 }
@@ -57,7 +58,7 @@ fn paste(page: &str) -> usize {
                 continue;
             }
             // Builds, tests, and what checks msd itself.
-            ["cargo", "build" | "test", ..] | ["cargo", "run", ..] | ["export", ..] => continue,
+            ["cargo", "build" | "test", ..] | ["cargo", "run", ..] => continue,
             _ => panic!("{page}: {line}: a test of this page knows no such command"),
         };
         count += 1;

@@ -301,8 +301,8 @@ impl WebP {
         WebPEncoder::new(&mut picture).encode(&pixels, width, height, ColorType::Rgba8)?;
         let duration = self.about.duration(self.frames, 1000.0);
         let numbers = [left / 2, top / 2, width - 1, height - 1, duration].map(three_bytes);
-        // Over what is there, or in place of it where it may be transparent; it stays.
-        let flags = [if self.about.is_open { 2 } else { 0 }];
+        // It stays: over what is there, or in place of it at first and where it may be transparent.
+        let flags = [if before.is_none() { 2 } else { 0 }];
         // The picture as a file of its own has 12 bytes before its chunk.
         Ok(chunk(b"ANMF", &[numbers.as_flattened(), &flags, &picture[12..]].concat()))
     }
