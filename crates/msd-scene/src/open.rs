@@ -3,10 +3,9 @@
 use crate::builtin::{BUILTINS, carried};
 use crate::error::{FileError, nearest};
 use crate::file::schema::SceneFile;
-use crate::file::tree::Source;
+use crate::file::tree::{Assignment, Source};
 use crate::file::{
-    Assignment, MeshReader, SceneFormat, Understood, decode, ending, format_of, read_text, refine,
-    understand,
+    MeshReader, SceneFormat, Understood, decode, ending, format_of, read_text, refine, understand,
 };
 use crate::loaded::Loaded;
 use crate::mesh::{self, Mesh, MeshError};

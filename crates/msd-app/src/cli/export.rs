@@ -2,12 +2,12 @@
 
 use super::arguments::ExportArguments;
 use super::failure::{Failure, hush, note, say};
-use super::interrupt::Interrupt;
-use super::moments::Moments;
 use super::places::Places;
-use super::progress::Steps;
 use super::run::prepare::{Prepared, prepare};
 use super::run::{SetKeys, explain_divergence, set_keys};
+use super::steps::Interrupt;
+use super::steps::Moments;
+use super::steps::Steps;
 use msd_run::export::{Export, Format};
 use msd_scene::{FileError, shown_path};
 use msd_study::quantity::{number, quantity};
@@ -65,16 +65,16 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
     let moments = export.finish(&prepared.runner).map_err(Failure::input)?;
     let (name, time) = (prepared.name.clone(), prepared.runner.time());
     let diverged = match ended {
-        Ended::Diverged(error) => {
+        ExportEnd::Diverged(error) => {
             let advice = prepared.is_advised.then_some("");
             Some(explain_divergence(&name, error, advice))
         }
-        Ended::Unwritten(error) => return Err(Failure::input(error)),
-        Ended::Interrupted => {
+        ExportEnd::Unwritten(error) => return Err(Failure::input(error)),
+        ExportEnd::Interrupted => {
             let told = format!("interrupted after {}", quantity(time, "s"));
             Some(Failure::interrupted(format!("{told}; what there was up to then is written")))
         }
-        Ended::Done => None,
+        ExportEnd::Done => None,
     };
     let is_interrupted = diverged.as_ref().is_some_and(Failure::is_interruption);
     let report = ExportReport {
@@ -99,7 +99,7 @@ pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
 }
 
 /// How a run ended.
-enum Ended {
+enum ExportEnd {
     Done,
     Interrupted,
     Diverged(msd_core::Error),
@@ -111,26 +111,26 @@ fn follow(
     prepared: &mut Prepared,
     export: &mut Export,
     (moments, interrupt): (&[u64], &Interrupt),
-) -> Ended {
+) -> ExportEnd {
     let mut moments = moments.iter().copied().peekable();
     let mut progress = Steps::new(prepared.steps, &prepared.name);
     for taken in 0..=prepared.steps {
         if 0 < taken
             && let Err(error) = prepared.runner.step()
         {
-            return Ended::Diverged(error);
+            return ExportEnd::Diverged(error);
         }
         if moments.next_if_eq(&taken).is_some()
             && let Err(error) = export.add(&prepared.runner)
         {
-            return Ended::Unwritten(error);
+            return ExportEnd::Unwritten(error);
         }
         if interrupt.is_asked() {
-            return Ended::Interrupted;
+            return ExportEnd::Interrupted;
         }
         progress.tell(taken);
     }
-    Ended::Done
+    ExportEnd::Done
 }
 
 /// The format of a file by its ending.

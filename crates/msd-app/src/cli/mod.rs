@@ -1,17 +1,13 @@
 //! The command line: commands, their arguments, and what they print.
 
 mod failure;
-mod moments;
+mod steps;
 mod arguments;
 mod places;
-mod progress;
-mod interrupt;
 mod run;
 mod export;
 #[cfg(feature = "window")]
 mod view;
-#[cfg(feature = "window")]
-mod film;
 #[cfg(feature = "window")]
 mod render;
 #[cfg(not(feature = "window"))]

@@ -3,8 +3,8 @@
 use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::places::{Places, make_folder};
-use super::progress::Bar;
 use super::run::{explain_divergence, open_draft, open_scene};
+use super::steps::Bar;
 use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::Study;
 use msd_study::choice::FRAME;

@@ -2,8 +2,8 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
-use super::progress::Bar;
 use super::run::{SetKeys, explain_divergence, open_scene, set_keys};
+use super::steps::Bar;
 use msd_scene::{SceneFormat, shown_path, write_file};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::quantity::{estimate, quantity};

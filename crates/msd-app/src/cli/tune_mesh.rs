@@ -2,8 +2,8 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
-use super::progress::Bar;
 use super::run::{SetKeys, open_draft, set_keys};
+use super::steps::Bar;
 use super::tune::{Row, writable, write_choice};
 use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, PinRow, SceneFile};
 use msd_scene::{SceneFormat, plain, shown_path};

@@ -1,5 +1,5 @@
-//! What is seen of a scene in other programs: the surfaces of its bodies, and lines and points
-//! where there is none.
+//! The visible parts of a scene for other programs: the surfaces of its bodies, and lines and
+//! points where there is none.
 
 use crate::on;
 use crate::runner::Runner;

@@ -1,16 +1,14 @@
 //! Scene files: text, tree of values, rows, scene.
 //!
-//! [`text`] is read into a [`tree`] of values that know where they were written, some of which an
-//! [`assignment`] may replace by their [`key`]; [`decode`] makes the rows of the [`schema`] of it; [`build`] checks each number against its [`domain`] and makes
-//! the rows of a scene, obstacle by obstacle ([`obstacles`]) and body by body ([`bodies`],
-//! [`substance`]), within a [`budget`] of memory. [`sets`] are particles that pins hold and links
-//! join.
+//! [`text`] is read into a [`tree`] of values that know where they were written, some of which may
+//! be replaced; [`decode`] makes the rows of the [`schema`] of it; [`build`] checks each number
+//! against its [`domain`] and makes the rows of a scene, obstacle by obstacle ([`obstacles`]) and
+//! body by body ([`bodies`], [`substance`]), within a [`budget`] of memory. [`sets`] are particles
+//! that pins hold and links join.
 //! [`refine`] makes the same scene at a part of its spacing.
 
 mod text;
 pub mod tree;
-pub mod key;
-mod assignment;
 mod decode;
 pub mod schema;
 pub mod domain;
@@ -24,7 +22,6 @@ mod sets;
 mod build;
 mod refine;
 
-pub use assignment::Assignment;
 pub(crate) use bodies::MeshReader;
 pub(crate) use budget::{Budget, count_lattice};
 pub(crate) use build::{Understood, understand};

@@ -6,7 +6,7 @@ mod mistakes;
 pub use mistakes::explain;
 pub use values::{Sight, Step, Substeps};
 
-use super::moments::Moments;
+use super::steps::Moments;
 use clap::ArgAction::Append;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;

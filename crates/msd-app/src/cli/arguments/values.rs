@@ -1,6 +1,6 @@
 //! Values of options: read from text, or refused in a few words.
 
-use crate::cli::moments::Moments;
+use crate::cli::steps::Moments;
 use msd_core::Integrator;
 use msd_scene::domain::MOST_NEWTON;
 use msd_scene::{Precision, nearest};

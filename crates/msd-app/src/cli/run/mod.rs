@@ -13,8 +13,8 @@ pub use report::{SetKeys, evaluations, set_keys};
 
 use super::arguments::RunArguments;
 use super::failure::{Failure, hush, note, say};
-use super::interrupt::Interrupt;
-use super::progress::Steps;
+use super::steps::Interrupt;
+use super::steps::Steps;
 use advice::{advise, appended};
 use files::Files;
 use msd_core::{Divergence, Error};

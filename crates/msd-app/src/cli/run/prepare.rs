@@ -3,7 +3,7 @@
 use super::advice::advise;
 use crate::cli::arguments::{SetArguments, SolverArguments, Step, Substeps};
 use crate::cli::failure::{Failure, note};
-use crate::cli::progress::SlowNotice;
+use crate::cli::steps::SlowNotice;
 use msd_app::link::Link;
 use msd_core::{Integrator, Settings};
 use msd_run::rescue::LASTING;

@@ -1,14 +1,16 @@
 //! `msd render`: a scene becomes a picture or a film without a display.
 
-use super::arguments::{RenderArguments, Sight};
-use super::failure::{Failure, hush, note, say};
-use super::film::{About, Kind, begin};
-use super::interrupt::Interrupt;
-use super::moments::Moments;
-use super::places::{Places, make_folder};
-use super::progress::Steps;
-use super::run::prepare::{Prepared, prepare};
-use super::run::{SetKeys, explain_divergence, set_keys};
+mod film;
+
+use crate::cli::arguments::{RenderArguments, Sight};
+use crate::cli::failure::{Failure, hush, note, say};
+use crate::cli::places::{Places, make_folder};
+use crate::cli::run::prepare::{Prepared, prepare};
+use crate::cli::run::{SetKeys, explain_divergence, set_keys};
+use crate::cli::steps::Interrupt;
+use crate::cli::steps::Moments;
+use crate::cli::steps::Steps;
+use film::{About, Kind, begin};
 use msd_app::drivers::quietly;
 use msd_app::viewer::shows_springs;
 use msd_core::Error;
@@ -50,16 +52,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let moments = film.unwrap_or(Moments { from: *time, to: *time, every: 1.0 });
     let option = if film.is_some() { "--frames" } else { "--time" };
     let mut prepared = prepare((scene, set), solver, (option, moments.to))?;
-    let settings = prepared.runner.settings();
-    let (steps, is_between) = match film {
-        Some(_) => moments.steps(settings, option)?,
-        None => (vec![prepared.steps], false),
-    };
-    if is_between {
-        let warning = Moments::warning(settings, option);
-        note(&format!("warning: {warning}"));
-        prepared.warnings.push(warning);
-    }
+    let steps = steps(film, &mut prepared)?;
     let ending = if film.is_some() { "webp" } else { "png" };
     let path = arguments.out.clone();
     let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.{ending}", prepared.name)));
@@ -87,19 +80,8 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     };
     let (frames, ended) = follow(&mut prepared, &mut shoot, (&steps, &interrupt))?;
     output.finish()?;
-    let time = prepared.runner.time();
-    let (ended, interrupted) = match ended {
-        Ended::Diverged(error) => {
-            let advice = prepared.is_advised.then_some("");
-            (Some(explain_divergence(&prepared.name, error, advice)), false)
-        }
-        Ended::Interrupted => {
-            let told =
-                format!("interrupted after {}; {frames} frames are written", quantity(time, "s"));
-            (Some(Failure::interrupted(told)), true)
-        }
-        Ended::Done => (None, false),
-    };
+    let interrupted = matches!(ended, FilmEnd::Interrupted);
+    let ended = failure(ended, &prepared, frames);
     let report = RenderReport {
         scene: prepared.name,
         set: set_keys(&set.set),
@@ -107,7 +89,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         frames,
         size: *size,
         every: film.map(|film| film.every),
-        time,
+        time: prepared.runner.time(),
         diverged: ended.is_some() && !interrupted,
         interrupted,
         notes: prepared.notes,
@@ -120,6 +102,35 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         (false, false) => say(&line(&report, &path)),
     };
     Failure::all(said.err().into_iter().chain(ended))
+}
+
+/// The step after which each frame is; of a picture the last. Warns where frames are between steps.
+fn steps(film: Option<Moments>, prepared: &mut Prepared) -> Result<Vec<u64>, Failure> {
+    let Some(film) = film else { return Ok(vec![prepared.steps]) };
+    let settings = prepared.runner.settings();
+    let (steps, is_between) = film.steps(settings, "--frames")?;
+    if is_between {
+        let warning = Moments::warning(settings, "--frames");
+        note(&format!("warning: {warning}"));
+        prepared.warnings.push(warning);
+    }
+    Ok(steps)
+}
+
+/// Why a run ended early, if it did.
+fn failure(ended: FilmEnd, prepared: &Prepared, frames: usize) -> Option<Failure> {
+    match ended {
+        FilmEnd::Diverged(error) => {
+            let advice = prepared.is_advised.then_some("");
+            Some(explain_divergence(&prepared.name, error, advice))
+        }
+        FilmEnd::Interrupted => {
+            let time = quantity(prepared.runner.time(), "s");
+            let told = format!("interrupted after {time}; {frames} frames are written");
+            Some(Failure::interrupted(told))
+        }
+        FilmEnd::Done => None,
+    }
 }
 
 fn line(report: &RenderReport, path: &Path) -> String {
@@ -155,7 +166,7 @@ fn check_places(
 }
 
 /// How a run ended.
-enum Ended {
+enum FilmEnd {
     Done,
     Interrupted,
     Diverged(Error),
@@ -166,7 +177,7 @@ fn follow(
     prepared: &mut Prepared,
     shoot: &mut dyn FnMut(&Runner, f64) -> Result<(), Failure>,
     (steps, interrupt): (&[u64], &Interrupt),
-) -> Result<(usize, Ended), Failure> {
+) -> Result<(usize, FilmEnd), Failure> {
     let what = if steps.len() == 1 { &prepared.name } else { "frames" };
     let is_film = 1 < steps.len();
     let mut progress = Steps::new(if is_film { steps.len() as u64 } else { prepared.steps }, what);
@@ -174,11 +185,11 @@ fn follow(
     for (frame, &step) in steps.iter().enumerate() {
         while taken < step {
             if let Err(error) = prepared.runner.step() {
-                return Ok((frame, Ended::Diverged(error)));
+                return Ok((frame, FilmEnd::Diverged(error)));
             }
             taken += 1;
             if interrupt.is_asked() {
-                return Ok((frame, Ended::Interrupted));
+                return Ok((frame, FilmEnd::Interrupted));
             }
             if !is_film {
                 progress.tell(taken);
@@ -189,10 +200,10 @@ fn follow(
             progress.tell(frame as u64 + 1);
         }
         if interrupt.is_asked() && frame + 1 < steps.len() {
-            return Ok((frame + 1, Ended::Interrupted));
+            return Ok((frame + 1, FilmEnd::Interrupted));
         }
     }
-    Ok((steps.len(), Ended::Done))
+    Ok((steps.len(), FilmEnd::Done))
 }
 
 /// How a picture or a film looks at a scene.

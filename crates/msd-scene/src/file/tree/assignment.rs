@@ -1,8 +1,8 @@
 //! Values that keys of a scene are given in place of those in its file.
 
+use super::key::{Key, WRITTEN, shown};
+use super::{Source, Value, read_toml_value};
 use crate::error::{FileError, Place, one_line};
-use crate::file::key::{Key, WRITTEN, shown};
-use crate::file::tree::{Source, Value, read_toml_value};
 use crate::shown::tame;
 use std::fmt;
 

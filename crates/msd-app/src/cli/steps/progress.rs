@@ -1,6 +1,6 @@
 //! The progress of a long command, on the standard error.
 
-use super::failure::{is_quiet, note};
+use crate::cli::failure::{is_quiet, note};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;

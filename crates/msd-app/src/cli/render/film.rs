@@ -1,6 +1,6 @@
 //! Pictures and films as files: PNG, GIF, animated WebP, and what ffmpeg makes of them.
 
-use super::failure::Failure;
+use crate::cli::failure::Failure;
 use image_webp::{ColorType, WebPEncoder};
 use msd_render::Image;
 use msd_scene::{Output, Spool, shown_path};
@@ -81,7 +81,7 @@ fn numbered(name: &str) -> Option<Kind> {
 }
 
 /// A film that is being written.
-pub trait Film {
+pub trait FilmFile {
     /// Adds a frame.
     fn add(&mut self, image: Image) -> Result<(), Failure>;
 
@@ -93,7 +93,7 @@ pub trait Film {
 ///
 /// # Errors
 /// A file that cannot be written; ffmpeg that is not there.
-pub fn begin(path: &Path, kind: &Kind, about: About) -> Result<Box<dyn Film>, Failure> {
+pub fn begin(path: &Path, kind: &Kind, about: About) -> Result<Box<dyn FilmFile>, Failure> {
     Ok(match kind {
         Kind::Ffmpeg => Box::new(ByFfmpeg::begin(path, about)?),
         Kind::Numbered(..) => Box::new(Pictures::numbered(path, kind)?),
@@ -157,7 +157,7 @@ impl Pictures {
     }
 }
 
-impl Film for Pictures {
+impl FilmFile for Pictures {
     fn add(&mut self, image: Image) -> Result<(), Failure> {
         let path = self.kind.path(&self.path, self.frames);
         self.frames += 1;
@@ -245,7 +245,7 @@ impl Gif {
     }
 }
 
-impl Film for Gif {
+impl FilmFile for Gif {
     fn add(&mut self, image: Image) -> Result<(), Failure> {
         let before = self.last.as_ref().filter(|_| !self.about.is_open);
         let patch = changed(before, &image);
@@ -316,7 +316,7 @@ impl WebP {
     }
 }
 
-impl Film for WebP {
+impl FilmFile for WebP {
     fn add(&mut self, image: Image) -> Result<(), Failure> {
         let name = PathBuf::from(self.output.name());
         let frame = self.frame(&image).map_err(|error| unwritten(&name, error))?;
@@ -390,7 +390,7 @@ impl ByFfmpeg {
     }
 }
 
-impl Film for ByFfmpeg {
+impl FilmFile for ByFfmpeg {
     fn add(&mut self, image: Image) -> Result<(), Failure> {
         let Some(input) = &mut self.child.stdin else { return Ok(()) };
         // Why it takes no more is known at the end.

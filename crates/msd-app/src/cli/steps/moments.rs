@@ -1,6 +1,6 @@
 //! Moments of a run at equal times, as the steps that are nearest to them.
 
-use super::failure::Failure;
+use crate::cli::failure::Failure;
 use msd_core::Settings;
 use msd_scene::plain;
 use msd_study::quantity::quantity;

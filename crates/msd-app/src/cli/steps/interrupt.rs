@@ -1,6 +1,6 @@
 //! Ctrl-C: a long command ends with what it has done so far.
 
-use super::failure::INTERRUPTED;
+use crate::cli::failure::INTERRUPTED;
 use signal_hook::consts::SIGINT;
 use signal_hook::flag::{register, register_conditional_shutdown};
 use std::sync::Arc;

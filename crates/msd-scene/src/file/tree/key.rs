@@ -1,7 +1,7 @@
 //! Keys such as `bodies[0].stiffness`: the values of a scene that they name, and their replacement.
 
+use super::{Node, Value};
 use crate::error::plain;
-use crate::file::tree::{Node, Value};
 
 /// A key of a scene, from its top: `bodies[0].stiffness`, or `bodies.0.stiffness`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,8 +11,9 @@ pub struct Key {
     steps: Vec<Step>,
 }
 
+/// A step of a path through a scene: into a table, or to a row of a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Step {
+pub(in crate::file) enum Step {
     Key(String),
     Row(usize),
 }

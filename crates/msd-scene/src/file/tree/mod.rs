@@ -1,5 +1,10 @@
 //! Trees of values that remember where they were written, the same for TOML and JSON.
 
+pub mod key;
+mod assignment;
+
+pub use assignment::Assignment;
+
 use crate::error::{FileError, Place, one_line};
 use crate::file::text::SceneFormat;
 use crate::precision::Precision;
