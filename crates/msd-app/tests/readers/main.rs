@@ -1,5 +1,5 @@
-//! Files of `msd export` and `msd run --out`, read back by programs that are not ours: numpy, Arrow,
-//! VTK, Blender and the validator of glTF, which `scripts/readers.sh` installs.
+//! Files of `msd export` and `msd run --out`, read back by programs that are not ours: numpy,
+//! Arrow, VTK, Blender and the validator of glTF, which `scripts/readers.sh` installs.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -66,7 +66,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let gpu = quietly(|| pollster::block_on(Gpu::headless())).map_err(Failure::input)?;
     let [width, height] = *size;
     let mut screen = Offscreen::new(&gpu, width, height).map_err(Failure::input)?;
-    let mut look = Look::new(arguments, &prepared, &steps);
+    let mut look = Sighting::new(arguments, &prepared, &steps);
     if film.is_some() {
         look.frame(seen(&prepared, (&steps, &interrupt)));
     }
@@ -140,9 +140,8 @@ fn line(report: &RenderReport, path: &Path) -> String {
         None => format!("{path}: {scene} after {time}, {width}x{height} pixels"),
         Some(every) => {
             let every = quantity(*every, "s");
-            format!(
-                "{path}: {frames} frames of {scene}, {every} apart, to {time}, {width}x{height} pixels"
-            )
+            let film = format!("{frames} frames of {scene}, {every} apart, to {time}");
+            format!("{path}: {film}, {width}x{height} pixels")
         }
     }
 }
@@ -207,7 +206,7 @@ fn follow(
 }
 
 /// How a picture or a film looks at a scene.
-struct Look {
+struct Sighting {
     view: View,
     /// By how much the camera turns in the whole of a film, radians.
     turn: f32,
@@ -218,8 +217,8 @@ struct Look {
 /// Directions in which a camera that turns is asked whether all is in the picture.
 const DIRECTIONS: u16 = 24;
 
-impl Look {
-    /// By what the command line says; it knows no scene yet, see [`Look::frame`].
+impl Sighting {
+    /// By what the command line says; it knows no scene yet, see [`Sighting::frame`].
     fn new(arguments: &RenderArguments, prepared: &Prepared, steps: &[u64]) -> Self {
         let [width, height] = arguments.size.map(|side| side as f32);
         let is_open = arguments.background.is_some();
@@ -246,7 +245,7 @@ impl Look {
             Some(Sight::Orbit(Some(rate))) => radians(rate * lasting),
             _ => 0.0,
         };
-        Look { view, turn, aspect: width / height }
+        Sighting { view, turn, aspect: width / height }
     }
 
     /// Goes as near as all of a box stays in the picture, from wherever it is looked at.
