@@ -1,5 +1,5 @@
-//! The commands of README.md and docs/using.md, pasted in the order in which they stand, each page in
-//! a folder of its own. What would take minutes is given less to do.
+//! The commands of README.md and docs/using.md, pasted in the order in which they stand, each page
+//! in a folder of its own. What would take minutes is given less to do.
 
 mod common;
 
