@@ -26,6 +26,7 @@ test_debug() {
     MSD_MUTATIONS=5000 cargo test "${features[@]}"
     # What is left out of a build unless asked for.
     cargo test -p msd-study --features parquet --test sweep
+    cargo test -p msd-app --no-default-features --features parquet --test readers
 }
 # Where optimisation could matter: bits, kernels, threads, memory and stability.
 test_release() {

@@ -132,7 +132,7 @@ fn arguments_outside_their_domain_are_refused() {
         ),
         (
             &["--gravity", "0"],
-            "; gravity is set in the scene file, as world.gravity; see msd --help",
+            "; gravity is set in the scene file, as world.gravity, or by --set world.gravity=VALUE",
         ),
         (&["--colour", "red"], "there is no option --colour of msd run; see msd --help"),
     ] {
@@ -147,7 +147,7 @@ fn a_command_that_is_none_is_refused_with_the_nearest() {
     refuse(folder.path(), &["rnu", "jelly"], &["there is no command `rnu`; did you mean `run`?"]);
     refuse(folder.path(), &["run"], &["required arguments were not provided: <SCENE>"]);
     refuse(folder.path(), &["jely"], &["did you mean `jelly`?"]);
-    let told = "there is no option --duration; it belongs to msd run, msd study";
+    let told = "there is no option --duration; it belongs to msd run, msd export, msd study";
     refuse(folder.path(), &["jelly", "--duration", "1"], &[told]);
     // Solver options of the window are refused before it opens.
     let told = "velocity-verlet does not use --tolerance; only dormand-prince does";
@@ -163,7 +163,7 @@ fn an_output_without_a_place_is_refused_before_the_run() {
     for (arguments, told) in [
         (["--out", "nowhere/s.csv"], "nowhere/s.csv: cannot be written: there is no folder"),
         (["--trace", "nowhere/t.csv"], "nowhere/t.csv: cannot be written: there is no folder"),
-        (["--out", "folder.toml"], "folder.toml: cannot be written: it is a folder"),
+        (["--save", "folder.toml"], "folder.toml: cannot be written: it is a folder"),
         (["--out", "/proc/s.csv"], "/proc/s.csv: cannot be written"),
     ] {
         refuse(folder.path(), &[&run[..], &arguments].concat(), &[told]);

@@ -5,7 +5,7 @@ mod common;
 use common::{simulation, two_masses, weightless};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Friction, Integrator, Material, Particle, Plane, Scene, Settings, Simulation, shape,
+    Friction, Integrator, Material, Particle, Plane, Scene, Settings, Simulation, Spring, shape,
 };
 
 const G: f64 = 9.82;
@@ -269,4 +269,25 @@ fn rounding_can_change_the_energy_by_what_each_number_can() {
     let expected = 50.0 * delta * (1.0 + delta) + 5.0 * G * delta + epsilon * 5.0 * 25.0;
     // Gravity is rounded to f32.
     assert!((rounding / expected - 1.0).abs() < 1e-7, "{rounding} instead of {expected}");
+}
+
+#[test]
+fn the_tension_of_a_spring_is_that_of_hooke_and_of_its_damper() {
+    let spring = Spring { ends: [0, 1], rest_length: 2.0, stiffness: 30.0, damping: 4.0 };
+    let particle = |x: f64, speed: f64| Particle {
+        position: DVec3::new(x, 2.0 * x, 2.0 * x),
+        velocity: DVec3::new(speed, 0.0, 7.0),
+        mass: 1.0,
+    };
+    // Three metres apart along (1, 2, 2) / 3, and 6 m/s times a third away from each other.
+    let particles = vec![particle(0.0, 0.0), particle(1.0, 6.0)];
+    let scene = Scene { particles, springs: vec![spring, spring], ..Scene::default() };
+    let mut simulation = simulation::<f64>(&scene, Integrator::Rk4, 1e-3);
+    let expected = 30.0 * (3.0 - 2.0) + 4.0 * 2.0;
+    assert!((simulation.tension(0) - expected).abs() < 1e-12);
+    simulation.remove_spring(1).unwrap();
+    assert_eq!(simulation.tension(1), 0.0);
+    let together = Scene { particles: vec![particle(0.0, 0.0), particle(0.0, 6.0)], ..scene };
+    let simulation = common::simulation::<f64>(&together, Integrator::Rk4, 1e-3);
+    assert_eq!(simulation.tension(0), 0.0, "no direction");
 }

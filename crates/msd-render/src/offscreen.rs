@@ -77,7 +77,25 @@ impl Offscreen {
         let viewport = [0.0, 0.0, size[0] as f32, size[1] as f32];
         self.renderer.draw(&mut encoder, &self.sheet.target(), size, viewport);
         queue.submit([encoder.finish()]);
-        self.sheet.read(&self.gpu)
+        let mut image = self.sheet.read(&self.gpu)?;
+        if !view.style.sky {
+            image.divide_by_opacity();
+        }
+        Ok(image)
+    }
+}
+
+impl Image {
+    /// Brings back the colours of pixels that were multiplied by their opacity.
+    fn divide_by_opacity(&mut self) {
+        for pixel in self.rgba.chunks_exact_mut(4) {
+            let [colour @ .., opacity] = pixel else { continue };
+            let opacity = u32::from(*opacity);
+            for part in colour {
+                let whole = (u32::from(*part) * 255 + opacity / 2).checked_div(opacity);
+                *part = whole.map_or(0, |whole| whole.min(255) as u8);
+            }
+        }
     }
 }
 

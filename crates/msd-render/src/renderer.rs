@@ -128,7 +128,8 @@ impl Renderer {
     /// Encodes the picture prepared last into `target`, a view of `target_size` pixels.
     ///
     /// `viewport` is the rectangle of the picture in the target: left, top, width and height,
-    /// pixels; it is clamped to the target. All the rest of the target is cleared to a dark grey.
+    /// pixels; it is clamped to the target. All the rest of the target is cleared to a dark grey;
+    /// without a sky all of it is transparent at first, and colours are multiplied by opacity.
     /// Nothing is drawn before the first `prepare`.
     pub fn draw(
         &mut self,
@@ -189,6 +190,13 @@ impl Renderer {
             }
         }
         let Some(targets) = &self.targets else { return };
+        let is_open = self.prepared.as_ref().is_some_and(|prepared| !prepared.view.style.sky);
+        let ops = match ops.load {
+            wgpu::LoadOp::Clear(_) if is_open => {
+                wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT), ..ops }
+            }
+            _ => ops,
+        };
         let mut pass = scene_pass(encoder, targets, (target, ops));
         if let (Some(_), Some([left, top, width, height])) = (&self.prepared, area) {
             pass.set_viewport(left, top, width, height, 0.0, 1.0);
@@ -224,8 +232,10 @@ impl Renderer {
         let (pipelines, rows) = (&self.pipelines, &self.rows);
         pass.set_bind_group(0, &self.bindings.globals_group, &[]);
         pass.set_bind_group(1, &self.bindings.shadow_group, &[]);
-        pass.set_pipeline(&pipelines.sky);
-        pass.draw(0..3, 0..1);
+        if self.prepared.as_ref().is_some_and(|prepared| prepared.view.style.sky) {
+            pass.set_pipeline(&pipelines.sky);
+            pass.draw(0..3, 0..1);
+        }
         draw_surfaces(pass, &pipelines.surface_front, rows);
         draw_surfaces(pass, &pipelines.surface_back, rows);
         let front = (self.geometry.front_patches as u32).min(rows.patches.count);

@@ -316,3 +316,32 @@ fn target(gpu: &Gpu, format: wgpu::TextureFormat, size: [u32; 2]) -> wgpu::Textu
     });
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
+
+#[test]
+fn without_a_sky_a_picture_is_transparent_beside_the_bodies_and_has_their_colours() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(block(4), &[]);
+    let whole = framed(&scene);
+    let style = Style { sky: false, ..whole.style };
+    let [with, without] = [whole, View { style, ..whole }].map(|view| draw(&gpu, &scene, &view));
+    let opacity = |at: usize| without.rgba[4 * at + 3];
+    let pixels = (WIDTH * HEIGHT) as usize;
+    assert_eq!((opacity(0), opacity(pixels - 1)), (0, 0));
+    let solid: Vec<usize> = (0..pixels).filter(|&at| opacity(at) == 255).collect();
+    assert!(pixels / 20 < solid.len(), "{} pixels of the block", solid.len());
+    let colour = |image: &Image, at: usize| image.rgba[4 * at..4 * at + 3].to_vec();
+    assert!(solid.iter().all(|&at| colour(&with, at) == colour(&without, at)));
+    // The rim is as bright as the block beside it, not mixed with black.
+    let rim = (0..pixels).filter(|&at| (64..192).contains(&opacity(at)));
+    let darkest = solid
+        .iter()
+        .map(|&at| colour(&without, at).iter().map(|&part| i32::from(part)).sum::<i32>())
+        .min();
+    let rim_sum = |at: usize| colour(&without, at).iter().map(|&part| i32::from(part)).sum::<i32>();
+    let (mut count, mut dark) = (0, 0);
+    rim.for_each(|at| {
+        count += 1;
+        dark += usize::from(rim_sum(at) + 30 < darkest.unwrap_or(0));
+    });
+    assert!(10 < count && dark * 20 < count, "{dark} of {count} pixels of the rim are dark");
+}

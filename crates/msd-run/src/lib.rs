@@ -15,6 +15,7 @@ mod runner;
 mod rounding;
 mod history;
 mod trace;
+pub mod export;
 pub mod rescue;
 pub mod recording;
 pub mod replay;

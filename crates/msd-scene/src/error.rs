@@ -163,6 +163,34 @@ pub enum FileError {
     },
 }
 
+impl FileError {
+    /// The error of a value at the place that `place` knows of its key from the top:
+    /// `bodies[2].stiffness`.
+    ///
+    /// # Errors
+    /// The error as it was where there is no such place, or it is not of a value.
+    pub fn placed(self, place: impl Fn(&str) -> Option<Place>) -> Result<Self, Self> {
+        let found = match &self {
+            FileError::OutOfDomain { key, .. } | FileError::SceneMesh { key, .. } => place(key),
+            FileError::UnknownKey { key, table, .. } if table == "the scene" => place(key),
+            FileError::UnknownKey { key, table, .. } => place(&format!("{table}.{key}")),
+            _ => None,
+        };
+        match (found, self) {
+            (Some(place), FileError::OutOfDomain { key, value, expected, .. }) => {
+                Ok(FileError::OutOfDomain { place, key, value, expected })
+            }
+            (Some(place), FileError::UnknownKey { key, table, hint, .. }) => {
+                Ok(FileError::UnknownKey { place, key, table, hint })
+            }
+            (Some(place), FileError::SceneMesh { key, source, .. }) => {
+                Ok(FileError::SceneMesh { place, key, source })
+            }
+            (_, error) => Err(error),
+        }
+    }
+}
+
 impl From<MeshError> for FileError {
     fn from(error: MeshError) -> Self {
         FileError::Mesh(Box::new(error))

@@ -27,11 +27,14 @@ mod open;
 pub mod workloads;
 
 pub use builtin::{BUILTINS, Builtin};
-pub use disk::{FileId, Output, write_file};
+pub use disk::{FileId, Output, Spool, write_file};
 pub use error::{FileError, Place, nearest, one_line, plain};
+pub use file::tree::{Assignment, key};
 pub use file::{SceneFormat, decode, default_touch, domain, format_of, read_text, schema, tree};
 pub use loaded::Loaded;
-pub use open::{Draft, Finer, load, open, open_bytes, open_bytes_with, parse, read, write};
+pub use open::{
+    Draft, Finer, load, open, open_bytes, open_bytes_with, open_set, parse, read, write,
+};
 pub use precision::Precision;
 pub use shown::{shown_path, tame};
 pub use state::{AnyState, state_hash};

@@ -3,7 +3,7 @@
 use crate::builtin::{BUILTINS, carried};
 use crate::error::{FileError, nearest};
 use crate::file::schema::SceneFile;
-use crate::file::tree::Source;
+use crate::file::tree::{Assignment, Source};
 use crate::file::{
     MeshReader, SceneFormat, Understood, decode, ending, format_of, read_text, refine, understand,
 };
@@ -31,12 +31,23 @@ const MESH_ENDINGS: [&str; 5] = ["obj", "stl", "ply", "gltf", "glb"];
 /// # Errors
 /// A name that stands for nothing, with the nearest one; everything that [`load`] refuses.
 pub fn open(name: impl AsRef<Path>) -> Result<Loaded, FileError> {
+    open_set(name, &[])
+}
+
+/// Opens what [`open`] does with values that keys of the scene are given in place of its own, one
+/// after the other; notes and title of the scene name them.
+///
+/// # Errors
+/// What [`open`] refuses; a value that does not fit, at its place on the command line; any value of
+/// a saved run, which has no keys.
+pub fn open_set(name: impl AsRef<Path>, assignments: &[Assignment]) -> Result<Loaded, FileError> {
     let name = name.as_ref();
-    if ending(name) == storage::ENDING {
+    if ending(name) == storage::ENDING && assignments.is_empty() {
         let loaded = load_saved(name)?;
         return Ok(Loaded { files: vec![name.into()], ..loaded });
     }
-    let draft = Draft::open(name, Path::new(""))?;
+    let mut draft = Draft::open(name, Path::new(""))?;
+    draft.set(assignments);
     draft.load(&draft.source()?)
 }
 
@@ -132,6 +143,8 @@ pub struct Draft {
     origin: Origin,
     /// The file that was read, if one was.
     files: Vec<PathBuf>,
+    /// Values in place of those of the text.
+    assignments: Vec<Assignment>,
     /// Meshes read so far, by the name that the scene gives.
     meshes: Mutex<BTreeMap<String, Result<Mesh, MeshError>>>,
 }
@@ -200,18 +213,35 @@ impl Draft {
         format: SceneFormat,
         origin: Origin,
     ) -> Self {
-        let (name, text, files) = (name.into(), text.into(), Vec::new());
-        Draft { name, text, format, origin, files, meshes: Mutex::default() }
+        let (name, text, files, assignments) = (name.into(), text.into(), Vec::new(), Vec::new());
+        Draft { name, text, format, origin, files, assignments, meshes: Mutex::default() }
     }
 
-    /// The tree of the scene file.
+    /// Gives keys of the scene values in place of its own, one after the other.
+    pub fn set(&mut self, assignments: &[Assignment]) {
+        self.assignments.extend_from_slice(assignments);
+    }
+
+    /// The tree of the scene file, with the values that were set.
+    ///
+    /// # Errors
+    /// Text that does not follow its format; a key that was set and has no place in the tree.
     pub fn source(&self) -> Result<Source<'_>, FileError> {
-        Source::parse(&self.text, self.format, &self.name)
+        let mut source = Source::parse(&self.text, self.format, &self.name)?;
+        self.assignments.iter().try_for_each(|assignment| assignment.apply(&mut source))?;
+        Ok(source)
     }
 
     /// Understands the tree, changed or not.
     pub fn load(&self, source: &Source<'_>) -> Result<Loaded, FileError> {
-        self.finish(source, understand(source, &|file| self.mesh(file))?)
+        let understood = understand(source, &|file| self.mesh(file));
+        self.finish(source, understood.map_err(|error| self.explain(error))?)
+    }
+
+    /// The error of a value at the place where it was set, if it was.
+    fn explain(&self, error: FileError) -> FileError {
+        let place = |key: &str| self.assignments.iter().rev().find_map(|set| set.place_of(key));
+        error.placed(place).unwrap_or_else(|error| error)
     }
 
     /// Understands the tree with every body at its spacing halved so many times: see [`Finer`].
@@ -235,6 +265,12 @@ impl Draft {
         let mut loaded = finish(source, understood);
         if matches!(self.origin, Origin::Mesh) {
             drop_mesh(&mut loaded, source)?;
+        }
+        loaded.notes.extend(self.assignments.iter().map(|set| format!("set {set}")));
+        let others = self.assignments.iter().filter(|set| set.key() != "title");
+        let others: Vec<String> = others.map(Assignment::to_string).collect();
+        if !others.is_empty() {
+            loaded.title.push_str(&format!(", with {}", others.join(", ")));
         }
         loaded.files = self.files();
         Ok(loaded)

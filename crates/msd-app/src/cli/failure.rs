@@ -3,11 +3,17 @@
 use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Exit code of bad input or usage, and of a file that could not be written.
 const BAD_INPUT: u8 = 2;
 /// Exit code of a run that diverged.
 const DIVERGED: u8 = 3;
+/// Exit code of a command that the user interrupted: 128 and the number of the signal.
+pub(super) const INTERRUPTED: u8 = 130;
+
+/// Whether errors alone are printed.
+static QUIET: AtomicBool = AtomicBool::new(false);
 
 /// Why a command ended early.
 #[derive(Debug, PartialEq, Eq)]
@@ -27,6 +33,16 @@ impl Failure {
     /// A run that diverged.
     pub fn diverged(message: impl Display) -> Self {
         Failure { message: message.to_string(), code: DIVERGED }
+    }
+
+    /// A run that the user interrupted.
+    pub fn interrupted(message: impl Display) -> Self {
+        Failure { message: message.to_string(), code: INTERRUPTED }
+    }
+
+    /// Whether the user interrupted what failed.
+    pub fn is_interruption(&self) -> bool {
+        self.code == INTERRUPTED
     }
 
     /// All of several failures, or none. A file that is missing goes before a divergence, whose
@@ -50,6 +66,23 @@ pub fn exit_code(done: Result<(), Failure>) -> ExitCode {
 pub fn tell(line: &str) {
     // Where the standard error is closed, `eprintln!` would panic.
     let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Writes a line that may be missed to the standard error: a warning, or what is being done.
+pub fn note(line: &str) {
+    if !QUIET.load(Ordering::Relaxed) {
+        tell(line);
+    }
+}
+
+/// Prints errors alone from now on, if asked to.
+pub fn hush(quiet: bool) {
+    QUIET.store(quiet, Ordering::Relaxed);
+}
+
+/// Whether errors alone are printed.
+pub fn is_quiet() -> bool {
+    QUIET.load(Ordering::Relaxed)
 }
 
 /// Writes a line to the standard output; a reader that has gone, as in `| head`, is no error.

@@ -2,7 +2,7 @@
 
 use super::arguments::InspectArguments;
 use super::failure::{Failure, say};
-use super::run::open_scene;
+use super::run::{SetKeys, open_scene, set_keys};
 use msd_core::{Settings, Simulation};
 use msd_scene::{Loaded, shown_path};
 use msd_study::inspection::{Directions, Inspection, inspect};
@@ -13,6 +13,7 @@ use serde::Serialize;
 #[derive(Debug, Serialize)]
 struct InspectReport {
     scene: String,
+    set: SetKeys,
     integrator: String,
     /// The largest stable substep, seconds; null where any is stable.
     stable_step: f64,
@@ -22,7 +23,7 @@ struct InspectReport {
 
 /// Inspects a scene at its start.
 pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
-    let loaded = open_scene(&arguments.scene)?;
+    let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     let refused = |error| Failure::input(format!("{}: {error}", shown_path(&arguments.scene)));
     let Loaded { name, scene, settings, notes, .. } = loaded;
     let bodies = inspect(&scene).map_err(refused)?;
@@ -31,6 +32,7 @@ pub fn run_inspect(arguments: &InspectArguments) -> Result<(), Failure> {
     let stable_step = simulation.stable_substep();
     let report = InspectReport {
         scene: name,
+        set: set_keys(&arguments.set.set),
         integrator: integrator.to_string(),
         stable_step,
         bodies,

@@ -1,10 +1,11 @@
 //! The command line: commands, their arguments, and what they print.
 
 mod failure;
+mod steps;
 mod arguments;
 mod places;
-mod progress;
 mod run;
+mod export;
 #[cfg(feature = "window")]
 mod view;
 #[cfg(feature = "window")]
@@ -17,12 +18,14 @@ mod tune_mesh;
 mod sweep;
 mod bench;
 mod inspect;
+mod lists;
+mod shell;
 
 pub use arguments::{Arguments, explain};
 pub use failure::exit_code;
 
 use arguments::CliCommand;
-use failure::{Failure, say};
+use failure::Failure;
 #[cfg(not(feature = "window"))]
 use windowless::{render, view};
 #[cfg(feature = "window")]
@@ -39,12 +42,14 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
     match arguments.command {
         Some(CliCommand::View(arguments)) => view(arguments),
         None => view(arguments.view),
-        Some(CliCommand::Scenes) => list_scenes(),
+        Some(CliCommand::Scenes(arguments)) => lists::list_scenes(&arguments),
+        Some(CliCommand::Methods(arguments)) => lists::list_methods(&arguments),
         Some(CliCommand::Run(arguments)) => match &arguments.replay {
             Some(recording) => run::replay(&arguments, recording),
             None => run::run(&arguments),
         },
         Some(CliCommand::Render(arguments)) => render(&arguments),
+        Some(CliCommand::Export(arguments)) => export::run_export(&arguments),
         Some(CliCommand::Inspect(arguments)) => inspect::run_inspect(&arguments),
         Some(CliCommand::Study(arguments)) => study::run_study(&arguments),
         Some(CliCommand::Tune(arguments)) => match arguments.max_error.filter(|_| arguments.mesh) {
@@ -53,11 +58,7 @@ pub fn run_command(arguments: Arguments) -> Result<(), Failure> {
         },
         Some(CliCommand::Sweep(arguments)) => sweep::run_sweep(&arguments),
         Some(CliCommand::Bench(arguments)) => bench::run_bench(&arguments),
+        Some(CliCommand::Completions(arguments)) => shell::print_completions(&arguments),
+        Some(CliCommand::Manual(arguments)) => shell::write_manual(&arguments),
     }
-}
-
-fn list_scenes() -> Result<(), Failure> {
-    let line = |builtin: &msd_scene::Builtin| format!("{:<9} {}", builtin.name, builtin.title);
-    let lines: Vec<String> = msd_scene::BUILTINS.iter().map(line).collect();
-    say(&lines.join("\n"))
 }

@@ -3,8 +3,8 @@
 use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::places::{Places, make_folder};
-use super::progress::Bar;
 use super::run::{explain_divergence, open_draft, open_scene};
+use super::steps::Bar;
 use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::Study;
 use msd_study::choice::FRAME;
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 /// Studies a scene and writes the report.
 pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
-    let loaded = open_scene(&arguments.scene)?;
+    let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     if arguments.terms {
         return tell_terms(&loaded, arguments);
     }
@@ -34,7 +34,8 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         ..Plan::default()
     };
     // What cannot be refined is refused before the long work.
-    let draft = arguments.mesh.then(|| open_draft(&arguments.scene)).transpose()?;
+    let draft =
+        arguments.mesh.then(|| open_draft(&arguments.scene, &arguments.set.set)).transpose()?;
     if let Some(draft) = &draft {
         let refine = |source| draft.finer(&source, &loaded.scene, 1).map(drop);
         draft.source().and_then(refine).map_err(Failure::input)?;

@@ -1,12 +1,13 @@
 //! `msd sweep`: a scene over a grid of its keys.
 
 use super::arguments::SweepArguments;
-use super::failure::{Failure, say, tell};
+use super::failure::{self, Failure, say};
 use super::places::Places;
 use super::run::link;
 use indicatif::{ProgressBar, ProgressStyle};
 use msd_scene::shown_path;
 use msd_study::sweep::{Event, Store, Summary, Sweep, TableFormat};
+use serde::Serialize;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,7 +23,7 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     let sweep = Sweep::open(&arguments.sweep).map_err(Failure::input)?;
     let store = Store::of(&sweep, arguments.out.clone());
     if arguments.list {
-        return list(&sweep, &store);
+        return list(&sweep, &store, arguments.json);
     }
     if let Some(path) = &arguments.collect {
         let format = TableFormat::of(path).ok_or_else(|| {
@@ -33,7 +34,8 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
             return Err(Failure::input(format!("--collect {}: {instead}", shown_path(path))));
         }
         check_place((&sweep, &store), ("--collect", path))?;
-        return collect(&sweep, &store, (path, format));
+        let table = collect(&sweep, &store, (path, format))?;
+        return tell(&table, arguments.json, || table.words());
     }
     let cells = cells(arguments, sweep.len())?;
     let whole = cells.len() == sweep.len();
@@ -41,11 +43,89 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
         check_place((&sweep, &store), ("the table", &store.table_path()))?;
     }
     let summary = run_cells(&sweep, &store, (cells, arguments.jobs))?;
-    let said = say(&words(&summary, &store)).err();
     // A part of a sweep leaves the table alone: every task of an array would read all files.
-    let table = || collect(&sweep, &store, (&store.table_path(), sweep.format())).err();
-    let collected = if whole { table() } else { None };
-    Failure::all(said.into_iter().chain(collected))
+    let table = || collect(&sweep, &store, (&store.table_path(), sweep.format()));
+    let (table, failed) = match whole.then(table).transpose() {
+        Ok(table) => (table, None),
+        Err(failure) => (None, Some(failure)),
+    };
+    let report = SweepReport::new(&summary, &store, table);
+    let said = tell(&report, arguments.json, || report.words());
+    Failure::all(said.err().into_iter().chain(failed))
+}
+
+/// A cell; the keys of `--list --json`.
+#[derive(Serialize)]
+struct CellRow {
+    number: usize,
+    hash: String,
+    done: bool,
+    /// The values of the grid, as a person would write them.
+    values: String,
+}
+
+/// A table that was written; the keys of `--collect --json`.
+#[derive(Serialize)]
+struct TableReport {
+    table: String,
+    rows: usize,
+    /// Cells that are not done.
+    missing: usize,
+}
+
+/// What was run; the keys of `--json`.
+#[derive(Serialize)]
+struct SweepReport {
+    /// Cells that were run.
+    run: usize,
+    /// Cells that were done before.
+    skipped: usize,
+    /// Cells of those run that diverged.
+    diverged: usize,
+    folder: String,
+    /// Null where only some cells were asked for.
+    table: Option<TableReport>,
+}
+
+impl SweepReport {
+    fn new(summary: &Summary, store: &Store, table: Option<TableReport>) -> Self {
+        let Summary { run, skipped, diverged } = *summary;
+        SweepReport { run, skipped, diverged, folder: shown_path(store.folder()), table }
+    }
+
+    fn words(&self) -> String {
+        let SweepReport { run, skipped, diverged, folder, table } = self;
+        let cells = if run + skipped == 1 { "cell" } else { "cells" };
+        let diverged = match diverged {
+            0 => String::new(),
+            count => format!(" ({count} diverged)"),
+        };
+        let count = run + skipped;
+        let line =
+            format!("{count} {cells}: {run} run{diverged}, {skipped} done before; in {folder}");
+        let table = table.as_ref().map(TableReport::words);
+        [Some(line), table].into_iter().flatten().collect::<Vec<_>>().join("\n")
+    }
+}
+
+impl TableReport {
+    fn words(&self) -> String {
+        let TableReport { table, rows, .. } = self;
+        let rows = if *rows == 1 { "1 row".into() } else { format!("{rows} rows") };
+        format!("{rows} in {table}")
+    }
+}
+
+/// Prints a report as JSON, or in words.
+fn tell(
+    report: &impl Serialize,
+    json: bool,
+    words: impl FnOnce() -> String,
+) -> Result<(), Failure> {
+    match json {
+        true => say(&serde_json::to_string_pretty(report).map_err(Failure::input)?),
+        false => say(&words()),
+    }
 }
 
 /// Refuses a table over what the sweep is read from, or over one of its cells.
@@ -82,21 +162,24 @@ fn cells(arguments: &SweepArguments, count: usize) -> Result<Range<usize>, Failu
     Ok(first..last + 1)
 }
 
-fn list(sweep: &Sweep, store: &Store) -> Result<(), Failure> {
+fn list(sweep: &Sweep, store: &Store, json: bool) -> Result<(), Failure> {
     // Every cell before the first line: a list that ends in an error would be taken for whole.
-    let mut lines = Vec::with_capacity(sweep.len());
-    let width = (sweep.len() - 1).to_string().len();
+    let mut rows = Vec::with_capacity(sweep.len());
     for number in 0..sweep.len() {
         let cell = sweep.cell(number).map_err(Failure::input)?;
-        let state = if store.row(sweep, &cell).is_some() {
-            "done"
-        } else {
+        let done = store.row(sweep, &cell).is_some();
+        if !done {
             sweep.load(&cell).map_err(Failure::input)?;
-            "to-do"
-        };
-        lines.push(format!("{number:>width$}  {}  {state:<5}  {}", cell.hash, sweep.words(&cell)));
+        }
+        rows.push(CellRow { number, hash: cell.hash.clone(), done, values: sweep.words(&cell) });
     }
-    say(&lines.join("\n"))
+    let width = (sweep.len() - 1).to_string().len();
+    let line = |row: &CellRow| {
+        let CellRow { number, hash, done, values } = row;
+        let state = if *done { "done" } else { "to-do" };
+        format!("{number:>width$}  {hash}  {state:<5}  {values}")
+    };
+    tell(&rows, json, || rows.iter().map(line).collect::<Vec<_>>().join("\n"))
 }
 
 fn run_cells(
@@ -126,7 +209,7 @@ fn run_cells(
             };
             bar.set_position(done as u64);
             bar.set_message(left.trim_start_matches(", ").to_owned());
-            bar.suspend(|| tell(&format!("[{done}/{planned}{left}] {event}")));
+            bar.suspend(|| failure::tell(&format!("[{done}/{planned}{left}] {event}")));
         }
         _ => {}
     };
@@ -146,28 +229,15 @@ fn duration(seconds: f64) -> String {
     }
 }
 
-fn words(summary: &Summary, store: &Store) -> String {
-    let Summary { run, skipped, diverged } = summary;
-    let cells = if run + skipped == 1 { "cell" } else { "cells" };
-    let diverged = match diverged {
-        0 => String::new(),
-        count => format!(" ({count} diverged)"),
-    };
-    let folder = shown_path(store.folder());
-    format!("{} {cells}: {run} run{diverged}, {skipped} done before; in {folder}", run + skipped)
-}
-
 fn collect(
     sweep: &Sweep,
     store: &Store,
     (path, format): (&Path, TableFormat),
-) -> Result<(), Failure> {
+) -> Result<TableReport, Failure> {
     let (table, missing) = store.collect(sweep).map_err(Failure::input)?;
     if 0 < missing {
-        tell(&format!("warning: {missing} of {} cells are not done", sweep.len()));
+        failure::tell(&format!("warning: {missing} of {} cells are not done", sweep.len()));
     }
     table.write(path, format).map_err(Failure::input)?;
-    let rows = table.rows.len();
-    let rows = if rows == 1 { "1 row".into() } else { format!("{rows} rows") };
-    say(&format!("{rows} in {}", shown_path(path)))
+    Ok(TableReport { table: shown_path(path), rows: table.rows.len(), missing })
 }

@@ -2,8 +2,8 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
-use super::progress::Bar;
-use super::run::{explain_divergence, open_scene};
+use super::run::{SetKeys, explain_divergence, open_scene, set_keys};
+use super::steps::Bar;
 use msd_scene::{SceneFormat, shown_path, write_file};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::quantity::{estimate, quantity};
@@ -16,6 +16,7 @@ use std::path::Path;
 #[derive(Debug, Serialize)]
 struct TuneReport {
     scene: String,
+    set: SetKeys,
     duration: f64,
     compared_until: f64,
     chaotic_after: Option<f64>,
@@ -67,7 +68,7 @@ impl Row {
 
 /// Tunes a scene and prints, or writes, the result.
 pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
-    let loaded = open_scene(&arguments.scene)?;
+    let loaded = open_scene(&arguments.scene, &arguments.set.set)?;
     let path = &arguments.scene;
     let format = writable(path, arguments.write)?;
     let goal = match (arguments.max_error, arguments.budget) {
@@ -90,6 +91,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
     }
     let report = TuneReport {
         scene: loaded.name,
+        set: set_keys(&arguments.set.set),
         duration: tuned.duration,
         compared_until: tuned.compared,
         chaotic_after: tuned.horizon,

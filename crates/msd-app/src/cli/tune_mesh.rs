@@ -2,8 +2,8 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
-use super::progress::Bar;
-use super::run::open_draft;
+use super::run::{SetKeys, open_draft, set_keys};
+use super::steps::Bar;
 use super::tune::{Row, writable, write_choice};
 use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, PinRow, SceneFile};
 use msd_scene::{SceneFormat, plain, shown_path};
@@ -17,6 +17,7 @@ use serde::Serialize;
 #[derive(Debug, Serialize)]
 struct MeshReport {
     scene: String,
+    set: SetKeys,
     max_error: f64,
     met: bool,
     /// Parts that the spacing is cut into.
@@ -37,7 +38,7 @@ struct MeshReport {
 pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Failure> {
     let path = &arguments.scene;
     let format = writable(path, arguments.write)?;
-    let draft = open_draft(path)?;
+    let draft = open_draft(path, &arguments.set.set)?;
     let duration = arguments.duration;
     let plan = SpacePlan { duration, ..SpacePlan::default() };
     let plan = SpacePlan { budget: arguments.time.unwrap_or(plan.budget), ..plan };
@@ -59,6 +60,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
     let said = if arguments.json {
         let report = MeshReport {
             scene: name,
+            set: set_keys(&arguments.set.set),
             max_error,
             met: tuned.is_met(),
             parts: found.map(|found| found.parts),

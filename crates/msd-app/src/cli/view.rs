@@ -12,7 +12,7 @@ use std::path::PathBuf;
 const LOST: u8 = 1;
 
 /// Shows a scene in a window until it is closed.
-pub fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failure> {
+pub fn view(ViewArguments { scene, set, solver }: ViewArguments) -> Result<(), Failure> {
     let scene = scene.unwrap_or_else(|| {
         // The file may be gone by now.
         let last = msd_app::last_scene().filter(|last| msd_scene::open(last).is_ok());
@@ -20,18 +20,25 @@ pub fn view(ViewArguments { scene, solver }: ViewArguments) -> Result<(), Failur
     });
     if let Some(link) = link(&scene)?
         && solver == SolverArguments::default()
+        && set.set.is_empty()
     {
         return msd_app::view_link(&link).map_err(failure);
     }
-    let loaded = if solver == SolverArguments::default() {
+    // With values of its own it is a run that goes on, and not the scene that the name stands for.
+    let is_set = !set.set.is_empty();
+    let mut loaded = if solver == SolverArguments::default() && !is_set {
         msd_scene::open(&scene).map_err(Failure::input)?
     } else {
         let frame = if solver.step == Some(Step::Auto) { FRAME } else { 0.0 };
-        into_loaded(prepare(&scene, &solver, ("--step", frame))?)
+        into_loaded(prepare((&scene, &set), &solver, ("--step", frame))?)
     };
     let mut places = Places::default();
     loaded.files.iter().for_each(|file| places.read("SCENE", file));
     solver.from.iter().for_each(|state| places.read("--from", state));
+    if is_set {
+        // Nor what its file says, which is not to be saved or linked in place of it.
+        loaded.files.clear();
+    }
     let status = std::env::var_os("MSD_STATUS").map(PathBuf::from);
     status.iter().try_for_each(|status| places.write("MSD_STATUS", status))?;
     msd_app::view_as(loaded, &shown_path(&scene)).map_err(failure)
@@ -53,6 +60,7 @@ fn failure(error: ViewError) -> Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::arguments::SetArguments;
     use msd_core::Integrator;
     use msd_run::Runner;
     use msd_scene::Precision;
@@ -66,7 +74,8 @@ mod tests {
             precision: Some(Precision::F64),
             ..SolverArguments::default()
         };
-        let prepared = prepare(Path::new("cloth"), &solver, ("--step", FRAME));
+        let prepared =
+            prepare((Path::new("cloth"), &SetArguments::default()), &solver, ("--step", FRAME));
         let prepared = prepared.unwrap_or_else(|failure| panic!("{}", failure.message));
         let stable = prepared.stable;
         let runner = Runner::open(&into_loaded(prepared)).expect("a valid scene");

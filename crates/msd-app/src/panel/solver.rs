@@ -50,29 +50,14 @@ fn integrator(ui: &mut Ui, session: &mut Session) {
         let shown = combo.show_ui(ui, |ui| {
             for integrator in Integrator::ALL {
                 let choice = ui.selectable_label(integrator == now, integrator.name());
-                if choice.on_hover_text(purpose(integrator)).clicked() {
+                if choice.on_hover_text(integrator.purpose()).clicked() {
                     session.tune(Tuning::Integrator(integrator));
                 }
             }
         });
         shown.response.labelled_by(name.id);
     });
-    ui.label(RichText::new(purpose(now)).small().color(theme::FAINT));
-}
-
-/// What a method is for, in a line.
-fn purpose(integrator: Integrator) -> &'static str {
-    match integrator {
-        Integrator::ExplicitEuler => "the textbook baseline: it gains energy",
-        Integrator::SymplecticEuler => "what most programs call Euler: robust, rough",
-        Integrator::VelocityVerlet => "the default: the best for the price nearly always",
-        Integrator::Rk4 => "for errors of 1/100 000 of the size and less",
-        Integrator::DormandPrince => "as accurate as you ask; chooses its own substeps",
-        Integrator::BackwardEuler => "for a few very stiff springs: it calms motion",
-        Integrator::ImplicitMidpoint => "for stiff springs that go on swinging",
-        Integrator::Xpbd => "cheap and never blows up: wrong by 5 % or more",
-        _ => "",
-    }
+    ui.label(RichText::new(now.purpose()).small().color(theme::FAINT));
 }
 
 fn substeps(ui: &mut Ui, session: &mut Session) {
@@ -258,7 +243,7 @@ mod tests {
     #[test]
     fn the_purpose_of_every_method_fits_into_a_line() {
         for integrator in Integrator::ALL {
-            assert!(purpose(integrator).chars().count() <= 50, "{integrator}");
+            assert!(integrator.purpose().chars().count() <= 50, "{integrator}");
         }
     }
 }

@@ -179,6 +179,21 @@ pub(crate) fn strain<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usiz
     if rest == 0.0 { length } else { (length - rest) / rest }
 }
 
+/// The force of a spring and its damper along it, newtons; 0 of one that is cut.
+pub(crate) fn tension<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
+    if model.springs.is_cut(spring) {
+        return 0.0;
+    }
+    let [a, b] = model.springs.ends()[spring].map(|end| {
+        let (position, velocity) = state.get(model.slots.at(end as usize));
+        [position.to_f64(), velocity.to_f64()]
+    });
+    let pull = law::pull::<f64>(b, a, model.springs.law(spring).to_f64());
+    let across = b[0] - a[0];
+    let length = Real::sqrt(across.dot(across));
+    pull.map_or(0.0, |(force, _)| force.dot(across) / length)
+}
+
 /// The present length of a spring, metres.
 pub(crate) fn length<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
     distance(model, state, model.springs.ends()[spring].map(|end| end as usize))

@@ -67,6 +67,20 @@ impl Integrator {
         }
     }
 
+    /// What it is for, in a line.
+    pub fn purpose(self) -> &'static str {
+        match self {
+            Integrator::ExplicitEuler => "the textbook baseline: it gains energy",
+            Integrator::SymplecticEuler => "what most programs call Euler: robust, rough",
+            Integrator::VelocityVerlet => "the default: the best for the price nearly always",
+            Integrator::Rk4 => "for errors of 1/100 000 of the size and less",
+            Integrator::DormandPrince => "as accurate as you ask; chooses its own substeps",
+            Integrator::BackwardEuler => "for a few very stiff springs: it calms motion",
+            Integrator::ImplicitMidpoint => "for stiff springs that go on swinging",
+            Integrator::Xpbd => "cheap and never blows up: wrong by 5 % or more",
+        }
+    }
+
     /// Order of convergence on smooth motion, without contact.
     pub fn order(self) -> u32 {
         match self {

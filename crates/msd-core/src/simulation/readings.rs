@@ -235,6 +235,15 @@ impl<R: Real> Simulation<R> {
         energy::strain(&self.model, &self.state, spring)
     }
 
+    /// The force of a spring and its damper along it, newtons: positive where it pulls its ends
+    /// together. 0 where it is cut, and where its ends coincide.
+    ///
+    /// # Panics
+    /// If there is no such spring.
+    pub fn tension(&self, spring: usize) -> f64 {
+        energy::tension(&self.model, &self.state, spring)
+    }
+
     /// Linear and angular momentum.
     pub fn momentum(&self) -> Momentum {
         energy::momentum(&self.model, &self.state)

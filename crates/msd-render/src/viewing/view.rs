@@ -36,6 +36,9 @@ pub struct Style {
     pub planes: bool,
     /// Whether planes carry a grid of 1 m, 10 m and 100 m. Default true.
     pub grid: bool,
+    /// Whether the sky is drawn. Without it a picture is transparent where nothing else is drawn.
+    /// Default true.
+    pub sky: bool,
     /// Whether bodies cast shadows. Default true.
     pub shadows: bool,
     /// Whether a legend of strain colours is drawn when springs are. Default true.
@@ -64,6 +67,7 @@ impl Default for Style {
             grabs: true,
             planes: true,
             grid: true,
+            sky: true,
             shadows: true,
             legend: true,
             strain_full_scale: 0.2,

@@ -3,7 +3,9 @@
 mod file_id;
 mod input;
 mod output;
+mod spool;
 
 pub use file_id::FileId;
 pub(crate) use input::open_regular;
 pub use output::{Output, write_file};
+pub use spool::Spool;

@@ -2,6 +2,7 @@
 //! valid one.
 
 use crate::error::{FileError, nearest, plain};
+use crate::file::tree::key::Step;
 use crate::file::tree::{Node, Source, Value};
 use crate::shown::tame;
 use serde::de::value::StrDeserializer;
@@ -31,12 +32,6 @@ enum Reason {
     MissingKey(&'static str),
     Value { value: String, expected: String },
     Other(String),
-}
-
-#[derive(Debug)]
-enum Step {
-    Key(String),
-    Row(usize),
 }
 
 impl Failure {

@@ -1,10 +1,10 @@
 //! Scene files: text, tree of values, rows, scene.
 //!
-//! [`text`] is read into a [`tree`] of values that know where they were written; [`decode`] makes
-//! the rows of the [`schema`] of it; [`build`] checks each number against its [`domain`] and makes
-//! the rows of a scene, obstacle by obstacle ([`obstacles`]) and body by body ([`bodies`],
-//! [`substance`]), within a [`budget`] of memory. [`sets`] are particles that pins hold and links
-//! join.
+//! [`text`] is read into a [`tree`] of values that know where they were written, some of which may
+//! be replaced; [`decode`] makes the rows of the [`schema`] of it; [`build`] checks each number
+//! against its [`domain`] and makes the rows of a scene, obstacle by obstacle ([`obstacles`]) and
+//! body by body ([`bodies`], [`substance`]), within a [`budget`] of memory. [`sets`] are particles
+//! that pins hold and links join.
 //! [`refine`] makes the same scene at a part of its spacing.
 
 mod text;

@@ -127,7 +127,7 @@ fn axes(source: &Source<'_>) -> Result<Vec<Axis>, FileError> {
     }
     for (row, axis) in axes.iter().enumerate() {
         if let Some(other) = axes[..row].iter().find(|other| other.key.overlaps(&axis.key)) {
-            let (key, other) = (&axis.key.text, &other.key.text);
+            let (key, other) = (axis.key.text(), other.key.text());
             let reason = format!("grid keys {other} and {key} set the same value");
             return Err(refused(reason));
         }

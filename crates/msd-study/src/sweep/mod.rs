@@ -10,7 +10,6 @@
 //! # Ok::<(), msd_scene::FileError>(())
 //! ```
 
-mod key;
 mod value;
 mod table;
 mod file;

@@ -1,12 +1,12 @@
 //! The cells of a sweep, and the scene of each.
 
 use crate::sweep::file::{SweepFile, read};
-use crate::sweep::key::shown;
 use crate::sweep::measure::meets_frames;
 use crate::sweep::table::{Column, Datum, Kind, TableFormat};
 use crate::sweep::value::{Axis, canonical};
 use msd_core::Settings;
 use msd_run::Runner;
+use msd_scene::key::shown;
 use msd_scene::tree::{Source, Value};
 use msd_scene::{Draft, FileError, Loaded, Place, plain};
 use std::path::{Path, PathBuf};
@@ -121,7 +121,7 @@ impl Sweep {
             let set = axis.key.set(&mut source.root, value.clone());
             set.map_err(|reason| FileError::Malformed {
                 place: place.clone(),
-                reason: format!("grid key {}: {reason}", axis.key.text),
+                reason: format!("grid key {}: {reason}", axis.key.text()),
             })?;
         }
         Ok(source)
@@ -153,14 +153,14 @@ impl Sweep {
     pub fn words(&self, cell: &Cell) -> String {
         let axes = self.file.axes.iter().zip(&cell.choices);
         let word = |(axis, &choice): (&Axis, &usize)| {
-            format!("{} = {}", axis.key.text, shown(&axis.values[choice].0))
+            format!("{} = {}", axis.key.text(), shown(&axis.values[choice].0))
         };
         axes.map(word).collect::<Vec<_>>().join(", ")
     }
 
     /// The columns of the keys of the grid.
     pub(crate) fn grid_columns(&self) -> Vec<Column> {
-        let column = |axis: &Axis| Column { name: axis.key.text.clone(), kind: kind(axis) };
+        let column = |axis: &Axis| Column { name: axis.key.text().into(), kind: kind(axis) };
         self.file.axes.iter().map(column).collect()
     }
 
@@ -225,35 +225,16 @@ impl Sweep {
 
     /// Says of what is wrong in a scene which value of the grid it is.
     fn explain(&self, error: FileError, cell: &Cell) -> FileError {
-        let inside = |key: &str, of: &str| {
-            let rest = key.strip_prefix(of);
-            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
-        };
         let place = |key: &str| -> Option<Place> {
             let mut axes = self.file.axes.iter().zip(&cell.choices);
-            let found =
-                axes.find(|axis| inside(key, &axis.0.key.text) || inside(&axis.0.key.text, key));
+            let found = axes.find(|(axis, _)| axis.key.concerns(key));
             found.map(|(axis, &choice)| axis.values[choice].1.clone())
         };
-        let at_grid = match &error {
-            FileError::OutOfDomain { key, .. } => place(key),
-            FileError::UnknownKey { key, table, .. } if table == "the scene" => place(key),
-            FileError::UnknownKey { key, table, .. } => place(&format!("{table}.{key}")),
-            _ => None,
-        };
-        match (at_grid, error) {
-            (Some(place), FileError::OutOfDomain { key, value, expected, .. }) => {
-                FileError::OutOfDomain { place, key, value, expected }
-            }
-            (Some(place), FileError::UnknownKey { key, table, hint, .. }) => {
-                FileError::UnknownKey { place, key, table, hint }
-            }
-            (_, error) => {
-                let (number, words) = (cell.number, self.words(cell));
-                let reason = format!("cell {number} ({words}): {error}");
-                FileError::Malformed { place: self.file.grid_place.clone(), reason }
-            }
-        }
+        error.placed(place).unwrap_or_else(|error| {
+            let (number, words) = (cell.number, self.words(cell));
+            let reason = format!("cell {number} ({words}): {error}");
+            FileError::Malformed { place: self.file.grid_place.clone(), reason }
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! The values that a grid gives a key: a list as it stands, or a range that is counted out.
 
-use crate::sweep::key::{Key, WRITTEN, shown};
+use msd_scene::key::{Key, WRITTEN, shown};
 use msd_scene::tree::{Node, Source, Value};
 use msd_scene::{FileError, Place, plain};
 

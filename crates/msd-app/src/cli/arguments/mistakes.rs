@@ -60,7 +60,11 @@ fn unknown_option(
     let others = program.get_subcommands().filter(|other| options(other).iter().any(|o| o == name));
     let others: Vec<String> = others.map(|other| format!("msd {}", other.get_name())).collect();
     let advice = if let Some((table, key)) = known {
-        format!("; {key} is set in the scene file, as {table}.{key}")
+        let set = own.iter().any(|option| option == "set");
+        // Of a body there may be several.
+        let path = format!("{}.{key}", table.replace("[]", ".0"));
+        let or = if set { format!(", or by --set {path}=VALUE") } else { String::new() };
+        format!("; {key} is set in the scene file, as {table}.{key}{or}")
     } else if !others.is_empty() {
         format!("; it belongs to {}", others.join(", "))
     } else if let Some(near) = nearest(name, own.iter().map(String::as_str)) {

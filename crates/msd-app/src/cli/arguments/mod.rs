@@ -4,15 +4,18 @@ mod values;
 mod mistakes;
 
 pub use mistakes::explain;
-pub use values::{Step, Substeps};
+pub use values::{Sight, Step, Substeps};
 
+use super::steps::Moments;
+use clap::ArgAction::Append;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use msd_core::Integrator;
-use msd_scene::Precision;
+use msd_scene::{Assignment, Precision};
 use std::path::PathBuf;
 use values::{
-    automatic_substeps, cores, duration, finite, integrator, newton, not_negative, positive,
-    precision, side, size, step, substeps, tasks, threads, tolerance,
+    automatic_substeps, cores, duration, finite, frames, integrator, interval, newton,
+    not_negative, positive, precision, side, sight, size, step, substeps, tasks, threads,
+    tolerance,
 };
 
 /// Simulate elastic bodies as particles joined by springs and dampers
@@ -23,7 +26,8 @@ use values::{
 #[command(name = "msd", version, args_conflicts_with_subcommands = true)]
 #[command(
     after_help = "Exit codes: 0 success, 1 the display of the window went away, 2 bad input or \
-                        usage, or a file that could not be written, 3 the simulation diverged."
+                        usage, or a file that could not be written, 3 the simulation diverged, \
+                        130 interrupted by Ctrl-C."
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -38,11 +42,15 @@ pub enum CliCommand {
     /// Show a scene in the window; `msd SCENE` does the same
     View(ViewArguments),
     /// List the built-in scenes
-    Scenes,
+    Scenes(ListArguments),
+    /// List the methods, with what each is for
+    Methods(ListArguments),
     /// Run a scene without a window and report the result
     Run(RunArguments),
     /// Render a scene to a PNG picture; needs no display
     Render(RenderArguments),
+    /// Run a scene into a file of another program: Blender, ParaView, numpy, glTF
+    Export(ExportArguments),
     /// Print what the bodies of a scene amount to: mass, moduli by direction, stable step
     Inspect(InspectArguments),
     /// Measure what every accuracy costs on a scene, and write a report
@@ -53,6 +61,32 @@ pub enum CliCommand {
     Sweep(SweepArguments),
     /// Measure the speed of the workloads on which engines are compared
     Bench(BenchArguments),
+    /// Print what a shell needs to complete commands and options
+    Completions(CompletionsArguments),
+    /// Write the manual pages, one per command
+    Manual(ManualArguments),
+}
+
+/// Arguments of lists.
+#[derive(Debug, Args)]
+pub struct ListArguments {
+    /// Print one JSON list instead of lines
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `msd completions`.
+#[derive(Debug, Args)]
+pub struct CompletionsArguments {
+    /// The shell
+    pub shell: clap_complete::Shell,
+}
+
+/// Arguments of `msd manual`.
+#[derive(Debug, Args)]
+pub struct ManualArguments {
+    /// Folder for the pages, such as ~/.local/share/man/man1
+    pub folder: PathBuf,
 }
 
 /// Headings of `--help`.
@@ -69,7 +103,19 @@ pub struct ViewArguments {
     /// Scene to show in the window [default: the last one, at first cube]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
+    pub set: SetArguments,
+    #[command(flatten)]
     pub solver: SolverArguments,
+}
+
+/// Values that keys of a scene are given in place of its own.
+#[derive(Debug, Default, Args)]
+pub struct SetArguments {
+    /// Set a key of the scene as its file would, such as world.gravity=[0,-1.62,0] or
+    /// bodies.0.stiffness=300; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", value_parser = Assignment::parse, action = Append)]
+    #[arg(allow_hyphen_values = true, help_heading = None)]
+    pub set: Vec<Assignment>,
 }
 
 /// How a scene is stepped; what is left out is as the scene says.
@@ -110,12 +156,14 @@ pub struct RunArguments {
     #[arg(required_unless_present = "replay")]
     pub scene: Option<PathBuf>,
     #[command(flatten)]
+    pub set: SetArguments,
+    #[command(flatten)]
     pub solver: SolverArguments,
     /// Time to simulate, seconds
     #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
     #[arg(default_value = "10", help_heading = None)]
     pub duration: f64,
-    /// Write the final state to this file
+    /// Write the final state to this file: .csv (for --from), .npz, .obj, .ply or .vtu
     #[arg(long, value_name = "STATE.csv", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
     /// Save the run at its end to this file, which can be given as SCENE to continue
@@ -131,7 +179,7 @@ pub struct RunArguments {
     /// Replay this recording (made by --record or in the window) instead of running a scene; with
     /// another solver, report how far the two drift apart
     #[arg(long, value_name = "FILE.msdrec", help_heading = REPLAY)]
-    #[arg(conflicts_with_all = ["scene", "duration", "step", "from", "save_every"])]
+    #[arg(conflicts_with_all = ["scene", "set", "duration", "step", "from", "save_every"])]
     pub replay: Option<PathBuf>,
     /// Replay the intact part of a damaged recording, and report how much is lost
     #[arg(long, requires = "replay", help_heading = REPLAY)]
@@ -149,6 +197,38 @@ pub struct RunArguments {
     /// Print one JSON object instead of a summary
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
+    /// Print errors only: no progress, no warnings, no summary
+    #[arg(short, long, help_heading = OUTPUT)]
+    pub quiet: bool,
+}
+
+/// Arguments of `msd export`.
+#[derive(Debug, Args)]
+pub struct ExportArguments {
+    /// Built-in scene, scene file, mesh, saved run or link (in quotes)
+    pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
+    #[command(flatten)]
+    pub solver: SolverArguments,
+    /// Time to simulate, seconds
+    #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
+    #[arg(default_value = "10", help_heading = None)]
+    pub duration: f64,
+    /// Write the run to this file. Over time: .pc2 or .mdd (with the mesh as .obj), .pvd (with a
+    /// .vtu per moment), .glb, .npz or .parquet; its end: .obj, .ply, .vtu or .csv
+    #[arg(long, value_name = "FILE", required = true, help_heading = OUTPUT)]
+    pub to: PathBuf,
+    /// Time from one moment in the file to the next, seconds; a fraction may be written
+    #[arg(long, value_name = "SECONDS", value_parser = interval, allow_hyphen_values = true)]
+    #[arg(default_value = "1/30", help_heading = OUTPUT)]
+    pub every: f64,
+    /// Print one JSON object instead of a summary
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+    /// Print errors only: no progress, no warnings, no summary
+    #[arg(short, long, help_heading = OUTPUT)]
+    pub quiet: bool,
 }
 
 /// Arguments of `msd render`.
@@ -157,18 +237,38 @@ pub struct RenderArguments {
     /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
     #[command(flatten)]
+    pub set: SetArguments,
+    #[command(flatten)]
     pub solver: SolverArguments,
     /// Time to simulate before the picture is taken, seconds
     #[arg(long, value_name = "SECONDS", value_parser = not_negative, allow_hyphen_values = true)]
     #[arg(default_value = "1", help_heading = None)]
     pub time: f64,
+    /// Take a film instead: pictures from one time to another, both included, at equal intervals,
+    /// seconds; such as 0:10:1/30
+    #[arg(long, value_name = "FROM:TO:EVERY", value_parser = frames, allow_hyphen_values = true)]
+    #[arg(conflicts_with = "time", help_heading = None)]
+    pub frames: Option<Moments>,
     /// Size of the picture, pixels
     #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true)]
     #[arg(default_value = "1280x720", help_heading = OUTPUT)]
     pub size: [u32; 2],
-    /// Write the picture to this file [default: SCENE.png]
-    #[arg(long, value_name = "FILE.png", help_heading = OUTPUT)]
+    /// Write the picture to this file [default: SCENE.png]. A film: .webp or .gif, a .png per frame
+    /// with its number, such as film/%04d.png, or .mp4, .webm, .mov or .mkv by ffmpeg [default:
+    /// SCENE.webp]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub out: Option<PathBuf>,
+    /// Print one JSON object instead of a line
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
+    /// Print errors only: no progress, no warnings, no line at the end
+    #[arg(short, long, help_heading = OUTPUT)]
+    pub quiet: bool,
+    /// Look from a side: front, back, left, right or top; or turn about the scene during a film:
+    /// orbit, once, or orbit:DEGREES per second
+    #[arg(long, value_name = "VIEW", value_parser = sight, allow_hyphen_values = true)]
+    #[arg(help_heading = CAMERA)]
+    pub camera: Option<Sight>,
     /// Azimuth of the camera about the vertical, degrees
     #[arg(long, value_name = "DEGREES", value_parser = finite, allow_hyphen_values = true)]
     #[arg(help_heading = CAMERA)]
@@ -189,6 +289,9 @@ pub struct RenderArguments {
     /// Leave out the surfaces
     #[arg(long, help_heading = DRAWN)]
     pub no_surfaces: bool,
+    /// Leave out sky, ground and walls: what is behind the bodies is transparent
+    #[arg(long, value_name = "none", value_parser = ["none"], help_heading = DRAWN)]
+    pub background: Option<String>,
 }
 
 /// Arguments of `msd inspect`.
@@ -196,6 +299,8 @@ pub struct RenderArguments {
 pub struct InspectArguments {
     /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
     /// Print one JSON object instead of a summary
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
@@ -206,6 +311,8 @@ pub struct InspectArguments {
 pub struct StudyArguments {
     /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
     /// Time to simulate, seconds; rounded to whole frames of 1/60 s
     #[arg(long, value_name = "SECONDS", value_parser = duration, allow_hyphen_values = true)]
     #[arg(default_value = "1")]
@@ -241,6 +348,8 @@ pub struct StudyArguments {
 pub struct TuneArguments {
     /// Built-in scene, scene file, mesh, saved run or link (in quotes)
     pub scene: PathBuf,
+    #[command(flatten)]
+    pub set: SetArguments,
     /// Largest error, metres: root mean square distance of the particles from the reference
     #[arg(long, value_name = "METRES", value_parser = positive, allow_hyphen_values = true)]
     #[arg(group = "goal")]
@@ -261,7 +370,7 @@ pub struct TuneArguments {
     #[arg(requires = "mesh")]
     pub time: Option<f64>,
     /// Write the result into the solver section of the scene file
-    #[arg(long, help_heading = OUTPUT)]
+    #[arg(long, conflicts_with = "set", help_heading = OUTPUT)]
     pub write: bool,
     /// Print one JSON object instead of a summary
     #[arg(long, help_heading = OUTPUT)]
@@ -295,6 +404,9 @@ pub struct SweepArguments {
     /// Write the files to this folder [default: as in the sweep file, else its name without ending]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
+    /// Print the list, or what was run, as JSON
+    #[arg(long, help_heading = OUTPUT)]
+    pub json: bool,
 }
 
 /// What `msd bench` steps.

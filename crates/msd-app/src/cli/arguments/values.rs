@@ -1,5 +1,6 @@
 //! Values of options: read from text, or refused in a few words.
 
+use crate::cli::steps::Moments;
 use msd_core::Integrator;
 use msd_scene::domain::MOST_NEWTON;
 use msd_scene::{Precision, nearest};
@@ -69,6 +70,59 @@ fn number(text: &str, ok: impl Fn(f64) -> bool, expected: &str) -> Result<f64, S
 /// A positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
     number(text, |number| 0.0 < number, "a number, positive and finite")
+}
+
+/// A positive number, or a fraction such as 1/30.
+pub fn interval(text: &str) -> Result<f64, String> {
+    let (above, below) = text.split_once('/').unwrap_or((text, "1"));
+    let parts = positive(above).and_then(|above| Ok(above / positive(below)?));
+    let interval = parts.ok().filter(|&interval| 0.0 < interval && interval.is_finite());
+    interval
+        .ok_or_else(|| "must be a number or a fraction such as 1/30, positive and finite".into())
+}
+
+/// The frames of a film, `FROM:TO:EVERY`.
+pub fn frames(text: &str) -> Result<Moments, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let read = || {
+        let &[from, to, every] = &parts[..] else { return None };
+        let (from, to) = (not_negative(from).ok()?, not_negative(to).ok()?);
+        let every = interval(every).ok()?;
+        (from <= to).then_some(Moments { from, to, every })
+    };
+    read().ok_or_else(|| {
+        "must be FROM:TO:EVERY, seconds in ascending order and a positive interval, as in \
+         0:10:1/30"
+            .into()
+    })
+}
+
+/// From where a picture is taken.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Sight {
+    /// From a side: azimuth and elevation, degrees.
+    Side([f64; 2]),
+    /// Turning about the scene by so many degrees per second; once in a film where it is not said.
+    Orbit(Option<f64>),
+}
+
+/// A side to look from, or `orbit`.
+pub fn sight(text: &str) -> Result<Sight, String> {
+    Ok(match text.split_once(':').unwrap_or((text, "")) {
+        ("front", "") => Sight::Side([0.0, 0.0]),
+        ("back", "") => Sight::Side([180.0, 0.0]),
+        ("right", "") => Sight::Side([90.0, 0.0]),
+        ("left", "") => Sight::Side([-90.0, 0.0]),
+        // Steeper there would be no up.
+        ("top", "") => Sight::Side([0.0, 88.0]),
+        ("orbit", "") if text == "orbit" => Sight::Orbit(None),
+        ("orbit", rate) => Sight::Orbit(Some(finite(rate)?)),
+        _ => {
+            return Err("must be front, back, left, right, top, orbit or orbit:DEGREES, degrees \
+                        per second"
+                .into());
+        }
+    })
 }
 
 /// The length of a step: `auto` or seconds.

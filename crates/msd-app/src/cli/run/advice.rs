@@ -1,6 +1,6 @@
 //! Advice for a run whose step is too long: options under which a copy of it lasts.
 
-use crate::cli::progress::SlowNotice;
+use crate::cli::steps::SlowNotice;
 use msd_run::Runner;
 use msd_run::rescue::{Offer, Origin, Remedy, Rescue};
 use web_time::Instant;

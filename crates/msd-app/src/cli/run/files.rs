@@ -2,13 +2,14 @@
 
 use super::prepare::Prepared;
 use crate::cli::arguments::RunArguments;
-use crate::cli::failure::{Failure, tell};
+use crate::cli::failure::{Failure, note};
 use crate::cli::places::Places;
 use msd_core::Settings;
+use msd_run::export::{Export, Format};
 use msd_run::recording::{Event, Recorder};
 use msd_run::twin::{Apart, HEADER};
 use msd_run::{Runner, Trace};
-use msd_scene::{FileError, Output, write_saved, write_state};
+use msd_scene::{FileError, Output, shown_path, tame, write_saved};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -17,7 +18,7 @@ use std::path::{Path, PathBuf};
 ///
 /// One that fails on the way is given up and named; the run and the other files go on.
 pub struct Files {
-    out: Option<Output>,
+    out: Option<Export>,
     save: Option<Saver>,
     trace: Option<Trace>,
     recorder: Option<Recorder>,
@@ -53,9 +54,11 @@ impl Files {
                 count - 1
             )));
         }
+        let format = arguments.out.as_deref().map(state_format).transpose()?;
         let mut failures = Vec::new();
+        let begin = |path: &Path| Export::begin(path, format.unwrap_or(Format::Csv), runner);
+        let out = opened(&arguments.out, begin, &mut failures);
         let mut open = |path: &Option<PathBuf>| opened(path, Output::create, &mut failures);
-        let out = open(&arguments.out);
         let trace = open(&arguments.trace);
         let save = open(&arguments.save).zip(arguments.save.clone()).map(|(next, path)| {
             let every = arguments.save_every.map(|seconds| steps_in(runner.settings(), seconds));
@@ -107,9 +110,9 @@ impl Files {
     /// Ends every file, and returns what could not be written, a line each.
     pub fn finish(self, runner: &Runner) -> Vec<String> {
         let Files { out, save, trace, recorder, distances, mut failures, .. } = self;
-        let state = |mut output: Output| {
-            write_state(&runner.state(), &mut output)?;
-            output.finish()
+        let state = |mut export: Export| {
+            export.add(runner)?;
+            export.finish(runner).map(drop)
         };
         let ended = [
             out.map(state),
@@ -136,7 +139,7 @@ impl Files {
     }
 
     fn give_up(&mut self, error: &FileError) {
-        tell(&format!("warning: {error}; the run goes on without it"));
+        note(&format!("warning: {error}; the run goes on without it"));
         self.failures.push(error.to_string());
     }
 }
@@ -151,10 +154,33 @@ impl Saver {
     fn save_on_the_way(&mut self, runner: &Runner) {
         let saved = self.save(runner);
         if let (Err(error), false) = (&saved, self.failed) {
-            tell(&format!("warning: {error}; the run goes on, and is saved again later"));
+            note(&format!("warning: {error}; the run goes on, and is saved again later"));
         }
         self.failed = saved.is_err();
     }
+}
+
+/// Formats of a state.
+const FORMATS: [Format; 5] = [Format::Csv, Format::Npz, Format::Obj, Format::Ply, Format::Vtu];
+
+/// The format of a state by the ending of its file; without one it is CSV, as of a pipe.
+fn state_format(path: &Path) -> Result<Format, Failure> {
+    let Some(ending) = path.extension() else { return Ok(Format::Csv) };
+    let format = Format::of(path);
+    if let Some(format) = format.filter(|format| FORMATS.contains(format)) {
+        return Ok(format);
+    }
+    let path = shown_path(path);
+    let ending = tame(&ending.to_string_lossy());
+    if format.is_some() {
+        let reason = format!("a .{ending} file holds a run over time, which msd export writes");
+        return Err(Failure::input(format!("{path}: {reason}")));
+    }
+    let [others @ .., last] = FORMATS.map(|format| format!(".{}", format.ending()));
+    let others = others.join(", ");
+    Err(Failure::input(format!(
+        "{path}: no state is written as .{ending}; end the name in {others} or {last}"
+    )))
 }
 
 /// Opens a file that may have been asked for, or adds why that cannot be.

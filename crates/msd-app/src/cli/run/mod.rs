@@ -9,15 +9,18 @@ mod replay;
 
 pub use prepare::{is_endless, link, open_draft, open_scene};
 pub use replay::replay;
-pub use report::evaluations;
+pub use report::{SetKeys, evaluations, set_keys};
 
 use super::arguments::RunArguments;
-use super::failure::{Failure, say, tell};
+use super::failure::{Failure, hush, note, say};
+use super::steps::Interrupt;
+use super::steps::Steps;
 use advice::{advise, appended};
 use files::Files;
 use msd_core::{Divergence, Error};
 use msd_run::rescue::LASTING;
 use msd_run::{Moment, Runner};
+use msd_study::quantity::quantity;
 use prepare::{FRAME, Prepared, prepare};
 use report::{Done, RunReport};
 use std::path::Path;
@@ -26,19 +29,25 @@ use web_time::{Duration, Instant};
 
 /// Runs a scene, writes what was asked for and prints the result.
 pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
+    hush(arguments.quiet);
+    let interrupt = Interrupt::catch();
     let scene = arguments.scene.as_deref().unwrap_or(Path::new(""));
-    let mut prepared = prepare(scene, &arguments.solver, ("--duration", arguments.duration))?;
+    let mut prepared =
+        prepare((scene, &arguments.set), &arguments.solver, ("--duration", arguments.duration))?;
     let mut files = Files::open(arguments, &prepared)?;
     let (start, began) = (prepared.runner.moment(), prepared.runner.time());
     let mut watch = Watch::new(&prepared.runner, prepared.stable);
-    let (wall, diverged) = step_all(&mut prepared, &mut files, &mut watch);
+    let (wall, diverged) = step_all(&mut prepared, &mut files, (&mut watch, &interrupt));
+    let ended = prepared.runner.steps() - start.steps;
+    let is_interrupted = diverged.is_none() && ended < prepared.steps;
     let advice = late_advice(&prepared, &watch, (&start, began), diverged.as_ref());
     let diverged =
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
     let advice = advice.filter(|_| diverged.is_none());
+    let ended = diverged.or_else(|| is_interrupted.then(|| interrupted(&prepared.runner)));
     let mut warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
     warnings.extend(crossed(&prepared.runner));
-    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     prepared.warnings.extend(warnings);
     let unwritten = files.finish(&prepared.runner);
     prepared.warnings.extend(unwritten.clone());
@@ -48,12 +57,14 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         substeps: Some(watch.substeps),
         chosen: watch.chosen,
         wall: wall.as_secs_f64(),
-        diverged: diverged.is_some(),
+        diverged: ended.is_some() && !is_interrupted,
+        interrupted: is_interrupted,
         gain: watch.gain,
         imbalance: watch.imbalance(),
         solved: watch.solved,
     };
-    tell_report(&RunReport::new(prepared, done), arguments, (diverged, unwritten))
+    let report = RunReport { set: set_keys(&arguments.set.set), ..RunReport::new(prepared, done) };
+    tell_report(&report, arguments, (ended, unwritten))
 }
 
 /// The warning that surfaces pass through each other.
@@ -88,24 +99,35 @@ fn late_advice(
     Some(advise(&runner, FRAME, watch.least(), lasting))
 }
 
-/// Tells what came of a run, where it diverged, and which files could not be written.
+/// The failure of a run that the user ended.
+pub fn interrupted(runner: &Runner) -> Failure {
+    let time = quantity(runner.time(), "s");
+    Failure::interrupted(format!("interrupted at t = {time}; the files hold the run up to then"))
+}
+
+/// Tells what came of a run, why it ended early, and which files could not be written.
 pub fn tell_report(
     report: &RunReport,
     arguments: &RunArguments,
-    (diverged, unwritten): (Option<Failure>, Vec<String>),
+    (ended, unwritten): (Option<Failure>, Vec<String>),
 ) -> Result<(), Failure> {
-    let told = if arguments.json { report.json() } else { Ok(report.summary()) };
-    let said = say(&told.map_err(Failure::input)?).err();
+    let said = match (arguments.json, arguments.quiet) {
+        (true, _) => say(&report.json().map_err(Failure::input)?),
+        (false, true) => Ok(()),
+        (false, false) => say(&report.summary()),
+    };
     let unwritten = unwritten.into_iter().map(Failure::input);
-    Failure::all(unwritten.chain(said).chain(diverged))
+    Failure::all(unwritten.chain(said.err()).chain(ended))
 }
 
-/// Takes all steps, or as many as stay in the world; only the steps are timed.
+/// Takes all steps, or as many as stay in the world and the user waits for; only the steps are
+/// timed.
 fn step_all(
     prepared: &mut Prepared,
     files: &mut Files,
-    watch: &mut Watch,
+    (watch, interrupt): (&mut Watch, &Interrupt),
 ) -> (Duration, Option<Error>) {
+    let mut progress = Steps::new(prepared.steps, &prepared.name);
     let runner = &mut prepared.runner;
     let mut wall = Duration::ZERO;
     for taken in 1..=prepared.steps {
@@ -117,6 +139,10 @@ fn step_all(
         }
         watch.look(runner);
         files.follow(runner, taken);
+        if interrupt.is_asked() {
+            break;
+        }
+        progress.tell(taken);
     }
     (wall, None)
 }

@@ -1,15 +1,15 @@
 //! From a scene to a run: opened, given the solver of the command line and a state.
 
 use super::advice::advise;
-use crate::cli::arguments::{SolverArguments, Step, Substeps};
-use crate::cli::failure::{Failure, tell};
-use crate::cli::progress::SlowNotice;
+use crate::cli::arguments::{SetArguments, SolverArguments, Step, Substeps};
+use crate::cli::failure::{Failure, note};
+use crate::cli::steps::SlowNotice;
 use msd_app::link::Link;
 use msd_core::{Integrator, Settings};
 use msd_run::rescue::LASTING;
 use msd_run::{Rounding, Runner};
 use msd_scene::materials::Made;
-use msd_scene::{Draft, Loaded, load_state, plain, shown_path};
+use msd_scene::{Assignment, Draft, Loaded, load_state, open_set, plain, shown_path};
 use msd_study::quantity::{estimate, number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
@@ -58,28 +58,36 @@ pub fn link(scene: &Path) -> Result<Option<Link>, Failure> {
 }
 
 /// Opens a scene, or what a link makes of it, to be studied.
-pub fn open_scene(scene: &Path) -> Result<Loaded, Failure> {
+pub fn open_scene(scene: &Path, set: &[Assignment]) -> Result<Loaded, Failure> {
     match link(scene)? {
+        Some(_) if !set.is_empty() => Err(no_keys()),
         Some(link) => link.open().map_err(Failure::input),
-        None => msd_scene::open(scene).map_err(Failure::input),
+        None => open_set(scene, set).map_err(Failure::input),
     }
 }
 
+/// The failure of values that are set in a link.
+fn no_keys() -> Failure {
+    Failure::input("--set takes a scene by name or file, not by link")
+}
+
 /// Opens a scene as its author wrote it, at whatever spacing it is to be run.
-pub fn open_draft(scene: &Path) -> Result<Draft, Failure> {
+pub fn open_draft(scene: &Path, set: &[Assignment]) -> Result<Draft, Failure> {
     if link(scene)?.is_some() {
         return Err(Failure::input("--mesh takes a scene by name or file, not by link"));
     }
-    Draft::open(scene, Path::new("")).map_err(Failure::input)
+    let mut draft = Draft::open(scene, Path::new("")).map_err(Failure::input)?;
+    draft.set(set);
+    Ok(draft)
 }
 
 /// Opens a scene and makes it ready to run for some seconds; prints warnings.
 pub fn prepare(
-    scene: &Path,
+    (scene, set): (&Path, &SetArguments),
     solver: &SolverArguments,
     (flag, duration): (&str, f64),
 ) -> Result<Prepared, Failure> {
-    let (loaded, mut runner) = open(scene, solver)?;
+    let (loaded, mut runner) = open(scene, &set.set, solver)?;
     if let Some(path) = &solver.from {
         let count = runner.particle_count();
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
@@ -114,7 +122,7 @@ pub fn prepare(
         let time = rounded(time, 7);
         format!("{flag} {duration} s is not a multiple of the step; the run takes {time} s")
     }));
-    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     let Loaded { name, title, notes, files, made, progress, .. } = loaded;
     let is_resumed = progress.is_some();
     Ok(Prepared {
@@ -133,10 +141,17 @@ pub fn prepare(
 }
 
 /// Opens a scene, or what a link makes of it, with the solver of the command line.
-fn open(scene: &Path, solver: &SolverArguments) -> Result<(Loaded, Runner), Failure> {
+fn open(
+    scene: &Path,
+    set: &[Assignment],
+    solver: &SolverArguments,
+) -> Result<(Loaded, Runner), Failure> {
     let notice = SlowNotice::new(format!("reading {}", shown_path(scene)));
     let link = link(scene)?;
-    let opened = link.as_ref().map_or_else(|| msd_scene::open(scene), Link::load);
+    if link.is_some() && !set.is_empty() {
+        return Err(no_keys());
+    }
+    let opened = link.as_ref().map_or_else(|| open_set(scene, set), Link::load);
     let loaded = opened.map_err(Failure::input)?;
     drop(notice);
     let (settings, automatic) = chosen(&loaded, solver);

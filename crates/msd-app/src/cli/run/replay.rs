@@ -6,7 +6,7 @@ use super::prepare::{Prepared, is_endless, warn_with_advice};
 use super::report::{Comparison, Distance, Done, RunReport};
 use super::tell_report;
 use crate::cli::arguments::{RunArguments, SolverArguments, Substeps};
-use crate::cli::failure::{Failure, tell};
+use crate::cli::failure::{Failure, hush, note};
 use msd_core::Error;
 use msd_run::Runner;
 use msd_run::recording::{Recording, load_recording, load_salvaged};
@@ -19,6 +19,7 @@ use web_time::{Duration, Instant};
 
 /// Replays a recording, writes what was asked for and prints the result.
 pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
+    hush(arguments.quiet);
     let recording = load(path, arguments.salvage)?;
     let file = shown_path(path);
     let changes = changes(&arguments.solver)?;
@@ -105,7 +106,7 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
         let told = "the end of the recording is missing; it is replayed as far as it goes";
         warnings.push(told.into());
     }
-    warnings.iter().for_each(|warning| tell(&format!("warning: {warning}")));
+    warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     let (name, title, notes) = (start.name.clone(), start.title.clone(), start.notes.clone());
     let (files, made) = (Vec::new(), Vec::new());
     let (is_resumed, runner) = (false, runner.clone());

@@ -4,15 +4,26 @@ use super::prepare::Prepared;
 use msd_core::methods::Solved;
 use msd_core::{Contacts, Energy, Integrator, Momentum};
 use msd_run::Touched;
-use msd_scene::{Precision, state_hash};
+use msd_scene::{Assignment, Precision, state_hash};
 use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
+
+/// Keys of a scene that the command line set, from the top, with their values.
+pub type SetKeys = serde_json::Map<String, serde_json::Value>;
+
+/// What the command line set, for a report.
+pub fn set_keys(set: &[Assignment]) -> SetKeys {
+    let value = |set: &Assignment| serde_json::to_value(set.value()).unwrap_or_default();
+    set.iter().map(|set| (set.key().into(), value(set))).collect()
+}
 
 /// What came of a run; the keys of `--json`.
 #[derive(Debug, Serialize)]
 pub struct RunReport {
     /// Name of the scene.
     pub scene: String,
+    /// Keys of the scene that the command line set, with their values.
+    pub set: SetKeys,
     /// Number of particles.
     pub particles: usize,
     /// Number of springs.
@@ -71,6 +82,8 @@ pub struct RunReport {
     pub solved: Option<Solved>,
     /// Whether the run diverged; what is reported is then the last good state.
     pub diverged: bool,
+    /// Whether the user ended it before its time, by Ctrl-C.
+    pub interrupted: bool,
     /// What was done to the input, and what the user should know.
     pub notes: Vec<String>,
     /// What may be wrong.
@@ -118,6 +131,8 @@ pub struct Done {
     pub wall: f64,
     /// Whether it left the world.
     pub diverged: bool,
+    /// Whether the user ended it.
+    pub interrupted: bool,
     /// Energy that the integrator has added; `None` if it added none.
     pub gain: Option<Gain>,
     /// Change of the total energy that nothing explains, joules.
@@ -269,6 +284,7 @@ impl RunReport {
         let per_wall_second = |amount: f64| (0.0 < done.wall).then_some(amount / done.wall);
         RunReport {
             scene: name,
+            set: SetKeys::new(),
             particles: runner.particle_count(),
             springs: runner.spring_count(),
             integrator: settings.integrator,
@@ -294,6 +310,7 @@ impl RunReport {
             imbalance: done.imbalance,
             solved: done.solved,
             diverged: done.diverged,
+            interrupted: done.interrupted,
             notes,
             warnings,
             replay: None,

@@ -1,7 +1,7 @@
 //! The progress of a long command, on the standard error.
 
-use super::failure::tell;
-use indicatif::{ProgressBar, ProgressStyle};
+use crate::cli::failure::{is_quiet, note};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ pub struct SlowNotice {
 impl SlowNotice {
     /// Begins to wait.
     pub fn new(what: String) -> Self {
-        SlowNotice::after(PATIENCE, move || tell(&format!("{what} ...")))
+        SlowNotice::after(PATIENCE, move || note(&format!("{what} ...")))
     }
 
     fn after(patience: Duration, notice: impl FnOnce() + Send + 'static) -> Self {
@@ -52,6 +52,42 @@ impl Bar {
     /// Clears the line.
     pub fn end(&self) {
         self.0.finish_and_clear();
+    }
+}
+
+/// How far steps that are counted are, with an estimate of the rest; shown after a second, and only
+/// on a terminal.
+pub struct Steps {
+    bar: ProgressBar,
+    shown: bool,
+}
+
+impl Steps {
+    /// So many of what is done.
+    pub fn new(count: u64, what: &str) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::hidden());
+        let template = "{msg} {wide_bar} {percent} % {elapsed}, about {eta} left";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        bar.set_message(what.to_owned());
+        Steps { bar, shown: is_quiet() }
+    }
+
+    /// Says that so many are done.
+    pub fn tell(&mut self, done: u64) {
+        if !self.shown && PATIENCE <= self.bar.elapsed() {
+            self.shown = true;
+            self.bar.set_draw_target(ProgressDrawTarget::stderr());
+        }
+        self.bar.set_position(done);
+    }
+}
+
+impl Drop for Steps {
+    /// Clears the line.
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
     }
 }
 

@@ -1,31 +1,35 @@
 //! Keys such as `bodies[0].stiffness`: the values of a scene that they name, and their replacement.
 
-use msd_scene::plain;
-use msd_scene::tree::{Node, Value};
+use super::{Node, Value};
+use crate::error::plain;
 
-/// A key of a scene, from its top.
+/// A key of a scene, from its top: `bodies[0].stiffness`, or `bodies.0.stiffness`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Key {
-    /// As it was written.
-    pub(crate) text: String,
+pub struct Key {
+    /// As it is written, rows in brackets.
+    text: String,
     steps: Vec<Step>,
 }
 
+/// A step of a path through a scene: into a table, or to a row of a list.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Step {
+pub(in crate::file) enum Step {
     Key(String),
     Row(usize),
 }
 
 /// How a key is written, for messages.
-pub(crate) const WRITTEN: &str =
-    "a key of a scene such as \"solver.substeps\" or \"bodies[0].stiffness\"";
+pub const WRITTEN: &str = "a key of a scene such as \"solver.substeps\" or \"bodies[0].stiffness\"";
 
 impl Key {
     /// Reads a key; none if it is not written as one.
-    pub(crate) fn parse(text: &str) -> Option<Self> {
+    pub fn parse(text: &str) -> Option<Self> {
         let mut steps = Vec::new();
         for part in text.split('.') {
+            if let (false, Some(row)) = (steps.is_empty(), row_number(part)) {
+                steps.push(Step::Row(row));
+                continue;
+            }
             let (name, rows) = part.split_at(part.find('[').unwrap_or(part.len()));
             let word = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
             if name.is_empty() || !name.chars().all(word) {
@@ -35,16 +39,38 @@ impl Key {
             let mut rest = rows;
             while !rest.is_empty() {
                 let (row, after) = rest.strip_prefix('[')?.split_once(']')?;
-                let digits = !row.is_empty() && row.bytes().all(|byte| byte.is_ascii_digit());
-                steps.push(Step::Row(row.parse().ok().filter(|_| digits)?));
+                steps.push(Step::Row(row_number(row)?));
                 rest = after;
             }
         }
-        Some(Key { text: text.into(), steps })
+        let mut text = String::new();
+        for step in &steps {
+            match step {
+                Step::Key(name) if text.is_empty() => text.push_str(name),
+                Step::Key(name) => text.extend([".", name]),
+                Step::Row(row) => text.push_str(&format!("[{row}]")),
+            }
+        }
+        Some(Key { text, steps })
+    }
+
+    /// The key from the top, rows in brackets.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// Whether a key from the top, as a message names it, is of this value, of a part of it, or of
+    /// what it is a part of.
+    pub fn concerns(&self, key: &str) -> bool {
+        let inside = |key: &str, of: &str| {
+            let rest = key.strip_prefix(of);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+        };
+        inside(key, &self.text) || inside(&self.text, key)
     }
 
     /// Whether one of two keys names a value inside that of the other.
-    pub(crate) fn overlaps(&self, other: &Key) -> bool {
+    pub fn overlaps(&self, other: &Key) -> bool {
         self.steps.iter().zip(&other.steps).all(|(a, b)| a == b)
     }
 
@@ -52,7 +78,7 @@ impl Key {
     ///
     /// # Errors
     /// What is in the way, in words.
-    pub(crate) fn set(&self, root: &mut Node, value: Value) -> Result<(), String> {
+    pub fn set(&self, root: &mut Node, value: Value) -> Result<(), String> {
         let (mut node, mut path) = (root, String::new());
         for step in &self.steps {
             let here = if path.is_empty() { "the scene".to_string() } else { path.clone() };
@@ -93,8 +119,14 @@ impl Key {
     }
 }
 
+/// A row by its number, from 0.
+fn row_number(text: &str) -> Option<usize> {
+    let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    text.parse().ok().filter(|_| digits)
+}
+
 /// A value as a person would write it.
-pub(crate) fn shown(value: &Value) -> String {
+pub fn shown(value: &Value) -> String {
     match value {
         Value::Nothing => "missing".into(),
         Value::Flag(flag) => flag.to_string(),
@@ -116,8 +148,8 @@ pub(crate) fn shown(value: &Value) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use msd_scene::SceneFormat;
-    use msd_scene::tree::Source;
+    use crate::file::text::SceneFormat;
+    use crate::file::tree::Source;
 
     fn set(scene: &str, key: &str, value: Value) -> Result<String, String> {
         let mut source = Source::parse(scene, SceneFormat::Toml, "scene").expect("TOML");
@@ -130,9 +162,18 @@ mod tests {
         for text in ["solver.substeps", "bodies[0].spin.axis[2]", "title", "a[0][1]"] {
             assert!(Key::parse(text).is_some(), "{text}");
         }
-        for text in ["", ".", "a.", "a b", "a[", "a[]", "a[-1]", "a[+1]", "[0]", "a]0[", "a[0]b"] {
+        for text in
+            ["", ".", "a.", "a b", "a[", "a[]", "a[-1]", "a[+1]", "[0]", "0.a", "a]0[", "a[0]b"]
+        {
             assert!(Key::parse(text).is_none(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_row_is_a_number_after_a_dot_or_in_brackets() {
+        let key = |text| Key::parse(text).expect("a key");
+        assert_eq!(key("bodies.0.spin.1"), key("bodies[0].spin[1]"));
+        assert_eq!(key("bodies.0.mass").text(), "bodies[0].mass");
     }
 
     #[test]

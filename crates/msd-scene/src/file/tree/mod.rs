@@ -1,9 +1,15 @@
 //! Trees of values that remember where they were written, the same for TOML and JSON.
 
+pub mod key;
+mod assignment;
+
+pub use assignment::Assignment;
+
 use crate::error::{FileError, Place, one_line};
 use crate::file::text::SceneFormat;
 use crate::precision::Precision;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde::ser::{Serialize, Serializer};
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt;
@@ -175,6 +181,48 @@ fn read_toml(text: &str, name: &str) -> Result<Node, FileError> {
     })?;
     let offset = Some(table.span().start);
     Ok(Node { value: toml_table(table.into_inner()), offset })
+}
+
+/// A value as TOML has it, on its own.
+///
+/// # Errors
+/// What is wrong, in the words of the parser.
+pub(super) fn read_toml_value(text: &str) -> Result<Value, String> {
+    let value = DeValue::parse(text).map_err(|error| error.message().to_owned())?;
+    Ok(without_place(toml_node(value)).value)
+}
+
+/// Forgets where a value was written, which is no place of the file that it is put into.
+fn without_place(node: Node) -> Node {
+    let value = match node.value {
+        Value::List(rows) => Value::List(rows.into_iter().map(without_place).collect()),
+        Value::Table(rows) => {
+            let row = |(key, _, node)| (key, None, without_place(node));
+            Value::Table(rows.into_iter().map(row).collect())
+        }
+        other => other,
+    };
+    Node { value, offset: None }
+}
+
+impl Serialize for Value {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Value::Nothing => serializer.serialize_unit(),
+            Value::Flag(flag) => serializer.serialize_bool(*flag),
+            // As JSON has it: what no key of a scene may hold loses digits.
+            Value::Whole(number) => match i64::try_from(*number) {
+                Ok(number) => serializer.serialize_i64(number),
+                Err(_) => serializer.serialize_f64(*number as f64),
+            },
+            Value::Number(number) => serializer.serialize_f64(*number),
+            Value::Text(text) => serializer.serialize_str(text),
+            Value::List(rows) => serializer.collect_seq(rows.iter().map(|row| &row.value)),
+            Value::Table(rows) => {
+                serializer.collect_map(rows.iter().map(|(key, _, node)| (key, &node.value)))
+            }
+        }
+    }
 }
 
 fn toml_table(table: DeTable<'_>) -> Value {

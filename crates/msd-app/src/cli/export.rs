@@ -1,0 +1,184 @@
+//! `msd export`: a run into a file of another program.
+
+use super::arguments::ExportArguments;
+use super::failure::{Failure, hush, note, say};
+use super::places::Places;
+use super::run::prepare::{Prepared, prepare};
+use super::run::{SetKeys, explain_divergence, set_keys};
+use super::steps::Interrupt;
+use super::steps::Moments;
+use super::steps::Steps;
+use msd_run::export::{Export, Format};
+use msd_scene::{FileError, shown_path};
+use msd_study::quantity::{number, quantity};
+use serde::Serialize;
+use std::path::Path;
+
+/// What was exported; the keys of `--json`.
+#[derive(Debug, Serialize)]
+struct ExportReport {
+    scene: String,
+    set: SetKeys,
+    /// The files, the one that was asked for first.
+    files: Vec<String>,
+    format: &'static str,
+    /// Moments in the file.
+    moments: u64,
+    /// Time from one moment to the next, seconds; null of one moment.
+    every: Option<f64>,
+    /// Time of the last moment from the start of the scene, seconds.
+    time: f64,
+    diverged: bool,
+    interrupted: bool,
+    notes: Vec<String>,
+    warnings: Vec<String>,
+}
+
+/// Runs a scene and writes the file, with what there is up to a divergence or an interruption.
+pub fn run_export(arguments: &ExportArguments) -> Result<(), Failure> {
+    let ExportArguments { scene, set, solver, duration, to, every, json, quiet } = arguments;
+    hush(*quiet);
+    let interrupt = Interrupt::catch();
+    let format = format_of(to)?;
+    let mut prepared = prepare((scene, set), solver, ("--duration", *duration))?;
+    let settings = prepared.runner.settings();
+    let moments = Moments { from: 0.0, to: *duration, every: *every };
+    let (steps, is_between) = match format.is_of_one_moment() {
+        true => (vec![prepared.steps], false),
+        false => moments.steps(settings, "--every")?,
+    };
+    let most = format.most_moments();
+    if most < steps.len() as u64 {
+        let (ending, count) = (format.ending(), steps.len());
+        return Err(Failure::input(format!(
+            "--to: a .{ending} file holds at most {most} moments, not {count}; lengthen --every"
+        )));
+    }
+    if is_between {
+        let warning = Moments::warning(settings, "--every");
+        note(&format!("warning: {warning}"));
+        prepared.warnings.push(warning);
+    }
+    check_places(arguments, &prepared, format)?;
+    let mut export = Export::begin(to, format, &prepared.runner).map_err(Failure::input)?;
+    let ended = follow(&mut prepared, &mut export, (&steps, &interrupt));
+    let moments = export.finish(&prepared.runner).map_err(Failure::input)?;
+    let (name, time) = (prepared.name.clone(), prepared.runner.time());
+    let diverged = match ended {
+        ExportEnd::Diverged(error) => {
+            let advice = prepared.is_advised.then_some("");
+            Some(explain_divergence(&name, error, advice))
+        }
+        ExportEnd::Unwritten(error) => return Err(Failure::input(error)),
+        ExportEnd::Interrupted => {
+            let told = format!("interrupted after {}", quantity(time, "s"));
+            Some(Failure::interrupted(format!("{told}; what there was up to then is written")))
+        }
+        ExportEnd::Done => None,
+    };
+    let is_interrupted = diverged.as_ref().is_some_and(Failure::is_interruption);
+    let report = ExportReport {
+        scene: name,
+        set: set_keys(&set.set),
+        files: format.files(to).iter().map(|file| shown_path(file)).collect(),
+        format: format.ending(),
+        moments,
+        every: (!format.is_of_one_moment()).then_some(*every),
+        time,
+        diverged: diverged.is_some() && !is_interrupted,
+        interrupted: is_interrupted,
+        notes: prepared.notes,
+        warnings: prepared.warnings,
+    };
+    let said = match (json, quiet) {
+        (true, _) => say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?),
+        (false, true) => Ok(()),
+        (false, false) => say(&summary(&report)),
+    };
+    Failure::all(said.err().into_iter().chain(diverged))
+}
+
+/// How a run ended.
+enum ExportEnd {
+    Done,
+    Interrupted,
+    Diverged(msd_core::Error),
+    Unwritten(FileError),
+}
+
+/// Takes the steps up to the last of some moments, each of which is added.
+fn follow(
+    prepared: &mut Prepared,
+    export: &mut Export,
+    (moments, interrupt): (&[u64], &Interrupt),
+) -> ExportEnd {
+    let mut moments = moments.iter().copied().peekable();
+    let mut progress = Steps::new(prepared.steps, &prepared.name);
+    for taken in 0..=prepared.steps {
+        if 0 < taken
+            && let Err(error) = prepared.runner.step()
+        {
+            return ExportEnd::Diverged(error);
+        }
+        if moments.next_if_eq(&taken).is_some()
+            && let Err(error) = export.add(&prepared.runner)
+        {
+            return ExportEnd::Unwritten(error);
+        }
+        if interrupt.is_asked() {
+            return ExportEnd::Interrupted;
+        }
+        progress.tell(taken);
+    }
+    ExportEnd::Done
+}
+
+/// The format of a file by its ending.
+fn format_of(to: &Path) -> Result<Format, Failure> {
+    let refused = |reason: String| Failure::input(format!("{}: {reason}", shown_path(to)));
+    let format = Format::of(to).ok_or_else(|| {
+        let endings = Format::ALL.map(|format| format!(".{}", format.ending()));
+        let [others @ .., last] = &endings;
+        refused(format!(
+            "its ending tells no format; end the name in {} or {last}",
+            others.join(", ")
+        ))
+    })?;
+    match format.missing() {
+        Some(instead) => Err(refused(instead.into())),
+        None => Ok(format),
+    }
+}
+
+fn check_places(
+    arguments: &ExportArguments,
+    prepared: &Prepared,
+    format: Format,
+) -> Result<(), Failure> {
+    let mut places = Places::default();
+    prepared.files.iter().for_each(|file| places.read("SCENE", file));
+    arguments.solver.from.iter().for_each(|state| places.read("--from", state));
+    let files = format.files(&arguments.to);
+    let options = ["--to", "the mesh of --to"];
+    options.iter().zip(&files).try_for_each(|(option, file)| places.write(option, file))
+}
+
+fn summary(report: &ExportReport) -> String {
+    let ExportReport { scene, files, moments, every, time, .. } = report;
+    let what = match every {
+        Some(every) => format!(
+            "{moments} moments of {scene}, {} apart, to {}",
+            quantity(*every, "s"),
+            quantity(*time, "s")
+        ),
+        None => format!("{scene} after {}", quantity(*time, "s")),
+    };
+    let mut lines = report.notes.clone();
+    lines.push(format!("{}: {what}", files[0]));
+    lines.extend(files.get(1).map(|mesh| format!("{mesh}: the mesh that it moves")));
+    if report.format == Format::Pc2.ending() {
+        let every = every.unwrap_or_default();
+        lines.push(format!("in Blender, a scene of {} frames per second", number(1.0 / every)));
+    }
+    lines.join("\n")
+}

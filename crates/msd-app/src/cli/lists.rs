@@ -1,0 +1,58 @@
+//! `msd scenes` and `msd methods`: what there is by name.
+
+use super::arguments::ListArguments;
+use super::failure::{Failure, say};
+use msd_core::Integrator;
+use msd_scene::{BUILTINS, Builtin};
+use serde::Serialize;
+
+/// A built-in scene; the keys of `--json`.
+#[derive(Serialize)]
+struct SceneRow {
+    name: &'static str,
+    title: &'static str,
+}
+
+/// A method; the keys of `--json`.
+#[derive(Serialize)]
+struct MethodRow {
+    name: &'static str,
+    /// Order of convergence on smooth motion.
+    order: u32,
+    /// Whether it chooses its own substeps.
+    adaptive: bool,
+    /// Whether it solves a linear system in each substep.
+    implicit: bool,
+    purpose: &'static str,
+}
+
+/// Lists the built-in scenes.
+pub fn list_scenes(arguments: &ListArguments) -> Result<(), Failure> {
+    let row = |builtin: &Builtin| SceneRow { name: builtin.name, title: builtin.title };
+    let rows: Vec<SceneRow> = BUILTINS.iter().map(row).collect();
+    list(arguments, &rows, |SceneRow { name, title }| format!("{name:<9} {title}"))
+}
+
+/// Lists the methods.
+pub fn list_methods(arguments: &ListArguments) -> Result<(), Failure> {
+    let row = |method: Integrator| MethodRow {
+        name: method.name(),
+        order: method.order(),
+        adaptive: method.is_adaptive(),
+        implicit: method.is_implicit(),
+        purpose: method.purpose(),
+    };
+    let rows = Integrator::ALL.map(row);
+    list(arguments, &rows, |MethodRow { name, purpose, .. }| format!("{name:<17} {purpose}"))
+}
+
+fn list<R: Serialize>(
+    arguments: &ListArguments,
+    rows: &[R],
+    line: impl Fn(&R) -> String,
+) -> Result<(), Failure> {
+    if arguments.json {
+        return say(&serde_json::to_string_pretty(rows).map_err(Failure::input)?);
+    }
+    say(&rows.iter().map(line).collect::<Vec<_>>().join("\n"))
+}

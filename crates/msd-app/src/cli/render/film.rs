@@ -1,0 +1,477 @@
+//! Pictures and films as files: PNG, GIF, animated WebP, and what ffmpeg makes of them.
+
+use crate::cli::failure::Failure;
+use image_webp::{ColorType, WebPEncoder};
+use msd_render::Image;
+use msd_scene::{Output, Spool, shown_path};
+use std::fmt::Display;
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use tempfile::TempPath;
+
+/// Endings of films that ffmpeg makes.
+const BY_FFMPEG: [&str; 5] = ["mp4", "m4v", "mov", "mkv", "webm"];
+
+/// What pictures are written into.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// One picture.
+    Png,
+    /// A picture per frame, with its number in the name: what stands before it, the number of
+    /// digits, and what stands behind it.
+    Numbered(String, usize, String),
+    /// A film.
+    Gif,
+    /// A film.
+    WebP,
+    /// A film by ffmpeg.
+    Ffmpeg,
+}
+
+impl Kind {
+    /// By the name of a file, of a film or a picture.
+    ///
+    /// # Errors
+    /// What to write instead.
+    pub fn of(path: &Path, is_film: bool) -> Result<Self, Failure> {
+        let shown = shown_path(path);
+        let refused = |reason: &str| Err(Failure::input(format!("{shown}: {reason}")));
+        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        let is_moving = matches!(&*ending, "gif" | "webp") || BY_FFMPEG.contains(&&*ending);
+        match (&*ending, is_film) {
+            ("png", false) => Ok(Kind::Png),
+            ("png", true) => match numbered(&path.to_string_lossy()) {
+                Some(kind) => Ok(kind),
+                None => refused("a picture per frame needs its number in the name, as in %04d.png"),
+            },
+            ("gif", true) => Ok(Kind::Gif),
+            ("webp", true) => Ok(Kind::WebP),
+            (_, true) if is_moving => Ok(Kind::Ffmpeg),
+            (_, false) if is_moving => {
+                refused("a film takes --frames FROM:TO:EVERY, such as --frames 0:10:1/30")
+            }
+            (_, false) => refused("pictures are written as PNG; end the name in .png"),
+            (_, true) => refused(
+                "its ending tells no film; end the name in .webp, .gif or %04d.png, or in .mp4, \
+                 .webm, .mov or .mkv, which take ffmpeg",
+            ),
+        }
+    }
+
+    /// The file of a frame.
+    pub fn path(&self, path: &Path, frame: usize) -> PathBuf {
+        match self {
+            Kind::Numbered(before, digits, after) => {
+                format!("{before}{frame:0digits$}{after}").into()
+            }
+            _ => path.into(),
+        }
+    }
+}
+
+/// The parts of a name with a number such as `%04d` or `%d`.
+fn numbered(name: &str) -> Option<Kind> {
+    let (before, rest) = name.split_once('%')?;
+    let (digits, after) = rest.split_once('d')?;
+    let count = if digits.is_empty() { 1 } else { digits.parse().ok()? };
+    let is_plain = (1..=9).contains(&count) && !after.contains('%');
+    is_plain.then(|| Kind::Numbered(before.into(), count, after.into()))
+}
+
+/// A film that is being written.
+pub trait FilmFile {
+    /// Adds a frame.
+    fn add(&mut self, image: Image) -> Result<(), Failure>;
+
+    /// Puts what was written in its place.
+    fn finish(self: Box<Self>) -> Result<(), Failure>;
+}
+
+/// Begins a film, or a picture.
+///
+/// # Errors
+/// A file that cannot be written; ffmpeg that is not there.
+pub fn begin(path: &Path, kind: &Kind, about: About) -> Result<Box<dyn FilmFile>, Failure> {
+    Ok(match kind {
+        Kind::Ffmpeg => Box::new(ByFfmpeg::begin(path, about)?),
+        Kind::Numbered(..) => Box::new(Pictures::numbered(path, kind)?),
+        _ => {
+            let output = Output::create(path).map_err(Failure::input)?;
+            match kind {
+                Kind::Gif => Box::new(Gif::begin(output, about)?),
+                Kind::WebP => {
+                    let spool = Spool::beside(path).map_err(|error| unwritten(path, error))?;
+                    Box::new(WebP { output, spool, about, last: None, frames: 0 })
+                }
+                _ => Box::new(Pictures {
+                    path: path.into(),
+                    kind: kind.clone(),
+                    next: Some(output),
+                    frames: 0,
+                }),
+            }
+        }
+    })
+}
+
+fn unwritten(path: impl AsRef<Path>, error: impl Display) -> Failure {
+    Failure::input(format!("{}: cannot be written: {error}", shown_path(path.as_ref())))
+}
+
+/// What is known of a film before its frames.
+#[derive(Clone, Copy, Debug)]
+pub struct About {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// From one frame to the next, seconds.
+    pub every: f64,
+    /// Whether pixels may be transparent.
+    pub is_open: bool,
+}
+
+impl About {
+    /// How long a frame is seen, in parts of a second, so that the film as a whole lasts as long as
+    /// it should.
+    fn duration(&self, frame: usize, parts: f64) -> u32 {
+        let time = |frame: usize| (frame as f64 * self.every * parts).round();
+        (time(frame + 1) - time(frame)).clamp(1.0, f64::from(u16::MAX)) as u32
+    }
+}
+
+/// One picture, or a picture per frame.
+struct Pictures {
+    path: PathBuf,
+    kind: Kind,
+    /// The file of the next frame, if it is open.
+    next: Option<Output>,
+    frames: usize,
+}
+
+impl Pictures {
+    fn numbered(path: &Path, kind: &Kind) -> Result<Self, Failure> {
+        // Opened at once: that it cannot be written should be known before the run.
+        let next = Output::create(&kind.path(path, 0)).map_err(Failure::input)?;
+        Ok(Pictures { path: path.into(), kind: kind.clone(), next: Some(next), frames: 0 })
+    }
+}
+
+impl FilmFile for Pictures {
+    fn add(&mut self, image: Image) -> Result<(), Failure> {
+        let path = self.kind.path(&self.path, self.frames);
+        self.frames += 1;
+        let opened = self.next.take().map_or_else(|| Output::create(&path), Ok);
+        let mut output = opened.map_err(Failure::input)?;
+        write_png(&mut output, &image).map_err(|error| unwritten(&path, error))?;
+        output.finish().map_err(Failure::input)
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), Failure> {
+        Ok(())
+    }
+}
+
+/// Writes rows of pixels, red, green, blue and opacity.
+fn write_png(output: &mut Output, image: &Image) -> Result<(), png::EncodingError> {
+    let mut encoder = png::Encoder::new(output, image.width, image.height);
+    encoder.set_color(png::ColorType::Rgba);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&image.rgba)?;
+    writer.finish()
+}
+
+/// A part of a picture: left, top, width and height, pixels.
+type Patch = [u32; 4];
+
+/// What has changed from one picture to the next, from an even place; a pixel where nothing has.
+fn changed(before: Option<&Image>, image: &Image) -> Patch {
+    let Image { width, height, rgba } = image;
+    let whole = [0, 0, *width, *height];
+    let Some(before) = before else { return whole };
+    let row_bytes = 4 * *width as usize;
+    let rows = || before.rgba.chunks_exact(row_bytes).zip(rgba.chunks_exact(row_bytes));
+    let differs = |(a, b): (&[u8], &[u8])| a != b;
+    let Some(top) = rows().position(differs) else { return [0, 0, 1, 1] };
+    let bottom = *height as usize - rows().rev().position(differs).unwrap_or(0);
+    let mut ends = [*width as usize, 0];
+    for (a, b) in rows().skip(top).take(bottom - top) {
+        let pixels = || a.chunks_exact(4).zip(b.chunks_exact(4));
+        if let Some(first) = pixels().position(differs) {
+            let last = *width as usize - pixels().rev().position(differs).unwrap_or(0);
+            ends = [ends[0].min(first), ends[1].max(last)];
+        }
+    }
+    // WebP has even places only.
+    let (left, top) = (ends[0] as u32 & !1, top as u32 & !1);
+    [left, top, ends[1] as u32 - left, bottom as u32 - top]
+}
+
+/// The pixels of a part of a picture; those that are as before are transparent, which takes less.
+fn cut_out(before: Option<&Image>, image: &Image, [left, top, width, height]: Patch) -> Vec<u8> {
+    let mut pixels = Vec::with_capacity(4 * width as usize * height as usize);
+    for row in top..top + height {
+        let start = 4 * (row * image.width + left) as usize;
+        let range = start..start + 4 * width as usize;
+        let from = pixels.len();
+        pixels.extend_from_slice(&image.rgba[range.clone()]);
+        let Some(before) = before else { continue };
+        let pairs = pixels[from..].chunks_exact_mut(4).zip(before.rgba[range].chunks_exact(4));
+        pairs.filter(|(now, before)| now == before).for_each(|(now, _)| now.fill(0));
+    }
+    pixels
+}
+
+/// A GIF: up to 256 colours in each frame, times in hundredths of a second.
+struct Gif {
+    encoder: gif::Encoder<Output>,
+    about: About,
+    last: Option<Image>,
+    frames: usize,
+    name: PathBuf,
+}
+
+impl Gif {
+    fn begin(output: Output, about: About) -> Result<Self, Failure> {
+        let name = PathBuf::from(output.name());
+        let [width, height] = about.size.map(|side| side as u16);
+        let begin = || {
+            let mut encoder = gif::Encoder::new(output, width, height, &[])?;
+            encoder.set_repeat(gif::Repeat::Infinite)?;
+            Ok(encoder)
+        };
+        let encoder = begin().map_err(|error: gif::EncodingError| unwritten(&name, error))?;
+        Ok(Gif { encoder, about, last: None, frames: 0, name })
+    }
+}
+
+impl FilmFile for Gif {
+    fn add(&mut self, image: Image) -> Result<(), Failure> {
+        let before = self.last.as_ref().filter(|_| !self.about.is_open);
+        let patch = changed(before, &image);
+        let [left, top, width, height] = patch.map(|side| side as u16);
+        let mut pixels = cut_out(before, &image, patch);
+        let frame = gif::Frame::from_rgba_speed(width, height, &mut pixels, 10);
+        let delay = self.about.duration(self.frames, 100.0) as u16;
+        let dispose = match self.about.is_open {
+            true => gif::DisposalMethod::Background,
+            false => gif::DisposalMethod::Keep,
+        };
+        let frame = gif::Frame { left, top, delay, dispose, ..frame };
+        self.frames += 1;
+        self.last = Some(image);
+        self.encoder.write_frame(&frame).map_err(|error| unwritten(&self.name, error))
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), Failure> {
+        let output = self.encoder.into_inner().map_err(|error| unwritten(&self.name, error))?;
+        output.finish().map_err(Failure::input)
+    }
+}
+
+/// An animated WebP without loss, times in milliseconds.
+struct WebP {
+    output: Output,
+    /// The frames; their length stands before them.
+    spool: Spool,
+    about: About,
+    last: Option<Image>,
+    frames: usize,
+}
+
+/// A number in three bytes.
+fn three_bytes(number: u32) -> [u8; 3] {
+    let [low, middle, high, _] = number.to_le_bytes();
+    [low, middle, high]
+}
+
+/// A chunk of a RIFF file; of an odd length it has a byte more.
+fn chunk(name: &[u8; 4], content: &[u8]) -> Vec<u8> {
+    let mut chunk = [name, &(content.len() as u32).to_le_bytes()[..], content].concat();
+    chunk.resize(chunk.len().next_multiple_of(2), 0);
+    chunk
+}
+
+impl WebP {
+    fn frame(&mut self, image: &Image) -> Result<Vec<u8>, image_webp::EncodingError> {
+        let before = self.last.as_ref().filter(|_| !self.about.is_open);
+        let patch @ [left, top, width, height] = changed(before, image);
+        let mut picture = Vec::new();
+        let pixels = cut_out(before, image, patch);
+        WebPEncoder::new(&mut picture).encode(&pixels, width, height, ColorType::Rgba8)?;
+        let duration = self.about.duration(self.frames, 1000.0);
+        let numbers = [left / 2, top / 2, width - 1, height - 1, duration].map(three_bytes);
+        // It stays: over what is there, or in place of it at first and where it may be transparent.
+        let flags = [if before.is_none() { 2 } else { 0 }];
+        // The picture as a file of its own has 12 bytes before its chunk.
+        Ok(chunk(b"ANMF", &[numbers.as_flattened(), &flags, &picture[12..]].concat()))
+    }
+
+    fn head(&self) -> Vec<u8> {
+        let [width, height] = self.about.size.map(|side| three_bytes(side - 1));
+        // It moves, and has transparent pixels.
+        let canvas = chunk(b"VP8X", &[&[0x12, 0, 0, 0], &width[..], &height].concat());
+        // No colour behind it, for ever.
+        [canvas, chunk(b"ANIM", &[0; 6])].concat()
+    }
+}
+
+impl FilmFile for WebP {
+    fn add(&mut self, image: Image) -> Result<(), Failure> {
+        let name = PathBuf::from(self.output.name());
+        let frame = self.frame(&image).map_err(|error| unwritten(&name, error))?;
+        self.frames += 1;
+        self.last = Some(image);
+        self.spool.write_all(&frame).map_err(|error| unwritten(&name, error))
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), Failure> {
+        let head = self.head();
+        let WebP { mut output, spool, .. } = *self;
+        let write = || {
+            let length = 4 + head.len() as u64 + spool.length();
+            let length = u32::try_from(length).map_err(|_| io::Error::other("more than 4 GB"))?;
+            output.write_all(&[b"RIFF", &length.to_le_bytes()[..], b"WEBP", &head].concat())?;
+            spool.copy_to(&mut output)
+        };
+        let written = write();
+        written.map_err(|error| Failure::input(output.refused(&error)))?;
+        output.finish().map_err(Failure::input)
+    }
+}
+
+/// A film that ffmpeg is making of what it is sent.
+struct ByFfmpeg {
+    child: Child,
+    /// Where it is made, as ffmpeg goes back and forth in it, and where it goes then.
+    part: TempPath,
+    output: Output,
+}
+
+impl ByFfmpeg {
+    fn begin(path: &Path, about: About) -> Result<Self, Failure> {
+        let output = Output::create(path).map_err(Failure::input)?;
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        let folder = path.parent().filter(|folder| *folder != Path::new(""));
+        let part = tempfile::Builder::new()
+            .prefix(".msd-")
+            .suffix(&format!(".part.{ending}"))
+            .tempfile_in(folder.unwrap_or(Path::new(".")))
+            .map_err(|error| unwritten(path, error))?
+            .into_temp_path();
+        let [width, height] = about.size;
+        // To six digits: a thirtieth of a second is 30 in one.
+        let rate = format!("{}", (1e6 / about.every).round() / 1e6);
+        let mut command = Command::new("ffmpeg");
+        command
+            .args(["-loglevel", "error", "-nostdin", "-y", "-f", "rawvideo", "-pix_fmt", "rgba"])
+            .args(["-video_size", &format!("{width}x{height}"), "-framerate", &rate, "-i", "-"])
+            // Most players know no other, and it has even sides only.
+            .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
+            .arg(&*part)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        #[cfg(unix)]
+        {
+            use std::os::unix::process::CommandExt;
+            // Ctrl-C is for msd, which ends the film.
+            command.process_group(0);
+        }
+        let child = command.spawn().map_err(|error| match error.kind() {
+            io::ErrorKind::NotFound => Failure::input(format!(
+                "{}: a .{ending} film is made by ffmpeg, which is not installed; .webp and .gif \
+                 take nothing else",
+                shown_path(path)
+            )),
+            _ => Failure::input(format!("ffmpeg cannot be started: {error}")),
+        })?;
+        Ok(ByFfmpeg { child, part, output })
+    }
+}
+
+impl FilmFile for ByFfmpeg {
+    fn add(&mut self, image: Image) -> Result<(), Failure> {
+        let Some(input) = &mut self.child.stdin else { return Ok(()) };
+        // Why it takes no more is known at the end.
+        if input.write_all(&image.rgba).is_err() {
+            self.child.stdin = None;
+        }
+        Ok(())
+    }
+
+    fn finish(self: Box<Self>) -> Result<(), Failure> {
+        let ByFfmpeg { mut child, part, mut output } = *self;
+        drop(child.stdin.take());
+        let done = child.wait_with_output();
+        let done = done.map_err(|error| Failure::input(output.refused(&error)))?;
+        if !done.status.success() {
+            let said = msd_scene::one_line(String::from_utf8_lossy(&done.stderr));
+            return Err(unwritten(output.name(), format!("ffmpeg: {said}")));
+        }
+        let copied = File::open(&part).and_then(|mut film| io::copy(&mut film, &mut output));
+        copied.map_err(|error| Failure::input(output.refused(&error)))?;
+        output.finish().map_err(Failure::input)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_tells_what_pictures_are_written_into() {
+        let of = |name: &str, is_film| Kind::of(Path::new(name), is_film);
+        assert_eq!(of("a.png", false), Ok(Kind::Png));
+        assert_eq!(of("a.GIF", true), Ok(Kind::Gif));
+        assert_eq!(of("a.webp", true), Ok(Kind::WebP));
+        assert_eq!(of("a.mp4", true), Ok(Kind::Ffmpeg));
+        let kind = of("film/%04d.png", true).expect("a number");
+        assert_eq!(kind.path(Path::new(""), 37), Path::new("film/0037.png"));
+        assert_eq!(
+            of("%d.png", true).expect("a number").path(Path::new(""), 7),
+            Path::new("7.png")
+        );
+        let told = |name: &str, is_film| of(name, is_film).expect_err(name).message;
+        assert!(told("a.png", true).contains("as in %04d.png"));
+        assert!(told("a.gif", false).contains("--frames 0:10:1/30"));
+        assert!(told("a.jpg", false).contains("end the name in .png"));
+        assert!(told("a.xyz", true).contains(".webp, .gif"));
+        for name in ["%.png", "%99d.png", "%d%d.png", "%sd.png"] {
+            assert!(of(name, true).is_err(), "{name}");
+        }
+    }
+
+    #[test]
+    fn frames_together_last_as_long_as_the_film() {
+        let about = About { size: [1, 1], every: 1.0 / 30.0, is_open: false };
+        let sum: u32 = (0..300).map(|frame| about.duration(frame, 100.0)).sum();
+        assert_eq!(sum, 1000);
+    }
+
+    #[test]
+    fn what_has_changed_is_cut_out_from_an_even_place() {
+        let image = |set: &[[u32; 2]]| {
+            let mut rgba = vec![0; 4 * 8 * 6];
+            set.iter().for_each(|[x, y]| rgba[4 * (8 * y + x) as usize] = 9);
+            Image { width: 8, height: 6, rgba }
+        };
+        let before = image(&[]);
+        assert_eq!(changed(None, &before), [0, 0, 8, 6]);
+        assert_eq!(changed(Some(&before), &before), [0, 0, 1, 1]);
+        let now = image(&[[3, 3], [5, 4]]);
+        assert_eq!(changed(Some(&before), &now), [2, 2, 4, 3]);
+        let patch = cut_out(None, &now, [2, 2, 4, 3]);
+        assert_eq!(patch.iter().filter(|&&byte| byte == 9).count(), 2);
+        assert_eq!((patch.len(), patch[4 * (4 + 1)]), (4 * 4 * 3, 9));
+        // What is as before is transparent.
+        let opaque = |set| {
+            let mut image = image(set);
+            image.rgba.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 255);
+            image
+        };
+        let (before, now) = (opaque(&[[2, 2]]), opaque(&[[2, 2], [3, 2]]));
+        let patch = cut_out(Some(&before), &now, [2, 2, 2, 1]);
+        assert_eq!(patch, [0, 0, 0, 0, 9, 0, 0, 255]);
+    }
+}

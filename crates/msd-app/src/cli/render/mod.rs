@@ -1,0 +1,299 @@
+//! `msd render`: a scene becomes a picture or a film without a display.
+
+mod film;
+
+use crate::cli::arguments::{RenderArguments, Sight};
+use crate::cli::failure::{Failure, hush, note, say};
+use crate::cli::places::{Places, make_folder};
+use crate::cli::run::prepare::{Prepared, prepare};
+use crate::cli::run::{SetKeys, explain_divergence, set_keys};
+use crate::cli::steps::Interrupt;
+use crate::cli::steps::Moments;
+use crate::cli::steps::Steps;
+use film::{About, Kind, begin};
+use msd_app::drivers::quietly;
+use msd_app::viewer::shows_springs;
+use msd_core::Error;
+use msd_render::{Camera, Gpu, Offscreen, Style, View, bounds};
+use msd_run::{Runner, on};
+use msd_scene::shown_path;
+use msd_study::quantity::quantity;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// The size for which lines and the legend are made, pixels; larger pictures enlarge them.
+const SIZE: [f32; 2] = [1280.0, 720.0];
+
+/// What was drawn; the keys of `--json`.
+#[derive(Debug, Serialize)]
+struct RenderReport {
+    scene: String,
+    set: SetKeys,
+    /// The file, or that of the first frame.
+    file: String,
+    frames: usize,
+    size: [u32; 2],
+    /// From one frame to the next, seconds; null of a picture.
+    every: Option<f64>,
+    /// Time of the last frame from the start of the scene, seconds.
+    time: f64,
+    diverged: bool,
+    interrupted: bool,
+    notes: Vec<String>,
+    warnings: Vec<String>,
+}
+
+/// Runs a scene and draws it: one picture after a while, or the frames of a film.
+pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
+    let RenderArguments { scene, set, solver, time, size, .. } = arguments;
+    hush(arguments.quiet);
+    let interrupt = Interrupt::catch();
+    let film = arguments.frames;
+    let moments = film.unwrap_or(Moments { from: *time, to: *time, every: 1.0 });
+    let option = if film.is_some() { "--frames" } else { "--time" };
+    let mut prepared = prepare((scene, set), solver, (option, moments.to))?;
+    let steps = steps(film, &mut prepared)?;
+    let ending = if film.is_some() { "webp" } else { "png" };
+    let path = arguments.out.clone();
+    let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.{ending}", prepared.name)));
+    let kind = Kind::of(&path, film.is_some())?;
+    check_places(arguments, &prepared, (&path, &kind, steps.len()))?;
+    let about =
+        About { size: *size, every: moments.every, is_open: arguments.background.is_some() };
+    let mut output = begin(&path, &kind, about)?;
+    // Asked for before the run: without a driver, or for a picture that is too large for it, the
+    // steps would be in vain.
+    let gpu = quietly(|| pollster::block_on(Gpu::headless())).map_err(Failure::input)?;
+    let [width, height] = *size;
+    let mut screen = Offscreen::new(&gpu, width, height).map_err(Failure::input)?;
+    let mut look = Sighting::new(arguments, &prepared, &steps);
+    if film.is_some() {
+        look.frame(seen(&prepared, (&steps, &interrupt)));
+    }
+    let mut shoot = |runner: &Runner, part: f64| {
+        if film.is_none() {
+            look.frame(on!(runner, simulation => bounds(&simulation.snapshot())));
+        }
+        let view = look.view(part);
+        let image = on!(runner, simulation => screen.render(&simulation.snapshot(), &view));
+        output.add(image.map_err(Failure::input)?)
+    };
+    let (frames, ended) = follow(&mut prepared, &mut shoot, (&steps, &interrupt))?;
+    output.finish()?;
+    let interrupted = matches!(ended, FilmEnd::Interrupted);
+    let ended = failure(ended, &prepared, frames);
+    let report = RenderReport {
+        scene: prepared.name,
+        set: set_keys(&set.set),
+        file: shown_path(&kind.path(&path, 0)),
+        frames,
+        size: *size,
+        every: film.map(|film| film.every),
+        time: prepared.runner.time(),
+        diverged: ended.is_some() && !interrupted,
+        interrupted,
+        notes: prepared.notes,
+        warnings: prepared.warnings,
+    };
+    let said = match (arguments.json, arguments.quiet) {
+        (true, _) => say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?),
+        (false, true) => Ok(()),
+        (false, false) if frames == 0 => Ok(()),
+        (false, false) => say(&line(&report, &path)),
+    };
+    Failure::all(said.err().into_iter().chain(ended))
+}
+
+/// The step after which each frame is; of a picture the last. Warns where frames are between steps.
+fn steps(film: Option<Moments>, prepared: &mut Prepared) -> Result<Vec<u64>, Failure> {
+    let Some(film) = film else { return Ok(vec![prepared.steps]) };
+    let settings = prepared.runner.settings();
+    let (steps, is_between) = film.steps(settings, "--frames")?;
+    if is_between {
+        let warning = Moments::warning(settings, "--frames");
+        note(&format!("warning: {warning}"));
+        prepared.warnings.push(warning);
+    }
+    Ok(steps)
+}
+
+/// Why a run ended early, if it did.
+fn failure(ended: FilmEnd, prepared: &Prepared, frames: usize) -> Option<Failure> {
+    match ended {
+        FilmEnd::Diverged(error) => {
+            let advice = prepared.is_advised.then_some("");
+            Some(explain_divergence(&prepared.name, error, advice))
+        }
+        FilmEnd::Interrupted => {
+            let time = quantity(prepared.runner.time(), "s");
+            let told = format!("interrupted after {time}; {frames} frames are written");
+            Some(Failure::interrupted(told))
+        }
+        FilmEnd::Done => None,
+    }
+}
+
+fn line(report: &RenderReport, path: &Path) -> String {
+    let RenderReport { scene, frames, size: [width, height], every, time, .. } = report;
+    let (path, time) = (shown_path(path), quantity(*time, "s"));
+    match every {
+        None => format!("{path}: {scene} after {time}, {width}x{height} pixels"),
+        Some(every) => {
+            let every = quantity(*every, "s");
+            let film = format!("{frames} frames of {scene}, {every} apart, to {time}");
+            format!("{path}: {film}, {width}x{height} pixels")
+        }
+    }
+}
+
+fn check_places(
+    arguments: &RenderArguments,
+    prepared: &Prepared,
+    (path, kind, frames): (&Path, &Kind, usize),
+) -> Result<(), Failure> {
+    let mut places = Places::default();
+    prepared.files.iter().for_each(|file| places.read("SCENE", file));
+    arguments.solver.from.iter().for_each(|state| places.read("--from", state));
+    if !matches!(kind, Kind::Numbered(..)) {
+        return places.write("--out", path);
+    }
+    let frame = |frame| kind.path(path, frame);
+    if let Some(folder) = frame(0).parent().filter(|folder| *folder != Path::new("")) {
+        make_folder(folder)?;
+    }
+    (0..frames).try_for_each(|number| places.write("--out", &frame(number)))
+}
+
+/// How a run ended.
+enum FilmEnd {
+    Done,
+    Interrupted,
+    Diverged(Error),
+}
+
+/// Takes the steps up to the last frame, and each frame; returns how many there are.
+fn follow(
+    prepared: &mut Prepared,
+    shoot: &mut dyn FnMut(&Runner, f64) -> Result<(), Failure>,
+    (steps, interrupt): (&[u64], &Interrupt),
+) -> Result<(usize, FilmEnd), Failure> {
+    let what = if steps.len() == 1 { &prepared.name } else { "frames" };
+    let is_film = 1 < steps.len();
+    let mut progress = Steps::new(if is_film { steps.len() as u64 } else { prepared.steps }, what);
+    let mut taken = 0;
+    for (frame, &step) in steps.iter().enumerate() {
+        while taken < step {
+            if let Err(error) = prepared.runner.step() {
+                return Ok((frame, FilmEnd::Diverged(error)));
+            }
+            taken += 1;
+            if interrupt.is_asked() {
+                return Ok((frame, FilmEnd::Interrupted));
+            }
+            if !is_film {
+                progress.tell(taken);
+            }
+        }
+        shoot(&prepared.runner, frame as f64 / steps.len() as f64)?;
+        if is_film {
+            progress.tell(frame as u64 + 1);
+        }
+        if interrupt.is_asked() && frame + 1 < steps.len() {
+            return Ok((frame + 1, FilmEnd::Interrupted));
+        }
+    }
+    Ok((steps.len(), FilmEnd::Done))
+}
+
+/// How a picture or a film looks at a scene.
+struct Sighting {
+    view: View,
+    /// By how much the camera turns in the whole of a film, radians.
+    turn: f32,
+    /// By how much a picture is wider than high.
+    aspect: f32,
+}
+
+/// Directions in which a camera that turns is asked whether all is in the picture.
+const DIRECTIONS: u16 = 24;
+
+impl Sighting {
+    /// By what the command line says; it knows no scene yet, see [`Sighting::frame`].
+    fn new(arguments: &RenderArguments, prepared: &Prepared, steps: &[u64]) -> Self {
+        let [width, height] = arguments.size.map(|side| side as f32);
+        let is_open = arguments.background.is_some();
+        let style = Style {
+            surfaces: !arguments.no_surfaces,
+            wireframe: arguments.wireframe,
+            springs: arguments.springs || shows_springs(&prepared.name),
+            particles: arguments.particles,
+            sky: !is_open,
+            planes: !is_open,
+            pixels_per_point: (width / SIZE[0]).min(height / SIZE[1]).max(1.0),
+            ..Style::default()
+        };
+        let mut view = View { style, ..View::default() };
+        let radians = |degrees: f64| degrees.to_radians() as f32;
+        if let Some(Sight::Side([yaw, pitch])) = arguments.camera {
+            (view.camera.yaw, view.camera.pitch) = (radians(yaw), radians(pitch));
+        }
+        view.camera.yaw = arguments.yaw_deg.map_or(view.camera.yaw, radians);
+        view.camera.pitch = arguments.pitch_deg.map_or(view.camera.pitch, radians);
+        let lasting = arguments.frames.map_or(0.0, |film| steps.len() as f64 * film.every);
+        let turn = match arguments.camera {
+            Some(Sight::Orbit(None)) => std::f32::consts::TAU,
+            Some(Sight::Orbit(Some(rate))) => radians(rate * lasting),
+            _ => 0.0,
+        };
+        Sighting { view, turn, aspect: width / height }
+    }
+
+    /// Goes as near as all of a box stays in the picture, from wherever it is looked at.
+    fn frame(&mut self, bounds: Option<(glam::Vec3, glam::Vec3)>) {
+        let (Some(bounds), aspect) = (bounds, self.aspect) else { return };
+        let start = self.view.camera;
+        self.view.camera.frame(bounds, aspect);
+        if self.turn == 0.0 {
+            return;
+        }
+        for direction in 1..DIRECTIONS {
+            let part = f32::from(direction) / f32::from(DIRECTIONS);
+            let mut camera = Camera { yaw: start.yaw + self.turn * part, ..start };
+            camera.frame(bounds, aspect);
+            self.view.camera.distance = self.view.camera.distance.max(camera.distance);
+        }
+    }
+
+    /// The view of a frame that is so far into a film, from 0 to 1.
+    fn view(&self, part: f64) -> View {
+        let mut view = self.view;
+        view.camera.yaw += self.turn * part as f32;
+        view
+    }
+}
+
+/// The box in which all particles are, in all frames: of a film that is only known once it was run.
+fn seen(
+    prepared: &Prepared,
+    (steps, interrupt): (&[u64], &Interrupt),
+) -> Option<(glam::Vec3, glam::Vec3)> {
+    let mut runner = prepared.runner.clone();
+    let (mut taken, mut all) = (0, None::<(glam::Vec3, glam::Vec3)>);
+    let mut progress = Steps::new(steps.last().copied().unwrap_or(0), "looking where it goes");
+    for &step in steps {
+        while taken < step {
+            // What is wrong is told where it happens again.
+            if interrupt.is_asked() || runner.step().is_err() {
+                return all;
+            }
+            taken += 1;
+            progress.tell(taken);
+        }
+        let now = on!(&runner, simulation => bounds(&simulation.snapshot()));
+        all = match (all, now) {
+            (Some((low, high)), Some((a, b))) => Some((low.min(a), high.max(b))),
+            (all, now) => all.or(now),
+        };
+    }
+    all
+}

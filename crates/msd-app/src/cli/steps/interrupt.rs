@@ -1,0 +1,29 @@
+//! Ctrl-C: a long command ends with what it has done so far.
+
+use crate::cli::failure::INTERRUPTED;
+use signal_hook::consts::SIGINT;
+use signal_hook::flag::{register, register_conditional_shutdown};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Whether the user wants a command to end; whoever asks once more does not want to wait either.
+#[derive(Clone, Debug)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// Catches Ctrl-C from now on. Where that cannot be, it ends the program as ever.
+    pub fn catch() -> Self {
+        let asked = Arc::new(AtomicBool::new(false));
+        // In this order: what is asked for the second time was asked for before.
+        let second = register_conditional_shutdown(SIGINT, INTERRUPTED.into(), Arc::clone(&asked));
+        if second.is_ok() {
+            let _ = register(SIGINT, Arc::clone(&asked));
+        }
+        Interrupt(asked)
+    }
+
+    /// Whether the command is to end.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,87 @@
+//! Moments of a run at equal times, as the steps that are nearest to them.
+
+use crate::cli::failure::Failure;
+use msd_core::Settings;
+use msd_scene::plain;
+use msd_study::quantity::quantity;
+
+/// The most moments of a run.
+const MOST: f64 = 1e6;
+
+/// Times from the start of a run at equal intervals, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moments {
+    /// The first.
+    pub from: f64,
+    /// Where they end; it is one of them if it falls on one.
+    pub to: f64,
+    /// From one to the next; positive.
+    pub every: f64,
+}
+
+impl Moments {
+    /// The step after which each moment is, in ascending order, and whether a moment is not at the
+    /// end of a step. `option` is what the user wrote them after.
+    ///
+    /// # Errors
+    /// Moments that are closer than steps, or too many.
+    pub fn steps(&self, settings: Settings, option: &str) -> Result<(Vec<u64>, bool), Failure> {
+        let Moments { from, to, every } = *self;
+        let step = settings.step;
+        // A hair more: quotients of equal times may be a rounding below a whole number.
+        let last = ((to - from) / every + 1e-6).floor();
+        if MOST <= last {
+            let most = plain(MOST);
+            return Err(Failure::input(format!("{option}: at most {most} moments fit a file")));
+        }
+        let exact = |moment: u64| (from + moment as f64 * every) / step;
+        let moments = 0..=last as u64;
+        let steps: Vec<u64> = moments.clone().map(|moment| exact(moment).round() as u64).collect();
+        if steps.windows(2).any(|pair| pair[0] == pair[1]) {
+            let (every, step) = (quantity(every, "s"), quantity(step, "s"));
+            return Err(Failure::input(format!(
+                "{option}: {every} is less than a step of the run, which is {step}; a shorter one \
+                 is set by --step"
+            )));
+        }
+        let is_between = moments.zip(&steps).any(|(moment, &step)| {
+            // Rounding of the quotient stays far below a millionth of a step.
+            1e-6 < (exact(moment) - step as f64).abs()
+        });
+        Ok((steps, is_between))
+    }
+
+    /// The warning that moments are not at the ends of steps.
+    pub fn warning(settings: Settings, option: &str) -> String {
+        let step = quantity(settings.step, "s");
+        format!(
+            "{option}: not all moments are at the end of a step of {step}; the nearest are taken"
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn steps(from: f64, to: f64, every: f64) -> Result<(Vec<u64>, bool), String> {
+        let steps = Moments { from, to, every }.steps(Settings::default(), "--every");
+        steps.map_err(|failure| failure.message)
+    }
+
+    #[test]
+    fn moments_are_at_the_nearest_steps_with_both_ends() {
+        assert_eq!(steps(0.0, 0.1, 1.0 / 30.0), Ok((vec![0, 2, 4, 6], false)));
+        assert_eq!(steps(1.0, 1.0, 1.0 / 30.0), Ok((vec![60], false)));
+        // 24 to the second: 2.5 steps apart.
+        assert_eq!(steps(0.0, 0.2, 1.0 / 24.0), Ok((vec![0, 3, 5, 8, 10], true)));
+        assert_eq!(steps(0.0, 10.0, 1.0 / 30.0).map(|steps| steps.0.len()), Ok(301));
+    }
+
+    #[test]
+    fn moments_closer_than_steps_and_too_many_are_refused() {
+        let told = steps(0.0, 1.0, 1e-3).expect_err("a refusal");
+        assert!(told.contains("1 ms is less than a step of the run, which is 16.67 ms"), "{told}");
+        assert!(steps(0.0, 1e9, 1e-3).expect_err("a refusal").contains("at most"));
+    }
+}

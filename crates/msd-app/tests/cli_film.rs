@@ -1,0 +1,161 @@
+//! Films of `msd render`: the frames, what they are written into, and what is refused.
+#![cfg(feature = "window")]
+
+mod common;
+
+use common::{done, folder, msd, parse, refused};
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::Path;
+
+const SIZE: [u32; 2] = [96, 64];
+
+/// Whether pictures can be drawn; nothing will not do where CI has installed a driver.
+fn can_draw(folder: &Path) -> bool {
+    let output = common::outcome(msd(folder, &["render", "chain", "--out", "try.png"]));
+    let said = common::text(&output.stderr);
+    fs::remove_file(folder.join("try.png")).ok();
+    if output.status.success() {
+        return true;
+    }
+    assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "{said}");
+    eprintln!("SKIPPED: {said}");
+    false
+}
+
+/// Films half a second of the dice, six frames.
+fn film(folder: &Path, out: &str, more: &[&str]) -> serde_json::Value {
+    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    let render = ["render", "dice", "--frames", "0:0.5:1/10", "--size", &size, "--json", "--out"];
+    parse(&done(msd(folder, &[&render[..], &[out], more].concat())))
+}
+
+/// Red, green, blue and opacity of a PNG.
+fn png(path: &Path) -> Vec<u8> {
+    image::open(path).expect("a picture").into_rgba8().into_raw()
+}
+
+/// The frames of an animated WebP, each with how long it lasts, milliseconds.
+fn webp(path: &Path) -> Vec<(Vec<u8>, u32)> {
+    let file = BufReader::new(File::open(path).expect("a film"));
+    let mut decoder = image_webp::WebPDecoder::new(file).expect("a WebP file");
+    assert_eq!((decoder.dimensions(), decoder.has_alpha()), ((SIZE[0], SIZE[1]), true));
+    let mut frame = vec![0; decoder.output_buffer_size().expect("a size")];
+    let count = decoder.num_frames();
+    (0..count)
+        .map(|_| {
+            let lasting = decoder.read_frame(&mut frame).expect("a frame");
+            (frame.clone(), lasting)
+        })
+        .collect()
+}
+
+#[test]
+fn a_film_as_webp_has_the_very_pixels_of_its_frames() {
+    let folder = folder();
+    let path = folder.path();
+    if !can_draw(path) {
+        return;
+    }
+    for more in [&[][..], &["--background", "none"], &["--camera", "orbit"]] {
+        let report = film(path, "film/%03d.png", more);
+        assert_eq!((&report["frames"], &report["time"]), (&6.into(), &0.5.into()));
+        film(path, "film.webp", more);
+        let frames = webp(&path.join("film.webp"));
+        assert_eq!(frames.len(), 6);
+        for (number, (pixels, lasting)) in frames.iter().enumerate() {
+            let alone = png(&path.join(format!("film/{number:03}.png")));
+            // Where this decoder puts a pixel over another it may be a level darker.
+            let most = if number == 0 || more.contains(&"none") { 0 } else { 1 };
+            let is_same = |(a, b): (&u8, &u8)| a.abs_diff(*b) <= most;
+            // What is transparent has no colour.
+            let pairs = pixels.chunks_exact(4).zip(alone.chunks_exact(4));
+            let mut seen = pairs.filter(|(a, b)| (a[3], b[3]) != (0, 0));
+            assert!(seen.all(|(a, b)| a.iter().zip(b).all(is_same)), "{more:?}: frame {number}");
+            assert_eq!(*lasting, 100);
+        }
+        let differs = frames.windows(2).filter(|pair| pair[0].0 != pair[1].0).count();
+        assert_eq!(differs, 5, "{more:?}: it does not move");
+    }
+}
+
+#[test]
+fn a_film_as_gif_has_its_frames_in_few_colours() {
+    let folder = folder();
+    let path = folder.path();
+    if !can_draw(path) {
+        return;
+    }
+    film(path, "film/%d.png", &[]);
+    film(path, "film.gif", &[]);
+    let mut options = gif::DecodeOptions::new();
+    options.set_color_output(gif::ColorOutput::RGBA);
+    let file = File::open(path.join("film.gif")).expect("a film");
+    let mut decoder = options.read_info(file).expect("a GIF file");
+    let width = usize::from(decoder.width());
+    assert_eq!([u32::from(decoder.width()), u32::from(decoder.height())], SIZE);
+    let (mut canvas, mut number) = (vec![0; 4 * (SIZE[0] * SIZE[1]) as usize], 0);
+    while let Some(frame) = decoder.read_next_frame().expect("a frame") {
+        assert_eq!(frame.delay, 10);
+        for (row, pixels) in frame.buffer.chunks_exact(4 * usize::from(frame.width)).enumerate() {
+            let start = 4 * ((row + usize::from(frame.top)) * width + usize::from(frame.left));
+            for (column, pixel) in pixels.chunks_exact(4).enumerate().filter(|(_, p)| p[3] != 0) {
+                canvas[start + 4 * column..start + 4 * column + 4].copy_from_slice(pixel);
+            }
+        }
+        let alone = png(&path.join(format!("film/{number}.png")));
+        let apart = canvas.iter().zip(&alone).map(|(a, b)| f64::from(a.abs_diff(*b)));
+        let mean = apart.sum::<f64>() / alone.len() as f64;
+        // 256 colours of a picture with few hues.
+        assert!(mean < 3.0, "frame {number}: {mean} levels off in the mean");
+        number += 1;
+    }
+    assert_eq!(number, 6);
+}
+
+#[test]
+fn the_camera_holds_all_that_moves_in_the_picture() {
+    let folder = folder();
+    let path = folder.path();
+    if !can_draw(path) {
+        return;
+    }
+    // It falls, and is seen from its start to its end: no pixel of it touches the rim.
+    let more = ["--background", "none", "--camera", "front"];
+    film(path, "film/%d.png", &more);
+    let [width, height] = SIZE.map(|side| side as usize);
+    for number in 0..6 {
+        let pixels = png(&path.join(format!("film/{number}.png")));
+        let is_seen = |x: usize, y: usize| pixels[4 * (y * width + x) + 3] != 0;
+        assert!((0..width).any(|x| (0..height).any(|y| is_seen(x, y))), "frame {number} is empty");
+        let rim = (0..width).flat_map(|x| [(x, 0), (x, height - 1)]);
+        let mut rim = rim.chain((0..height).flat_map(|y| [(0, y), (width - 1, y)]));
+        assert!(!rim.any(|(x, y)| is_seen(x, y)), "frame {number} is cut off");
+    }
+}
+
+#[test]
+fn what_is_no_film_is_refused_before_the_run() {
+    let folder = folder();
+    let frames = ["--frames", "0:1e4:1/30"];
+    let refuse = |out: &str, more: &[&str], told: &str| {
+        let said =
+            refused(msd(folder.path(), &[&["render", "dice", "--out", out], more].concat()), 2);
+        assert!(said.contains(told), "{said}");
+        assert_eq!(folder.path().read_dir().expect("a folder").count(), 0, "{out}");
+    };
+    refuse("a.png", &frames, "a.png: a picture per frame needs its number in the name");
+    refuse("a.gif", &[], "a.gif: a film takes --frames FROM:TO:EVERY");
+    refuse("a.avi", &frames, "a.avi: its ending tells no film");
+    refuse("a.gif", &["--frames", "2:1:1/30"], "must be FROM:TO:EVERY");
+    refuse("a.gif", &["--frames", "0:1"], "must be FROM:TO:EVERY");
+    refuse("a.gif", &["--frames", "0:1:1e-3"], "--frames: 1 ms is less than a step of the run");
+    refuse("a.gif", &["--camera", "below"], "must be front, back, left, right, top, orbit or");
+    refuse("a.png", &["--background", "red"], "possible values: none");
+    let mut without =
+        msd(folder.path(), &["render", "dice", "--frames", "0:1:1/10", "--out", "a.mp4"]);
+    without.env("PATH", "");
+    let said = refused(without, 2);
+    assert!(said.contains("a .mp4 film is made by ffmpeg, which is not installed"), "{said}");
+    assert_eq!(folder.path().read_dir().expect("a folder").count(), 0);
+}
