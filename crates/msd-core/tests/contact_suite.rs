@@ -409,7 +409,9 @@ fn blocks_hold<R: Real>(integrator: Integrator) -> f64 {
     let slope = &slopes::<R>()[1];
     let materials = [(1e3, 2.5), (1e4, 2.5), (1e5, 30.0)];
     worst(materials.into_iter().flat_map(|(stiffness, damping)| {
-        [0.5, 0.9].map(|part| {
+        // In single precision the rounding of stiff springs is worth more than a hundredth.
+        let most = if R::EPSILON.to_f64() < 1e-9 { 0.99 } else { 0.9 };
+        [0.5, most].map(|part| {
             let degrees = (0.5f64 * part).atan().to_degrees();
             let material = Material { mass: 0.1, stiffness, damping };
             let scene = standing(slope, [3, 3, 3], material, degrees);

@@ -40,8 +40,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             viewer.let_go();
             viewer.session.reset_material();
         }
-        touch(ui, viewer);
     });
+    touch(ui, viewer);
     touching(ui, &mut viewer.session);
     heading(ui, "World");
     world(ui, &mut viewer.session);

@@ -282,7 +282,7 @@ fn hangs<R: Real>(model: &Model<R>, tau: R, residuals: &[R]) -> bool {
 
 /// Solves per Newton iteration at most, to find the particles that obstacles hold. Each starts
 /// where the one before it ended; at rest the first is the last.
-const PASSES: usize = 8;
+const PASSES: usize = 16;
 
 /// The power dissipated at the stage, watts.
 fn power_taken<R: Real>(step: &mut StepContext<'_, R>, time: f64, scratch: &mut Scratch<R>) -> f64 {

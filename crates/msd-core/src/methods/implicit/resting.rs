@@ -67,6 +67,8 @@ struct Hold<R: Real> {
 #[derive(Clone, Debug)]
 pub(crate) struct Holds<R: Real> {
     rows: Vec<Hold<R>>,
+    /// The sum of squares of what the last review changed of friction, newton seconds squared.
+    unrest: R,
 }
 
 /// The gap up to which a particle lies on a surface, in roundings of the lengths that it is the
@@ -88,7 +90,7 @@ pub(crate) struct Span<R> {
 impl<R: Real> Holds<R> {
     pub(crate) fn new(model: &Model<R>) -> Self {
         let most = if model.obstacles.is_empty() { 0 } else { model.particle_count() };
-        Holds { rows: Vec::with_capacity(most) }
+        Holds { rows: Vec::with_capacity(most), unrest: R::ZERO }
     }
 
     /// Lists the particles that lie on an obstacle and neither leave it nor hit it.
@@ -162,6 +164,7 @@ impl<R: Real> Holds<R> {
         inverses: &[Aligned<R>; 2],
         residuals: &mut [R],
     ) {
+        self.unrest = R::of(f64::INFINITY);
         for hold in &mut self.rows {
             let [xx, _, _] = vector::<R>(&inverses[0], hold.at).components();
             let [yy, _, zz] = vector::<R>(&inverses[1], hold.at).components();
@@ -207,16 +210,25 @@ impl<R: Real> Holds<R> {
     /// Releases particles that an obstacle would have to pull, and matches friction to the
     /// pressure. Returns whether anything changed, so that the solve has to go on.
     pub(crate) fn review(&mut self, velocities: &[R], solve: &mut Solve<R>) -> bool {
-        let mut changed = false;
+        let (mut changed, mut unrest) = (false, R::ZERO);
         for hold in &mut self.rows {
+            let before = hold.friction;
             let velocity = vector::<R>(velocities, hold.at) + vector::<R>(&solve.changes, hold.at);
             let rest = vector::<R>(&solve.residuals, hold.at) + hold.held - hold.friction;
             changed |= hold.review(velocity - hold.surface);
             hold.held = R::Vec3::ZERO;
             let left = hold.set_aside(rest + hold.friction);
             set_vector(&mut solve.residuals, hold.at, left);
+            let step = hold.friction - before;
+            unrest += step.dot(step);
         }
         self.rows.retain(|hold| 0 < hold.count);
+        // A body yields to what turns or shifts it as a whole far more than the block of one
+        // particle says: a weight that is too large makes friction swing from pass to pass.
+        if R::of(0.25) * self.unrest < unrest {
+            self.rows.iter_mut().for_each(|hold| hold.weight *= R::of(0.25));
+        }
+        self.unrest = unrest;
         changed
     }
 
