@@ -1,0 +1,99 @@
+//! The scene files of examples/scenes/ show what their titles say.
+
+use msd_core::Vector;
+use msd_core::glam::DVec3;
+use msd_run::{Runner, Touched, on};
+use msd_scene::open;
+
+fn runner(name: &str) -> Runner {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes");
+    Runner::open(&open(&format!("{folder}/{name}.toml")).expect(name)).expect("it runs")
+}
+
+/// Runs for so many seconds, after each of which nothing has passed through anything.
+fn run(name: &str, runner: &mut Runner, seconds: usize, mut look: impl FnMut(&Runner)) {
+    let nothing = Touched { passes: 0, crossings: 0 };
+    for second in 1..=seconds {
+        for _ in 0..60 {
+            runner.step().expect(name);
+            look(runner);
+        }
+        assert_eq!(runner.touched(), Some(nothing), "{name} after {second} s");
+    }
+}
+
+fn positions(runner: &Runner) -> Vec<DVec3> {
+    on!(runner, simulation => simulation.positions().map(|position| position.to_f64()).collect())
+}
+
+#[test]
+fn the_cubes_leave_the_trampoline_and_stay_above_it() {
+    let mut runner = runner("trampoline");
+    let mut highest = 0.0f64;
+    let cubes = |runner: &Runner| positions(runner).split_off(31 * 31);
+    run("trampoline", &mut runner, 10, |runner| {
+        let heights = cubes(runner).into_iter().map(|position| position.y);
+        let lowest = heights.fold(f64::INFINITY, f64::min);
+        // Once they have all come down.
+        highest = if runner.time() < 1.0 { 0.0 } else { highest.max(lowest) };
+        assert!(0.0 < lowest, "fallen through at {} s", runner.time());
+    });
+    assert!(0.9 < highest, "all of the cubes at once at most {highest} m high");
+}
+
+#[test]
+fn the_strip_is_twisted_by_three_turns_and_turned_back() {
+    let mut runner = runner("twist");
+    let ends = |runner: &Runner| {
+        let positions = positions(runner);
+        // The first and the last particle in the lowest row of the strip.
+        let across = positions[8] - positions[0];
+        f64::atan2(across.z, across.x)
+    };
+    let (mut before, mut turned, mut most, mut back) = (ends(&runner), 0.0f64, 0.0f64, 0.0f64);
+    run("twist", &mut runner, 10, |runner| {
+        let now = ends(runner);
+        let step = (now - before + core::f64::consts::PI).rem_euclid(core::f64::consts::TAU)
+            - core::f64::consts::PI;
+        (before, turned) = (now, turned + step / core::f64::consts::TAU);
+        most = most.max(turned.abs());
+        back = back.max(most - turned.abs());
+    });
+    assert!((2.5..4.0).contains(&most), "{most} turns");
+    assert!(2.0 < back, "{back} turns back");
+}
+
+#[test]
+fn the_knot_is_pulled_tight_and_holds() {
+    let mut runner = runner("knot");
+    run("knot", &mut runner, 10, |_| {});
+    let positions = positions(&runner);
+    let (low, high) = (positions[0], positions[positions.len() - 1]);
+    let lengths = positions.windows(2).map(|pair| (pair[1] - pair[0]).length());
+    let length: f64 = lengths.sum();
+    // An overhand knot takes up more than three times the thickness of the rope.
+    assert!(0.1 < length - (high - low).length(), "{length} m of rope, {:?}", high - low);
+}
+
+#[test]
+fn the_curtain_closes_behind_the_ball() {
+    let mut runner = runner("curtain");
+    let mut widest = 0.0f64;
+    // The inner edges of the two halves, 19 particles wide, at the height of the ball's middle.
+    let gap = |runner: &Runner| {
+        let positions = positions(runner);
+        positions[41 * 19 + 22 * 19].x - positions[22 * 19 + 18].x
+    };
+    run("curtain", &mut runner, 12, |runner| widest = widest.max(gap(runner)));
+    assert!(0.4 < widest, "the ball of 0.7 m opened {widest} m");
+    assert!(gap(&runner) < 0.15, "{} m stay open", gap(&runner));
+}
+
+#[test]
+fn the_foam_comes_down_all_the_stairs() {
+    let mut runner = runner("stairs");
+    run("stairs", &mut runner, 10, |_| {});
+    let positions = positions(&runner);
+    let middle = positions.iter().sum::<DVec3>() / positions.len() as f64;
+    assert!(2.0 < middle.x && middle.y < 0.6, "{middle}");
+}
