@@ -1,6 +1,6 @@
 //! Runs in files of other programs: meshes of a moment, and motion over time.
 //!
-//! [`skin`] is what is seen of a scene; each other file writes a format. See `docs/export.md`.
+//! `skin.rs` is what is seen of a scene; each other file writes a format. See `docs/export.md`.
 
 mod skin;
 mod mesh_files;

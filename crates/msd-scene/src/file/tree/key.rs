@@ -32,7 +32,8 @@ impl Key {
             }
             let (name, rows) = part.split_at(part.find('[').unwrap_or(part.len()));
             let word = |c: char| c.is_alphanumeric() || c == '_' || c == '-';
-            if name.is_empty() || !name.chars().all(word) {
+            let is_name = name.chars().all(word) && row_number(name).is_none();
+            if name.is_empty() || !is_name {
                 return None;
             }
             steps.push(Step::Key(name.into()));
