@@ -7,7 +7,7 @@ use msd_scene::open;
 
 fn runner(name: &str) -> Runner {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes");
-    Runner::open(&open(&format!("{folder}/{name}.toml")).expect(name)).expect("it runs")
+    Runner::open(&open(format!("{folder}/{name}.toml")).expect(name)).expect("it runs")
 }
 
 /// Runs for so many seconds, after each of which nothing has passed through anything.

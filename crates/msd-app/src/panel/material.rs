@@ -28,6 +28,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         viewer.landmarks.insert("stiffness", rect);
     }
     ui.horizontal(|ui| {
+        // All three fit into the width of the panel.
+        ui.spacing_mut().item_spacing.x = 3.0;
         let hover = "The present shape becomes the shape at rest (F)";
         if ui.button("Freeze shape").on_hover_text(hover).clicked() {
             viewer.command(Command::Freeze);
@@ -40,8 +42,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             viewer.let_go();
             viewer.session.reset_material();
         }
+        touch(ui, viewer);
     });
-    touch(ui, viewer);
     touching(ui, &mut viewer.session);
     heading(ui, "World");
     world(ui, &mut viewer.session);
