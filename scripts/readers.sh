@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 folder=${1:-target/readers}
 # Blender 5.0 is for Python 3.11 alone.
 python=${MSD_PYTHON:-python3.11}
-packages=(numpy==1.26.4 vtk==9.7.2 pyarrow==26.0.1 bpy==5.0.1)
+packages=(numpy==1.26.4 vtk==9.7.2 pyarrow==21.0.0 bpy==5.0.1)
 validator=gltf-validator@2.0.0-dev.3.10
 
 done=$folder/installed.txt
