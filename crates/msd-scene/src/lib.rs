@@ -13,6 +13,7 @@
 
 mod shown;
 mod precision;
+mod rounding;
 mod state;
 mod nearby;
 pub mod mesh;
@@ -36,6 +37,7 @@ pub use open::{
     Draft, Finer, load, open, open_bytes, open_bytes_with, open_set, parse, read, write,
 };
 pub use precision::Precision;
+pub use rounding::Rounding;
 pub use shown::{shown_path, tame};
 pub use state::{AnyState, state_hash};
 pub use storage::{
