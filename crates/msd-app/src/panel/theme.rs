@@ -107,8 +107,9 @@ fn colour(visuals: &mut egui::Visuals, own: fn(Color32) -> Color32) {
     widgets.inactive.fg_stroke.color = own(TEXT);
     widgets.inactive.bg_fill = own(FIELD);
     widgets.inactive.weak_bg_fill = own(FIELD);
-    // What has the keyboard is framed.
-    widgets.active.bg_stroke = Stroke::new(2.0, ACCENT);
+    // What has the keyboard is framed, also where it is chosen.
+    let focus = if visuals.dark_mode { Color32::WHITE } else { own(TEXT) };
+    widgets.active.bg_stroke = Stroke::new(2.0, focus);
 }
 
 #[cfg(test)]
