@@ -378,6 +378,7 @@ fn a_camera_that_follows_arrives_though_the_run_is_paused() {
 fn what_is_fast_stays_in_the_picture() {
     let mut viewer = viewer("cube", Path::new(""));
     viewer.rect = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(800.0, 600.0));
+    viewer.frame_all();
     viewer.session.edit(MaterialEdit::Gravity(0.0));
     viewer.session.set_wind(Wind { strength: 100.0, heading: 0.0, gusts: 0.0 });
     viewer.look(0.0);

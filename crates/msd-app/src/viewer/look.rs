@@ -11,7 +11,7 @@ const FOLLOW_TIME: f64 = 0.2;
 
 /// How far the camera falls behind at most, as a part of its distance: what is fast stays in the
 /// picture.
-const BEHIND: f32 = 0.15;
+const BEHIND: f32 = 0.25;
 
 /// The camera is where it goes once it is as near as this part of its distance: a fraction of a
 /// pixel.
@@ -123,6 +123,18 @@ impl Viewer {
             self.aimed = self.camera.target;
             self.is_gliding = ARRIVED * self.camera.distance < (way - part).length();
         }
+    }
+
+    /// How far beside the middle of everything a camera that follows looks, metres.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn beside_middle(&self) -> Vec3 {
+        // The middle that it follows has the ground below in it.
+        let everything = self.subject().map_or(Vec3::ZERO, |(low, high)| (low + high) * 0.5);
+        let bodies = on!(self.session.runner(), simulation => {
+            msd_render::bounds(&simulation.snapshot())
+        });
+        let bodies = bodies.map_or(everything, |(low, high)| (low + high) * 0.5);
+        self.beside + everything - bodies
     }
 
     /// Whether the camera is still on its way to what it follows, and wants more frames.

@@ -56,6 +56,10 @@ const SIZE: [f32; 2] = [1280.0, 800.0];
 #[cfg(not(target_arch = "wasm32"))]
 const BARS: f32 = 0.94;
 
+/// How often a window that rests says how far its film is.
+#[cfg(not(target_arch = "wasm32"))]
+const FILMED_EVERY: Duration = Duration::from_millis(100);
+
 /// How often a window of X11 that rests looks for events. winit sleeps until its connection has
 /// something to read, but the thread with which a driver presents pictures reads it too: an event
 /// that came before the picture was shown is then in the queue of the connection already, and a key
@@ -488,6 +492,10 @@ fn lay_out(
             viewer.session.advance(real, stopwatch);
             viewer.look(real);
             stepped = Some(stopwatch());
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        if viewer.follow_film() {
+            ui.ctx().request_repaint_after(FILMED_EVERY);
         }
         panel::show(ui, viewer);
         let root = egui::accesskit_root_id();
