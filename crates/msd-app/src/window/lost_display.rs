@@ -3,7 +3,6 @@
 //! The library of X11 prints a line and ends the program, in the middle of a call. What is left to
 //! do then is done by a value of the main thread, which is dropped while the program ends.
 
-use super::native::panic_text;
 use super::{Arrival, Shell};
 use std::cell::RefCell;
 use std::io::Write;
@@ -72,6 +71,20 @@ fn tell(line: &str) {
     writeln!(std::io::stderr(), "{line}").ok();
 }
 
+/// What a panic says, in one line.
+pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    plain(text.unwrap_or("a library of the window system is missing"))
+}
+
+/// One line without the place in winit's source, which is of no use to the user.
+pub(super) fn plain(text: &str) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    let told = line.rsplit_once("rs:").and_then(|(_, rest)| rest.split_once(": "));
+    told.map_or(line, |(_, rest)| rest).trim_end_matches('.').to_owned()
+}
+
 /// A window that is lent to the loop of events, call by call.
 pub(super) struct Held(pub(super) Rc<RefCell<Shell>>);
 
@@ -105,5 +118,20 @@ impl ApplicationHandler<Arrival> for Held {
 
     fn exiting(&mut self, event_loop: &ActiveEventLoop) {
         self.lend(|shell| shell.exiting(event_loop));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_place_in_the_source_is_left_out() {
+        let text = "os error at /home/u/winit/src/linux/mod.rs:765: neither A nor B is set.";
+        assert_eq!(plain(text), "neither A nor B is set");
+        assert_eq!(
+            plain("Library libx.so could not be loaded."),
+            "Library libx.so could not be loaded"
+        );
     }
 }

@@ -13,9 +13,9 @@ mod status_file;
 #[cfg(feature = "accessibility")]
 mod accessibility;
 #[cfg(not(target_arch = "wasm32"))]
-mod native;
-#[cfg(not(target_arch = "wasm32"))]
 mod lost_display;
+#[cfg(not(target_arch = "wasm32"))]
+mod native;
 #[cfg(target_arch = "wasm32")]
 mod web;
 
@@ -114,9 +114,12 @@ pub(crate) struct Shell {
     title: String,
     hidden: bool,
     is_full: bool,
-    /// Pixels of a point of the window system, when it said that last.
+    /// Pixels of a point of the window system, when it said that last, and how many times as many
+    /// as winit goes by.
     #[cfg(not(target_arch = "wasm32"))]
     scale: f64,
+    #[cfg(not(target_arch = "wasm32"))]
+    stretch: f32,
     #[cfg(not(target_arch = "wasm32"))]
     is_guided: bool,
     watcher: Option<Watcher>,
@@ -157,6 +160,8 @@ impl Shell {
             is_full: false,
             #[cfg(not(target_arch = "wasm32"))]
             scale: 1.0,
+            #[cfg(not(target_arch = "wasm32"))]
+            stretch: 1.0,
             #[cfg(not(target_arch = "wasm32"))]
             is_guided,
             watcher,
@@ -244,8 +249,12 @@ impl Shell {
     /// Remembers how the window is left.
     fn remember(&mut self) {
         let Some(window) = &self.window else { return };
-        let size = window.inner_size().to_logical::<f32>(window.scale_factor());
-        let scale = self.context.zoom_factor();
+        #[cfg(not(target_arch = "wasm32"))]
+        let (points, stretch) = (self.scale, self.stretch);
+        #[cfg(target_arch = "wasm32")]
+        let (points, stretch) = (window.scale_factor(), 1.0);
+        let size = window.inner_size().to_logical::<f32>(points);
+        let scale = self.context.zoom_factor() / stretch;
         let preferences = self.viewer.remember([size.width, size.height], scale);
         #[cfg(not(target_arch = "wasm32"))]
         preferences_file::write(preferences);
@@ -258,7 +267,8 @@ impl Shell {
     #[cfg(not(target_arch = "wasm32"))]
     fn leave(&mut self) -> String {
         let size = self.viewer.preferences.size.unwrap_or(SIZE);
-        preferences_file::write(self.viewer.remember(size, self.context.zoom_factor()));
+        let scale = self.context.zoom_factor() / self.stretch;
+        preferences_file::write(self.viewer.remember(size, scale));
         self.viewer.session.stop_recording();
         kept(&self.viewer)
     }
@@ -323,8 +333,22 @@ impl Shell {
         true
     }
 
+    /// Draws points as large as the window system said last. On X11 winit tells of that, and goes by
+    /// the old size itself until the window is moved or resized.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn follow_scale(&mut self) {
+        let Some(window) = &self.window else { return };
+        let stretch = (self.scale / window.scale_factor()) as f32;
+        if stretch != self.stretch {
+            let was = std::mem::replace(&mut self.stretch, stretch);
+            self.context.set_zoom_factor(self.context.zoom_factor() * stretch / was);
+        }
+    }
+
     /// One frame: reads input, steps, draws.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
+        #[cfg(not(target_arch = "wasm32"))]
+        self.follow_scale();
         #[cfg(target_arch = "wasm32")]
         if self.rehearse() {
             return;
@@ -517,18 +541,15 @@ fn kept(viewer: &Viewer) -> String {
     viewer.keep_run().unwrap_or_else(|why| format!("the run cannot be saved: {why}"))
 }
 
-/// Lets a window whose points become so many times as large be no larger than its screen.
+/// Makes a window so many times as large as its points have become, and no larger than its screen.
 #[cfg(not(target_arch = "wasm32"))]
 fn bound(window: &Window, factor: f64, mut writer: winit::event::InnerSizeWriter) {
     let Some(screen) = window.current_monitor().map(|monitor| monitor.size()) else { return };
     let size = window.inner_size();
     let [width, height] = [size.width, size.height].map(|side| (f64::from(side) * factor).round());
-    let [width, height] = [width as u32, height as u32];
-    if screen.width < width || screen.height < height {
-        let bounded = [width.min(screen.width), height.min(screen.height)];
-        // Refused where the window system has its own way.
-        writer.request_inner_size(bounded.into()).ok();
-    }
+    let bounded = [screen.width.min(width as u32), screen.height.min(height as u32)];
+    // Refused where the window system has its own way.
+    writer.request_inner_size(bounded.into()).ok();
 }
 
 /// Gives the window the title and the screen that the viewer asks for, where they have changed.

@@ -66,9 +66,7 @@ fn fine_pixels_make_everything_as_much_larger() {
 fn a_scale_that_changes_while_it_runs_is_followed() {
     let Some(mut desk) = desk("1400x900x24") else { return };
     let desktop = Desktop::over(&desk.display);
-    desktop.scale(1.25);
     desk.open_next("jelly");
-    eprintln!("AT START {}", desk.last()["pixels_per_point"]);
     let start = desk.wait("it is laid out", |now| !now["landmarks"]["pause"].is_null());
     assert_eq!(start["pixels_per_point"], 1.0);
     let area = |now: &serde_json::Value, name: &str| numbers::<4>(&now["landmarks"][name]);
