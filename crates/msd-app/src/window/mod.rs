@@ -8,6 +8,8 @@ mod error;
 #[cfg(not(target_arch = "wasm32"))]
 mod film;
 #[cfg(not(target_arch = "wasm32"))]
+mod scale;
+#[cfg(not(target_arch = "wasm32"))]
 mod preferences_file;
 mod status_file;
 #[cfg(feature = "accessibility")]
@@ -48,13 +50,6 @@ use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
-
-/// The size of the window before a user chose one, points.
-#[cfg(not(target_arch = "wasm32"))]
-const SIZE: [f32; 2] = [1280.0, 800.0];
-/// The part of the height of a small screen that its bars leave.
-#[cfg(not(target_arch = "wasm32"))]
-const BARS: f32 = 0.94;
 
 /// How often a window that rests says how far its film is.
 #[cfg(not(target_arch = "wasm32"))]
@@ -231,21 +226,6 @@ impl Shell {
         self.context = context;
     }
 
-    /// The size of the window, points: as it was left, and no larger than the screen.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn size(&self, event_loop: &ActiveEventLoop) -> winit::dpi::LogicalSize<f32> {
-        let [width, height] = self.viewer.preferences.size.unwrap_or(SIZE);
-        let monitor = event_loop.primary_monitor();
-        let monitor = monitor.or_else(|| event_loop.available_monitors().next());
-        let screen = monitor.map(|screen| screen.size().to_logical::<f32>(screen.scale_factor()));
-        let screen = screen.filter(|screen| 0.0 < screen.width && 0.0 < screen.height);
-        screen.map_or(winit::dpi::LogicalSize::new(width, height), |screen| {
-            // Room for the bars of the desktop where the window would fill the height.
-            let most = if screen.height < height { BARS * screen.height } else { screen.height };
-            winit::dpi::LogicalSize::new(width.min(screen.width), height.min(most))
-        })
-    }
-
     /// Remembers how the window is left.
     fn remember(&mut self) {
         let Some(window) = &self.window else { return };
@@ -260,17 +240,6 @@ impl Shell {
         preferences_file::write(preferences);
         #[cfg(target_arch = "wasm32")]
         web::keep(preferences);
-    }
-
-    /// Keeps what there is where the display is gone, and returns what became of the run. The
-    /// window is not asked for its size any more.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn leave(&mut self) -> String {
-        let size = self.viewer.preferences.size.unwrap_or(SIZE);
-        let scale = self.context.zoom_factor() / self.stretch;
-        preferences_file::write(self.viewer.remember(size, scale));
-        self.viewer.session.stop_recording();
-        kept(&self.viewer)
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, what: Missing) {
@@ -331,18 +300,6 @@ impl Shell {
         surface.take_textures(&mut Painting::of(&self.context, output));
         window.request_redraw();
         true
-    }
-
-    /// Draws points as large as the window system said last. On X11 winit tells of that, and goes by
-    /// the old size itself until the window is moved or resized.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn follow_scale(&mut self) {
-        let Some(window) = &self.window else { return };
-        let stretch = (self.scale / window.scale_factor()) as f32;
-        if stretch != self.stretch {
-            let was = std::mem::replace(&mut self.stretch, stretch);
-            self.context.set_zoom_factor(self.context.zoom_factor() * stretch / was);
-        }
     }
 
     /// One frame: reads input, steps, draws.
@@ -541,17 +498,6 @@ fn kept(viewer: &Viewer) -> String {
     viewer.keep_run().unwrap_or_else(|why| format!("the run cannot be saved: {why}"))
 }
 
-/// Makes a window so many times as large as its points have become, and no larger than its screen.
-#[cfg(not(target_arch = "wasm32"))]
-fn bound(window: &Window, factor: f64, mut writer: winit::event::InnerSizeWriter) {
-    let Some(screen) = window.current_monitor().map(|monitor| monitor.size()) else { return };
-    let size = window.inner_size();
-    let [width, height] = [size.width, size.height].map(|side| (f64::from(side) * factor).round());
-    let bounded = [screen.width.min(width as u32), screen.height.min(height as u32)];
-    // Refused where the window system has its own way.
-    writer.request_inner_size(bounded.into()).ok();
-}
-
 /// Gives the window the title and the screen that the viewer asks for, where they have changed.
 fn dress(window: &Window, viewer: &Viewer, (title, is_full): (&mut String, &mut bool)) {
     if *is_full != viewer.full_screen {
@@ -614,7 +560,7 @@ impl ApplicationHandler<Arrival> for Shell {
                 #[cfg(not(target_arch = "wasm32"))]
                 if let WindowEvent::ScaleFactorChanged { scale_factor, inner_size_writer } = event {
                     let factor = scale_factor / std::mem::replace(&mut self.scale, scale_factor);
-                    bound(window, factor, inner_size_writer);
+                    scale::bound(window, factor, inner_size_writer);
                 }
                 if let Some(surface) = &mut self.surface {
                     surface.resize();

@@ -59,7 +59,7 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
     let shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
     let shell = Rc::new(RefCell::new(Shell { to_lose: to_lose(), ..shell }));
     lost_display::watch(&shell);
-    let ended = event_loop.run_app(&mut lost_display::Held(shell.clone()));
+    let ended = event_loop.run_app(&mut lost_display::Lent(shell.clone()));
     lost_display::unwatch();
     let mut shell = shell.borrow_mut();
     match (shell.missing.take(), ended) {
