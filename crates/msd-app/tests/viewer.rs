@@ -382,7 +382,7 @@ fn what_is_fast_stays_in_the_picture() {
     viewer.session.edit(MaterialEdit::Gravity(0.0));
     viewer.session.set_wind(Wind { strength: 100.0, heading: 0.0, gusts: 0.0 });
     viewer.look(0.0);
-    // A machine that draws five times a second; after 12 s the cube has more than a kilometre of it.
+    // A machine that draws five times a second; after 12 s the cube is more than a kilometre away.
     for _ in 0..60 {
         viewer.session.advance(0.2, &|| 0.0);
         viewer.look(0.2);

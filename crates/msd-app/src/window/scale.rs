@@ -25,8 +25,8 @@ impl Shell {
         })
     }
 
-    /// Draws points as large as the window system said last. On X11 winit tells of that, and goes by
-    /// the old size itself until the window is moved or resized.
+    /// Draws points as large as the window system said last. On X11 winit tells of that, and goes
+    /// by the old size itself until the window is moved or resized.
     pub(super) fn follow_scale(&mut self) {
         let Some(window) = &self.window else { return };
         let stretch = (self.scale / window.scale_factor()) as f32;

@@ -1,4 +1,4 @@
-//! How `msd render` looks at a scene: from where, at what, and turning how fast.
+//! The view of `msd render`: from where it looks, at what, and how fast it turns.
 
 use crate::cli::arguments::{RenderArguments, Sight};
 use crate::cli::run::prepare::Prepared;
