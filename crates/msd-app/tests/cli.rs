@@ -145,12 +145,11 @@ const HEADER: &str = "step,time,kinetic,elastic,gravitational,dissipated,total,\
 
 #[test]
 fn all_particles_can_be_watched() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let arguments =
-        |watch| ["run", "chain", "--duration", "0.1", "--trace", "t.csv", "--watch", watch];
+    let folder = folder();
     let traces = ["all", "0,1,2,3,4"].map(|watch| {
-        json(msd(folder.path(), &[&arguments(watch)[..], &["--json"]].concat()));
-        std::fs::read_to_string(folder.path().join("t.csv")).expect("a trace")
+        let run = ["run", "chain", "--duration", "0.1", "--trace", "t.csv", "--watch", watch];
+        quiet(msd(folder.path(), &run));
+        std::fs::read_to_string(folder.path().join("t.csv")).expect("t.csv")
     });
     assert!(traces[0].lines().next().is_some_and(|head| head.ends_with(",x4,y4,z4")));
     assert_eq!(traces[0], traces[1]);

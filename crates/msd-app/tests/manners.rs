@@ -65,6 +65,35 @@ fn no_control_moves_where_a_text_comes_or_goes() {
 }
 
 #[test]
+fn the_distance_of_a_twin_is_read_off_in_metres_and_seconds() {
+    let mut harness = harness("jelly", [1280.0, 800.0]);
+    harness.get_by_label_contains("Twin: beside").click();
+    harness.run_steps(3);
+    for steps in [20, 40, 60] {
+        (0..steps).for_each(|_| harness.state_mut().session.step_forward());
+        harness.run_steps(3);
+        let plot = harness.get_by_label_contains(" apart (rms)").rect();
+        // Above the sliders of the material.
+        let end = harness.get_by_label("MATERIAL").rect().top();
+        for unit in ["m", "s"] {
+            let is_number = |shown: &&egui::epaint::ClippedShape| match &shown.shape {
+                egui::Shape::Text(text) => {
+                    let words = text.galley.text();
+                    let place = shown.shape.visual_bounding_rect();
+                    words.starts_with(|first: char| first.is_numeric())
+                        && words.ends_with(unit)
+                        && plot.bottom() <= place.top()
+                        && place.bottom() < end
+                }
+                _ => false,
+            };
+            let count = harness.output().shapes.iter().filter(is_number).count();
+            assert!(2 <= count, "{count} numbers in {unit}");
+        }
+    }
+}
+
+#[test]
 fn a_link_that_is_copied_says_so_and_one_that_cannot_be_says_why() {
     let mut harness = harness("jelly", [1280.0, 800.0]);
     click(&mut harness, Role::Button, "Copy link");

@@ -4,7 +4,7 @@ use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::places::{Places, make_folder};
 use super::run::{explain_divergence, open_draft, open_scene};
-use super::steps::{Bar, Interrupt, Patient};
+use super::steps::{Bar, Interrupt, TerminalFollower};
 use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::Study;
 use msd_study::choice::FRAME;
@@ -42,7 +42,7 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         draft.source().and_then(refine).map_err(Failure::input)?;
     }
     let (bar, interrupt) = (Bar::new(), Interrupt::catch());
-    let mut follower = Patient { bar: &bar, interrupt: &interrupt, is_searching: false };
+    let mut follower = TerminalFollower { bar: &bar, interrupt: &interrupt, is_searching: false };
     let studied = study_followed(&loaded, plan, &mut follower);
     let (mut studied, is_whole) = studied.map_err(|halt| halted(&loaded.name, halt))?;
     let mut failures = Vec::new();

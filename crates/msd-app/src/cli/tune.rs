@@ -3,7 +3,7 @@
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
 use super::run::{SetKeys, open_scene, set_keys};
-use super::steps::{Bar, Interrupt, Patient};
+use super::steps::{Bar, Interrupt, TerminalFollower};
 use super::study::halted;
 use msd_scene::{SceneFormat, shown_path, write_file};
 use msd_study::choice::{Choice, FRAME, Fineness};
@@ -78,7 +78,7 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         (None, budget) => Goal::Budget(1e-3 * budget.unwrap_or_default()),
     };
     let (bar, interrupt) = (Bar::new(), Interrupt::catch());
-    let mut follower = Patient { bar: &bar, interrupt: &interrupt, is_searching: true };
+    let mut follower = TerminalFollower { bar: &bar, interrupt: &interrupt, is_searching: true };
     let tuned = tune_followed(&loaded.scene, arguments.duration, goal, &mut follower);
     bar.end();
     let tuned = tuned.map_err(|halt| halted(&loaded.name, halt))?;

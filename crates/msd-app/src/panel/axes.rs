@@ -41,7 +41,7 @@ fn axis<'a>(hints: AxisHints<'a>, words: impl Fn(f64) -> String + 'a, room: f64)
         if is_cut { String::new() } else { words(mark.value) }
     };
     // Points between ticks from which on numbers are shown, faint and in full.
-    hints.formatter(number).label_spacing(Rangef::new(12.0, 18.0))
+    hints.formatter(number).label_spacing(Rangef::new(9.0, 12.0))
 }
 
 /// Ticks at multiples of 1, 2 or 5 times a power of ten: as few as can be, but two at least.

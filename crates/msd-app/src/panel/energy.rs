@@ -19,6 +19,8 @@ const CURVES: [Curve; 5] = [
     ("dissipated", Color32::from_rgb(240, 150, 90), |energy| energy.dissipated),
     ("total", Color32::from_rgb(225, 228, 235), Energy::total),
 ];
+/// The part of the most energy that there was below which what contact adds is rounding.
+const NOISE: f64 = 1e-6;
 /// The colour of what contact adds.
 const CONTACT: Color32 = Color32::from_rgb(250, 205, 90);
 
@@ -53,11 +55,9 @@ fn errors(ui: &mut Ui, session: &Session) {
         let hover = "The change of the total since the run was changed or handled last: what the \
                      method and its contacts got wrong";
         ui.label(RichText::new(text).small().color(theme::TEXT)).on_hover_text(hover);
-        let added = session.energy_of_contact();
-        if added != Some(0.0) {
-            let added = added.map(|added| estimate(added, "J"));
-            let added = added.as_deref().unwrap_or(theme::VOID);
-            let text = format!("added by contact\u{a0}{added}");
+        let told = NOISE * session.trace().most();
+        if let Some(added) = session.energy_of_contact().filter(|&added| told < added) {
+            let text = format!("added by contact\u{a0}{}", estimate(added, "J"));
             let hover = "Since the run was changed last, by the account of contact, which counts \
                          it against what is dissipated; more substeps lower it";
             ui.label(RichText::new(text).small().color(CONTACT)).on_hover_text(hover);

@@ -14,7 +14,6 @@ mod energy;
 mod trade;
 mod status;
 mod overlay;
-mod failure;
 mod over;
 #[cfg(target_arch = "wasm32")]
 mod rehearsal;
@@ -53,7 +52,6 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     }
     view(ui, viewer);
     overlay::show(ui, viewer);
-    failure::show(ui, viewer);
     over::show(ui, viewer);
     if let Some(text) = viewer.clipboard.take() {
         ui.ctx().copy_text(text);

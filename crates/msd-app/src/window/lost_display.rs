@@ -3,8 +3,8 @@
 //! The library of X11 prints a line and ends the program, in the middle of a call. What is left to
 //! do then is done by a value of the main thread, which is dropped while the program ends.
 
-use super::native::panic_text;
-use super::{Arrival, Shell};
+use super::scale::SIZE;
+use super::{Arrival, Shell, kept, preferences_file};
 use std::cell::RefCell;
 use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -32,6 +32,18 @@ impl Drop for Keeper {
     }
 }
 
+impl Shell {
+    /// Keeps what there is where the display is gone, and returns what became of the run. The
+    /// window is not asked for its size any more.
+    pub(super) fn leave(&mut self) -> String {
+        let size = self.viewer.preferences.size.unwrap_or(SIZE);
+        let scale = self.context.zoom_factor() / self.stretch;
+        preferences_file::write(self.viewer.remember(size, scale));
+        self.viewer.session.stop_recording();
+        kept(&self.viewer)
+    }
+}
+
 /// Watches over a window from now on.
 pub(super) fn watch(shell: &Rc<RefCell<Shell>>) {
     KEEPER.with(|keeper| keeper.0.replace(Some(shell.clone())));
@@ -43,7 +55,7 @@ pub(super) fn watch(shell: &Rc<RefCell<Shell>>) {
         }
         let display = std::env::var("DISPLAY").unwrap_or_default();
         tell(&format!("the connection to display {display} is broken"));
-        // In the middle of a frame it ends where that does, see [`Held`].
+        // In the middle of a frame it ends where that does, see [`Lent`].
         let is_idle =
             |keeper: &Keeper| keeper.0.borrow().as_ref().is_none_or(|it| it.try_borrow().is_ok());
         if KEEPER.with(is_idle) {
@@ -72,10 +84,24 @@ fn tell(line: &str) {
     writeln!(std::io::stderr(), "{line}").ok();
 }
 
-/// A window that is lent to the loop of events, call by call.
-pub(super) struct Held(pub(super) Rc<RefCell<Shell>>);
+/// What a panic says, in one line.
+pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    plain(text.unwrap_or("a library of the window system is missing"))
+}
 
-impl Held {
+/// One line without the place in winit's source, which is of no use to the user.
+pub(super) fn plain(text: &str) -> String {
+    let line = text.lines().next().unwrap_or_default();
+    let told = line.rsplit_once("rs:").and_then(|(_, rest)| rest.split_once(": "));
+    told.map_or(line, |(_, rest)| rest).trim_end_matches('.').to_owned()
+}
+
+/// A window that is lent to the loop of events, call by call.
+pub(super) struct Lent(pub(super) Rc<RefCell<Shell>>);
+
+impl Lent {
     fn lend(&self, act: impl FnOnce(&mut Shell)) {
         let done = catch_unwind(AssertUnwindSafe(|| act(&mut self.0.borrow_mut())));
         match done {
@@ -86,7 +112,7 @@ impl Held {
     }
 }
 
-impl ApplicationHandler<Arrival> for Held {
+impl ApplicationHandler<Arrival> for Lent {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         self.lend(|shell| shell.resumed(event_loop));
     }
@@ -105,5 +131,20 @@ impl ApplicationHandler<Arrival> for Held {
 
     fn exiting(&mut self, event_loop: &ActiveEventLoop) {
         self.lend(|shell| shell.exiting(event_loop));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_place_in_the_source_is_left_out() {
+        let text = "os error at /home/u/winit/src/linux/mod.rs:765: neither A nor B is set.";
+        assert_eq!(plain(text), "neither A nor B is set");
+        assert_eq!(
+            plain("Library libx.so could not be loaded."),
+            "Library libx.so could not be loaded"
+        );
     }
 }

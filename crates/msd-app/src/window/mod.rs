@@ -8,14 +8,16 @@ mod error;
 #[cfg(not(target_arch = "wasm32"))]
 mod film;
 #[cfg(not(target_arch = "wasm32"))]
+mod scale;
+#[cfg(not(target_arch = "wasm32"))]
 mod preferences_file;
 mod status_file;
 #[cfg(feature = "accessibility")]
 mod accessibility;
 #[cfg(not(target_arch = "wasm32"))]
-mod native;
-#[cfg(not(target_arch = "wasm32"))]
 mod lost_display;
+#[cfg(not(target_arch = "wasm32"))]
+mod native;
 #[cfg(target_arch = "wasm32")]
 mod web;
 
@@ -48,13 +50,6 @@ use winit::application::ApplicationHandler;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
 use winit::window::{Window, WindowId};
-
-/// The size of the window before a user chose one, points.
-#[cfg(not(target_arch = "wasm32"))]
-const SIZE: [f32; 2] = [1280.0, 800.0];
-/// The part of the height of a small screen that its bars leave.
-#[cfg(not(target_arch = "wasm32"))]
-const BARS: f32 = 0.94;
 
 /// How often a window that rests says how far its film is.
 #[cfg(not(target_arch = "wasm32"))]
@@ -114,9 +109,12 @@ pub(crate) struct Shell {
     title: String,
     hidden: bool,
     is_full: bool,
-    /// Pixels of a point of the window system, when it said that last.
+    /// Pixels of a point of the window system, when it said that last, and how many times as many
+    /// as winit goes by.
     #[cfg(not(target_arch = "wasm32"))]
     scale: f64,
+    #[cfg(not(target_arch = "wasm32"))]
+    stretch: f32,
     #[cfg(not(target_arch = "wasm32"))]
     is_guided: bool,
     watcher: Option<Watcher>,
@@ -157,6 +155,8 @@ impl Shell {
             is_full: false,
             #[cfg(not(target_arch = "wasm32"))]
             scale: 1.0,
+            #[cfg(not(target_arch = "wasm32"))]
+            stretch: 1.0,
             #[cfg(not(target_arch = "wasm32"))]
             is_guided,
             watcher,
@@ -226,41 +226,20 @@ impl Shell {
         self.context = context;
     }
 
-    /// The size of the window, points: as it was left, and no larger than the screen.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn size(&self, event_loop: &ActiveEventLoop) -> winit::dpi::LogicalSize<f32> {
-        let [width, height] = self.viewer.preferences.size.unwrap_or(SIZE);
-        let monitor = event_loop.primary_monitor();
-        let monitor = monitor.or_else(|| event_loop.available_monitors().next());
-        let screen = monitor.map(|screen| screen.size().to_logical::<f32>(screen.scale_factor()));
-        let screen = screen.filter(|screen| 0.0 < screen.width && 0.0 < screen.height);
-        screen.map_or(winit::dpi::LogicalSize::new(width, height), |screen| {
-            // Room for the bars of the desktop where the window would fill the height.
-            let most = if screen.height < height { BARS * screen.height } else { screen.height };
-            winit::dpi::LogicalSize::new(width.min(screen.width), height.min(most))
-        })
-    }
-
     /// Remembers how the window is left.
     fn remember(&mut self) {
         let Some(window) = &self.window else { return };
-        let size = window.inner_size().to_logical::<f32>(window.scale_factor());
-        let scale = self.context.zoom_factor();
+        #[cfg(not(target_arch = "wasm32"))]
+        let (points, stretch) = (self.scale, self.stretch);
+        #[cfg(target_arch = "wasm32")]
+        let (points, stretch) = (window.scale_factor(), 1.0);
+        let size = window.inner_size().to_logical::<f32>(points);
+        let scale = self.context.zoom_factor() / stretch;
         let preferences = self.viewer.remember([size.width, size.height], scale);
         #[cfg(not(target_arch = "wasm32"))]
         preferences_file::write(preferences);
         #[cfg(target_arch = "wasm32")]
         web::keep(preferences);
-    }
-
-    /// Keeps what there is where the display is gone, and returns what became of the run. The
-    /// window is not asked for its size any more.
-    #[cfg(not(target_arch = "wasm32"))]
-    fn leave(&mut self) -> String {
-        let size = self.viewer.preferences.size.unwrap_or(SIZE);
-        preferences_file::write(self.viewer.remember(size, self.context.zoom_factor()));
-        self.viewer.session.stop_recording();
-        kept(&self.viewer)
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, what: Missing) {
@@ -325,6 +304,8 @@ impl Shell {
 
     /// One frame: reads input, steps, draws.
     fn frame(&mut self, event_loop: &ActiveEventLoop) {
+        #[cfg(not(target_arch = "wasm32"))]
+        self.follow_scale();
         #[cfg(target_arch = "wasm32")]
         if self.rehearse() {
             return;
@@ -517,20 +498,6 @@ fn kept(viewer: &Viewer) -> String {
     viewer.keep_run().unwrap_or_else(|why| format!("the run cannot be saved: {why}"))
 }
 
-/// Lets a window whose points become so many times as large be no larger than its screen.
-#[cfg(not(target_arch = "wasm32"))]
-fn bound(window: &Window, factor: f64, mut writer: winit::event::InnerSizeWriter) {
-    let Some(screen) = window.current_monitor().map(|monitor| monitor.size()) else { return };
-    let size = window.inner_size();
-    let [width, height] = [size.width, size.height].map(|side| (f64::from(side) * factor).round());
-    let [width, height] = [width as u32, height as u32];
-    if screen.width < width || screen.height < height {
-        let bounded = [width.min(screen.width), height.min(screen.height)];
-        // Refused where the window system has its own way.
-        writer.request_inner_size(bounded.into()).ok();
-    }
-}
-
 /// Gives the window the title and the screen that the viewer asks for, where they have changed.
 fn dress(window: &Window, viewer: &Viewer, (title, is_full): (&mut String, &mut bool)) {
     if *is_full != viewer.full_screen {
@@ -593,7 +560,7 @@ impl ApplicationHandler<Arrival> for Shell {
                 #[cfg(not(target_arch = "wasm32"))]
                 if let WindowEvent::ScaleFactorChanged { scale_factor, inner_size_writer } = event {
                     let factor = scale_factor / std::mem::replace(&mut self.scale, scale_factor);
-                    bound(window, factor, inner_size_writer);
+                    scale::bound(window, factor, inner_size_writer);
                 }
                 if let Some(surface) = &mut self.surface {
                     surface.resize();

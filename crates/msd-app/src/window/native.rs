@@ -1,7 +1,8 @@
 //! The window on a desktop.
 
+use super::lost_display::{self, panic_text, plain};
 use super::surface::Loss;
-use super::{Arrival, Missing, Shell, ViewError, lost_display, preferences_file, status_file};
+use super::{Arrival, Missing, Shell, ViewError, preferences_file, status_file};
 use crate::link::Link;
 use crate::viewer::{Viewer, catalogue};
 use msd_scene::Loaded;
@@ -58,7 +59,7 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
     let shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
     let shell = Rc::new(RefCell::new(Shell { to_lose: to_lose(), ..shell }));
     lost_display::watch(&shell);
-    let ended = event_loop.run_app(&mut lost_display::Held(shell.clone()));
+    let ended = event_loop.run_app(&mut lost_display::Lent(shell.clone()));
     lost_display::unwatch();
     let mut shell = shell.borrow_mut();
     match (shell.missing.take(), ended) {
@@ -112,32 +113,4 @@ fn is_wayland_gone() -> bool {
     // An absolute name takes the place of the folder.
     let folder = PathBuf::from(variable("XDG_RUNTIME_DIR").unwrap_or_default());
     std::os::unix::net::UnixStream::connect(folder.join(wayland)).is_err()
-}
-
-pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
-    let text = panic.downcast_ref::<String>().map(String::as_str);
-    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-    plain(text.unwrap_or("a library of the window system is missing"))
-}
-
-/// One line without the place in winit's source, which is of no use to the user.
-fn plain(text: &str) -> String {
-    let line = text.lines().next().unwrap_or_default();
-    let told = line.rsplit_once("rs:").and_then(|(_, rest)| rest.split_once(": "));
-    told.map_or(line, |(_, rest)| rest).trim_end_matches('.').to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_place_in_the_source_is_left_out() {
-        let text = "os error at /home/u/winit/src/linux/mod.rs:765: neither A nor B is set.";
-        assert_eq!(plain(text), "neither A nor B is set");
-        assert_eq!(
-            plain("Library libx.so could not be loaded."),
-            "Library libx.so could not be loaded"
-        );
-    }
 }

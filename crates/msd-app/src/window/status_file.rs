@@ -20,7 +20,8 @@
 //! cross, or null), `full_screen`, `focus` (whether a control has the keyboard), `group` and
 //! `grabs` (how many particles are to be grabbed together, and are held), `guide` (steps done of
 //! the guide, or null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`),
-//! `filming` (null, or frames that are written), `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
+//! `filming` (null, or frames that are written), `pixels_per_point`, `view` and `landmarks`
+//! (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;

@@ -236,7 +236,12 @@ fn a_display_that_goes_away_takes_nothing_with_it(desk: &mut Desk) {
     let before = desk.wait("it runs", |now| steps(&begun) + 20 < steps(now));
     let turned = [300.0, 420.0].map(|x| [x, 120.0]);
     desk.drag(3, turned[0], turned[1]);
-    let yaw = desk.last()["camera"]["yaw"].as_f64().expect("an angle");
+    // Keys come after all of the drag.
+    desk.xdotool("key space");
+    let still = desk.wait("it pauses", |now| now["paused"] == true);
+    let yaw = still["camera"]["yaw"].as_f64().expect("an angle");
+    desk.xdotool("key space");
+    desk.wait("it goes on", |now| now["paused"] == false);
     desk.xvfb.kill().expect("it is our child");
     let (code, told) = desk.end();
     // The library of X11 and msd say a line each.

@@ -5,7 +5,7 @@ use msd_study::conduct::{Follower, Progress};
 use msd_study::quantity::rounded;
 
 /// Shows what is being done, and ends it where the user does not want to wait.
-pub struct Patient<'a> {
+pub struct TerminalFollower<'a> {
     /// Where it is shown.
     pub bar: &'a Bar,
     /// Whether the user wants it to end.
@@ -14,7 +14,7 @@ pub struct Patient<'a> {
     pub is_searching: bool,
 }
 
-impl Follower for Patient<'_> {
+impl Follower for TerminalFollower<'_> {
     fn hear(&mut self, progress: Progress) {
         let Progress { now, done, left, .. } = progress;
         if self.is_searching {

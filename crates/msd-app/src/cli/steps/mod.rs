@@ -5,7 +5,7 @@ mod moments;
 mod progress;
 mod follower;
 
-pub use follower::Patient;
+pub use follower::TerminalFollower;
 pub use interrupt::Interrupt;
 pub use moments::Moments;
 pub use progress::{Bar, SlowNotice, Steps};

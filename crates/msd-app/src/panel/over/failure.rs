@@ -1,6 +1,6 @@
 //! The box over a run that stopped by itself: what happened, and the ways out.
 
-use super::{solver, theme};
+use crate::panel::{solver, theme};
 use crate::session::Session;
 use crate::viewer::Viewer;
 use egui::{Align2, Area, Frame, Order, RichText, Ui, pos2};

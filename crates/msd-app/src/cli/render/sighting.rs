@@ -1,0 +1,104 @@
+//! The view of `msd render`: from where it looks, at what, and how fast it turns.
+
+use crate::cli::arguments::{RenderArguments, Sight};
+use crate::cli::run::prepare::Prepared;
+use crate::cli::steps::{Interrupt, Steps};
+use msd_app::viewer::shows_springs;
+use msd_render::{Camera, Style, View, bounds};
+use msd_run::on;
+
+/// The size for which lines and the legend are made, pixels; larger pictures enlarge them.
+const SIZE: [f32; 2] = [1280.0, 720.0];
+
+/// How a picture or a film looks at a scene.
+pub struct Sighting {
+    view: View,
+    /// By how much the camera turns in the whole of a film, radians.
+    turn: f32,
+    /// By how much a picture is wider than high.
+    aspect: f32,
+}
+
+/// Directions in which a camera that turns is asked whether all is in the picture.
+const DIRECTIONS: u16 = 24;
+
+impl Sighting {
+    /// By what the command line says; it knows no scene yet, see [`Sighting::frame`].
+    pub fn new(arguments: &RenderArguments, prepared: &Prepared, steps: &[u64]) -> Self {
+        let [width, height] = arguments.size.map(|side| side as f32);
+        let is_open = arguments.background.is_some();
+        let style = Style {
+            surfaces: !arguments.no_surfaces,
+            wireframe: arguments.wireframe,
+            springs: arguments.springs || shows_springs(&prepared.name),
+            particles: arguments.particles,
+            sky: !is_open,
+            planes: !is_open,
+            pixels_per_point: (width / SIZE[0]).min(height / SIZE[1]).max(1.0),
+            ..Style::default()
+        };
+        let mut view = View { style, ..View::default() };
+        let radians = |degrees: f64| degrees.to_radians() as f32;
+        if let Some(Sight::Side([yaw, pitch])) = arguments.camera {
+            (view.camera.yaw, view.camera.pitch) = (radians(yaw), radians(pitch));
+        }
+        view.camera.yaw = arguments.yaw_deg.map_or(view.camera.yaw, radians);
+        view.camera.pitch = arguments.pitch_deg.map_or(view.camera.pitch, radians);
+        let lasting = arguments.frames.map_or(0.0, |film| steps.len() as f64 * film.every);
+        let turn = match arguments.camera {
+            Some(Sight::Orbit(None)) => std::f32::consts::TAU,
+            Some(Sight::Orbit(Some(rate))) => radians(rate * lasting),
+            _ => 0.0,
+        };
+        Sighting { view, turn, aspect: width / height }
+    }
+
+    /// Goes as near as all of a box stays in the picture, from wherever it is looked at.
+    pub fn frame(&mut self, bounds: Option<(glam::Vec3, glam::Vec3)>) {
+        let (Some(bounds), aspect) = (bounds, self.aspect) else { return };
+        let start = self.view.camera;
+        self.view.camera.frame(bounds, aspect);
+        if self.turn == 0.0 {
+            return;
+        }
+        for direction in 1..DIRECTIONS {
+            let part = f32::from(direction) / f32::from(DIRECTIONS);
+            let mut camera = Camera { yaw: start.yaw + self.turn * part, ..start };
+            camera.frame(bounds, aspect);
+            self.view.camera.distance = self.view.camera.distance.max(camera.distance);
+        }
+    }
+
+    /// The view of a frame that is so far into a film, from 0 to 1.
+    pub fn view(&self, part: f64) -> View {
+        let mut view = self.view;
+        view.camera.yaw += self.turn * part as f32;
+        view
+    }
+}
+
+/// The box in which all particles are, in all frames: of a film that is only known once it was run.
+pub fn seen(
+    prepared: &Prepared,
+    (steps, interrupt): (&[u64], &Interrupt),
+) -> Option<(glam::Vec3, glam::Vec3)> {
+    let mut runner = prepared.runner.clone();
+    let (mut taken, mut all) = (0, None::<(glam::Vec3, glam::Vec3)>);
+    let mut progress = Steps::new(steps.last().copied().unwrap_or(0), "looking where it goes");
+    for &step in steps {
+        while taken < step {
+            // What is wrong is told where it happens again.
+            if interrupt.is_asked() || runner.step().is_err() {
+                return all;
+            }
+            taken += 1;
+            progress.tell(taken);
+        }
+        let now = on!(&runner, simulation => bounds(&simulation.snapshot()));
+        all = match (all, now) {
+            (Some((low, high)), Some((a, b))) => Some((low.min(a), high.max(b))),
+            (all, now) => all.or(now),
+        };
+    }
+    all
+}
