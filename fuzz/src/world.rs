@@ -182,10 +182,12 @@ fn solid(u: &mut Unstructured) -> Result<Solid> {
         4 => Shape::Torus { radius, tube: 0.3 * radius },
         _ => Shape::Mesh(Arc::new(grid(u, other)?)),
     };
+    let (position, restitution) = (slow(u)?, fraction(u)?);
     let solid = Solid {
-        position: slow(u)?,
-        restitution: fraction(u)?,
+        position,
+        restitution,
         friction: friction(u)?,
+        springs: radius < other,
         ..Solid::new(shape)
     };
     if u.ratio(1, 3)? {

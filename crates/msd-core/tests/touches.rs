@@ -467,3 +467,28 @@ fn what_is_removed_touches_nothing() {
     let off = single.forces().0[200].to_f64() - simulation.forces().0[200];
     assert!(off.length() < 1e-3);
 }
+
+/// Rows that are set on a simulation give the bits of a scene that has them; rows that are refused
+/// leave those before.
+#[test]
+fn rows_that_are_set_are_those_of_a_scene_that_has_them() {
+    let scene = cloud(11, 120);
+    let run = |mut simulation: Simulation<f64>| {
+        (0..30).for_each(|_| simulation.step().expect("a calm run"));
+        simulation.state()
+    };
+    let settings = settings(Integrator::default(), 32);
+    let touching = simulation::<f64>(&scene, settings);
+    let bare = Scene { touches: vec![], exempt: vec![], ..scene.clone() };
+    let mut set = simulation::<f64>(&bare, settings);
+    set.set_touches(&scene.touches, &scene.exempt).expect("valid rows");
+    let mut refused = scene.touches.clone();
+    refused[1].radius = -1.0;
+    let error = set.set_touches(&refused, &[]).expect_err("a negative radius").to_string();
+    assert!(error.contains("radius of touch 1 is -1"), "{error}");
+    assert_eq!(set.model().touches().rows(), (&*scene.touches, &*scene.exempt));
+    assert_eq!(run(set), run(touching));
+    let mut cleared = simulation::<f64>(&scene, settings);
+    cleared.set_touches(&[], &[]).expect("no rows");
+    assert_eq!(run(cleared), run(simulation::<f64>(&bare, settings)));
+}

@@ -177,6 +177,7 @@ position = [0, 0.3, 0]
 kind = "capsule"
 radius = 0.1
 length = 0.3
+springs = true
 position = [0.5, 0.2, 0]
 spin = [0, 1, 0]
 [[world.solids]]

@@ -9,6 +9,7 @@
 pub(crate) mod contact;
 mod motion;
 mod plane;
+pub(crate) mod points;
 mod radii;
 pub(crate) mod resolve;
 pub(crate) mod rest;

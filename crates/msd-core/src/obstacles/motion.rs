@@ -38,7 +38,7 @@ impl SolidMotion {
         } else {
             rotation(solid.spin / speed, speed * since) * solid.axes
         };
-        let middle = solid.position + solid.velocity * since;
+        let middle = steady_middle(solid, time);
         SolidMotion { middle, axes, velocity: solid.velocity, spin: solid.spin }
     }
 
@@ -76,10 +76,15 @@ impl SolidMotion {
 /// The middle of a solid at a time, seconds, in metres.
 pub(super) fn middle(solid: &Solid, time: f64) -> DVec3 {
     if solid.keys.is_empty() {
-        solid.position + solid.velocity * (time - solid.since)
+        steady_middle(solid, time)
     } else {
         SolidMotion::at(solid, time).middle
     }
+}
+
+/// The middle of a solid without key frames.
+fn steady_middle(solid: &Solid, time: f64) -> DVec3 {
+    solid.position + solid.velocity * (time - solid.since)
 }
 
 /// A key frame, the start of the motion included.

@@ -427,7 +427,6 @@ impl<R: Real> Batch<R> {
         (span, time, near): (&Span<R>, f64, u32),
         contacts: &mut Contacts,
     ) {
-        let law = obstacle.law();
         for lane in (0..LANES).filter(|lane| near >> lane & 1 != 0) {
             if self.inverse_masses[lane] == R::ZERO {
                 continue;
@@ -439,29 +438,47 @@ impl<R: Real> Batch<R> {
                 continue;
             }
             let normal = obstacle.normal(position, time).components();
-            let mut touch = self.touch(lane, normal, depth);
-            if !touch.is_inside(span) {
-                continue;
+            let touch = self.touch(lane, normal, depth);
+            if touch.is_inside(span) {
+                let met = meet_surface(obstacle, touch, (span, time), self.masses[lane]);
+                self.set(lane, met.position, met.velocity);
+                *contacts += met.contacts;
             }
-            let surface = obstacle.velocity(position, time).components();
-            for (axis, &carried) in surface.iter().enumerate() {
-                touch.velocity[axis] -= carried;
-                touch.start[axis] += carried * span.h;
-            }
-            touch.is_held = touch.lay(span);
-            let keeps = law.keeps(&touch, span);
-            let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
-            let (before, mass) = (lane_of(&self.velocities, lane), self.masses[lane]);
-            let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
-            let kick = core::array::from_fn(|axis| after[axis] - before[axis]);
-            self.set(lane, outcome.position, after);
-            *contacts += Contacts {
-                driven: (dot(kick, surface) * mass).to_f64(),
-                bounced: !keeps,
-                ..Contacts::one((outcome.taken * mass).to_f64())
-            };
         }
     }
+}
+
+/// A particle that has met an obstacle.
+pub(super) struct Met<R> {
+    pub(super) position: [R; 3],
+    pub(super) velocity: [R; 3],
+    pub(super) contacts: Contacts,
+}
+
+/// Lets a particle of some mass inside an obstacle meet it; the obstacle may move.
+pub(super) fn meet_surface<R: Real>(
+    obstacle: &dyn Obstacle<R>,
+    mut touch: Touch<R>,
+    (span, time): (&Span<R>, f64),
+    mass: R,
+) -> Met<R> {
+    let (law, before) = (obstacle.law(), touch.velocity);
+    let surface = obstacle.velocity(R::Vec3::from_components(touch.position), time).components();
+    for (axis, &carried) in surface.iter().enumerate() {
+        touch.velocity[axis] -= carried;
+        touch.start[axis] += carried * span.h;
+    }
+    touch.is_held = touch.lay(span);
+    let keeps = law.keeps(&touch, span);
+    let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
+    let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
+    let kick = core::array::from_fn(|axis| after[axis] - before[axis]);
+    let contacts = Contacts {
+        driven: (dot(kick, surface) * mass).to_f64(),
+        bounced: !keeps,
+        ..Contacts::one((outcome.taken * mass).to_f64())
+    };
+    Met { position: outcome.position, velocity: after, contacts }
 }
 
 /// The tally of contacts, lane by lane.

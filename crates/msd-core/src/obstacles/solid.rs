@@ -83,6 +83,13 @@ impl<R: Real> Ball<R> {
         false
     }
 
+    /// Whether a place is inside.
+    #[inline(always)]
+    pub(super) fn holds(&self, position: R::Vec3) -> bool {
+        let way = position - R::Vec3::from_components(self.middle);
+        way.dot(way) <= self.squared
+    }
+
     /// The places of a record that are inside, a bit for each.
     #[inline(always)]
     pub(super) fn inside(&self, record: &[R; RECORD]) -> u32 {

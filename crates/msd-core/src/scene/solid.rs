@@ -82,6 +82,8 @@ pub struct Solid {
     pub restitution: f64,
     /// Friction along its surface.
     pub friction: Friction,
+    /// Whether it meets points on springs that are longer than it is thick, not particles alone.
+    pub springs: bool,
 }
 
 impl Solid {
@@ -97,6 +99,7 @@ impl Solid {
             keys: Vec::new(),
             restitution: 0.0,
             friction: Friction::Coulomb(0.0),
+            springs: false,
         }
     }
 }
@@ -129,6 +132,18 @@ impl Shape {
             }
             Shape::Torus { radius, .. } => direction(point - on_circle(point, radius)),
             Shape::Mesh(ref grid) => grid.normal(point),
+        }
+    }
+
+    /// The least distance from one side to the other, metres; of a mesh, where it is unknown, the
+    /// edge of a cell.
+    pub fn thickness(&self) -> f64 {
+        match *self {
+            Shape::Sphere { radius } | Shape::Capsule { radius, .. } => 2.0 * radius,
+            Shape::Box { size } => size.min_element(),
+            Shape::Cylinder { radius, length } => f64::min(2.0 * radius, length),
+            Shape::Torus { tube, .. } => 2.0 * tube,
+            Shape::Mesh(ref grid) => grid.cell,
         }
     }
 

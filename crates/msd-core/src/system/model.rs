@@ -13,6 +13,7 @@ use crate::elements::volumes::Volumes;
 use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
+use crate::obstacles::points::Points;
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
 use crate::obstacles::rest::{Kick, Kicked, Places, is_any_on, settle};
 use crate::obstacles::{Contacts, Obstacles, PlaneColumn, Radii};
@@ -42,6 +43,8 @@ pub struct Model<R: Real> {
     /// The radius of each slot that counts against obstacles, metres; empty where none does.
     radius_column: Aligned<R>,
     largest_radius: R,
+    /// Contact points on springs.
+    points: Points,
     pub(crate) fields: Fields<R>,
     pub(crate) springs: Springs<R>,
     pub(crate) bends: Bends<R>,
@@ -87,6 +90,7 @@ impl<R: Real> Model<R> {
             inverse_mass_column: Aligned::default(),
             radius_column: Aligned::default(),
             largest_radius: R::ZERO,
+            points: Points::default(),
             fields: Fields {
                 gravity: R::Vec3::of(scene.world.gravity),
                 force: R::Vec3::of(scene.world.force),
@@ -131,6 +135,7 @@ impl<R: Real> Model<R> {
         self.fields.weights = column(&self.slots, 14);
         self.renew_masses();
         self.renew_radii();
+        self.points = Points::new(&self.obstacles.solids, &self.springs, &self.slots);
     }
 
     /// Updates the radii that count against obstacles for changed touches.
@@ -230,7 +235,8 @@ impl<R: Real> Model<R> {
         work.own_power
     }
 
-    /// Lets every particle that has come into an obstacle meet it, at the end of a substep.
+    /// Lets every particle that has come into an obstacle meet it, and every contact point, at the
+    /// end of a substep.
     pub(crate) fn resolve(
         &self,
         level: Level,
@@ -238,7 +244,32 @@ impl<R: Real> Model<R> {
         forces: &[R],
         substep: Substep<'_, R>,
     ) -> Contacts {
-        let bodies = Bodies {
+        let contacts = resolve(level, &self.obstacles, self.ending(state, forces, substep));
+        contacts + self.meet_springs(state, forces, substep)
+    }
+
+    /// Lets the contact points on springs that have come into a solid meet it.
+    pub(crate) fn meet_springs(
+        &self,
+        state: &mut Columns<R>,
+        forces: &[R],
+        substep: Substep<'_, R>,
+    ) -> Contacts {
+        if self.points.is_empty() {
+            return Contacts::default();
+        }
+        let mut bodies = self.ending(state, forces, substep);
+        self.points.meet(&self.obstacles.solids, &self.springs, &mut bodies)
+    }
+
+    /// What contact at the end of a substep needs.
+    fn ending<'a>(
+        &'a self,
+        state: &'a mut Columns<R>,
+        forces: &'a [R],
+        substep: Substep<'a, R>,
+    ) -> Bodies<'a, R> {
+        Bodies {
             masses: &self.mass_column,
             inverse_masses: &self.inverse_mass_column,
             stiffnesses: self.springs.stiffness_sums(),
@@ -247,8 +278,7 @@ impl<R: Real> Model<R> {
             positions: &mut state.positions,
             velocities: &mut state.velocities,
             substep,
-        };
-        resolve(level, &self.obstacles, bodies)
+        }
     }
 
     /// Whether a particle at these positions is on an obstacle at a time, seconds; `are_far`: none
@@ -528,6 +558,7 @@ impl<R: Real> Model<R> {
             inverse_mass_column: Aligned::default(),
             radius_column: Aligned::default(),
             largest_radius: S::ZERO,
+            points: Points::default(),
             fields: Fields {
                 gravity: vector(self.gravity()),
                 force: vector(self.force()),

@@ -10,7 +10,7 @@ use crate::file::schema::{SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::pins::{load, masses, pins};
-use crate::file::touch::touch;
+use crate::file::touch::{pierced, touch};
 use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
@@ -82,6 +82,7 @@ pub(crate) fn understand_rows(
     }
     let Builder { mut notes, mut budget, .. } = builder;
     touch(source, &file.bodies, &mut scene, &mut notes)?;
+    notes.extend(pierced(&scene));
     let sets = NamedSets::new(source, &file.sets, (&scene, &lattices))?;
     let pins = pins(&sets, &file.pins)?;
     let loads = masses(&sets, &file.masses)?;

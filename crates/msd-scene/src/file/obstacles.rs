@@ -95,6 +95,7 @@ impl Solids<'_> {
             spin: spin(source, &key, solid.spin)?,
             restitution,
             friction,
+            springs: solid.springs.unwrap_or(false),
             ..Solid::new(self.shape(&key, solid, notes)?)
         };
         Ok(Solid { keys: self.key_frames(&key, solid, &start)?, ..start })

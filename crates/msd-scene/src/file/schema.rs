@@ -309,6 +309,9 @@ pub struct SolidRow {
     /// Whether what touches the solid stops: short for `restitution = 0`, `tangential_loss = 1`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sticky: Option<bool>,
+    /// Whether it meets points on springs that are longer than it is thick too. Default false.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub springs: Option<bool>,
 }
 
 /// Where a solid is at a time.

@@ -182,6 +182,48 @@ fn leak(scene: &Scene, row: usize, touch: &Touch) -> Option<String> {
     })
 }
 
+/// The largest ball that fits between a side of a square and its two diagonals, as a part of the
+/// side: across, (√2 − 1).
+const HOLE: f64 = 0.414;
+
+/// A line on each solid and body that pass through each other: particles on both sides of what is
+/// thinner than they are apart, or what fits through the squares of a sheet.
+pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
+    let mut notes = Vec::new();
+    for (row, body) in scene.bodies.iter().enumerate() {
+        let particles: Vec<usize> = body.particles.clone().collect();
+        let Some(spacing) = own(scene, row, &particles).spacing else { continue };
+        let radius_of = |touch: &Touch| {
+            let is_of = touch.particles.first().is_some_and(|first| body.particles.contains(first));
+            (is_of && touch.obstacles).then_some(touch.radius)
+        };
+        let radius = scene.touches.iter().find_map(radius_of).unwrap_or(0.0);
+        let is_sheet =
+            !body.surface.corners.is_empty() && outside(scene, row).len() == body.particles.len();
+        for (number, solid) in scene.solids.iter().enumerate() {
+            let thickness = solid.shape.thickness();
+            let across = thickness + 2.0 * radius;
+            let name = &body.name;
+            if spacing <= across {
+                continue;
+            }
+            if !solid.springs {
+                notes.push(format!(
+                    "world.solids[{number}] is {thickness:.3} m thick, the particles of {name} are \
+                     {spacing:.3} m apart and pass beside it; with `springs = true` it meets the \
+                     springs between them too"
+                ));
+            } else if is_sheet && across < HOLE * spacing {
+                notes.push(format!(
+                    "world.solids[{number}] is {thickness:.3} m thick: its ends fit through the \
+                     squares of {name}, {spacing:.3} m wide, between the springs"
+                ));
+            }
+        }
+    }
+    notes
+}
+
 /// The body of a name.
 fn named(source: &Source<'_>, key: &str, name: &str, scene: &Scene) -> Result<usize, FileError> {
     if let Some(row) = scene.bodies.iter().position(|body| body.name == name) {

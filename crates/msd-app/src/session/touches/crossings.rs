@@ -5,7 +5,7 @@ use crate::session::Session;
 use crate::session::clock::Frame;
 use crate::session::run::{Reading, Run};
 use crate::session::throttle::Throttle;
-use msd_run::on;
+use msd_run::{Runner, on};
 
 /// The shortest time between two counts of a run that goes on, seconds.
 const EVERY: f64 = 0.5;
@@ -28,8 +28,7 @@ impl CrossingCount {
         frame: Frame,
         stopwatch: &impl Fn() -> f64,
     ) {
-        let has_touches = on!(run.runner(), simulation => !simulation.model().touches().is_empty());
-        if !has_touches {
+        if !touches(run.runner()) {
             return;
         }
         self.age += frame.real.max(0.0);
@@ -52,10 +51,14 @@ impl CrossingCount {
     }
 }
 
+fn touches(runner: &Runner) -> bool {
+    on!(runner, simulation => !simulation.model().touches().is_empty())
+}
+
 impl Session {
     /// Whether any particle has a radius, and touches others.
     pub fn touches(&self) -> bool {
-        on!(self.runner(), simulation => !simulation.model().touches().is_empty())
+        touches(self.runner())
     }
 
     /// Pairs of particles that may have passed through each other since the start.

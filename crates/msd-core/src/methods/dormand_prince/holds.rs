@@ -117,6 +117,13 @@ pub(crate) struct Met {
 }
 
 impl Met {
+    /// Adds contacts that moved particles and changed their velocities.
+    pub(super) fn add(&mut self, contacts: Contacts) {
+        let any = 0 < contacts.count;
+        self.contacts += contacts;
+        (self.touched, self.changed) = (self.touched | any, self.changed | any);
+    }
+
     /// Notes that a particle of some mass was moved against a force.
     fn note<R: Real>(&mut self, (mass, force): (R, R::Vec3), from: &Spot<R>, to: &Spot<R>) {
         let moved = to.position - from.position;

@@ -1,0 +1,188 @@
+//! Contact points on springs, for solids thinner than springs are long.
+//!
+//! Particles pass on both sides of a thin solid, and the springs between them through it. Where a
+//! solid asks for it ([`Solid::springs`]) it meets points on springs too. A point at a part s of the
+//! way from a to b moves as (1 − s) a + s b, and what pushes it is shared out to the ends by the
+//! same weights. So it meets a solid as a particle does, of the reciprocal mass
+//! (1 − s)²/m_a + s²/m_b: momentum and energy are those of any other contact.
+
+use super::contact::{Contacts, Evaluated, Span, Touch};
+use super::resolve::{Bodies, meet_surface};
+use super::{Ball, Placed};
+use crate::columns::slots::Slots;
+use crate::columns::{RECORD, set_vector, single, vector};
+use crate::elements::springs::Springs;
+use crate::number::{Real, Vector};
+use crate::scene::Solid;
+use alloc::vec::Vec;
+
+/// The most points on a spring.
+const MOST_POINTS: usize = 15;
+
+/// The springs with contact points, solid by solid.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Points {
+    rows: Vec<Row>,
+}
+
+/// The springs that have points for a solid.
+#[derive(Clone, Debug)]
+struct Row {
+    solid: usize,
+    /// The longest of them, metres.
+    longest: f64,
+    springs: Vec<Pointed>,
+}
+
+/// A spring with contact points.
+#[derive(Clone, Copy, Debug)]
+struct Pointed {
+    spring: u32,
+    /// Where its ends are in a column of vectors.
+    at: [u32; 2],
+    count: u32,
+}
+
+/// The number of points on a spring of some length for a solid of some thickness, metres: none on
+/// one that is not longer, else so many that they are half of the thickness apart.
+fn count(length: f64, thickness: f64) -> u32 {
+    if length <= thickness {
+        return 0;
+    }
+    let parts = libm::ceil(2.0 * length / thickness);
+    parts.min(MOST_POINTS as f64 + 1.0) as u32 - 1
+}
+
+impl Points {
+    /// The points on the springs that are longer than a solid which meets them is thick.
+    pub(crate) fn new<R: Real>(solids: &[Solid], springs: &Springs<R>, slots: &Slots) -> Self {
+        let wanted = solids.iter().enumerate().filter(|(_, solid)| solid.springs);
+        let row = |(number, solid): (usize, &Solid)| {
+            let thickness = solid.shape.thickness();
+            let mut row = Row { solid: number, longest: 0.0, springs: Vec::new() };
+            for (spring, ends) in springs.present() {
+                let length = springs.rest_lengths()[spring].to_f64();
+                let count = count(length, thickness);
+                if 0 < count {
+                    row.longest = f64::max(row.longest, length);
+                    let at = ends.map(|particle| slots.at(particle) as u32);
+                    row.springs.push(Pointed { spring: spring as u32, at, count });
+                }
+            }
+            row
+        };
+        Points { rows: wanted.map(row).filter(|row| !row.springs.is_empty()).collect() }
+    }
+
+    /// Whether there are none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Lets the points that have come into their solid meet it.
+    pub(crate) fn meet<R: Real>(
+        &self,
+        solids: &[Solid],
+        springs: &Springs<R>,
+        bodies: &mut Bodies<'_, R>,
+    ) -> Contacts {
+        let mut contacts = Contacts::default();
+        for row in &self.rows {
+            let (solid, time) = (&solids[row.solid], bodies.substep.time);
+            // The middle of a spring is no further from an end than half its length, stretched to
+            // four times that at rest.
+            let margin = bodies.radii.largest + R::of(2.0 * row.longest);
+            let wide = Ball::<R>::new(solid, time, margin);
+            if !wide.may_hold_any(bodies.positions.as_chunks::<RECORD>().0) {
+                continue;
+            }
+            let placed = Placed::new(solid, time);
+            for pointed in row.springs.iter().filter(|row| !springs.is_cut(row.spring as usize)) {
+                let at = pointed.at.map(|at| at as usize);
+                let [a, b] = at.map(|at| vector::<R>(bodies.positions, at));
+                if wide.holds(a) || wide.holds(b) {
+                    for number in 1..=pointed.count {
+                        let part = f64::from(number) / f64::from(pointed.count + 1);
+                        let point = Point { at, parts: [R::of(1.0 - part), R::of(part)] };
+                        contacts += point.meet(&placed, bodies);
+                    }
+                }
+            }
+        }
+        contacts
+    }
+}
+
+/// A point on a spring.
+struct Point<R> {
+    at: [usize; 2],
+    /// The weights of its ends.
+    parts: [R; 2],
+}
+
+impl<R: Real> Point<R> {
+    /// The mean of the vectors of its ends.
+    fn of(&self, column: &[R]) -> R::Vec3 {
+        let [a, b] = self.at.map(|at| vector::<R>(column, at));
+        a * self.parts[0] + b * self.parts[1]
+    }
+
+    /// Lets it meet a solid, and moves the ends of its spring for it.
+    fn meet(&self, placed: &Placed<'_>, bodies: &mut Bodies<'_, R>) -> Contacts {
+        let [first, last] = self.parts;
+        let [w, u] = self.at.map(|at| bodies.inverse_masses[at]);
+        let inverse_mass = first * first * w + last * last * u;
+        let position = self.of(bodies.positions);
+        let radius = {
+            let [a, b] = self.at.map(|at| bodies.radii.at(at));
+            a * first + b * last
+        };
+        let substep = bodies.substep;
+        let gap = super::Obstacle::<R>::gap(placed, position, substep.time);
+        let depth = radius - gap;
+        let is_met = R::ZERO < depth && inverse_mass != R::ZERO;
+        if !is_met {
+            return Contacts::default();
+        }
+        let normal = super::Obstacle::<R>::normal(placed, position, substep.time);
+        let pull = {
+            let [a, b] = self.at.map(|at| vector::<R>(bodies.forces, at));
+            a * (first * w) + b * (last * u)
+        };
+        let velocity = self.of(bodies.velocities);
+        let start = match substep.starts {
+            Some(column) => self.of(column),
+            None => position - (velocity - pull * substep.lag) * substep.h,
+        };
+        let stiffness = {
+            let of = |at: usize| bodies.stiffnesses.get(single(at)).map_or(R::ZERO, |&k| k);
+            let [a, b] = self.at.map(of);
+            (a * first + b * last) * inverse_mass
+        };
+        let touch = Touch {
+            normal: normal.components(),
+            depth,
+            position: position.components(),
+            radius,
+            velocity: velocity.components(),
+            start: start.components(),
+            pull: pull.components(),
+            stiffness,
+            is_held: false,
+        };
+        // What lies is held by nothing but this.
+        let evaluated = Evaluated::Nowhere;
+        let span = Span { h: substep.h, shift: substep.lag - substep.h * R::HALF, evaluated };
+        let met = meet_surface(placed, touch, (&span, substep.time), R::ONE / inverse_mass);
+        let moved = R::Vec3::from_components(met.position) - position;
+        let kick = R::Vec3::from_components(met.velocity) - velocity;
+        for (at, share) in self.at.into_iter().zip([first * w, last * u]) {
+            let share = share / inverse_mass;
+            let x = vector::<R>(bodies.positions, at) + moved * share;
+            set_vector(bodies.positions, at, x);
+            let v = vector::<R>(bodies.velocities, at) + kick * share;
+            set_vector(bodies.velocities, at, v);
+        }
+        met.contacts
+    }
+}
