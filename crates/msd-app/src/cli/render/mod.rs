@@ -12,11 +12,11 @@ use crate::cli::steps::Moments;
 use crate::cli::steps::Steps;
 use film::{About, Kind, begin};
 use msd_app::drivers::quietly;
-use msd_app::viewer::shows_springs;
+use msd_app::viewer::{go_to, shows_springs, turn_to};
 use msd_core::Error;
-use msd_render::{Camera, Gpu, Offscreen, Style, View, bounds};
+use msd_render::{Camera, Gpu, Offscreen, Style, View, bounds_with_ground, ground};
 use msd_run::{Runner, on};
-use msd_scene::shown_path;
+use msd_scene::{Viewpoint, shown_path};
 use msd_study::quantity::quantity;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -72,7 +72,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     let mut shoot = |runner: &Runner, part: f64| {
         if film.is_none() {
-            look.frame(on!(runner, simulation => bounds(&simulation.snapshot())));
+            look.frame(on!(runner, simulation => bounds_with_ground(&simulation.snapshot())));
         }
         let view = look.view(part);
         let image = on!(runner, simulation => screen.render(&simulation.snapshot(), &view));
@@ -212,6 +212,10 @@ struct Sighting {
     turn: f32,
     /// By how much a picture is wider than high.
     aspect: f32,
+    /// Where the author of the scene wants the camera.
+    viewpoint: Viewpoint,
+    /// The height that it stays above, metres.
+    ground: Option<f32>,
 }
 
 /// Directions in which a camera that turns is asked whether all is in the picture.
@@ -233,6 +237,7 @@ impl Sighting {
             ..Style::default()
         };
         let mut view = View { style, ..View::default() };
+        turn_to(&mut view.camera, prepared.camera);
         let radians = |degrees: f64| degrees.to_radians() as f32;
         if let Some(Sight::Side([yaw, pitch])) = arguments.camera {
             (view.camera.yaw, view.camera.pitch) = (radians(yaw), radians(pitch));
@@ -245,7 +250,15 @@ impl Sighting {
             Some(Sight::Orbit(Some(rate))) => radians(rate * lasting),
             _ => 0.0,
         };
-        Sighting { view, turn, aspect: width / height }
+        // Who asks for another side wants to see it all.
+        let is_turned = arguments.camera.is_some()
+            || arguments.yaw_deg.is_some()
+            || arguments.pitch_deg.is_some();
+        let viewpoint = if is_turned { Viewpoint::default() } else { prepared.camera };
+        // Whoever gives an elevation may look up from below.
+        let level = on!(&prepared.runner, simulation => ground(&simulation.snapshot()));
+        let ground = level.filter(|_| arguments.pitch_deg.is_none());
+        Sighting { view, turn, aspect: width / height, viewpoint, ground }
     }
 
     /// Goes as near as all of a box stays in the picture, from wherever it is looked at.
@@ -253,6 +266,7 @@ impl Sighting {
         let (Some(bounds), aspect) = (bounds, self.aspect) else { return };
         let start = self.view.camera;
         self.view.camera.frame(bounds, aspect);
+        go_to(&mut self.view.camera, self.viewpoint);
         if self.turn == 0.0 {
             return;
         }
@@ -268,6 +282,7 @@ impl Sighting {
     fn view(&self, part: f64) -> View {
         let mut view = self.view;
         view.camera.yaw += self.turn * part as f32;
+        self.ground.iter().for_each(|&height| view.camera.rise_above(height));
         view
     }
 }
@@ -289,7 +304,7 @@ fn seen(
             taken += 1;
             progress.tell(taken);
         }
-        let now = on!(&runner, simulation => bounds(&simulation.snapshot()));
+        let now = on!(&runner, simulation => bounds_with_ground(&simulation.snapshot()));
         all = match (all, now) {
             (Some((low, high)), Some((a, b))) => Some((low.min(a), high.max(b))),
             (all, now) => all.or(now),
