@@ -32,6 +32,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let builtins = BUILTINS.iter().filter(|builtin| !brief || builtin.name == "chain");
     for (row, builtin) in builtins.enumerate() {
         let loaded = msd::scene::open(builtin.name)?;
+        // Of scenes in which things touch, whose references take long, `drape` is enough.
+        if !loaded.scene.touches.is_empty() && builtin.name != "drape" {
+            continue;
+        }
         let case = keep(&loaded.scene, 0.5, ASKED[row % ASKED.len()])?;
         tell(builtin.name, &case);
         cases.push(case);

@@ -226,6 +226,7 @@ fn touching_cloth(falls: bool, touches: bool) -> Scene {
             damping: 0.01,
             friction: 0.5,
             itself: true,
+            obstacles: false,
             ignored: Vec::new(),
         };
         scene.add_touch(touch).expect("few pairs");

@@ -231,7 +231,12 @@ fn calibrations() -> Result<String> {
         "| scene | from t, s | estimated | true | estimated / true |\n|---|---|---|---|---|\n"
             .to_owned();
     for builtin in &BUILTINS {
-        for c in calibrate(&msd::scene::open(builtin.name)?, &[0.0, 1.0, 2.0], 30)? {
+        let loaded = msd::scene::open(builtin.name)?;
+        // Of scenes in which things touch, whose references take long, `drape` is enough.
+        if !loaded.scene.touches.is_empty() && builtin.name != "drape" {
+            continue;
+        }
+        for c in calibrate(&loaded, &[0.0, 1.0, 2.0], 30)? {
             let (estimated, right) = (estimate(c.estimated, "m"), estimate(c.true_error, "m"));
             let ratio = rounded(c.estimated / c.true_error, 2);
             let _ = writeln!(

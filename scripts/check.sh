@@ -19,14 +19,11 @@ clippy() {
     cargo clippy -p msd-app --no-default-features --bin msd -- -D warnings
 }
 doc() { RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps; }
-# As the programs of a release are built; a build with the feature and one without share little.
-features=(--features msd-app/accessibility)
+# As the programs of a release are built; builds with other features share little.
+features=(--features "msd-app/accessibility msd-app/parquet")
 # With thousands of mutations of each corpus of the fuzz targets; `scripts/fuzz.sh` goes on.
 test_debug() {
     MSD_MUTATIONS=5000 cargo test "${features[@]}"
-    # What is left out of a build unless asked for.
-    cargo test -p msd-study --features parquet --test sweep
-    cargo test -p msd-app --no-default-features --features parquet --test readers
 }
 # Where optimisation could matter: bits, kernels, threads, memory and stability.
 test_release() {

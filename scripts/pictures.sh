@@ -26,9 +26,11 @@ ls -l docs/first
 cargo run --release -- render drape --time 3 --out "$frames/drape.png"
 cwebp -quiet -q 70 -resize 640 0 "$frames/drape.png" -o docs/drape.webp
 
-# The two scenes of docs/materials.md.
+# The three scenes of docs/materials.md.
 cargo run --release -- render docs/materials/gelatine.toml --time 0.125 --size 400x300 \
     --out docs/materials/gelatine.png
 cargo run --release -- render docs/materials/denim.toml --time 2 --size 400x300 \
     --out docs/materials/denim.png
+cargo run --release -- render docs/materials/shells.toml --time 0.6 --size 400x225 \
+    --pitch-deg 10 --out docs/materials/shells.png
 ls -l docs/materials

@@ -88,13 +88,17 @@ fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<
     let cut = index(u, particles + 1)?.min(particles);
     for particles in [0..cut, cut..particles] {
         let ignored = if u.ratio(1, 4)? { (0..scene.touches.len()).collect() } else { Vec::new() };
+        let (radius, stiffness) = (decade(u)?.abs(), positive(u)?);
+        let (damping, friction) = (positive(u)?, positive(u)?);
+        let flags: u8 = u.arbitrary()?;
         scene.touches.push(Touch {
             particles: particles.collect(),
-            radius: decade(u)?.abs(),
-            stiffness: positive(u)?,
-            damping: positive(u)?,
-            friction: positive(u)?,
-            itself: u.arbitrary()?,
+            radius,
+            stiffness,
+            damping,
+            friction,
+            itself: flags & 1 != 0,
+            obstacles: flags & 2 != 0,
             ignored,
         });
         if u.arbitrary()? {

@@ -5,8 +5,8 @@
 mod cli;
 
 /// Runs the program and returns its exit code: 0 done, 2 bad input or usage or a file that could
-/// not be written, 3 diverged. The window ends with 1 where its graphics device is lost, and
-/// where its display goes away: the library of X11 prints why and ends the program.
+/// not be written, 3 diverged. The window ends with 1 where its graphics device or its
+/// display goes away; the run is saved then.
 #[cfg(not(target_arch = "wasm32"))]
 fn main() -> std::process::ExitCode {
     // Silent unless asked: one clear line is the whole message of an error.

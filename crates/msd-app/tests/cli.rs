@@ -144,6 +144,19 @@ const HEADER: &str = "step,time,kinetic,elastic,gravitational,dissipated,total,\
                       contact_taken,contact_added,px,py,pz,lx,ly,lz,x0,y0,z0,x4,y4,z4";
 
 #[test]
+fn all_particles_can_be_watched() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arguments =
+        |watch| ["run", "chain", "--duration", "0.1", "--trace", "t.csv", "--watch", watch];
+    let traces = ["all", "0,1,2,3,4"].map(|watch| {
+        json(msd(folder.path(), &[&arguments(watch)[..], &["--json"]].concat()));
+        std::fs::read_to_string(folder.path().join("t.csv")).expect("a trace")
+    });
+    assert!(traces[0].lines().next().is_some_and(|head| head.ends_with(",x4,y4,z4")));
+    assert_eq!(traces[0], traces[1]);
+}
+
+#[test]
 fn a_run_of_no_duration_writes_the_start() {
     let folder = folder();
     let report = json(msd(folder.path(), &["run", "chain", "--duration", "0", "--out", "s.csv"]));

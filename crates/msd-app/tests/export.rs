@@ -178,6 +178,22 @@ mod interrupted {
     }
 
     #[test]
+    fn ctrl_c_ends_a_replay_with_whole_files_and_compares_nothing() {
+        let folder = folder();
+        let run = ["run", "chain", "--duration", "2e3", "--record", "r.msdrec"];
+        assert!(msd(folder.path(), &run).output().expect("it runs").status.success());
+        let replay = ["run", "--replay", "r.msdrec", "--json", "--trace", "t.csv"];
+        let output = interrupt(folder.path(), &replay);
+        let said = common::text(&output.stderr);
+        assert_eq!(output.status.code(), Some(130), "{said}");
+        assert!(said.starts_with("error: interrupted at t = "), "{said}");
+        let report = common::parse(&common::text(&output.stdout));
+        assert_eq!(report["interrupted"], true);
+        assert_eq!(report["replay"]["same_bits"], serde_json::Value::Null);
+        assert_eq!(names(folder.path()), ["r.msdrec", "t.csv"]);
+    }
+
+    #[test]
     fn ctrl_c_ends_an_export_with_the_moments_that_there_are() {
         let folder = folder();
         let export = ["export", "chain", "--duration", "1e4", "--to", "c.pc2", "--json"];

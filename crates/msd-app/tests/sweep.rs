@@ -229,3 +229,29 @@ fn bad_arguments_are_refused_in_one_line() {
     fs::remove_file(folder.path().join("small.toml")).expect("removed");
     assert!(told(&[]).starts_with("error: small.toml: cannot be read: "));
 }
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_sweep_with_a_table_of_the_cells_that_are_done() {
+    let folder = folder(LONG);
+    let child = start(folder.path(), &["--jobs", "2"]);
+    let begin = Instant::now();
+    while cells(folder.path()).len() < 2 {
+        assert!(begin.elapsed() < Duration::from_secs(120), "no cell is done");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    let id = child.id().to_string();
+    let sent = Command::new("kill").args(["-INT", &id]).status().expect("kill starts");
+    assert!(sent.success());
+    let output = child.wait_with_output().expect("msd ends");
+    let told = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(130), "{told}");
+    let last = told.lines().next_back().unwrap_or_default();
+    assert!(last.starts_with("error: interrupted; ") && last.contains("cells are left"), "{told}");
+    let done = cells(folder.path()).len();
+    assert!((2..24).contains(&done), "{done}");
+    assert_eq!(table(folder.path()).len(), done);
+    let names = fs::read_dir(folder.path().join("small")).expect("a folder").flatten();
+    let parts = names.filter(|name| name.file_name().to_string_lossy().contains(".part")).count();
+    assert_eq!(parts, 0);
+}

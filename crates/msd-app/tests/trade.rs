@@ -54,6 +54,75 @@ fn an_interrupted_study_goes_on_where_it_stopped() {
     assert!(!journal(), "and forgotten at the end");
 }
 
+/// Sends Ctrl-C to a command once something is there, and waits for its end: what it said.
+#[cfg(unix)]
+fn interrupt(folder: &Path, arguments: &[&str], begun: &dyn Fn() -> bool) -> [String; 2] {
+    use std::process::Stdio;
+    let mut command = msd(folder, arguments);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("msd starts");
+    while !begun() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let id = child.id().to_string();
+    let sent = std::process::Command::new("kill").args(["-INT", &id]).status();
+    assert!(sent.expect("kill starts").success());
+    let output = child.wait_with_output().expect("msd ends");
+    let said = [output.stdout, output.stderr].map(|bytes| text(&bytes));
+    assert_eq!(output.status.code(), Some(130), "{said:?}");
+    said
+}
+
+/// Whether there is a file in the cache whose name begins so.
+#[cfg(unix)]
+fn cached(folder: &Path, start: &str) -> bool {
+    let files = std::fs::read_dir(folder.join("cache")).into_iter().flatten().flatten();
+    files.into_iter().any(|file| file.file_name().to_string_lossy().starts_with(start))
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_study_with_a_report_of_what_was_tried() {
+    let folder = folder();
+    let arguments = ["study", "cloth", "--duration", "0.5", "--time", "600"];
+    let [said, told] =
+        interrupt(folder.path(), &arguments, &|| cached(folder.path(), "study-"));
+    assert!(told.starts_with("error: interrupted after ") && said.contains("trials"), "{told}");
+    let report = folder.path().join("cloth-study");
+    let mut names: Vec<String> = std::fs::read_dir(&report)
+        .expect("a report")
+        .flatten()
+        .map(|file| file.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    let whole =
+        ["report.html", "study.csv", "study.json", "work-precision.png", "work-precision.svg"];
+    assert_eq!(names, whole, "whole files, and no part");
+    let study = parse(&std::fs::read_to_string(report.join("study.json")).expect("a file"));
+    assert!(!study["trials"].as_array().expect("trials").is_empty());
+    assert!(cached(folder.path(), "study-"), "the same command goes on from there");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_search_with_the_best_so_far_which_is_not_written() {
+    let folder = folder();
+    let scene = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [9, 9, 9]\n";
+    std::fs::write(folder.path().join("block.toml"), scene).expect("a file");
+    let arguments =
+        ["tune", "block.toml", "--duration", "2", "--max-error", "1e-7", "--write"];
+    let [said, told] =
+        interrupt(folder.path(), &arguments, &|| cached(folder.path(), "reference"));
+    assert!(told.starts_with("error: "), "{told}");
+    assert!(told.contains("interrupted"), "{told}");
+    // Where something was tried by then, that is told.
+    let is_told = said.contains("settings tried") && said.contains("not written");
+    assert!(is_told || told.contains("before anything was tried"), "{said} {told}");
+    let kept = std::fs::read_to_string(folder.path().join("block.toml")).expect("the scene");
+    assert_eq!(kept, scene);
+    let files = std::fs::read_dir(folder.path()).expect("a folder").flatten();
+    assert!(files.into_iter().all(|file| !file.file_name().to_string_lossy().contains(".part")));
+}
+
 #[test]
 fn tune_prints_the_documented_keys_and_keeps_the_wish() {
     let folder = folder();
@@ -183,7 +252,7 @@ fn tuning_the_mesh_says_what_to_write_and_a_scene_without_spacing_is_refused() {
     assert!(told.contains("use 1/2 of the spacing"), "{told}");
     assert!(told.contains("bodies[0]: size = [21], spacing = 0.05"), "{told}");
     let told = done(msd(folder.path(), &with("1e-9")));
-    assert!(told.contains("no spacing that was run meets it"), "{told}");
+    assert!(told.contains("no spacing that was run is certain to meet it"), "{told}");
     let write: Vec<&str> = with("1e-3").into_iter().chain(["--write", "--json"]).collect();
     let object = parse(&done(msd(folder.path(), &write)));
     assert_eq!((object["parts"].as_u64(), object["met"].as_bool()), (Some(1), Some(true)));

@@ -5,7 +5,7 @@
 mod frames;
 
 use egui::accesskit::{Action, Role};
-use egui::{Event, Key, Modifiers, RawInput, Vec2};
+use egui::{Color32, Event, Key, Modifiers, RawInput, Shape, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use frames::frame;
@@ -374,6 +374,25 @@ fn a_camera_that_follows_arrives_though_the_run_is_paused() {
     assert!(viewer.camera.target.distance(there) < 2e-4 * viewer.camera.distance);
 }
 
+#[test]
+fn what_is_fast_stays_in_the_picture() {
+    let mut viewer = viewer("cube", Path::new(""));
+    viewer.rect = egui::Rect::from_min_size(egui::Pos2::ZERO, Vec2::new(800.0, 600.0));
+    viewer.frame_all();
+    viewer.session.edit(MaterialEdit::Gravity(0.0));
+    viewer.session.set_wind(Wind { strength: 100.0, heading: 0.0, gusts: 0.0 });
+    viewer.look(0.0);
+    // A machine that draws five times a second; after 12 s the cube has more than a kilometre of it.
+    for _ in 0..60 {
+        viewer.session.advance(0.2, &|| 0.0);
+        viewer.look(0.2);
+        let middle = viewer.session.position(555).as_vec3();
+        let place = viewer.viewport().project(middle).expect("in front");
+        assert!(viewer.rect.contains(place), "{place:?}");
+    }
+    assert!(1e3 < viewer.session.position(555).x, "{}", viewer.session.position(555));
+}
+
 /// From the middle of the scene to what the camera looks at, as a link holds it, metres.
 fn beside(viewer: &Viewer) -> Vec3 {
     let changes = viewer.link().expect("a built-in scene").changes.expect("a camera");
@@ -485,6 +504,106 @@ fn every_control_is_reached_by_tab_and_used_by_key() {
     harness.run_steps(2);
     key(&mut harness, Key::ArrowRight);
     assert!(before < harness.state().session.material().values().gravity);
+}
+
+/// Contrast of two opaque colours by WCAG 2.1.
+fn contrast(a: Color32, b: Color32) -> f32 {
+    let luminance = |colour: Color32| {
+        let [red, green, blue, _] = egui::Rgba::from(colour).to_array();
+        0.2126 * red + 0.7152 * green + 0.0722 * blue
+    };
+    let (a, b) = (luminance(a), luminance(b));
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
+}
+
+/// The frames that are drawn around a place, within its clip: width, colour, and what they are
+/// filled with.
+fn frames_at(harness: &Harness<'_, Viewer>, place: egui::Rect) -> Vec<(f32, Color32, Color32)> {
+    let mut shapes: Vec<_> =
+        harness.output().shapes.iter().map(|clipped| (clipped.clip_rect, &clipped.shape)).collect();
+    let mut found = Vec::new();
+    while let Some((clip, shape)) = shapes.pop() {
+        match shape {
+            Shape::Vec(inner) => shapes.extend(inner.iter().map(|shape| (clip, shape))),
+            Shape::Rect(rect) if place.expand(4.0).contains_rect(rect.rect) => {
+                let is_whole = clip.expand(1.0).contains_rect(rect.rect);
+                if is_whole && 0.0 < rect.stroke.width {
+                    found.push((rect.stroke.width, rect.stroke.color, rect.fill));
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+#[test]
+fn what_has_the_keyboard_is_in_sight_and_framed() {
+    for (light, size) in [(false, [800.0, 600.0]), (true, [1280.0, 800.0])] {
+        let mut harness = harness(viewer("cube", Path::new("")), size);
+        theme::choose(&harness.ctx, light);
+        harness.run_steps(3);
+        let paper = harness.ctx.global_style().visuals.panel_fill;
+        let mut reached = Vec::new();
+        for _ in 0..120 {
+            key(&mut harness, Key::Tab);
+            harness.run_steps(30);
+            let id = harness.ctx.memory(|memory| memory.focused()).expect("the focus");
+            if reached.contains(&id) {
+                break;
+            }
+            reached.push(id);
+            let control = harness.ctx.read_response(id).expect("it is shown");
+            let with = frames_at(&harness, control.rect);
+            harness.ctx.memory_mut(|memory| memory.surrender_focus(id));
+            harness.run_steps(2);
+            let without = frames_at(&harness, control.rect);
+            harness.ctx.memory_mut(|memory| memory.request_focus(id));
+            harness.run_steps(2);
+            let is_seen = |frame: &&(f32, Color32, Color32)| {
+                let around = if frame.2.a() == 255 { frame.2 } else { paper };
+                // The level AA for what is no text.
+                !without.contains(frame)
+                    && 3.0 <= contrast(frame.1, around)
+                    && 3.0 <= contrast(frame.1, paper)
+            };
+            assert!(
+                with.iter().any(|frame| is_seen(&frame)),
+                "light {light}, number {} at {:?}: {with:?}, else {without:?}",
+                reached.len(),
+                control.rect
+            );
+        }
+        assert!(40 < reached.len(), "{}", reached.len());
+    }
+}
+
+#[test]
+fn a_list_that_is_longer_than_the_window_fades_into_the_paper_of_its_theme() {
+    let mut harness = harness(viewer("cube", Path::new("")), [800.0, 600.0]);
+    for light in [false, true] {
+        theme::choose(&harness.ctx, light);
+        harness.run_steps(3);
+        let paper = harness.ctx.global_style().visuals.panel_fill;
+        let mut faded = 0;
+        for shown in &harness.output().shapes {
+            let Shape::Mesh(mesh) = &shown.shape else { continue };
+            for colour in mesh.vertices.iter().map(|vertex| vertex.color) {
+                if mesh.texture_id == egui::TextureId::default() && 0 < colour.a() {
+                    faded += 1;
+                    // Premultiplied, rounded to whole steps.
+                    let full =
+                        colour.to_array().map(|part| i32::from(part) * 255 / i32::from(colour.a()));
+                    let far = |row: usize| (full[row] - i32::from(paper.to_array()[row])).abs();
+                    assert!(
+                        (0..3).all(|row| far(row) <= 255 / i32::from(colour.a()) + 1),
+                        "{colour:?}"
+                    );
+                }
+            }
+        }
+        assert!(2 <= faded, "nothing fades");
+    }
 }
 
 /// What the focus can be on without a name that a screen reader could say: roles and places.

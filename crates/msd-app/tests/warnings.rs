@@ -88,7 +88,7 @@ fn an_implicit_run_tells_how_far_its_solves_got_and_one_that_cannot_be_solved_fa
 }
 
 #[test]
-fn digits_that_a_place_far_away_costs_are_a_warning_before_the_run() {
+fn a_scene_far_away_runs_in_f64_unless_told_otherwise_and_then_warns_of_lost_digits() {
     let folder = folder();
     let scene = |x: &str| {
         format!(
@@ -98,12 +98,21 @@ fn digits_that_a_place_far_away_costs_are_a_warning_before_the_run() {
     };
     std::fs::write(folder.path().join("far.toml"), scene("1e5")).unwrap();
     std::fs::write(folder.path().join("near.toml"), scene("1")).unwrap();
-    let warned = |arguments: &[&str]| {
-        let arguments = [&["run"], arguments, &["--duration", "0.1"]].concat();
+    let ran = |arguments: &[&str]| {
+        let arguments = [&["run"], arguments, &["--duration", "0.1", "--json"]].concat();
         let output = outcome(msd(folder.path(), &arguments));
-        text(&output.stderr).contains("single precision rounds positions to 12 mm")
+        let warned = "single precision rounds positions to 12 mm";
+        let told = parse(&text(&output.stdout));
+        let precision = told["precision"].as_str().expect("a name").to_owned();
+        (precision, text(&output.stderr).contains(warned), told["notes"].to_string())
     };
-    assert!(warned(&["far.toml"]));
-    assert!(!warned(&["far.toml", "--precision", "f64"]));
-    assert!(!warned(&["near.toml"]));
+    let (precision, warned, notes) = ran(&["far.toml"]);
+    assert_eq!((&*precision, warned), ("f64", false));
+    assert!(notes.contains("100000 m from the origin f32 rounds positions to 1.2e-2 m"), "{notes}");
+    let (precision, warned, _) = ran(&["far.toml", "--precision", "f32"]);
+    assert_eq!((&*precision, warned), ("f32", true));
+    let (precision, warned, _) = ran(&["far.toml", "--set", "solver.precision=f32"]);
+    assert_eq!((&*precision, warned), ("f32", true));
+    let (precision, warned, notes) = ran(&["near.toml"]);
+    assert_eq!((&*precision, warned, &*notes), ("f32", false, "[]"));
 }

@@ -28,6 +28,7 @@ fn touch(particles: Vec<usize>, radius: f64) -> Touch {
         damping: 0.0,
         friction: 0.0,
         itself: true,
+        obstacles: false,
         ignored: vec![],
     }
 }

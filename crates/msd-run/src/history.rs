@@ -39,6 +39,14 @@ impl History {
         }
     }
 
+    /// Forgets the oldest states beyond so many.
+    pub fn keep(&mut self, most: usize) {
+        while most < self.moments.len() {
+            let Some(oldest) = self.moments.pop_front() else { return };
+            self.bytes -= bytes_of(&oldest);
+        }
+    }
+
     /// Takes out the latest state.
     pub fn pop(&mut self) -> Option<Moment> {
         let latest = self.moments.pop_back()?;
@@ -87,6 +95,9 @@ mod tests {
         let at = |back| history.nth_back(back).map(|moment| moment.steps);
         assert_eq!([at(0), at(1), at(MOST_STATES)], [None, Some(999), Some(400)]);
         assert_eq!(history.pop().map(|latest| latest.steps), Some(999));
+        history.keep(3);
+        let at = |back| history.nth_back(back).map(|moment| moment.steps);
+        assert_eq!([at(1), at(3), at(4)], [Some(998), Some(996), None]);
     }
 
     #[test]

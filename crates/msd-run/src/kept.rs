@@ -86,7 +86,7 @@ pub fn kept_line(loaded: &Loaded, state: &AnyState) -> String {
     format!("{name} {} {precision} {:016x}", settings.integrator, state_hash(state))
 }
 
-/// A check of all kept runs, in slices of time.
+/// A check of kept runs, all of them by default, in slices of time.
 #[derive(Debug)]
 pub struct Verification {
     runs: Vec<KeptRun>,
@@ -97,11 +97,16 @@ pub struct Verification {
 
 impl Default for Verification {
     fn default() -> Self {
-        Verification { runs: KeptRun::all(), now: None, done: 0, wrong: Vec::new() }
+        Verification::of(KeptRun::all())
     }
 }
 
 impl Verification {
+    /// A check of these runs.
+    pub fn of(runs: Vec<KeptRun>) -> Self {
+        Verification { runs, now: None, done: 0, wrong: Vec::new() }
+    }
+
     /// Runs until `is_over`, which is asked after each step, or until all is done. To open a scene
     /// takes a slice of its own.
     pub fn go_on(&mut self, is_over: impl Fn() -> bool) {

@@ -12,7 +12,6 @@
 mod crossings;
 mod automatic;
 mod runner;
-mod rounding;
 mod history;
 mod trace;
 pub mod export;
@@ -26,6 +25,5 @@ pub mod pace;
 pub use automatic::{Substeps, steps_between};
 pub use crossings::crossings;
 pub use history::History;
-pub use rounding::Rounding;
 pub use runner::{Moment, Runner, Touched};
 pub use trace::Trace;

@@ -26,7 +26,7 @@ const PATIENCE: f64 = 1.0;
 const GAIN: f64 = 0.5;
 
 /// How far back a state is looked for that is no debris, simulated seconds.
-const SOUND: f64 = 2.0;
+pub const SOUND: f64 = 2.0;
 /// A state is debris where a spring has become longer by half, and by half of the mean length.
 const STRETCH: f64 = 0.5;
 

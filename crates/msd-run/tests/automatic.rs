@@ -78,9 +78,12 @@ fn what_may_fold_takes_what_is_stable_in_any_shape() {
     assert!(guaranteed < run.settings().step / f64::from(substeps(&run) - 1));
 }
 
+/// Scenes that take long; of those in which things touch, `drape` and `pile` are enough.
+const LONG: [&str; 6] = ["snake", "trampoline", "twist", "knot", "curtain", "stairs"];
+
 #[test]
 fn the_built_in_scenes_stay_in_the_world() {
-    for builtin in BUILTINS.iter().filter(|builtin| builtin.name != "snake") {
+    for builtin in BUILTINS.iter().filter(|builtin| !LONG.contains(&builtin.name)) {
         let mut run = runner(&automatic(builtin.name));
         let stayed = (0..600).try_for_each(|_| run.step());
         assert!(stayed.is_ok(), "{}: {stayed:?}", builtin.name);

@@ -58,9 +58,15 @@ ten_seconds! {
     square4
 }
 
+/// Scenes of which `touching_scenes.rs` asks the same.
+const ELSEWHERE: [&str; 5] = ["trampoline", "twist", "knot", "curtain", "stairs"];
+
 #[test]
 fn every_built_in_scene_runs_for_ten_seconds() {
-    assert_eq!(BUILTINS.map(|builtin| builtin.name), ten_seconds_of::NAMES);
+    let here = BUILTINS.map(|builtin| builtin.name).into_iter();
+    let here: Vec<&str> = here.filter(|name| !ELSEWHERE.contains(name)).collect();
+    assert_eq!(here, ten_seconds_of::NAMES);
+    assert_eq!(BUILTINS.len(), here.len() + ELSEWHERE.len());
 }
 
 #[test]

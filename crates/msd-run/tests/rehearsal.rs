@@ -9,8 +9,11 @@ mod targets;
 
 use arbitrary::Unstructured;
 use cap::Cap;
-use msd_core::{Settings, Simulation};
-use msd_scene::BUILTINS;
+use msd_core::glam::DVec3;
+use msd_core::{Interaction, Settings, Simulation};
+use msd_run::Runner;
+use msd_run::recording::{Event, Recorder};
+use msd_scene::{BUILTINS, Output, Precision};
 use rand_pcg::Pcg32;
 use rand_pcg::rand_core::Rng;
 use std::alloc::System;
@@ -36,10 +39,14 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz")
 }
 
+fn corpus_folder(target: &str) -> PathBuf {
+    folder().join("corpus").join(target)
+}
+
 /// The seeds of a target in the order of their names, so that every machine makes the same inputs,
 /// and the built-in scenes.
 fn corpus(target: &str) -> Vec<Vec<u8>> {
-    let entries = fs::read_dir(folder().join("corpus").join(target)).expect("a corpus");
+    let entries = fs::read_dir(corpus_folder(target)).expect("a corpus");
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
     let mut seeds: Vec<_> = paths.iter().map(|path| fs::read(path).expect("a seed")).collect();
@@ -148,8 +155,97 @@ fn runs_with_right_checksums_are_refused_or_go_on() {
         msd_scene::read_saved(bytes, "").is_ok()
             || msd_run::recording::read_recording(bytes, "").is_ok()
     };
-    assert!(seeds.iter().all(is_read), "make the seeds of fuzz/corpus/runs anew");
+    let hint = "where a format has changed: cargo test --test rehearsal -- --ignored seeds_of_runs";
+    assert!(seeds.iter().all(is_read), "{hint}");
     rehearse("runs");
+}
+
+/// A little of all that a scene may have.
+const SEED: &str = r#"
+version = 1
+[solver]
+substeps = 4
+[[world.planes]]
+friction = 0.5
+[[world.solids]]
+kind = "mesh"
+file = "ball.obj"
+length = 0.6
+cell = 0.25
+position = [0, 0.3, 0]
+[[world.solids]]
+kind = "capsule"
+radius = 0.1
+length = 0.3
+position = [0.5, 0.2, 0]
+spin = [0, 1, 0]
+[[world.solids]]
+kind = "box"
+size = [0.3, 0.2, 0.3]
+position = [-0.5, 0.1, 0]
+key_frames = [{ time = 1, position = [-0.5, 0.4, 0] }, { time = 2, position = [-0.4, 0.4, 0] }]
+[[bodies]]
+kind = "block"
+size = [2, 2, 2]
+spacing = 0.2
+young = 1000
+poisson = 0.3
+density = 100
+relaxation_time = 0.01
+position = [0, 0.8, 0]
+touch = { obstacles = true, radius = 0.05 }
+[[bodies]]
+name = "rope"
+kind = "rope"
+size = [3]
+spacing = 0.2
+diameter = 0.02
+young = 100000
+density = 1000
+position = [0.2, 1.2, 0.1]
+touch = { ignore = ["block"] }
+[[pins]]
+body = "rope"
+particle = 0
+"#;
+
+const TETRAHEDRON: &str = "v 1 1 1\nv -1 -1 1\nv -1 1 -1\nv 1 -1 -1\n\
+                           f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+#[test]
+#[ignore = "makes the seeds of fuzz/corpus/runs anew, for another format"]
+fn the_seeds_of_runs_are_made_anew() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("seed.toml");
+    fs::write(&scene, SEED).expect("a file");
+    fs::write(folder.path().join("ball.obj"), TETRAHEDRON).expect("a file");
+    let mut loaded = msd_scene::open(&scene).expect("a scene");
+    for precision in [Precision::F32, Precision::F64] {
+        loaded.precision = precision;
+        let mut runner = Runner::open(&loaded).expect("a run");
+        let seed = |name: &str| corpus_folder("runs").join(format!("{name}-{precision}"));
+        let recording = seed("recording");
+        let start = runner.to_loaded("test", "a test");
+        let mut recorder = Recorder::begin(&recording, &start).expect("a file");
+        for second in 0..6 {
+            let target = DVec3::new(0.1, 1.0, 0.1 * f64::from(second));
+            let grab = Interaction::Grab {
+                particle: 9,
+                target,
+                frequency: 2.0,
+                damping_ratio: 1.0,
+                max_force: 10.0,
+            };
+            runner.queue(grab).expect("a valid interaction");
+            runner.apply_queued().expect("a valid interaction");
+            recorder.add(&Event::Act(grab)).expect("room on the disk");
+            runner.step().expect("a step");
+            recorder.step().expect("room on the disk");
+        }
+        recorder.finish(&runner).expect("room on the disk");
+        let output = Output::create(&seed("saved")).expect("a file");
+        msd_scene::write_saved(&runner.to_loaded("test", "a test"), output).expect("room");
+    }
 }
 
 #[test]

@@ -124,7 +124,7 @@ fn the_scenes_that_run_without_an_operating_system_are_those_of_today() {
 
 #[test]
 fn a_verification_in_slices_of_one_step_finds_the_kept_bits() {
-    let mut verification = Verification::default();
+    let mut verification = Verification::of(KeptRun::small());
     let (_, all) = verification.progress();
     let mut slices = 0;
     while !verification.is_done() {

@@ -24,13 +24,18 @@ macro_rules! builtin {
 }
 
 /// The built-in scenes, the default first.
-pub const BUILTINS: [Builtin; 16] = [
+pub const BUILTINS: [Builtin; 21] = [
     builtin!("cube", "a cube of firm jelly, turned and dropped"),
     builtin!("jelly", "a cube of jelly, spun and dropped"),
     builtin!("bunny", "a soft bunny hops, squashes as it lands and stands up again"),
     builtin!("cloth", "a cloth hung up by three points of its top row"),
     builtin!("drape", "a cloth falls on a ball"),
     builtin!("pile", "a dozen soft bodies fall into a box and come to rest on each other"),
+    builtin!("trampoline", "three cubes of jelly bounce on a trampoline"),
+    builtin!("twist", "a spinning weight twists a strip of cloth, which turns it back"),
+    builtin!("knot", "a rope with a loose knot, which a weight pulls tight"),
+    builtin!("curtain", "a ball comes through a curtain of two halves"),
+    builtin!("stairs", "a block of foam tumbles down the stairs"),
     builtin!("dice", "a die thrown hard against two walls"),
     builtin!("foam", "a cube of foam rubber thrown at a sticky wall"),
     builtin!("mattress", "a mattress tumbling over the floor"),

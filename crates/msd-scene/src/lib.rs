@@ -14,6 +14,7 @@
 mod shown;
 mod precision;
 mod viewpoint;
+mod rounding;
 mod state;
 mod nearby;
 pub mod mesh;
@@ -37,6 +38,7 @@ pub use open::{
     Draft, Finer, load, open, open_bytes, open_bytes_with, open_set, parse, read, write,
 };
 pub use precision::Precision;
+pub use rounding::Rounding;
 pub use shown::{shown_path, tame};
 pub use state::{AnyState, state_hash};
 pub use storage::{

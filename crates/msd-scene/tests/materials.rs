@@ -179,6 +179,7 @@ fn the_scenes_of_the_page_are_complete() {
         let loaded = toml(text).expect("a scene");
         assert!(loaded.scene.springs.iter().all(|spring| 0.0 < spring.damping));
     }
+    toml(include_str!("../../../docs/materials/shells.toml")).expect("a scene");
 }
 
 /// Lines of a body, and what is said of them.

@@ -14,7 +14,7 @@ fn defaults_follow_from_the_springs() {
         "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.2\nstiffness = 80\ndamping = 0.4\n\
          touch = {}\n",
     );
-    let [Touch { particles, radius, stiffness, damping, friction, itself, ignored }] =
+    let [Touch { particles, radius, stiffness, damping, friction, itself, obstacles, ignored }] =
         &loaded.scene.touches[..]
     else {
         panic!("one row")
@@ -24,7 +24,7 @@ fn defaults_follow_from_the_springs() {
     let sum = 2.0 * 72.0 * 80.0 / 25.0;
     assert!((radius - 0.09).abs() < 1e-12 && (stiffness - sum / 8.0).abs() < 1e-9);
     assert!((damping / stiffness - 0.4 / 80.0).abs() < 1e-12);
-    assert_eq!((*friction, *itself, ignored.len()), (0.5, true, 0));
+    assert_eq!((*friction, *itself, *obstacles, ignored.len()), (0.5, true, false, 0));
     assert!(loaded.scene.exempt.is_empty() && loaded.notes.is_empty());
 }
 

@@ -178,7 +178,7 @@ fn tuning_keeps_the_sum_of_the_errors_within_the_goal() {
             continue;
         };
         assert_eq!(best.parts, parts);
-        assert!(tuned.is_met() && best.verified + best.doubt <= wanted, "{best:?}");
+        assert!(tuned.is_met() && best.verified + tuned.doubt <= wanted, "{best:?}");
         // Once more, against the closed form, which knows nothing of extrapolation.
         let source = draft.source().unwrap();
         let scene = match parts {

@@ -5,6 +5,7 @@ use msd_scene::FileError;
 use msd_study::sweep::{Column, Datum, Event, Kind, Store, Summary, Sweep, Table, TableFormat};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use tempfile::TempDir;
 
 fn folder() -> TempDir {
@@ -41,7 +42,7 @@ fn words(sweep: &Sweep) -> Vec<String> {
 }
 
 fn run(sweep: &Sweep, store: &Store, jobs: usize) -> Summary {
-    msd_study::sweep::run(sweep, store, (0..sweep.len(), jobs), &|_| {}).expect("a run")
+    msd_study::sweep::run(sweep, store, (0..sweep.len(), jobs), (&|_| {}, &|| true)).expect("a run")
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
@@ -296,7 +297,7 @@ fn both_formats_hold_the_same_table_and_come_back() {
         let text = format!("{HEAD}format = '{format}'\n[grid]\n{grid}");
         let sweep = open(folder.path(), &text).expect("a sweep");
         let store = Store::of(&sweep, Some(folder.path().join(format)));
-        assert_eq!(run(&sweep, &store, 2), Summary { run: 4, skipped: 0, diverged: 0 });
+        assert_eq!(run(&sweep, &store, 2), Summary { run: 4, skipped: 0, diverged: 0, left: 0 });
         let (table, missing) = store.collect(&sweep).expect("a table");
         assert_eq!(missing, 0);
         let path = folder.path().join(format!("table.{format}"));
@@ -341,11 +342,12 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     let sweep = chain(folder.path(), "'solver.substeps' = [1, 2, 3, 4]");
     let store = Store::of(&sweep, None);
     assert_eq!(store.folder(), folder.path().join("sweep"));
-    let half = msd_study::sweep::run(&sweep, &store, (1..3, 1), &|_| {}).expect("a run");
-    assert_eq!(half, Summary { run: 2, skipped: 0, diverged: 0 });
+    let half =
+        msd_study::sweep::run(&sweep, &store, (1..3, 1), (&|_| {}, &|| true)).expect("a run");
+    assert_eq!(half, Summary { run: 2, skipped: 0, diverged: 0, left: 0 });
     assert_eq!(files(store.folder()).len(), 2);
     assert_eq!(store.collect(&sweep).expect("a table").1, 2);
-    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 2, diverged: 0 });
+    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 2, diverged: 0, left: 0 });
     let before = store.collect(&sweep).expect("a table").0;
     // Torn, empty, and what another run left when it was killed.
     let cells = [0, 1].map(|number| store.path(&sweep.cell(number).expect("a cell")));
@@ -353,7 +355,7 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
     fs::write(&cells[0], &bytes[..bytes.len() / 2]).expect("a file");
     fs::write(&cells[1], "").expect("a file");
     fs::write(store.folder().join(".msd-abc.part"), "half").expect("a file");
-    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 2, diverged: 0 });
+    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 2, diverged: 0, left: 0 });
     let after = store.collect(&sweep).expect("a table").0;
     assert_eq!(timeless(&before), timeless(&after));
     // A sweep that has grown keeps its cells, under new numbers.
@@ -365,13 +367,34 @@ fn what_is_done_is_not_run_again_and_what_is_broken_is() {
 }
 
 #[test]
+fn a_sweep_that_is_ended_keeps_the_cells_that_are_done_and_goes_on_there() {
+    let folder = folder();
+    let sweep = chain(folder.path(), "'solver.substeps' = [1, 2, 3, 4]");
+    let store = Store::of(&sweep, None);
+    let (done, asked) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let hear = |event| {
+        if matches!(event, Event::Finished { .. }) {
+            done.fetch_add(1, Ordering::Relaxed);
+        }
+    };
+    // Ended in the third cell, which has six steps.
+    let goes_on = || done.load(Ordering::Relaxed) < 2 || asked.fetch_add(1, Ordering::Relaxed) < 3;
+    let summary = msd_study::sweep::run(&sweep, &store, (0..4, 1), (&hear, &goes_on));
+    let summary = summary.expect("what is done");
+    assert_eq!((summary.run, summary.skipped, summary.left), (2, 0, 2));
+    assert_eq!(files(store.folder()).len(), 2, "two cells, and no part of a third");
+    let nothing = msd_study::sweep::run(&sweep, &store, (0..4, 1), (&|_| {}, &|| false));
+    assert_eq!(nothing.expect("nothing"), Summary { skipped: 2, left: 2, ..Summary::default() });
+}
+
+#[test]
 fn a_cell_that_diverges_is_a_result() {
     let folder = folder();
     let text = "version = 1\nscene = 'chain'\nduration = 5\n[grid]\n\
         'bodies[0].stiffness' = [10, 1e9]";
     let sweep = open(folder.path(), text).expect("a sweep");
     let store = Store::of(&sweep, None);
-    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 0, diverged: 1 });
+    assert_eq!(run(&sweep, &store, 1), Summary { run: 2, skipped: 0, diverged: 1, left: 0 });
     let table = store.collect(&sweep).expect("a table").0;
     let value = |row: usize, name: &str| table.rows[row][table.place(name).expect(name)].clone();
     assert_eq!(value(0, "outcome"), Datum::Text("finished".into()));
@@ -386,9 +409,8 @@ fn all_cells_are_checked_before_the_first_runs() {
     let folder = folder();
     let sweep = chain(folder.path(), "'solver.substeps' = [1, 2, 0]");
     let store = Store::of(&sweep, None);
-    let told = msd_study::sweep::run(&sweep, &store, (0..3, 2), &|event| {
-        assert!(!matches!(event, Event::Finished { .. }));
-    });
+    let hear = |event| assert!(!matches!(event, Event::Finished { .. }));
+    let told = msd_study::sweep::run(&sweep, &store, (0..3, 2), (&hear, &|| true));
     assert!(told.expect_err("refused").to_string().contains("solver.substeps is 0"));
     assert!(!store.folder().exists());
     assert_eq!(TableFormat::of(Path::new("a.CSV")), Some(TableFormat::Csv));

@@ -4,13 +4,14 @@ use super::arguments::StudyArguments;
 use super::failure::{Failure, say};
 use super::places::{Places, make_folder};
 use super::run::{explain_divergence, open_draft, open_scene};
-use super::steps::Bar;
+use super::steps::{Bar, Interrupt, Patient};
 use msd_scene::{Loaded, shown_path, write_file};
 use msd_study::Study;
 use msd_study::choice::FRAME;
-use msd_study::conduct::{Plan, Progress, add_space, study};
-use msd_study::quantity::{estimate, quantity, rounded};
-use msd_study::terms::terms;
+use msd_study::conduct::{Plan, add_space, study_followed};
+use msd_study::leave::Halt;
+use msd_study::quantity::{estimate, quantity};
+use msd_study::terms::terms_by_leave;
 use msd_study::words::{off, told};
 use std::path::{Path, PathBuf};
 
@@ -40,30 +41,60 @@ pub fn run_study(arguments: &StudyArguments) -> Result<(), Failure> {
         let refine = |source| draft.finer(&source, &loaded.scene, 1).map(drop);
         draft.source().and_then(refine).map_err(Failure::input)?;
     }
-    let bar = Bar::new();
-    let studied = study(&loaded, plan, &mut |Progress { now, done, left, .. }| {
-        let left =
-            left.map_or(String::new(), |left| format!(", at most {} s left", rounded(left, 2)));
-        bar.tell(&format!("{done} trials done{left}: {now}"));
-    });
-    let mut studied = studied.map_err(|error| explain_divergence(&loaded.name, error, None))?;
-    let added = draft.map(|draft| add_space(&mut studied, &draft, plan, &mut |now| bar.tell(now)));
-    // What was studied is not lost with it.
-    let added = added.and_then(Result::err).map(Failure::input);
+    let (bar, interrupt) = (Bar::new(), Interrupt::catch());
+    let mut follower = Patient { bar: &bar, interrupt: &interrupt, is_searching: false };
+    let studied = study_followed(&loaded, plan, &mut follower);
+    let (mut studied, is_whole) = studied.map_err(|halt| halted(&loaded.name, halt))?;
+    let mut failures = Vec::new();
+    if let Some(draft) = draft.filter(|_| is_whole) {
+        // What was studied is not lost with it, and nothing of it is half done on the way.
+        failures.extend(write(&studied, &folder));
+        interrupt.end_at_once();
+        let added = add_space(&mut studied, &draft, plan, &mut |now| bar.tell(now));
+        failures = Vec::from_iter(added.err().map(Failure::input));
+    }
     bar.end();
-    let json = serde_json::to_string_pretty(&studied).map_err(Failure::input)?;
+    failures.extend(write(&studied, &folder));
+    let said = match arguments.json {
+        true => say(&serde_json::to_string_pretty(&studied).map_err(Failure::input)?),
+        false => say(&summary(&studied, &folder)),
+    };
+    failures.extend(said.err());
+    let ended = (!is_whole).then(|| {
+        let count = studied.trials.len();
+        Failure::interrupted(format!(
+            "interrupted after {count} trials, which the report is of; the same command goes on \
+             from there"
+        ))
+    });
+    Failure::all(failures.into_iter().chain(ended))
+}
+
+/// Why there is no study or search.
+pub fn halted(scene: &str, halt: Halt) -> Failure {
+    match halt {
+        Halt::Refused(error) => explain_divergence(scene, error, None),
+        Halt::Stopped | Halt::Late => {
+            Failure::interrupted(format!("{scene}: interrupted before anything was tried"))
+        }
+    }
+}
+
+/// Writes the files of a report; returns what could not be written.
+fn write(study: &Study, folder: &Path) -> Vec<Failure> {
+    let json = match serde_json::to_string_pretty(study) {
+        Ok(json) => json,
+        Err(error) => return vec![Failure::input(error)],
+    };
     let contents = [
-        msd_report::html(&studied).into_bytes(),
-        msd_report::csv(&studied),
-        msd_report::svg(&studied).into_bytes(),
-        msd_report::png(&studied),
-        json.clone().into_bytes(),
+        msd_report::html(study).into_bytes(),
+        msd_report::csv(study),
+        msd_report::svg(study).into_bytes(),
+        msd_report::png(study),
+        json.into_bytes(),
     ];
     let write = |(name, bytes): (&str, Vec<u8>)| write_file(&folder.join(name), &bytes).err();
-    let unwritten = FILES.into_iter().zip(contents).filter_map(write).map(Failure::input);
-    let unwritten: Vec<Failure> = unwritten.collect();
-    let said = if arguments.json { say(&json) } else { say(&summary(&studied, &folder)) };
-    Failure::all(added.into_iter().chain(unwritten).chain(said.err()))
+    FILES.into_iter().zip(contents).filter_map(write).map(Failure::input).collect()
 }
 
 /// The files of a report.
@@ -71,11 +102,16 @@ const FILES: [&str; 5] =
     ["report.html", "study.csv", "work-precision.svg", "work-precision.png", "study.json"];
 
 fn tell_terms(loaded: &Loaded, arguments: &StudyArguments) -> Result<(), Failure> {
-    let bar = Bar::new();
+    let (bar, interrupt) = (Bar::new(), Interrupt::catch());
     bar.tell("switching off one part at a time");
-    let rows = terms(loaded, arguments.duration);
+    let rows = terms_by_leave(loaded, arguments.duration, &mut || !interrupt.is_asked());
     bar.end();
-    let rows = rows.map_err(|error| Failure::input(format!("{}: {error}", loaded.name)))?;
+    let rows = rows.map_err(|halt| match halt {
+        Halt::Refused(error) => Failure::input(format!("{}: {error}", loaded.name)),
+        Halt::Stopped | Halt::Late => {
+            Failure::interrupted("interrupted; nothing is known of some of the parts")
+        }
+    })?;
     if arguments.json {
         return say(&serde_json::to_string_pretty(&rows).map_err(Failure::input)?);
     }

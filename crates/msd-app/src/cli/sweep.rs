@@ -4,6 +4,7 @@ use super::arguments::SweepArguments;
 use super::failure::{self, Failure, say};
 use super::places::Places;
 use super::run::link;
+use super::steps::Interrupt;
 use indicatif::{ProgressBar, ProgressStyle};
 use msd_scene::shown_path;
 use msd_study::sweep::{Event, Store, Summary, Sweep, TableFormat};
@@ -42,16 +43,22 @@ pub fn run_sweep(arguments: &SweepArguments) -> Result<(), Failure> {
     if whole {
         check_place((&sweep, &store), ("the table", &store.table_path()))?;
     }
-    let summary = run_cells(&sweep, &store, (cells, arguments.jobs))?;
+    let interrupt = Interrupt::catch();
+    let summary = run_cells(&sweep, &store, (cells, arguments.jobs), &interrupt)?;
     // A part of a sweep leaves the table alone: every task of an array would read all files.
     let table = || collect(&sweep, &store, (&store.table_path(), sweep.format()));
-    let (table, failed) = match whole.then(table).transpose() {
+    let is_any = 0 < summary.run + summary.skipped;
+    let (table, failed) = match (whole && is_any).then(table).transpose() {
         Ok(table) => (table, None),
         Err(failure) => (None, Some(failure)),
     };
     let report = SweepReport::new(&summary, &store, table);
     let said = tell(&report, arguments.json, || report.words());
-    Failure::all(said.err().into_iter().chain(failed))
+    let ended = (0 < summary.left).then(|| {
+        let left = summary.left;
+        Failure::interrupted(format!("interrupted; {left} cells are left for the same command"))
+    });
+    Failure::all(said.err().into_iter().chain(failed).chain(ended))
 }
 
 /// A cell; the keys of `--list --json`.
@@ -82,6 +89,8 @@ struct SweepReport {
     skipped: usize,
     /// Cells of those run that diverged.
     diverged: usize,
+    /// Cells that Ctrl-C left.
+    left: usize,
     folder: String,
     /// Null where only some cells were asked for.
     table: Option<TableReport>,
@@ -89,12 +98,12 @@ struct SweepReport {
 
 impl SweepReport {
     fn new(summary: &Summary, store: &Store, table: Option<TableReport>) -> Self {
-        let Summary { run, skipped, diverged } = *summary;
-        SweepReport { run, skipped, diverged, folder: shown_path(store.folder()), table }
+        let Summary { run, skipped, diverged, left } = *summary;
+        SweepReport { run, skipped, diverged, left, folder: shown_path(store.folder()), table }
     }
 
     fn words(&self) -> String {
-        let SweepReport { run, skipped, diverged, folder, table } = self;
+        let SweepReport { run, skipped, diverged, folder, table, .. } = self;
         let cells = if run + skipped == 1 { "cell" } else { "cells" };
         let diverged = match diverged {
             0 => String::new(),
@@ -186,6 +195,7 @@ fn run_cells(
     sweep: &Sweep,
     store: &Store,
     (cells, jobs): (Range<usize>, usize),
+    interrupt: &Interrupt,
 ) -> Result<Summary, Failure> {
     let bar = ProgressBar::new(0);
     if let Ok(style) = ProgressStyle::with_template("{elapsed} {wide_bar} {pos}/{len} {msg}") {
@@ -213,7 +223,8 @@ fn run_cells(
         }
         _ => {}
     };
-    let summary = msd_study::sweep::run(sweep, store, (cells, jobs), &hear);
+    let summary =
+        msd_study::sweep::run(sweep, store, (cells, jobs), (&hear, &|| !interrupt.is_asked()));
     bar.finish_and_clear();
     summary.map_err(Failure::input)
 }

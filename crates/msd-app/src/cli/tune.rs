@@ -2,13 +2,14 @@
 
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
-use super::run::{SetKeys, explain_divergence, open_scene, set_keys};
-use super::steps::Bar;
+use super::run::{SetKeys, open_scene, set_keys};
+use super::steps::{Bar, Interrupt, Patient};
+use super::study::halted;
 use msd_scene::{SceneFormat, shown_path, write_file};
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::quantity::{estimate, quantity};
 use msd_study::trial::adds;
-use msd_study::tune::{Found, Goal, Tuned, tune, with_choice};
+use msd_study::tune::{Found, Goal, Tuned, tune_followed, with_choice};
 use serde::Serialize;
 use std::path::Path;
 
@@ -27,6 +28,7 @@ struct TuneReport {
     runner_up: Option<Row>,
     reference_uncertainty: f64,
     tried: usize,
+    interrupted: bool,
     written: Option<String>,
 }
 
@@ -75,19 +77,23 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         (Some(error), _) => Goal::MaxError(error),
         (None, budget) => Goal::Budget(1e-3 * budget.unwrap_or_default()),
     };
-    let bar = Bar::new();
-    let tuned = tune(&loaded.scene, arguments.duration, goal, &mut |progress| {
-        bar.tell(&progress.now);
-    });
+    let (bar, interrupt) = (Bar::new(), Interrupt::catch());
+    let mut follower = Patient { bar: &bar, interrupt: &interrupt, is_searching: true };
+    let tuned = tune_followed(&loaded.scene, arguments.duration, goal, &mut follower);
     bar.end();
-    let tuned = tuned.map_err(|error| explain_divergence(&loaded.name, error, None))?;
+    let tuned = tuned.map_err(|halt| halted(&loaded.name, halt))?;
+    let ended = tuned.is_cut_short.then(|| {
+        let tried = tuned.tried;
+        Failure::interrupted(format!("interrupted; that is the best of the {tried} settings tried"))
+    });
     let write = |format| write_choice(path, format, tuned.best.trial.choice);
-    let done = format.filter(|_| tuned.met).map(write);
+    // A better one may have come: only what is asked for again is written.
+    let done = format.filter(|_| tuned.met && ended.is_none()).map(write);
     let written = matches!(done, Some(Ok(()))).then(|| shown_path(path));
     let unwritten = done.and_then(Result::err);
     if !arguments.json {
         let lines = summary(&loaded.name, &tuned, written.as_deref(), arguments.write);
-        return Failure::all(unwritten.into_iter().chain(say(&lines).err()));
+        return Failure::all(unwritten.into_iter().chain(say(&lines).err()).chain(ended));
     }
     let report = TuneReport {
         scene: loaded.name,
@@ -101,10 +107,11 @@ pub fn run_tune(arguments: &TuneArguments) -> Result<(), Failure> {
         runner_up: tuned.others.first().map(Row::of),
         reference_uncertainty: tuned.uncertainty,
         tried: tuned.tried,
+        interrupted: ended.is_some(),
         written,
     };
     let said = say(&serde_json::to_string_pretty(&report).map_err(Failure::input)?);
-    Failure::all(unwritten.into_iter().chain(said.err()))
+    Failure::all(unwritten.into_iter().chain(said.err()).chain(ended))
 }
 
 /// The format of a scene file that may be written to; `None` if that is not wanted.
@@ -167,6 +174,8 @@ fn summary(name: &str, tuned: &Tuned, written: Option<&str>, asked_to_write: boo
     }
     if !met && asked_to_write {
         lines.push("not written, as it does not meet the goal".into());
+    } else if written.is_none() && asked_to_write {
+        lines.push("not written, as there may be a better one".into());
     }
     lines.extend(written.map(|file| format!("written to the solver section of {file}")));
     lines.join("\n")

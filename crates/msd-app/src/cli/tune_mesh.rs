@@ -67,7 +67,7 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
             keys,
             space_error: found.map(|found| found.space_error),
             total_error: found.map(|found| found.verified),
-            doubt: found.map(|found| found.doubt),
+            doubt: tuned.doubt.is_finite().then_some(tuned.doubt),
             best: found.map(|found| Row::of(&found.tuned.best)),
             space: tuned.space,
             written,
@@ -89,22 +89,25 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
 }
 
 fn summary(name: &str, tuned: &TunedSpacing, keys: &[String]) -> Vec<String> {
-    let TunedSpacing { wanted, space, found } = tuned;
+    let TunedSpacing { wanted, space, doubt, found } = tuned;
     let wish = format!(
         "{name}, {}, an error of at most {}, that of space included",
         quantity(space.duration, "s"),
         estimate(*wanted, "m")
     );
-    let Some(FoundSpacing { parts, space_error, tuned: best, verified, doubt, .. }) = found else {
+    let Some(FoundSpacing { parts, space_error, tuned: best, verified, .. }) = found else {
+        let verdict = match doubt.is_finite() {
+            true => "no spacing that was run is certain to meet it",
+            false => "whether a spacing meets it cannot be told",
+        };
         let finest = space.spacings.iter().rev().find_map(|row| Some((row.parts, row.error?)));
-        let off = finest.map_or(String::new(), |(parts, error)| {
+        let off = finest.filter(|(parts, _)| 1 < *parts).map_or(String::new(), |(parts, error)| {
             format!("; at 1/{parts} of the spacing it is {}", estimate(error, "m"))
         });
-        let stopped = &space.stopped;
         return vec![
-            format!("{wish}: no spacing that was run meets it"),
+            format!("{wish}: {verdict}"),
             format!("  {}{off}", space.words()),
-            format!("  no finer one: {stopped}"),
+            format!("  no finer one: {}", space.stopped),
         ];
     };
     let verdict = if tuned.is_met() { "use" } else { "nothing meets it; the nearest is" };
@@ -238,4 +241,35 @@ fn particle(body: Option<&BodyKey>, at: Option<[u64; 3]>, particle: Option<u64>)
         None => format!("particle = {}", particle.unwrap_or_default()),
     };
     format!("body = {}, {place}", number(body))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_study::space::{Spacing, Verdict};
+
+    #[test]
+    fn a_limit_that_is_known_in_part_and_an_error_too_large_are_told_apart() {
+        let spacing =
+            |parts, error| Spacing { parts, particles: 0, springs: 0, error, seconds: 1.0 };
+        let told = |until, wanted| {
+            let verdict =
+                Verdict::Known { error: 7.2e-3, band: 1e-3, order: 2.0, is_seen: true, until };
+            let space = Space {
+                duration: 1.0,
+                points: 27,
+                spacings: vec![spacing(1, Some(7.2e-3)), spacing(2, Some(1.8e-3))],
+                verdict,
+                stopped: "the time is up".into(),
+            };
+            let doubt = if until < 1.0 { f64::INFINITY } else { 1e-3 };
+            summary("cube", &TunedSpacing { wanted, space, doubt, found: None }, &[]).join("\n")
+        };
+        let part = told(0.4, 1e-2);
+        assert!(part.contains("whether a spacing meets it cannot be told"), "{part}");
+        assert!(part.contains("7.2 mm up to t = 0.4 s"), "{part}");
+        let large = told(1.0, 1e-4);
+        assert!(large.contains("no spacing that was run is certain to meet it"), "{large}");
+        assert!(large.contains("at 1/2 of the spacing it is 1.8 mm"), "{large}");
+    }
 }

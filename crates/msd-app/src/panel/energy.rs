@@ -1,13 +1,13 @@
 //! The energy: a bar of its parts, the plot, and what was added to it by error.
 
+use super::axes::plot_over_time;
 use super::{heading, theme};
 use crate::session::{Sample, Session, TRACE_WINDOW as WINDOW};
 use crate::viewer::Viewer;
-use egui::{Color32, Rangef, Rect, RichText, Sense, Ui, pos2, vec2};
-use egui_plot::{AxisHints, GridInput, GridMark, Line, PlotPoints};
+use egui::{Color32, Rect, RichText, Sense, Ui, pos2, vec2};
+use egui_plot::{Line, PlotPoints};
 use msd_core::Energy;
 use msd_study::quantity::{estimate, quantity, rounded};
-use std::ops::RangeInclusive;
 
 /// A curve: its name, its colour, and how it is read.
 type Curve = (&'static str, Color32, fn(&Energy) -> f64);
@@ -19,8 +19,6 @@ const CURVES: [Curve; 5] = [
     ("dissipated", Color32::from_rgb(240, 150, 90), |energy| energy.dissipated),
     ("total", Color32::from_rgb(225, 228, 235), Energy::total),
 ];
-/// The part of the time axis, at its end, where half of a number would be out of the panel.
-const ROOM: f64 = 0.1;
 /// The colour of what contact adds.
 const CONTACT: Color32 = Color32::from_rgb(250, 205, 90);
 
@@ -74,15 +72,8 @@ fn errors(ui: &mut Ui, session: &Session) {
 fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
     let (now, trace) = (session.runner().time(), session.trace());
     let height = (ui.available_height() - 72.0).clamp(64.0, 220.0);
-    super::still_plot("energy")
+    plot_over_time("energy", |value| format!("{} {unit}", rounded(value, 3)))
         .height(height)
-        .show_x(false)
-        .show_y(false)
-        .set_margin_fraction(egui::vec2(0.0, 0.12))
-        .x_grid_spacer(ticks)
-        .y_grid_spacer(ticks)
-        .custom_x_axes(vec![axis(AxisHints::new_x(), "s", ROOM)])
-        .custom_y_axes(vec![axis(AxisHints::new_y(), unit, 0.0).min_thickness(54.0)])
         .default_x_bounds((now - WINDOW).max(0.0), now.max(WINDOW))
         .show(ui, |plot| {
             for (name, colour, value) in CURVES {
@@ -92,31 +83,6 @@ fn plot(ui: &mut Ui, session: &Session, (unit, scale): (&'static str, f64)) {
             }
             plot.set_plot_bounds_x((now - WINDOW).max(0.0)..=now.max(WINDOW));
         });
-}
-
-/// An axis whose ticks have a number and a unit, but for those in a last part of it.
-fn axis<'a>(hints: AxisHints<'a>, unit: &'a str, room: f64) -> AxisHints<'a> {
-    let number = move |mark: GridMark, range: &RangeInclusive<f64>| {
-        let left = range.end() - mark.value;
-        let is_cut = left < room * (range.end() - range.start());
-        if is_cut { String::new() } else { format!("{} {unit}", rounded(mark.value, 3)) }
-    };
-    // Points between ticks from which on numbers are shown, faint and in full.
-    hints.formatter(number).label_spacing(Rangef::new(12.0, 18.0))
-}
-
-/// Ticks at multiples of 1, 2 or 5 times a power of ten: as few as can be, but two at least.
-fn ticks(input: GridInput) -> Vec<GridMark> {
-    let (low, high) = input.bounds;
-    let span = high - low;
-    if !span.is_finite() || span <= 0.0 {
-        return Vec::new();
-    }
-    let power = 10f64.powf((span / 2.0).log10().floor());
-    let steps = [5.0, 2.0].map(|part| part * power);
-    let step_size = steps.into_iter().find(|step| 2.0 * step <= span).unwrap_or(power);
-    let rows = (low / step_size).ceil() as i64..=(high / step_size).floor() as i64;
-    rows.map(|row| GridMark { value: row as f64 * step_size, step_size }).collect()
 }
 
 /// A part of the bar: its name, its colour, and how much it is, joules.
@@ -211,16 +177,6 @@ mod tests {
         assert_eq!(unit(1500.0).0, "J");
         assert_eq!(unit(98_200.0).0, "kJ");
         assert_eq!(unit(f64::INFINITY).0, "TJ");
-    }
-
-    #[test]
-    fn every_axis_has_ticks_whatever_its_bounds() {
-        for bounds in [(0.0, 12.0), (-3.0, 0.4), (999.0, 1001.0), (-1e9, 7e8), (0.0, 1e-7)] {
-            let marks = ticks(GridInput { bounds, base_step_size: 1.0 });
-            assert!((2..=6).contains(&marks.len()), "{bounds:?}: {marks:?}");
-            assert!(marks.iter().all(|mark| (bounds.0..=bounds.1).contains(&mark.value)));
-        }
-        assert!(ticks(GridInput { bounds: (1.0, 1.0), base_step_size: 1.0 }).is_empty());
     }
 
     #[test]

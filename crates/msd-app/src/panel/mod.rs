@@ -2,6 +2,7 @@
 //! 3D view between them.
 
 pub mod theme;
+mod axes;
 mod scenes;
 mod twin;
 mod run;
@@ -19,11 +20,11 @@ mod over;
 mod rehearsal;
 
 use crate::viewer::Viewer;
+use egui::scroll_area::ScrollAreaOutput;
 use egui::{
     Align, CursorIcon, Frame, Layout, Panel, Response, RichText, ScrollArea, Sense, Slider, Ui,
     Widget, WidgetInfo, vec2,
 };
-use egui_plot::Plot;
 #[cfg(target_arch = "wasm32")]
 pub use rehearsal::rehearse;
 
@@ -43,8 +44,10 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
         view(ui, viewer);
         return overlay::show(ui, viewer);
     }
-    let frame = Frame::new().fill(theme::PANEL).inner_margin(10.0);
-    let line = Frame::new().fill(theme::PANEL).inner_margin(egui::Margin::symmetric(10, 5));
+    // What fades at the edge of a list fades into this, which is to be of the theme therefore.
+    let paper = Frame::new().fill(ui.visuals().panel_fill);
+    let frame = paper.inner_margin(10.0);
+    let line = paper.inner_margin(egui::Margin::symmetric(10, 5));
     if viewer.panels {
         panels(ui, viewer, frame, line);
     }
@@ -64,7 +67,7 @@ fn panels(ui: &mut Ui, viewer: &mut Viewer, frame: Frame, line: Frame) {
     });
     Panel::left("scenes").resizable(false).exact_size(LEFT).frame(frame).show(ui, |ui| {
         let area = ScrollArea::vertical().id_salt("left").auto_shrink([false, false]);
-        area.show(ui, |ui| scenes::show(ui, viewer));
+        scroll(ui, area, |ui| scenes::show(ui, viewer));
     });
     Panel::right("numbers").resizable(false).exact_size(RIGHT).frame(frame).show(ui, |ui| {
         status::scrolled(ui, viewer, |ui, viewer| {
@@ -89,7 +92,8 @@ fn view(ui: &mut Ui, viewer: &mut Viewer) {
     let rect = ui.available_rect_before_wrap();
     viewer.rect = rect;
     viewer.frame_once();
-    let view = ui.interact(rect, Viewer::view_id(), Sense::click_and_drag());
+    // The keyboard passes it by: its keys act while no control has the keyboard.
+    let view = ui.interact(rect, Viewer::view_id(), Sense::CLICK | Sense::DRAG);
     view.widget_info(|| WidgetInfo::labeled(egui::Role::Canvas, true, "View of the scene"));
     if viewer.session.is_holding() {
         ui.set_cursor_icon(CursorIcon::Grabbing);
@@ -109,10 +113,26 @@ fn heading(ui: &mut Ui, text: &str) {
     });
 }
 
-/// A plot that the pointer does not move; it is a picture, so that the keyboard passes it by.
-fn still_plot(name: &'static str) -> Plot<'static> {
-    let plot = Plot::new(name).allow_drag(false).allow_zoom(false).allow_scroll(false);
-    plot.allow_boxed_zoom(false).allow_double_click_reset(false).sense(Sense::hover())
+/// Contents that scroll, and show the control that the keyboard comes to.
+fn scroll<T>(
+    ui: &mut Ui,
+    area: ScrollArea,
+    contents: impl FnOnce(&mut Ui) -> T,
+) -> ScrollAreaOutput<T> {
+    area.show(ui, |ui| {
+        let shown = contents(ui);
+        let focused = ui.memory(|memory| memory.focused());
+        if let Some(control) = focused.and_then(|id| ui.ctx().read_response(id))
+            && control.gained_focus()
+            && control.layer_id == ui.layer_id()
+            && ui.min_rect().contains(control.rect.center())
+        {
+            // Beyond where the contents fade.
+            let fade = ui.spacing().scroll.fade.size;
+            ui.scroll_to_rect(control.rect.expand2(vec2(0.0, fade)), None);
+        }
+        shown
+    })
 }
 
 /// A label and a slider beside it; the name of both is the label.

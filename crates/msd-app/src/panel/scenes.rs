@@ -14,6 +14,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     toggles(ui, viewer);
     camera(ui, viewer);
     keep(ui, viewer);
+    #[cfg(not(target_arch = "wasm32"))]
+    film(ui, viewer);
     window(ui, viewer);
     particle(ui, viewer);
 }
@@ -116,6 +118,36 @@ fn keep(ui: &mut Ui, viewer: &mut Viewer) {
             viewer.command(command);
         }
     }
+}
+
+/// A film of the last seconds, or how far one is.
+#[cfg(not(target_arch = "wasm32"))]
+fn film(ui: &mut Ui, viewer: &mut Viewer) {
+    use crate::viewer::FilmFormat::{Mp4, Png, WebP};
+    if let Some(filming) = &viewer.filming {
+        let [done, all] = filming.progress();
+        ui.label(RichText::new(format!("frame {done} of {all}")).small().weak());
+        if ui.button("Cancel film").clicked() {
+            filming.cancel();
+        }
+        return;
+    }
+    const FORMATS: [(&str, &str, crate::viewer::FilmFormat); 3] = [
+        ("Film", "as an animated WebP", WebP),
+        ("PNG", "as a PNG per frame", Png),
+        ("MP4", "as an MP4, which takes ffmpeg", Mp4),
+    ];
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 3.0;
+        for (name, hover, format) in FORMATS {
+            let hover = format!("Film what the timeline holds, as it is looked at now, {hover}");
+            let button = ui.button(name).on_hover_text(hover);
+            viewer.landmarks.insert(name, button.rect);
+            if button.clicked() {
+                viewer.film(format);
+            }
+        }
+    });
 }
 
 /// How the window itself looks.

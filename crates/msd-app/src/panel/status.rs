@@ -97,7 +97,7 @@ pub(super) fn scrolled(ui: &mut Ui, viewer: &mut Viewer, show: impl FnOnce(&mut 
         ui.skip_ahead_auto_ids(1);
     }
     let area = ScrollArea::vertical().id_salt("right").auto_shrink([false, false]);
-    let shown = area.show(ui, |ui| show(ui, viewer));
+    let shown = super::scroll(ui, area, |ui| show(ui, viewer));
     let is_folded = room + 1.0 < shown.content_size.y;
     if is_folded != viewer.is_folded {
         viewer.is_folded = is_folded;

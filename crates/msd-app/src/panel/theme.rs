@@ -15,6 +15,8 @@ pub const TEXT: Color32 = Color32::from_rgb(205, 211, 222);
 pub const FAINT: Color32 = Color32::from_rgb(138, 147, 163);
 /// What is chosen.
 pub const ACCENT: Color32 = Color32::from_rgb(64, 132, 214);
+/// What is chosen in light panels, with dark words on it.
+const PALE: Color32 = Color32::from_rgb(146, 190, 244);
 /// What goes well.
 pub const GOOD: Color32 = Color32::from_rgb(110, 196, 132);
 /// What needs attention.
@@ -89,8 +91,11 @@ fn colour(visuals: &mut egui::Visuals, own: fn(Color32) -> Color32) {
         visuals.extreme_bg_color = Color32::from_rgb(18, 20, 25);
     }
     visuals.window_stroke = Stroke::new(1.0, own(LINE));
-    visuals.selection.bg_fill = ACCENT;
-    visuals.selection.stroke = Stroke::new(1.0, Color32::WHITE);
+    // The frame of a field that is typed into has the colour of what is selected.
+    let (chosen, on_chosen) =
+        if visuals.dark_mode { (ACCENT, Color32::WHITE) } else { (PALE, own(TEXT)) };
+    visuals.selection.bg_fill = chosen;
+    visuals.selection.stroke = Stroke::new(1.0, on_chosen);
     visuals.slider_trailing_fill = true;
     let widgets = &mut visuals.widgets;
     for widget in [
@@ -107,8 +112,8 @@ fn colour(visuals: &mut egui::Visuals, own: fn(Color32) -> Color32) {
     widgets.inactive.fg_stroke.color = own(TEXT);
     widgets.inactive.bg_fill = own(FIELD);
     widgets.inactive.weak_bg_fill = own(FIELD);
-    // What has the keyboard is framed.
-    widgets.active.bg_stroke = Stroke::new(2.0, ACCENT);
+    // What has the keyboard is framed, also where it is chosen.
+    widgets.active.bg_stroke = Stroke::new(2.0, on_chosen);
 }
 
 #[cfg(test)]

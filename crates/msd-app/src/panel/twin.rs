@@ -1,5 +1,6 @@
 //! The twin: the same scene under other settings, as a ghost, and the distance between the two.
 
+use super::axes::plot_over_time;
 use super::theme;
 use crate::session::{Session, Twin};
 use crate::viewer::Viewer;
@@ -83,32 +84,25 @@ fn opponent(method: Integrator) -> Integrator {
 fn distance(ui: &mut Ui, session: &Session) {
     let Some(twin) = session.twin() else { return };
     let apart = twin.apart();
-    let text = format!(
-        "{} apart (rms), {} at most, at t = {:.2} s",
-        estimate(apart.rms, "m"),
-        estimate(apart.max, "m"),
-        apart.time
-    );
+    let [rms, max] = [apart.rms, apart.max].map(|metres| estimate(metres, "m"));
+    let text = format!("{rms} apart (rms), {max} at most, at t = {:.2} s", apart.time);
     let hover =
         format!("{} (rms), of particle {} at most", quantity(apart.rms, "m"), apart.particle);
     ui.label(RichText::new(text).small().color(GHOST)).on_hover_text(hover);
-    let most = twin.trace().map(|sample| sample[1]).fold(0.0, f64::max);
-    super::still_plot("twin")
-        .height(70.0)
-        .show_x(false)
-        .show_y(false)
-        .y_axis_min_width(34.0)
+    let most = twin.trace().map(|apart| apart.rms).fold(0.0, f64::max);
+    plot_over_time("twin", |metres| quantity(metres, "m"))
+        .height(78.0)
         .include_y(0.0)
         .include_y(if most == 0.0 { 1e-3 } else { most })
         .show(ui, |plot| {
-            let points: PlotPoints<'_> = twin.trace().copied().collect();
+            let points: PlotPoints<'_> =
+                twin.trace().map(|apart| [apart.time, apart.rms]).collect();
             plot.line(Line::new("distance", points).color(GHOST).width(1.5));
         });
-    let scale = format!("distance up to {}, over time in s", estimate(most, "m"));
     // In one line, so that nothing below moves where the twin fails.
     let (text, colour) = match twin.failure() {
         Some(failure) => (failure.to_owned(), theme::BAD),
-        None => (scale, theme::FAINT),
+        None => ("the distance over time".to_owned(), theme::FAINT),
     };
     ui.add(Label::new(RichText::new(&text).small().color(colour)).truncate()).on_hover_text(text);
 }

@@ -5,8 +5,9 @@ use super::run::Run;
 use super::trace::WINDOW;
 use msd_core::{Error, Interaction, Settings};
 use msd_run::replay::as_felt;
+use msd_run::rescue::{SOUND, debris};
 use msd_run::twin::{Apart, apart};
-use msd_run::{Runner, on};
+use msd_run::{History, Runner, on};
 use std::collections::VecDeque;
 
 /// The most distances in the plot: about one per pixel.
@@ -18,8 +19,10 @@ const SAMPLES: f64 = 400.0;
 pub struct Twin {
     runner: Runner,
     apart: Apart,
-    /// Simulated times, seconds, and root mean square distances, metres.
-    trace: VecDeque<[f64; 2]>,
+    /// The distances of the last seconds.
+    trace: VecDeque<Apart>,
+    /// What it may have to go back to, if it blows up.
+    history: History,
     /// Why it takes no more steps.
     failure: Option<String>,
 }
@@ -30,8 +33,13 @@ impl Twin {
         let mut runner = run.runner().clone();
         runner.set_automatic(false)?;
         runner.set_settings(Settings { step: runner.settings().step, ..settings })?;
-        let mut twin =
-            Twin { runner, apart: Apart::default(), trace: VecDeque::new(), failure: None };
+        let mut twin = Twin {
+            runner,
+            apart: Apart::default(),
+            trace: VecDeque::new(),
+            history: History::default(),
+            failure: None,
+        };
         twin.measure(run);
         Ok(twin)
     }
@@ -42,15 +50,36 @@ impl Twin {
             return;
         }
         super::run::bound(&mut self.runner);
+        let before = self.runner.moment();
         match self.runner.step() {
-            Ok(()) => self.measure(run),
+            Ok(()) => {
+                self.history.push(before);
+                // As far back as debris is looked for, and from there to a distance that was kept.
+                let kept = (SOUND + 2.0 * WINDOW / SAMPLES) / self.settings().step;
+                self.history.keep(kept.ceil() as usize);
+                self.measure(run);
+            }
             Err(Error::Diverged(_)) => {
                 let (method, time) = (self.runner.integrator(), self.runner.time());
-                self.failure = Some(format!(
-                    "{method} has left the world at t = {time:.2} s and stopped there"
-                ));
+                self.failure = Some(format!("{method} left the world at t = {time:.2} s"));
+                self.leave_debris();
             }
             Err(error) => self.failure = Some(error.to_string()),
+        }
+    }
+
+    /// Goes back to the last distance that is not one of debris, and to the state that it is of.
+    fn leave_debris(&mut self) {
+        let sound = self.runner.steps() - debris(&self.runner, &self.history) as u64;
+        while 1 < self.trace.len() && self.trace.back().is_some_and(|last| sound < last.step) {
+            self.trace.pop_back();
+        }
+        let Some(&last) = self.trace.back() else { return };
+        let back = self.runner.steps().saturating_sub(last.step) as usize;
+        if let Some(moment) = self.history.nth_back(back)
+            && self.runner.go_back(moment).is_ok()
+        {
+            self.apart = last;
         }
     }
 
@@ -66,12 +95,11 @@ impl Twin {
 
     fn measure(&mut self, run: &Run) {
         self.apart = apart(run.runner(), &self.runner);
-        let Apart { time, rms, .. } = self.apart;
-        let is_due = |last: &[f64; 2]| WINDOW / SAMPLES <= time - last[0];
-        if self.trace.back().is_none_or(is_due) {
-            self.trace.push_back([time, rms]);
+        let time = self.apart.time;
+        if self.trace.back().is_none_or(|last| WINDOW / SAMPLES <= time - last.time) {
+            self.trace.push_back(self.apart);
         }
-        while self.trace.front().is_some_and(|first| first[0] < time - WINDOW) {
+        while self.trace.front().is_some_and(|first| first.time < time - WINDOW) {
             self.trace.pop_front();
         }
     }
@@ -86,13 +114,14 @@ impl Twin {
         self.runner.settings()
     }
 
-    /// How far it is from the run, both after the same step: the last one that it took.
+    /// How far it is from the run, both after the same step: the last one that it took, or where it
+    /// left the world, the last one that is kept in which it held together.
     pub fn apart(&self) -> Apart {
         self.apart
     }
 
-    /// The distances of the last seconds: simulated time, seconds, and root mean square, metres.
-    pub fn trace(&self) -> impl ExactSizeIterator<Item = &[f64; 2]> {
+    /// The distances of the last seconds.
+    pub fn trace(&self) -> impl ExactSizeIterator<Item = &Apart> {
         self.trace.iter()
     }
 

@@ -177,13 +177,13 @@ fn options(loaded: &Loaded, runner: &Runner) -> String {
     line
 }
 
-fn free(folder: &Path, name: &str, ending: &str) -> PathBuf {
+pub(super) fn free(folder: &Path, name: &str, ending: &str) -> PathBuf {
     let path = |number: u32| folder.join(format!("{name}-{number}.{ending}"));
     let mut paths = (1..u32::MAX).map(path);
     paths.find(|path| !path.exists()).unwrap_or_else(|| path(u32::MAX))
 }
 
-fn shown(path: &Path) -> String {
+pub(super) fn shown(path: &Path) -> String {
     path.to_string_lossy().into_owned()
 }
 

@@ -9,6 +9,10 @@ use msd_scene::Viewpoint;
 /// How soon the camera follows, seconds.
 const FOLLOW_TIME: f64 = 0.2;
 
+/// How far the camera falls behind at most, as a part of its distance: what is fast stays in the
+/// picture.
+const BEHIND: f32 = 0.25;
+
 /// The camera is where it goes once it is as near as this part of its distance: a fraction of a
 /// pixel.
 const ARRIVED: f32 = 2e-4;
@@ -115,12 +119,25 @@ impl Viewer {
             return;
         }
         let way = (low + high) * 0.5 + self.beside - self.camera.target;
-        let part = way * (1.0 - (-real / FOLLOW_TIME).exp()) as f32;
+        let left = way * (-real / FOLLOW_TIME).exp() as f32;
+        let part = way - left.clamp_length_max(BEHIND * self.camera.distance);
         if part.is_finite() {
             self.camera.target += part;
             self.aimed = self.camera.target;
             self.is_gliding = ARRIVED * self.camera.distance < (way - part).length();
         }
+    }
+
+    /// How far beside the middle of everything a camera that follows looks, metres.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn beside_middle(&self) -> Vec3 {
+        // The middle that it follows has the ground below in it.
+        let everything = self.subject().map_or(Vec3::ZERO, |(low, high)| (low + high) * 0.5);
+        let bodies = on!(self.session.runner(), simulation => {
+            msd_render::bounds(&simulation.snapshot())
+        });
+        let bodies = bodies.map_or(everything, |(low, high)| (low + high) * 0.5);
+        self.beside + everything - bodies
     }
 
     /// Whether the camera is still on its way to what it follows, and wants more frames.

@@ -12,9 +12,13 @@ mod gallery;
 mod scene_text;
 mod files;
 mod look;
+#[cfg(not(target_arch = "wasm32"))]
+mod filming;
 
 pub use catalogue::{Catalogue, Entry, catalogue};
 pub use command::Command;
+#[cfg(not(target_arch = "wasm32"))]
+pub use filming::{FilmFormat, Filming};
 pub use gallery::{Gallery, Picture};
 pub use gesture::Tool;
 pub(crate) use gesture::{Action, Gesture};
@@ -62,6 +66,9 @@ pub struct Viewer {
     pub guide: Option<Guide>,
     /// The gallery, while it is open.
     pub gallery: Option<Gallery>,
+    /// The film that is being written.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub filming: Option<Filming>,
     /// A text that is to be put on the clipboard.
     pub clipboard: Option<String>,
     /// What was done last, for the user.
@@ -151,6 +158,8 @@ impl Viewer {
             preferences: Preferences::default(),
             guide: None,
             gallery: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            filming: None,
             clipboard: None,
             note: None,
             by_error: false,

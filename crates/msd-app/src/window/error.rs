@@ -26,7 +26,7 @@ pub enum Missing {
     /// A graphics adapter.
     #[error("{error}{hint}", error = .0, hint = driver(.0))]
     Graphics(Box<RenderError>),
-    /// The graphics device, which was there.
+    /// The graphics device, or the display, which was there.
     #[error("{0}")]
     Device(String),
     /// The window itself.

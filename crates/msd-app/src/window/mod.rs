@@ -14,6 +14,8 @@ mod status_file;
 mod accessibility;
 #[cfg(not(target_arch = "wasm32"))]
 mod native;
+#[cfg(not(target_arch = "wasm32"))]
+mod lost_display;
 #[cfg(target_arch = "wasm32")]
 mod web;
 
@@ -53,6 +55,10 @@ const SIZE: [f32; 2] = [1280.0, 800.0];
 /// The part of the height of a small screen that its bars leave.
 #[cfg(not(target_arch = "wasm32"))]
 const BARS: f32 = 0.94;
+
+/// How often a window that rests says how far its film is.
+#[cfg(not(target_arch = "wasm32"))]
+const FILMED_EVERY: Duration = Duration::from_millis(100);
 
 /// How often a window of X11 that rests looks for events. winit sleeps until its connection has
 /// something to read, but the thread with which a driver presents pictures reads it too: an event
@@ -108,6 +114,9 @@ pub(crate) struct Shell {
     title: String,
     hidden: bool,
     is_full: bool,
+    /// Pixels of a point of the window system, when it said that last.
+    #[cfg(not(target_arch = "wasm32"))]
+    scale: f64,
     #[cfg(not(target_arch = "wasm32"))]
     is_guided: bool,
     watcher: Option<Watcher>,
@@ -147,6 +156,8 @@ impl Shell {
             hidden: false,
             is_full: false,
             #[cfg(not(target_arch = "wasm32"))]
+            scale: 1.0,
+            #[cfg(not(target_arch = "wasm32"))]
             is_guided,
             watcher,
             #[cfg(not(target_arch = "wasm32"))]
@@ -174,6 +185,10 @@ impl Shell {
         #[cfg(feature = "accessibility")]
         self.make_accessible(event_loop, &window);
         self.clipboard = Some(Clipboard::of(event_loop));
+        #[cfg(not(target_arch = "wasm32"))]
+        {
+            self.scale = window.scale_factor();
+        }
         self.window = Some(window.clone());
         self.ask_for_graphics(event_loop, window);
         Ok(())
@@ -236,6 +251,16 @@ impl Shell {
         preferences_file::write(preferences);
         #[cfg(target_arch = "wasm32")]
         web::keep(preferences);
+    }
+
+    /// Keeps what there is where the display is gone, and returns what became of the run. The
+    /// window is not asked for its size any more.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn leave(&mut self) -> String {
+        let size = self.viewer.preferences.size.unwrap_or(SIZE);
+        preferences_file::write(self.viewer.remember(size, self.context.zoom_factor()));
+        self.viewer.session.stop_recording();
+        kept(&self.viewer)
     }
 
     fn fail(&mut self, event_loop: &ActiveEventLoop, what: Missing) {
@@ -468,6 +493,10 @@ fn lay_out(
             viewer.look(real);
             stepped = Some(stopwatch());
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        if viewer.follow_film() {
+            ui.ctx().request_repaint_after(FILMED_EVERY);
+        }
         panel::show(ui, viewer);
         let root = egui::accesskit_root_id();
         ui.ctx().accesskit_node_builder(root, |window| window.set_label(viewer.title()));
@@ -480,9 +509,26 @@ fn lay_out(
 
 /// That the graphics device was lost, and what became of the run, which needs none.
 fn lost(viewer: &Viewer, reason: &str) -> String {
-    let kept = viewer.keep_run();
-    let kept = kept.unwrap_or_else(|why| format!("the run cannot be saved: {why}"));
-    format!("the graphics device was lost ({reason}); {kept}")
+    format!("the graphics device was lost ({reason}); {}", kept(viewer))
+}
+
+/// Saves the run; says how to go on, or why it cannot be saved.
+fn kept(viewer: &Viewer) -> String {
+    viewer.keep_run().unwrap_or_else(|why| format!("the run cannot be saved: {why}"))
+}
+
+/// Lets a window whose points become so many times as large be no larger than its screen.
+#[cfg(not(target_arch = "wasm32"))]
+fn bound(window: &Window, factor: f64, mut writer: winit::event::InnerSizeWriter) {
+    let Some(screen) = window.current_monitor().map(|monitor| monitor.size()) else { return };
+    let size = window.inner_size();
+    let [width, height] = [size.width, size.height].map(|side| (f64::from(side) * factor).round());
+    let [width, height] = [width as u32, height as u32];
+    if screen.width < width || screen.height < height {
+        let bounded = [width.min(screen.width), height.min(screen.height)];
+        // Refused where the window system has its own way.
+        writer.request_inner_size(bounded.into()).ok();
+    }
 }
 
 /// Gives the window the title and the screen that the viewer asks for, where they have changed.
@@ -544,6 +590,11 @@ impl ApplicationHandler<Arrival> for Shell {
         match event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Resized(_) | WindowEvent::ScaleFactorChanged { .. } => {
+                #[cfg(not(target_arch = "wasm32"))]
+                if let WindowEvent::ScaleFactorChanged { scale_factor, inner_size_writer } = event {
+                    let factor = scale_factor / std::mem::replace(&mut self.scale, scale_factor);
+                    bound(window, factor, inner_size_writer);
+                }
                 if let Some(surface) = &mut self.surface {
                     surface.resize();
                 }

@@ -1,12 +1,13 @@
 //! The window on a desktop.
 
 use super::surface::Loss;
-use super::{Arrival, Missing, Shell, ViewError, preferences_file, status_file};
+use super::{Arrival, Missing, Shell, ViewError, lost_display, preferences_file, status_file};
 use crate::link::Link;
 use crate::viewer::{Viewer, catalogue};
 use msd_scene::Loaded;
-use std::io::Write;
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 /// Shows a scene in a window until it is closed.
 ///
@@ -54,13 +55,20 @@ fn run(mut viewer: Viewer, status: Option<&Path>) -> Result<(), Missing> {
     viewer.note = damage;
     let watcher = status.map(status_file::watcher).transpose().map_err(Missing::Status)?;
     let event_loop = event_loop()?;
-    let mut shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
-    shell.to_lose = to_lose();
-    tell_of_a_lost_display();
-    let ended = event_loop.run_app(&mut shell);
-    match shell.missing.take() {
-        Some(what) => Err(what),
-        None => ended.map_err(|error| Missing::Window(error.to_string())),
+    let shell = Shell::new(viewer, event_loop.create_proxy(), watcher);
+    let shell = Rc::new(RefCell::new(Shell { to_lose: to_lose(), ..shell }));
+    lost_display::watch(&shell);
+    let ended = event_loop.run_app(&mut lost_display::Held(shell.clone()));
+    lost_display::unwatch();
+    let mut shell = shell.borrow_mut();
+    match (shell.missing.take(), ended) {
+        (Some(what), _) => Err(what),
+        (None, Ok(())) => Ok(()),
+        (None, Err(error)) if shell.window.is_some() => {
+            let kept = shell.leave();
+            Err(Missing::Device(format!("the display went away ({error}); {kept}")))
+        }
+        (None, Err(error)) => Err(Missing::Window(error.to_string())),
     }
 }
 
@@ -106,23 +114,7 @@ fn is_wayland_gone() -> bool {
     std::os::unix::net::UnixStream::connect(folder.join(wayland)).is_err()
 }
 
-/// Where the display goes away, the library of X11 prints a line and ends the program. Where winit
-/// is the first to meet it, winit panics: that is made the same.
-fn tell_of_a_lost_display() {
-    let hook = std::panic::take_hook();
-    std::panic::set_hook(Box::new(move |panic| {
-        let is_of_winit = panic.location().is_some_and(|at| at.file().contains("winit"));
-        if is_of_winit && panic_text(panic.payload()).contains("Connection(") {
-            let display = std::env::var("DISPLAY").unwrap_or_default();
-            writeln!(std::io::stderr(), "the connection to display {display} is broken").ok();
-            // As that library does: what is left of the window cannot be closed in order.
-            std::process::exit(1);
-        }
-        hook(panic);
-    }));
-}
-
-fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
+pub(super) fn panic_text(panic: &(dyn std::any::Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
     plain(text.unwrap_or("a library of the window system is missing"))

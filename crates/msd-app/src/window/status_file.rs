@@ -20,7 +20,7 @@
 //! cross, or null), `full_screen`, `focus` (whether a control has the keyboard), `group` and
 //! `grabs` (how many particles are to be grabbed together, and are held), `guide` (steps done of
 //! the guide, or null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`),
-//! `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
+//! `filming` (null, or frames that are written), `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;
@@ -116,6 +116,7 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
         "gallery": viewer.gallery.as_ref().map(|gallery| {
             gallery.pictures.iter().filter(|picture| picture.texture.is_some()).count()
         }),
+        "filming": filming(viewer),
         "passes": session.passes(),
         "crossings": session.crossings(),
         "full_screen": viewer.full_screen,
@@ -128,6 +129,17 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
         "view": area(viewer.rect, scale),
         "landmarks": landmarks,
     })
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn filming(viewer: &Viewer) -> Option<usize> {
+    viewer.filming.as_ref().map(|filming| filming.progress()[0])
+}
+
+/// In a browser there are no films.
+#[cfg(target_arch = "wasm32")]
+fn filming(_: &Viewer) -> Option<usize> {
+    None
 }
 
 /// What is known of the trade, while it is shown.

@@ -1,7 +1,7 @@
 //! A window that is hidden and comes back, and one on a screen of fine pixels.
 
 use super::desk::{Desk, PATIENCE, desk, desk_with, numbers};
-use super::x11::Cover;
+use super::x11::{Cover, Desktop};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
@@ -60,4 +60,32 @@ fn fine_pixels_make_everything_as_much_larger() {
     let paused = desk.wait("a click is where the button is", |now| now["paused"] == true);
     desk.move_to(numbers(&paused["aim"]["screen"]));
     desk.wait("and a particle where it is drawn", |now| !now["hovered"].is_null());
+}
+
+#[test]
+fn a_scale_that_changes_while_it_runs_is_followed() {
+    let Some(mut desk) = desk("1400x900x24") else { return };
+    let desktop = Desktop::over(&desk.display);
+    desktop.scale(1.25);
+    desk.open_next("jelly");
+    eprintln!("AT START {}", desk.last()["pixels_per_point"]);
+    let start = desk.wait("it is laid out", |now| !now["landmarks"]["pause"].is_null());
+    assert_eq!(start["pixels_per_point"], 1.0);
+    let area = |now: &serde_json::Value, name: &str| numbers::<4>(&now["landmarks"][name]);
+    desktop.scale(1.5);
+    let fine = desk.wait("points are larger", |now| {
+        now["pixels_per_point"] == 1.5
+            && area(now, "timeline")[0] + area(now, "timeline")[2] <= 1400.0
+    });
+    // The window would be half as large again, and half out of the screen.
+    let [left, top, width, height] = area(&fine, "pause");
+    assert!(1.4 * area(&start, "pause")[2] < width, "{fine}");
+    assert!(left + width <= 1400.0 && top + height <= 900.0, "{fine}");
+    desk.click("pause");
+    let paused = desk.wait("a click is where the button is", |now| now["paused"] == true);
+    desk.move_to(numbers(&paused["aim"]["screen"]));
+    desk.wait("and a particle where it is drawn", |now| !now["hovered"].is_null());
+    desktop.scale(1.0);
+    let back = desk.wait("points are as before", |now| now["pixels_per_point"] == 1.0);
+    assert_eq!(area(&back, "pause")[2], area(&start, "pause")[2], "{back}");
 }

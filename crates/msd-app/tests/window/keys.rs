@@ -190,6 +190,26 @@ fn runs_scenes_recordings_and_commands_are_kept_and_can_be_had_again() {
     desk.wait("it runs", |now| 3 < steps(now));
     a_recording_says_its_file_and_is_replayed(&desk);
     s_saves_the_run_ctrl_s_the_scene_and_ctrl_c_copies_the_command(&desk);
+    a_button_films_what_was_seen_while_the_run_goes_on(&desk);
+}
+
+fn a_button_films_what_was_seen_while_the_run_goes_on(desk: &Desk) {
+    desk.xdotool("key space");
+    let runs = desk.wait("it runs", |now| now["paused"] == false);
+    // Down to where the buttons are.
+    desk.move_to([80.0, 600.0]);
+    (0..10).for_each(|_| desk.xdotool("click 5"));
+    desk.click("Film");
+    let begun = desk.wait("a film is made", |now| now["filming"].is_u64());
+    assert!(steps(&runs) < steps(&begun), "{begun}");
+    let during = desk.wait("frames are written", |now| 2 < now["filming"].as_u64().unwrap_or(0));
+    assert!(steps(&begun) < steps(&during), "the run waits for the film: {during}");
+    let made = desk.wait("it is whole", |now| {
+        now["note"].as_str().is_some_and(|note| note.starts_with("filmed: chain-1.webp, "))
+    });
+    assert_eq!(made["filming"], Value::Null);
+    let film = std::fs::read(desk.folder.path().join("chain-1.webp")).expect("a film");
+    assert_eq!((&film[..4], &film[8..16]), (&b"RIFF"[..], &b"WEBPVP8X"[..]));
 }
 
 /// Runs `msd` in the folder of the desk; returns what it said.

@@ -106,7 +106,7 @@ fn mouse_and_keyboard_act_on_the_simulation() {
     a_run_that_blows_up_is_mended_by_a_click(&desk);
     a_tiny_window_is_survived(&desk);
     only_ctrl_q_quits(&mut desk);
-    a_display_that_goes_away_is_told_in_a_line(&mut desk);
+    a_display_that_goes_away_takes_nothing_with_it(&mut desk);
 }
 
 fn space_pauses(desk: &Desk) {
@@ -226,13 +226,33 @@ fn only_ctrl_q_quits(desk: &mut Desk) {
     assert_eq!(code, Some(0));
 }
 
-fn a_display_that_goes_away_is_told_in_a_line(desk: &mut Desk) {
+fn a_display_that_goes_away_takes_nothing_with_it(desk: &mut Desk) {
     std::fs::remove_file(&desk.status).expect("the report of before");
     desk.start().expect("a second window");
+    desk.xdotool("key w");
+    desk.xdotool("key F9");
+    let steps = |now: &Value| now["steps"].as_u64().unwrap_or(0);
+    let begun = desk.wait("it is recorded", |now| now["recording"].is_string());
+    let before = desk.wait("it runs", |now| steps(&begun) + 20 < steps(now));
+    let turned = [300.0, 420.0].map(|x| [x, 120.0]);
+    desk.drag(3, turned[0], turned[1]);
+    let yaw = desk.last()["camera"]["yaw"].as_f64().expect("an angle");
     desk.xvfb.kill().expect("it is our child");
     let (code, told) = desk.end();
-    assert_eq!((code, told.lines().count()), (Some(1), 1), "{told}");
+    // The library of X11 and msd say a line each.
+    assert_eq!((code, told.lines().count()), (Some(1), 2), "{told}");
     assert!(told.contains(&desk.display) && !told.contains("panicked"), "{told}");
+    let named = told.split("msd view ").nth(1).expect("a saved run").trim();
+    let saved = msd_scene::open(desk.folder.path().join(named)).expect("it is whole");
+    assert!(steps(&before) <= saved.progress.expect("a saved run").steps);
+    let recording = desk.folder.path().join(before["recording"].as_str().expect("a name"));
+    let recording = msd_run::recording::load_recording(&recording).expect("it is whole");
+    assert!(!recording.is_cut_short && 20 < recording.steps());
+    let kept = std::fs::read_to_string(desk.folder.path().join("preferences.json"));
+    let kept: Value = serde_json::from_str(&kept.expect("preferences")).expect("whole");
+    let scene = kept["scene"].as_str().expect("the last scene");
+    let angle = kept["cameras"][scene]["yaw"].as_f64().expect("its camera");
+    assert!((angle - yaw).abs() < 1e-3, "{angle} {yaw}");
 }
 
 #[test]

@@ -137,6 +137,47 @@ impl Cover {
     }
 }
 
+/// The program of a desktop that tells the others how fine its pixels are (XSETTINGS).
+pub struct Desktop {
+    connection: RustConnection,
+    window: Window,
+}
+
+impl Desktop {
+    /// Begins before a program starts that is to hear of it.
+    pub fn over(display: &str) -> Self {
+        let (connection, root) = connect(display);
+        let window = window(&connection, root, [1, 1]);
+        let desktop = Desktop { connection, window };
+        desktop.scale(1.0);
+        let selection = atom(&desktop.connection, "_XSETTINGS_S0");
+        let owned = desktop.connection.set_selection_owner(window, selection, x11rb::CURRENT_TIME);
+        owned.expect("the display").check().expect("a selection");
+        desktop
+    }
+
+    /// Makes a point so many pixels.
+    pub fn scale(&self, factor: f64) {
+        let settings = atom(&self.connection, "_XSETTINGS_SETTINGS");
+        // In the order of this machine's bytes: a serial number, one setting, which is a number.
+        let order = u32::from(cfg!(target_endian = "big")).to_le_bytes();
+        let name = b"Xft/DPI\0";
+        let kind = [&[0, 0][..], &7u16.to_ne_bytes()].concat();
+        let value = (96.0 * 1024.0 * factor) as i32;
+        let [serial, count, changed] = [1u32, 1, 1].map(u32::to_ne_bytes);
+        let parts = [&order[..], &serial, &count, &kind, name, &changed, &value.to_ne_bytes()];
+        let data = parts.concat();
+        let put = self.connection.change_property8(
+            PropMode::REPLACE,
+            self.window,
+            settings,
+            settings,
+            &data,
+        );
+        put.expect("the display").check().expect("a property");
+    }
+}
+
 /// What a screen shows.
 pub struct Picture {
     width: usize,

@@ -36,6 +36,12 @@ impl<R: Send> Split for &mut [R] {
     }
 }
 
+/// Splits a column of a number for each slot where one of vectors is split, which has three; it may
+/// be empty.
+pub(crate) fn split_singles<R>(column: &[R], numbers: usize) -> (&[R], &[R]) {
+    column.split_at(column.len().min(numbers / 3))
+}
+
 /// Two columns of one length.
 impl<A: Split, B: Split> Split for (A, B) {
     fn numbers(&self) -> usize {

@@ -129,7 +129,7 @@ impl<R: Real> ContactLaw<R> {
         let (kept, per_slip) = self.rub(slip, push.push);
         let sticks = (slip <= grip) & (R::ZERO < grip);
         // A gap within rounding counts as zero: small steps out of it would add up to a drift.
-        let (gap, noise) = (-(way + depth), rounding(n, touch.position));
+        let (gap, noise) = (-(way + depth), touch.rounding());
         let since = if gap <= noise { R::ONE } else { depth / -way };
         let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
         let slid = self.friction * push.reach * per_slip;
@@ -152,12 +152,12 @@ impl<R: Real> ContactLaw<R> {
     }
 }
 
-/// The rounding of a gap, metres.
+/// The rounding of the gap of a particle of some radius, metres.
 #[inline(always)]
-pub(super) fn rounding<R: Real>(normal: [R; 3], position: [R; 3]) -> R {
+pub(super) fn rounding<R: Real>(normal: [R; 3], position: [R; 3], radius: R) -> R {
     let (n, x) = (normal, position);
     let sum = (n[0] * x[0]).abs() + (n[1] * x[1]).abs() + (n[2] * x[2]).abs();
-    sum * (R::EPSILON * R::of(4.0))
+    (sum + radius) * (R::EPSILON * R::of(4.0))
 }
 
 #[inline(always)]
@@ -178,6 +178,8 @@ pub(super) struct Touch<R> {
     /// How far inside, metres; positive.
     pub(super) depth: R,
     pub(super) position: [R; 3],
+    /// Its radius, metres; 0 of a point.
+    pub(super) radius: R,
     pub(super) velocity: [R; 3],
     /// Where it was at the start of the substep.
     pub(super) start: [R; 3],
@@ -234,7 +236,7 @@ impl<R: Real> Touch<R> {
     /// Whether it is inside: what lies may be so by rounding.
     #[inline(always)]
     pub(super) fn is_inside(&self, span: &Span<R>) -> bool {
-        let noise = if span.settles() { rounding(self.normal, self.position) } else { R::ZERO };
+        let noise = if span.settles() { self.rounding() } else { R::ZERO };
         noise < self.depth
     }
 
@@ -243,7 +245,12 @@ impl<R: Real> Touch<R> {
     pub(super) fn lay(&self, span: &Span<R>) -> bool {
         let gap = -(self.along_normal(self.way()) + self.depth);
         let is_pressed = self.along_normal(self.pull) < R::ZERO;
-        span.settles() && is_pressed && gap <= rounding(self.normal, self.position)
+        span.settles() && is_pressed && gap <= self.rounding()
+    }
+
+    #[inline(always)]
+    fn rounding(&self) -> R {
+        rounding(self.normal, self.position, self.radius)
     }
 
     #[inline(always)]

@@ -1,6 +1,7 @@
 //! Obstacles: solids that particles cannot enter.
 //!
-//! An obstacle knows the gap and the normal at a point, and the velocity of its surface. One law of
+//! An obstacle knows the gap and the normal at a point, and the velocity of its surface. The gap of a
+//! particle is that of its middle, less its radius where that counts ([`Radii`]). One law of
 //! contact ([`ContactLaw`]) turns these into a new position and velocity; methods decide when:
 //! after a substep (explicit, XPBD), inside the solve (implicit), at the time of the impact
 //! (Dormand-Prince).
@@ -8,6 +9,7 @@
 pub(crate) mod contact;
 mod motion;
 mod plane;
+mod radii;
 pub(crate) mod resolve;
 pub(crate) mod rest;
 mod solid;
@@ -15,6 +17,7 @@ mod solid;
 pub(crate) use contact::Evaluated;
 pub use contact::{ContactLaw, Contacts};
 pub use plane::PlaneColumn;
+pub(crate) use radii::Radii;
 use solid::Ball;
 pub use solid::Placed;
 

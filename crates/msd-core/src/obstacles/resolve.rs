@@ -2,8 +2,8 @@
 //! time.
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
-use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn};
-use crate::columns::threads::{Split, merge_shares};
+use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
+use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single};
 use crate::number::{Real, Vector, at_level};
 use core::ops::{Add, Range};
@@ -17,6 +17,7 @@ pub(crate) struct Bodies<'a, R: Real> {
     pub(crate) inverse_masses: &'a [R],
     /// Stiffness of all springs at each slot, newtons per metre; empty where that does not matter.
     pub(crate) stiffnesses: &'a [R],
+    pub(crate) radii: Radii<'a, R>,
     /// Forces of the last evaluation, newtons.
     pub(crate) forces: &'a [R],
     pub(crate) positions: &'a mut [R],
@@ -45,10 +46,10 @@ impl<R: Real> Split for Bodies<'_, R> {
         self.positions.len()
     }
     fn split(self, numbers: usize) -> (Self, Self) {
-        let (low_masses, masses) = self.masses.split_at(numbers / 3);
+        let (low_masses, masses) = split_singles(self.masses, numbers);
         let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
-        let stiff = self.stiffnesses.len().min(numbers / 3);
-        let (low_stiffnesses, stiffnesses) = self.stiffnesses.split_at(stiff);
+        let (low_stiffnesses, stiffnesses) = split_singles(self.stiffnesses, numbers);
+        let (low_radii, radii) = self.radii.split(numbers);
         let (low_forces, forces) = self.forces.split_at(numbers);
         let (low_positions, positions) = self.positions.split_at_mut(numbers);
         let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
@@ -60,15 +61,23 @@ impl<R: Real> Split for Bodies<'_, R> {
             masses: low_masses,
             inverse_masses: low_inverse_masses,
             stiffnesses: low_stiffnesses,
+            radii: low_radii,
             forces: low_forces,
             positions: low_positions,
             velocities: low_velocities,
             substep: low_substep,
         };
-        (
-            low,
-            Bodies { masses, inverse_masses, stiffnesses, forces, positions, velocities, substep },
-        )
+        let high = Bodies {
+            masses,
+            inverse_masses,
+            stiffnesses,
+            radii,
+            forces,
+            positions,
+            velocities,
+            substep,
+        };
+        (low, high)
     }
 }
 
@@ -156,7 +165,7 @@ fn near_groups<R: Real>(
     }
     let mut near = 0;
     for solid in &obstacles.solids {
-        let ball = Ball::<R>::new(solid, bodies.substep.time);
+        let ball = Ball::<R>::new(solid, bodies.substep.time, bodies.radii.largest);
         if near == all || !ball.may_hold_any(rows) {
             continue;
         }
@@ -168,18 +177,19 @@ fn near_groups<R: Real>(
         return near;
     }
     for (record, row) in rows.iter().enumerate() {
-        near |= u32::from(is_any_below(&obstacles.planes, row)) << (record / AT_ONCE);
+        let is_any = is_any_below(&obstacles.planes, bodies.radii.largest, row);
+        near |= u32::from(is_any) << (record / AT_ONCE);
     }
     near
 }
 
-/// Whether a place of a record is inside a plane.
+/// Whether a particle of this radius would be inside a plane at a place of a record.
 #[inline(always)]
-fn is_any_below<R: Real>(planes: &[PlaneColumn<R>], row: &[R; RECORD]) -> bool {
+fn is_any_below<R: Real>(planes: &[PlaneColumn<R>], radius: R, row: &[R; RECORD]) -> bool {
     let mut any = [0; LANES];
     for plane in planes {
         for (lane, any) in any.iter_mut().enumerate() {
-            *any |= u32::from(R::ZERO < depth(plane, row, lane));
+            *any |= u32::from(-radius < depth(plane, row, lane));
         }
     }
     any.iter().fold(0, |all, any| all | any) != 0
@@ -193,7 +203,7 @@ fn record_of<'a, R: Real>(bodies: &'a Bodies<'_, R>, record: usize) -> &'a [R; R
 /// The number of particles inside from which on the whole record is computed.
 const MANY: u32 = 8;
 
-/// Which particles of a record are inside a plane, a bit for each; all where there are other
+/// Which particles of a record may be inside a plane, a bit for each; all where there are other
 /// obstacles.
 #[inline(always)]
 fn inside<R: Real>(obstacles: &Obstacles<R>, bodies: &Bodies<'_, R>, record: usize) -> u32 {
@@ -205,13 +215,14 @@ fn inside<R: Real>(obstacles: &Obstacles<R>, bodies: &Bodies<'_, R>, record: usi
     for plane in &obstacles.planes {
         let mut below = [0u32; LANES];
         for (lane, below) in below.iter_mut().enumerate() {
-            *below = u32::from(R::ZERO < depth(plane, x, lane)) << lane;
+            *below = u32::from(-bodies.radii.largest < depth(plane, x, lane)) << lane;
         }
         bits |= below.iter().fold(0, |bits, bit| bits | bit);
     }
     bits
 }
 
+/// How deep a point is inside a plane, metres.
 #[inline(always)]
 fn depth<R: Real>(plane: &PlaneColumn<R>, x: &[R; RECORD], lane: usize) -> R {
     plane.offset - dot(plane.normal.components(), lane_of(x, lane))
@@ -236,6 +247,7 @@ struct Batch<R> {
     inverse_masses: [R; LANES],
     masses: [R; LANES],
     stiffnesses: [R; LANES],
+    radii: [R; LANES],
 }
 
 impl<R: Real> Default for Batch<R> {
@@ -250,6 +262,7 @@ impl<R: Real> Default for Batch<R> {
             inverse_masses: [R::ZERO; LANES],
             masses: [R::ZERO; LANES],
             stiffnesses: [R::ZERO; LANES],
+            radii: [R::ZERO; LANES],
         }
     }
 }
@@ -259,6 +272,10 @@ impl<R: Real> Batch<R> {
     fn of_record(bodies: &Bodies<'_, R>, record: usize) -> Self {
         let at = record * RECORD;
         let of = |column: &[R]| *column[at..].first_chunk().expect("a record");
+        let singles_of = |column: &[R]| match column {
+            [] => [R::ZERO; LANES],
+            all => *all[record * LANES..].first_chunk().expect("a record"),
+        };
         Batch {
             count: LANES,
             places: core::array::from_fn(|lane| at + lane),
@@ -267,11 +284,9 @@ impl<R: Real> Batch<R> {
             starts: bodies.substep.starts.map_or([R::ZERO; RECORD], of),
             pulls: of(bodies.forces),
             inverse_masses: *bodies.inverse_masses[at..].first_chunk().expect("a record"),
-            masses: *bodies.masses[record * LANES..].first_chunk().expect("a record"),
-            stiffnesses: match bodies.stiffnesses {
-                [] => [R::ZERO; LANES],
-                all => *all[record * LANES..].first_chunk().expect("a record"),
-            },
+            masses: singles_of(bodies.masses),
+            stiffnesses: singles_of(bodies.stiffnesses),
+            radii: bodies.radii.of_record(record),
         }
     }
 
@@ -288,6 +303,7 @@ impl<R: Real> Batch<R> {
         self.inverse_masses[lane] = bodies.inverse_masses[at];
         self.masses[lane] = bodies.masses[single(at)];
         self.stiffnesses[lane] = bodies.stiffnesses.get(single(at)).map_or(R::ZERO, |&k| k);
+        self.radii[lane] = bodies.radii.at(at);
         self.places[lane] = at;
         self.count += 1;
     }
@@ -321,7 +337,8 @@ impl<R: Real> Batch<R> {
             self.meet_plane(plane, &span, tally);
         }
         for solid in &obstacles.solids {
-            let near = Ball::<R>::new(solid, time).inside(&self.positions);
+            let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
+            let near = Ball::<R>::new(solid, time, largest).inside(&self.positions);
             if near != 0 {
                 let placed = Placed::new(solid, time);
                 self.meet_own(&placed, (&span, time, near), &mut tally.contacts);
@@ -339,12 +356,19 @@ impl<R: Real> Batch<R> {
             normal,
             depth,
             position: lane_of(&self.positions, lane),
+            radius: self.radii[lane],
             velocity: lane_of(&self.velocities, lane),
             start: lane_of(&self.starts, lane),
             pull: lane_of(&self.pulls, lane),
             stiffness: self.stiffnesses[lane] * self.inverse_masses[lane],
             is_held: false,
         }
+    }
+
+    /// How deep a particle is inside a plane, metres.
+    #[inline(always)]
+    fn depth(&self, plane: &PlaneColumn<R>, lane: usize) -> R {
+        depth(plane, &self.positions, lane) + self.radii[lane]
     }
 
     fn set(&mut self, lane: usize, position: [R; 3], velocity: [R; 3]) {
@@ -362,7 +386,7 @@ impl<R: Real> Batch<R> {
         let mut bounces = [0u32; LANES];
         let (mut x, mut v) = (self.positions, self.velocities);
         for lane in 0..LANES {
-            let depth = depth(plane, &self.positions, lane);
+            let depth = self.depth(plane, lane);
             let touch = self.touch(lane, normal, depth);
             let inside = touch.is_inside(span) & (self.inverse_masses[lane] != R::ZERO);
             let keeps = law.keeps(&touch, span);
@@ -388,7 +412,7 @@ impl<R: Real> Batch<R> {
             return;
         }
         for lane in (0..LANES).filter(|&lane| bounces[lane] != 0) {
-            let touch = self.touch(lane, normal, depth(plane, &self.positions, lane));
+            let touch = self.touch(lane, normal, self.depth(plane, lane));
             let Outcome { position, velocity, taken } = law.bounce(&touch, span);
             self.set(lane, position, velocity);
             let taken = (taken * self.masses[lane]).to_f64();
@@ -409,7 +433,7 @@ impl<R: Real> Batch<R> {
                 continue;
             }
             let position = R::Vec3::from_components(lane_of(&self.positions, lane));
-            let depth = -obstacle.gap(position, time);
+            let depth = self.radii[lane] - obstacle.gap(position, time);
             let is_inside = R::ZERO < depth;
             if !is_inside {
                 continue;

@@ -11,12 +11,12 @@
 
 use super::contact::{ContactLaw, Contacts, dot, rounding};
 use super::resolve::{AT_ONCE, TOGETHER, lane_of};
-use super::{Ball, Obstacle, Obstacles, OwnObstacle, Placed, PlaneColumn};
-use crate::columns::threads::{Split, merge_shares};
+use super::{Ball, Obstacle, Obstacles, OwnObstacle, Placed, PlaneColumn, Radii};
+use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, set_vector, vector};
 use crate::number::{Real, Vector, at_level};
 use crate::scene::Solid;
-use core::ops::Add;
+use core::ops::{Add, Range};
 use fearless_simd::Level;
 
 /// A state that has just been kicked: v' = v + a t.
@@ -25,6 +25,7 @@ pub(crate) struct Kicked<'a, R> {
     /// Masses, a number for each slot, and their reciprocals, three for each.
     pub(crate) masses: &'a [R],
     pub(crate) inverse_masses: &'a [R],
+    pub(crate) radii: Radii<'a, R>,
     pub(crate) positions: &'a [R],
     /// The velocities v'.
     pub(crate) velocities: &'a mut [R],
@@ -51,7 +52,8 @@ impl<R: Real> Split for Kicked<'_, R> {
         self.positions.len()
     }
     fn split(self, numbers: usize) -> (Self, Self) {
-        let (low_masses, masses) = self.masses.split_at(numbers / 3);
+        let (low_masses, masses) = split_singles(self.masses, numbers);
+        let (low_radii, radii) = self.radii.split(numbers);
         let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
         let (low_positions, positions) = self.positions.split_at(numbers);
         let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
@@ -59,104 +61,151 @@ impl<R: Real> Split for Kicked<'_, R> {
         let low = Kicked {
             masses: low_masses,
             inverse_masses: low_inverse_masses,
+            radii: low_radii,
             positions: low_positions,
             velocities: low_velocities,
             accelerations: low_accelerations,
             kick: self.kick,
         };
-        (low, Kicked { masses, inverse_masses, positions, velocities, accelerations, ..self })
+        (
+            low,
+            Kicked { masses, inverse_masses, radii, positions, velocities, accelerations, ..self },
+        )
     }
 }
 
-/// Whether a particle that something moves is on an obstacle at a time, seconds; from positions and
-/// reciprocal masses. `are_far`: it is known that none is near a solid.
+/// Where particles are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Places<'a, R> {
+    pub(crate) positions: &'a [R],
+    pub(crate) inverse_masses: &'a [R],
+    pub(crate) radii: Radii<'a, R>,
+}
+
+impl<R: Real> Split for Places<'_, R> {
+    fn numbers(&self) -> usize {
+        self.positions.len()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        let (low_positions, positions) = self.positions.split_at(numbers);
+        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
+        let (low_radii, radii) = self.radii.split(numbers);
+        let low = Places {
+            positions: low_positions,
+            inverse_masses: low_inverse_masses,
+            radii: low_radii,
+        };
+        (low, Places { positions, inverse_masses, radii })
+    }
+}
+
+impl<'a, R: Real> Places<'a, R> {
+    fn records(&self) -> &'a [[R; RECORD]] {
+        self.positions.as_chunks::<RECORD>().0
+    }
+
+    /// Whether something moves the particle in a lane of a record.
+    #[inline(always)]
+    fn is_moving(&self, record: usize, lane: usize) -> bool {
+        self.inverse_masses[record * RECORD + lane] != R::ZERO
+    }
+
+    /// The particles of some records that something moves, each with its radius.
+    fn moving(self, records: Range<usize>) -> impl Iterator<Item = ([R; 3], R)> + 'a {
+        let rows = self.records();
+        records.flat_map(move |record| {
+            (0..LANES).filter(move |&lane| self.is_moving(record, lane)).map(move |lane| {
+                (lane_of(&rows[record], lane), self.radii.at(record * RECORD + lane))
+            })
+        })
+    }
+}
+
+/// Whether a particle that something moves is on an obstacle at a time, seconds. `are_far`: it is
+/// known that none is near a solid.
 pub(crate) fn is_any_on<R: Real>(
     level: Level,
     obstacles: &Obstacles<R>,
-    (positions, inverse_masses): (&[R], &[R]),
+    places: Places<'_, R>,
     (time, are_far): (f64, bool),
 ) -> bool {
     let is_flat = are_far && obstacles.own.is_empty();
     if obstacles.is_empty() || is_flat && obstacles.planes.is_empty() {
         return false;
     }
-    let is_any = |(positions, inverse_masses): (&[R], &[R])| {
+    let is_any = |places: Places<'_, R>| {
         at_level!(level, _simd => {
-            let rows = positions.as_chunks::<RECORD>().0;
-            let masses = inverse_masses.chunks(AT_ONCE * RECORD);
-            rows.chunks(AT_ONCE).zip(masses).any(|(some, masses)| {
-                are_on_planes(obstacles, some) && is_one_on_plane(obstacles, some, masses)
-            }) || !is_flat && is_one_on_curved(obstacles, rows, inverse_masses, time)
+            is_any_on_planes(obstacles, &places)
+                || !is_flat && is_one_on_curved(obstacles, &places, time)
         })
     };
-    merge_shares((positions, inverse_masses), &is_any, &|low, high| low | high)
+    merge_shares(places, &is_any, &|low, high| low | high)
+}
+
+#[inline(always)]
+fn is_any_on_planes<R: Real>(obstacles: &Obstacles<R>, places: &Places<'_, R>) -> bool {
+    let count = places.records().len();
+    (0..count).step_by(AT_ONCE).map(|first| first..count.min(first + AT_ONCE)).any(|records| {
+        let are_on = if places.radii.column.is_empty() {
+            are_on_planes(obstacles, places, records.clone(), |_| [R::ZERO; LANES])
+        } else {
+            are_on_planes(obstacles, places, records.clone(), |record| {
+                places.radii.of_record(record)
+            })
+        };
+        let is_on_one = |(x, radius)| obstacles.planes.iter().any(|plane| is_on(plane, x, radius));
+        are_on && places.moving(records).any(is_on_one)
+    })
 }
 
 /// Whether a place in these records is on a plane, with or without a particle that can move.
 #[inline(always)]
-fn are_on_planes<R: Real>(obstacles: &Obstacles<R>, records: &[[R; RECORD]]) -> bool {
-    let mut any = [0; LANES];
+fn are_on_planes<R: Real>(
+    obstacles: &Obstacles<R>,
+    places: &Places<'_, R>,
+    records: Range<usize>,
+    radii: impl Fn(usize) -> [R; LANES],
+) -> bool {
+    let (rows, mut any) = (places.records(), [0; LANES]);
     for plane in &obstacles.planes {
-        for x in records {
+        for record in records.clone() {
+            let radii = radii(record);
             for (lane, any) in any.iter_mut().enumerate() {
-                *any |= u32::from(is_on(plane, lane_of(x, lane)));
+                *any |= u32::from(is_on(plane, lane_of(&rows[record], lane), radii[lane]));
             }
         }
     }
     any.iter().fold(0, |all, any| all | any) != 0
 }
 
-/// The particles of these records that can move.
-fn moving<'a, R: Real>(
-    records: &'a [[R; RECORD]],
-    inverse_masses: &'a [R],
-) -> impl Iterator<Item = [R; 3]> + 'a {
-    let lanes = records.iter().zip(inverse_masses.as_chunks::<RECORD>().0);
-    lanes.flat_map(|(x, w)| {
-        (0..LANES).filter(|&lane| w[lane] != R::ZERO).map(|lane| lane_of(x, lane))
-    })
-}
-
-fn is_one_on_plane<R: Real>(
-    obstacles: &Obstacles<R>,
-    records: &[[R; RECORD]],
-    inverse_masses: &[R],
-) -> bool {
-    moving(records, inverse_masses).any(|x| obstacles.planes.iter().any(|plane| is_on(plane, x)))
-}
-
 #[inline(always)]
-fn is_one_on_curved<R: Real>(
-    obstacles: &Obstacles<R>,
-    records: &[[R; RECORD]],
-    inverse_masses: &[R],
-    time: f64,
-) -> bool {
+fn is_one_on_curved<R: Real>(obstacles: &Obstacles<R>, places: &Places<'_, R>, time: f64) -> bool {
     for solid in &obstacles.solids {
-        if is_one_on_solid(solid, records, inverse_masses, time) {
+        if is_one_on_solid(solid, places, time) {
             return true;
         }
     }
-    let own = |own: &OwnObstacle| is_one_on(own.of::<R>(), records, inverse_masses, time);
-    obstacles.own.iter().any(|(_, obstacle)| own(obstacle))
+    let is_one_on = |own: &OwnObstacle| {
+        let obstacle = own.of::<R>();
+        let is_on = |(x, radius)| on_curved(obstacle, (x, radius), time).is_some();
+        places.moving(0..places.records().len()).any(is_on)
+    };
+    obstacles.own.iter().any(|(_, obstacle)| is_one_on(obstacle))
 }
 
 #[inline(always)]
-fn is_one_on_solid<R: Real>(
-    solid: &Solid,
-    records: &[[R; RECORD]],
-    inverse_masses: &[R],
-    time: f64,
-) -> bool {
-    let (placed, ball) = (Placed::new(solid, time), Ball::<R>::new(solid, time));
-    for (block, some) in records.chunks(TOGETHER).enumerate() {
+fn is_one_on_solid<R: Real>(solid: &Solid, places: &Places<'_, R>, time: f64) -> bool {
+    let ball = Ball::<R>::new(solid, time, places.radii.largest);
+    let placed = Placed::new(solid, time);
+    for (block, some) in places.records().chunks(TOGETHER).enumerate() {
         if !ball.may_hold_any(some) {
             continue;
         }
         for (record, x) in (block * TOGETHER..).zip(some) {
-            let masses = &inverse_masses[record * RECORD..];
             let is_on = |lane: usize| {
-                masses[lane] != R::ZERO && on_curved(&placed, lane_of(x, lane), time).is_some()
+                let radius = places.radii.at(record * RECORD + lane);
+                let on = || on_curved(&placed, (lane_of(x, lane), radius), time).is_some();
+                places.is_moving(record, lane) && on()
             };
             if lanes(ball.inside(x)).any(is_on) {
                 return true;
@@ -171,32 +220,27 @@ fn lanes(bits: u32) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
 }
 
-fn is_one_on<R: Real>(
-    obstacle: &dyn Obstacle<R>,
-    records: &[[R; RECORD]],
-    inverse_masses: &[R],
-    time: f64,
-) -> bool {
-    moving(records, inverse_masses).any(|x| on_curved(obstacle, x, time).is_some())
-}
-
-/// Whether the gap counts as zero: it is below its rounding.
+/// Whether the gap of a particle of this radius counts as zero: it is below its rounding.
 #[inline(always)]
-fn is_on<R: Real>(plane: &PlaneColumn<R>, x: [R; 3]) -> bool {
+fn is_on<R: Real>(plane: &PlaneColumn<R>, x: [R; 3], radius: R) -> bool {
     let normal = plane.normal.components();
-    (dot(normal, x) - plane.offset).abs() <= rounding(normal, x)
+    (dot(normal, x) - plane.offset - radius).abs() <= rounding(normal, x, radius)
 }
 
-/// The normal of an obstacle at a point on it.
-fn on_curved<R: Real>(obstacle: &dyn Obstacle<R>, x: [R; 3], time: f64) -> Option<[R; 3]> {
+/// The normal of an obstacle at a particle of some radius on it.
+fn on_curved<R: Real>(
+    obstacle: &dyn Obstacle<R>,
+    (x, radius): ([R; 3], R),
+    time: f64,
+) -> Option<[R; 3]> {
     let position = R::Vec3::from_components(x);
-    let gap = obstacle.gap(position, time).abs();
+    let gap = (obstacle.gap(position, time) - radius).abs();
     // No normal has components beyond one.
-    if R::of(8.0) * R::EPSILON * (x[0].abs() + x[1].abs() + x[2].abs()) < gap {
+    if R::of(8.0) * R::EPSILON * (x[0].abs() + x[1].abs() + x[2].abs() + radius) < gap {
         return None;
     }
     let normal = obstacle.normal(position, time).components();
-    (gap <= rounding(normal, x)).then_some(normal)
+    (gap <= rounding(normal, x, radius)).then_some(normal)
 }
 
 /// Holds the particles that lie on an obstacle after a kick.
@@ -216,10 +260,11 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
     for record in 0..kicked.positions.len() / RECORD {
         let positions = kicked.positions;
         let x: &[R; RECORD] = positions[record * RECORD..].first_chunk().expect("a record");
+        let radii = kicked.radii.of_record(record);
         let mut counts = [0; LANES];
         for plane in &obstacles.planes {
             for (lane, count) in counts.iter_mut().enumerate() {
-                *count += u32::from(is_on(plane, lane_of(x, lane)));
+                *count += u32::from(is_on(plane, lane_of(x, lane), radii[lane]));
             }
         }
         if counts.iter().fold(0, |any, count| any | count) != 0 {
@@ -236,7 +281,8 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
     }
     for solid in &obstacles.solids {
         let time = kicked.kick.time;
-        let (placed, ball) = (Placed::new(solid, time), Ball::<R>::new(solid, time));
+        let ball = Ball::<R>::new(solid, time, kicked.radii.largest);
+        let placed = Placed::new(solid, time);
         let records = kicked.positions.as_chunks::<RECORD>().0;
         for (block, some) in records.chunks(TOGETHER).enumerate() {
             if !ball.may_hold_any(some) {
@@ -267,8 +313,10 @@ fn settle_on_plane<R: Real>(
     let (mut v, a, w) =
         (of(kicked.velocities), of(kicked.accelerations), of(kicked.inverse_masses));
     let (mut lie, mut taken) = ([false; LANES], [R::ZERO; LANES]);
+    let radii = kicked.radii.of_record(record);
     for lane in 0..LANES {
-        let on = is_on(plane, lane_of(x, lane)) & (counts[lane] == 1) & (w[lane] != R::ZERO);
+        let is_on = is_on(plane, lane_of(x, lane), radii[lane]);
+        let on = is_on & (counts[lane] == 1) & (w[lane] != R::ZERO);
         let settled = kick.settle(&law, normal, (lane_of(&v, lane), lane_of(&a, lane)));
         lie[lane] = on & settled.lies;
         taken[lane] = settled.taken;
@@ -300,12 +348,13 @@ fn settle_in_corner<R: Real>(
     }
     let of = |column: &[R]| vector::<R>(column, at + lane).components();
     let (x, kicked_to, a) = (of(kicked.positions), of(kicked.velocities), of(kicked.accelerations));
+    let radius = kicked.radii.at(at + lane);
     let start: [R; 3] = core::array::from_fn(|axis| kicked_to[axis] - a[axis] * kick.length);
     let limit = (kick.substep + kick.substep) * dot(a, a).sqrt();
     let mut v = kicked_to;
     for _ in 0..SWEEPS {
         let before = v;
-        for plane in planes.iter().filter(|plane| is_on(plane, x)) {
+        for plane in planes.iter().filter(|plane| is_on(plane, x, radius)) {
             let (n, law) = (plane.normal.components(), kick.law(plane.law));
             if dot(n, v) < R::ZERO && law.lay(dot(n, start), -limit, start) {
                 v = slowed(&law, n, v).0;
@@ -374,9 +423,10 @@ fn settle_on_curved<R: Real>(
         if kicked.inverse_masses[at + lane] == R::ZERO {
             continue;
         }
-        let Some(normal) = on_curved(obstacle, lane_of(x, lane), kick.time) else { continue };
-        let place = R::Vec3::from_components(lane_of(x, lane));
-        let surface = obstacle.velocity(place, kick.time).components();
+        let place = (lane_of(x, lane), kicked.radii.at(at + lane));
+        let Some(normal) = on_curved(obstacle, place, kick.time) else { continue };
+        let position = R::Vec3::from_components(place.0);
+        let surface = obstacle.velocity(position, kick.time).components();
         let of = |column: &[R]| vector::<R>(column, at + lane).components();
         let (v, a) = (of(kicked.velocities), of(kicked.accelerations));
         let seen = core::array::from_fn(|axis| v[axis] - surface[axis]);

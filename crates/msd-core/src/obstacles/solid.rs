@@ -47,11 +47,13 @@ pub(super) struct Ball<R> {
 }
 
 impl<R: Real> Ball<R> {
-    /// The ball around a solid at a time, seconds, however it has turned.
-    pub(super) fn new(solid: &Solid, time: f64) -> Self {
+    /// The ball around a solid at a time, seconds, however it has turned, for particles of up to a
+    /// radius, metres.
+    pub(super) fn new(solid: &Solid, time: f64, radius: R) -> Self {
         let middle = middle(solid, time);
         // A part in a thousand is more than all rounding of a point at the solid.
-        let reach = 1.001 * solid.shape.reach() + middle.abs().max_element() * ROUNDING;
+        let reach =
+            1.001 * (solid.shape.reach() + radius.to_f64()) + middle.abs().max_element() * ROUNDING;
         Ball { middle: R::Vec3::of(middle).components(), squared: R::of(reach * reach) }
     }
 

@@ -128,6 +128,7 @@ impl<R: Real> Simulation<R> {
         touches.remove(|particle| self.model.is_removed(particle as usize), ends, slots);
         Near::check(&touches, &self.state.positions)?;
         self.model.touches = touches;
+        self.model.renew_radii();
         self.renew_scratch();
         Ok(())
     }

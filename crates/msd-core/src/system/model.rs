@@ -14,8 +14,8 @@ use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
-use crate::obstacles::rest::{Kick, Kicked, is_any_on, settle};
-use crate::obstacles::{Contacts, Obstacles, PlaneColumn};
+use crate::obstacles::rest::{Kick, Kicked, Places, is_any_on, settle};
+use crate::obstacles::{Contacts, Obstacles, PlaneColumn, Radii};
 use crate::scene::check::{
     check, check_bend, check_mass, check_not_negative, check_scene, check_vector, check_volume,
     is_finite,
@@ -39,6 +39,9 @@ pub struct Model<R: Real> {
     /// The same in the order of slots: a mass for each, and its reciprocal three times.
     pub(crate) mass_column: Aligned<R>,
     pub(crate) inverse_mass_column: Aligned<R>,
+    /// The radius of each slot that counts against obstacles, metres; empty where none does.
+    radius_column: Aligned<R>,
+    largest_radius: R,
     pub(crate) fields: Fields<R>,
     pub(crate) springs: Springs<R>,
     pub(crate) bends: Bends<R>,
@@ -82,6 +85,8 @@ impl<R: Real> Model<R> {
             inverse_masses,
             mass_column: Aligned::default(),
             inverse_mass_column: Aligned::default(),
+            radius_column: Aligned::default(),
+            largest_radius: R::ZERO,
             fields: Fields {
                 gravity: R::Vec3::of(scene.world.gravity),
                 force: R::Vec3::of(scene.world.force),
@@ -125,6 +130,18 @@ impl<R: Real> Model<R> {
         self.inverse_mass_column = column(&self.slots, 13);
         self.fields.weights = column(&self.slots, 14);
         self.renew_masses();
+        self.renew_radii();
+    }
+
+    /// Updates the radii that count against obstacles for changed touches.
+    pub(crate) fn renew_radii(&mut self) {
+        let (radii, largest) = self.touches.radii_at_obstacles(&self.slots);
+        (self.radius_column, self.largest_radius) = (radii, largest);
+    }
+
+    /// The radii that count against obstacles.
+    pub(crate) fn radii(&self) -> Radii<'_, R> {
+        Radii { column: &self.radius_column, largest: self.largest_radius }
     }
 
     /// Updates the columns for changed masses, pins and fields.
@@ -225,6 +242,7 @@ impl<R: Real> Model<R> {
             masses: &self.mass_column,
             inverse_masses: &self.inverse_mass_column,
             stiffnesses: self.springs.stiffness_sums(),
+            radii: self.radii(),
             forces,
             positions: &mut state.positions,
             velocities: &mut state.velocities,
@@ -241,7 +259,8 @@ impl<R: Real> Model<R> {
         (positions, are_far): (&[R], bool),
         time: f64,
     ) -> bool {
-        let places = (positions, &*self.inverse_mass_column);
+        let inverse_masses = &*self.inverse_mass_column;
+        let places = Places { positions, inverse_masses, radii: self.radii() };
         is_any_on(level, &self.obstacles, places, (time, are_far))
     }
 
@@ -254,7 +273,9 @@ impl<R: Real> Model<R> {
         kick: Kick<R>,
     ) -> Contacts {
         let (masses, inverse_masses) = (&*self.mass_column, &*self.inverse_mass_column);
-        let kicked = Kicked { masses, inverse_masses, positions, velocities, accelerations, kick };
+        let radii = self.radii();
+        let kicked =
+            Kicked { masses, inverse_masses, radii, positions, velocities, accelerations, kick };
         settle(level, &self.obstacles, kicked)
     }
 
@@ -505,6 +526,8 @@ impl<R: Real> Model<R> {
             inverse_masses: self.inverse_masses.iter().zip(&self.masses).map(reciprocal).collect(),
             mass_column: Aligned::default(),
             inverse_mass_column: Aligned::default(),
+            radius_column: Aligned::default(),
+            largest_radius: S::ZERO,
             fields: Fields {
                 gravity: vector(self.gravity()),
                 force: vector(self.force()),

@@ -104,7 +104,7 @@ pub(crate) struct Geometry {
     pub bounds: (Vec3, Vec3),
     /// Radius of a particle, metres.
     pub particle_radius: f32,
-    /// Radius of the largest ball, metres; 0 where there is none.
+    /// By how much balls are sunk into what they lie on at most, metres.
     pub ball_radius: f32,
     /// Height of the ground as it is drawn, metres, if there is any.
     pub level: Option<f32>,

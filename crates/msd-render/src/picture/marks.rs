@@ -4,7 +4,7 @@ use crate::math::is_drawable;
 use crate::picture::colour::{body_colour, bytes, mix, strain_colour};
 use crate::picture::geometry::{Geometry, Line, Point, owners};
 use crate::viewing::view::View;
-use msd_core::{Body, Real, Snapshot, Vector};
+use msd_core::{Body, Real, Snapshot, Touch, Vector};
 
 /// Colour of what belongs to no body.
 const NEUTRAL: [f32; 3] = [0.45, 0.47, 0.52];
@@ -41,6 +41,13 @@ fn radii<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) -> Vec<f32> {
         }
     }
     radii
+}
+
+/// The radius by which a ball is sunk into what it lies on, metres: all of it, unless obstacles
+/// meet the ball instead of its middle.
+fn sunk<R: Real>(snapshot: &Snapshot<'_, R>, particle: usize, radius: f32) -> f32 {
+    let meets = |touch: &Touch| touch.obstacles && touch.particles.binary_search(&particle).is_ok();
+    if snapshot.touches.iter().any(meets) { 0.0 } else { radius }
 }
 
 /// A rod between balls of this part of their radius, where nothing touches.
@@ -129,12 +136,12 @@ pub(crate) fn add_particles<R: Real>(
                 let colour = bytes(PIN, 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 1.0 });
             } else if style.particles {
-                geometry.ball_radius = geometry.ball_radius.max(radius);
+                geometry.ball_radius = geometry.ball_radius.max(sunk(snapshot, particle, radius));
                 let own = mix(PARTICLE, own_colour(owner, snapshot.bodies), 0.25);
                 let colour = bytes(shade.unwrap_or(own), 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
             } else if bare {
-                geometry.ball_radius = geometry.ball_radius.max(radius);
+                geometry.ball_radius = geometry.ball_radius.max(sunk(snapshot, particle, radius));
                 let colour = bytes(shade.unwrap_or(own_colour(owner, snapshot.bodies)), 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
             }

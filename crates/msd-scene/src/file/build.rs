@@ -15,6 +15,7 @@ use crate::file::touch::touch;
 use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
+use crate::rounding::Rounding;
 use crate::viewpoint::Viewpoint;
 use msd_core::{Integrator, Scene, Settings, World};
 
@@ -52,6 +53,7 @@ pub(crate) fn understand_rows(
 ) -> Result<Understood, FileError> {
     source.count(format_args!("version"), file.version.into())?;
     let precision = file.solver.precision.unwrap_or_default();
+    // Its numbers fit this one at least.
     source.precision.set(precision);
     let substeps = substeps(source, &file.solver)?;
     let settings = settings(source, &file.solver, substeps)?;
@@ -93,9 +95,24 @@ pub(crate) fn understand_rows(
     scene.pins = pins;
     scene.springs.extend(links);
     load(source, &mut scene, (&file.bodies, &loads))?;
+    let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));
     let automatic = substeps == Substeps::Auto;
     let title = file.title;
     Ok(Understood { title, scene, settings, automatic, precision, camera, notes, made })
+}
+
+/// The precision of a scene that asks for none: single, unless that loses too much where it is.
+fn fitting(scene: &Scene, notes: &mut Vec<String>) -> Precision {
+    let loss = Rounding::of(scene, Precision::F32);
+    if !loss.shows() {
+        return Precision::F32;
+    }
+    let Rounding { distance, spacing, .. } = loss;
+    notes.push(format!(
+        "the scene gives no precision: f64, as {distance:.0} m from the origin f32 rounds \
+         positions to {spacing:.1e} m"
+    ));
+    Precision::F64
 }
 
 /// Whether substeps are automatic, or how many there are.

@@ -380,6 +380,9 @@ pub struct TouchRow {
     /// Whether the body touches itself. Default true.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub itself: Option<bool>,
+    /// Whether obstacles meet its particles with their radius too, not as points. Default false.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub obstacles: Option<bool>,
     /// The names of bodies that it passes through.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ignore: Vec<String>,

@@ -82,6 +82,7 @@ fn made(
         damping: source.number(format_args!("{key}.damping"), damping)?,
         friction: source.number(format_args!("{key}.friction"), friction)?,
         itself: touch.itself.unwrap_or(true),
+        obstacles: touch.obstacles.unwrap_or(false),
         ignored: Vec::new(),
     })
 }
@@ -101,6 +102,7 @@ pub fn default_touch(scene: &Scene, body: usize) -> Option<Touch> {
         damping: own.relaxation * stiffness,
         friction: FRICTION,
         itself: true,
+        obstacles: false,
         ignored: Vec::new(),
         particles,
     })

@@ -20,7 +20,7 @@ pub use crate::study::follower::{Follower, Progress};
 /// # Errors
 /// What the core refuses of the scene.
 pub fn study(loaded: &Loaded, plan: Plan, tell: &mut dyn FnMut(Progress)) -> Result<Study, Error> {
-    unstopped(|_| to_the_end(loaded, plan, &mut Listener(tell)))
+    unstopped(|_| study_followed(loaded, plan, &mut Listener(tell))).map(|(study, _)| study)
 }
 
 /// Adds the error of space to a study of a scene as a user writes it, and the balance of its
@@ -47,10 +47,31 @@ pub fn add_space(
     Ok(())
 }
 
-fn to_the_end(loaded: &Loaded, plan: Plan, follower: &mut dyn Follower) -> Result<Study, Halt> {
+/// The same for one who follows, as long as that one goes on; returns whether it came to its end
+/// too. One that did not has what was tried by then, and another study of the scene takes it up.
+///
+/// # Errors
+/// See [`study`]; [`Halt::Stopped`] where the follower ended it before the first trial.
+pub fn study_followed(
+    loaded: &Loaded,
+    plan: Plan,
+    follower: &mut dyn Follower,
+) -> Result<(Study, bool), Halt> {
     let scene = &loaded.scene;
     let mut course = Course::begin(loaded.clone(), plan, follower)?;
-    while course.advance(follower)? {}
+    loop {
+        match course.advance(follower) {
+            Err(Halt::Stopped) if !course.study.trials.is_empty() => {
+                course.study.words = words(&course.study);
+                return Ok((course.study, false));
+            }
+            advanced => {
+                if !advanced? {
+                    break;
+                }
+            }
+        }
+    }
     follower.hear(course.progress("observing the limits".into()));
     let mut limits = limits(scene, loaded.settings.substeps)?;
     limits.retain(|limit| limit.predicted.is_finite());
@@ -59,7 +80,7 @@ fn to_the_end(loaded: &Loaded, plan: Plan, follower: &mut dyn Follower) -> Resul
     course.study.audit = audit_all(scene, &representatives(&course.study))?;
     course.study.words = words(&course.study);
     course.forget();
-    Ok(course.study)
+    Ok((course.study, true))
 }
 
 /// Of each method the cheapest choice within the wanted error, or else its best.

@@ -3,7 +3,8 @@
 use crate::candidates::choice::FRAME;
 use crate::measure::clock::CpuClock;
 use crate::measure::errors::{Errors, compare};
-use crate::measure::reference::{Reference, Wish, frames_of, reference};
+use crate::measure::leave::Halt;
+use crate::measure::reference::{Reference, Wish, frames_of, watched_reference};
 use crate::measure::trial::state;
 use msd_core::{Divergence, Energy, Error, Settings, Simulation};
 use msd_run::Runner;
@@ -79,7 +80,7 @@ pub(super) struct References {
     kept: usize,
 }
 
-type Slot = Arc<OnceLock<Result<Reference, Error>>>;
+type Slot = Arc<OnceLock<Result<Reference, Halt>>>;
 
 impl References {
     pub(super) fn new(kept: usize) -> Self {
@@ -102,20 +103,22 @@ impl References {
 /// Runs a scene and measures it, against a reference if there is a slot for one.
 ///
 /// # Errors
-/// What [`Runner::new`] refuses. A run that diverges is a result, not an error.
+/// What [`Runner::new`] refuses; [`Halt::Stopped`] where it does not go on. A run that diverges is
+/// a result, not an error.
 pub(super) fn measure(
     loaded: &Loaded,
-    duration: f64,
-    slot: Option<&Slot>,
-) -> Result<Measured, Error> {
+    (duration, slot): (f64, Option<&Slot>),
+    goes_on: &dyn Fn() -> bool,
+) -> Result<Measured, Halt> {
     let wish = Wish { duration, ..Wish::default() };
-    let right = slot.map(|slot| slot.get_or_init(|| reference(&loaded.scene, wish)));
-    let (right, note) = match right {
+    let make = || watched_reference(&loaded.scene, wish, &mut |_| goes_on());
+    let (right, note) = match slot.map(|slot| slot.get_or_init(make)) {
         Some(Ok(right)) => (Some(right), None),
-        Some(Err(error)) => (None, Some(format!("there is no reference: {error}"))),
+        Some(Err(Halt::Refused(error))) => (None, Some(format!("there is no reference: {error}"))),
+        Some(Err(halt)) => return Err(halt.clone()),
         None => (None, None),
     };
-    let mut run = TimedRun::start(loaded)?;
+    let mut run = TimedRun::start(loaded, goes_on)?;
     // Automatic substeps may be others later.
     let settings = run.runner.settings();
     let steps = count_steps(loaded.settings, duration);
@@ -133,12 +136,12 @@ pub(super) fn measure(
             (None, None, Some(reason.to_owned()))
         }
         Ok(comparison) => (comparison, None, note),
-        Err(Error::Diverged(divergence)) => (None, Some(divergence), note),
+        Err(Halt::Refused(Error::Diverged(divergence))) => (None, Some(divergence), note),
         // A result like any other, too: this choice does not get through this scene.
-        Err(error) if error.is_of_step() => (None, None, Some(error.to_string())),
-        Err(error) => return Err(error),
+        Err(Halt::Refused(error)) if error.is_of_step() => (None, None, Some(error.to_string())),
+        Err(halt) => return Err(halt),
     };
-    let TimedRun { runner, cpu, wall, stable } = run;
+    let TimedRun { runner, cpu, wall, stable, .. } = run;
     Ok(Measured {
         settings,
         precision: loaded.precision,
@@ -158,25 +161,29 @@ pub(super) fn measure(
 }
 
 /// A run whose steps are timed.
-struct TimedRun {
+struct TimedRun<'a> {
     runner: Runner,
+    goes_on: &'a dyn Fn() -> bool,
     cpu: f64,
     wall: f64,
     stable: f64,
 }
 
-impl TimedRun {
-    fn start(loaded: &Loaded) -> Result<Self, Error> {
+impl<'a> TimedRun<'a> {
+    fn start(loaded: &Loaded, goes_on: &'a dyn Fn() -> bool) -> Result<Self, Error> {
         let runner = Runner::open(loaded)?;
         let stable = runner.stable_substep();
-        Ok(TimedRun { runner, cpu: 0.0, wall: 0.0, stable })
+        Ok(TimedRun { runner, goes_on, cpu: 0.0, wall: 0.0, stable })
     }
 
-    fn step_to(&mut self, steps: u64) -> Result<(), Error> {
+    fn step_to(&mut self, steps: u64) -> Result<(), Halt> {
         let (clock, wall) = (CpuClock::start(), Instant::now());
         let mut stepped = Ok(());
         while stepped.is_ok() && self.runner.steps() < steps {
-            stepped = self.runner.step();
+            stepped = self.runner.step().map_err(Halt::from);
+            if !(self.goes_on)() {
+                stepped = Err(Halt::Stopped);
+            }
         }
         self.cpu += clock.seconds();
         self.wall += wall.elapsed().as_secs_f64();
@@ -189,7 +196,7 @@ impl TimedRun {
         &mut self,
         right: &Reference,
         (system, steps): (&Simulation<f64>, u64),
-    ) -> Result<Option<Comparison>, Error> {
+    ) -> Result<Option<Comparison>, Halt> {
         let reliable = right.reliable(RELIABLE * right.size).max(1);
         let (mut errors, mut samples, mut until) = (Errors::default(), 0, 0.0);
         for (row, (&frame, sample)) in right.frames.iter().zip(&right.states).enumerate() {

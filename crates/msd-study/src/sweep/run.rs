@@ -1,5 +1,6 @@
 //! The run of a sweep: all cells checked first, then one after another on each thread.
 
+use crate::measure::leave::Halt;
 use crate::sweep::measure::{References, measure};
 use crate::sweep::plan::{Cell, Sweep};
 use crate::sweep::row::row;
@@ -71,10 +72,13 @@ pub struct Summary {
     pub skipped: usize,
     /// Cells run now that diverged.
     pub diverged: usize,
+    /// Cells that were not run, as leave to go on was not given.
+    pub left: usize,
 }
 
 /// Runs those of some cells that are not done, on some threads. Every one is checked before the
-/// first runs.
+/// first runs. `goes_on` is asked in every step: `false` ends the sweep, and what is not done then
+/// is left.
 ///
 /// # Errors
 /// The first cell, by number, with something wrong; files that cannot be written.
@@ -82,7 +86,7 @@ pub fn run(
     sweep: &Sweep,
     store: &Store,
     (cells, jobs): (Range<usize>, usize),
-    tell: &(dyn Fn(Event) + Sync),
+    (tell, goes_on): (&(dyn Fn(Event) + Sync), &(dyn Fn() -> bool + Sync)),
 ) -> Result<Summary, FileError> {
     let mut todo = Vec::new();
     let count = cells.len();
@@ -95,10 +99,16 @@ pub fn run(
     let skipped = count - todo.len();
     tell(Event::Planned { todo: todo.len(), skipped });
     let work = in_parallel(&todo, jobs, &|cell| {
+        if !goes_on() {
+            return Ok(None);
+        }
         let loaded = sweep.load(cell)?;
         tell(Event::Checked);
-        Ok(expected_work(sweep, &loaded))
+        Ok(Some(expected_work(sweep, &loaded)))
     })?;
+    if work.len() < todo.len() {
+        return Ok(Summary { skipped, left: todo.len(), ..Summary::default() });
+    }
     store.prepare()?;
     let mut todo: Vec<(Cell, f64)> = todo.into_iter().zip(work).collect();
     // Cells that share a reference follow each other; scenes in the order of their first cells.
@@ -111,8 +121,12 @@ pub fn run(
     let clock = Remaining::start(todo.iter().map(|cell| cell.1).sum());
     let diverged = in_parallel(&todo, jobs, &|(cell, work)| {
         let slot = sweep.has_error().then(|| references.slot(&cell.scene_hash));
-        let measured = measure(&sweep.load(cell)?, sweep.duration(), slot.as_ref());
-        let measured = measured.map_err(|error| sweep.refuse(error, cell))?;
+        let measured = match measure(&sweep.load(cell)?, (sweep.duration(), slot.as_ref()), goes_on)
+        {
+            Ok(measured) => measured,
+            Err(Halt::Refused(error)) => return Err(sweep.refuse(error, cell)),
+            Err(Halt::Stopped | Halt::Late) => return Ok(None),
+        };
         let row = row(sweep, cell, &measured);
         let diverged = measured.diverged.is_some();
         let rms_error = store.value(&row, "rms_error").as_number();
@@ -120,10 +134,11 @@ pub fn run(
         store.save(cell, row)?;
         let (number, words, left) = (cell.number, sweep.words(cell), clock.done(*work));
         tell(Event::Finished { number, words, diverged, cpu, rms_error, left });
-        Ok(diverged)
+        Ok(Some(diverged))
     })?;
     let diverged_count = diverged.iter().filter(|&&diverged| diverged).count();
-    Ok(Summary { run: diverged.len(), skipped, diverged: diverged_count })
+    let run = diverged.len();
+    Ok(Summary { run, skipped, diverged: diverged_count, left: todo.len() - run })
 }
 
 /// Work of a cell in spring updates, roughly: good enough to tell minutes from hours.
@@ -165,12 +180,13 @@ impl Remaining {
     }
 }
 
-/// Does something with each item, on some threads; results in the order of the items. After an
-/// error no item is begun; of several errors that of the first item is returned.
+/// Does something with each item, on some threads; results in the order of the items, without
+/// those that were given up. After an error no item is begun; of several errors that of the first
+/// item is returned.
 fn in_parallel<T: Sync, R: Send>(
     items: &[T],
     jobs: usize,
-    act: &(dyn Fn(&T) -> Result<R, FileError> + Sync),
+    act: &(dyn Fn(&T) -> Result<Option<R>, FileError> + Sync),
 ) -> Result<Vec<R>, FileError> {
     let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(usize::MAX));
     let results = Mutex::new(Vec::with_capacity(items.len()));
@@ -195,5 +211,5 @@ fn in_parallel<T: Sync, R: Send>(
     }
     let mut results = results.into_inner().unwrap_or_else(PoisonError::into_inner);
     results.sort_by_key(|result| result.0);
-    results.into_iter().map(|result| result.1).collect()
+    results.into_iter().filter_map(|result| result.1.transpose()).collect()
 }

@@ -17,6 +17,10 @@ pub struct TunedSpacing {
     pub wanted: f64,
     /// What is known of the error of space.
     pub space: Space,
+    /// What the limit of ever finer spacings may be off, metres: the goal is met where that and a
+    /// verified error together are within it. Infinite where no limit is known over all of the
+    /// time.
+    pub doubt: f64,
     /// The coarsest spacing that meets the goal, or else the last that was tried; none where the
     /// error of space, with what it may be off, is too large at all that were run.
     pub found: Option<FoundSpacing>,
@@ -36,20 +40,18 @@ pub struct FoundSpacing {
     /// Root mean square distance of the particles from the limit of ever finer spacings, in a run
     /// of the choice at that spacing: space, time and precision together, metres.
     pub verified: f64,
-    /// What the limit itself may be off, metres: the goal is met where both together are within it.
-    pub doubt: f64,
 }
 
 impl TunedSpacing {
     /// Whether the goal is met.
     pub fn is_met(&self) -> bool {
-        self.found.as_ref().is_some_and(|found| found.meets(self.wanted))
+        self.found.as_ref().is_some_and(|found| found.meets(self.wanted - self.doubt))
     }
 }
 
 impl FoundSpacing {
-    fn meets(&self, wanted: f64) -> bool {
-        self.tuned.met && self.verified + self.doubt <= wanted
+    fn meets(&self, within: f64) -> bool {
+        self.tuned.met && self.verified <= within
     }
 }
 
@@ -66,14 +68,14 @@ pub fn tune_spacing(
 ) -> Result<TunedSpacing, FileError> {
     let ran = halve(draft, plan, tell)?;
     let space = ran.space.clone();
-    let mut result = TunedSpacing { wanted, space, found: None };
-    let Some((limit, samples)) = ran.right.filter(|_| is_told(&result.space)) else {
+    let (doubt, is_bound) = doubt(&space);
+    let mut result = TunedSpacing { wanted, space, doubt, found: None };
+    let Some((limit, samples)) = ran.right.filter(|_| doubt.is_finite()) else {
         return Ok(result);
     };
     let frames = &ran.reference.frames[..samples];
     let refused = |error| FileError::Core { file: draft.name.clone(), source: Box::new(error) };
     let coarse = draft.load(&draft.source()?)?.scene;
-    let (doubt, is_bound) = doubt(&result.space);
     for (row, spacing) in result.space.spacings.clone().into_iter().enumerate() {
         let Some(space_error) = spacing.error else { continue };
         let left = wanted - doubt - if is_bound { 0.0 } else { space_error };
@@ -94,8 +96,8 @@ pub fn tune_spacing(
         let verified = distance((scene, &points), choice, (frames, &limit)).map_err(refused)?;
         let rows = finer.map(|finer| finer.rows.clone());
         let parts = spacing.parts;
-        let found = FoundSpacing { parts, rows, space_error, tuned, verified, doubt };
-        let is_met = found.meets(wanted);
+        let found = FoundSpacing { parts, rows, space_error, tuned, verified };
+        let is_met = found.meets(wanted - doubt);
         result.found = Some(found);
         // A coarser one is cheaper by far: half the spacing takes several times as long.
         if is_met {
@@ -105,22 +107,13 @@ pub fn tune_spacing(
     Ok(result)
 }
 
-/// What the limit of ever finer spacings may be off, metres, and whether the errors of spacings
-/// are no more than that bound.
+/// What the limit of ever finer spacings may be off, metres, infinite where it is not known over
+/// all of the time, and whether the errors of spacings are no more than that bound.
 fn doubt(space: &Space) -> (f64, bool) {
     match space.verdict {
-        Verdict::Known { band, .. } => (band, false),
+        Verdict::Known { band, until, .. } if space.duration <= until + 1e-9 => (band, false),
         Verdict::Below { error } => (error, true),
-        Verdict::Lost { .. } | Verdict::Untold => (f64::INFINITY, true),
-    }
-}
-
-/// Whether the error of space is known over all of the time.
-fn is_told(space: &Space) -> bool {
-    match space.verdict {
-        Verdict::Known { until, .. } => space.duration <= until + 1e-9,
-        Verdict::Below { .. } => true,
-        Verdict::Lost { .. } | Verdict::Untold => false,
+        Verdict::Known { .. } | Verdict::Lost { .. } | Verdict::Untold => (f64::INFINITY, true),
     }
 }
 

@@ -4,7 +4,7 @@ mod values;
 mod mistakes;
 
 pub use mistakes::explain;
-pub use values::{Sight, Step, Substeps};
+pub use values::{Sight, Step, Substeps, Watched};
 
 use super::steps::Moments;
 use clap::ArgAction::Append;
@@ -15,7 +15,7 @@ use std::path::PathBuf;
 use values::{
     automatic_substeps, cores, duration, finite, frames, integrator, interval, newton,
     not_negative, positive, precision, side, sight, size, step, substeps, tasks, threads,
-    tolerance,
+    tolerance, watched,
 };
 
 /// Simulate elastic bodies as particles joined by springs and dampers
@@ -190,10 +190,10 @@ pub struct RunArguments {
     /// Write energy and momentum after each step to this file
     #[arg(long, value_name = "TRACE.csv", help_heading = OUTPUT)]
     pub trace: Option<PathBuf>,
-    /// Add the positions of these particles to the trace, such as 0,4
-    #[arg(long, value_name = "PARTICLES", value_delimiter = ',', requires = "trace")]
-    #[arg(help_heading = OUTPUT)]
-    pub watch: Vec<usize>,
+    /// Add the positions of these particles to the trace, such as 0,4, or of all
+    #[arg(long, value_name = "PARTICLES|all", value_delimiter = ',', requires = "trace")]
+    #[arg(value_parser = watched, help_heading = OUTPUT)]
+    pub watch: Vec<Watched>,
     /// Print one JSON object instead of a summary
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,

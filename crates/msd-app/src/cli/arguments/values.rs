@@ -23,6 +23,24 @@ pub enum Substeps {
     Count(u32),
 }
 
+/// What is watched of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Watched {
+    /// Every particle.
+    All,
+    /// The particle of this number.
+    One(usize),
+}
+
+/// A particle to be watched, or `all`.
+pub fn watched(text: &str) -> Result<Watched, String> {
+    if text == "all" {
+        return Ok(Watched::All);
+    }
+    let number = text.parse().map(Watched::One);
+    number.map_err(|_| "must be `all` or numbers of particles, as in 0,4".into())
+}
+
 /// Two cells of a sweep, `A-B`.
 pub fn tasks(text: &str) -> Result<(usize, usize), String> {
     let ends = text.split_once('-').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));

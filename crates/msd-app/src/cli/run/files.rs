@@ -1,7 +1,7 @@
 //! The files that a run writes: opened before it, followed step by step, ended after it.
 
 use super::prepare::Prepared;
-use crate::cli::arguments::RunArguments;
+use crate::cli::arguments::{RunArguments, Watched};
 use crate::cli::failure::{Failure, note};
 use crate::cli::places::Places;
 use msd_core::Settings;
@@ -29,6 +29,24 @@ pub struct Files {
     failures: Vec<String>,
 }
 
+/// The particles to be watched, of so many.
+fn watched(wanted: &[Watched], count: usize) -> Result<Vec<usize>, Failure> {
+    let mut particles = Vec::new();
+    for watched in wanted {
+        match *watched {
+            Watched::All => particles.extend(0..count),
+            Watched::One(particle) if particle < count => particles.push(particle),
+            Watched::One(particle) => {
+                return Err(Failure::input(format!(
+                    "--watch names particle {particle}; it must be from 0 to {}",
+                    count - 1
+                )));
+            }
+        }
+    }
+    Ok(particles)
+}
+
 /// Where the run is saved, and how often.
 struct Saver {
     path: PathBuf,
@@ -47,13 +65,7 @@ impl Files {
     pub fn open(arguments: &RunArguments, prepared: &Prepared) -> Result<Self, Failure> {
         check_places(arguments, prepared)?;
         let Prepared { name, title, runner, .. } = prepared;
-        let count = runner.particle_count();
-        if let Some(particle) = arguments.watch.iter().find(|&&particle| count <= particle) {
-            return Err(Failure::input(format!(
-                "--watch names particle {particle}; it must be from 0 to {}",
-                count - 1
-            )));
-        }
+        let watched = watched(&arguments.watch, runner.particle_count())?;
         let format = arguments.out.as_deref().map(state_format).transpose()?;
         let mut failures = Vec::new();
         let begin = |path: &Path| Export::begin(path, format.unwrap_or(Format::Csv), runner);
@@ -73,13 +85,13 @@ impl Files {
         Failure::all(failures.drain(..).map(Failure::input))?;
         let recorded = runner.settings();
         let mut files = Files { out, save, trace: None, recorder, recorded, distances, failures };
-        files.trace = trace.and_then(|output| files.begin_trace(output, &arguments.watch, runner));
+        files.trace = trace.and_then(|output| files.begin_trace(output, watched, runner));
         files.attempt(|files| &mut files.distances, |output| line(output, HEADER));
         Ok(files)
     }
 
-    fn begin_trace(&mut self, output: Output, watch: &[usize], runner: &Runner) -> Option<Trace> {
-        let begun = Trace::begin(output, watch.to_vec());
+    fn begin_trace(&mut self, output: Output, watch: Vec<usize>, runner: &Runner) -> Option<Trace> {
+        let begun = Trace::begin(output, watch);
         let begun = begun.and_then(|mut trace| trace.add(runner).map(|()| trace));
         begun.map_err(|error| self.give_up(&error)).ok()
     }

@@ -6,10 +6,12 @@ use crate::cli::failure::{Failure, note};
 use crate::cli::steps::SlowNotice;
 use msd_app::link::Link;
 use msd_core::{Integrator, Settings};
+use msd_run::Runner;
 use msd_run::rescue::LASTING;
-use msd_run::{Rounding, Runner};
 use msd_scene::materials::Made;
-use msd_scene::{Assignment, Draft, Loaded, Viewpoint, load_state, open_set, plain, shown_path};
+use msd_scene::{
+    Assignment, Draft, Loaded, Rounding, Viewpoint, load_state, open_set, plain, shown_path,
+};
 use msd_study::quantity::{estimate, number, quantity, rounded};
 use std::path::{Path, PathBuf};
 

@@ -1,12 +1,13 @@
 //! `msd run --replay`: a recorded run happens again, to the bit or beside one with another solver.
 
-use super::explain_divergence;
 use super::files::Files;
 use super::prepare::{Prepared, is_endless, warn_with_advice};
 use super::report::{Comparison, Distance, Done, RunReport};
 use super::tell_report;
+use super::{explain_divergence, interrupted};
 use crate::cli::arguments::{RunArguments, SolverArguments, Substeps};
 use crate::cli::failure::{Failure, hush, note};
+use crate::cli::steps::Interrupt;
 use msd_core::Error;
 use msd_run::Runner;
 use msd_run::recording::{Recording, load_recording, load_salvaged};
@@ -20,6 +21,7 @@ use web_time::{Duration, Instant};
 /// Replays a recording, writes what was asked for and prints the result.
 pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     hush(arguments.quiet);
+    let interrupt = Interrupt::catch();
     let recording = load(path, arguments.salvage)?;
     let file = shown_path(path);
     let changes = changes(&arguments.solver)?;
@@ -32,7 +34,7 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     let mut prepared = prepare(&recording, course.runner())?;
     let mut files = Files::open(arguments, &prepared)?;
     let mut done = Done::default();
-    let diverged = step_all(&mut course, &mut done, &mut files);
+    let diverged = step_all(&mut course, (&mut done, recording.steps()), (&mut files, &interrupt));
     // What is no divergence is an event that does not fit: nothing is written then.
     let diverged = match diverged {
         Some(error) if error.is_of_step() => Some(error),
@@ -45,9 +47,11 @@ pub fn replay(arguments: &RunArguments, path: &Path) -> Result<(), Failure> {
     done.diverged = diverged.is_some();
     let advice = prepared.is_advised.then_some("");
     let diverged = diverged.map(|error| explain_divergence(&prepared.name, error, advice));
+    let ended = diverged.or_else(|| done.interrupted.then(|| interrupted(course.runner())));
+    let is_whole = ended.is_none();
     let mut report = RunReport::new(prepared, done);
-    report.replay = Some(course.compare(&recording, done.diverged));
-    let told = tell_report(&report, arguments, (diverged, unwritten));
+    report.replay = Some(course.compare(&recording, is_whole));
+    let told = tell_report(&report, arguments, (ended, unwritten));
     let elsewhere = report.replay.is_some_and(|replay| replay.same_bits == Some(false));
     let elsewhere = elsewhere.then(|| {
         Failure::input(format!(
@@ -157,7 +161,7 @@ impl<'a> Course<'a> {
         }
     }
 
-    fn compare(&self, recording: &Recording, diverged: bool) -> Comparison {
+    fn compare(&self, recording: &Recording, is_whole: bool) -> Comparison {
         let apart = match self {
             Course::Alone(_) => None,
             Course::Beside(twin) => Some(distance(twin)),
@@ -169,7 +173,7 @@ impl<'a> Course<'a> {
         let hash = state_hash(&recorded.state());
         Comparison {
             recorded_hash: recording.hash().map(|hash| format!("{hash:016x}")),
-            same_bits: recording.hash().filter(|_| !diverged).map(|recorded| recorded == hash),
+            same_bits: recording.hash().filter(|_| is_whole).map(|recorded| recorded == hash),
             cut_short: recording.is_cut_short,
             lost_bytes: recording.lost_bytes,
             apart,
@@ -189,8 +193,13 @@ fn distance(twin: &Twin<'_>) -> Distance {
     }
 }
 
-/// Replays all steps, or as many as stay in the world; only the steps are timed.
-fn step_all(course: &mut Course<'_>, done: &mut Done, files: &mut Files) -> Option<Error> {
+/// Replays all of so many steps, or as many as stay in the world and the user waits for; only the
+/// steps are timed.
+fn step_all(
+    course: &mut Course<'_>,
+    (done, steps): (&mut Done, u64),
+    (files, interrupt): (&mut Files, &Interrupt),
+) -> Option<Error> {
     let mut wall = Duration::ZERO;
     // Time and steps before steps had the present length.
     let (mut before, mut since, mut length) = (0.0, 0, course.runner().settings().step);
@@ -212,6 +221,10 @@ fn step_all(course: &mut Course<'_>, done: &mut Done, files: &mut Files) -> Opti
         done.simulated = before + (done.steps - since) as f64 * length;
         files.follow(course.runner(), done.steps);
         files.add_distance(apart);
+        if interrupt.is_asked() && done.steps < steps {
+            done.interrupted = true;
+            break None;
+        }
     };
     done.wall = wall.as_secs_f64();
     error

@@ -146,8 +146,8 @@ pub struct Done {
 pub struct Comparison {
     /// Hash of the last state recorded, hexadecimal; null where the recording was cut short.
     pub recorded_hash: Option<String>,
-    /// Whether the recorded run ended in that state again; null where the recording was cut short
-    /// or the replay diverged.
+    /// Whether the recorded run ended in that state again; null where the recording was cut short,
+    /// or the replay diverged or was interrupted.
     pub same_bits: Option<bool>,
     /// Whether the end of the recording is missing.
     pub cut_short: bool,

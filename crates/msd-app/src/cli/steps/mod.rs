@@ -3,7 +3,9 @@
 mod interrupt;
 mod moments;
 mod progress;
+mod follower;
 
+pub use follower::Patient;
 pub use interrupt::Interrupt;
 pub use moments::Moments;
 pub use progress::{Bar, SlowNotice, Steps};

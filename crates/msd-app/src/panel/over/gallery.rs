@@ -1,6 +1,6 @@
 //! The gallery over the 3D view: a field for a path, and the scenes with their pictures.
 
-use crate::panel::theme;
+use crate::panel::{scroll, theme};
 use crate::viewer::{Picture, Viewer};
 use egui::{Align2, Button, Grid, Image, Response, RichText, ScrollArea, TextEdit, Ui, vec2};
 use std::path::Path;
@@ -41,7 +41,8 @@ pub(super) fn show(ui: &Ui, viewer: &mut Viewer) {
         });
         let text = "Or drop a file onto the window.";
         ui.label(RichText::new(text).small().color(theme::FAINT));
-        ScrollArea::vertical().max_height(room.y.clamp(150.0, 520.0)).show(ui, |ui| {
+        let area = ScrollArea::vertical().max_height(room.y.clamp(150.0, 520.0));
+        scroll(ui, area, |ui| {
             let columns = (ui.available_width() / (CELL + 8.0)).floor().max(1.0) as usize;
             Grid::new("pictures").spacing([8.0, 8.0]).show(ui, |ui| {
                 for (place, picture) in (1..).zip(&gallery.pictures) {

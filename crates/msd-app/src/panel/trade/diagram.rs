@@ -1,7 +1,8 @@
 //! The diagram of error against cost: what was measured, the best of it as a line, the present
 //! setting as a ring.
 
-use super::super::theme;
+use crate::panel::axes::still_plot;
+use crate::panel::theme;
 use egui::{Color32, Rangef, RichText, Ui};
 use egui_plot::{
     AxisHints, GridInput, GridMark, HLine, HoverPosition, Line, LineStyle, MarkerShape, Points,
@@ -56,7 +57,7 @@ pub(super) fn show(ui: &mut Ui, study: Option<&Study>, now: Option<Choice>) {
         )),
         HoverPosition::Elsewhere { .. } => None,
     };
-    let plot = crate::panel::still_plot("error against cost")
+    let plot = still_plot("error against cost")
         .set_margin_fraction(egui::vec2(0.06, 0.08))
         .x_grid_spacer(decades)
         .y_grid_spacer(decades)

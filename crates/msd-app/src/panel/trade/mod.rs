@@ -81,7 +81,7 @@ fn column(ui: &mut Ui, name: &str, width: f32, contents: impl FnOnce(&mut Ui)) {
         // Beside what it scrolls, not over it.
         ui.spacing_mut().scroll.floating_allocated_width = BAR;
         let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
-        area.show(ui, |ui| ui.vertical(contents));
+        crate::panel::scroll(ui, area, |ui| ui.vertical(contents));
     });
 }
 

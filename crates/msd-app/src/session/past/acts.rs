@@ -4,7 +4,7 @@ use super::{Before, Deed, Mark, MarkKind};
 use crate::session::Session;
 use crate::session::recording::now;
 use msd_run::recording::Event;
-use msd_run::{Runner, on};
+use msd_run::{Moment, Runner, on};
 
 /// Looking back.
 impl Session {
@@ -53,6 +53,19 @@ impl Session {
     /// How many states come after the one that is shown, while one looks back.
     pub fn steps_ahead(&self) -> usize {
         self.timeline.ahead()
+    }
+
+    /// The states that one can look back and ahead to, every so many of them up to the last, oldest
+    /// first.
+    pub fn states(&self, every: usize) -> Vec<Moment> {
+        let (back, ahead) = (self.history.len(), self.timeline.ahead());
+        let state = |place: usize| match place.checked_sub(back) {
+            None => self.history.nth_back(back - place).cloned(),
+            Some(0) => Some(self.runner().moment()),
+            Some(later) => self.timeline.future.get(ahead - later).cloned(),
+        };
+        let last = back + ahead;
+        (last % every..=last).step_by(every).filter_map(state).collect()
     }
 
     /// What happened along the last states, oldest first.

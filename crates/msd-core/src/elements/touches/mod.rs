@@ -8,7 +8,7 @@ pub(crate) mod near;
 
 use super::Motion;
 use crate::columns::slots::Slots;
-use crate::columns::{set_vector, vector};
+use crate::columns::{Aligned, LANES, set_vector, single, vector};
 use crate::number::{Real, Vector};
 use crate::scene::Touch;
 use alloc::vec::Vec;
@@ -264,6 +264,24 @@ impl Touches {
     /// The number of particles that have a radius.
     pub fn count(&self) -> usize {
         self.beads.len()
+    }
+
+    /// The radii that count against obstacles, metres, a number for each slot, and the largest;
+    /// none where no row's do.
+    pub(crate) fn radii_at_obstacles<R: Real>(&self, slots: &Slots) -> (Aligned<R>, R) {
+        let counts = |bead: &&Bead| self.rows[bead.row as usize].obstacles;
+        let mut beads = self.beads.iter().filter(counts).peekable();
+        if beads.peek().is_none() {
+            return (Aligned::default(), R::ZERO);
+        }
+        let mut radii = Aligned::new(slots.record_count() * LANES, 28);
+        let mut largest = R::ZERO;
+        for bead in beads {
+            let radius = R::of(self.rows[bead.row as usize].radius);
+            radii[single(bead.at as usize)] = radius;
+            largest = largest.max(radius);
+        }
+        (radii, largest)
     }
 
     /// Pairs of particles by which all with a radius hang together.

@@ -34,8 +34,8 @@ pub(crate) fn first_event<R: Real>(
         if is_idle || model.inverse_mass_column[at] == R::ZERO {
             continue;
         }
-        let path = Path::new(stages, at);
-        let slack = holds.slack_at(path.start.position);
+        let path = Path::new(model, stages, at);
+        let slack = holds.slack_within(path.start.extent());
         let is_free =
             |index: usize| hold.is_none_or(|hold| !hold.obstacles().contains(&(index as u32)));
         for index in (from..count).filter(|&index| is_free(index)) {
@@ -59,8 +59,9 @@ struct Path<'a, R: Real> {
 }
 
 impl<'a, R: Real> Path<'a, R> {
-    fn new(stages: &'a Stages<R>, at: usize) -> Self {
-        let spot = |(position, velocity), time| Spot { position, velocity, time };
+    fn new(model: &Model<R>, stages: &'a Stages<R>, at: usize) -> Self {
+        let radius = model.radii().at(at);
+        let spot = |(position, velocity), time| Spot { position, velocity, time, radius };
         let start = spot(stages.start.get(at), stages.time);
         let end = spot(stages.here.get(at), stages.time_at(1.0));
         Path { stages, at, start, end }
@@ -82,6 +83,7 @@ impl<'a, R: Real> Path<'a, R> {
             position: R::Vec3::of(self.start.position.to_f64() + moved),
             velocity: R::Vec3::of(velocity + kicked * length),
             time: self.stages.time_at(part),
+            radius: self.start.radius,
         }
     }
 
@@ -98,18 +100,14 @@ impl<'a, R: Real> Path<'a, R> {
         }
         let obstacle = model.obstacles.get(index);
         let approach = self.approach(obstacle, slack)?;
-        let height = |part: f64| {
-            let Spot { position, time, .. } = self.spot(part);
-            obstacle.gap(position, time).to_f64()
-        };
+        let height = |part: f64| self.spot(part).gap(obstacle).to_f64();
         let speed = |part: f64| self.spot(part).speed_off(obstacle).to_f64();
         approach.impact(height, speed, first)
     }
 
     /// How it comes near an obstacle, if it may enter it.
     fn approach<O: Obstacle<R> + ?Sized>(&self, obstacle: &O, slack: R) -> Option<Approach> {
-        let before = obstacle.gap(self.start.position, self.start.time);
-        let after = obstacle.gap(self.end.position, self.end.time);
+        let (before, after) = (self.start.gap(obstacle), self.end.gap(obstacle));
         // A particle may touch the obstacle, or be in it while another holds it: deeper counts.
         let level = R::min(before, R::ZERO) - slack;
         let enters = after < level;

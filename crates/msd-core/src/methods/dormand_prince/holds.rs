@@ -96,7 +96,7 @@ impl<R: Real> Hold<R> {
 #[derive(Clone, Debug)]
 pub(crate) struct Holds<R: Real> {
     rows: Vec<Hold<R>>,
-    /// The least distance of each slot from a plane, metres: most particles are far from all.
+    /// The least gap of each slot to a plane, metres: most particles are far from all.
     gaps: Aligned<R>,
     /// A hop up to this height is neglected, metres.
     hop: R,
@@ -125,7 +125,7 @@ impl Met {
         let taken = (slower * R::HALF * mass).to_f64() + force.dot(moved).to_f64();
         self.contacts += Contacts { count: 0, ..Contacts::one(taken) };
         // Twice the rounding of a position; what takes as long as a hop to move as far.
-        let unfelt = R::of(2.0) * rounding_at::<R>(from.position);
+        let unfelt = R::of(2.0) * from.position.extent() * R::EPSILON;
         let pull = force * (R::ONE / mass);
         self.changed |= unfelt * unfelt < moved.dot(moved)
             || unfelt * pull.dot(pull).sqrt() < kicked.dot(kicked);
@@ -177,6 +177,9 @@ impl<R: Real> Holds<R> {
                 at_level!(level, _simd => lower_gaps(plane, motion, way, &mut self.gaps));
             }
         }
+        for (gap, radius) in self.gaps.iter_mut().zip(model.radii().column) {
+            *gap -= *radius;
+        }
     }
 
     /// The distance found by [`Holds::set_gaps`], metres.
@@ -189,9 +192,10 @@ impl<R: Real> Holds<R> {
         self.hop + extent * R::EPSILON * R::of(8.0)
     }
 
-    /// The distance below which a particle is at an obstacle, metres.
-    pub(crate) fn slack_at(&self, position: R::Vec3) -> R {
-        self.hop / R::of(8.0) + rounding_at::<R>(position) * R::of(4.0)
+    /// The distance below which a particle is at an obstacle, for coordinates and a radius up to an
+    /// extent, metres.
+    pub(crate) fn slack_within(&self, extent: R) -> R {
+        self.hop / R::of(8.0) + extent * R::EPSILON * R::of(4.0)
     }
 
     /// Removes from the accelerations of a stage the part that obstacles hold. Returns the power
@@ -211,7 +215,8 @@ impl<R: Real> Holds<R> {
             let at = hold.at;
             let (position, velocity) =
                 (vector(motion.positions, at), vector(motion.velocities, at));
-            let spot = Spot { position, velocity, time: motion.time };
+            let (time, radius) = (motion.time, model.radii().at(at));
+            let spot = Spot { position, velocity, time, radius };
             let touches = Bearings::new(model, hold.obstacles(), &spot);
             let pull: R::Vec3 = vector(slopes, at);
             let Support { slope, least, grip, .. } = touches.support(pull, Constraint::Bilateral);
@@ -258,15 +263,16 @@ impl<R: Real> Holds<R> {
         // Allocates in the first step alone.
         self.rows.reserve(model.particle_count());
         // Most particles are further away than a hop is high anywhere in the world.
-        let far = self.hop_within(model.extent);
+        let far = self.hop_within(model.extent + model.radii().largest);
         for (particle, at) in model.slots.places().enumerate() {
             let is_far = own.is_empty() && far < self.gap(at);
             if is_far || model.inverse_mass_column[at] == R::ZERO {
                 continue;
             }
             let (position, velocity) = state.get(at);
-            let hop = self.hop_within(position.extent());
-            let is_at = |index| model.obstacles.get(index).gap(position, time) <= hop;
+            let before = Spot { position, velocity, time, radius: model.radii().at(at) };
+            let hop = self.hop_within(before.extent());
+            let is_at = |index| before.gap(model.obstacles.get(index)) <= hop;
             let is_near = self.gap(at) <= hop || own.clone().any(is_at);
             if !is_near {
                 continue;
@@ -283,13 +289,12 @@ impl<R: Real> Holds<R> {
                 slow: (self.blur * pull.dot(pull).sqrt()).sqrt(),
                 margins: [R::ZERO; STAGES],
             };
-            let before = Spot { position, velocity, time };
             let mut meeting = Meeting {
                 model,
                 spot: before,
                 pull,
                 hop,
-                slack: self.slack_at(position),
+                slack: self.slack_within(before.extent()),
                 blur: self.blur,
                 hold,
                 met: false,
@@ -314,16 +319,16 @@ impl<R: Real> Holds<R> {
         let mut met = Met::default();
         for hold in self.rows.iter().filter(|hold| !hold.is_flat(model)) {
             let (position, velocity) = state.get(hold.at);
-            let before = Spot { position, velocity, time };
+            let before = Spot { position, velocity, time, radius: model.radii().at(hold.at) };
             if hold.leaves(model, &before) {
                 continue;
             }
             let mut spot = before;
             for obstacle in hold.curved(model).map(|index| model.obstacles.get(index)) {
                 for _ in 0..MOST_STEPS {
-                    let gap = obstacle.gap(spot.position, time);
+                    let gap = spot.gap(obstacle);
                     spot.position -= obstacle.normal(spot.position, time) * gap;
-                    if gap.abs() <= rounding_at::<R>(spot.position) {
+                    if gap.abs() <= spot.extent() * R::EPSILON {
                         break;
                     }
                 }
@@ -349,11 +354,6 @@ fn lower_gaps<R: Real>(plane: &PlaneColumn<R>, motion: Motion<'_, R>, way: R, ga
             gaps[lane] = if gap < gaps[lane] { gap } else { gaps[lane] };
         }
     }
-}
-
-/// The rounding of a coordinate at a position, metres.
-fn rounding_at<R: Real>(position: R::Vec3) -> R {
-    position.extent() * R::EPSILON
 }
 
 /// The direction of friction, against the velocity; zero for none.

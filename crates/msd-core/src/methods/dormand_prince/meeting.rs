@@ -45,7 +45,7 @@ impl<R: Real> Meeting<'_, R> {
     }
 
     fn gap(&self, index: usize) -> R {
-        self.model.obstacles.get(index).gap(self.spot.position, self.spot.time)
+        self.spot.gap(self.model.obstacles.get(index))
     }
 
     fn touches(&self) -> Bearings<R> {

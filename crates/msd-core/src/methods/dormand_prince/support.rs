@@ -18,19 +18,31 @@ pub(crate) struct Spot<R: Real> {
     pub(crate) velocity: R::Vec3,
     /// Simulated time, seconds.
     pub(crate) time: f64,
+    /// Radius of the particle against obstacles, metres.
+    pub(crate) radius: R,
 }
 
 impl<R: Real> Spot<R> {
     /// Where it is in `way` seconds if nothing acts on it.
     fn ahead(&self, way: f64) -> Self {
         let position = self.position + self.velocity * R::of(way);
-        Spot { position, velocity: self.velocity, time: self.time + way }
+        Spot { position, time: self.time + way, ..*self }
+    }
+
+    /// The largest length that gaps are the difference of, about, metres.
+    pub(crate) fn extent(&self) -> R {
+        self.position.extent() + self.radius
+    }
+
+    /// The gap between the particle and an obstacle, metres.
+    pub(crate) fn gap<O: Obstacle<R> + ?Sized>(&self, obstacle: &O) -> R {
+        obstacle.gap(self.position, self.time) - self.radius
     }
 
     /// Whether it moves along the surface of an obstacle rather than into or off it, as it does
     /// behind an edge; any speed up to `slow` counts as along, metres per second.
     pub(crate) fn is_along(&self, obstacle: &dyn Obstacle<R>, slow: R) -> bool {
-        let &Spot { position, velocity, time } = self;
+        let &Spot { position, velocity, time, .. } = self;
         let sliding = velocity - obstacle.velocity(position, time);
         let quarter = R::of(0.25) * sliding.dot(sliding).sqrt();
         self.speed_off(obstacle).abs() <= quarter + slow
@@ -38,7 +50,7 @@ impl<R: Real> Spot<R> {
 
     /// The speed away from the surface of an obstacle, metres per second.
     pub(crate) fn speed_off<O: Obstacle<R> + ?Sized>(&self, obstacle: &O) -> R {
-        let &Spot { position, velocity, time } = self;
+        let &Spot { position, velocity, time, .. } = self;
         (velocity - obstacle.velocity(position, time)).dot(obstacle.normal(position, time))
     }
 }
@@ -73,7 +85,7 @@ impl<R: Real> Bearing<R> {
             return Bearing { normal, law, reaction: normal, ..Bearing::default() };
         }
         let obstacle = model.obstacles.get(index);
-        let &Spot { position, velocity, time } = spot;
+        let &Spot { position, velocity, time, .. } = spot;
         let epsilon = if R::EPSILON.to_f64() < 1e-10 { 1e-5 } else { 4e-3 };
         let speed = velocity.dot(velocity).sqrt().to_f64();
         let reach = epsilon * Real::min(SMOOTH, model.size / speed);

@@ -254,6 +254,7 @@ impl<R: Real> Holds<R> {
                 // Outside, so that it is not taken for a second contact, and near. A particle
                 // further out has left a curved surface.
                 let gap = model.obstacles.get(face.obstacle).gap(position, end);
+                let gap = gap - model.radii().at(hold.at);
                 let lift = face.near * R::HALF - gap;
                 let is_off = face.near * R::of(0.25) < lift.abs() && gap < face.near + face.near;
                 if is_off {
@@ -302,10 +303,10 @@ impl<R: Real> Hold<R> {
         span: &Span<R>,
         (position, velocity): (R::Vec3, R::Vec3),
     ) {
-        let rounding = R::of(NEAR) * R::EPSILON;
+        let (rounding, radius) = (R::of(NEAR) * R::EPSILON, model.radii().at(self.at));
         let moved = span.h * (velocity.extent() + span.h * model.gravity().extent());
-        let near = rounding * (terms + moved);
-        let gap = obstacle.gap(position, span.start);
+        let near = rounding * (terms + radius + moved);
+        let gap = obstacle.gap(position, span.start) - radius;
         let is_near = gap <= near + moved;
         if !is_near {
             return;

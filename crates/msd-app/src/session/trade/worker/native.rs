@@ -1,6 +1,7 @@
 //! A thread of low priority that takes a bounded share of one core.
 
 use super::{BROKEN, LATE, Report, Task};
+use crate::background::lower_priority;
 use msd_study::choice::Choice;
 use msd_study::conduct::Progress;
 use msd_study::leave::Halt;
@@ -158,13 +159,6 @@ fn spawn(work: impl FnOnce() + Send + 'static) -> Result<(), String> {
         .start_handler(|_| lower_priority());
     // The thread outlives the pool until the work is done.
     pool.build().map(|pool| pool.spawn(work)).map_err(|error| error.to_string())
-}
-
-/// Gives every other thread precedence. Where that is not possible the share is all that bounds it.
-fn lower_priority() {
-    // On Linux the priority is that of a thread; elsewhere it would be that of the whole program.
-    #[cfg(target_os = "linux")]
-    rustix::process::setpriority_process(None, 19).ok();
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! The loss of digits far from the origin, known before a run.
 
+use crate::precision::Precision;
 use msd_core::{Real, Scene};
-use msd_scene::Precision;
 
 /// The part of the energy at stake from which on rounding is reported: every substep rounds anew,
 /// and dampers burn what that adds, many times as much in a second.

@@ -1,24 +1,29 @@
-//! The scene files of examples/scenes/ show what their titles say.
+//! The built-in scenes of things that touch show what their titles say.
 
-use msd_core::Vector;
 use msd_core::glam::DVec3;
+use msd_core::{Vector, Witness};
 use msd_run::{Runner, Touched, on};
 use msd_scene::open;
 
 fn runner(name: &str) -> Runner {
-    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenes");
-    Runner::open(&open(format!("{folder}/{name}.toml")).expect(name)).expect("it runs")
+    Runner::open(&open(name).expect(name)).expect("a built-in scene runs")
 }
 
-/// Runs for so many seconds, after each of which nothing has passed through anything.
+/// Runs for so many seconds. After each of them nothing has passed through anything, the substep is
+/// well below the largest stable one, and no energy was gained.
 fn run(name: &str, runner: &mut Runner, seconds: usize, mut look: impl FnMut(&Runner)) {
     let nothing = Touched { passes: 0, crossings: 0 };
+    let mut witness = Witness::default();
     for second in 1..=seconds {
         for _ in 0..60 {
             runner.step().expect(name);
+            runner.show_to(&mut witness);
             look(runner);
         }
         assert_eq!(runner.touched(), Some(nothing), "{name} after {second} s");
+        let (h, stable) = (runner.settings().substep(), runner.stable_substep());
+        assert!(h <= 0.75 * stable, "{name} after {second} s: {h:e} of {stable:e}");
+        assert_eq!(witness.gain(), 0.0, "{name} after {second} s");
     }
 }
 
@@ -51,7 +56,7 @@ fn the_strip_is_twisted_by_three_turns_and_turned_back() {
         f64::atan2(across.z, across.x)
     };
     let (mut before, mut turned, mut most, mut back) = (ends(&runner), 0.0f64, 0.0f64, 0.0f64);
-    run("twist", &mut runner, 10, |runner| {
+    run("twist", &mut runner, 60, |runner| {
         let now = ends(runner);
         let step = (now - before + core::f64::consts::PI).rem_euclid(core::f64::consts::TAU)
             - core::f64::consts::PI;

@@ -1,6 +1,6 @@
-//! Pictures and films as files: PNG, GIF, animated WebP, and what ffmpeg makes of them.
+//! Pictures and films as files: PNG, GIF, animated WebP, and what ffmpeg makes of them. An error is
+//! a line for the user.
 
-use crate::cli::failure::Failure;
 use image_webp::{ColorType, WebPEncoder};
 use msd_render::Image;
 use msd_scene::{Output, Spool, shown_path};
@@ -35,9 +35,9 @@ impl Kind {
     ///
     /// # Errors
     /// What to write instead.
-    pub fn of(path: &Path, is_film: bool) -> Result<Self, Failure> {
+    pub fn of(path: &Path, is_film: bool) -> Result<Self, String> {
         let shown = shown_path(path);
-        let refused = |reason: &str| Err(Failure::input(format!("{shown}: {reason}")));
+        let refused = |reason: &str| Err(format!("{shown}: {reason}"));
         let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         let is_moving = matches!(&*ending, "gif" | "webp") || BY_FFMPEG.contains(&&*ending);
         match (&*ending, is_film) {
@@ -83,22 +83,22 @@ fn numbered(name: &str) -> Option<Kind> {
 /// A film that is being written.
 pub trait FilmFile {
     /// Adds a frame.
-    fn add(&mut self, image: Image) -> Result<(), Failure>;
+    fn add(&mut self, image: Image) -> Result<(), String>;
 
     /// Puts what was written in its place.
-    fn finish(self: Box<Self>) -> Result<(), Failure>;
+    fn finish(self: Box<Self>) -> Result<(), String>;
 }
 
 /// Begins a film, or a picture.
 ///
 /// # Errors
 /// A file that cannot be written; ffmpeg that is not there.
-pub fn begin(path: &Path, kind: &Kind, about: About) -> Result<Box<dyn FilmFile>, Failure> {
+pub fn begin(path: &Path, kind: &Kind, about: About) -> Result<Box<dyn FilmFile>, String> {
     Ok(match kind {
         Kind::Ffmpeg => Box::new(ByFfmpeg::begin(path, about)?),
         Kind::Numbered(..) => Box::new(Pictures::numbered(path, kind)?),
         _ => {
-            let output = Output::create(path).map_err(Failure::input)?;
+            let output = Output::create(path).map_err(told)?;
             match kind {
                 Kind::Gif => Box::new(Gif::begin(output, about)?),
                 Kind::WebP => {
@@ -116,8 +116,12 @@ pub fn begin(path: &Path, kind: &Kind, about: About) -> Result<Box<dyn FilmFile>
     })
 }
 
-fn unwritten(path: impl AsRef<Path>, error: impl Display) -> Failure {
-    Failure::input(format!("{}: cannot be written: {error}", shown_path(path.as_ref())))
+fn unwritten(path: impl AsRef<Path>, error: impl Display) -> String {
+    format!("{}: cannot be written: {error}", shown_path(path.as_ref()))
+}
+
+fn told(error: impl Display) -> String {
+    error.to_string()
 }
 
 /// What is known of a film before its frames.
@@ -150,24 +154,24 @@ struct Pictures {
 }
 
 impl Pictures {
-    fn numbered(path: &Path, kind: &Kind) -> Result<Self, Failure> {
+    fn numbered(path: &Path, kind: &Kind) -> Result<Self, String> {
         // Opened at once: that it cannot be written should be known before the run.
-        let next = Output::create(&kind.path(path, 0)).map_err(Failure::input)?;
+        let next = Output::create(&kind.path(path, 0)).map_err(told)?;
         Ok(Pictures { path: path.into(), kind: kind.clone(), next: Some(next), frames: 0 })
     }
 }
 
 impl FilmFile for Pictures {
-    fn add(&mut self, image: Image) -> Result<(), Failure> {
+    fn add(&mut self, image: Image) -> Result<(), String> {
         let path = self.kind.path(&self.path, self.frames);
         self.frames += 1;
         let opened = self.next.take().map_or_else(|| Output::create(&path), Ok);
-        let mut output = opened.map_err(Failure::input)?;
+        let mut output = opened.map_err(told)?;
         write_png(&mut output, &image).map_err(|error| unwritten(&path, error))?;
-        output.finish().map_err(Failure::input)
+        output.finish().map_err(told)
     }
 
-    fn finish(self: Box<Self>) -> Result<(), Failure> {
+    fn finish(self: Box<Self>) -> Result<(), String> {
         Ok(())
     }
 }
@@ -232,7 +236,7 @@ struct Gif {
 }
 
 impl Gif {
-    fn begin(output: Output, about: About) -> Result<Self, Failure> {
+    fn begin(output: Output, about: About) -> Result<Self, String> {
         let name = PathBuf::from(output.name());
         let [width, height] = about.size.map(|side| side as u16);
         let begin = || {
@@ -246,7 +250,7 @@ impl Gif {
 }
 
 impl FilmFile for Gif {
-    fn add(&mut self, image: Image) -> Result<(), Failure> {
+    fn add(&mut self, image: Image) -> Result<(), String> {
         let before = self.last.as_ref().filter(|_| !self.about.is_open);
         let patch = changed(before, &image);
         let [left, top, width, height] = patch.map(|side| side as u16);
@@ -263,9 +267,9 @@ impl FilmFile for Gif {
         self.encoder.write_frame(&frame).map_err(|error| unwritten(&self.name, error))
     }
 
-    fn finish(self: Box<Self>) -> Result<(), Failure> {
+    fn finish(self: Box<Self>) -> Result<(), String> {
         let output = self.encoder.into_inner().map_err(|error| unwritten(&self.name, error))?;
-        output.finish().map_err(Failure::input)
+        output.finish().map_err(told)
     }
 }
 
@@ -317,7 +321,7 @@ impl WebP {
 }
 
 impl FilmFile for WebP {
-    fn add(&mut self, image: Image) -> Result<(), Failure> {
+    fn add(&mut self, image: Image) -> Result<(), String> {
         let name = PathBuf::from(self.output.name());
         let frame = self.frame(&image).map_err(|error| unwritten(&name, error))?;
         self.frames += 1;
@@ -325,7 +329,7 @@ impl FilmFile for WebP {
         self.spool.write_all(&frame).map_err(|error| unwritten(&name, error))
     }
 
-    fn finish(self: Box<Self>) -> Result<(), Failure> {
+    fn finish(self: Box<Self>) -> Result<(), String> {
         let head = self.head();
         let WebP { mut output, spool, .. } = *self;
         let write = || {
@@ -335,8 +339,8 @@ impl FilmFile for WebP {
             spool.copy_to(&mut output)
         };
         let written = write();
-        written.map_err(|error| Failure::input(output.refused(&error)))?;
-        output.finish().map_err(Failure::input)
+        written.map_err(|error| told(output.refused(&error)))?;
+        output.finish().map_err(told)
     }
 }
 
@@ -349,8 +353,8 @@ struct ByFfmpeg {
 }
 
 impl ByFfmpeg {
-    fn begin(path: &Path, about: About) -> Result<Self, Failure> {
-        let output = Output::create(path).map_err(Failure::input)?;
+    fn begin(path: &Path, about: About) -> Result<Self, String> {
+        let output = Output::create(path).map_err(told)?;
         let ending = path.extension().unwrap_or_default().to_string_lossy();
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
         let part = tempfile::Builder::new()
@@ -379,19 +383,19 @@ impl ByFfmpeg {
             command.process_group(0);
         }
         let child = command.spawn().map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => Failure::input(format!(
+            io::ErrorKind::NotFound => format!(
                 "{}: a .{ending} film is made by ffmpeg, which is not installed; .webp and .gif \
                  take nothing else",
                 shown_path(path)
-            )),
-            _ => Failure::input(format!("ffmpeg cannot be started: {error}")),
+            ),
+            _ => format!("ffmpeg cannot be started: {error}"),
         })?;
         Ok(ByFfmpeg { child, part, output })
     }
 }
 
 impl FilmFile for ByFfmpeg {
-    fn add(&mut self, image: Image) -> Result<(), Failure> {
+    fn add(&mut self, image: Image) -> Result<(), String> {
         let Some(input) = &mut self.child.stdin else { return Ok(()) };
         // Why it takes no more is known at the end.
         if input.write_all(&image.rgba).is_err() {
@@ -400,18 +404,18 @@ impl FilmFile for ByFfmpeg {
         Ok(())
     }
 
-    fn finish(self: Box<Self>) -> Result<(), Failure> {
+    fn finish(self: Box<Self>) -> Result<(), String> {
         let ByFfmpeg { mut child, part, mut output } = *self;
         drop(child.stdin.take());
         let done = child.wait_with_output();
-        let done = done.map_err(|error| Failure::input(output.refused(&error)))?;
+        let done = done.map_err(|error| told(output.refused(&error)))?;
         if !done.status.success() {
             let said = msd_scene::one_line(String::from_utf8_lossy(&done.stderr));
             return Err(unwritten(output.name(), format!("ffmpeg: {said}")));
         }
         let copied = File::open(&part).and_then(|mut film| io::copy(&mut film, &mut output));
-        copied.map_err(|error| Failure::input(output.refused(&error)))?;
-        output.finish().map_err(Failure::input)
+        copied.map_err(|error| told(output.refused(&error)))?;
+        output.finish().map_err(told)
     }
 }
 
@@ -432,7 +436,7 @@ mod tests {
             of("%d.png", true).expect("a number").path(Path::new(""), 7),
             Path::new("7.png")
         );
-        let told = |name: &str, is_film| of(name, is_film).expect_err(name).message;
+        let told = |name: &str, is_film| of(name, is_film).expect_err(name);
         assert!(told("a.png", true).contains("as in %04d.png"));
         assert!(told("a.gif", false).contains("--frames 0:10:1/30"));
         assert!(told("a.jpg", false).contains("end the name in .png"));

@@ -1,7 +1,5 @@
 //! `msd render`: a scene becomes a picture or a film without a display.
 
-mod film;
-
 use crate::cli::arguments::{RenderArguments, Sight};
 use crate::cli::failure::{Failure, hush, note, say};
 use crate::cli::places::{Places, make_folder};
@@ -10,8 +8,8 @@ use crate::cli::run::{SetKeys, explain_divergence, set_keys};
 use crate::cli::steps::Interrupt;
 use crate::cli::steps::Moments;
 use crate::cli::steps::Steps;
-use film::{About, Kind, begin};
 use msd_app::drivers::quietly;
+use msd_app::film::{About, Kind, begin};
 use msd_app::viewer::{go_to, shows_springs, turn_to};
 use msd_core::Error;
 use msd_render::{Camera, Gpu, Offscreen, Style, View, bounds_with_ground, ground};
@@ -56,11 +54,11 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let ending = if film.is_some() { "webp" } else { "png" };
     let path = arguments.out.clone();
     let path = path.unwrap_or_else(|| PathBuf::from(format!("{}.{ending}", prepared.name)));
-    let kind = Kind::of(&path, film.is_some())?;
+    let kind = Kind::of(&path, film.is_some()).map_err(Failure::input)?;
     check_places(arguments, &prepared, (&path, &kind, steps.len()))?;
     let about =
         About { size: *size, every: moments.every, is_open: arguments.background.is_some() };
-    let mut output = begin(&path, &kind, about)?;
+    let mut output = begin(&path, &kind, about).map_err(Failure::input)?;
     // Asked for before the run: without a driver, or for a picture that is too large for it, the
     // steps would be in vain.
     let gpu = quietly(|| pollster::block_on(Gpu::headless())).map_err(Failure::input)?;
@@ -76,10 +74,10 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
         }
         let view = look.view(part);
         let image = on!(runner, simulation => screen.render(&simulation.snapshot(), &view));
-        output.add(image.map_err(Failure::input)?)
+        output.add(image.map_err(Failure::input)?).map_err(Failure::input)
     };
     let (frames, ended) = follow(&mut prepared, &mut shoot, (&steps, &interrupt))?;
-    output.finish()?;
+    output.finish().map_err(Failure::input)?;
     let interrupted = matches!(ended, FilmEnd::Interrupted);
     let ended = failure(ended, &prepared, frames);
     let report = RenderReport {

@@ -1,0 +1,128 @@
+//! A film from the window: what the timeline holds, written on a thread while the run goes on.
+#![cfg(feature = "window")]
+
+#[path = "common/frames.rs"]
+mod frames;
+
+use frames::FRAME;
+use msd_app::viewer::{Command, FilmFormat, Viewer, catalogue};
+use msd_render::{Gpu, View, render_image};
+use msd_run::on;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// The chain after a second, in a picture of 120 x 80 points; nothing where none can be drawn.
+fn viewer(folder: &Path) -> Option<(Viewer, Gpu)> {
+    let gpu = match msd_app::drivers::quietly(|| pollster::block_on(Gpu::headless())) {
+        Ok(gpu) => gpu,
+        Err(error) => {
+            assert!(std::env::var_os("MSD_REQUIRE_ADAPTER").is_none(), "{error}");
+            eprintln!("SKIPPED: no adapter: {error}");
+            return None;
+        }
+    };
+    let loaded = msd_scene::open("chain").expect("a built-in scene");
+    let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
+    viewer.folder = folder.to_owned();
+    viewer.rect = egui::Rect::from_min_size(egui::Pos2::ZERO, egui::vec2(120.0, 80.0));
+    viewer.frame_all();
+    viewer.follow = false;
+    viewer.session.advance(0.0, &|| 0.0);
+    step(&mut viewer, 60);
+    Some((viewer, gpu))
+}
+
+fn step(viewer: &mut Viewer, frames: usize) {
+    (0..frames).for_each(|_| {
+        viewer.session.advance(FRAME + 1e-9, &|| 0.0);
+    });
+}
+
+/// Waits for the end of a film, and returns what is told of it.
+fn wait(viewer: &mut Viewer) -> String {
+    let start = Instant::now();
+    while viewer.follow_film() {
+        assert!(start.elapsed() < Duration::from_secs(120), "it does not end");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    viewer.note.clone().expect("what came of it")
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = folder.read_dir().expect("a folder").flatten();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn a_film_has_the_states_of_the_timeline_as_they_are_looked_at() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some((mut viewer, gpu)) = viewer(folder.path()) else { return };
+    // Looking back changes nothing: what lies ahead is filmed too.
+    viewer.look_back(7);
+    viewer.film(FilmFormat::WebP);
+    // One at a time, and the run goes on meanwhile.
+    viewer.film(FilmFormat::Png);
+    assert_eq!(viewer.filming.as_ref().map(|filming| filming.progress()[1]), Some(31));
+    assert_eq!(wait(&mut viewer), {
+        let name = folder.path().join("chain-1.webp");
+        format!("filmed: {}, 31 frames", name.display())
+    });
+    assert_eq!(names(folder.path()), ["chain-1.webp"]);
+    let file = BufReader::new(File::open(folder.path().join("chain-1.webp")).expect("a film"));
+    let mut decoder = image_webp::WebPDecoder::new(file).expect("a WebP file");
+    assert_eq!((decoder.dimensions(), decoder.num_frames()), ((120, 80), 31));
+    let mut frame = vec![0; decoder.output_buffer_size().expect("a size")];
+    let view = View { camera: viewer.camera, style: viewer.style };
+    for number in 0..31 {
+        let lasting = decoder.read_frame(&mut frame).expect("a frame");
+        assert!((33..=34).contains(&lasting), "{lasting} ms");
+        // Every second of the 61 states from the first to the last.
+        viewer.look_back(60 - 2 * number);
+        let image = on!(viewer.session.runner(), simulation => {
+            render_image(&gpu, &simulation.snapshot(), &view, 120, 80)
+        });
+        let image = image.expect("a picture");
+        // Where the decoder puts a pixel over another it may be a level darker.
+        let off = frame.iter().zip(&image.rgba).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(off <= Some(1), "frame {number}: {off:?}");
+    }
+}
+
+#[test]
+fn a_film_as_pictures_has_one_per_frame_and_what_is_cancelled_leaves_no_part() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some((mut viewer, _)) = viewer(folder.path()) else { return };
+    viewer.film(FilmFormat::Png);
+    let told = wait(&mut viewer);
+    assert!(told.starts_with("filmed: ") && told.ends_with("31 frames"), "{told}");
+    assert_eq!(names(folder.path()), ["chain-1.frames"]);
+    let pictures = names(&folder.path().join("chain-1.frames"));
+    assert_eq!((pictures.len(), &*pictures[30]), (31, "0030.png"));
+    step(&mut viewer, 240);
+    viewer.film(FilmFormat::WebP);
+    viewer.filming.as_ref().expect("it is being written").cancel();
+    assert_eq!(wait(&mut viewer), "the film was cancelled");
+    // Nor does one that is left behind, as when the window is closed.
+    viewer.film(FilmFormat::WebP);
+    drop(viewer);
+    assert_eq!(names(folder.path()), ["chain-1.frames"]);
+}
+
+#[test]
+fn a_film_that_cannot_be_written_is_told_of_and_the_run_goes_on() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some((mut viewer, _)) = viewer(&folder.path().join("gone")) else { return };
+    for format in [FilmFormat::WebP, FilmFormat::Png] {
+        viewer.film(format);
+        let told = wait(&mut viewer);
+        assert!(told.contains("gone") && told.contains("chain-1"), "{told}");
+    }
+    let steps = viewer.session.runner().steps();
+    viewer.command(Command::StepForward);
+    assert_eq!(viewer.session.runner().steps(), steps + 1);
+}
