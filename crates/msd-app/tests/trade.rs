@@ -84,8 +84,7 @@ fn cached(folder: &Path, start: &str) -> bool {
 fn ctrl_c_ends_a_study_with_a_report_of_what_was_tried() {
     let folder = folder();
     let arguments = ["study", "cloth", "--duration", "0.5", "--time", "600"];
-    let [said, told] =
-        interrupt(folder.path(), &arguments, &|| cached(folder.path(), "study-"));
+    let [said, told] = interrupt(folder.path(), &arguments, &|| cached(folder.path(), "study-"));
     assert!(told.starts_with("error: interrupted after ") && said.contains("trials"), "{told}");
     let report = folder.path().join("cloth-study");
     let mut names: Vec<String> = std::fs::read_dir(&report)
@@ -108,10 +107,8 @@ fn ctrl_c_ends_a_search_with_the_best_so_far_which_is_not_written() {
     let folder = folder();
     let scene = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [9, 9, 9]\n";
     std::fs::write(folder.path().join("block.toml"), scene).expect("a file");
-    let arguments =
-        ["tune", "block.toml", "--duration", "2", "--max-error", "1e-7", "--write"];
-    let [said, told] =
-        interrupt(folder.path(), &arguments, &|| cached(folder.path(), "reference"));
+    let arguments = ["tune", "block.toml", "--duration", "2", "--max-error", "1e-7", "--write"];
+    let [said, told] = interrupt(folder.path(), &arguments, &|| cached(folder.path(), "reference"));
     assert!(told.starts_with("error: "), "{told}");
     assert!(told.contains("interrupted"), "{told}");
     // Where something was tried by then, that is told.

@@ -3,7 +3,7 @@
 use crate::picture::ground::DepthMap;
 use crate::viewing::view::View;
 use bytemuck::{Pod, Zeroable};
-use glam::{Mat4, Vec3};
+use glam::Mat4;
 
 /// The uniforms of `common.wgsl`, in its order.
 #[repr(C)]
