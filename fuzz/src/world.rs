@@ -53,7 +53,7 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
             name: "body".into(),
             particles: first.min(last)..first.max(last),
             springs: 0..index(u, count + 1)?,
-            surface: Surface::default(),
+            ..Body::default()
         });
     }
     if u.ratio(1, 3)? {
@@ -115,7 +115,7 @@ fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<
 pub(crate) fn spoil(scene: &mut Scene, choice: u8) {
     let body = |particles, surface| {
         let name = "spoilt".into();
-        Body { name, particles, springs: 0..0, surface }
+        Body { name, particles, surface, ..Body::default() }
     };
     let corners = |particle| vec![Corner { particle, uv: [0.0; 2] }];
     let surface = |corners, triangles| Surface { corners, triangles, two_sided: true };

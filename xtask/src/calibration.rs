@@ -2,7 +2,7 @@
 
 use crate::promise::random_scene;
 use msd_core::{Error, Friction, Integrator, Settings};
-use msd_scene::{BUILTINS, Loaded, Precision};
+use msd_scene::{BUILTINS, Loaded, Precision, Viewpoint};
 use msd_study::choice::FRAME;
 use msd_study::ladder::ladders;
 use msd_study::live_error::{Calibration, calibrate};
@@ -84,6 +84,7 @@ fn scene(seed: u64) -> Result<Loaded, Error> {
         settings: Settings { step: FRAME, substeps, ..Settings::default() },
         precision: Precision::F32,
         automatic: false,
+        camera: Viewpoint::default(),
         notes: Vec::new(),
         files: Vec::new(),
         made: Vec::new(),

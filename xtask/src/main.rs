@@ -48,6 +48,15 @@ enum Command {
         #[arg(long)]
         json: bool,
     },
+    /// Measures what a picture costs, by its quality and by what is shown
+    Frames {
+        /// Built-in scenes, scene files, meshes or saved runs, each after a second
+        #[arg(default_values = ["cloth", "jelly"])]
+        scenes: Vec<PathBuf>,
+        /// Size of the picture, pixels
+        #[arg(long, num_args = 2, default_values = ["1280", "720"])]
+        size: Vec<u32>,
+    },
     /// Finds how stiff a scene may be under each method, as the report of 2014 did
     StabilityTable {
         /// A built-in scene, a scene file, a mesh or a saved run
@@ -84,6 +93,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::BeamTable { page, figure, json } => {
             command::run_beam_table(page.as_deref(), figure.as_deref(), json)
         }
+        Command::Frames { scenes, size } => command::frames::run_frames(&scenes, &size),
         Command::StabilityTable { scene, json } => command::run_stability_table(&scene, json),
     }
 }

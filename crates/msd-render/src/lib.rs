@@ -19,15 +19,16 @@ mod renderer;
 mod offscreen;
 
 pub use device::gpu::Gpu;
+pub use device::quality::Quality;
 pub use device::{gpu, shaders};
 pub use error::RenderError;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::{Image, Offscreen, Sheet, render_image};
 pub use picture::colour;
-pub use picture::colour::{body_colour, strain_colour};
+pub use picture::colour::{body_colour, share_colour, strain_colour};
 pub use renderer::Renderer;
 pub use viewing::camera::{Camera, Ray};
-pub use viewing::pick::{bounds, drag_point, pick};
+pub use viewing::pick::{bounds, bounds_with_ground, drag_point, ground, pick};
 pub use viewing::view::{Style, View};
 pub use viewing::{camera, pick, view};
 pub use wgpu;

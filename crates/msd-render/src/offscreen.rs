@@ -1,6 +1,7 @@
 //! Pictures in memory: drawn into a texture and read back.
 
 use crate::device::gpu::Gpu;
+use crate::device::quality::Quality;
 use crate::error::RenderError;
 use crate::renderer::Renderer;
 use crate::viewing::view::View;
@@ -51,13 +52,25 @@ pub fn render_image<R: Real>(
 }
 
 impl Offscreen {
-    /// Prepares for pictures of this size, pixels.
+    /// Prepares for pictures of this size, pixels, and of full quality.
     ///
     /// # Errors
     /// See [`Sheet::new`].
     pub fn new(gpu: &Gpu, width: u32, height: u32) -> Result<Self, RenderError> {
+        Self::with_quality(gpu, [width, height], Quality::Full)
+    }
+
+    /// Prepares for pictures of this size, pixels, and quality.
+    ///
+    /// # Errors
+    /// See [`Sheet::new`].
+    pub fn with_quality(
+        gpu: &Gpu,
+        [width, height]: [u32; 2],
+        quality: Quality,
+    ) -> Result<Self, RenderError> {
         let sheet = Sheet::new(gpu, width, height)?;
-        let renderer = Renderer::new(&gpu.device, Sheet::FORMAT);
+        let renderer = Renderer::new(&gpu.device, (Sheet::FORMAT, quality));
         Ok(Self { gpu: gpu.clone(), renderer, sheet })
     }
 

@@ -2,13 +2,15 @@
 
 use crate::device::buffers::Rows;
 use crate::device::pipelines::Pipelines;
+use crate::device::quality::Quality;
 use crate::device::targets::{DEPTH_FORMAT, Targets, texture};
-use crate::device::uniforms::{Globals, Light, SHADOW_SIZE};
+use crate::device::uniforms::{Globals, Light};
 use crate::picture::compose::set_geometry;
 use crate::picture::geometry::Geometry;
-use crate::picture::ground::{light_direction, light_matrix};
+use crate::picture::ground::{depth_map, light_direction, scene_radius};
 use crate::picture::legend::{self, legend};
 use crate::viewing::view::View;
+use glam::Vec3;
 use msd_core::{Real, Snapshot};
 use wgpu::{BindGroup, Buffer, BufferUsages, CommandEncoder, Device, Queue, RenderPass};
 use wgpu::{RenderPipeline, TextureFormat, TextureView};
@@ -26,6 +28,7 @@ const CLEAR: wgpu::LoadOp<wgpu::Color> =
 pub struct Renderer {
     device: Device,
     format: TextureFormat,
+    quality: Quality,
     pipelines: Pipelines,
     bindings: Bindings,
     rows: AllRows,
@@ -42,12 +45,13 @@ struct Prepared {
     light: Light,
 }
 
-/// Uniforms and shadow map.
+/// Uniforms, and pictures of depths.
 #[derive(Debug)]
 struct Bindings {
-    globals: Buffer,
-    globals_group: BindGroup,
+    /// Those of the picture, and those of the ground seen from below.
+    globals: [(Buffer, BindGroup); 2],
     shadow_map: TextureView,
+    ground_map: TextureView,
     shadow_group: BindGroup,
 }
 
@@ -63,17 +67,18 @@ struct AllRows {
 }
 
 impl Renderer {
-    /// Compiles the pipelines for targets of this format.
+    /// Compiles the pipelines for targets of this format, and pictures of this quality.
     ///
     /// Into a format without `Srgb` in its name the shaders write sRGB themselves, as egui wants.
-    pub fn new(device: &Device, format: TextureFormat) -> Self {
+    pub fn new(device: &Device, (format, quality): (TextureFormat, Quality)) -> Self {
         let layouts = [globals_layout(device), shadow_layout(device)];
         let rows = |label| Rows::new(label, BufferUsages::VERTEX);
         Self {
             device: device.clone(),
             format,
-            pipelines: Pipelines::new(device, format, [&layouts[0], &layouts[1]]),
-            bindings: Bindings::new(device, &layouts),
+            quality,
+            pipelines: Pipelines::new(device, (format, quality), [&layouts[0], &layouts[1]]),
+            bindings: Bindings::new(device, &layouts, quality),
             rows: AllRows {
                 vertices: rows("surface vertices"),
                 triangles: Rows::new("surface triangles", BufferUsages::INDEX),
@@ -90,7 +95,7 @@ impl Renderer {
 
     /// Chooses the colours of particles, and of surfaces and bare springs by them, from the next
     /// [`Renderer::prepare`] on: each by its share of a full scale, in the colours of
-    /// [`crate::strain_colour`]. As long as there is none for each particle, bodies have their own.
+    /// [`crate::share_colour`]. As long as there is none for each particle, bodies have their own.
     pub fn set_shades(&mut self, shades: impl IntoIterator<Item = f32>) {
         self.geometry.shades.clear();
         self.geometry.shades.extend(shades);
@@ -119,9 +124,12 @@ impl Renderer {
         let rects =
             if is_explained { legend(style.strain_full_scale, style.scale()) } else { Vec::new() };
         self.rows.rects.upload(device, queue, &rects);
-        let direction = light_direction(view);
-        let (matrix, texel) = light_matrix(geometry, direction, SHADOW_SIZE);
-        let light = Light { direction, matrix, texel, particle_radius: geometry.particle_radius };
+        let light = Light {
+            sun: depth_map(geometry, light_direction(view), self.quality.shadow_size()),
+            ground: depth_map(geometry, Vec3::NEG_Y, self.quality.ground_size()),
+            level: geometry.level,
+            radius: scene_radius(geometry.bounds),
+        };
         self.prepared = Some(Prepared { queue: queue.clone(), view: *view, light });
     }
 
@@ -178,15 +186,23 @@ impl Renderer {
     ) {
         let size = target_size.map(|side| side.max(1));
         if self.targets.as_ref().is_none_or(|targets| targets.size != size) {
-            self.targets = Some(Targets::new(&self.device, self.format, size));
+            self.targets =
+                Some(Targets::new(&self.device, self.format, (size, self.quality.samples())));
         }
         let area = clamped(viewport, size);
         if let (Some(prepared), Some(area)) = (&self.prepared, area) {
             let encode = !self.format.is_srgb();
-            let globals = Globals::new(&prepared.view, &prepared.light, [area[2], area[3]], encode);
-            prepared.queue.write_buffer(&self.bindings.globals, 0, bytemuck::bytes_of(&globals));
+            let globals = Globals::new(&prepared.view, &prepared.light, area, encode);
+            let below = globals.from_below(&prepared.light);
+            for ((buffer, _), globals) in self.bindings.globals.iter().zip([globals, below]) {
+                prepared.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&globals));
+            }
             if prepared.view.style.shadows {
-                self.draw_shadows(encoder);
+                let Bindings { globals: [picture, below], .. } = &self.bindings;
+                self.draw_depths(encoder, (&self.bindings.shadow_map, &picture.1));
+                if prepared.light.level.is_some() {
+                    self.draw_depths(encoder, (&self.bindings.ground_map, &below.1));
+                }
             }
         }
         let Some(targets) = &self.targets else { return };
@@ -205,12 +221,16 @@ impl Renderer {
         }
     }
 
-    fn draw_shadows(&self, encoder: &mut CommandEncoder) {
+    fn draw_depths(
+        &self,
+        encoder: &mut CommandEncoder,
+        (map, globals): (&TextureView, &BindGroup),
+    ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("shadow"),
+            label: Some("depths"),
             color_attachments: &[],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.bindings.shadow_map,
+                view: map,
                 depth_ops: Some(wgpu::Operations {
                     load: wgpu::LoadOp::Clear(1.0),
                     store: wgpu::StoreOp::Store,
@@ -222,15 +242,15 @@ impl Renderer {
         let (pipelines, rows) = (&self.pipelines, &self.rows);
         let lines = (self.geometry.casting_lines as u32).min(rows.lines.count);
         let points = (self.geometry.casting_points as u32).min(rows.points.count);
-        pass.set_bind_group(0, &self.bindings.globals_group, &[]);
+        pass.set_bind_group(0, globals, &[]);
         draw_surfaces(&mut pass, &pipelines.shadow_surface, rows);
         draw_instances(&mut pass, &pipelines.shadow_line, &rows.lines, (6, 0..lines));
-        draw_instances(&mut pass, &pipelines.shadow_point, &rows.points, (18, 0..points));
+        draw_instances(&mut pass, &pipelines.shadow_point, &rows.points, (36, 0..points));
     }
 
     fn draw_scene(&self, pass: &mut RenderPass<'_>, height: f32) {
         let (pipelines, rows) = (&self.pipelines, &self.rows);
-        pass.set_bind_group(0, &self.bindings.globals_group, &[]);
+        pass.set_bind_group(0, &self.bindings.globals[0].1, &[]);
         pass.set_bind_group(1, &self.bindings.shadow_group, &[]);
         if self.prepared.as_ref().is_some_and(|prepared| prepared.view.style.sky) {
             pass.set_pipeline(&pipelines.sky);
@@ -240,7 +260,9 @@ impl Renderer {
         draw_surfaces(pass, &pipelines.surface_back, rows);
         let front = (self.geometry.front_patches as u32).min(rows.patches.count);
         draw_instances(pass, &pipelines.ground_front, &rows.patches, (6, 0..front));
-        draw_instances(pass, &pipelines.line, &rows.lines, (6, 0..rows.lines.count));
+        let rods = (self.geometry.rods as u32).min(rows.lines.count);
+        draw_instances(pass, &pipelines.rod, &rows.lines, (6, 0..rods));
+        draw_instances(pass, &pipelines.line, &rows.lines, (6, rods..rows.lines.count));
         draw_instances(pass, &pipelines.point, &rows.points, (6, 0..rows.points.count));
         let back = front..rows.patches.count;
         draw_instances(pass, &pipelines.ground_back, &rows.patches, (6, back));
@@ -253,15 +275,25 @@ impl Renderer {
 }
 
 impl Bindings {
-    fn new(device: &Device, layouts: &[wgpu::BindGroupLayout; 2]) -> Self {
-        let globals = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("globals"),
-            size: size_of::<Globals>() as u64,
-            usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
-            mapped_at_creation: false,
+    fn new(device: &Device, layouts: &[wgpu::BindGroupLayout; 2], quality: Quality) -> Self {
+        let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
+            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
+        };
+        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
+        let globals = ["globals", "globals from below"].map(|label| {
+            let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: size_of::<Globals>() as u64,
+                usage: BufferUsages::UNIFORM | BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            let resource = buffer.as_entire_binding();
+            let group = group(&layouts[0], &[wgpu::BindGroupEntry { binding: 0, resource }]);
+            (buffer, group)
         });
-        let size = [SHADOW_SIZE, SHADOW_SIZE];
-        let shadow_map = texture(device, "shadow map", DEPTH_FORMAT, (size, 1));
+        let map = |label, side| texture(device, label, DEPTH_FORMAT, ([side, side], 1));
+        let shadow_map = map("shadow map", quality.shadow_size());
+        let ground_map = map("ground map", quality.ground_size());
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("shadow"),
             mag_filter: wgpu::FilterMode::Linear,
@@ -269,17 +301,13 @@ impl Bindings {
             compare: Some(wgpu::CompareFunction::LessEqual),
             ..Default::default()
         });
-        let group = |layout, entries: &[wgpu::BindGroupEntry<'_>]| {
-            device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries })
-        };
-        let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
-        let globals_group = group(&layouts[0], &[entry(0, globals.as_entire_binding())]);
-        let map = wgpu::BindingResource::TextureView(&shadow_map);
-        let shadow_group = group(
-            &layouts[1],
-            &[entry(0, map), entry(1, wgpu::BindingResource::Sampler(&sampler))],
-        );
-        Self { globals, globals_group, shadow_map, shadow_group }
+        let entries = [
+            entry(0, wgpu::BindingResource::TextureView(&shadow_map)),
+            entry(1, wgpu::BindingResource::Sampler(&sampler)),
+            entry(2, wgpu::BindingResource::TextureView(&ground_map)),
+        ];
+        let shadow_group = group(&layouts[1], &entries);
+        Self { globals, shadow_map, ground_map, shadow_group }
     }
 }
 
@@ -299,7 +327,7 @@ fn shadow_layout(device: &Device) -> wgpu::BindGroupLayout {
         multisampled: false,
     };
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison);
-    layout(device, wgpu::ShaderStages::FRAGMENT, &[map, sampler])
+    layout(device, wgpu::ShaderStages::FRAGMENT, &[map, sampler, map])
 }
 
 fn layout(
@@ -324,13 +352,15 @@ fn scene_pass<'a>(
     targets: &Targets,
     (target, ops): (&TextureView, wgpu::Operations<wgpu::Color>),
 ) -> RenderPass<'a> {
+    // What is drawn on the target at once must stay there.
+    let store = if targets.colour.is_none() { wgpu::StoreOp::Store } else { ops.store };
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         label: Some("scene"),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-            view: &targets.colour,
+            view: targets.colour.as_ref().unwrap_or(target),
             depth_slice: None,
-            resolve_target: Some(target),
-            ops,
+            resolve_target: targets.colour.as_ref().map(|_| target),
+            ops: wgpu::Operations { store, ..ops },
         })],
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: &targets.depth,

@@ -185,3 +185,21 @@ fn dragging_stays_at_the_depth_of_the_particle_and_under_the_pointer() {
     backwards.direction = -backwards.direction;
     assert_eq!(drag_point(&camera, &backwards, Vec3::X), Vec3::X);
 }
+
+#[test]
+fn a_camera_below_ground_rises_above_it_and_another_stays() {
+    let below = Camera { pitch: -0.5, distance: 10.0, ..Camera::default() };
+    let mut raised = below;
+    raised.rise_above(-1.0);
+    // A fiftieth of the distance above the ground, in single precision.
+    assert!((raised.eye().y + 0.8).abs() < 1e-4, "{}", raised.eye().y);
+    assert_eq!((raised.target, raised.yaw), (below.target, below.yaw));
+    let above = Camera { pitch: 0.3, ..below };
+    let mut kept = above;
+    kept.rise_above(-1.0);
+    assert_eq!(kept, above);
+    // Ground far above the target: no pitch would do.
+    let mut lost = above;
+    lost.rise_above(100.0);
+    assert_eq!(lost, above);
+}

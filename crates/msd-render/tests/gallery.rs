@@ -6,7 +6,7 @@ mod scenes;
 
 use glam::{DMat3, DVec3};
 use msd_core::{Grab, Part, Scene, Vector};
-use msd_render::{Camera, Gpu, Offscreen, Renderer, Style, View, bounds, wgpu};
+use msd_render::{Camera, Gpu, Offscreen, Quality, Renderer, Style, View, bounds, wgpu};
 use scenes::{Still, block, floor, particle, pin, plane, rope, scene_of, sheet, spring, surface};
 
 const SIZE: [u32; 2] = [1280, 720];
@@ -146,7 +146,7 @@ fn costs() {
     let still = Still::<f32>::new(&hare);
     let snapshot = still.snapshot();
     let format = wgpu::TextureFormat::Rgba8Unorm;
-    let mut renderer = Renderer::new(&gpu.device, format);
+    let mut renderer = Renderer::new(&gpu.device, (format, Quality::Full));
     for _ in 0..5 {
         let start = std::time::Instant::now();
         renderer.prepare(&gpu.device, &gpu.queue, &snapshot, &View::default());

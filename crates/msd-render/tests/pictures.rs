@@ -5,11 +5,12 @@
 mod scenes;
 
 use glam::{DVec3, Vec3};
-use msd_core::{Grab, Plane, Scene, Vector};
+use msd_core::{Grab, Look, Pattern, Plane, Scene, Vector};
 use msd_render::{
-    Camera, Gpu, Image, Offscreen, RenderError, Renderer, Style, View, bounds, render_image, wgpu,
+    Camera, Gpu, Image, Offscreen, Quality, RenderError, Renderer, Style, View, bounds,
+    render_image, wgpu,
 };
-use scenes::{Still, block, floor, particle, pin, plane, scene_of, sheet, spring};
+use scenes::{Still, block, floor, particle, pin, plane, rope, scene_of, sheet, spring};
 
 const WIDTH: u32 = 320;
 const HEIGHT: u32 = 240;
@@ -87,33 +88,111 @@ fn single_and_double_precision_look_the_same() {
 }
 
 #[test]
-fn the_background_is_a_calm_light_blue() {
+fn the_background_is_a_light_blue_above_a_horizon_and_grey_below_it() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(block(2), &[]);
-    let image = draw(&gpu, &scene, &framed(&scene));
-    for (x, y) in [(0, 0), (WIDTH - 1, 0), (0, HEIGHT - 1), (WIDTH - 1, HEIGHT - 1)] {
-        let [red, green, blue] = pixel(&image, x, y);
-        assert!(red < green && green < blue && 150 < green, "{red} {green} {blue} at {x} {y}");
+    let level = Camera { pitch: 0.0, ..framed(&scene).camera };
+    let image = draw(&gpu, &scene, &View { camera: level, ..View::default() });
+    for x in [0, WIDTH - 1] {
+        let [red, green, blue] = pixel(&image, x, 0);
+        assert!(red < green && green < blue && 150 < green, "above: {red} {green} {blue}");
+        let [red, green, blue] = pixel(&image, x, HEIGHT - 1);
+        let is_grey = (red - blue).abs() < 12 && (red - green).abs() < 12;
+        assert!(is_grey && 130 < green, "below: {red} {green} {blue}");
     }
 }
 
 #[test]
-fn springs_are_green_at_rest_and_red_at_full_strain() {
+fn the_edge_of_a_block_is_an_edge_and_a_curved_side_is_smooth() {
+    let Some(gpu) = gpu() else { return };
+    // Light along x alone: of a block turned by 45° one side has it, the other has none, up to
+    // their edge in the middle of the picture.
+    let scene = scene_of(block(4), &[]);
+    let style = Style { light: Vec3::X, shadows: false, ..Style::default() };
+    let camera = Camera { yaw: std::f32::consts::FRAC_PI_4, pitch: 0.0, ..framed(&scene).camera };
+    let image = draw(&gpu, &scene, &View { camera, style });
+    let beside = |by: f32| brightness(seen_at(&image, &camera, Vec3::new(1.5, 0.0, 1.5 - by)));
+    let other = |by: f32| brightness(seen_at(&image, &camera, Vec3::new(1.5 - by, 0.0, 1.5)));
+    assert!(other(0.1) + 100 < beside(0.1), "{} against {}", other(0.1), beside(0.1));
+    for side in [&beside as &dyn Fn(f32) -> i32, &other] {
+        let [near, far] = [side(0.1), side(1.5)];
+        // What is left is the gloss, which changes with the angle of view.
+        assert!((near - far).abs() < 60, "{near} near the edge, {far} in the middle");
+    }
+}
+
+#[test]
+fn a_look_has_its_colour_on_either_side_and_its_pattern() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = scene_of(sheet(5, 4.0), &[]);
+    scene.bodies[0].look = Look {
+        colour: Some([0.8, 0.1, 0.1]),
+        back: Some([0.1, 0.1, 0.8]),
+        pattern: Pattern::Stripes,
+        pattern_size: 1.0,
+        ..Look::default()
+    };
+    let style = Style { shadows: false, ..Style::default() };
+    let above = Camera { pitch: 1.2, yaw: 0.0, distance: 12.0, ..Camera::default() };
+    let below = Camera { pitch: -1.2, ..above };
+    let [top, bottom] = [above, below].map(|camera| draw(&gpu, &scene, &View { camera, style }));
+    let place = Vec3::new(0.5, 0.0, 0.5);
+    let [red, _, blue] = seen_at(&top, &above, place);
+    let [other_red, _, other_blue] = seen_at(&bottom, &below, place);
+    assert!(
+        blue + 60 < red && other_red + 60 < other_blue,
+        "{red} {blue}, {other_red} {other_blue}"
+    );
+    // Along v, which is z, four stripes of one metre; within one nothing changes.
+    let at = |z: f32| brightness(seen_at(&top, &above, Vec3::new(0.0, 0.0, z)));
+    let stripes = [-1.5, -0.5, 0.5, 1.5].map(at);
+    for pair in stripes.windows(2) {
+        assert!(15 < (pair[0] - pair[1]).abs(), "{stripes:?}");
+    }
+    assert!((at(0.3) - at(0.7)).abs() < 8, "{} and {}", at(0.3), at(0.7));
+}
+
+#[test]
+fn the_floor_is_below_balls_that_lie_on_it_and_a_fast_picture_is_like_a_full_one() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = scene_of(rope(2, 2.0), &[floor(0.0)]);
+    scene.particles.iter_mut().for_each(|particle| particle.position.y = 0.0);
+    let style = Style { particle_radius: 0.5, grid: false, ..Style::default() };
+    let camera = Camera { pitch: 0.0, yaw: 0.0, distance: 12.0, ..Camera::default() };
+    let view = View { camera, style };
+    let image = draw(&gpu, &scene, &view);
+    // The lower half of a ball is seen, in its colour.
+    let [red, _, blue] = seen_at(&image, &camera, Vec3::new(-1.0, -0.3, 0.4));
+    assert!(blue + 15 < red, "{red} {blue}: sunk into the floor");
+    let still = Still::<f32>::new(&scene);
+    let fast = Offscreen::with_quality(&gpu, [WIDTH, HEIGHT], Quality::Fast);
+    let fast = fast.unwrap().render(&still.snapshot(), &view).unwrap();
+    let changed = difference(&image, &fast);
+    // Rims of shadows and of the balls.
+    assert!(changed < (WIDTH * HEIGHT / 10) as usize, "{changed} pixels differ");
+}
+
+#[test]
+fn springs_are_grey_at_rest_red_when_stretched_and_blue_when_compressed() {
     let Some(gpu) = gpu() else { return };
     let at = |x: f64, y: f64| particle(x, y, 0.0);
+    let ends = [1.0, 0.0, -1.0].map(|y| [at(-2.0, y), at(2.0, y)]);
     let scene = Scene {
-        particles: vec![at(-2.0, 1.0), at(2.0, 1.0), at(-2.0, -1.0), at(2.0, -1.0)],
-        // Both are 4 m long: the first at rest, the second stretched by a third, beyond 20 %.
-        springs: vec![spring(0, 1, 4.0), spring(2, 3, 3.0)],
+        particles: ends.as_flattened().to_vec(),
+        // All are 4 m long: at rest, and stretched and compressed by more than 20 %.
+        springs: vec![spring(0, 1, 4.0), spring(2, 3, 3.0), spring(4, 5, 6.0)],
         ..Scene::default()
     };
     let style = Style { springs: true, legend: false, line_width: 4.0, ..Style::default() };
     let view = View { style, ..framed(&scene) };
     let image = draw(&gpu, &scene, &view);
-    let [red, green, blue] = seen_at(&image, &view.camera, Vec3::new(0.5, 1.0, 0.0));
-    assert!(red + 60 < green && blue + 40 < green, "at rest: {red} {green} {blue}");
-    let [red, green, blue] = seen_at(&image, &view.camera, Vec3::new(0.5, -1.0, 0.0));
-    assert!(green + 120 < red && blue + 120 < red, "strained: {red} {green} {blue}");
+    let seen = |y: f32| seen_at(&image, &view.camera, Vec3::new(0.5, y, 0.0));
+    let [red, green, blue] = seen(1.0);
+    assert!((red - green).abs() < 12 && (green - blue).abs() < 12, "rest: {red} {green} {blue}");
+    let [red, green, blue] = seen(0.0);
+    assert!(green + 120 < red && blue + 120 < red, "stretched: {red} {green} {blue}");
+    let [red, green, blue] = seen(-1.0);
+    assert!(red + 120 < blue && green + 60 < blue, "compressed: {red} {green} {blue}");
 }
 
 #[test]
@@ -122,16 +201,17 @@ fn a_line_that_passes_the_camera_is_drawn_and_does_not_flip() {
     // The camera is at z = 20 and looks at the origin; the line starts 20 m behind it.
     let scene = Scene {
         particles: vec![particle(0.0, -1.0, 40.0), particle(0.0, -1.0, -10.0)],
-        springs: vec![spring(0, 1, 50.0)],
+        // Longer than at rest: it is red.
+        springs: vec![spring(0, 1, 25.0)],
         ..Scene::default()
     };
     let camera = Camera { yaw: 0.0, pitch: 0.0, ..Camera::default() };
     let style = Style { springs: true, legend: false, line_width: 4.0, ..Style::default() };
     let image = draw(&gpu, &scene, &View { camera, style });
     let [red, green, _] = seen_at(&image, &camera, Vec3::new(0.0, -1.0, 10.0));
-    assert!(red + 60 < green, "the line is missing below the middle");
+    assert!(green + 60 < red, "the line is missing below the middle");
     let [red, green, _] = seen_at(&image, &camera, Vec3::new(0.0, 1.0, 10.0));
-    assert!(green < red + 60, "the end behind the camera shows above the middle");
+    assert!(red < green + 60, "the end behind the camera shows above the middle");
 }
 
 #[test]
@@ -166,6 +246,8 @@ fn a_flat_sheet_does_not_shadow_itself() {
 fn both_sides_of_a_sheet_are_lit_from_above() {
     let Some(gpu) = gpu() else { return };
     let mut scene = scene_of(sheet(5, 4.0), &[]);
+    let grey = Some([0.5; 3]);
+    scene.bodies[0].look = Look { colour: grey, back: grey, ..Look::default() };
     let style = Style { pattern: false, shadows: false, light: Vec3::Y, ..Style::default() };
     let camera = Camera { pitch: 0.8, distance: 12.0, ..Camera::default() };
     let view = View { camera, style };
@@ -182,6 +264,7 @@ fn both_sides_of_a_sheet_are_lit_from_above() {
 fn wireframe_particles_pins_and_grabs_each_change_the_picture() {
     let Some(gpu) = gpu() else { return };
     let mut scene = scene_of(sheet(6, 5.0), &[]);
+    scene.bodies[0].look.pattern = Pattern::Checks;
     scene.pins = vec![pin(0), pin(5)];
     let view = framed(&scene);
     let off = Style { pins: false, grabs: false, ..view.style };
@@ -285,7 +368,7 @@ fn any_viewport_and_format_is_drawn_without_a_validation_error() {
     let scene = scene_of(block(3), &[floor(-2.0)]);
     let still = Still::<f32>::new(&scene);
     for format in [wgpu::TextureFormat::Bgra8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb] {
-        let mut renderer = Renderer::new(&gpu.device, format);
+        let mut renderer = Renderer::new(&gpu.device, (format, Quality::Full));
         for size in [[64, 48], [1, 1], [80, 20]] {
             let target = target(&gpu, format, size);
             let whole = [0.0, 0.0, size[0] as f32, size[1] as f32];

@@ -10,7 +10,7 @@ use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
     Simulation, Touch, Vector, Witness,
 };
-use msd_scene::{AnyState, Loaded, Precision};
+use msd_scene::{AnyState, Loaded, Precision, Viewpoint};
 use serde::Serialize;
 
 /// A state and what its particles do not tell.
@@ -127,6 +127,7 @@ impl Runner {
             settings: self.settings(),
             automatic: self.is_automatic(),
             precision: self.precision(),
+            camera: Viewpoint::default(),
             notes: Vec::new(),
             files: Vec::new(),
             made: Vec::new(),

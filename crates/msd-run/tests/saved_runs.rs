@@ -177,10 +177,11 @@ fn a_file_with_a_bit_changed_is_refused() {
 
 #[test]
 fn a_file_of_another_format_is_refused_by_name() {
-    let bytes = String::from_utf8_lossy(&bytes()).replacen("format 9", "format 10", 1).into_bytes();
+    let bytes =
+        String::from_utf8_lossy(&bytes()).replacen("format 10", "format 11", 1).into_bytes();
     let error = read_saved(&bytes, "s.msd").expect_err("a refusal");
-    assert!(matches!(error, FileError::Format { found: 10, known: 9, .. }), "{error}");
-    assert_eq!(error.to_string(), "s.msd: is a saved run of format 10; this msd reads format 9");
+    assert!(matches!(error, FileError::Format { found: 11, known: 10, .. }), "{error}");
+    assert_eq!(error.to_string(), "s.msd: is a saved run of format 11; this msd reads format 10");
 }
 
 #[test]

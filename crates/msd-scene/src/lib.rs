@@ -13,6 +13,7 @@
 
 mod shown;
 mod precision;
+mod viewpoint;
 mod rounding;
 mod state;
 mod nearby;
@@ -43,3 +44,4 @@ pub use state::{AnyState, state_hash};
 pub use storage::{
     envelope, load_saved, load_state, read_saved, read_state, saved_bytes, write_saved, write_state,
 };
+pub use viewpoint::Viewpoint;

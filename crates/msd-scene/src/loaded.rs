@@ -2,6 +2,7 @@
 
 use crate::materials::Made;
 use crate::precision::Precision;
+use crate::viewpoint::Viewpoint;
 use msd_core::{Progress, Scene, Settings};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -22,6 +23,8 @@ pub struct Loaded {
     pub automatic: bool,
     /// Precision.
     pub precision: Precision,
+    /// From where its author wants it looked at. Not of a saved run.
+    pub camera: Viewpoint,
     /// What was done to the input, one line each: welded vertices and the like. Not saved.
     #[serde(skip)]
     pub notes: Vec<String>,

@@ -363,6 +363,7 @@ fn finish(source: &Source<'_>, understood: Understood) -> Loaded {
         settings: understood.settings,
         automatic: understood.automatic,
         precision: understood.precision,
+        camera: understood.camera,
         notes: understood.notes,
         made: understood.made,
         files: Vec::new(),

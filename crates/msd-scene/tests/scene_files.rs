@@ -1,7 +1,9 @@
 //! Scene files: what they say is what they mean, and what does not is refused by name.
 
 use msd_core::obstacles::Placed;
-use msd_core::{Error, Friction, Integrator, Neighbours, Real, Scene, Settings, Shape, Simulation};
+use msd_core::{
+    Error, Friction, Integrator, Neighbours, Pattern, Real, Scene, Settings, Shape, Simulation,
+};
 use msd_scene::domain::{DOMAINS, Domain};
 use msd_scene::mesh::{Filling, Format, MeshOptions, parse as parse_mesh};
 use msd_scene::schema::SceneFile;
@@ -224,6 +226,8 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("[[bodies]]", "bodies."),
         ("What a body is made of", "bodies."),
         ("touch", "bodies.touch."),
+        ("look", "bodies.look."),
+        ("[camera]", "camera."),
         ("rotation", "bodies.rotation."),
         ("spin as a table", "bodies.spin."),
         ("particles of an explicit body", "bodies.particles."),
@@ -334,4 +338,48 @@ fn the_example_of_the_documentation_runs() {
     let loaded = toml(example.expect("an example")).expect("the example");
     let stable = run(&loaded, 60).expect("a run");
     assert!(loaded.settings.substep() <= 0.7 * stable);
+}
+
+#[test]
+fn looks_are_read_and_change_nothing_of_a_run() {
+    let scene = |look: &str, kind: &str| {
+        toml(&format!("version = 1\n[[bodies]]\nkind = '{kind}\nspacing = 0.1\n{look}\n"))
+    };
+    let (block, cloth) = ("block'\nsize = [3, 3, 3]", "cloth'\nsize = [3, 3]");
+    let plain = scene("", block).expect("a scene").scene;
+    let given = "look = { finish = 'metal', colour = '#ff8000', roughness = 0.5 }";
+    let dressed = scene(given, block).expect("a scene").scene;
+    let look = dressed.bodies[0].look;
+    assert_eq!(look.colour, Some([1.0, 128.0 / 255.0, 0.0]));
+    assert!(look.metal && look.roughness == 0.5 && !plain.bodies[0].look.metal);
+    let bare = |mut scene: msd_core::Scene| {
+        scene.bodies.iter_mut().for_each(|body| body.look = Default::default());
+        scene
+    };
+    assert_eq!(bare(dressed), bare(plain));
+    assert_eq!(scene("", cloth).expect("a scene").scene.bodies[0].look.pattern, Pattern::Weave);
+    for (look, kind, told) in [
+        ("look = { colour = 'red' }", block, "bodies[0].look.colour is \"red\""),
+        ("look = { colour = '#12345g' }", block, "a colour such as \"#3d7fb5\""),
+        ("look = { back = '#123456' }", block, "bodies[0].look.back means nothing"),
+        ("look = { roughness = 1.5 }", cloth, "from 0 to 1"),
+        ("look = { pattern_size = 0 }", cloth, "positive and at most 1e12"),
+        ("look = { finish = 'wooden' }", cloth, "did you mean `wood`?"),
+        ("look = { color = '#123456' }", cloth, "did you mean `colour`?"),
+    ] {
+        let message = scene(look, kind).expect_err(look).to_string();
+        assert!(message.contains(told), "{look}: {message}");
+    }
+}
+
+#[test]
+fn a_camera_is_read_and_checked() {
+    let scene =
+        |camera: &str| toml(&format!("version = 1\n[camera]\n{camera}\n[[bodies]]\n{ROPE}"));
+    let camera = scene("yaw_deg = 30\ntarget = [1, 2, 3]").expect("a camera").camera;
+    assert_eq!((camera.yaw_deg, camera.target), (Some(30.0), Some([1.0, 2.0, 3.0])));
+    assert_eq!((camera.pitch_deg, camera.distance), (None, None));
+    for camera in ["pitch_deg = 90", "distance = 0", "target = [1e9, 0, 0]", "yaw_deg = nan"] {
+        assert!(scene(camera).is_err(), "{camera}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{Friction, Integrator, Material, Plane, Scene, Settings, World, shape};
-use msd_scene::{Loaded, Precision};
+use msd_scene::{Loaded, Precision, Viewpoint};
 use msd_study::terms::{TermRow, terms};
 
 fn loaded(scene: Scene, precision: Precision) -> Loaded {
@@ -12,6 +12,7 @@ fn loaded(scene: Scene, precision: Precision) -> Loaded {
         scene,
         settings: Settings::default(),
         automatic: false,
+        camera: Viewpoint::default(),
         precision,
         notes: Vec::new(),
         files: Vec::new(),

@@ -1,6 +1,7 @@
 //! The commands of the program, and how one fails.
 
 pub mod extremes;
+pub mod frames;
 
 use msd_core::Instructions;
 use msd_run::pace::best_pace;

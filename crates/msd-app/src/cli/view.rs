@@ -46,8 +46,8 @@ pub fn view(ViewArguments { scene, set, solver }: ViewArguments) -> Result<(), F
 
 /// A run that is prepared, to be opened by the window.
 fn into_loaded(prepared: Prepared) -> Loaded {
-    let Prepared { name, title, notes, files, made, runner, .. } = prepared;
-    Loaded { notes, files, made, ..runner.to_loaded(&name, &title) }
+    let Prepared { name, title, notes, files, made, camera, runner, .. } = prepared;
+    Loaded { notes, files, made, camera, ..runner.to_loaded(&name, &title) }
 }
 
 /// A window that could not be opened, or ended by itself.

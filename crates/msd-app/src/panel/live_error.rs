@@ -62,7 +62,7 @@ fn scale(ui: &mut Ui, full: f64) {
         let slices = 24;
         for slice in 0..slices {
             let share = |slice: i32| slice as f32 / slices as f32;
-            let colour = msd_render::strain_colour(share(slice), 1.0);
+            let colour = msd_render::share_colour(share(slice));
             let [red, green, blue] = colour.map(|part| (255.0 * part).round() as u8);
             let [left, right] = [slice, slice + 1].map(|at| lerp(bar.x_range(), share(at)));
             let part = Rect::from_x_y_ranges(left..=right, bar.y_range());

@@ -227,7 +227,7 @@ fn legend(painter: &Painter, viewer: &Viewer) {
     let slices = 32;
     for slice in 0..=slices {
         let share = slice as f32 / slices as f32;
-        let part = msd_render::strain_colour(share * full, full);
+        let part = msd_render::strain_colour((2.0 * share - 1.0) * full, full);
         let [red, green, blue] = part.map(|part| (part * 255.0).round() as u8);
         let x = egui::lerp(bar.x_range(), share);
         for y in [bar.top(), bar.bottom()] {
@@ -244,11 +244,11 @@ fn legend(painter: &Painter, viewer: &Viewer) {
     let text = |at: Pos2, anchor: Align2, text: &str| {
         painter.text(at, anchor, text, font.clone(), Color32::WHITE);
     };
-    text(bar.left_top() - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, "strain of springs");
+    text(bar.left_top() - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, "springs: pressed, stretched");
     let anchors = [Align2::LEFT_TOP, Align2::CENTER_TOP, Align2::RIGHT_TOP];
     for (share, anchor) in [0.0, 0.5, 1.0].into_iter().zip(anchors) {
         let at = pos2(egui::lerp(bar.x_range(), share), bar.bottom() + 4.0);
-        text(at, anchor, &format!("{:.0} %", share * full * 100.0));
+        text(at, anchor, &format!("{:.0} %", (2.0 * share - 1.0) * full * 100.0));
     }
 }
 

@@ -85,7 +85,8 @@ fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
     ui.checkbox(&mut style.surfaces, "Surface");
     ui.checkbox(&mut style.pattern, "Pattern");
     ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("W");
-    ui.checkbox(&mut style.springs, "Springs").on_hover_text("coloured by strain");
+    ui.checkbox(&mut style.springs, "Springs")
+        .on_hover_text("coloured by strain: compressed blue, stretched red");
     ui.checkbox(&mut style.particles, "Particles");
     ui.checkbox(&mut style.shadows, "Shadows");
     ui.checkbox(&mut style.grid, "Grid");

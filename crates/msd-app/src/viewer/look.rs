@@ -2,9 +2,9 @@
 
 use super::{Outlook, Viewer};
 use glam::Vec3;
-use msd_core::{Real, Vector};
 use msd_render::Camera;
 use msd_run::on;
+use msd_scene::Viewpoint;
 
 /// How soon the camera follows, seconds.
 const FOLLOW_TIME: f64 = 0.2;
@@ -47,11 +47,7 @@ impl Viewer {
 
     /// The height of the highest level plane, metres.
     fn ground(&self) -> Option<f32> {
-        on!(self.session.runner(), simulation => {
-            let planes = simulation.model().planes().iter();
-            let level = planes.filter(|plane| 0.9 < plane.normal.to_f32().y);
-            level.map(|plane| plane.offset.to_f64() as f32).reduce(f32::max)
-        })
+        on!(self.session.runner(), simulation => msd_render::ground(&simulation.snapshot()))
     }
 
     /// Brings a new scene into view once the size of the window is known.
@@ -59,7 +55,11 @@ impl Viewer {
         if self.unframed && self.rect.is_positive() {
             self.unframed = false;
             self.camera = Camera::default();
+            let viewpoint = self.session.loaded().camera;
+            turn_to(&mut self.camera, viewpoint);
             self.frame_all();
+            // Beside the middle of everything, which a camera that follows is aimed at.
+            go_to(&mut self.camera, viewpoint);
             self.framed = self.camera;
             if let Some(&outlook) = self.preferences.cameras.get(&self.session.loaded().name) {
                 self.look_again(outlook);
@@ -100,6 +100,9 @@ impl Viewer {
         }
         self.beside += self.camera.target - self.aimed;
         self.aimed = self.camera.target;
+        if let Some(height) = self.ground() {
+            self.camera.rise_above(height);
+        }
         self.is_gliding = false;
         if !self.follow {
             self.beside = Vec3::ZERO;
@@ -141,4 +144,18 @@ impl Viewer {
     pub fn is_gliding(&self) -> bool {
         self.is_gliding
     }
+}
+
+/// Turns a camera as the author of a scene wants it.
+pub fn turn_to(camera: &mut Camera, Viewpoint { yaw_deg, pitch_deg, .. }: Viewpoint) {
+    let radians = |degrees: f64| degrees.to_radians() as f32;
+    camera.yaw = yaw_deg.map_or(camera.yaw, radians);
+    camera.pitch = pitch_deg.map_or(camera.pitch, radians);
+}
+
+/// Moves a camera to where the author of a scene wants it.
+pub fn go_to(camera: &mut Camera, Viewpoint { target, distance, .. }: Viewpoint) {
+    let vector = |place: [f64; 3]| Vec3::from_array(place.map(|part| part as f32));
+    camera.target = target.map_or(camera.target, vector);
+    camera.distance = distance.map_or(camera.distance, |distance| distance as f32);
 }

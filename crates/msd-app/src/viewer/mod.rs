@@ -23,6 +23,7 @@ pub use gallery::{Gallery, Picture};
 pub use gesture::Tool;
 pub(crate) use gesture::{Action, Gesture};
 pub use guide::{Guide, GuideStep};
+pub use look::{go_to, turn_to};
 pub use preferences::{Outlook, Preferences};
 pub use sides::Side;
 pub use viewport::Viewport;

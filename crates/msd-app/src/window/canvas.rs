@@ -3,7 +3,7 @@
 use crate::viewer::{Side, Viewer};
 use egui::{ClippedPrimitive, TexturesDelta};
 use egui_wgpu::{RendererOptions, ScreenDescriptor};
-use msd_render::{Gpu, Renderer, Style, View};
+use msd_render::{Gpu, Quality, Renderer, Style, View};
 use msd_run::on;
 use wgpu::{TextureFormat, TextureView};
 
@@ -31,9 +31,9 @@ pub(crate) struct Canvas {
 }
 
 impl Canvas {
-    /// Prepares to draw on textures of a format.
-    pub(crate) fn new(gpu: Gpu, format: TextureFormat) -> Self {
-        let scene = Renderer::new(&gpu.device, format);
+    /// Prepares to draw on textures of a format, pictures of a quality.
+    pub(crate) fn new(gpu: Gpu, (format, quality): (TextureFormat, Quality)) -> Self {
+        let scene = Renderer::new(&gpu.device, (format, quality));
         let panels = egui_wgpu::Renderer::new(&gpu.device, format, RendererOptions::default());
         Canvas { gpu, scene, panels }
     }

@@ -6,7 +6,7 @@ use crate::panel;
 use crate::viewer::Viewer;
 use egui::accesskit::{Node, NodeId, Role};
 use egui::{Event, Pos2, RawInput, Rect, pos2, vec2};
-use msd_render::{Gpu, Image, RenderError, Sheet};
+use msd_render::{Gpu, Image, Quality, RenderError, Sheet};
 
 /// A window that is filmed: time passes as it is told, whatever the machine takes, so that the same
 /// events give the same pictures.
@@ -31,7 +31,7 @@ impl Film {
         panel::theme::apply(&context);
         context.enable_accesskit();
         let sheet = Sheet::new(&gpu, width, height)?;
-        let canvas = Canvas::new(gpu, Sheet::FORMAT);
+        let canvas = Canvas::new(gpu, (Sheet::FORMAT, Quality::Full));
         Ok(Film { viewer, context, canvas, sheet, time: 0.0, controls: Vec::new() })
     }
 

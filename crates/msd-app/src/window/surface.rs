@@ -2,7 +2,7 @@
 
 use super::canvas::{Canvas, Painting};
 use crate::viewer::Viewer;
-use msd_render::Gpu;
+use msd_render::{Gpu, Quality};
 use std::sync::{Arc, OnceLock};
 use wgpu::{CurrentSurfaceTexture, SurfaceTexture};
 use winit::window::Window;
@@ -51,7 +51,11 @@ impl WindowSurface {
         // Not an sRGB format: egui blends in gamma space, and the scene's shaders encode sRGB.
         config.format = egui_wgpu::preferred_framebuffer_format(&capabilities.formats).ok()?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
-        let canvas = Canvas::new(gpu, config.format);
+        let quality = Quality::of(&gpu.adapter);
+        if quality == Quality::Fast {
+            log::info!("no graphics processor: plain shadows, one sample per pixel");
+        }
+        let canvas = Canvas::new(gpu, (config.format, quality));
         let mut surface = WindowSurface { window, surface, config, canvas, loss, is_lost: false };
         surface.resize();
         Some(surface)

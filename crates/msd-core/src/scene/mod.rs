@@ -4,6 +4,7 @@
 
 pub(crate) mod check;
 pub mod surface;
+pub mod look;
 pub mod lattice;
 pub mod part;
 pub mod substance;
@@ -16,6 +17,7 @@ mod origin;
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use distances::{DistanceGrid, MOST_POINTS};
 pub use lattice::{Lattice, Neighbours};
+pub use look::{Look, Pattern};
 pub use part::{Material, Part};
 pub use solid::{KeyFrame, Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
@@ -209,6 +211,8 @@ pub struct Body {
     pub springs: Range<usize>,
     /// Its surface; empty for a rope.
     pub surface: Surface,
+    /// How it looks.
+    pub look: Look,
 }
 
 /// The world: gravity, a uniform force, drag and a bound.

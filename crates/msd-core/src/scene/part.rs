@@ -1,5 +1,6 @@
 //! Parts: bodies before they join a scene, as rows that count from zero.
 
+use crate::scene::look::Look;
 use crate::scene::surface::Surface;
 use crate::scene::{Bend, Body, Particle, Scene, Spring, Volume};
 use alloc::string::String;
@@ -91,6 +92,7 @@ impl Scene {
             name: name.into(),
             particles: first..self.particles.len(),
             springs: first_spring..self.springs.len(),
+            look: Look::of(&surface),
             surface,
         });
         self.bodies.len() - 1

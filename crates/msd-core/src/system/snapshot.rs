@@ -6,7 +6,7 @@ use crate::columns::{self, slots::Slots};
 use crate::elements::grabs::Grab;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
-use crate::scene::{Body, Solid};
+use crate::scene::{Body, Solid, Touch};
 
 /// One instant of a system, borrowed; in the order of the scene.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,8 @@ pub struct Snapshot<'a, R: Real> {
     pub grabs: &'a [Grab<R>],
     /// Named parts with their surfaces.
     pub bodies: &'a [Body],
+    /// Particles with a radius.
+    pub touches: &'a [Touch],
 }
 
 impl<'a, R: Real> Snapshot<'a, R> {
@@ -53,6 +55,7 @@ impl<'a, R: Real> Snapshot<'a, R> {
             time,
             grabs: model.grabs(),
             bodies: model.bodies(),
+            touches: model.touches().rows().0,
         }
     }
 

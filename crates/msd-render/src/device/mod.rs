@@ -4,6 +4,7 @@
 pub mod gpu;
 pub(crate) mod buffers;
 pub(crate) mod uniforms;
+pub mod quality;
 pub mod shaders;
 pub(crate) mod targets;
 pub(crate) mod pipelines;

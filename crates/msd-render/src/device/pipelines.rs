@@ -1,18 +1,21 @@
 //! Render pipelines, one for each kind of thing.
 
+use crate::device::quality::Quality;
 use crate::device::shaders;
-use crate::device::targets::{DEPTH_FORMAT, SAMPLES};
+use crate::device::targets::DEPTH_FORMAT;
 use wgpu::{BindGroupLayout, Device, RenderPipeline, TextureFormat, VertexAttribute};
 
-const SURFACE: [VertexAttribute; 4] =
-    wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Unorm8x4];
-const LINE: [VertexAttribute; 5] = wgpu::vertex_attr_array![
-    0 => Float32x3, 1 => Float32, 2 => Float32x3, 3 => Float32, 4 => Unorm8x4
+const SURFACE: [VertexAttribute; 6] = wgpu::vertex_attr_array![
+    0 => Float32x3, 1 => Float32x3, 2 => Float32x2, 3 => Unorm8x4, 4 => Unorm8x4, 5 => Unorm8x4
+];
+const LINE: [VertexAttribute; 6] = wgpu::vertex_attr_array![
+    0 => Float32x3, 1 => Float32, 2 => Float32x3, 3 => Float32, 4 => Unorm8x4, 5 => Float32
 ];
 const POINT: [VertexAttribute; 4] =
     wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Unorm8x4, 3 => Float32];
-const PATCH: [VertexAttribute; 4] =
-    wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32, 2 => Float32x3, 3 => Float32x3];
+const PATCH: [VertexAttribute; 5] = wgpu::vertex_attr_array![
+    0 => Float32x3, 1 => Float32x2, 2 => Float32x3, 3 => Float32x3, 4 => Float32
+];
 const RECT: [VertexAttribute; 3] =
     wgpu::vertex_attr_array![0 => Float32x4, 1 => Unorm8x4, 2 => Unorm8x4];
 
@@ -37,7 +40,6 @@ struct Output {
 const OPAQUE: Output = Output { test_depth: true, write_depth: true, coverage: false, cull: None };
 const GLASS: Output = Output { write_depth: false, ..OPAQUE };
 const PAINTED: Output = Output { test_depth: false, ..GLASS };
-const ROUND: Output = Output { coverage: true, ..OPAQUE };
 
 /// Every pipeline of a picture.
 #[derive(Debug)]
@@ -50,6 +52,8 @@ pub(crate) struct Pipelines {
     pub ground_front: RenderPipeline,
     pub ground_back: RenderPipeline,
     pub line: RenderPipeline,
+    /// Round lines.
+    pub rod: RenderPipeline,
     pub point: RenderPipeline,
     pub overlay: RenderPipeline,
     pub shadow_surface: RenderPipeline,
@@ -61,14 +65,21 @@ pub(crate) struct Pipelines {
 struct Maker<'a> {
     device: &'a Device,
     format: TextureFormat,
+    quality: Quality,
     /// The uniforms, and the shadow map.
     groups: [&'a BindGroupLayout; 2],
 }
 
 impl Pipelines {
     /// Compiles all pipelines for a target of this format.
-    pub fn new(device: &Device, format: TextureFormat, groups: [&BindGroupLayout; 2]) -> Self {
-        let maker = Maker { device, format, groups };
+    pub fn new(
+        device: &Device,
+        (format, quality): (TextureFormat, Quality),
+        groups: [&BindGroupLayout; 2],
+    ) -> Self {
+        let maker = Maker { device, format, quality, groups };
+        // Without several samples opacity blends, and depth is written all the same.
+        let round = Output { coverage: 1 < quality.samples(), ..OPAQUE };
         let vertices = |attributes| Some(Input { attributes, per_instance: false });
         let instances = |attributes| Some(Input { attributes, per_instance: true });
         let ground =
@@ -82,7 +93,8 @@ impl Pipelines {
             ground_front: ground("fs_front", OPAQUE),
             ground_back: ground("fs_back", GLASS),
             line: maker.pipeline(shaders::LINE, "fs_main", instances(&LINE), OPAQUE),
-            point: maker.pipeline(shaders::POINT, "fs_main", instances(&POINT), ROUND),
+            rod: maker.pipeline(shaders::LINE, "fs_rod", instances(&LINE), OPAQUE),
+            point: maker.pipeline(shaders::POINT, "fs_main", instances(&POINT), round),
             overlay: maker.pipeline(shaders::OVERLAY, "fs_main", instances(&RECT), PAINTED),
             shadow_surface: maker.shadow("vs_surface", &SURFACE, false),
             shadow_line: maker.shadow("vs_line", &LINE, true),
@@ -125,7 +137,7 @@ impl Maker<'_> {
             primitive: wgpu::PrimitiveState { cull_mode: output.cull, ..Default::default() },
             depth_stencil: Some(depth_state(output.write_depth, compare)),
             multisample: wgpu::MultisampleState {
-                count: SAMPLES,
+                count: self.quality.samples(),
                 mask: !0,
                 alpha_to_coverage_enabled: output.coverage,
             },
@@ -172,7 +184,7 @@ impl Maker<'_> {
     fn module(&self, source: &str) -> wgpu::ShaderModule {
         self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: None,
-            source: wgpu::ShaderSource::Wgsl(source.into()),
+            source: wgpu::ShaderSource::Wgsl(shaders::source(source, self.quality).into()),
         })
     }
 

@@ -1,4 +1,7 @@
-//! WGSL sources of the programs that run on the device, each complete in itself.
+//! WGSL sources of the programs that run on the device, each complete but for the switches that
+//! [`source`] puts before it.
+
+use crate::device::quality::Quality;
 
 macro_rules! with_common {
     ($file:literal) => {
@@ -21,8 +24,8 @@ pub const SKY: &str = with_common!("shaders/sky.wgsl");
 pub const SURFACE: &str = with_light!("shaders/surface.wgsl");
 /// Planes with their grid.
 pub const GROUND: &str = with_light!("shaders/ground.wgsl");
-/// Lines of constant width in pixels.
-pub const LINE: &str = with_common!("shaders/line.wgsl");
+/// Lines of constant width in pixels, and round rods.
+pub const LINE: &str = with_light!("shaders/line.wgsl");
 /// Round points.
 pub const POINT: &str = with_light!("shaders/point.wgsl");
 /// What casts shadows, seen from the light.
@@ -40,3 +43,9 @@ pub const ALL: [(&str, &str); 7] = [
     ("shadow", SHADOW),
     ("overlay", OVERLAY),
 ];
+
+/// A source for a quality, complete in itself.
+pub fn source(text: &str, quality: Quality) -> String {
+    let fine = quality == Quality::Full;
+    format!("const FINE: bool = {fine};\nconst GRID: bool = {fine};\n{text}")
+}

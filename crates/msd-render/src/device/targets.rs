@@ -2,27 +2,25 @@
 
 use wgpu::{Device, TextureFormat, TextureUsages, TextureView};
 
-/// Samples per pixel; every adapter has four.
-pub(crate) const SAMPLES: u32 = 4;
 /// Format of depth. A float, because depth falls to zero far away.
 pub(crate) const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 
-/// Colour and depth with several samples per pixel, of the size of the target.
+/// Colour, if it has several samples per pixel, and depth, of the size of the target.
 #[derive(Debug)]
 pub(crate) struct Targets {
     /// Size, pixels.
     pub size: [u32; 2],
-    /// Colour.
-    pub colour: TextureView,
+    /// Colour, to be resolved into the target; none where that is drawn on at once.
+    pub colour: Option<TextureView>,
     /// Depth.
     pub depth: TextureView,
 }
 
 impl Targets {
     /// Makes the textures.
-    pub fn new(device: &Device, format: TextureFormat, size: [u32; 2]) -> Self {
-        let colour = texture(device, "picture", format, (size, SAMPLES));
-        let depth = texture(device, "depth", DEPTH_FORMAT, (size, SAMPLES));
+    pub fn new(device: &Device, format: TextureFormat, (size, samples): ([u32; 2], u32)) -> Self {
+        let colour = (1 < samples).then(|| texture(device, "picture", format, (size, samples)));
+        let depth = texture(device, "depth", DEPTH_FORMAT, (size, samples));
         Self { size, colour, depth }
     }
 }

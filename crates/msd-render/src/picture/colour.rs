@@ -1,49 +1,77 @@
 //! Colours of bodies and of strain.
 
-/// Colours of bodies, in the order of the bodies, sRGB.
-const PALETTE: [[f32; 3]; 8] = [
-    [0.20, 0.53, 0.84],
-    [0.93, 0.47, 0.29],
-    [0.25, 0.66, 0.52],
-    [0.87, 0.36, 0.52],
-    [0.55, 0.45, 0.80],
-    [0.93, 0.70, 0.25],
-    [0.30, 0.68, 0.76],
-    [0.66, 0.57, 0.45],
-];
+use msd_core::Body;
 
-/// Green, at rest.
-const RELAXED: [f32; 3] = [0.16, 0.66, 0.34];
-/// Yellow, at half of the full scale.
-const TENSE: [f32; 3] = [0.96, 0.78, 0.16];
-/// Red, at the full scale and beyond.
-const STRAINED: [f32; 3] = [0.88, 0.13, 0.13];
+/// Colours of bodies, sRGB: apart in hue, and in lightness from neighbour to neighbour.
+const PALETTE: [[f32; 3]; 8] = [
+    [0.14, 0.55, 0.71],
+    [0.89, 0.37, 0.25],
+    [0.95, 0.72, 0.24],
+    [0.33, 0.42, 0.73],
+    [0.45, 0.69, 0.36],
+    [0.80, 0.66, 0.46],
+    [0.84, 0.42, 0.57],
+    [0.53, 0.39, 0.65],
+];
+/// Where the palette begins for sheets, and for ropes and other bodies without a surface.
+const FIRST_SHEET: usize = 1;
+const FIRST_ROPE: usize = 5;
+
+/// Blue, at the full scale of compression and beyond; grey, at rest; red, at that of stretch. Blue
+/// and red differ for colour-blind eyes too, and what is not at rest is darker.
+const COMPRESSED: [f32; 3] = [0.08, 0.33, 0.72];
+const RELAXED: [f32; 3] = [0.72, 0.72, 0.70];
+const STRETCHED: [f32; 3] = [0.80, 0.16, 0.10];
+/// Between grey and either end, so that small strains show.
+const PRESSED: [f32; 3] = [0.38, 0.60, 0.85];
+const PULLED: [f32; 3] = [0.93, 0.55, 0.35];
+/// Of what is not a number.
+const BROKEN: [f32; 3] = [0.85, 0.0, 0.75];
+/// From little to much: dark to light, so that it reads without its hues.
+const LITTLE: [f32; 3] = [0.16, 0.20, 0.50];
+const SOME: [f32; 3] = [0.78, 0.32, 0.45];
+const MUCH: [f32; 3] = [0.99, 0.86, 0.36];
 
 /// Returns the colour of a spring at `strain`, sRGB components from 0 to 1.
 ///
-/// The strain of a spring of length L and rest length l0 is (L − l0) / l0. Green at zero, yellow at
-/// half of `full_scale`, red from `full_scale` on; stretched and compressed springs look alike.
-/// A strain that is not a number is red, and so is any strain but zero on a scale of zero.
+/// The strain of a spring of length L and rest length l0 is (L − l0) / l0. Grey at zero, ever more
+/// red up to `full_scale` when stretched, ever more blue down to −`full_scale` when compressed.
+/// A strain or a scale that is not a number is purple; on a scale of zero any strain is full.
 pub fn strain_colour(strain: f32, full_scale: f32) -> [f32; 3] {
-    let size = strain.abs();
-    if size == 0.0 {
+    if strain.is_nan() || !(0.0 <= full_scale) {
+        return BROKEN;
+    }
+    let [half, full] = if strain < 0.0 { [PRESSED, COMPRESSED] } else { [PULLED, STRETCHED] };
+    if strain == 0.0 {
         return RELAXED;
     }
-    let share = size / full_scale;
-    // Written so that NaN, from a broken strain or scale, ends in red as well.
-    if !(0.0..1.0).contains(&share) {
-        return STRAINED;
-    }
-    if share < 0.5 {
-        mix(RELAXED, TENSE, smooth(share * 2.0))
-    } else {
-        mix(TENSE, STRAINED, smooth(share * 2.0 - 1.0))
+    between([RELAXED, half, full], strain.abs() / full_scale)
+}
+
+/// Returns the colour of a share of a full scale, such as an error or a speed: dark at 0, light from
+/// 1 on; sRGB components from 0 to 1. What is not a number is purple.
+pub fn share_colour(share: f32) -> [f32; 3] {
+    if share.is_nan() { BROKEN } else { between([LITTLE, SOME, MUCH], share) }
+}
+
+/// The colour at a share of the way through three.
+fn between([first, middle, last]: [[f32; 3]; 3], share: f32) -> [f32; 3] {
+    let share = share.clamp(0.0, 1.0);
+    match share < 0.5 {
+        true => mix(first, middle, share * 2.0),
+        false => mix(middle, last, share * 2.0 - 1.0),
     }
 }
 
-/// Returns the colour of the body with this index, sRGB from 0 to 1; eight colours recur.
-pub fn body_colour(index: usize) -> [f32; 3] {
-    PALETTE[index % PALETTE.len()]
+/// Returns the colour of a body by its look, or by its kind and its place among the bodies, sRGB
+/// from 0 to 1; eight colours recur.
+pub fn body_colour(index: usize, body: &Body) -> [f32; 3] {
+    let first = match &body.surface {
+        surface if surface.triangles.is_empty() => FIRST_ROPE,
+        surface if surface.two_sided => FIRST_SHEET,
+        _ => 0,
+    };
+    body.look.colour.unwrap_or(PALETTE[(first + index) % PALETTE.len()])
 }
 
 /// Rounds a colour to bytes, with an opacity from 0 to 1.
@@ -57,57 +85,71 @@ pub(crate) fn mix(a: [f32; 3], b: [f32; 3], share: f32) -> [f32; 3] {
     std::array::from_fn(|part| a[part] + (b[part] - a[part]) * share)
 }
 
-/// Half linear, half smoothstep: no visible kink at yellow, yet small strains still show.
-fn smooth(x: f32) -> f32 {
-    0.5 * x + 0.5 * x * x * (3.0 - 2.0 * x)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn rest_is_green_and_full_scale_is_red() {
+    fn stretch_is_red_compression_blue_and_rest_grey() {
         let [red, green, blue] = strain_colour(0.0, 0.2);
-        assert!(red < green && blue < green);
-        for strain in [0.2, -0.2, 5.0, f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
-            assert_eq!(strain_colour(strain, 0.2), STRAINED, "at strain {strain}");
+        assert!((red - green).abs() < 0.03 && (green - blue).abs() < 0.03);
+        for strain in [0.2, 5.0, f32::INFINITY] {
+            assert_eq!(strain_colour(strain, 0.2), STRETCHED, "at strain {strain}");
+            assert_eq!(strain_colour(-strain, 0.2), COMPRESSED, "at strain -{strain}");
         }
-        assert_eq!(strain_colour(0.1, 0.2), TENSE);
+        assert_eq!(strain_colour(0.1, 0.2), PULLED);
+        assert_eq!(strain_colour(-0.1, 0.2), PRESSED);
+        assert_eq!(strain_colour(f32::NAN, 0.2), BROKEN);
     }
 
     #[test]
-    fn compression_looks_like_stretch() {
-        assert_eq!(strain_colour(-0.07, 0.2), strain_colour(0.07, 0.2));
-    }
-
-    #[test]
-    fn a_broken_scale_shows_red_for_any_strain_and_green_for_none() {
-        for scale in [0.0, -1.0, f32::NAN] {
-            assert_eq!(strain_colour(0.1, scale), STRAINED);
-            assert_eq!(strain_colour(0.0, scale), RELAXED);
+    fn a_scale_of_zero_shows_any_strain_in_full_and_a_broken_one_is_told() {
+        assert_eq!(strain_colour(0.1, 0.0), STRETCHED);
+        assert_eq!(strain_colour(-0.1, 0.0), COMPRESSED);
+        assert_eq!(strain_colour(0.0, 0.0), RELAXED);
+        for scale in [-1.0, f32::NAN] {
+            assert_eq!(strain_colour(0.1, scale), BROKEN);
         }
     }
 
+    /// The luminance of a colour, 0 to 1: what is left of it without hue.
+    fn luminance(colour: [f32; 3]) -> f32 {
+        let linear = colour.map(|part| part.powf(2.2));
+        0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+    }
+
     #[test]
-    fn the_gradient_is_continuous_and_redness_grows() {
-        let mut before = strain_colour(0.0, 1.0);
-        for step in 1..=1000 {
+    fn strain_runs_from_blue_to_red_without_a_jump_and_gets_darker_from_rest() {
+        let mut before = strain_colour(-1.0, 1.0);
+        for step in -999..=1000 {
             let colour = strain_colour(step as f32 / 1000.0, 1.0);
             for part in 0..3 {
-                // The steepest part rises 0.8 in half the scale, at 1.25 times the mean slope.
-                assert!((colour[part] - before[part]).abs() < 0.0025);
+                // The steepest part falls 0.43 in half a scale of 500 steps.
+                assert!((colour[part] - before[part]).abs() < 0.0012);
             }
-            // Red minus green rises all the way: from −0.50 at rest to 0.75 at full scale.
-            assert!(before[0] - before[1] <= colour[0] - colour[1] + 1e-6);
+            // Red minus blue rises all the way: from -0.64 to 0.70.
+            assert!(before[0] - before[2] <= colour[0] - colour[2] + 1e-6);
+            let darker = if step <= 0 { [before, colour] } else { [colour, before] };
+            assert!(luminance(darker[0]) <= luminance(darker[1]) + 1e-6, "at {step}");
             before = colour;
         }
     }
 
     #[test]
+    fn a_larger_share_is_lighter() {
+        for step in 0..1000 {
+            let [less, more] = [step, step + 1].map(|step| share_colour(step as f32 / 1000.0));
+            assert!(luminance(less) < luminance(more));
+        }
+        assert_eq!(share_colour(7.0), MUCH);
+        assert_eq!(share_colour(f32::NAN), BROKEN);
+    }
+
+    #[test]
     fn neighbouring_bodies_differ() {
+        let body = Body::default();
         for index in 0..20 {
-            assert_ne!(body_colour(index), body_colour(index + 1));
+            assert_ne!(body_colour(index, &body), body_colour(index + 1, &body));
         }
     }
 }

@@ -31,6 +31,7 @@ pub(crate) fn set_geometry<R: Real>(
     if view.style.grabs {
         marks::add_grabs(geometry, snapshot, view);
     }
+    geometry.level = view.style.planes.then(|| ground::level(geometry, snapshot)).flatten();
     if view.style.planes {
         ground::add_planes(geometry, snapshot, view);
         solids::add_solids(geometry, snapshot, limit);

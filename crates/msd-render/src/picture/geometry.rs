@@ -1,7 +1,8 @@
 //! Columns of vertices and instances that are uploaded for one picture.
 
 use crate::math::is_drawable;
-use crate::picture::colour::strain_colour;
+use crate::picture::colour::share_colour;
+use crate::picture::sizes::Sizes;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::ops::Range;
@@ -14,10 +15,14 @@ pub(crate) struct SurfaceVertex {
     pub position: Vec3,
     /// Normal, length one.
     pub normal: Vec3,
-    /// Texture coordinates.
+    /// Place on the pattern; one is once the pattern.
     pub uv: [f32; 2],
     /// Colour of the body, sRGB.
     pub colour: [u8; 4],
+    /// Colour of its other side, sRGB, and the number of the pattern.
+    pub back: [u8; 4],
+    /// Roughness, metal, translucency, and whether the other side has a colour of its own.
+    pub finish: [u8; 4],
 }
 
 /// A line; the layout of `line.wgsl`.
@@ -34,6 +39,8 @@ pub(crate) struct Line {
     pub bias: f32,
     /// Colour and opacity, sRGB.
     pub colour: [u8; 4],
+    /// Radius of a round rod, metres; 0 of a line.
+    pub radius: f32,
 }
 
 /// A round point; the layout of `point.wgsl`.
@@ -56,12 +63,14 @@ pub(crate) struct Point {
 pub(crate) struct Patch {
     /// Centre, metres.
     pub centre: Vec3,
-    /// Half of its size, metres.
-    pub half: f32,
+    /// Half of its sizes along `u` and across it, metres.
+    pub half: [f32; 2],
     /// One direction in the plane, length one.
     pub u: Vec3,
     /// The direction out of the solid, length one.
     pub normal: Vec3,
+    /// How much of it is seen, 0 to 1.
+    pub opacity: f32,
 }
 
 /// Everything one picture uploads; kept between pictures so that its memory is reused.
@@ -71,8 +80,10 @@ pub(crate) struct Geometry {
     pub vertices: Vec<SurfaceVertex>,
     /// Three indices into `vertices` per triangle.
     pub triangles: Vec<[u32; 3]>,
-    /// Lines; the first `casting_lines` cast shadows.
+    /// Lines; the first `casting_lines` cast shadows, and the first `rods` of these are round.
     pub lines: Vec<Line>,
+    /// How many lines are round rods.
+    pub rods: usize,
     /// How many lines cast shadows.
     pub casting_lines: usize,
     /// Points; the first `casting_points` cast shadows.
@@ -83,6 +94,8 @@ pub(crate) struct Geometry {
     pub patches: Vec<Patch>,
     /// How many patches are seen from their front.
     pub front_patches: usize,
+    /// Sizes of the patterns, kept from picture to picture.
+    pub sizes: Sizes,
     /// The share of the full scale in whose colour each particle is drawn; empty for own colours.
     pub shades: Vec<f32>,
     /// Positions as they are drawn, metres.
@@ -91,6 +104,10 @@ pub(crate) struct Geometry {
     pub bounds: (Vec3, Vec3),
     /// Radius of a particle, metres.
     pub particle_radius: f32,
+    /// By how much balls are sunk into what they lie on at most, metres.
+    pub ball_radius: f32,
+    /// Height of the ground as it is drawn, metres, if there is any.
+    pub level: Option<f32>,
 }
 
 impl Geometry {
@@ -107,7 +124,7 @@ impl Geometry {
     /// The colour of a particle by its shade; none where there are no shades.
     pub fn shade(&self, particle: u32) -> Option<[f32; 3]> {
         let shade = self.shades.get(particle as usize).copied();
-        shade.filter(|_| self.shades.len() == self.positions.len()).map(|s| strain_colour(s, 1.0))
+        shade.filter(|_| self.shades.len() == self.positions.len()).map(|s| share_colour(s))
     }
 
     /// The position of a particle, or nothing if it cannot be drawn or does not exist.
@@ -139,8 +156,8 @@ mod tests {
         let mut geometry = Geometry { positions: vec![Vec3::ZERO; 2], ..Geometry::default() };
         assert_eq!(geometry.shade(0), None);
         geometry.shades = vec![0.0, 1.0];
-        assert_eq!(geometry.shade(0), Some(strain_colour(0.0, 1.0)));
-        assert_eq!(geometry.shade(1), Some(strain_colour(1.0, 1.0)));
+        assert_eq!(geometry.shade(0), Some(share_colour(0.0)));
+        assert_eq!(geometry.shade(1), Some(share_colour(1.0)));
         geometry.shades.push(0.5);
         assert_eq!((geometry.shade(0), geometry.shade(5)), (None, None));
     }

@@ -7,10 +7,15 @@ use glam::camera::rh::{proj::directx, view::look_to_mat4};
 use glam::{Mat4, Vec3};
 use msd_core::{Real, Snapshot, Vector};
 
-/// A floor reaches this many scene sizes, so that its rim is lost in the haze.
-const FLOOR_REACH: f32 = 30.0;
-/// A wall or slope reaches this many scene sizes: it must not hide the sky.
-const WALL_REACH: f32 = 3.0;
+/// A floor, and a wall along it, reach this many scene sizes, so that their rim is lost in the haze.
+const FLOOR_REACH: f32 = 40.0;
+/// A slope reaches this many scene sizes: it must not hide the sky.
+const SLOPE_REACH: f32 = 3.0;
+/// A wall so many scene sizes away is seen, and one so many away is not.
+const WALL_SEEN: [f32; 2] = [3.0, 5.0];
+/// A plane whose normal has this part upwards is level; a wall has as little.
+const LEVEL: f32 = 0.95;
+const UPRIGHT: f32 = 0.1;
 
 /// The radius of a ball around the scene, metres; never zero.
 pub(crate) fn scene_radius(bounds: (Vec3, Vec3)) -> f32 {
@@ -28,15 +33,14 @@ pub(crate) fn add_planes<R: Real>(
     for front in [true, false] {
         for plane in snapshot.planes {
             let normal = direction_or(plane.normal.to_f32(), Vec3::Y);
-            let offset = plane.offset.to_f64() as f32;
+            // Particles meet it as points: their balls would be sunk in it.
+            let offset = plane.offset.to_f64() as f32 - geometry.ball_radius;
             let centre = middle - normal * (normal.dot(middle) - offset);
             let is_front = offset <= normal.dot(eye);
             if !is_drawable(centre) || is_front != front {
                 continue;
             }
-            let half = reach(geometry, view, normal);
-            let (u, _) = tangents(normal);
-            geometry.patches.push(Patch { centre, half, u, normal });
+            geometry.patches.extend(patch(geometry, view, (normal, centre)));
         }
         if front {
             geometry.front_patches = geometry.patches.len();
@@ -44,13 +48,36 @@ pub(crate) fn add_planes<R: Real>(
     }
 }
 
-fn reach(geometry: &Geometry, view: &View, normal: Vec3) -> f32 {
+/// The height of the highest level plane, metres, as it is drawn.
+pub(crate) fn level<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) -> Option<f32> {
+    let level = snapshot.planes.iter().filter(|plane| LEVEL < plane.normal.to_f32().y);
+    let heights = level.map(|plane| plane.offset.to_f64() as f32 - geometry.ball_radius);
+    heights.filter(|height| is_drawable(Vec3::Y * *height)).reduce(f32::max)
+}
+
+/// The part of a plane that is drawn, from the point of it that is nearest to the scene.
+fn patch(geometry: &Geometry, view: &View, (normal, centre): (Vec3, Vec3)) -> Option<Patch> {
     let radius = scene_radius(geometry.bounds);
-    if 0.95 < normal.y {
-        (FLOOR_REACH * radius).max(12.0 * view.camera.usable().distance)
-    } else {
-        WALL_REACH * radius
+    let (u, v) = tangents(normal);
+    let far = (FLOOR_REACH * radius).max(15.0 * view.camera.usable().distance);
+    let whole = Patch { centre, half: [far; 2], u, normal, opacity: 1.0 };
+    if LEVEL < normal.y {
+        return Some(whole);
     }
+    let middle = (geometry.bounds.0 + geometry.bounds.1) * 0.5;
+    let [near, gone] = WALL_SEEN;
+    let away = centre.distance(middle) / radius;
+    let opacity = ((gone - away) / (gone - near)).clamp(0.0, 1.0);
+    if UPRIGHT < normal.y.abs() {
+        return Some(Patch { half: [SLOPE_REACH * radius; 2], ..whole });
+    }
+    // Its top stays where it is while what is before it moves a little.
+    let step = (2.0 * radius).log2().ceil().exp2();
+    let bottom = geometry.level.unwrap_or(((middle.y / step).floor() - 1.0) * step);
+    let top = bottom + ((geometry.bounds.1.y - bottom) / step * 1.1).ceil().max(1.0) * step;
+    let raised = centre + v * ((0.5 * (bottom + top) - centre.y) * v.y.signum());
+    let half = [far, 0.5 * (top - bottom)];
+    (0.0 < opacity).then_some(Patch { centre: raised, half, opacity, ..whole })
 }
 
 /// The direction to the light, length one.
@@ -58,12 +85,27 @@ pub(crate) fn light_direction(view: &View) -> Vec3 {
     direction_or(view.style.light, Vec3::Y)
 }
 
-/// The matrix from the world to the shadow map, and the size of a texel, metres.
+/// A picture of depths, seen from far away.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DepthMap {
+    /// The direction to where it is seen from, length one.
+    pub direction: Vec3,
+    /// The matrix from the world to the map.
+    pub matrix: Mat4,
+    /// Side, texels.
+    pub side: u32,
+    /// Size of a texel, metres.
+    pub texel: f32,
+    /// What its depths from 0 to 1 are, metres.
+    pub depth: f32,
+}
+
+/// The picture of depths that the light sees, `map_size` texels wide; or another one from far away.
 ///
-/// The map covers just what casts shadows, `map_size` texels wide. Its size grows in steps and its
+/// It covers just what casts shadows. Its size grows in steps and its
 /// corner moves by whole texels, so that the shadow of a still part does not shimmer when another
 /// part moves.
-pub(crate) fn light_matrix(geometry: &Geometry, light: Vec3, map_size: u32) -> (Mat4, f32) {
+pub(crate) fn depth_map(geometry: &Geometry, light: Vec3, map_size: u32) -> DepthMap {
     let helper = if light.y.abs() < 0.99 { Vec3::Y } else { Vec3::X };
     let to_light = look_to_mat4(Vec3::ZERO, -light, helper);
     let seen = geometry.positions.iter().filter(|&&position| is_drawable(position));
@@ -77,7 +119,7 @@ pub(crate) fn light_matrix(geometry: &Geometry, light: Vec3, map_size: u32) -> (
     if !is_drawable(low) || !is_drawable(high) {
         (low, high) = (Vec3::NEG_ONE, Vec3::ONE);
     }
-    let margin = 3.0 * geometry.particle_radius;
+    let margin = 3.0 * geometry.particle_radius.max(geometry.ball_radius);
     let side = (high - low).truncate().max_element() + 2.0 * margin;
     // A sixteenth of an octave at a time, plus 8 texels for the soft rim.
     let side = ((side.log2() * 16.0).ceil() / 16.0).exp2() * (1.0 + 8.0 / map_size as f32);
@@ -88,5 +130,6 @@ pub(crate) fn light_matrix(geometry: &Geometry, light: Vec3, map_size: u32) -> (
     let (near, far) = (-high.z - margin - 0.01 * side, -low.z + margin + 0.01 * side);
     let projection =
         directx::orthographic(corner.x, corner.x + side, corner.y, corner.y + side, near, far);
-    (projection * to_light, texel)
+    let matrix = projection * to_light;
+    DepthMap { direction: light, matrix, side: map_size, texel, depth: far - near }
 }

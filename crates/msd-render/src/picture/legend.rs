@@ -25,7 +25,7 @@ pub(crate) const SIZE: [f32; 2] = [96.0, 150.0];
 const INK: [u8; 4] = [38, 44, 56, 255];
 const PAPER: [u8; 4] = [255, 255, 255, 190];
 
-/// Draws the scale from no strain to `full_scale` with `scale` pixels per point.
+/// Draws the scale from compression to stretch by `full_scale` with `scale` pixels per point.
 pub(crate) fn legend(full_scale: f32, scale: f32) -> Vec<Rect> {
     let mut rects = Vec::new();
     let mut add = |area: [f32; 4], lower: [u8; 4], upper: [u8; 4]| {
@@ -36,7 +36,8 @@ pub(crate) fn legend(full_scale: f32, scale: f32) -> Vec<Rect> {
     let (bar_left, bar_bottom, bar_width, bar_height) = (left + 12.0, bottom + 14.0, 14.0, 100.0);
     let slices = 20;
     for slice in 0..slices {
-        let colour = |step: i32| bytes(strain_colour(step as f32 / slices as f32, 1.0), 1.0);
+        let colour =
+            |step: i32| bytes(strain_colour(2.0 * step as f32 / slices as f32 - 1.0, 1.0), 1.0);
         let height = bar_height / slices as f32;
         let area = [bar_left, bar_bottom + slice as f32 * height, bar_width, height];
         add(area, colour(slice), colour(slice + 1));
@@ -46,7 +47,7 @@ pub(crate) fn legend(full_scale: f32, scale: f32) -> Vec<Rect> {
         let share = tick as f32 * 0.5;
         let y = bar_bottom + share * bar_height;
         add([bar_left + bar_width, y - 0.5, 4.0, 1.0], INK, INK);
-        let text = percent(full_scale * share);
+        let text = percent(full_scale * (2.0 * share - 1.0));
         words.push((text, [bar_left + bar_width + 9.0, y - 0.5 * DIGIT * LETTERS]));
     }
     words.push(("strain".to_owned(), [bar_left, bottom + SIZE[1] - 22.0]));
@@ -88,6 +89,7 @@ mod tests {
     fn labels_are_short_and_exact_enough() {
         assert_eq!(percent(0.0), "0 %");
         assert_eq!(percent(0.2), "20 %");
+        assert_eq!(percent(-0.2), "-20 %");
         assert_eq!(percent(0.025), "2.5 %");
         assert_eq!(percent(0.0005), "0.05 %");
         assert_eq!(percent(1e-6), "1e-4 %");
@@ -106,9 +108,10 @@ mod tests {
     }
 
     #[test]
-    fn the_bar_runs_from_the_colour_of_rest_to_that_of_full_scale() {
+    fn the_bar_runs_from_the_colour_of_compression_to_that_of_stretch() {
         let rects = legend(0.5, 1.0);
-        assert_eq!(rects[1].lower, bytes(strain_colour(0.0, 1.0), 1.0));
+        assert_eq!(rects[1].lower, bytes(strain_colour(-1.0, 1.0), 1.0));
+        assert_eq!(rects[11].lower, bytes(strain_colour(0.0, 1.0), 1.0));
         assert_eq!(rects[20].upper, bytes(strain_colour(1.0, 1.0), 1.0));
     }
 }

@@ -4,7 +4,7 @@ use crate::math::is_drawable;
 use crate::picture::colour::{body_colour, bytes, mix, strain_colour};
 use crate::picture::geometry::{Geometry, Line, Point, owners};
 use crate::viewing::view::View;
-use msd_core::{Body, Real, Snapshot, Vector};
+use msd_core::{Body, Real, Snapshot, Touch, Vector};
 
 /// Colour of what belongs to no body.
 const NEUTRAL: [f32; 3] = [0.45, 0.47, 0.52];
@@ -25,9 +25,33 @@ fn is_covered(owner: Option<u32>, bodies: &[Body], view: &View) -> bool {
     view.style.surfaces && body.is_some_and(|body| !body.surface.triangles.is_empty())
 }
 
-fn own_colour(owner: Option<u32>) -> [f32; 3] {
-    owner.map_or(NEUTRAL, |body| body_colour(body as usize))
+fn own_colour(owner: Option<u32>, bodies: &[Body]) -> [f32; 3] {
+    let body = owner.and_then(|index| Some((index as usize, bodies.get(index as usize)?)));
+    body.map_or(NEUTRAL, |(index, body)| body_colour(index, body))
 }
+
+/// The radius in which each particle is drawn, metres: that in which it touches others, if it does.
+fn radii<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) -> Vec<f32> {
+    let mut radii = vec![geometry.particle_radius; geometry.positions.len()];
+    for touch in snapshot.touches {
+        for &particle in &touch.particles {
+            if let Some(radius) = radii.get_mut(particle) {
+                *radius = touch.radius as f32;
+            }
+        }
+    }
+    radii
+}
+
+/// The radius by which a ball is sunk into what it lies on, metres: all of it, unless obstacles
+/// meet the ball instead of its middle.
+fn sunk<R: Real>(snapshot: &Snapshot<'_, R>, particle: usize, radius: f32) -> f32 {
+    let meets = |touch: &Touch| touch.obstacles && touch.particles.binary_search(&particle).is_ok();
+    if snapshot.touches.iter().any(meets) { 0.0 } else { radius }
+}
+
+/// A rod between balls of this part of their radius, where nothing touches.
+const ROD: f32 = 0.45;
 
 /// Adds springs: all of them by strain if the style says so, else those of bodies without surface.
 ///
@@ -38,11 +62,20 @@ pub(crate) fn add_springs<R: Real>(
     view: &View,
 ) {
     let style = &view.style;
-    geometry.casting_lines = 0;
+    (geometry.casting_lines, geometry.rods) = (0, 0);
     if !style.springs && !style.surfaces {
         return;
     }
     let owners = owners(snapshot.bodies.iter().map(|body| &body.springs), snapshot.ends.len());
+    let radii = radii(geometry, snapshot);
+    let rod = |end: u32| match radii.get(end as usize).copied().unwrap_or_default() {
+        radius if radius == geometry.particle_radius => ROD * radius,
+        radius => radius,
+    };
+    let rods: Vec<f32> = match style.springs {
+        true => Vec::new(),
+        false => snapshot.ends.iter().map(|&[a, b]| rod(a).min(rod(b))).collect(),
+    };
     for covered in [false, true] {
         if covered && !style.springs {
             break;
@@ -61,15 +94,18 @@ pub(crate) fn add_springs<R: Real>(
             } else {
                 let own = match shades {
                     [Some(a), Some(b)] => mix(a, b, 0.5),
-                    _ => own_colour(owner),
+                    _ => own_colour(owner, snapshot.bodies),
                 };
-                (mix(own, [0.0; 3], 0.12), style.line_pixels() * 2.0)
+                (own, style.line_pixels() * 1.5)
             };
+            let radius = rods.get(spring).copied().unwrap_or(0.0);
             let bias = if covered { SPRING_BIAS } else { 0.0 };
-            geometry.lines.push(Line { a, width, b, bias, colour: bytes(colour, 1.0) });
+            let colour = bytes(colour, 1.0);
+            geometry.lines.push(Line { a, width, b, bias, colour, radius });
         }
         if !covered {
             geometry.casting_lines = geometry.lines.len();
+            geometry.rods = if style.springs { 0 } else { geometry.lines.len() };
         }
     }
 }
@@ -83,6 +119,8 @@ pub(crate) fn add_particles<R: Real>(
     let style = &view.style;
     let count = geometry.positions.len();
     let owners = owners(snapshot.bodies.iter().map(|body| &body.particles), count);
+    let radii = radii(geometry, snapshot);
+    geometry.ball_radius = 0.0;
     for covered in [false, true] {
         for (particle, &owner) in owners.iter().enumerate() {
             if is_covered(owner, snapshot.bodies, view) != covered {
@@ -92,16 +130,19 @@ pub(crate) fn add_particles<R: Real>(
             let shade = geometry.shade(particle as u32);
             let pinned = snapshot.inverse_masses.get(particle).is_some_and(|&w| w == R::ZERO);
             let bare = style.surfaces && !covered;
-            let radius = geometry.particle_radius;
+            let radius = if bare { radii[particle] } else { geometry.particle_radius };
             if pinned && style.pins {
-                let (radius, colour) = (2.0 * radius, bytes(PIN, 1.0));
+                let radius = (2.0 * geometry.particle_radius).max(1.4 * radius);
+                let colour = bytes(PIN, 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 1.0 });
             } else if style.particles {
-                let own = mix(PARTICLE, own_colour(owner), 0.25);
+                geometry.ball_radius = geometry.ball_radius.max(sunk(snapshot, particle, radius));
+                let own = mix(PARTICLE, own_colour(owner, snapshot.bodies), 0.25);
                 let colour = bytes(shade.unwrap_or(own), 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
             } else if bare {
-                let colour = bytes(shade.unwrap_or(own_colour(owner)), 1.0);
+                geometry.ball_radius = geometry.ball_radius.max(sunk(snapshot, particle, radius));
+                let colour = bytes(shade.unwrap_or(own_colour(owner, snapshot.bodies)), 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
             }
         }
@@ -121,7 +162,7 @@ pub(crate) fn add_grabs<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'_
             continue;
         }
         let width = 1.5 * view.style.line_pixels();
-        geometry.lines.push(Line { a: held, width, b: target, bias: ON_TOP, colour });
+        geometry.lines.push(Line { a: held, width, b: target, bias: ON_TOP, colour, radius: 0.0 });
         let radius = 2.2 * geometry.particle_radius;
         geometry.points.push(Point { centre: target, radius, colour, shape: 2.0 });
     }

@@ -2,6 +2,7 @@
 //! device takes them.
 
 pub mod colour;
+mod sizes;
 pub(crate) mod geometry;
 mod surfaces;
 mod solids;

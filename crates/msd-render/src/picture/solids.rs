@@ -9,12 +9,12 @@ use msd_core::{DistanceGrid, Real, Shape, Snapshot};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Colour of a solid: stone, unlike any body.
-const STONE: [f32; 3] = [0.46, 0.47, 0.49];
+const STONE: [f32; 3] = [0.60, 0.60, 0.59];
 /// Steps around an axis, and of a half circle along it.
 const AROUND: u32 = 48;
 const HALF: u32 = 24;
-/// A place on the chequerboard of bodies, away from its lines: solids are of one colour.
-const PLAIN: [f32; 2] = [0.03125, 0.03125];
+/// Its roughness; it has neither pattern nor another side.
+const DULL: [u8; 4] = [215, 0, 0, 0];
 
 /// Adds every solid, where it is at the time of the snapshot, as far as there is room.
 ///
@@ -153,8 +153,10 @@ fn push(geometry: &mut Geometry, placed: &Placed<'_>, place: DVec3, normal: DVec
     geometry.vertices.push(SurfaceVertex {
         position: (placed.middle + placed.axes * place).as_vec3(),
         normal: (placed.axes * normal).as_vec3().normalize_or(Vec3::Y),
-        uv: PLAIN,
+        uv: [0.0; 2],
         colour: bytes(STONE, 1.0),
+        back: [0; 4],
+        finish: DULL,
     });
 }
 

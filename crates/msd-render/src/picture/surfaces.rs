@@ -5,7 +5,7 @@ use crate::picture::colour::{body_colour, bytes, mix};
 use crate::picture::geometry::{Geometry, Line, SurfaceVertex};
 use crate::viewing::view::View;
 use glam::Vec3;
-use msd_core::{Body, Real, Snapshot};
+use msd_core::{Body, Pattern, Real, Snapshot};
 
 /// Colour of edges on a surface.
 const EDGE: [f32; 3] = [0.07, 0.10, 0.16];
@@ -21,7 +21,9 @@ pub(crate) fn add_surfaces<R: Real>(
 ) {
     let most_vertices = limit as usize / size_of::<SurfaceVertex>();
     let most_triangles = limit as usize / size_of::<[u32; 3]>();
-    let mut normals = vec![Vec3::ZERO; geometry.positions.len()];
+    let mut normals = Normals::default();
+    normals.particles.resize(geometry.positions.len(), Vec3::ZERO);
+    let mut sizes = std::mem::take(&mut geometry.sizes);
     let cuts = cut_pairs(snapshot);
     for (index, body) in snapshot.bodies.iter().enumerate() {
         let vertices = geometry.vertices.len() + body.surface.corners.len();
@@ -33,15 +35,44 @@ pub(crate) fn add_surfaces<R: Real>(
         let first = geometry.triangles.len();
         add_triangles(geometry, body, &cuts, &mut normals);
         if first < geometry.triangles.len() {
-            add_vertices(geometry, body, index, &mut normals);
+            let repeats = sizes.repeats((index, body), snapshot);
+            add_vertices(geometry, (index, body), repeats, &mut normals);
         }
+    }
+    geometry.sizes = sizes;
+}
+
+/// Twice the area vectors of triangles, summed: large triangles count more, degenerate ones not at
+/// all.
+#[derive(Default)]
+struct Normals {
+    /// Those of the triangles at a particle.
+    particles: Vec<Vec3>,
+    /// Those at a corner of a body: of a block these are of one of its sides.
+    corners: Vec<Vec3>,
+}
+
+/// The cosines of the angle between the two, from which on a corner belongs to an edge and up to
+/// which it does not: at an edge of a block it is 45°.
+const EDGE_ANGLES: [f32; 2] = [0.82, 0.93];
+
+impl Normals {
+    /// The normal at a corner: that of all that meets there, unless it is an edge.
+    fn at(&self, corner: usize, particle: u32) -> Vec3 {
+        let all = self.particles.get(particle as usize).copied().unwrap_or_default();
+        let all = direction_or(all, Vec3::Y);
+        let own = direction_or(self.corners[corner], all);
+        let [edge, smooth] = EDGE_ANGLES;
+        let share = ((own.dot(all) - edge) / (smooth - edge)).clamp(0.0, 1.0);
+        direction_or(own + (all - own) * share, Vec3::Y)
     }
 }
 
-/// Adds the triangles of a body, and to `normals` of each particle twice the area vector of its
-/// triangles: large triangles count more, degenerate ones not at all.
-fn add_triangles(geometry: &mut Geometry, body: &Body, cuts: &[[u32; 2]], normals: &mut [Vec3]) {
+/// Adds the triangles of a body, and their area vectors to the normals.
+fn add_triangles(geometry: &mut Geometry, body: &Body, cuts: &[[u32; 2]], normals: &mut Normals) {
     let first = geometry.vertices.len() as u32;
+    normals.corners.clear();
+    normals.corners.resize(body.surface.corners.len(), Vec3::ZERO);
     for triangle in &body.surface.triangles {
         let Some(particles) = triangle_particles(body, *triangle) else { continue };
         if sides(particles).iter().any(|side| is_cut(cuts, *side)) {
@@ -49,29 +80,54 @@ fn add_triangles(geometry: &mut Geometry, body: &Body, cuts: &[[u32; 2]], normal
         }
         let [Some(a), Some(b), Some(c)] = particles.map(|p| geometry.drawable(p)) else { continue };
         let area = (b - a).cross(c - a);
-        for particle in particles {
-            normals[particle as usize] += area;
+        for (particle, corner) in particles.into_iter().zip(*triangle) {
+            normals.particles[particle as usize] += area;
+            normals.corners[corner as usize] += area;
         }
         geometry.triangles.push(triangle.map(|corner| corner + first));
     }
 }
 
-/// Adds the corners of a body as vertices and clears the `normals` it used.
-fn add_vertices(geometry: &mut Geometry, body: &Body, index: usize, normals: &mut [Vec3]) {
-    for corner in &body.surface.corners {
-        let colour = geometry.shade(corner.particle).unwrap_or(body_colour(index));
-        let normal = normals.get(corner.particle as usize).copied().unwrap_or_default();
+/// Adds the corners of a body as vertices and clears the normals it used.
+fn add_vertices(
+    geometry: &mut Geometry,
+    (index, body): (usize, &Body),
+    repeats: &[[f32; 2]],
+    normals: &mut Normals,
+) {
+    let look = &body.look;
+    let own = body_colour(index, body);
+    let back = look.back.unwrap_or(mix(own, [1.0; 3], 0.25));
+    let metal = if look.metal { 1.0 } else { 0.0 };
+    for (number, corner) in body.surface.corners.iter().enumerate() {
+        let shade = geometry.shade(corner.particle);
+        let is_sheet = if body.surface.two_sided && shade.is_none() { 1.0 } else { 0.0 };
+        let repeats = repeats.get(number).copied().unwrap_or([1.0; 2]);
+        let [red, green, blue, _] = bytes(back, 1.0);
         geometry.vertices.push(SurfaceVertex {
             position: geometry.drawable(corner.particle).unwrap_or_default(),
-            normal: direction_or(normal, Vec3::Y),
-            uv: corner.uv,
-            colour: bytes(colour, 1.0),
+            normal: normals.at(number, corner.particle),
+            uv: [0, 1].map(|axis| corner.uv[axis] * repeats[axis]),
+            colour: bytes(shade.unwrap_or(own), 1.0),
+            back: [red, green, blue, number_of(look.pattern)],
+            finish: bytes([look.roughness, metal, look.translucency], is_sheet),
         });
     }
     for corner in &body.surface.corners {
-        if let Some(normal) = normals.get_mut(corner.particle as usize) {
+        if let Some(normal) = normals.particles.get_mut(corner.particle as usize) {
             *normal = Vec3::ZERO;
         }
+    }
+}
+
+/// The number by which `surface.wgsl` knows a pattern.
+fn number_of(pattern: Pattern) -> u8 {
+    match pattern {
+        Pattern::None => 0,
+        Pattern::Checks => 1,
+        Pattern::Stripes => 2,
+        Pattern::Weave => 3,
+        Pattern::Grain => 4,
     }
 }
 
@@ -109,12 +165,12 @@ pub(crate) fn add_wireframe<R: Real>(
     let cuts = cut_pairs(snapshot);
     for (index, body) in snapshot.bodies.iter().enumerate() {
         let opacity = if view.style.surfaces { 0.6 } else { 1.0 };
-        let own = mix(body_colour(index), EDGE, 0.25);
+        let own = mix(body_colour(index, body), EDGE, 0.25);
         let colour = bytes(if view.style.surfaces { EDGE } else { own }, opacity);
         for [a, b] in edges(body).into_iter().filter(|edge| !is_cut(&cuts, *edge)) {
             let (Some(a), Some(b)) = (geometry.drawable(a), geometry.drawable(b)) else { continue };
             let width = view.style.line_pixels();
-            geometry.lines.push(Line { a, width, b, bias: EDGE_BIAS, colour });
+            geometry.lines.push(Line { a, width, b, bias: EDGE_BIAS, colour, radius: 0.0 });
         }
     }
 }

@@ -10,6 +10,8 @@ const MAX_PITCH: f32 = 1.55;
 const DISTANCES: (f32, f32) = (1e-3, 1e8);
 /// Room left around a framed box, as a factor on its size.
 const MARGIN: f32 = 1.08;
+/// How far above ground the eye stays, as a fraction of the distance to the target.
+const CLEARANCE: f32 = 0.02;
 /// The near plane as a fraction of the distance to the target.
 const NEAR: f32 = 0.005;
 
@@ -147,6 +149,17 @@ impl Camera {
         }
         self.target = (low + high) * 0.5;
         self.distance = if 0.0 < distance { distance } else { Self::default().distance };
+        *self = self.usable();
+    }
+
+    /// Turns up, about the target, until the eye is above a height, metres: of ground, say. A target
+    /// far below it stays where it is, and so does the eye then.
+    pub fn rise_above(&mut self, height: f32) {
+        *self = self.usable();
+        let needed = (height - self.target.y) / self.distance + CLEARANCE;
+        if needed <= 1.0 && self.pitch.sin() < needed {
+            self.pitch = needed.asin();
+        }
         *self = self.usable();
     }
 

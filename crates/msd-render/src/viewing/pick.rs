@@ -15,6 +15,26 @@ pub fn bounds<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
     Some(drawable.fold((first, first), |(low, high), point| (low.min(point), high.max(point))))
 }
 
+/// Returns the height of the highest level plane, metres.
+pub fn ground<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<f32> {
+    let level = snapshot.planes.iter().filter(|plane| 0.9 < plane.normal.to_f32().y);
+    level
+        .map(|plane| plane.offset.to_f64() as f32)
+        .filter(|height| height.is_finite())
+        .reduce(f32::max)
+}
+
+/// Returns the box of [`bounds`] and the ground below it, as far as that is near enough to be seen
+/// beside it.
+pub fn bounds_with_ground<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
+    let (mut low, high) = bounds(snapshot)?;
+    let room = 0.6 * (high - low).max_element();
+    if let Some(height) = ground(snapshot) {
+        low.y = low.y.min(height.max(low.y - room));
+    }
+    Some((low, high))
+}
+
 /// Returns the particle nearest to the pointer within `radius`, pixels; of several, a near one
 /// wins over one behind it.
 ///

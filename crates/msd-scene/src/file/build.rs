@@ -5,6 +5,7 @@ use crate::file::bodies::{Builder, MeshReader};
 use crate::file::budget::Budget;
 use crate::file::decode::decode;
 use crate::file::domain::Domain;
+use crate::file::look::{look, viewpoint};
 use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::{SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
@@ -15,6 +16,7 @@ use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
 use crate::rounding::Rounding;
+use crate::viewpoint::Viewpoint;
 use msd_core::{Integrator, Scene, Settings, World};
 
 /// A scene file that has been understood.
@@ -24,6 +26,7 @@ pub(crate) struct Understood {
     pub(crate) settings: Settings,
     pub(crate) automatic: bool,
     pub(crate) precision: Precision,
+    pub(crate) camera: Viewpoint,
     pub(crate) notes: Vec<String>,
     pub(crate) made: Vec<Option<Made>>,
 }
@@ -55,6 +58,7 @@ pub(crate) fn understand_rows(
     let substeps = substeps(source, &file.solver)?;
     let settings = settings(source, &file.solver, substeps)?;
     let world = world(source, &file.world)?;
+    let camera = viewpoint(source, file.camera.unwrap_or_default(), world.extent)?;
     let mut scene = Scene { world, ..Scene::default() };
     for (row, plane) in file.world.planes.iter().enumerate() {
         scene.planes.push(self::plane(source, (row, plane))?);
@@ -78,7 +82,9 @@ pub(crate) fn understand_rows(
         lattices.push(built.lattice);
         made.push(built.made);
         let name = body.name.clone().unwrap_or_else(|| body.kind.name().into());
-        scene.add(name, built.part);
+        let look = look(source, (row, body), built.part.surface.two_sided)?;
+        let number = scene.add(name, built.part);
+        scene.bodies[number].look = look;
     }
     let Builder { mut notes, mut budget, .. } = builder;
     touch(source, &file.bodies, &mut scene, &mut notes)?;
@@ -92,7 +98,8 @@ pub(crate) fn understand_rows(
     load(source, &mut scene, (&file.bodies, &loads))?;
     let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));
     let automatic = substeps == Substeps::Auto;
-    Ok(Understood { title: file.title, scene, settings, automatic, precision, notes, made })
+    let title = file.title;
+    Ok(Understood { title, scene, settings, automatic, precision, camera, notes, made })
 }
 
 /// The precision of a scene that asks for none: single, unless that loses too much where it is.

@@ -26,6 +26,8 @@ pub enum Domain {
     Factor,
     /// From 0 to 1.
     Fraction,
+    /// Degrees above the horizon.
+    Elevation,
     /// Any number.
     Finite,
     /// Positive and at most so much.
@@ -48,7 +50,7 @@ pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12"
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 71] = [
+pub const DOMAINS: [(&str, Domain); 78] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -71,6 +73,10 @@ pub const DOMAINS: [(&str, Domain); 71] = [
     ("world.solids.restitution", Domain::Fraction),
     ("world.solids.friction", Domain::Factor),
     ("world.solids.tangential_loss", Domain::Fraction),
+    ("camera.yaw_deg", Domain::Finite),
+    ("camera.pitch_deg", Domain::Elevation),
+    ("camera.target", Domain::Place),
+    ("camera.distance", LENGTH),
     ("bodies.spacing", Domain::Positive),
     ("bodies.length", Domain::Positive),
     ("bodies.bending", Domain::NotNegative),
@@ -95,6 +101,9 @@ pub const DOMAINS: [(&str, Domain); 71] = [
     ("bodies.touch.stiffness", LENGTH),
     ("bodies.touch.damping", Domain::NotNegative),
     ("bodies.touch.friction", Domain::Factor),
+    ("bodies.look.roughness", Domain::Fraction),
+    ("bodies.look.translucency", Domain::Fraction),
+    ("bodies.look.pattern_size", LENGTH),
     ("bodies.position", Domain::Place),
     ("bodies.velocity", Domain::Vector),
     ("bodies.rotation.axis", Domain::Direction),
@@ -145,6 +154,7 @@ impl Domain {
             Domain::NotNegative => "finite and not negative",
             Domain::Factor => "finite and not negative, at most 3.4e38",
             Domain::Fraction => "from 0 to 1",
+            Domain::Elevation => "from -89 to 89",
             Domain::Finite => "finite",
             Domain::UpTo(_, words) | Domain::Count(_, words) => words,
             Domain::Vector => "three finite numbers",
@@ -167,6 +177,7 @@ impl Domain {
             Domain::NotNegative => 0.0 <= value && value.is_finite(),
             Domain::Factor => 0.0 <= value && (value as f32).is_finite(),
             Domain::Fraction => (0.0..=1.0).contains(&value),
+            Domain::Elevation => (-89.0..=89.0).contains(&value),
             Domain::UpTo(most, _) => 0.0 < value && value <= most,
             Domain::Count(most, _) => 1.0 <= value && value <= most as f64,
             Domain::Finite | Domain::Vector | Domain::Place | Domain::Direction => {

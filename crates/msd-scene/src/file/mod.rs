@@ -3,8 +3,8 @@
 //! [`text`] is read into a [`tree`] of values that know where they were written, some of which may
 //! be replaced; [`decode`] makes the rows of the [`schema`] of it; [`build`] checks each number
 //! against its [`domain`] and makes the rows of a scene, obstacle by obstacle ([`obstacles`]) and
-//! body by body ([`bodies`], [`substance`]), within a [`budget`] of memory. [`sets`] are particles
-//! that pins hold and links join.
+//! body by body ([`bodies`], [`substance`], [`look`]), within a [`budget`] of memory. [`sets`] are
+//! particles that pins hold and links join.
 //! [`refine`] makes the same scene at a part of its spacing.
 
 mod text;
@@ -18,6 +18,7 @@ mod substance;
 mod bodies;
 mod obstacles;
 mod touch;
+mod look;
 mod sets;
 mod build;
 mod refine;

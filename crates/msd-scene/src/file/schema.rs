@@ -12,8 +12,10 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+mod look;
 mod sets;
 
+pub use look::{CameraRow, Finish, LookRow, PatternName};
 pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, PinRow, SetRow, SphereRow};
 
 /// The version of the schema.
@@ -34,6 +36,9 @@ pub struct SceneFile {
     /// What acts on every particle.
     #[serde(default)]
     pub world: WorldRow,
+    /// From where the scene is looked at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraRow>,
     /// The bodies, in the order of the state file.
     #[serde(default)]
     pub bodies: Vec<BodyRow>,
@@ -480,6 +485,9 @@ pub struct BodyRow {
     /// How its particles touch each other and those of other bodies. Default: not at all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub touch: Option<TouchRow>,
+    /// How it looks. Default by its kind.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub look: Option<LookRow>,
     /// Where the origin of the body is put, metres. Default the origin of the world.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,

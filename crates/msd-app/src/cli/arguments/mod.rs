@@ -280,7 +280,7 @@ pub struct RenderArguments {
     /// Draw the edges of the surface
     #[arg(long, help_heading = DRAWN)]
     pub wireframe: bool,
-    /// Draw the springs, coloured by strain from green to red
+    /// Draw the springs, coloured by strain: compressed blue, stretched red
     #[arg(long, help_heading = DRAWN)]
     pub springs: bool,
     /// Draw the particles

@@ -13,7 +13,7 @@ use crate::cli::steps::Steps;
 use msd_app::drivers::quietly;
 use msd_app::film::{About, Kind, begin};
 use msd_core::Error;
-use msd_render::{Gpu, Offscreen, bounds};
+use msd_render::{Gpu, Offscreen, bounds_with_ground};
 use msd_run::{Runner, on};
 use msd_scene::shown_path;
 use msd_study::quantity::quantity;
@@ -69,7 +69,7 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     }
     let mut shoot = |runner: &Runner, part: f64| {
         if film.is_none() {
-            look.frame(on!(runner, simulation => bounds(&simulation.snapshot())));
+            look.frame(on!(runner, simulation => bounds_with_ground(&simulation.snapshot())));
         }
         let view = look.view(part);
         let image = on!(runner, simulation => screen.render(&simulation.snapshot(), &view));

@@ -3,9 +3,10 @@
 use crate::cli::arguments::{RenderArguments, Sight};
 use crate::cli::run::prepare::Prepared;
 use crate::cli::steps::{Interrupt, Steps};
-use msd_app::viewer::shows_springs;
-use msd_render::{Camera, Style, View, bounds};
+use msd_app::viewer::{go_to, shows_springs, turn_to};
+use msd_render::{Camera, Style, View, bounds_with_ground, ground};
 use msd_run::on;
+use msd_scene::Viewpoint;
 
 /// The size for which lines and the legend are made, pixels; larger pictures enlarge them.
 const SIZE: [f32; 2] = [1280.0, 720.0];
@@ -17,6 +18,10 @@ pub struct Sighting {
     turn: f32,
     /// By how much a picture is wider than high.
     aspect: f32,
+    /// Where the author of the scene wants the camera.
+    viewpoint: Viewpoint,
+    /// The height that it stays above, metres.
+    ground: Option<f32>,
 }
 
 /// Directions in which a camera that turns is asked whether all is in the picture.
@@ -38,6 +43,7 @@ impl Sighting {
             ..Style::default()
         };
         let mut view = View { style, ..View::default() };
+        turn_to(&mut view.camera, prepared.camera);
         let radians = |degrees: f64| degrees.to_radians() as f32;
         if let Some(Sight::Side([yaw, pitch])) = arguments.camera {
             (view.camera.yaw, view.camera.pitch) = (radians(yaw), radians(pitch));
@@ -50,7 +56,15 @@ impl Sighting {
             Some(Sight::Orbit(Some(rate))) => radians(rate * lasting),
             _ => 0.0,
         };
-        Sighting { view, turn, aspect: width / height }
+        // Who asks for another side wants to see it all.
+        let is_turned = arguments.camera.is_some()
+            || arguments.yaw_deg.is_some()
+            || arguments.pitch_deg.is_some();
+        let viewpoint = if is_turned { Viewpoint::default() } else { prepared.camera };
+        // Whoever gives an elevation may look up from below.
+        let level = on!(&prepared.runner, simulation => ground(&simulation.snapshot()));
+        let ground = level.filter(|_| arguments.pitch_deg.is_none());
+        Sighting { view, turn, aspect: width / height, viewpoint, ground }
     }
 
     /// Goes as near as all of a box stays in the picture, from wherever it is looked at.
@@ -58,6 +72,7 @@ impl Sighting {
         let (Some(bounds), aspect) = (bounds, self.aspect) else { return };
         let start = self.view.camera;
         self.view.camera.frame(bounds, aspect);
+        go_to(&mut self.view.camera, self.viewpoint);
         if self.turn == 0.0 {
             return;
         }
@@ -73,6 +88,7 @@ impl Sighting {
     pub fn view(&self, part: f64) -> View {
         let mut view = self.view;
         view.camera.yaw += self.turn * part as f32;
+        self.ground.iter().for_each(|&height| view.camera.rise_above(height));
         view
     }
 }
@@ -94,7 +110,7 @@ pub fn seen(
             taken += 1;
             progress.tell(taken);
         }
-        let now = on!(&runner, simulation => bounds(&simulation.snapshot()));
+        let now = on!(&runner, simulation => bounds_with_ground(&simulation.snapshot()));
         all = match (all, now) {
             (Some((low, high)), Some((a, b))) => Some((low.min(a), high.max(b))),
             (all, now) => all.or(now),

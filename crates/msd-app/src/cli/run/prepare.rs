@@ -9,7 +9,9 @@ use msd_core::{Integrator, Settings};
 use msd_run::Runner;
 use msd_run::rescue::LASTING;
 use msd_scene::materials::Made;
-use msd_scene::{Assignment, Draft, Loaded, Rounding, load_state, open_set, plain, shown_path};
+use msd_scene::{
+    Assignment, Draft, Loaded, Rounding, Viewpoint, load_state, open_set, plain, shown_path,
+};
 use msd_study::quantity::{estimate, number, quantity, rounded};
 use std::path::{Path, PathBuf};
 
@@ -37,6 +39,9 @@ pub struct Prepared {
     /// What its bodies are made of.
     #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "the window alone shows it"))]
     pub made: Vec<Option<Made>>,
+    /// From where its author wants it looked at.
+    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "the window alone shows it"))]
+    pub camera: Viewpoint,
     /// Whether it is a saved run that goes on.
     pub is_resumed: bool,
     /// The run.
@@ -123,7 +128,7 @@ pub fn prepare(
         format!("{flag} {duration} s is not a multiple of the step; the run takes {time} s")
     }));
     warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
-    let Loaded { name, title, notes, files, made, progress, .. } = loaded;
+    let Loaded { name, title, notes, files, made, progress, camera, .. } = loaded;
     let is_resumed = progress.is_some();
     Ok(Prepared {
         name,
@@ -131,6 +136,7 @@ pub fn prepare(
         notes,
         files,
         made,
+        camera,
         is_resumed,
         runner,
         stable,

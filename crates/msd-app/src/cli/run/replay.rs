@@ -14,7 +14,7 @@ use msd_run::recording::{Recording, load_recording, load_salvaged};
 use msd_run::replay::{Changes, Replay};
 use msd_run::rescue::LASTING;
 use msd_run::twin::{Apart, Twin};
-use msd_scene::{plain, shown_path, state_hash};
+use msd_scene::{Viewpoint, plain, shown_path, state_hash};
 use std::path::Path;
 use web_time::{Duration, Instant};
 
@@ -120,6 +120,7 @@ fn prepare(recording: &Recording, runner: &Runner) -> Result<Prepared, Failure> 
         notes,
         files,
         made,
+        camera: Viewpoint::default(),
         is_resumed,
         runner,
         stable,

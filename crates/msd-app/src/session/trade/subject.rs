@@ -54,6 +54,7 @@ pub(super) fn loaded_of(
         settings,
         precision,
         automatic: false,
+        camera: loaded.camera,
         notes: Vec::new(),
         files: Vec::new(),
         made: Vec::new(),

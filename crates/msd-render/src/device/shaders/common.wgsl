@@ -3,6 +3,8 @@
 struct Globals {
     view_projection: mat4x4f,
     light_projection: mat4x4f,
+    // From the world to the map of what is above the ground, seen from below.
+    ground_projection: mat4x4f,
     eye: vec4f,
     // Axes of the camera; right and up are scaled by the tangents of half the angles of view.
     right: vec4f,
@@ -12,10 +14,15 @@ struct Globals {
     light: vec4f,
     // Width and height in pixels; z is 1 if the shader must encode sRGB; w is the near distance.
     screen: vec4f,
-    // Size of a texel of the shadow map: x in metres, y as a fraction. z: radius of a particle, m.
+    // Size of a texel of the shadow map: x in metres, y as a fraction; z depth of the map, m.
     shadow: vec4f,
-    // Whether to show x the pattern, y the grid; z pixels per point.
+    // The same of the map of what is above the ground.
+    ground: vec4f,
+    // Whether to show x the pattern, y the grid; z pixels per point; w radius of the scene, m.
     look: vec4f,
+    // Height of the ground, m, if there is one: w is 1 then; y and z are the upper left corner of
+    // the picture, pixels.
+    level: vec4f,
 }
 
 @group(0) @binding(0) var<uniform> globals: Globals;
@@ -53,7 +60,8 @@ fn pulled(clip: vec4f, fraction: f32) -> vec4f {
 
 // A hash of the pixel, -0.5 to 0.5, to hide the steps of 8-bit gradients.
 fn dither(pixel: vec2f) -> f32 {
-    return fract(52.9829189 * fract(dot(pixel, vec2f(0.06711056, 0.00583715)))) - 0.5;
+    let at = pixel - globals.level.yz;
+    return fract(52.9829189 * fract(dot(at, vec2f(0.06711056, 0.00583715)))) - 0.5;
 }
 
 // The corner of a quad of two triangles: x and y are -1 or 1.
@@ -63,11 +71,22 @@ fn quad_corner(index: u32) -> vec2f {
     return vec2f(x, y);
 }
 
-// Colour of the sky in a direction, linear.
+const HORIZON: vec3f = vec3f(0.77, 0.82, 0.87);
+// Ground far away, through air.
+const HAZE: vec3f = vec3f(0.67, 0.70, 0.73);
+
+// Colour of the sky in a direction, linear: below the horizon that of ground far away.
 fn sky_colour(direction: vec3f) -> vec3f {
-    let horizon = vec3f(0.70, 0.79, 0.88);
-    let zenith = vec3f(0.16, 0.33, 0.58);
-    let nadir = vec3f(0.58, 0.64, 0.70);
-    let height = clamp(abs(direction.y) * 1.2, 0.0, 1.0);
-    return mix(horizon, select(nadir, zenith, direction.y > 0.0), height * (2.0 - height));
+    let height = clamp(direction.y * 1.5, 0.0, 1.0);
+    let depth = clamp(-direction.y * 2.5, 0.0, 1.0);
+    let above = mix(HORIZON, vec3f(0.24, 0.42, 0.68), height * (2.0 - height));
+    let below = mix(HAZE, vec3f(0.47, 0.50, 0.54), depth * (2.0 - depth));
+    // The edge between them is soft: air lies over it.
+    return mix(below, above, smoothstep(-0.035, 0.015, direction.y));
+}
+
+// Bright light fades into white as on film, instead of being cut off; dark light stays.
+fn toned(linear: vec3f) -> vec3f {
+    let bright = max(linear - 0.6, vec3f(0.0));
+    return min(linear, vec3f(0.6)) + 0.4 * bright / (bright + 0.4);
 }

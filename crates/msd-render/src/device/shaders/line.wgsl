@@ -4,11 +4,18 @@ struct Line {
     @location(2) b: vec3f,
     @location(3) bias: f32,
     @location(4) colour: vec4f,
+    // Of a round rod, m; 0 of a line that has no thickness.
+    @location(5) radius: f32,
 }
 
 struct Ribbon {
     @builtin(position) clip: vec4f,
     @location(0) colour: vec4f,
+    @location(1) world: vec3f,
+    @location(2) side: vec3f,
+    // -1 to 1 across.
+    @location(3) across: f32,
+    @location(4) @interpolate(flat) radius: f32,
 }
 
 @vertex
@@ -31,14 +38,32 @@ fn vs_main(@builtin(vertex_index) index: u32, line: Line) -> Ribbon {
     let direction = select(vec2f(1.0, 0.0), along / max(length, 1e-6), length > 1e-6);
     let corner = quad_corner(index);
     var clip = select(a, b, corner.x > 0.0);
+    // Pixels per metre at this depth; a rod never gets thinner than a line.
+    let scale = globals.screen.y / (2.0 * globals.up.w * max(clip.w, 1e-6));
+    let width = max(line.width, 2.0 * line.radius * scale);
     // Half a width longer than the line, so that lines that meet leave no notch.
     let across = vec2f(-direction.y, direction.x) * corner.y;
-    let shift = (across + direction * corner.x * 0.5) * (0.5 * line.width);
+    let extra = select(0.5, 0.0, line.radius > 0.0);
+    let shift = (across + direction * corner.x * extra) * (0.5 * width);
     clip = vec4f(clip.xy + shift / size * clip.w, clip.zw);
-    return Ribbon(pulled(clip, line.bias), line.colour);
+    let world = select(line.a, line.b, corner.x > 0.0);
+    let side = cross(line.b - line.a, globals.eye.xyz - world);
+    return Ribbon(pulled(clip, line.bias), line.colour, world, side, corner.y, line.radius);
 }
 
 @fragment
 fn fs_main(in: Ribbon) -> @location(0) vec4f {
     return shown_srgb(in.colour.rgb, in.colour.a);
+}
+
+// A rod is round.
+@fragment
+fn fs_rod(in: Ribbon) -> @location(0) vec4f {
+    let side = in.side / max(length(in.side), 1e-9);
+    let to_eye = normalize(globals.eye.xyz - in.world);
+    let height = sqrt(max(1.0 - in.across * in.across, 0.0));
+    let normal = normalize(to_eye * height - side * in.across + vec3f(1e-6));
+    let world = in.world + normal * in.radius;
+    let finish = Finish(srgb_to_linear(in.colour.rgb), 0.7, 0.0, 0.0);
+    return shown(lit(finish, normal, world, sunlight(world, normal, in.clip.xy)), in.colour.a);
 }

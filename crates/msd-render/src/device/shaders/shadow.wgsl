@@ -11,17 +11,22 @@ fn vs_line(
     @location(0) a: vec3f,
     @location(1) width: f32,
     @location(2) b: vec3f,
+    @location(5) radius: f32,
 ) -> @builtin(position) vec4f {
     let corner = quad_corner(index);
     let across = cross(b - a, globals.light.xyz);
     let length = length(across);
     let side = select(vec3f(0.0), across / max(length, 1e-9), length > 1e-9);
-    let half = max(0.35 * globals.shadow.z, 0.9 * globals.shadow.x);
-    let world = select(a, b, corner.x > 0.0) + side * (corner.y * half);
+    // As wide as the line is drawn, seen from the eye.
+    let at = select(a, b, corner.x > 0.0);
+    let distance = max(dot(at - globals.eye.xyz, globals.forward.xyz), 0.0);
+    let drawn = width * globals.up.w * distance / globals.screen.y;
+    let half = max(max(radius, drawn), 0.6 * globals.shadow.x);
+    let world = at + side * (corner.y * half);
     return globals.light_projection * vec4f(world, 1.0);
 }
 
-// A point casts the shadow of a hexagon that faces the light: rounder than a square, no discard.
+// A point casts the shadow of a polygon of twelve sides that faces the light: round, no discard.
 @vertex
 fn vs_point(
     @builtin(vertex_index) index: u32,
@@ -30,7 +35,7 @@ fn vs_point(
 ) -> @builtin(position) vec4f {
     let size = max(radius, 1.2 * globals.shadow.x);
     let step = f32(index / 3u) + select(0.0, 1.0, index % 3u == 2u);
-    let angle = step * 1.04719755;
+    let angle = step * 0.523598776;
     let rim = select(1.0, 0.0, index % 3u == 0u);
     let clip = globals.light_projection * vec4f(centre, 1.0);
     // The projection is orthographic with square texels: a metre is as long in x as in y.

@@ -1,0 +1,66 @@
+//! Looks of bodies. Nothing of them is physics: a step never reads them.
+
+use crate::scene::surface::Surface;
+
+/// What is repeated along the surface of a body.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Pattern {
+    /// One colour.
+    #[default]
+    None,
+    /// A chequerboard; the size is the side of a square.
+    Checks,
+    /// Stripes; the size is the width of one.
+    Stripes,
+    /// Threads over and under each other; the size is the width of one.
+    Weave,
+    /// Wavy lines as in wood; the size is the distance of two.
+    Grain,
+}
+
+/// How a body looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Look {
+    /// Colour, sRGB, each component from 0 to 1. Default by the place of the body among the
+    /// others.
+    pub colour: Option<[f32; 3]>,
+    /// Colour of the other side of a sheet, sRGB, each component from 0 to 1. Default a lighter
+    /// shade of `colour`.
+    pub back: Option<[f32; 3]>,
+    /// From 0, which mirrors, to 1, which is dull. Default 0.5.
+    pub roughness: f32,
+    /// Whether it mirrors in its own colour, as metals do. Default false.
+    pub metal: bool,
+    /// The share of light that passes thin parts, from 0 to 1. Default 0.
+    pub translucency: f32,
+    /// What is repeated along its surface. Default nothing.
+    pub pattern: Pattern,
+    /// Size of the pattern, metres; 0 for a part of the body that suits the pattern. Default 0.
+    pub pattern_size: f32,
+}
+
+impl Default for Look {
+    fn default() -> Self {
+        Self {
+            colour: None,
+            back: None,
+            roughness: 0.5,
+            metal: false,
+            translucency: 0.0,
+            pattern: Pattern::None,
+            pattern_size: 0.0,
+        }
+    }
+}
+
+impl Look {
+    /// The look of a body with this surface of which no more is known: a sheet is woven.
+    pub fn of(surface: &Surface) -> Self {
+        match surface.two_sided {
+            true => Self { roughness: 0.9, pattern: Pattern::Weave, ..Self::default() },
+            false => Self::default(),
+        }
+    }
+}

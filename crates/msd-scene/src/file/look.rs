@@ -1,0 +1,117 @@
+//! Looks of bodies, and the viewpoint, from their rows.
+
+use crate::error::FileError;
+use crate::file::schema::{BodyRow, CameraRow, Finish, Kind, LookRow, PatternName};
+use crate::file::tree::Source;
+use crate::shown::tame;
+use crate::viewpoint::Viewpoint;
+use msd_core::{Look, Pattern};
+use std::fmt::Arguments;
+
+/// Brown, of wood, and grey, of metal, sRGB.
+const WOOD: [f32; 3] = [0.72, 0.49, 0.28];
+const STEEL: [f32; 3] = [0.74, 0.76, 0.79];
+
+/// How body number `row` looks.
+///
+/// # Errors
+/// A value outside its domain, or the other side of a body that is no sheet.
+pub(crate) fn look(
+    source: &Source<'_>,
+    (row, body): (usize, &BodyRow),
+    is_sheet: bool,
+) -> Result<Look, FileError> {
+    let default = LookRow::default();
+    let given = body.look.as_ref().unwrap_or(&default);
+    let key = format!("bodies[{row}].look");
+    let mut look = finish(given.finish.unwrap_or_else(|| usual(body.kind, is_sheet)));
+    let number = |name: &str, value: Option<f64>, otherwise: f32| {
+        let checked = value.map(|value| source.number(format_args!("{key}.{name}"), value));
+        Ok::<f32, FileError>(checked.transpose()?.map_or(otherwise, |value| value as f32))
+    };
+    look.roughness = number("roughness", given.roughness, look.roughness)?;
+    look.translucency = number("translucency", given.translucency, look.translucency)?;
+    look.pattern_size = number("pattern_size", given.pattern_size, look.pattern_size)?;
+    look.pattern = given.pattern.map_or(look.pattern, pattern);
+    if let Some(text) = &given.colour {
+        look.colour = Some(colour(source, format_args!("{key}.colour"), text)?);
+    }
+    if let Some(text) = &given.back {
+        if !is_sheet {
+            let reason = "means nothing to a body that is no sheet; it is the colour of the other \
+                          side of one";
+            return Err(source.refuse(format_args!("{key}.back"), reason));
+        }
+        look.back = Some(colour(source, format_args!("{key}.back"), text)?);
+    }
+    Ok(look)
+}
+
+/// What a body of a kind seems to be made of.
+fn usual(kind: Kind, is_sheet: bool) -> Finish {
+    match (kind, is_sheet) {
+        (Kind::Mesh, true) | (Kind::Explicit, _) => Finish::Plastic,
+        (_, true) | (Kind::Rope | Kind::Cloth, _) => Finish::Cloth,
+        (Kind::Block, _) => Finish::Jelly,
+        (Kind::Mesh, _) => Finish::Clay,
+    }
+}
+
+/// The look of a finish.
+fn finish(finish: Finish) -> Look {
+    let plain = Look::default();
+    match finish {
+        Finish::Clay => Look { roughness: 0.8, ..plain },
+        Finish::Plastic => Look { roughness: 0.3, ..plain },
+        Finish::Jelly => Look { roughness: 0.15, translucency: 0.6, ..plain },
+        Finish::Cloth => {
+            Look { roughness: 0.95, pattern: Pattern::Weave, translucency: 0.15, ..plain }
+        }
+        Finish::Metal => Look { colour: Some(STEEL), roughness: 0.25, metal: true, ..plain },
+        Finish::Wood => {
+            Look { colour: Some(WOOD), roughness: 0.6, pattern: Pattern::Grain, ..plain }
+        }
+    }
+}
+
+fn pattern(name: PatternName) -> Pattern {
+    match name {
+        PatternName::None => Pattern::None,
+        PatternName::Checks => Pattern::Checks,
+        PatternName::Stripes => Pattern::Stripes,
+        PatternName::Weave => Pattern::Weave,
+        PatternName::Grain => Pattern::Grain,
+    }
+}
+
+/// The components of a colour that is written `#rrggbb`.
+fn colour(source: &Source<'_>, key: Arguments<'_>, text: &str) -> Result<[f32; 3], FileError> {
+    let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6);
+    let digits = digits.filter(|digits| digits.bytes().all(|digit| digit.is_ascii_hexdigit()));
+    let Some(number) = digits.and_then(|digits| u32::from_str_radix(digits, 16).ok()) else {
+        let value = format!("\"{}\"", tame(text));
+        return Err(source.out_of_domain(key, value, "a colour such as \"#3d7fb5\""));
+    };
+    let [_, red, green, blue] = number.to_be_bytes();
+    Ok([red, green, blue].map(|part| f32::from(part) / 255.0))
+}
+
+/// From where a scene is looked at.
+///
+/// # Errors
+/// A value outside its domain.
+pub(crate) fn viewpoint(
+    source: &Source<'_>,
+    CameraRow { yaw_deg, pitch_deg, target, distance }: CameraRow,
+    extent: f64,
+) -> Result<Viewpoint, FileError> {
+    for (key, value) in [
+        ("camera.yaw_deg", yaw_deg),
+        ("camera.pitch_deg", pitch_deg),
+        ("camera.distance", distance),
+    ] {
+        value.map(|value| source.number(format_args!("{key}"), value)).transpose()?;
+    }
+    target.map(|at| source.position(format_args!("camera.target"), at, extent)).transpose()?;
+    Ok(Viewpoint { yaw_deg, pitch_deg, target, distance })
+}

@@ -1,0 +1,59 @@
+#!/usr/bin/env bash
+# Makes docs/gallery.md anew: a picture of every built-in scene, with its line.
+#
+# Needs a graphics adapter (mesa-vulkan-drivers will do) and cwebp (apt install webp). Another msd
+# than that of `cargo run --release` is taken from MSD.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+# When a scene looks best, seconds; the others after one.
+moment() {
+    case $1 in
+        bunny) echo 0.9 ;;
+        chain) echo 0.4 ;;
+        cloth | curtain) echo 2.5 ;;
+        dice) echo 0.9 ;;
+        drape) echo 3 ;;
+        foam) echo 0.9 ;;
+        jelly) echo 1.65 ;;
+        knot) echo 2 ;;
+        mattress) echo 1.5 ;;
+        pile) echo 1.2 ;;
+        snake) echo 2.5 ;;
+        square4) echo 1.6 ;;
+        stairs) echo 2 ;;
+        teapot) echo 0.6 ;;
+        trampoline) echo 0.9 ;;
+        *) echo 1 ;;
+    esac
+}
+
+msd=${MSD:-cargo run --quiet --release --}
+folder=docs/gallery
+pictures=$(mktemp -d)
+trap 'rm -r "$pictures"' EXIT
+mkdir -p $folder
+rm -f $folder/*.webp
+{
+    echo '# Gallery'
+    echo
+    echo 'Every built-in scene. Open one with `msd view NAME`; `scripts/gallery.sh` makes the pictures'
+    echo 'anew. How bodies look is a key of [scene files](scenes.md#look).'
+    echo
+    echo '| | |'
+    echo '|---|---|'
+} > docs/gallery.md
+row=
+while read -r name title; do
+    $msd render "$name" --time "$(moment "$name")" --size 960x540 --quiet --out "$pictures/$name.png"
+    cwebp -quiet -q 80 -m 6 -resize 640 0 "$pictures/$name.png" -o "$folder/$name.webp"
+    cell="![$title](gallery/$name.webp) <br> **$name**: $title"
+    if [ -z "$row" ]; then
+        row="| $cell |"
+    else
+        echo "$row $cell |" >> docs/gallery.md
+        row=
+    fi
+done < <($msd scenes)
+[ -z "$row" ] || echo "$row |" >> docs/gallery.md
+du -cb $folder/*.webp | tail -1
