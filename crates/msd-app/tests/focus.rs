@@ -1,4 +1,4 @@
-//! What has the keyboard can be seen, wherever it is, in dark and in light panels.
+//! The control that has the keyboard: in sight and framed, in dark and in light panels.
 
 #[path = "common/frames.rs"]
 mod frames;

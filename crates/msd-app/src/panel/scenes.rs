@@ -127,7 +127,9 @@ fn film(ui: &mut Ui, viewer: &mut Viewer) {
     if let Some(filming) = &viewer.filming {
         let [done, all] = filming.progress();
         ui.label(RichText::new(format!("frame {done} of {all}")).small().weak());
-        if ui.button("Cancel film").clicked() {
+        let cancel = ui.button("Cancel film");
+        viewer.landmarks.insert("cancel film", cancel.rect);
+        if cancel.clicked() {
             filming.cancel();
         }
         return;
