@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Makes the pictures of the window in the README anew: a grab and a throw, and the first five
-# minutes, and those of docs/scenes.md and docs/materials.md. They are filmed without a display,
-# always the same frames.
+# minutes, and those of docs/scenes.md, docs/using.md and docs/materials.md. They are filmed without
+# a display, always the same frames.
 #
-# Needs a graphics adapter (mesa-vulkan-drivers will do) and img2webp and cwebp (apt install webp).
+# Needs a graphics adapter (mesa-vulkan-drivers will do), img2webp and cwebp (apt install webp), and
+# montage (apt install imagemagick).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -25,6 +26,16 @@ ls -l docs/first
 # The scene drape, of docs/scenes.md.
 cargo run --release -- render drape --time 3 --out "$frames/drape.png"
 cwebp -quiet -q 70 -resize 640 0 "$frames/drape.png" -o docs/drape.webp
+
+# The scenes of things that touch, of docs/using.md.
+for scene in trampoline:1.6 twist:2.5 funnel:0.6 knot:0.4 curtain:1.8 stairs:1.2; do
+    cargo run --release -- render "${scene%:*}" --time "${scene#*:}" --size 400x300 \
+        --out "$frames/${scene%:*}.png"
+done
+montage "$frames"/{trampoline,twist,funnel,knot,curtain,stairs}.png -tile 3x2 -geometry +2+2 \
+    "$frames/touching.png"
+cwebp -quiet -q 75 "$frames/touching.png" -o docs/touching.webp
+ls -l docs/touching.webp
 
 # The three scenes of docs/materials.md.
 cargo run --release -- render docs/materials/gelatine.toml --time 0.125 --size 400x300 \

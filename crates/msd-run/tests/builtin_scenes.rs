@@ -59,7 +59,7 @@ ten_seconds! {
 }
 
 /// Scenes of which `touching_scenes.rs` asks the same.
-const ELSEWHERE: [&str; 5] = ["trampoline", "twist", "knot", "curtain", "stairs"];
+const ELSEWHERE: [&str; 6] = ["trampoline", "twist", "funnel", "knot", "curtain", "stairs"];
 
 #[test]
 fn every_built_in_scene_runs_for_ten_seconds() {

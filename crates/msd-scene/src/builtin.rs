@@ -24,7 +24,7 @@ macro_rules! builtin {
 }
 
 /// The built-in scenes, the default first.
-pub const BUILTINS: [Builtin; 21] = [
+pub const BUILTINS: [Builtin; 22] = [
     builtin!("cube", "a cube of firm jelly, turned and dropped"),
     builtin!("jelly", "a cube of jelly, spun and dropped"),
     builtin!("bunny", "a soft bunny hops, squashes as it lands and stands up again"),
@@ -33,6 +33,7 @@ pub const BUILTINS: [Builtin; 21] = [
     builtin!("pile", "a dozen soft bodies fall into a box and come to rest on each other"),
     builtin!("trampoline", "three cubes of jelly bounce on a trampoline"),
     builtin!("twist", "a spinning weight twists a strip of cloth, which turns it back"),
+    builtin!("funnel", "a weight pulls a cloth through a ring"),
     builtin!("knot", "a rope with a loose knot, which a weight pulls tight"),
     builtin!("curtain", "a ball comes through a curtain of two halves"),
     builtin!("stairs", "a block of foam tumbles down the stairs"),

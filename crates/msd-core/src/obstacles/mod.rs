@@ -1,7 +1,7 @@
 //! Obstacles: solids that particles cannot enter.
 //!
-//! An obstacle knows the gap and the normal at a point, and the velocity of its surface. The gap of a
-//! particle is that of its middle, less its radius where that counts ([`Radii`]). One law of
+//! An obstacle knows the gap and the normal at a point, and the velocity of its surface. The gap of
+//! a particle is that of its middle, less its radius where that counts (`radii.rs`). One law of
 //! contact ([`ContactLaw`]) turns these into a new position and velocity; methods decide when:
 //! after a substep (explicit, XPBD), inside the solve (implicit), at the time of the impact
 //! (Dormand-Prince).
@@ -9,11 +9,11 @@
 pub(crate) mod contact;
 mod motion;
 mod plane;
-pub(crate) mod points;
 mod radii;
 pub(crate) mod resolve;
 pub(crate) mod rest;
 mod solid;
+pub(crate) mod springs;
 
 pub(crate) use contact::Evaluated;
 pub use contact::{ContactLaw, Contacts};

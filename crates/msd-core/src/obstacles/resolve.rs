@@ -449,7 +449,7 @@ impl<R: Real> Batch<R> {
 }
 
 /// A particle that has met an obstacle.
-pub(super) struct Met<R> {
+pub(super) struct Landed<R> {
     pub(super) position: [R; 3],
     pub(super) velocity: [R; 3],
     pub(super) contacts: Contacts,
@@ -461,7 +461,7 @@ pub(super) fn meet_surface<R: Real>(
     mut touch: Touch<R>,
     (span, time): (&Span<R>, f64),
     mass: R,
-) -> Met<R> {
+) -> Landed<R> {
     let (law, before) = (obstacle.law(), touch.velocity);
     let surface = obstacle.velocity(R::Vec3::from_components(touch.position), time).components();
     for (axis, &carried) in surface.iter().enumerate() {
@@ -478,7 +478,7 @@ pub(super) fn meet_surface<R: Real>(
         bounced: !keeps,
         ..Contacts::one((outcome.taken * mass).to_f64())
     };
-    Met { position: outcome.position, velocity: after, contacts }
+    Landed { position: outcome.position, velocity: after, contacts }
 }
 
 /// The tally of contacts, lane by lane.

@@ -31,7 +31,7 @@ pub struct Touch {
     pub friction: f64,
     /// Whether they touch each other, beside those of other rows.
     pub itself: bool,
-    /// Whether the radius counts against obstacles too; otherwise these meet the particles as points.
+    /// Whether the radius counts against obstacles too; otherwise these meet points.
     pub obstacles: bool,
     /// Rows before this one that they pass through.
     pub ignored: Vec<usize>,

@@ -154,6 +154,8 @@ impl<R: Real> Simulation<R> {
             Some(own) => own.of::<R>(),
             None => &self.settings.integrator,
         };
+        // Whatever moved particles since the last step.
+        self.scratch.work.near.disturb();
         let mut step = StepContext {
             start: step_start(self.epoch, self.steps, self.settings.step),
             model: &self.model,

@@ -13,9 +13,9 @@ use crate::elements::volumes::Volumes;
 use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::obstacles::points::Points;
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
 use crate::obstacles::rest::{Kick, Kicked, Places, is_any_on, settle};
+use crate::obstacles::springs::Points;
 use crate::obstacles::{Contacts, Obstacles, PlaneColumn, Radii};
 use crate::scene::check::{
     check, check_bend, check_mass, check_not_negative, check_scene, check_vector, check_volume,
@@ -40,9 +40,8 @@ pub struct Model<R: Real> {
     /// The same in the order of slots: a mass for each, and its reciprocal three times.
     pub(crate) mass_column: Aligned<R>,
     pub(crate) inverse_mass_column: Aligned<R>,
-    /// The radius of each slot that counts against obstacles, metres; empty where none does.
-    radius_column: Aligned<R>,
-    largest_radius: R,
+    /// Radii against obstacles, metres: of each slot, empty where none counts, and the largest.
+    radii: (Aligned<R>, R),
     /// Contact points on springs.
     points: Points,
     pub(crate) fields: Fields<R>,
@@ -88,8 +87,7 @@ impl<R: Real> Model<R> {
             inverse_masses,
             mass_column: Aligned::default(),
             inverse_mass_column: Aligned::default(),
-            radius_column: Aligned::default(),
-            largest_radius: R::ZERO,
+            radii: (Aligned::default(), R::ZERO),
             points: Points::default(),
             fields: Fields {
                 gravity: R::Vec3::of(scene.world.gravity),
@@ -140,13 +138,12 @@ impl<R: Real> Model<R> {
 
     /// Updates the radii that count against obstacles for changed touches.
     pub(crate) fn renew_radii(&mut self) {
-        let (radii, largest) = self.touches.radii_at_obstacles(&self.slots);
-        (self.radius_column, self.largest_radius) = (radii, largest);
+        self.radii = self.touches.radii_at_obstacles(&self.slots);
     }
 
     /// The radii that count against obstacles.
     pub(crate) fn radii(&self) -> Radii<'_, R> {
-        Radii { column: &self.radius_column, largest: self.largest_radius }
+        Radii { column: &self.radii.0, largest: self.radii.1 }
     }
 
     /// Updates the columns for changed masses, pins and fields.
@@ -262,7 +259,6 @@ impl<R: Real> Model<R> {
         self.points.meet(&self.obstacles.solids, &self.springs, &mut bodies)
     }
 
-    /// What contact at the end of a substep needs.
     fn ending<'a>(
         &'a self,
         state: &'a mut Columns<R>,
@@ -556,8 +552,7 @@ impl<R: Real> Model<R> {
             inverse_masses: self.inverse_masses.iter().zip(&self.masses).map(reciprocal).collect(),
             mass_column: Aligned::default(),
             inverse_mass_column: Aligned::default(),
-            radius_column: Aligned::default(),
-            largest_radius: S::ZERO,
+            radii: (Aligned::default(), S::ZERO),
             points: Points::default(),
             fields: Fields {
                 gravity: vector(self.gravity()),

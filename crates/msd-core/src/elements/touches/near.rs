@@ -3,7 +3,9 @@
 //! It has all pairs closer than the sum of their radii and a skin, and serves until two particles
 //! can have come closer by more than that (after Verlet, 1967). What they all share of a motion
 //! wears it out by nothing: the box around all displacements is looked at first, and where that is
-//! too long, those around the displacements in cells that touch.
+//! too long, those around the displacements in cells that touch. Where particles drift by their
+//! velocities alone, the boxes around these are added up instead, as long as that leaves no doubt:
+//! a third of the numbers are read.
 
 use super::{PairLaw, Touches};
 use crate::columns::{LANES, RECORD, vector};
@@ -35,6 +37,13 @@ pub(crate) struct Near<R: Real> {
     /// How much closer they were at most at these positions, metres.
     worn: f64,
     since: Vec<R>,
+    /// The same between there and the last look, metres.
+    used: f64,
+    /// By how much a drift after the last look has brought two closer at most, metres; `None` where
+    /// there was none.
+    drift: Option<f64>,
+    /// Whether particles may have been moved otherwise since the last look.
+    is_disturbed: bool,
     /// Where the numbers of particles are, cell by cell, where each cell ends, and the cells that
     /// touch.
     cells: Vec<u32>,
@@ -42,10 +51,14 @@ pub(crate) struct Near<R: Real> {
     neighbours: Vec<[u32; 2]>,
     /// The displacements in each cell.
     boxes: Vec<Extent<R>>,
-    /// The records with particles that have a radius.
-    records: Vec<Record>,
+    /// Where the particles with a radius are.
+    records: Records,
     /// How far two particles come closer in a substep at most, metres.
     stride: f64,
+    /// Whether that is of a drift in this substep.
+    is_of_drift: bool,
+    /// Rounding of a drift, metres.
+    rounding: f64,
     grid: Grid,
 }
 
@@ -58,12 +71,19 @@ const WORN: f64 = 0.6;
 /// The width of the cells in which displacements are looked at, in those of the grid.
 const WIDTH: f64 = 4.0;
 
-/// A record with beads, and in which lanes they are.
-#[derive(Clone, Debug)]
-struct Record {
-    number: u32,
-    lanes: [bool; LANES],
-    is_full: bool,
+/// Where beads are.
+#[derive(Clone, Debug, Default)]
+struct Records {
+    /// The records full of beads, by number.
+    full: Vec<u32>,
+    /// Where the numbers of all others are in a column of vectors.
+    others: Vec<u32>,
+}
+
+impl Records {
+    fn is_empty(&self) -> bool {
+        self.full.is_empty() && self.others.is_empty()
+    }
 }
 
 /// The box around some vectors.
@@ -105,15 +125,28 @@ impl<R: Real> Near<R> {
     /// Discards the list: particles or laws are other ones.
     pub(crate) fn forget(&mut self) {
         self.from.clear();
-        self.records.clear();
+        self.records = Records::default();
     }
 
     /// The pairs that may touch at these positions.
     pub(crate) fn pairs(&mut self, level: Level, touches: &Touches, positions: &[R]) -> &[Pair<R>] {
-        if !self.holds(level, positions) && !self.serves_on(positions) {
+        if !self.follows() && !self.looks(level, positions) && !self.serves_on(positions) {
             self.list(touches, positions);
         }
+        (self.drift, self.is_disturbed) = (None, false);
         &self.pairs
+    }
+
+    /// Takes note of a drift of all particles by these velocities for so many seconds.
+    pub(crate) fn drift(&mut self, level: Level, velocities: &[R], h: f64) {
+        let fast = at_level!(level, _simd => spread(&self.records, velocities)).to_f64();
+        (self.stride, self.is_of_drift) = (h * Real::sqrt(fast), true);
+        self.drift = Some(self.stride + self.rounding);
+    }
+
+    /// Takes note that particles may be moved otherwise.
+    pub(crate) fn disturb(&mut self) {
+        (self.is_disturbed, self.is_of_drift) = (true, false);
     }
 
     /// Sees the pairs that may touch at these positions.
@@ -148,10 +181,34 @@ impl<R: Real> Near<R> {
 
     /// Whether the list is known to serve.
     fn holds(&self, level: Level, positions: &[R]) -> bool {
-        // Less than all that is left: what rounding is worth.
-        let most = R::of(0.99 * (self.skin - self.worn));
-        !self.from.is_empty()
-            && at_level!(level, _simd => wear(&self.records, &self.since, positions)) <= most * most
+        !self.from.is_empty() && self.displacement(level, positions) <= self.left()
+    }
+
+    /// How much of the skin is left, less what rounding is worth, metres.
+    fn left(&self) -> f64 {
+        0.99 * (self.skin - self.worn)
+    }
+
+    /// The diagonal of the box around all displacements, metres.
+    fn displacement(&self, level: Level, positions: &[R]) -> f64 {
+        let square = at_level!(level, _simd => wear(&self.records, &self.since, positions));
+        Real::sqrt(square.to_f64())
+    }
+
+    /// Whether the list is known to serve by the drifts since the last look.
+    fn follows(&mut self) -> bool {
+        let Some(drift) = self.drift.filter(|_| !self.is_disturbed) else { return false };
+        self.used += drift;
+        !self.from.is_empty() && self.used <= self.left()
+    }
+
+    /// Whether the list serves by a look at all displacements.
+    fn looks(&mut self, level: Level, positions: &[R]) -> bool {
+        if self.from.is_empty() {
+            return false;
+        }
+        self.used = self.displacement(level, positions);
+        self.used <= self.left()
     }
 
     /// Looks cell by cell by how much particles can have come closer; whether the list may serve
@@ -178,13 +235,16 @@ impl<R: Real> Near<R> {
         }
         self.worn = Real::sqrt(most.to_f64());
         self.since.copy_from_slice(positions);
+        self.used = 0.0;
         self.worn <= WORN * self.skin
     }
 
     fn list(&mut self, touches: &Touches, positions: &[R]) {
         let [_, reach] = touches.reaches();
         self.skin = (SKIN * reach).max(2.0 * self.stride).min(LARGEST_SKIN * reach);
-        self.worn = 0.0;
+        (self.worn, self.used) = (0.0, 0.0);
+        let farthest = positions.iter().fold(R::ZERO, |most, x| most.max(x.abs()));
+        self.rounding = 8.0 * (R::EPSILON * farthest).to_f64();
         for column in [&mut self.from, &mut self.since] {
             column.clear();
             column.extend_from_slice(positions);
@@ -248,9 +308,13 @@ impl<R: Real> Near<R> {
         if self.from.is_empty() {
             self.list(touches, positions);
         }
-        let fast = at_level!(level, _simd => spread(&self.records, velocities)).to_f64();
-        self.stride = h * Real::sqrt(fast);
         let [least, most] = touches.reaches();
+        // A slow drift has said enough of the next substep too.
+        let is_known = core::mem::take(&mut self.is_of_drift) && 2.0 * self.stride <= least;
+        if !is_known {
+            let fast = at_level!(level, _simd => spread(&self.records, velocities)).to_f64();
+            self.stride = h * Real::sqrt(fast);
+        }
         if self.stride <= least {
             return 0;
         }
@@ -284,72 +348,62 @@ fn passes(apart: glam::DVec3, way: glam::DVec3, reach: f64) -> bool {
 }
 
 /// The records with beads in them.
-fn records(touches: &Touches) -> Vec<Record> {
+fn records(touches: &Touches) -> Records {
     let mut at: Vec<u32> = touches.beads.iter().map(|bead| bead.at).collect();
     at.sort_unstable();
-    let mut records: Vec<Record> = Vec::new();
-    for at in at {
-        let number = at / RECORD as u32;
-        if records.last().is_none_or(|last| last.number != number) {
-            records.push(Record { number, lanes: [false; LANES], is_full: false });
+    let mut records = Records::default();
+    for of_one in at.chunk_by(|a, b| a / RECORD as u32 == b / RECORD as u32) {
+        let number = of_one[0] / RECORD as u32;
+        if of_one.len() == LANES {
+            records.full.push(number);
+        } else {
+            records.others.extend_from_slice(of_one);
         }
-        let last = records.last_mut().expect("one was pushed");
-        last.lanes[at as usize % RECORD] = true;
-        last.is_full = last.lanes == [true; LANES];
     }
     records
 }
 
 /// The square of the diagonal of the box around all displacements.
 #[inline(always)]
-fn wear<R: Real>(records: &[Record], from: &[R], to: &[R]) -> R {
-    let (from, to) = (from.as_chunks::<RECORD>().0, to.as_chunks::<RECORD>().0);
-    diagonal(records, |record| {
-        let (from, to) = (&from[record], &to[record]);
-        let mut ways = [R::ZERO; RECORD];
-        for i in 0..RECORD {
-            ways[i] = to[i] - from[i];
-        }
-        ways
-    })
+fn wear<R: Real>(records: &Records, from: &[R], to: &[R]) -> R {
+    diagonal::<R, true>(records, from, to)
 }
 
 /// The square of the diagonal of the box around all vectors of a column.
 #[inline(always)]
-fn spread<R: Real>(records: &[Record], column: &[R]) -> R {
-    let column = column.as_chunks::<RECORD>().0;
-    diagonal(records, |record| column[record])
+fn spread<R: Real>(records: &Records, column: &[R]) -> R {
+    diagonal::<R, false>(records, column, column)
 }
 
-/// The square of the diagonal of the box around the vectors of records.
+/// The square of the diagonal of the box around the vectors of a column, less those of another.
+///
+/// Axis by axis, so that the bounds of sixteen stay in registers. No closures: one that is not
+/// inlined is compiled for any processor.
 #[inline(always)]
-fn diagonal<R: Real>(records: &[Record], vectors: impl Fn(usize) -> [R; RECORD]) -> R {
-    let (mut low, mut high) = ([R::LARGEST; RECORD], [-R::LARGEST; RECORD]);
-    for record in records {
-        let mut here = vectors(record.number as usize);
-        if !record.is_full {
-            fill_blanks(&mut here, record);
-        }
-        for i in 0..RECORD {
-            low[i] = if here[i] < low[i] { here[i] } else { low[i] };
-            high[i] = if high[i] < here[i] { here[i] } else { high[i] };
-        }
-    }
+fn diagonal<R: Real, const LESS: bool>(records: &Records, from: &[R], to: &[R]) -> R {
     let mut square = R::ZERO;
-    for (low, high) in low.chunks(LANES).zip(high.chunks(LANES)) {
-        let low = low.iter().copied().fold(R::LARGEST, R::min);
-        let high = high.iter().copied().fold(-R::LARGEST, R::max);
-        square += (high - low) * (high - low);
+    for axis in 0..3 {
+        let (mut low, mut high) = ([R::LARGEST; LANES], [-R::LARGEST; LANES]);
+        for &record in &records.full {
+            let first = record as usize * RECORD + axis * LANES;
+            let to: &[R; LANES] = to[first..].first_chunk().expect("a row");
+            let from: &[R; LANES] = from[first..].first_chunk().expect("a row");
+            for lane in 0..LANES {
+                let here = if LESS { to[lane] - from[lane] } else { to[lane] };
+                low[lane] = if here < low[lane] { here } else { low[lane] };
+                high[lane] = if high[lane] < here { here } else { high[lane] };
+            }
+        }
+        let (mut least, mut most) = (R::LARGEST, -R::LARGEST);
+        for &at in &records.others {
+            let at = at as usize + axis * LANES;
+            let here = if LESS { to[at] - from[at] } else { to[at] };
+            (least, most) = (R::min(least, here), R::max(most, here));
+        }
+        for lane in 0..LANES {
+            (least, most) = (R::min(least, low[lane]), R::max(most, high[lane]));
+        }
+        square += (most - least) * (most - least);
     }
     square
-}
-
-/// Overwrites the vectors in lanes without a bead with one of a lane that has one.
-fn fill_blanks<R: Real>(vectors: &mut [R; RECORD], record: &Record) {
-    let bead = record.lanes.iter().position(|&is_bead| is_bead).unwrap_or(0);
-    for axis in vectors.as_chunks_mut::<LANES>().0 {
-        for lane in 0..LANES {
-            axis[lane] = if record.lanes[lane] { axis[lane] } else { axis[bead] };
-        }
-    }
 }

@@ -1,9 +1,9 @@
 //! Contact points on springs, for solids thinner than springs are long.
 //!
 //! Particles pass on both sides of a thin solid, and the springs between them through it. Where a
-//! solid asks for it ([`Solid::springs`]) it meets points on springs too. A point at a part s of the
-//! way from a to b moves as (1 − s) a + s b, and what pushes it is shared out to the ends by the
-//! same weights. So it meets a solid as a particle does, of the reciprocal mass
+//! solid asks for it ([`Solid::springs`]) it meets points on springs too. A point at a part s of
+//! the way from a to b moves as (1 − s) a + s b, and what pushes it is shared out to the ends by
+//! the same weights. So it meets a solid as a particle does, of the reciprocal mass
 //! (1 − s)²/m_a + s²/m_b: momentum and energy are those of any other contact.
 
 use super::contact::{Contacts, Evaluated, Span, Touch};
@@ -22,12 +22,12 @@ const MOST_POINTS: usize = 15;
 /// The springs with contact points, solid by solid.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Points {
-    rows: Vec<Row>,
+    rows: Vec<Strings>,
 }
 
 /// The springs that have points for a solid.
 #[derive(Clone, Debug)]
-struct Row {
+struct Strings {
     solid: usize,
     /// The longest of them, metres.
     longest: f64,
@@ -59,7 +59,7 @@ impl Points {
         let wanted = solids.iter().enumerate().filter(|(_, solid)| solid.springs);
         let row = |(number, solid): (usize, &Solid)| {
             let thickness = solid.shape.thickness();
-            let mut row = Row { solid: number, longest: 0.0, springs: Vec::new() };
+            let mut row = Strings { solid: number, longest: 0.0, springs: Vec::new() };
             for (spring, ends) in springs.present() {
                 let length = springs.rest_lengths()[spring].to_f64();
                 let count = count(length, thickness);
