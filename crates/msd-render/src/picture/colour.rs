@@ -48,8 +48,8 @@ pub fn strain_colour(strain: f32, full_scale: f32) -> [f32; 3] {
     between([RELAXED, half, full], strain.abs() / full_scale)
 }
 
-/// Returns the colour of a share of a full scale, such as an error or a speed: dark at 0, light from
-/// 1 on; sRGB components from 0 to 1. What is not a number is purple.
+/// Returns the colour of a share of a full scale, such as an error or a speed, sRGB components from
+/// 0 to 1: dark at 0, light from 1 on. What is not a number is purple.
 pub fn share_colour(share: f32) -> [f32; 3] {
     if share.is_nan() { BROKEN } else { between([LITTLE, SOME, MUCH], share) }
 }
