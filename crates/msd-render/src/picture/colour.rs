@@ -38,7 +38,7 @@ const MUCH: [f32; 3] = [0.99, 0.86, 0.36];
 /// red up to `full_scale` when stretched, ever more blue down to −`full_scale` when compressed.
 /// A strain or a scale that is not a number is purple; on a scale of zero any strain is full.
 pub fn strain_colour(strain: f32, full_scale: f32) -> [f32; 3] {
-    if strain.is_nan() || !(0.0 <= full_scale) {
+    if strain.is_nan() || full_scale.is_nan() || full_scale < 0.0 {
         return BROKEN;
     }
     let [half, full] = if strain < 0.0 { [PRESSED, COMPRESSED] } else { [PULLED, STRETCHED] };
@@ -48,8 +48,8 @@ pub fn strain_colour(strain: f32, full_scale: f32) -> [f32; 3] {
     between([RELAXED, half, full], strain.abs() / full_scale)
 }
 
-/// Returns the colour of a share of a full scale, such as an error or a speed: dark at 0, light from
-/// 1 on; sRGB components from 0 to 1. What is not a number is purple.
+/// Returns the colour of a share of a full scale, such as an error or a speed, sRGB components from
+/// 0 to 1: dark at 0, light from 1 on. What is not a number is purple.
 pub fn share_colour(share: f32) -> [f32; 3] {
     if share.is_nan() { BROKEN } else { between([LITTLE, SOME, MUCH], share) }
 }

@@ -7,7 +7,7 @@ use glam::camera::rh::{proj::directx, view::look_to_mat4};
 use glam::{Mat4, Vec3};
 use msd_core::{Real, Snapshot, Vector};
 
-/// A floor, and a wall along it, reach this many scene sizes, so that their rim is lost in the haze.
+/// A floor, and a wall along it, reach this many scene sizes: their rim is lost in the haze.
 const FLOOR_REACH: f32 = 40.0;
 /// A slope reaches this many scene sizes: it must not hide the sky.
 const SLOPE_REACH: f32 = 3.0;

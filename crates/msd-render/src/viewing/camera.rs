@@ -152,8 +152,8 @@ impl Camera {
         *self = self.usable();
     }
 
-    /// Turns up, about the target, until the eye is above a height, metres: of ground, say. A target
-    /// far below it stays where it is, and so does the eye then.
+    /// Turns up, about the target, until the eye is above a height, metres: of ground, say. Where
+    /// the target is too far below it for that, all stays as it is.
     pub fn rise_above(&mut self, height: f32) {
         *self = self.usable();
         let needed = (height - self.target.y) / self.distance + CLEARANCE;

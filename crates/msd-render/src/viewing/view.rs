@@ -43,7 +43,7 @@ pub struct Style {
     pub shadows: bool,
     /// Whether a legend of strain colours is drawn when springs are. Default true.
     pub legend: bool,
-    /// Strain that is shown in full red, and in full blue when compressed, 1; positive. Default 0.2.
+    /// Strain that is shown in full red, or in full blue if compressed, 1; positive. Default 0.2.
     pub strain_full_scale: f32,
     /// Radius of a particle, metres; 0 chooses by the rest lengths. Default 0.
     pub particle_radius: f32,

@@ -28,7 +28,7 @@ fn sunlight(world: vec3f, normal: vec3f, pixel: vec2f) -> f32 {
     var sum = 0.0;
     if FINE {
         // How far away what is in the way is, from a few places and distances: a shadow is sharp
-        // where it begins and soft far away, after Fernando, "Percentage-closer soft shadows", 2005.
+        // where it begins and soft far away (Fernando, Percentage-closer soft shadows, 2005).
         let turn = 6.2831853 * dither(pixel);
         let reach = globals.look.w * 0.06 / globals.shadow.z;
         var blocked = 0.0;
