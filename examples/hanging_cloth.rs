@@ -2,7 +2,7 @@
 
 use msd::core::glam::DVec3;
 use msd::core::{Material, Pin, Scene, Settings, shape};
-use msd::scene::{Loaded, Precision};
+use msd::scene::{Loaded, Precision, Viewpoint};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let material = Material { mass: 0.05, stiffness: 400.0, damping: 0.4 };
@@ -18,6 +18,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         settings: Settings { substeps: 12, ..Settings::default() },
         automatic: false,
         precision: Precision::F32,
+        camera: Viewpoint::default(),
         notes: Vec::new(),
         files: Vec::new(),
         made: Vec::new(),
