@@ -95,13 +95,15 @@ fn the_distance_of_a_twin_is_read_off_in_metres_and_seconds() {
 
 #[test]
 fn a_link_that_is_copied_says_so_and_one_that_cannot_be_says_why() {
-    let mut harness = harness("jelly", [1280.0, 800.0]);
+    // High enough that all of the left panel is in sight.
+    let size = [1280.0, 1000.0];
+    let mut harness = harness("jelly", size);
     click(&mut harness, Role::Button, "Copy link");
     assert!(harness.query_by_label("link copied").is_some());
     let mut unknown = loaded("jelly");
     unknown.title = "of another machine".into();
     let viewer = Viewer::new(unknown, catalogue()).expect("a valid scene");
-    let mut harness = harness_of(viewer, [1280.0, 800.0]);
+    let mut harness = harness_of(viewer, size);
     click(&mut harness, Role::Button, "Copy link");
     assert!(harness.query_by_label("it is not from a file").is_some());
     assert!(harness.query_by_label("link copied").is_none());

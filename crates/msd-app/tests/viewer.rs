@@ -249,11 +249,11 @@ fn the_gallery_offers_scenes_and_files_and_opens_what_is_clicked() {
     let wanted = harness.query_all_by_role(Role::Button).find(|node| {
         node.accesskit_node()
             .labelled_by()
-            .any(|label| label.value().as_deref() == Some("mattress"))
+            .any(|label| label.value().as_deref() == Some("drape"))
     });
     wanted.expect("a picture to click").click();
     harness.run_steps(3);
-    assert_eq!(harness.state().session.loaded().name, "mattress");
+    assert_eq!(harness.state().session.loaded().name, "drape");
     assert!(harness.state().gallery.is_none());
 }
 

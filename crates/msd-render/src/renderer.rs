@@ -193,7 +193,7 @@ impl Renderer {
         if let (Some(prepared), Some(area)) = (&self.prepared, area) {
             let encode = !self.format.is_srgb();
             let globals = Globals::new(&prepared.view, &prepared.light, area, encode);
-            let below = globals.from_below(&prepared.light);
+            let below = globals.seen_from_below(&prepared.light);
             for ((buffer, _), globals) in self.bindings.globals.iter().zip([globals, below]) {
                 prepared.queue.write_buffer(buffer, 0, bytemuck::bytes_of(&globals));
             }

@@ -70,7 +70,7 @@ impl Globals {
     }
 
     /// The same, with the map of the ground in place of that of the light: to draw it.
-    pub fn from_below(self, light: &Light) -> Self {
+    pub fn seen_from_below(self, light: &Light) -> Self {
         let DepthMap { direction, matrix, side, texel, depth } = light.ground;
         Self {
             light_projection: matrix,

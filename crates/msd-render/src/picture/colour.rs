@@ -82,7 +82,7 @@ pub(crate) fn bytes(colour: [f32; 3], opacity: f32) -> [u8; 4] {
 
 /// Mixes two colours: `a` at 0, `b` at 1.
 pub(crate) fn mix(a: [f32; 3], b: [f32; 3], share: f32) -> [f32; 3] {
-    std::array::from_fn(|part| a[part] + (b[part] - a[part]) * share)
+    std::array::from_fn(|part| a[part] * (1.0 - share) + b[part] * share)
 }
 
 #[cfg(test)]

@@ -124,7 +124,7 @@ impl Geometry {
     /// The colour of a particle by its shade; none where there are no shades.
     pub fn shade(&self, particle: u32) -> Option<[f32; 3]> {
         let shade = self.shades.get(particle as usize).copied();
-        shade.filter(|_| self.shades.len() == self.positions.len()).map(|s| share_colour(s))
+        shade.filter(|_| self.shades.len() == self.positions.len()).map(share_colour)
     }
 
     /// The position of a particle, or nothing if it cannot be drawn or does not exist.
