@@ -247,9 +247,7 @@ fn the_gallery_offers_scenes_and_files_and_opens_what_is_clicked() {
     assert_eq!(names.len(), catalogue().entries.len() + 1);
     assert!(names[names.len() - 1].ends_with("rope.toml"));
     let wanted = harness.query_all_by_role(Role::Button).find(|node| {
-        node.accesskit_node()
-            .labelled_by()
-            .any(|label| label.value().as_deref() == Some("drape"))
+        node.accesskit_node().labelled_by().any(|label| label.value().as_deref() == Some("drape"))
     });
     wanted.expect("a picture to click").click();
     harness.run_steps(3);
