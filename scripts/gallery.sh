@@ -16,7 +16,8 @@ moment() {
         drape) echo 3 ;;
         foam) echo 0.9 ;;
         jelly) echo 1.65 ;;
-        knot) echo 2 ;;
+        funnel) echo 0.6 ;;
+        knot) echo 0.4 ;;
         mattress) echo 1.5 ;;
         pile) echo 1.2 ;;
         snake) echo 2.5 ;;

@@ -106,23 +106,27 @@ struct Finish {
 }
 
 // The share of sunlight that comes through a body to a point of its surface, by how thick it is
-// there along the light.
-fn through(world: vec3f, normal: vec3f, translucency: f32) -> f32 {
+// there along the light; the same everywhere where pictures are to be cheap.
+fn through(world: vec3f, normal: vec3f, translucency: f32, pixel: vec2f) -> f32 {
     let inwards = world - normal * (2.0 * globals.shadow.x);
     let clip = globals.light_projection * vec4f(inwards, 1.0);
     let uv = vec2f(0.5 + 0.5 * clip.x, 0.5 - 0.5 * clip.y);
-    let layers = select(0, select(1, 4, FINE), translucency > 0.0 && globals.light.w > 0.5);
+    let layers = select(0, 8, FINE && translucency > 0.0 && globals.light.w > 0.5);
     var sum = 0.0;
-    for (var layer = 1; layer <= layers; layer++) {
-        let thickness = globals.look.w * 0.22 * f32(layer);
+    for (var layer = 0; layer < layers; layer++) {
+        // Elsewhere in its layer from pixel to pixel, and beside the point: no terraces.
+        let part = f32(layer) + 0.5 + dither(pixel + 17.0 * f32(layer));
+        let thickness = globals.look.w * 0.11 * part;
         let depth = clip.z - thickness / globals.shadow.z;
-        sum += textureSampleCompareLevel(shadow_map, shadow_sampler, uv, depth);
+        let beside = sunflower(f32(layer), 8.0, 6.2831853 * dither(pixel));
+        let at = uv + beside * (6.0 * globals.shadow.y);
+        sum += textureSampleCompareLevel(shadow_map, shadow_sampler, at, depth);
     }
-    return sum / f32(max(layers, 1)) * translucency;
+    return select(0.25, sum / 8.0, layers > 0) * translucency;
 }
 
 // Light from sky, ground and sun off a surface, linear.
-fn lit(finish: Finish, normal: vec3f, world: vec3f, sun: f32) -> vec3f {
+fn lit(finish: Finish, normal: vec3f, world: vec3f, sun: f32, pixel: vec2f) -> vec3f {
     let to_eye = normalize(globals.eye.xyz - world);
     let to_light = globals.light.xyz;
     let facing = dot(normal, to_light);
@@ -134,8 +138,10 @@ fn lit(finish: Finish, normal: vec3f, world: vec3f, sun: f32) -> vec3f {
     // Light that goes round inside: it wraps around the edge, and shines through thin parts.
     let wrap = 0.7 * finish.translucency;
     let diffuse = max((facing + wrap) / (1.0 + wrap), 0.0);
-    let inner = through(world, normal, finish.translucency) * (1.0 - max(facing, 0.0));
-    let sunny = diffuse * mix(sun, 1.0, 0.35 * wrap) + 0.75 * inner;
+    let inner = through(world, normal, finish.translucency, pixel) * (1.0 - max(facing, 0.0));
+    // What faces away is in its own shadow, which the map, pushed off the surface, shows with a rim.
+    let open = sun * smoothstep(0.0, 0.2, facing);
+    let sunny = diffuse * mix(open, 1.0, 0.35 * wrap) + 0.75 * inner;
     // Blinn's highlight, as bright in all as the sharper it is.
     let gloss = 1.0 - finish.roughness;
     let power = exp2(1.0 + 8.0 * gloss);

@@ -66,5 +66,5 @@ fn fs_main(in: Surface, @builtin(front_facing) front: bool) -> @location(0) vec4
     let albedo = own * (1.0 + strength * value) + max(value, 0.0) * 0.5 * strength * (1.0 - own);
     let finish = Finish(albedo, in.finish.x, in.finish.y, in.finish.z);
     let sun = sunlight(in.world, normal, in.clip.xy);
-    return shown(lit(finish, normal, in.world, sun), 1.0);
+    return shown(lit(finish, normal, in.world, sun, in.clip.xy), 1.0);
 }
