@@ -281,7 +281,7 @@ const tests = {
   },
 
   async 'the theme outlasts a reload'(page) {
-    await page.page.setViewportSize({ width: 960, height: 1000 });
+    await page.page.setViewportSize({ width: 960, height: 1200 });
     for (const light of [true, false]) {
       await page.go('#scene=chain');
       const { landmarks } = await page.until('panels', now => now.landmarks.light);
