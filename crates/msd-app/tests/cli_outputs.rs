@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{done, folder, json, msd, outcome, parse, quiet, refused, text};
+use common::{done, folder, json, msd, names, outcome, parse, quiet, refused, text};
 use std::ffi::OsStr;
 use std::fs::{self, Permissions};
 use std::os::unix::ffi::OsStrExt;
@@ -22,10 +22,6 @@ fn contents(folder: &Path) -> Vec<(String, Vec<u8>)> {
         .collect();
     found.sort();
     found
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    contents(folder).into_iter().map(|file| file.0).collect()
 }
 
 #[test]

@@ -2,17 +2,9 @@
 
 mod common;
 
-use common::{done, folder, json, msd, quiet, refused};
+use common::{done, folder, json, msd, names, quiet, refused};
 use std::fs;
 use std::path::Path;
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = folder.read_dir().expect("a folder").flatten();
-    let mut names: Vec<String> =
-        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
-}
 
 fn word(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"))

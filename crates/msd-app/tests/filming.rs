@@ -1,9 +1,11 @@
 //! A film from the window: what the timeline holds, written on a thread while the run goes on.
 #![cfg(feature = "window")]
 
+mod common;
 #[path = "common/frames.rs"]
 mod frames;
 
+use common::names;
 use frames::FRAME;
 use msd_app::viewer::{Command, FilmFormat, Viewer, catalogue};
 use msd_render::{Gpu, View, render_image};
@@ -48,14 +50,6 @@ fn wait(viewer: &mut Viewer) -> String {
         std::thread::sleep(Duration::from_millis(5));
     }
     viewer.note.clone().expect("what came of it")
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = folder.read_dir().expect("a folder").flatten();
-    let mut names: Vec<String> =
-        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
 }
 
 #[test]

@@ -66,3 +66,12 @@ pub fn parse(text: &str) -> Value {
 pub fn folder() -> TempDir {
     tempfile::tempdir().expect("a folder")
 }
+
+/// The names of what is in a folder, in order.
+pub fn names(folder: &Path) -> Vec<String> {
+    let entries = folder.read_dir().expect("a folder").flatten();
+    let mut names: Vec<String> =
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}

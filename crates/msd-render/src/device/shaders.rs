@@ -47,5 +47,5 @@ pub const ALL: [(&str, &str); 7] = [
 /// A source for a quality, complete in itself.
 pub fn source(text: &str, quality: Quality) -> String {
     let fine = quality == Quality::Full;
-    format!("const FINE: bool = {fine};\nconst GRID: bool = {fine};\n{text}")
+    format!("const FINE: bool = {fine};\n{text}")
 }

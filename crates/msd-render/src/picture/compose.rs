@@ -23,8 +23,9 @@ pub(crate) fn set_geometry<R: Real>(
     if view.style.surfaces {
         surfaces::add_surfaces(geometry, snapshot, limit);
     }
-    marks::add_springs(geometry, snapshot, view);
-    marks::add_particles(geometry, snapshot, view);
+    let balls = marks::balls(geometry, snapshot);
+    marks::add_springs(geometry, snapshot, (view, &balls));
+    marks::add_particles(geometry, snapshot, (view, &balls));
     if view.style.wireframe {
         surfaces::add_wireframe(geometry, snapshot, view);
     }

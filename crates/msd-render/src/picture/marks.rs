@@ -4,7 +4,7 @@ use crate::math::is_drawable;
 use crate::picture::colour::{body_colour, bytes, mix, strain_colour};
 use crate::picture::geometry::{Geometry, Line, Point, owners};
 use crate::viewing::view::View;
-use msd_core::{Body, Real, Snapshot, Touch, Vector};
+use msd_core::{Body, Real, Snapshot, Vector};
 
 /// Colour of what belongs to no body.
 const NEUTRAL: [f32; 3] = [0.45, 0.47, 0.52];
@@ -30,24 +30,34 @@ fn own_colour(owner: Option<u32>, bodies: &[Body]) -> [f32; 3] {
     body.map_or(NEUTRAL, |(index, body)| body_colour(index, body))
 }
 
-/// The radius in which each particle is drawn, metres: that in which it touches others, if it does.
-fn radii<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) -> Vec<f32> {
-    let mut radii = vec![geometry.particle_radius; geometry.positions.len()];
+/// A particle as a ball.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ball {
+    /// The radius in which it is drawn, metres: that in which it touches others, if it does.
+    radius: f32,
+    /// Whether obstacles meet it at that radius, not its middle.
+    is_met: bool,
+}
+
+impl Ball {
+    /// By how much it is sunk into what it lies on where it is drawn in a radius, metres.
+    fn sunk(self, radius: f32) -> f32 {
+        if self.is_met { 0.0 } else { radius }
+    }
+}
+
+/// All particles as balls.
+pub(crate) fn balls<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) -> Vec<Ball> {
+    let ball = Ball { radius: geometry.particle_radius, is_met: false };
+    let mut balls = vec![ball; geometry.positions.len()];
     for touch in snapshot.touches {
         for &particle in &touch.particles {
-            if let Some(radius) = radii.get_mut(particle) {
-                *radius = touch.radius as f32;
+            if let Some(ball) = balls.get_mut(particle) {
+                *ball = Ball { radius: touch.radius as f32, is_met: touch.obstacles };
             }
         }
     }
-    radii
-}
-
-/// The radius by which a ball is sunk into what it lies on, metres: all of it, unless obstacles
-/// meet the ball instead of its middle.
-fn sunk<R: Real>(snapshot: &Snapshot<'_, R>, particle: usize, radius: f32) -> f32 {
-    let meets = |touch: &Touch| touch.obstacles && touch.particles.binary_search(&particle).is_ok();
-    if snapshot.touches.iter().any(meets) { 0.0 } else { radius }
+    balls
 }
 
 /// A rod between balls of this part of their radius, where nothing touches.
@@ -59,7 +69,7 @@ const ROD: f32 = 0.45;
 pub(crate) fn add_springs<R: Real>(
     geometry: &mut Geometry,
     snapshot: &Snapshot<'_, R>,
-    view: &View,
+    (view, balls): (&View, &[Ball]),
 ) {
     let style = &view.style;
     (geometry.casting_lines, geometry.rods) = (0, 0);
@@ -67,14 +77,10 @@ pub(crate) fn add_springs<R: Real>(
         return;
     }
     let owners = owners(snapshot.bodies.iter().map(|body| &body.springs), snapshot.ends.len());
-    let radii = radii(geometry, snapshot);
-    let rod = |end: u32| match radii.get(end as usize).copied().unwrap_or_default() {
-        radius if radius == geometry.particle_radius => ROD * radius,
+    let ball_radius = geometry.particle_radius;
+    let rod = |end: u32| match balls.get(end as usize).map_or(0.0, |ball| ball.radius) {
+        radius if radius == ball_radius => ROD * radius,
         radius => radius,
-    };
-    let rods: Vec<f32> = match style.springs {
-        true => Vec::new(),
-        false => snapshot.ends.iter().map(|&[a, b]| rod(a).min(rod(b))).collect(),
     };
     for covered in [false, true] {
         if covered && !style.springs {
@@ -86,6 +92,7 @@ pub(crate) fn add_springs<R: Real>(
                 continue;
             }
             let shades = [a, b].map(|end| geometry.shade(end));
+            let radius = if style.springs { 0.0 } else { rod(a).min(rod(b)) };
             let (Some(a), Some(b)) = (geometry.drawable(a), geometry.drawable(b)) else { continue };
             let rest = snapshot.rest_lengths.get(spring).map_or(0.0, |rest| rest.to_f64() as f32);
             let (colour, width) = if style.springs {
@@ -98,7 +105,6 @@ pub(crate) fn add_springs<R: Real>(
                 };
                 (own, style.line_pixels() * 1.5)
             };
-            let radius = rods.get(spring).copied().unwrap_or(0.0);
             let bias = if covered { SPRING_BIAS } else { 0.0 };
             let colour = bytes(colour, 1.0);
             geometry.lines.push(Line { a, width, b, bias, colour, radius });
@@ -114,12 +120,11 @@ pub(crate) fn add_springs<R: Real>(
 pub(crate) fn add_particles<R: Real>(
     geometry: &mut Geometry,
     snapshot: &Snapshot<'_, R>,
-    view: &View,
+    (view, balls): (&View, &[Ball]),
 ) {
     let style = &view.style;
     let count = geometry.positions.len();
     let owners = owners(snapshot.bodies.iter().map(|body| &body.particles), count);
-    let radii = radii(geometry, snapshot);
     geometry.ball_radius = 0.0;
     for covered in [false, true] {
         for (particle, &owner) in owners.iter().enumerate() {
@@ -130,18 +135,19 @@ pub(crate) fn add_particles<R: Real>(
             let shade = geometry.shade(particle as u32);
             let pinned = snapshot.inverse_masses.get(particle).is_some_and(|&w| w == R::ZERO);
             let bare = style.surfaces && !covered;
-            let radius = if bare { radii[particle] } else { geometry.particle_radius };
+            let ball = balls[particle];
+            let radius = if bare { ball.radius } else { geometry.particle_radius };
             if pinned && style.pins {
                 let radius = (2.0 * geometry.particle_radius).max(1.4 * radius);
                 let colour = bytes(PIN, 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 1.0 });
             } else if style.particles {
-                geometry.ball_radius = geometry.ball_radius.max(sunk(snapshot, particle, radius));
+                geometry.ball_radius = geometry.ball_radius.max(ball.sunk(radius));
                 let own = mix(PARTICLE, own_colour(owner, snapshot.bodies), 0.25);
                 let colour = bytes(shade.unwrap_or(own), 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
             } else if bare {
-                geometry.ball_radius = geometry.ball_radius.max(sunk(snapshot, particle, radius));
+                geometry.ball_radius = geometry.ball_radius.max(ball.sunk(radius));
                 let colour = bytes(shade.unwrap_or(own_colour(owner, snapshot.bodies)), 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 0.0 });
             }

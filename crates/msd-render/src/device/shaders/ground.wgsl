@@ -62,7 +62,7 @@ fn present(in: Ground) -> f32 {
 @fragment
 fn fs_front(in: Ground) -> @location(0) vec4f {
     var line = 0.0;
-    if GRID {
+    if FINE {
         line = grid(in.along, fwidth(in.along)) * globals.look.y;
     }
     let is_floor = in.normal.y > 0.95;
