@@ -94,3 +94,19 @@ pub fn set_vector<R: Real>(column: &mut [R], at: usize, value: R::Vec3) {
 pub fn single(at: usize) -> usize {
     at / RECORD * LANES + at % LANES
 }
+
+/// The number of a particle, by its place in the columns of vectors, in a column of a number for
+/// each slot; 0 where that is empty.
+#[inline(always)]
+pub(crate) fn single_of<R: Real>(column: &[R], at: usize) -> R {
+    column.get(single(at)).map_or(R::ZERO, |&number| number)
+}
+
+/// The numbers of a record in such a column.
+#[inline(always)]
+pub(crate) fn singles_of<R: Real>(column: &[R], record: usize) -> [R; LANES] {
+    match column {
+        [] => [R::ZERO; LANES],
+        all => *all[record * LANES..].first_chunk().expect("a record"),
+    }
+}

@@ -3,7 +3,7 @@
 //! An obstacle knows the gap of a point; that of a particle is less by its radius.
 
 use crate::columns::threads::split_singles;
-use crate::columns::{LANES, single};
+use crate::columns::{LANES, single_of, singles_of};
 use crate::number::Real;
 
 /// The radii of particles.
@@ -24,15 +24,12 @@ impl<R: Real> Radii<'_, R> {
     /// That of a particle by its place in the columns of vectors, metres.
     #[inline(always)]
     pub(crate) fn at(&self, place: usize) -> R {
-        self.column.get(single(place)).map_or(R::ZERO, |&radius| radius)
+        single_of(self.column, place)
     }
 
     /// Those of a record.
     #[inline(always)]
     pub(super) fn of_record(&self, record: usize) -> [R; LANES] {
-        match self.column {
-            [] => [R::ZERO; LANES],
-            all => *all[record * LANES..].first_chunk().expect("a record"),
-        }
+        singles_of(self.column, record)
     }
 }

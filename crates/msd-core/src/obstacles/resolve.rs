@@ -4,7 +4,7 @@
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
-use crate::columns::{LANES, RECORD, single};
+use crate::columns::{LANES, RECORD, single, single_of, singles_of};
 use crate::number::{Real, Vector, at_level};
 use core::ops::{Add, Range};
 use fearless_simd::Level;
@@ -272,10 +272,6 @@ impl<R: Real> Batch<R> {
     fn of_record(bodies: &Bodies<'_, R>, record: usize) -> Self {
         let at = record * RECORD;
         let of = |column: &[R]| *column[at..].first_chunk().expect("a record");
-        let singles_of = |column: &[R]| match column {
-            [] => [R::ZERO; LANES],
-            all => *all[record * LANES..].first_chunk().expect("a record"),
-        };
         Batch {
             count: LANES,
             places: core::array::from_fn(|lane| at + lane),
@@ -284,8 +280,8 @@ impl<R: Real> Batch<R> {
             starts: bodies.substep.starts.map_or([R::ZERO; RECORD], of),
             pulls: of(bodies.forces),
             inverse_masses: *bodies.inverse_masses[at..].first_chunk().expect("a record"),
-            masses: singles_of(bodies.masses),
-            stiffnesses: singles_of(bodies.stiffnesses),
+            masses: singles_of(bodies.masses, record),
+            stiffnesses: singles_of(bodies.stiffnesses, record),
             radii: bodies.radii.of_record(record),
         }
     }
@@ -302,7 +298,7 @@ impl<R: Real> Batch<R> {
         }
         self.inverse_masses[lane] = bodies.inverse_masses[at];
         self.masses[lane] = bodies.masses[single(at)];
-        self.stiffnesses[lane] = bodies.stiffnesses.get(single(at)).map_or(R::ZERO, |&k| k);
+        self.stiffnesses[lane] = single_of(bodies.stiffnesses, at);
         self.radii[lane] = bodies.radii.at(at);
         self.places[lane] = at;
         self.count += 1;

@@ -22,11 +22,9 @@ use fearless_simd::Level;
 /// A state that has just been kicked: v' = v + a t.
 #[derive(Debug)]
 pub(crate) struct Kicked<'a, R> {
-    /// Masses, a number for each slot, and their reciprocals, three for each.
+    /// Masses, a number for each slot.
     pub(crate) masses: &'a [R],
-    pub(crate) inverse_masses: &'a [R],
-    pub(crate) radii: Radii<'a, R>,
-    pub(crate) positions: &'a [R],
+    pub(crate) places: Places<'a, R>,
     /// The velocities v'.
     pub(crate) velocities: &'a mut [R],
     /// The accelerations a.
@@ -49,28 +47,21 @@ pub(crate) struct Kick<R> {
 
 impl<R: Real> Split for Kicked<'_, R> {
     fn numbers(&self) -> usize {
-        self.positions.len()
+        self.places.numbers()
     }
     fn split(self, numbers: usize) -> (Self, Self) {
         let (low_masses, masses) = split_singles(self.masses, numbers);
-        let (low_radii, radii) = self.radii.split(numbers);
-        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
-        let (low_positions, positions) = self.positions.split_at(numbers);
+        let (low_places, places) = self.places.split(numbers);
         let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
         let (low_accelerations, accelerations) = self.accelerations.split_at(numbers);
         let low = Kicked {
             masses: low_masses,
-            inverse_masses: low_inverse_masses,
-            radii: low_radii,
-            positions: low_positions,
+            places: low_places,
             velocities: low_velocities,
             accelerations: low_accelerations,
             kick: self.kick,
         };
-        (
-            low,
-            Kicked { masses, inverse_masses, radii, positions, velocities, accelerations, ..self },
-        )
+        (low, Kicked { masses, places, velocities, accelerations, ..self })
     }
 }
 
@@ -78,6 +69,7 @@ impl<R: Real> Split for Kicked<'_, R> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Places<'a, R> {
     pub(crate) positions: &'a [R],
+    /// The reciprocals of their masses, three for each slot.
     pub(crate) inverse_masses: &'a [R],
     pub(crate) radii: Radii<'a, R>,
 }
@@ -257,10 +249,10 @@ pub(crate) fn settle<R: Real>(
 #[inline(always)]
 fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) -> Contacts {
     let mut contacts = Contacts::default();
-    for record in 0..kicked.positions.len() / RECORD {
-        let positions = kicked.positions;
+    for record in 0..kicked.places.positions.len() / RECORD {
+        let positions = kicked.places.positions;
         let x: &[R; RECORD] = positions[record * RECORD..].first_chunk().expect("a record");
-        let radii = kicked.radii.of_record(record);
+        let radii = kicked.places.radii.of_record(record);
         let mut counts = [0; LANES];
         for plane in &obstacles.planes {
             for (lane, count) in counts.iter_mut().enumerate() {
@@ -281,9 +273,9 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
     }
     for solid in &obstacles.solids {
         let time = kicked.kick.time;
-        let ball = Ball::<R>::new(solid, time, kicked.radii.largest);
+        let ball = Ball::<R>::new(solid, time, kicked.places.radii.largest);
         let placed = Placed::new(solid, time);
-        let records = kicked.positions.as_chunks::<RECORD>().0;
+        let records = kicked.places.positions.as_chunks::<RECORD>().0;
         for (block, some) in records.chunks(TOGETHER).enumerate() {
             if !ball.may_hold_any(some) {
                 continue;
@@ -311,9 +303,9 @@ fn settle_on_plane<R: Real>(
     let (normal, law) = (plane.normal.components(), kick.law(plane.law));
     let of = |column: &[R]| -> [R; RECORD] { *column[at..].first_chunk().expect("a record") };
     let (mut v, a, w) =
-        (of(kicked.velocities), of(kicked.accelerations), of(kicked.inverse_masses));
+        (of(kicked.velocities), of(kicked.accelerations), of(kicked.places.inverse_masses));
     let (mut lie, mut taken) = ([false; LANES], [R::ZERO; LANES]);
-    let radii = kicked.radii.of_record(record);
+    let radii = kicked.places.radii.of_record(record);
     for lane in 0..LANES {
         let is_on = is_on(plane, lane_of(x, lane), radii[lane]);
         let on = is_on & (counts[lane] == 1) & (w[lane] != R::ZERO);
@@ -343,12 +335,13 @@ fn settle_in_corner<R: Real>(
     contacts: &mut Contacts,
 ) {
     let (at, kick) = (record * RECORD, kicked.kick);
-    if kicked.inverse_masses[at + lane] == R::ZERO {
+    if kicked.places.inverse_masses[at + lane] == R::ZERO {
         return;
     }
     let of = |column: &[R]| vector::<R>(column, at + lane).components();
-    let (x, kicked_to, a) = (of(kicked.positions), of(kicked.velocities), of(kicked.accelerations));
-    let radius = kicked.radii.at(at + lane);
+    let (x, kicked_to, a) =
+        (of(kicked.places.positions), of(kicked.velocities), of(kicked.accelerations));
+    let radius = kicked.places.radii.at(at + lane);
     let start: [R; 3] = core::array::from_fn(|axis| kicked_to[axis] - a[axis] * kick.length);
     let limit = (kick.substep + kick.substep) * dot(a, a).sqrt();
     let mut v = kicked_to;
@@ -420,10 +413,10 @@ fn settle_on_curved<R: Real>(
     let (at, kick) = (record * RECORD, kicked.kick);
     let law = kick.law(obstacle.law());
     for lane in lanes(near) {
-        if kicked.inverse_masses[at + lane] == R::ZERO {
+        if kicked.places.inverse_masses[at + lane] == R::ZERO {
             continue;
         }
-        let place = (lane_of(x, lane), kicked.radii.at(at + lane));
+        let place = (lane_of(x, lane), kicked.places.radii.at(at + lane));
         let Some(normal) = on_curved(obstacle, place, kick.time) else { continue };
         let position = R::Vec3::from_components(place.0);
         let surface = obstacle.velocity(position, kick.time).components();

@@ -10,7 +10,7 @@ use super::contact::{Contacts, Evaluated, Span, Touch};
 use super::resolve::{Bodies, meet_surface};
 use super::{Ball, Placed};
 use crate::columns::slots::Slots;
-use crate::columns::{RECORD, set_vector, single, vector};
+use crate::columns::{RECORD, set_vector, single_of, vector};
 use crate::elements::springs::Springs;
 use crate::number::{Real, Vector};
 use crate::scene::Solid;
@@ -155,8 +155,7 @@ impl<R: Real> Point<R> {
             None => position - (velocity - pull * substep.lag) * substep.h,
         };
         let stiffness = {
-            let of = |at: usize| bodies.stiffnesses.get(single(at)).map_or(R::ZERO, |&k| k);
-            let [a, b] = self.at.map(of);
+            let [a, b] = self.at.map(|at| single_of(bodies.stiffnesses, at));
             (a * first + b * last) * inverse_mass
         };
         let touch = Touch {

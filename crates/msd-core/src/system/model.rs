@@ -285,9 +285,11 @@ impl<R: Real> Model<R> {
         (positions, are_far): (&[R], bool),
         time: f64,
     ) -> bool {
-        let inverse_masses = &*self.inverse_mass_column;
-        let places = Places { positions, inverse_masses, radii: self.radii() };
-        is_any_on(level, &self.obstacles, places, (time, are_far))
+        is_any_on(level, &self.obstacles, self.places(positions), (time, are_far))
+    }
+
+    fn places<'a>(&'a self, positions: &'a [R]) -> Places<'a, R> {
+        Places { positions, inverse_masses: &self.inverse_mass_column, radii: self.radii() }
     }
 
     /// Holds the particles that lie on an obstacle after a kick with these accelerations.
@@ -298,10 +300,8 @@ impl<R: Real> Model<R> {
         accelerations: &[R],
         kick: Kick<R>,
     ) -> Contacts {
-        let (masses, inverse_masses) = (&*self.mass_column, &*self.inverse_mass_column);
-        let radii = self.radii();
-        let kicked =
-            Kicked { masses, inverse_masses, radii, positions, velocities, accelerations, kick };
+        let (masses, places) = (&*self.mass_column, self.places(positions));
+        let kicked = Kicked { masses, places, velocities, accelerations, kick };
         settle(level, &self.obstacles, kicked)
     }
 
