@@ -11,11 +11,15 @@ use crate::number::Real;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::{Deref, DerefMut};
+use fearless_simd::{Simd, SimdBase};
 
 /// Particles in a record.
 pub const LANES: usize = 16;
 /// Numbers in a record of vectors.
 pub const RECORD: usize = 3 * LANES;
+
+/// A register of at most sixteen numbers.
+pub(crate) type Pack<S, R> = <R as fearless_simd::SimdFloatElement>::Native<S>;
 
 /// Bytes of a cache line, and of a page.
 const LINE: usize = 64;
@@ -108,5 +112,23 @@ pub(crate) fn singles_of<R: Real>(column: &[R], record: usize) -> [R; LANES] {
     match column {
         [] => [R::ZERO; LANES],
         all => *all[record * LANES..].first_chunk().expect("a record"),
+    }
+}
+
+/// A part of the vectors of the first record of a column, axis by axis.
+#[inline(always)]
+pub(crate) fn load<S: Simd, V: SimdBase<S>>(simd: S, from: &[V::Element], part: usize) -> [V; 3] {
+    let record: &[V::Element; RECORD] = from.first_chunk().expect("a record");
+    let column = |c: usize| V::from_slice(simd, &record[c + part..c + part + V::LEN]);
+    [column(0), column(LANES), column(2 * LANES)]
+}
+
+/// Overwrites such a part.
+#[inline(always)]
+pub(crate) fn store<S: Simd, V: SimdBase<S>>(values: [V; 3], to: &mut [V::Element], part: usize) {
+    let record: &mut [V::Element; RECORD] = to.first_chunk_mut().expect("a record");
+    for (axis, value) in values.into_iter().enumerate() {
+        let at = axis * LANES + part;
+        value.store_slice(&mut record[at..at + V::LEN]);
     }
 }

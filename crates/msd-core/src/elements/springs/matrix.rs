@@ -7,11 +7,9 @@
 use super::Springs;
 use super::gather::{GATHERED, QUAD};
 use super::layout::{Band, Layout, POINT, Row};
-use super::sweep::{
-    Pack, add_column, add_to_quads, columns_of, load, motion, set_points, store, values, zip,
-};
+use super::sweep::{add_column, add_to_quads, columns_of, motion, set_points, values, zip};
 use crate::columns::slots::Slots;
-use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
+use crate::columns::{Aligned, LANES, Pack, RECORD, load, set_vector, store, vector};
 use crate::elements::Motion;
 use crate::number::{Real, Vector, at_level};
 use alloc::vec::Vec;

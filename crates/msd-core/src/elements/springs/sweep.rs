@@ -3,13 +3,10 @@
 use super::gather::{GATHERED, NEAR_BYTES, QUAD, prefetch};
 use super::law::Law;
 use super::layout::{Band, Extra, Layout, POINT, Piece, Row};
-use crate::columns::{LANES, RECORD, single};
+use crate::columns::{LANES, Pack, RECORD, load, single, store};
 use crate::number::Real;
 use core::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
-
-/// A register of at most sixteen numbers.
-pub(super) type Pack<S, R> = <R as fearless_simd::SimdFloatElement>::Native<S>;
 
 /// Input of a sweep: a motion, and the numbers of rows in sixteens.
 #[derive(Clone, Copy)]
@@ -34,22 +31,6 @@ pub(crate) struct Sums<'a, R> {
     pub(crate) later: &'a mut [R],
     /// Positions and velocities by particle, where a block has no segments.
     pub(crate) points: &'a mut [R],
-}
-
-#[inline(always)]
-pub(super) fn load<S: Simd, V: SimdBase<S>>(simd: S, from: &[V::Element], part: usize) -> [V; 3] {
-    let record: &[V::Element; RECORD] = from.first_chunk().expect("a record");
-    let column = |c: usize| V::from_slice(simd, &record[c + part..c + part + V::LEN]);
-    [column(0), column(LANES), column(2 * LANES)]
-}
-
-#[inline(always)]
-pub(super) fn store<S: Simd, V: SimdBase<S>>(values: [V; 3], to: &mut [V::Element], part: usize) {
-    let record: &mut [V::Element; RECORD] = to.first_chunk_mut().expect("a record");
-    for (axis, value) in values.into_iter().enumerate() {
-        let at = axis * LANES + part;
-        value.store_slice(&mut record[at..at + V::LEN]);
-    }
 }
 
 #[inline(always)]

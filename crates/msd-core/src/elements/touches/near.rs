@@ -8,14 +8,14 @@
 //! a third of the numbers are read.
 
 use super::{PairLaw, Touches};
-use crate::columns::{LANES, RECORD, vector};
+use crate::columns::{LANES, Pack, RECORD, load, store, vector};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::number::{Real, Vector, at_level};
 use crate::scene::touch::check_pairs;
 use alloc::vec::Vec;
 use core::convert::Infallible;
-use fearless_simd::Level;
+use fearless_simd::{Level, Select, Simd, SimdBase};
 
 /// A pair that may touch.
 #[derive(Clone, Copy, Debug)]
@@ -139,7 +139,7 @@ impl<R: Real> Near<R> {
 
     /// Takes note of a drift of all particles by these velocities for so many seconds.
     pub(crate) fn drift(&mut self, level: Level, velocities: &[R], h: f64) {
-        let fast = at_level!(level, _simd => spread(&self.records, velocities)).to_f64();
+        let fast = at_level!(level, simd => spread(simd, &self.records, velocities)).to_f64();
         (self.stride, self.is_of_drift) = (h * Real::sqrt(fast), true);
         self.drift = Some(self.stride + self.rounding);
     }
@@ -191,7 +191,7 @@ impl<R: Real> Near<R> {
 
     /// The diagonal of the box around all displacements, metres.
     fn displacement(&self, level: Level, positions: &[R]) -> f64 {
-        let square = at_level!(level, _simd => wear(&self.records, &self.since, positions));
+        let square = at_level!(level, simd => wear(simd, &self.records, &self.since, positions));
         Real::sqrt(square.to_f64())
     }
 
@@ -312,7 +312,7 @@ impl<R: Real> Near<R> {
         // A slow drift has said enough of the next substep too.
         let is_known = core::mem::take(&mut self.is_of_drift) && 2.0 * self.stride <= least;
         if !is_known {
-            let fast = at_level!(level, _simd => spread(&self.records, velocities)).to_f64();
+            let fast = at_level!(level, simd => spread(simd, &self.records, velocities)).to_f64();
             self.stride = h * Real::sqrt(fast);
         }
         if self.stride <= least {
@@ -365,45 +365,55 @@ fn records(touches: &Touches) -> Records {
 
 /// The square of the diagonal of the box around all displacements.
 #[inline(always)]
-fn wear<R: Real>(records: &Records, from: &[R], to: &[R]) -> R {
-    diagonal::<R, true>(records, from, to)
+fn wear<S: Simd, R: Real>(simd: S, records: &Records, from: &[R], to: &[R]) -> R {
+    diagonal::<S, R, true>(simd, records, from, to)
 }
 
 /// The square of the diagonal of the box around all vectors of a column.
 #[inline(always)]
-fn spread<R: Real>(records: &Records, column: &[R]) -> R {
-    diagonal::<R, false>(records, column, column)
+fn spread<S: Simd, R: Real>(simd: S, records: &Records, column: &[R]) -> R {
+    diagonal::<S, R, false>(simd, records, column, column)
 }
 
 /// The square of the diagonal of the box around the vectors of a column, less those of another.
 ///
-/// Axis by axis, so that the bounds of sixteen stay in registers. No closures: one that is not
-/// inlined is compiled for any processor.
+/// In registers by name: the compiler makes such bounds of arrays one number at a time.
 #[inline(always)]
-fn diagonal<R: Real, const LESS: bool>(records: &Records, from: &[R], to: &[R]) -> R {
-    let mut square = R::ZERO;
-    for axis in 0..3 {
-        let (mut low, mut high) = ([R::LARGEST; LANES], [-R::LARGEST; LANES]);
+fn diagonal<S: Simd, R: Real, const LESS: bool>(
+    simd: S,
+    records: &Records,
+    from: &[R],
+    to: &[R],
+) -> R {
+    let mut extent = Extent::default();
+    for &at in &records.others {
+        let here = vector::<R>(to, at as usize);
+        extent.add(if LESS { here - vector::<R>(from, at as usize) } else { here });
+    }
+    let lanes = Pack::<S, R>::LEN;
+    for part in (0..LANES).step_by(lanes) {
+        let mut low = [Pack::<S, R>::splat(simd, R::LARGEST); 3];
+        let mut high = [Pack::<S, R>::splat(simd, -R::LARGEST); 3];
         for &record in &records.full {
-            let first = record as usize * RECORD + axis * LANES;
-            let to: &[R; LANES] = to[first..].first_chunk().expect("a row");
-            let from: &[R; LANES] = from[first..].first_chunk().expect("a row");
-            for lane in 0..LANES {
-                let here = if LESS { to[lane] - from[lane] } else { to[lane] };
-                low[lane] = if here < low[lane] { here } else { low[lane] };
-                high[lane] = if high[lane] < here { here } else { high[lane] };
+            let first = record as usize * RECORD;
+            let mut here: [Pack<S, R>; 3] = load(simd, &to[first..], part);
+            let there: [Pack<S, R>; 3] =
+                if LESS { load(simd, &from[first..], part) } else { here };
+            for axis in 0..3 {
+                if LESS {
+                    here[axis] = here[axis] - there[axis];
+                }
+                low[axis] = here[axis].simd_lt(low[axis]).select(here[axis], low[axis]);
+                high[axis] = high[axis].simd_lt(here[axis]).select(here[axis], high[axis]);
             }
         }
-        let (mut least, mut most) = (R::LARGEST, -R::LARGEST);
-        for &at in &records.others {
-            let at = at as usize + axis * LANES;
-            let here = if LESS { to[at] - from[at] } else { to[at] };
-            (least, most) = (R::min(least, here), R::max(most, here));
+        let mut bounds = [[R::ZERO; RECORD]; 2];
+        store(low, &mut bounds[0], 0);
+        store(high, &mut bounds[1], 0);
+        for lane in 0..lanes {
+            let [low, high] = bounds.each_ref().map(|bounds| vector::<R>(bounds, lane));
+            extent = extent.with(Extent { low, high });
         }
-        for lane in 0..LANES {
-            (least, most) = (R::min(least, low[lane]), R::max(most, high[lane]));
-        }
-        square += (most - least) * (most - least);
     }
-    square
+    extent.diagonal()
 }
