@@ -492,3 +492,35 @@ fn rows_that_are_set_are_those_of_a_scene_that_has_them() {
     cleared.set_touches(&[], &[]).expect("no rows");
     assert_eq!(run(cleared), run(simulation::<f64>(&bare, settings)));
 }
+
+/// Passes are counted from the state alone, whatever the list of near pairs was made at before.
+#[test]
+fn passes_are_counted_alike_in_a_run_and_from_each_of_its_states() {
+    let settings = settings(Integrator::VelocityVerlet, 1);
+    let mut random = Random(7);
+    let count = 600;
+    // Two clouds that pass each other by one and a half times the sum of two radii in a step.
+    let mut row = |at: usize| {
+        let velocity = if at.is_multiple_of(2) { 4.5 } else { -4.5 };
+        particle(random.vector() * 1.5, velocity * DVec3::X, 1.0)
+    };
+    let scene = Scene {
+        particles: (0..count).map(&mut row).collect(),
+        touches: vec![Touch { stiffness: 1e-3, ..touch((0..count).collect(), 0.05) }],
+        world: still(),
+        ..Scene::default()
+    };
+    let mut whole: Simulation<f64> = simulation(&scene, settings);
+    let mut sum = 0;
+    for step in 0..8 {
+        let mut fresh: Simulation<f64> = simulation(&scene, settings);
+        fresh.set_state(&whole.state(), whole.steps()).expect("a state");
+        let before = whole.ledger().passes();
+        whole.step().expect("a step");
+        fresh.step().expect("a step");
+        let counted = whole.ledger().passes() - before;
+        assert_eq!(counted, fresh.ledger().passes(), "step {step}");
+        sum += counted;
+    }
+    assert!(100 < sum, "{sum}");
+}
