@@ -92,6 +92,7 @@ fn a_step_in_which_something_would_pass_is_refused_on_any_number_of_threads() {
         itself: true,
         obstacles: false,
         ignored: Vec::new(),
+        between: Vec::new(),
     };
     scene.add_touch(touch).expect("far apart");
     let run = |threads| {

@@ -226,6 +226,7 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("[[bodies]]", "bodies."),
         ("What a body is made of", "bodies."),
         ("touch", "bodies.touch."),
+        ("with of touch", "bodies.touch.with."),
         ("look", "bodies.look."),
         ("[camera]", "camera."),
         ("rotation", "bodies.rotation."),

@@ -389,6 +389,26 @@ pub struct TouchRow {
     /// The names of bodies that it passes through.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ignore: Vec<String>,
+    /// How it touches other bodies, where not as both say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub with: Vec<WithRow>,
+}
+
+/// How the particles of a body touch those of another.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WithRow {
+    /// The name of the other body.
+    pub body: String,
+    /// Stiffness of a pair of particles, newtons per metre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// Damping of a pair, newton seconds per metre.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Coulomb's factor of a pair.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
 }
 
 /// A body. Which keys it may have depends on its kind.
