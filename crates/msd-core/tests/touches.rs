@@ -571,8 +571,8 @@ fn what_lies_on_another_body_sinks_in_by_its_weight_over_the_stiffness_of_the_pa
     }
 }
 
-/// A particle slides over a pinned one in the middle of its way: without friction between the two it
-/// keeps its speed, whatever the friction of each.
+/// A particle slides over a pinned one in the middle of its way: without friction between the two
+/// it keeps its speed, whatever the friction of each.
 #[test]
 fn friction_of_a_pair_stands_in_place_of_that_of_both() {
     let lost = |friction| {

@@ -152,8 +152,8 @@ fn is_motion<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
     }
 }
 
-/// The longest substep that automatic ones may have, seconds: 0 where none is stable, infinite where
-/// every one is.
+/// The longest substep that automatic ones may have, seconds: 0 where none is stable, infinite
+/// where every one is.
 pub(crate) fn longest_automatic<R: Real>(simulation: &Simulation<R>) -> f64 {
     let estimator = &mut Estimator::default();
     let stable = loop {

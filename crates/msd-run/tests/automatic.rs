@@ -258,8 +258,8 @@ fn what_is_chosen_in_pieces_is_what_is_chosen_at_once() {
     }
 }
 
-/// Two sheets, one of which flies at the other by more than three times the sum of two radii in a substep
-/// that is stable: each particle towards one, which is stiff enough to throw it back.
+/// Two sheets, one of which flies at the other by more than three times the sum of two radii in a
+/// substep that is stable: each particle towards one, which is stiff enough to throw it back.
 fn shot(method: &str) -> Loaded {
     let sheet = |y: f64, v: f64| {
         format!(
