@@ -548,10 +548,9 @@ fn passes_are_counted_alike_in_a_run_and_from_each_of_its_states() {
 #[test]
 fn what_lies_on_another_body_sinks_in_by_its_weight_over_the_stiffness_of_the_pair() {
     let (stiffness, g) = (250.0, 10.0);
-    let below = touch(vec![0], 0.05);
     let between = Between { row: 0, stiffness: Some(stiffness), ..Between::default() };
     let above = Touch { damping: 4.0, between: vec![between], ..touch(vec![1], 0.05) };
-    let below = Touch { damping: 4.0, ..below };
+    let below = Touch { damping: 4.0, ..touch(vec![0], 0.05) };
     let scene = Scene {
         particles: vec![
             particle(DVec3::ZERO, DVec3::ZERO, 1.0),
