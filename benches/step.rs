@@ -228,6 +228,7 @@ fn touching_cloth(falls: bool, touches: bool) -> Scene {
             itself: true,
             obstacles: false,
             ignored: Vec::new(),
+            between: Vec::new(),
         };
         scene.add_touch(touch).expect("few pairs");
     }

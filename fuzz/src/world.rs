@@ -6,8 +6,8 @@ use core::ops::Range;
 use msd_core::glam::DVec3;
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Bend, Body, Corner, DistanceGrid, Friction, Integrator, KeyFrame, Particle, Pin, Plane, Scene,
-    Settings, Shape, Solid, Spring, Surface, Touch, Volume, World,
+    Bend, Between, Body, Corner, DistanceGrid, Friction, Integrator, KeyFrame, Particle, Pin,
+    Plane, Scene, Settings, Shape, Solid, Spring, Surface, Touch, Volume, World,
 };
 use std::sync::Arc;
 
@@ -91,6 +91,12 @@ fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<
         let (radius, stiffness) = (decade(u)?.abs(), positive(u)?);
         let (damping, friction) = (positive(u)?, positive(u)?);
         let flags: u8 = u.arbitrary()?;
+        let mut between = Vec::new();
+        for row in 0..scene.touches.len() {
+            let mut number = || if u.arbitrary()? { positive(u).map(Some) } else { Ok(None) };
+            let (stiffness, damping, friction) = (number()?, number()?, number()?);
+            between.push(Between { row, stiffness, damping, friction });
+        }
         scene.touches.push(Touch {
             particles: particles.collect(),
             radius,
@@ -100,6 +106,7 @@ fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<
             itself: flags & 1 != 0,
             obstacles: flags & 2 != 0,
             ignored,
+            between,
         });
         if u.arbitrary()? {
             break;
@@ -132,6 +139,10 @@ pub(crate) fn spoil(scene: &mut Scene, choice: u8) {
         7 => scene.exempt.push([0, usize::MAX]),
         8 => scene.touches.iter_mut().for_each(|row| row.particles.push(usize::MAX)),
         9 => scene.touches.iter_mut().for_each(|row| row.ignored.push(7)),
+        10 => {
+            let between = Between { row: 7, ..Between::default() };
+            scene.touches.iter_mut().for_each(|row| row.between.push(between));
+        }
         _ => (),
     }
 }

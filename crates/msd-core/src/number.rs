@@ -85,9 +85,9 @@ pub trait Real:
     /// [`Simulation::new`] for this scalar, compiled in this crate; so are the next four.
     #[doc(hidden)]
     fn start(scene: &Scene, settings: Settings) -> Result<Simulation<Self>, Error>;
-    /// [`Simulation::step`].
+    /// [`Simulation::step`], or [`Simulation::step_unless_passing`].
     #[doc(hidden)]
-    fn step(simulation: &mut Simulation<Self>) -> Result<(), Error>;
+    fn step(simulation: &mut Simulation<Self>, may_pass: bool) -> Result<bool, Error>;
     /// [`Simulation::stable_substep_by`].
     #[doc(hidden)]
     fn predict(simulation: &Simulation<Self>, estimator: &mut Estimator) -> f64;
@@ -209,8 +209,8 @@ macro_rules! impl_real {
             fn start(scene: &Scene, settings: Settings) -> Result<Simulation<Self>, Error> {
                 Simulation::start(scene, settings)
             }
-            fn step(simulation: &mut Simulation<Self>) -> Result<(), Error> {
-                simulation.advance()
+            fn step(simulation: &mut Simulation<Self>, may_pass: bool) -> Result<bool, Error> {
+                simulation.advance(may_pass)
             }
             fn predict(simulation: &Simulation<Self>, estimator: &mut Estimator) -> f64 {
                 simulation.predict(estimator)

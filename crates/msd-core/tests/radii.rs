@@ -24,6 +24,7 @@ fn touch(particles: Vec<usize>) -> Touch {
         itself: false,
         obstacles: true,
         ignored: vec![],
+        between: Vec::new(),
     }
 }
 

@@ -3,8 +3,8 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{
-    Bend, Friction, Integrator, Material, Pin, Plane, Scene, Settings, Simulation, Spring, shape,
-    state_hash,
+    Bend, Friction, Integrator, Material, Particle, Pin, Plane, Scene, Settings, Simulation,
+    Spring, Touch, shape, state_hash,
 };
 use rayon::ThreadPoolBuilder;
 
@@ -72,4 +72,47 @@ fn a_large_system_has_the_same_bits_on_any_number_of_threads() {
             }
         }
     }
+}
+
+#[test]
+fn a_step_in_which_something_would_pass_is_refused_on_any_number_of_threads() {
+    let material = Material { mass: 1.0, stiffness: 100.0, damping: 0.5 };
+    let cloth = shape::cloth([250, 211], 1.0, material).expect("a cloth");
+    let mut scene = Scene::of("cloth", cloth);
+    let middle = scene.particles[125 + 105 * 250].position;
+    // Through the cloth within the first step.
+    let (position, velocity) = (middle + 10.2 * DVec3::Y, -1000.0 * DVec3::Y);
+    scene.particles.push(Particle { position, velocity, mass: 0.1 });
+    let touch = Touch {
+        particles: (0..scene.particles.len()).collect(),
+        radius: 0.45,
+        stiffness: 1e6,
+        damping: 0.0,
+        friction: 0.5,
+        itself: true,
+        obstacles: false,
+        ignored: Vec::new(),
+        between: Vec::new(),
+    };
+    scene.add_touch(touch).expect("far apart");
+    let run = |threads| {
+        let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        pool.install(|| {
+            let mut settings = Settings { substeps: 4, ..Settings::default() };
+            let mut simulation = Simulation::<f32>::new(&scene, settings).expect("a valid scene");
+            for _ in 0..2 {
+                let before = state_hash(&simulation.state());
+                while !simulation.step_unless_passing().expect("soft") {
+                    assert_eq!(state_hash(&simulation.state()), before);
+                    settings.substeps *= 2;
+                    simulation.set_settings(settings).expect("valid settings");
+                }
+            }
+            (simulation.steps(), settings.substeps, state_hash(&simulation.state()))
+        })
+    };
+    let alone = run(1);
+    // By half a metre in a substep, with radii that add up to 0.9.
+    assert_eq!((alone.0, alone.1), (2, 32));
+    assert_eq!([run(2), run(3)], [alone; 2]);
 }

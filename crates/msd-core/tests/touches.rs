@@ -5,8 +5,8 @@ mod common;
 use common::{Random, distance};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Friction, Instructions, Integrator, Material, Particle, Pin, Plane, Real, Scene, Settings,
-    Simulation, Spring, State, Touch, Vector, World, shape,
+    Between, Friction, Instructions, Integrator, Material, Particle, Pin, Plane, Real, Scene,
+    Settings, Simulation, Spring, State, Touch, Vector, World, shape,
 };
 
 const METHODS: [Integrator; 8] = [
@@ -30,6 +30,7 @@ fn touch(particles: Vec<usize>, radius: f64) -> Touch {
         itself: true,
         obstacles: false,
         ignored: vec![],
+        between: Vec::new(),
     }
 }
 
@@ -70,6 +71,8 @@ fn cloud(seed: u64, count: usize) -> Scene {
         .collect();
     touches[1].stiffness = 900.0;
     (touches[2].itself, touches[2].ignored) = (false, vec![0]);
+    let between = Between { row: 1, stiffness: Some(150.0), damping: None, friction: Some(0.2) };
+    touches[2].between = vec![between];
     let spring =
         |at: usize| Spring { ends: [at, at + 5], rest_length: 0.1, stiffness: 50.0, damping: 0.1 };
     let springs = (0..count / 8).map(spring).collect();
@@ -99,15 +102,18 @@ fn plainly(scene: &Scene, state: &State<f64>) -> (Vec<DVec3>, f64) {
                 continue;
             }
             let in_turn = |x: f64, y: f64| x * y / (x + y);
-            let k = in_turn(first.stiffness, second.stiffness);
-            let c = in_turn(first.damping, second.damping);
+            let between = second.between.iter().find(|between| between.row == low);
+            let Between { stiffness, damping, friction, .. } = between.copied().unwrap_or_default();
+            let usual = in_turn(first.stiffness, second.stiffness);
+            let k = stiffness.unwrap_or(usual);
+            let c = damping.unwrap_or(in_turn(first.damping, second.damping) * k / usual);
+            let mu = friction.unwrap_or((first.friction * second.friction).sqrt());
             let (n, v) = (d.normalize(), state.velocities[b] - state.velocities[a]);
             let overlap = reach - d.length();
             let push = (k * overlap - c * n.dot(v)).max(0.0);
             let slip = v - n * n.dot(v);
             let [m, o] = [a, b].map(|at| scene.particles[at].mass);
-            let drag = ((k * in_turn(m, o)).sqrt() * slip.length())
-                .min((first.friction * second.friction).sqrt() * push);
+            let drag = ((k * in_turn(m, o)).sqrt() * slip.length()).min(mu * push);
             let force = n * push - slip.normalize_or_zero() * drag;
             forces[a] -= force;
             forces[b] += force;
@@ -173,6 +179,7 @@ fn the_push_is_the_gradient_of_its_energy() {
     let mut scene = cloud(5, 200);
     scene.springs.clear();
     scene.touches.iter_mut().for_each(|row| (row.damping, row.friction) = (0.0, 0.0));
+    scene.touches[2].between[0].friction = Some(0.0);
     let simulation = simulation::<f64>(&scene, Settings::default());
     let mut random = Random(6);
     let directions: Vec<DVec3> = (0..200).map(|_| random.vector() - 0.5).collect();
@@ -444,6 +451,18 @@ fn rows_that_make_no_sense_are_refused() {
     refused(|scene| scene.touches[2].particles[0] = 0, "in one row of touches, once");
     refused(|scene| scene.touches[0].particles[0] = 99, "touch 0");
     refused(|scene| scene.touches[1].ignored.push(1), "touch 1");
+    refused(|scene| scene.touches[2].between[0].row = 2, "touch 2");
+    let twice =
+        |scene: &mut Scene| scene.touches[2].between.push(Between { row: 1, ..Between::default() });
+    refused(twice, "other row of touch 2 is 1; it must be named once");
+    refused(
+        |scene| scene.touches[2].between[0].stiffness = Some(0.0),
+        "stiffness between rows of touch 2 is 0",
+    );
+    refused(
+        |scene| scene.touches[2].between[0].friction = Some(-0.5),
+        "friction between rows of touch 2 is -0.5",
+    );
     refused(|scene| scene.exempt.push([0, 40]), "exempt pair");
     let mut scene = cloud(7, 4000);
     scene.particles.iter_mut().for_each(|particle| particle.position = DVec3::ONE);
@@ -491,4 +510,91 @@ fn rows_that_are_set_are_those_of_a_scene_that_has_them() {
     let mut cleared = simulation::<f64>(&scene, settings);
     cleared.set_touches(&[], &[]).expect("no rows");
     assert_eq!(run(cleared), run(simulation::<f64>(&bare, settings)));
+}
+
+/// Passes are counted from the state alone, whatever the list of near pairs was made at before.
+#[test]
+fn passes_are_counted_alike_in_a_run_and_from_each_of_its_states() {
+    let settings = settings(Integrator::VelocityVerlet, 1);
+    let mut random = Random(7);
+    let count = 600;
+    // Two clouds that pass each other by one and a half times the sum of two radii in a step.
+    let mut row = |at: usize| {
+        let velocity = if at.is_multiple_of(2) { 4.5 } else { -4.5 };
+        particle(random.vector() * 1.5, velocity * DVec3::X, 1.0)
+    };
+    let scene = Scene {
+        particles: (0..count).map(&mut row).collect(),
+        touches: vec![Touch { stiffness: 1e-3, ..touch((0..count).collect(), 0.05) }],
+        world: still(),
+        ..Scene::default()
+    };
+    let mut whole: Simulation<f64> = simulation(&scene, settings);
+    let mut sum = 0;
+    for step in 0..8 {
+        let mut fresh: Simulation<f64> = simulation(&scene, settings);
+        fresh.set_state(&whole.state(), whole.steps()).expect("a state");
+        let before = whole.ledger().passes();
+        whole.step().expect("a step");
+        fresh.step().expect("a step");
+        let counted = whole.ledger().passes() - before;
+        assert_eq!(counted, fresh.ledger().passes(), "step {step}");
+        sum += counted;
+    }
+    assert!(100 < sum, "{sum}");
+}
+
+/// A particle that is pinned and one that lies on it, of two rows with a law of their own between.
+#[test]
+fn what_lies_on_another_body_sinks_in_by_its_weight_over_the_stiffness_of_the_pair() {
+    let (stiffness, g) = (250.0, 10.0);
+    let between = Between { row: 0, stiffness: Some(stiffness), ..Between::default() };
+    let above = Touch { damping: 4.0, between: vec![between], ..touch(vec![1], 0.05) };
+    let below = Touch { damping: 4.0, ..touch(vec![0], 0.05) };
+    let scene = Scene {
+        particles: vec![
+            particle(DVec3::ZERO, DVec3::ZERO, 1.0),
+            particle(0.1 * DVec3::Y, DVec3::ZERO, 1.0),
+        ],
+        touches: vec![below, above],
+        pins: vec![Pin { particle: 0, velocity: DVec3::ZERO }],
+        world: World { gravity: -g * DVec3::Y, ..World::default() },
+        ..Scene::default()
+    };
+    for integrator in METHODS {
+        let mut simulation: Simulation<f64> = simulation(&scene, settings(integrator, 8));
+        (0..900).for_each(|_| simulation.step().expect("a stable step"));
+        let overlap = 0.1 - simulation.positions().nth(1).expect("two").y;
+        // What is left of the motion: c/2m = 1.25 / s, for 15 s.
+        assert!((overlap - g / stiffness).abs() < 1e-6, "{integrator}: {overlap}");
+    }
+}
+
+/// A particle slides over a pinned one in the middle of its way: without friction between the two
+/// it keeps its speed, whatever the friction of each.
+#[test]
+fn friction_of_a_pair_stands_in_place_of_that_of_both() {
+    let lost = |friction| {
+        let rough = |particle| Touch { friction: 0.5, ..touch(vec![particle], 0.05) };
+        let between = Between { row: 0, friction, ..Between::default() };
+        let scene = Scene {
+            particles: vec![
+                particle(DVec3::ZERO, DVec3::ZERO, 1.0),
+                particle(DVec3::new(-0.2, 0.095, 0.0), DVec3::X, 1.0),
+            ],
+            touches: vec![rough(0), Touch { between: vec![between], ..rough(1) }],
+            pins: vec![Pin { particle: 0, velocity: DVec3::ZERO }],
+            world: still(),
+            ..Scene::default()
+        };
+        let mut simulation: Simulation<f64> =
+            simulation(&scene, settings(Integrator::VelocityVerlet, 64));
+        (0..24).for_each(|_| simulation.step().expect("a stable step"));
+        simulation.energy().dissipated
+    };
+    assert_eq!(lost(Some(0.0)), 0.0);
+    // While so little slows it, what friction takes is in proportion to its factor.
+    let (little, twice) = (lost(Some(0.01)), lost(Some(0.02)));
+    assert!(0.0 < little && (twice / little - 2.0).abs() < 0.02, "{little}, {twice}");
+    assert_eq!(lost(None), lost(Some(0.5)));
 }

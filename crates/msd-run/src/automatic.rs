@@ -4,6 +4,9 @@
 //! renewed after every so many steps: a function of state, settings and the number of steps alone,
 //! so that a run that was saved or replayed has the same bits. A lazy run chooses them no earlier
 //! than at its next step, and piece by piece before that.
+//!
+//! A step in which particles that touch may pass through each other is taken again with twice as
+//! many, and these stay until the next renewal.
 
 use msd_core::stability::Estimator;
 use msd_core::{Error, Integrator, Interaction, Model, Real, Settings, Simulation};
@@ -149,6 +152,30 @@ fn is_motion<R: Real>(model: &Model<R>, interaction: &Interaction) -> bool {
     }
 }
 
+/// The longest substep that automatic ones may have, seconds: 0 where none is stable, infinite
+/// where every one is.
+pub(crate) fn longest_automatic<R: Real>(simulation: &Simulation<R>) -> f64 {
+    let estimator = &mut Estimator::default();
+    let stable = loop {
+        if let Some(stable) = predict(simulation, estimator) {
+            break stable;
+        }
+    };
+    if has_limit(stable) { longest(simulation, stable) } else { stable }
+}
+
+/// The settings with twice the substeps, for a step in which particles may pass through each other;
+/// `None` of the most.
+pub(crate) fn divided(settings: Settings) -> Option<Settings> {
+    let substeps = settings.substeps.saturating_mul(2).min(MOST as u32);
+    (settings.substeps < substeps).then_some(Settings { substeps, ..settings })
+}
+
+/// Whether the limit says how many are needed: not where no step is stable, or every one.
+fn has_limit(stable: f64) -> bool {
+    0.0 < stable && stable.is_finite()
+}
+
 /// Does a piece of the prediction of the longest stable substep, seconds, infinite of a method
 /// without a limit; returns it at its end.
 fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Option<f64> {
@@ -161,18 +188,24 @@ fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Op
     simulation.stable_substep_piecewise(integrator, substeps, estimator)
 }
 
+/// The substeps where the limit says nothing: as they are, but for what passes have raised.
+fn unlimited<R: Real>(simulation: &Simulation<R>) -> u32 {
+    let now = simulation.settings().substeps;
+    let touches = !simulation.model().touches().is_empty();
+    if touches { now.min(Settings::default().substeps) } else { now }
+}
+
 /// Sets the substeps by a rule for the longest that are to be taken, seconds.
 fn set<R: Real>(
     simulation: &mut Simulation<R>,
     stable: f64,
     rule: fn(Settings, f64) -> u32,
 ) -> Result<(), Error> {
-    // Where no step is stable, or every one is, the limit says nothing.
-    if stable == 0.0 || !stable.is_finite() {
-        return Ok(());
-    }
     let settings = simulation.settings();
-    let substeps = rule(settings, longest(simulation, stable));
+    let substeps = match has_limit(stable) {
+        true => rule(settings, longest(simulation, stable)),
+        false => unlimited(simulation),
+    };
     if substeps == settings.substeps {
         return Ok(());
     }

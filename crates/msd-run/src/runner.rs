@@ -1,6 +1,6 @@
 //! Simulations whose precision is only known at run time.
 
-use crate::automatic::{Automatic, Substeps};
+use crate::automatic::{Automatic, Substeps, divided, longest_automatic};
 use crate::crossings::crossings;
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
@@ -188,7 +188,8 @@ impl Runner {
         Ok(runner)
     }
 
-    /// Advances by one step; automatic substeps are renewed before it where it is time to.
+    /// Advances by one step; automatic substeps are renewed before it where it is time to, and
+    /// doubled, up to 1000, while particles may pass through each other in it.
     ///
     /// # Errors
     /// See [`Simulation::step`].
@@ -197,7 +198,42 @@ impl Runner {
             self.apply_queued()?;
         }
         self.choose()?;
+        if self.is_automatic() && !self.integrator().is_adaptive() {
+            return self.step_without_passes();
+        }
         on!(self, simulation => simulation.step())
+    }
+
+    /// Takes a step with so many substeps that no particles may pass through each other in one, or
+    /// with the most.
+    fn step_without_passes(&mut self) -> Result<(), Error> {
+        let settings = self.settings();
+        let stepped = self.divide();
+        if self.settings() == settings {
+            return stepped;
+        }
+        if stepped.is_err() {
+            on!(self, simulation => simulation.set_settings(settings))?;
+            return stepped;
+        }
+        self.resume_automatic(&[]);
+        Ok(())
+    }
+
+    fn divide(&mut self) -> Result<(), Error> {
+        while !on!(&mut *self, simulation => simulation.step_unless_passing())? {
+            let Some(settings) = divided(self.settings()) else {
+                return on!(self, simulation => simulation.step());
+            };
+            on!(&mut *self, simulation => simulation.set_settings(settings))?;
+        }
+        Ok(())
+    }
+
+    /// The longest substep that automatic ones may have at the present state, seconds: 0 if no step
+    /// is stable, infinite if every step is.
+    pub fn longest_automatic_substep(&self) -> f64 {
+        on!(self, simulation => longest_automatic(simulation))
     }
 
     /// Whether substeps are chosen from the predicted limit of stability as the run goes on.

@@ -2,7 +2,7 @@
 
 use msd_core::glam::DVec3;
 use msd_core::stability::Estimator;
-use msd_core::{Integrator, Interaction, Select, Settings};
+use msd_core::{Integrator, Interaction, Select, Settings, Vector};
 use msd_run::{History, Runner, on, steps_between};
 use msd_scene::{BUILTINS, Loaded, Output, Precision, load_saved, open, state_hash, write_saved};
 
@@ -256,4 +256,131 @@ fn what_is_chosen_in_pieces_is_what_is_chosen_at_once() {
         }
         assert!(10 < lazy.most, "{} pieces", lazy.most);
     }
+}
+
+/// Two sheets, one of which flies at the other by more than three times the sum of two radii in a
+/// substep that is stable: each particle towards one, which is stiff enough to throw it back.
+fn shot(method: &str) -> Loaded {
+    let sheet = |y: f64, v: f64| {
+        format!(
+            "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.1\nmass = 0.01\n\
+             stiffness = 40\nposition = [0, {y}, 0]\nvelocity = [0, {v}, 0]\n\
+             touch = {{ stiffness = 8000 }}\n"
+        )
+    };
+    let text = format!(
+        "version = 1\n[solver]\nintegrator = '{method}'\n[world]\ngravity = [0, 0, 0]\n{}{}",
+        sheet(0.0, 0.0),
+        sheet(1.2, -60.0)
+    );
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("shot.toml");
+    std::fs::write(&path, text).expect("a file");
+    open(&path).expect("a scene")
+}
+
+/// Whether the sheet that was above still is, all of it.
+fn is_above(run: &Runner) -> bool {
+    let heights: Vec<f64> =
+        on!(run, simulation => simulation.positions().map(|x| x.to_f64().y).collect());
+    let (below, above) = heights.split_at(25);
+    below.iter().zip(above).all(|(below, above)| below < above)
+}
+
+#[test]
+fn what_would_pass_through_is_stepped_with_more_substeps() {
+    for method in ["velocity-verlet", "symplectic-euler", "rk4", "backward-euler", "xpbd"] {
+        let loaded = shot(method);
+        let mut run = runner(&loaded);
+        let before = substeps(&run);
+        let settings = Settings { substeps: before, ..loaded.settings };
+        let mut fixed = runner(&Loaded { automatic: false, settings, ..loaded });
+        let mut most = before;
+        for _ in 0..12 {
+            step(&mut run, 1);
+            step(&mut fixed, 1);
+            most = most.max(substeps(&run));
+        }
+        assert!(0 < fixed.passes(), "{method}");
+        // A stage of another method may see the sheet in the middle of a substep.
+        assert!(method != "velocity-verlet" || !is_above(&fixed));
+        assert!(run.passes() == 0 && is_above(&run), "{method}: {}", run.passes());
+        assert!(2 * before <= most && most.is_multiple_of(before), "{method}: {before} to {most}");
+    }
+}
+
+#[test]
+fn a_step_that_was_divided_is_resumed_returned_to_and_replayed_to_the_bit() {
+    let mut run = runner(&shot("velocity-verlet"));
+    let (mut history, mut seen) = (History::default(), vec![now(&run)]);
+    for _ in 0..12 {
+        history.push(run.moment());
+        step(&mut run, 1);
+        seen.push(now(&run));
+    }
+    let end = now(&run);
+    let divided = seen.iter().position(|then| then.1 != seen[0].1).expect("a step that is divided");
+    for at in [0, divided - 1, divided, 11] {
+        let mut resumed = runner(&shot("velocity-verlet"));
+        step(&mut resumed, at);
+        resumed = there_and_back(&resumed);
+        step(&mut resumed, 12 - at);
+        assert_eq!(now(&resumed), end, "saved after {at} steps");
+        // With the substeps of each step, and none of its own: as in a replay.
+        let mut replayed = runner(&Loaded { automatic: false, ..shot("velocity-verlet") });
+        for then in &seen[1..] {
+            let settings = Settings { substeps: then.1, ..replayed.settings() };
+            replayed.set_settings(settings).expect("valid settings");
+            step(&mut replayed, 1);
+            assert_eq!(now(&replayed), *then);
+        }
+        run.go_back(history.nth_back(12 - at).expect("so many states")).expect("a state");
+        assert_eq!(now(&run), seen[at]);
+        step(&mut run, 12 - at);
+        assert_eq!(now(&run), end, "gone back to step {at}");
+    }
+}
+
+#[test]
+fn what_passes_raised_is_lowered_by_a_renewal() {
+    for (method, most) in [("velocity-verlet", 24), ("backward-euler", 16)] {
+        let mut run = runner(&shot(method));
+        let mut steps = 0;
+        while substeps(&run) < most {
+            step(&mut run, 1);
+        }
+        while substeps(&run) == most {
+            step(&mut run, 1);
+            steps += 1;
+            assert!(steps <= every(&run), "{method}");
+        }
+        // Of what is crumpled now more may be needed than at first.
+        assert!(substeps(&run) < most, "{method}");
+    }
+}
+
+#[test]
+fn the_most_substeps_let_pass_what_still_would() {
+    let mut loaded = shot("velocity-verlet");
+    let velocity = DVec3::new(0.0, -1.2e5, 0.0);
+    for particle in &mut loaded.scene.particles[25..] {
+        particle.velocity = velocity;
+    }
+    let mut run = runner(&loaded);
+    step(&mut run, 1);
+    // By two metres in a substep.
+    assert!(0 < run.passes());
+    assert_eq!(substeps(&run), 1000);
+}
+
+#[test]
+fn a_step_that_fails_leaves_the_substeps_as_they_were() {
+    let mut loaded = shot("velocity-verlet");
+    loaded.scene.world.extent = 1.5;
+    let mut run = runner(&loaded);
+    let failed = (0..50).find_map(|_| {
+        let before = now(&run);
+        run.step().is_err().then_some(before)
+    });
+    assert_eq!(failed, Some(now(&run)));
 }

@@ -199,7 +199,10 @@ fn every_built_in_scene_is_the_same_after_writing_it_and_reading_it_again() {
 #[test]
 fn the_documentation_has_every_key_of_the_schema() {
     let docs = include_str!("../../../docs/scenes.md");
-    let source = include_str!("../src/file/schema.rs");
+    let source = concat!(
+        include_str!("../src/file/schema.rs"),
+        include_str!("../src/file/schema/touch.rs"),
+    );
     let field = |line: &str| {
         let rest = line.strip_prefix("    pub ")?;
         rest.split_once(": ").map(|(key, _)| key.to_string())
@@ -226,6 +229,7 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("[[bodies]]", "bodies."),
         ("What a body is made of", "bodies."),
         ("touch", "bodies.touch."),
+        ("with of touch", "bodies.touch.with."),
         ("look", "bodies.look."),
         ("[camera]", "camera."),
         ("rotation", "bodies.rotation."),

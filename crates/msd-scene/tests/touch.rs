@@ -1,6 +1,6 @@
 //! The table `touch` of bodies: what it makes of their particles.
 
-use msd_core::{Settings, Simulation, Touch};
+use msd_core::{Between, Settings, Simulation, Touch};
 use msd_scene::{Loaded, SceneFormat, parse};
 
 fn load(bodies: &str) -> Loaded {
@@ -14,17 +14,15 @@ fn defaults_follow_from_the_springs() {
         "[[bodies]]\nkind = 'cloth'\nsize = [5, 5]\nspacing = 0.2\nstiffness = 80\ndamping = 0.4\n\
          touch = {}\n",
     );
-    let [Touch { particles, radius, stiffness, damping, friction, itself, obstacles, ignored }] =
-        &loaded.scene.touches[..]
-    else {
-        panic!("one row")
-    };
+    let [touch] = &loaded.scene.touches[..] else { panic!("one row") };
+    let Touch { particles, radius, stiffness, damping, friction, itself, obstacles, .. } = touch;
     assert_eq!(*particles, (0..25).collect::<Vec<_>>());
     // 16 particles have fewer springs than the 8 of those inside: 72 springs, each at two.
     let sum = 2.0 * 72.0 * 80.0 / 25.0;
     assert!((radius - 0.09).abs() < 1e-12 && (stiffness - sum / 8.0).abs() < 1e-9);
     assert!((damping / stiffness - 0.4 / 80.0).abs() < 1e-12);
-    assert_eq!((*friction, *itself, *obstacles, ignored.len()), (0.5, true, false, 0));
+    assert_eq!((*friction, *itself, *obstacles), (0.5, true, false));
+    assert!(touch.ignored.is_empty() && touch.between.is_empty());
     assert!(loaded.scene.exempt.is_empty() && loaded.notes.is_empty());
 }
 
@@ -51,6 +49,34 @@ fn bodies_are_ignored_by_name_in_either_order() {
     let rows = load(&text).scene.touches;
     let ignored: Vec<&[usize]> = rows.iter().map(|row| &row.ignored[..]).collect();
     assert_eq!(ignored, [&[][..], &[0], &[0]]);
+}
+
+#[test]
+fn what_stands_between_two_bodies_is_said_by_either() {
+    let rope = |name: &str, touch: &str| {
+        format!("[[bodies]]\nkind = 'rope'\nname = '{name}'\nsize = [3]\n{touch}\n")
+    };
+    let with = |other: &str| format!("with = [{{ body = '{other}', friction = 0.125 }}]");
+    let between = Between { row: 0, friction: Some(0.125), ..Between::default() };
+    let [plain, of_a, of_b] =
+        ["".into(), with("a"), with("b")].map(|with| format!("touch = {{ {with} }}"));
+    for text in [[rope("a", &of_b), rope("b", &plain)], [rope("a", &plain), rope("b", &of_a)]] {
+        let rows = load(&text.concat()).scene.touches;
+        assert_eq!((&rows[0].between[..], &rows[1].between[..]), (&[][..], &[between][..]));
+    }
+    let refused = |bodies: [String; 2], words: &str| {
+        let text = format!("version = 1\n{}", bodies.concat());
+        let error = parse(&text, SceneFormat::Toml, "s.toml").expect_err(words).to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    let again = "bodies[1].touch.with[0].body is a again: how the two touch is said once";
+    refused([rope("a", &of_b), rope("b", &of_a)], again);
+    let ignores = "touch = { ignore = ['b'] }";
+    let words = "bodies[1].touch.with[0].body is a, and one of the two ignores the other";
+    refused([rope("a", ignores), rope("b", &of_a)], words);
+    // One that touches nothing is told.
+    let notes = load(&[rope("a", ""), rope("b", &of_a)].concat()).notes;
+    assert_eq!(notes, ["bodies[1].touch.with[0] has no effect: a has no table `touch`"]);
 }
 
 #[test]

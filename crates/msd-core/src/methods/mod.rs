@@ -23,7 +23,7 @@ pub(crate) mod xpbd;
 pub(crate) mod implicit;
 pub(crate) mod dormand_prince;
 
-pub(crate) use context::{Failure, Scratch};
+pub(crate) use context::{Done, Failure, Scratch};
 pub use context::{Parts, StepContext};
 pub use dormand_prince::Work;
 pub use implicit::Solved;

@@ -295,6 +295,7 @@ pub(crate) fn check_touches<R: Real>(
         for &other in &touch.ignored {
             check_index(at, "row before it", other, row)?;
         }
+        check_between::<R>(row, touch)?;
     }
     check_count("the number of exempt pairs", exempt.len(), MAX_SPRINGS)?;
     for (row, pair) in exempt.iter().enumerate() {
@@ -315,6 +316,25 @@ fn check_touch<R: Real>(row: usize, touch: &Touch) -> Result<(), Error> {
     positive("stiffness", touch.stiffness)?;
     check_not_negative::<R>("damping", at, touch.damping)?;
     check_not_negative::<f32>("friction", at, touch.friction)
+}
+
+/// Checks how a row touches others.
+fn check_between<R: Real>(row: usize, touch: &Touch) -> Result<(), Error> {
+    let at = ("touch", row);
+    for (number, between) in touch.between.iter().enumerate() {
+        check_index(at, "row before it", between.row, row)?;
+        let is_new = touch.between[..number].iter().all(|before| before.row != between.row);
+        let other = between.row as f64;
+        check(is_new, "other row", at, other, "named once by what stands between them")?;
+        if let Some(stiffness) = between.stiffness {
+            let fits = 0.0 < stiffness && stiffness <= 1e12;
+            let quantity = "stiffness between rows";
+            check(fits, quantity, at, stiffness, "positive and at most 1e12")?;
+        }
+        check_not_negative::<R>("damping between rows", at, between.damping.unwrap_or(0.0))?;
+        check_not_negative::<f32>("friction between rows", at, between.friction.unwrap_or(0.0))?;
+    }
+    Ok(())
 }
 
 pub(crate) fn check_friction(at: (&'static str, usize), friction: Friction) -> Result<(), Error> {

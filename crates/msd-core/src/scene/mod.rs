@@ -22,7 +22,7 @@ pub use part::{Material, Part};
 pub use solid::{KeyFrame, Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
-pub use touch::Touch;
+pub use touch::{Between, Touch};
 
 use crate::number::Real;
 use alloc::{string::String, vec::Vec};

@@ -35,6 +35,24 @@ pub struct Touch {
     pub obstacles: bool,
     /// Rows before this one that they pass through.
     pub ignored: Vec<usize>,
+    /// How they touch those of rows before this one, where not as both rows say; each row once.
+    pub between: Vec<Between>,
+}
+
+/// How particles of a row touch those of another, in place of what follows from both rows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Between {
+    /// The other row, before the one that says so.
+    pub row: usize,
+    /// Stiffness k of a pair, newtons per metre; positive. Default that of both rows one after the
+    /// other.
+    pub stiffness: Option<f64>,
+    /// Damping c of a pair, newton seconds per metre; not negative. Default that of both rows one
+    /// after the other, in proportion to k.
+    pub damping: Option<f64>,
+    /// Coulomb's factor μ of a pair, not negative. Default √(a b).
+    pub friction: Option<f64>,
 }
 
 /// The most pairs for each particle with a radius.

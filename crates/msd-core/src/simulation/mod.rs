@@ -23,7 +23,9 @@ use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
-use crate::methods::{Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work};
+use crate::methods::{
+    Done, Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work,
+};
 use crate::number::{Instructions, Real};
 use crate::obstacles::Evaluated;
 use crate::obstacles::resolve::Substep;
@@ -137,14 +139,27 @@ impl<R: Real> Simulation<R> {
     /// counted exactly. State, queue and everything that the queue changes are then as they
     /// were before the step: a shorter step may follow, or [`Simulation::clear_queue`].
     pub fn step(&mut self) -> Result<(), Error> {
+        self.enter_step(true).map(drop)
+    }
+
+    /// Advances by one step unless particles may pass through each other in it, see
+    /// [`Ledger::passes`]; returns whether it did. If not, everything is as it was before.
+    ///
+    /// # Errors
+    /// See [`Simulation::step`].
+    pub fn step_unless_passing(&mut self) -> Result<bool, Error> {
+        self.enter_step(false)
+    }
+
+    fn enter_step(&mut self, may_pass: bool) -> Result<bool, Error> {
         if !self.model.springs.is_shared() {
-            return R::step(self);
+            return R::step(self, may_pass);
         }
-        threads::enter(|| R::step(self))
+        threads::enter(|| R::step(self, may_pass))
     }
 
     /// [`Simulation::step`], compiled in this crate: its loops are fast however a caller is built.
-    pub(crate) fn advance(&mut self) -> Result<(), Error> {
+    pub(crate) fn advance(&mut self, may_pass: bool) -> Result<bool, Error> {
         check_steps("number", ("step", 0), self.steps + 1)?;
         self.good.copy_from(&self.state);
         let kept = self.keep_model();
@@ -168,8 +183,16 @@ impl<R: Real> Simulation<R> {
             done: Default::default(),
         };
         step.count_passes();
-        method.advance(&mut step);
+        let is_refused = |done: Done| !may_pass && 0 < done.passes;
+        if !is_refused(step.done) {
+            method.advance(&mut step);
+        }
         let done = step.done;
+        if is_refused(done) {
+            self.go_back();
+            self.put_model_back(kept);
+            return Ok(false);
+        }
         self.touched = done.touched;
         if let Err(error) = self.guard_or_go_back(done.failure) {
             self.put_model_back(kept);
@@ -180,7 +203,7 @@ impl<R: Real> Simulation<R> {
         self.ledger.book(done.counted, done.given, done.contacts);
         self.ledger.note_passes(done.passes);
         self.steps += 1;
-        Ok(())
+        Ok(true)
     }
 
     /// Keeps the model as it was before the queue is applied: all of it, or only the part that
@@ -233,13 +256,16 @@ impl<R: Real> Simulation<R> {
 
     /// Goes back to the last good state where the present one is refused.
     fn guard_or_go_back(&mut self, failure: Option<Failure>) -> Result<(), Error> {
-        self.guard(failure).inspect_err(|_| {
-            self.state.copy_from(&self.good);
-            // The scratch of an evaluation may hold NaN.
-            let adaptive = self.scratch.dormand_prince.take();
-            self.renew_scratch();
-            self.scratch.dormand_prince = adaptive;
-        })
+        self.guard(failure).inspect_err(|_| self.go_back())
+    }
+
+    /// Goes back to the last good state.
+    fn go_back(&mut self) {
+        self.state.copy_from(&self.good);
+        // The scratch of an evaluation may hold NaN.
+        let adaptive = self.scratch.dormand_prince.take();
+        self.renew_scratch();
+        self.scratch.dormand_prince = adaptive;
     }
 
     fn apply_queue(&mut self) {

@@ -50,7 +50,7 @@ pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12"
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 78] = [
+pub const DOMAINS: [(&str, Domain); 81] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -101,6 +101,9 @@ pub const DOMAINS: [(&str, Domain); 78] = [
     ("bodies.touch.stiffness", LENGTH),
     ("bodies.touch.damping", Domain::NotNegative),
     ("bodies.touch.friction", Domain::Factor),
+    ("bodies.touch.with.stiffness", LENGTH),
+    ("bodies.touch.with.damping", Domain::NotNegative),
+    ("bodies.touch.with.friction", Domain::Factor),
     ("bodies.look.roughness", Domain::Fraction),
     ("bodies.look.translucency", Domain::Fraction),
     ("bodies.look.pattern_size", LENGTH),

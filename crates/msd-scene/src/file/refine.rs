@@ -11,7 +11,8 @@ use crate::file::bodies::MeshReader;
 use crate::file::build::{Understood, understand_rows};
 use crate::file::decode::decode;
 use crate::file::schema::{
-    BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, PinRow, SceneFile, TouchRow, WorldRow,
+    BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, PinRow, SceneFile, TouchRow, WithRow,
+    WorldRow,
 };
 use crate::file::sets::NamedSets;
 use crate::file::sets::pins::masses as added;
@@ -164,7 +165,16 @@ fn finer_touch(touch: &TouchRow, parts: u64, dimensions: u32) -> TouchRow {
         radius: touch.radius.map(|radius| radius / parts as f64),
         stiffness: touch.stiffness.map(|stiffness| stiffness * share),
         damping: touch.damping.map(|damping| damping * share),
+        with: touch.with.iter().map(|with| finer_with(with, share)).collect(),
         ..touch.clone()
+    }
+}
+
+fn finer_with(with: &WithRow, share: f64) -> WithRow {
+    WithRow {
+        stiffness: with.stiffness.map(|stiffness| stiffness * share),
+        damping: with.damping.map(|damping| damping * share),
+        ..with.clone()
     }
 }
 

@@ -14,9 +14,11 @@ use std::fmt;
 
 mod look;
 mod sets;
+mod touch;
 
 pub use look::{CameraRow, Finish, LookRow, PatternName};
 pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, PinRow, SetRow, SphereRow};
+pub use touch::{TouchRow, WithRow};
 
 /// The version of the schema.
 pub const VERSION: u32 = 1;
@@ -361,34 +363,6 @@ impl Kind {
             Kind::Explicit => "explicit",
         }
     }
-}
-
-/// How the particles of a body touch each other and those of other bodies.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TouchRow {
-    /// Radius of each particle, metres. Default 0.45 of the spacing.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub radius: Option<f64>,
-    /// Stiffness of each particle, newtons per metre. Default an eighth of that of its springs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stiffness: Option<f64>,
-    /// Damping of each particle, newton seconds per metre. Default by the relaxation time of the
-    /// springs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub damping: Option<f64>,
-    /// Coulomb's factor. Default 0.5.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub friction: Option<f64>,
-    /// Whether the body touches itself. Default true.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub itself: Option<bool>,
-    /// Whether obstacles meet its particles with their radius too, not as points. Default false.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub obstacles: Option<bool>,
-    /// The names of bodies that it passes through.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub ignore: Vec<String>,
 }
 
 /// A body. Which keys it may have depends on its kind.

@@ -1,9 +1,9 @@
 //! Radii and contact of the particles of bodies, from the keys `touch`.
 
 use crate::error::{FileError, nearest, plain};
-use crate::file::schema::{BodyRow, TouchRow};
+use crate::file::schema::{BodyRow, TouchRow, WithRow};
 use crate::file::tree::Source;
-use msd_core::{Scene, Touch};
+use msd_core::{Between, Scene, Touch};
 
 /// The radius of a particle, as a part of the spacing: two are then not quite as far apart as
 /// neighbours, and a sheet that is stretched by a quarter still lets nothing through.
@@ -45,7 +45,47 @@ pub(crate) fn touch(
             scene.touches[a.max(b)].ignored.push(a.min(b));
         }
     }
+    for (row, body) in bodies.iter().enumerate() {
+        for (at, with) in body.touch.iter().flat_map(|touch| touch.with.iter().enumerate()) {
+            let key = format!("bodies[{row}].touch.with[{at}]");
+            notes.extend(add_between(source, (&key, row, with), &rows, scene)?);
+        }
+    }
     Ok(())
+}
+
+/// Adds how a body touches another; a line where that one touches nothing.
+fn add_between(
+    source: &Source<'_>,
+    (key, row, with): (&str, usize, &WithRow),
+    rows: &[Option<usize>],
+    scene: &mut Scene,
+) -> Result<Option<String>, FileError> {
+    let of_body = format!("{key}.body");
+    let refuse = |reason: &str| Err(source.refuse(format_args!("{of_body}"), reason));
+    let number = |name: &str, value: Option<f64>| {
+        value.map(|value| source.number(format_args!("{key}.{name}"), value)).transpose()
+    };
+    let stiffness = number("stiffness", with.stiffness)?;
+    let damping = number("damping", with.damping)?;
+    let friction = number("friction", with.friction)?;
+    let name = &with.body;
+    let other = named(source, &of_body, name, scene)?;
+    let (Some(a), Some(b)) = (rows[row], rows[other]) else {
+        return Ok(Some(format!("{key} has no effect: {name} has no table `touch`")));
+    };
+    if a == b {
+        return refuse("is the body itself; its own numbers stand in `touch`");
+    }
+    let touch = &mut scene.touches[a.max(b)];
+    if touch.ignored.contains(&a.min(b)) {
+        return refuse(&format!("is {name}, and one of the two ignores the other"));
+    }
+    if touch.between.iter().any(|between| between.row == a.min(b)) {
+        return refuse(&format!("is {name} again: how the two touch is said once, by one of them"));
+    }
+    touch.between.push(Between { row: a.min(b), stiffness, damping, friction });
+    Ok(None)
 }
 
 /// The row of touches of a body.
@@ -84,6 +124,7 @@ fn made(
         itself: touch.itself.unwrap_or(true),
         obstacles: touch.obstacles.unwrap_or(false),
         ignored: Vec::new(),
+        between: Vec::new(),
     })
 }
 
@@ -104,6 +145,7 @@ pub fn default_touch(scene: &Scene, body: usize) -> Option<Touch> {
         itself: true,
         obstacles: false,
         ignored: Vec::new(),
+        between: Vec::new(),
         particles,
     })
 }

@@ -126,12 +126,13 @@ pub struct SolverArguments {
     /// backward-euler, implicit-midpoint or xpbd
     #[arg(long, value_name = "NAME", value_parser = integrator)]
     pub integrator: Option<Integrator>,
-    /// Length of an integration step, seconds; `auto` is 0.9 of the longest stable one
+    /// Length of an integration step, seconds; `auto` is that of automatic substeps at the start
     #[arg(long, value_name = "SECONDS|auto", value_parser = step, allow_hyphen_values = true)]
     #[arg(conflicts_with = "substeps")]
     pub step: Option<Step>,
     /// Integration steps per frame of 1/60 s, instead of --step; `auto` chooses them from the
-    /// longest stable step, and again as the run goes on
+    /// longest stable step, and again as the run goes on or where particles would pass through each
+    /// other
     #[arg(long, value_name = "N|auto", value_parser = automatic_substeps)]
     #[arg(allow_hyphen_values = true)]
     pub substeps: Option<Substeps>,

@@ -19,10 +19,6 @@ use std::path::{Path, PathBuf};
 /// window.
 pub const FRAME: f64 = 1.0 / 60.0;
 
-/// Part of the longest stable step that `--step auto` takes: springs that turn and stretch move the
-/// limit.
-const AUTO: f64 = 0.9;
-
 /// The most integration steps of a run: weeks on any machine.
 const MAX_STEPS: f64 = 1e10;
 
@@ -186,6 +182,13 @@ fn predict(runner: &Runner) -> f64 {
     runner.stable_substep()
 }
 
+/// The longest automatic substep, seconds, which takes as long to find.
+fn longest_automatic(runner: &Runner) -> f64 {
+    let count = runner.particle_count();
+    let _notice = SlowNotice::new(format!("choosing a step of {count} particles"));
+    runner.longest_automatic_substep()
+}
+
 /// Whether so many integration steps would not be done in weeks.
 pub fn is_endless(steps: f64) -> bool {
     MAX_STEPS < steps
@@ -216,26 +219,28 @@ fn chosen(loaded: &Loaded, solver: &SolverArguments) -> (Settings, bool) {
     (settings, automatic)
 }
 
-/// Sets the longest step that is at most [`AUTO`] of the longest stable one and ends a run of
-/// `duration` seconds on time.
+/// Sets the longest step that is no longer than automatic substeps would be and ends a run of
+/// `duration` seconds on time; from then on it is divided where that is needed.
 fn choose_step(runner: &mut Runner, duration: f64) -> Result<(), Failure> {
-    let (integrator, stable) = (runner.integrator(), predict(runner));
-    if stable == 0.0 {
+    let (integrator, longest) = (runner.integrator(), longest_automatic(runner));
+    if longest == 0.0 {
         let message =
             format!("--step auto: {integrator} is predicted to be unstable here at any step");
         return Err(Failure::input(message));
     }
-    if stable == f64::INFINITY {
+    if longest == f64::INFINITY {
         return Err(Failure::input(format!(
             "--step auto: {integrator} is stable here at any step; give its length in seconds, or \
              let msd tune find one"
         )));
     }
-    let longest = AUTO * stable;
     let steps = (duration / longest).ceil().max(1.0);
+    // Not a rounding error longer: that would be two substeps.
+    let steps = if longest < duration / steps { steps + 1.0 } else { steps };
     let step = if 0.0 < duration { duration / steps } else { longest };
     let settings = Settings { step, substeps: 1, ..runner.settings() };
-    runner.set_settings(settings).map_err(Failure::input)
+    runner.set_settings(settings).map_err(Failure::input)?;
+    runner.set_automatic(true).map_err(Failure::input)
 }
 
 /// Refuses what the method would not read: it would have no effect silently.

@@ -131,8 +131,13 @@ impl Watch {
         let passed = (0 < self.passes[1]).then(|| {
             format!(
                 "{} times two particles moved by more than their radii in a substep towards each \
-                 other and may have passed through; shorten the step",
-                self.passes[1]
+                 other and may have passed through{}; shorten the step",
+                self.passes[1],
+                if self.chosen.is_some() {
+                    ", in the most substeps that are automatic"
+                } else {
+                    ""
+                }
             )
         });
         let others = gained.into_iter().chain(surplus).chain(poor).chain(passed);

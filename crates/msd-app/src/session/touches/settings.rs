@@ -4,7 +4,7 @@
 //! from radii and from where the particles are at rest.
 
 use crate::session::{Deed, MixedValue, Session};
-use msd_core::{Body, Error, Scene, Select, Touch};
+use msd_core::{Between, Body, Error, Scene, Select, Touch};
 use msd_run::{Runner, on};
 use msd_scene::default_touch;
 
@@ -168,6 +168,7 @@ impl Session {
                 edit.apply(&mut touch, widest);
             }
             touch.ignored.clear();
+            touch.between.clear();
             of_bodies[body] = Some(scene.touches.len());
             scene.add_touch(touch).map_err(|error| error.to_string())?;
         }
@@ -176,6 +177,14 @@ impl Session {
             for other in ignored.filter_map(|row| first.iter().position(|of| *of == Some(*row))) {
                 if let (Some(a), Some(b)) = (of_bodies[body], of_bodies[other]) {
                     scene.touches[a.max(b)].ignored.push(a.min(b));
+                }
+            }
+            for between in row.iter().flat_map(|&row| &written[row].between) {
+                let other = first.iter().position(|of| *of == Some(between.row));
+                let rows = (of_bodies[body], other.and_then(|other| of_bodies[other]));
+                if let (Some(a), Some(b)) = rows {
+                    let between = Between { row: a.min(b), ..*between };
+                    scene.touches[a.max(b)].between.push(between);
                 }
             }
         }

@@ -10,7 +10,7 @@ use super::Motion;
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, set_vector, single, vector};
 use crate::number::{Real, Vector};
-use crate::scene::Touch;
+use crate::scene::{Between, Touch};
 use alloc::vec::Vec;
 use glam::DVec3;
 use near::Pair;
@@ -84,14 +84,25 @@ pub(crate) struct Touching {
 }
 
 impl<R: Real> PairLaw<R> {
-    /// The law of two rows.
-    fn new(a: &Touch, b: &Touch) -> Self {
+    /// The law of two rows, and what stands between them.
+    fn new(a: &Touch, b: &Touch, between: Option<&Between>) -> Self {
         let in_turn = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a / (a / b + 1.0) };
+        let mut stiffness = in_turn(a.stiffness, b.stiffness);
+        let mut damping = in_turn(a.damping, b.damping);
+        let mut friction = Real::sqrt(a.friction) * Real::sqrt(b.friction);
+        if let Some(between) = between {
+            if let Some(given) = between.stiffness {
+                damping *= given / stiffness;
+                stiffness = given;
+            }
+            damping = between.damping.unwrap_or(damping);
+            friction = between.friction.unwrap_or(friction);
+        }
         PairLaw {
             reach: R::of(a.radius + b.radius),
-            stiffness: R::of(in_turn(a.stiffness, b.stiffness)),
-            damping: R::of(in_turn(a.damping, b.damping)),
-            friction: R::of(Real::sqrt(a.friction) * Real::sqrt(b.friction)),
+            stiffness: R::of(stiffness),
+            damping: R::of(damping),
+            friction: R::of(friction),
         }
     }
 
@@ -239,7 +250,8 @@ impl Touches {
         let (first, last) = (rows[0].min(rows[1]), rows[0].max(rows[1]));
         let [low, high] = [first, last].map(|row| &self.rows[row]);
         let meet = if first == last { low.itself } else { !high.ignored.contains(&first) };
-        (meet && !self.spares(a, b)).then(|| PairLaw::new(low, high))
+        let between = || high.between.iter().find(|between| between.row == first);
+        (meet && !self.spares(a, b)).then(|| PairLaw::new(low, high, between()))
     }
 
     /// Lists the pairs that springs join or that are exempt.
@@ -301,7 +313,10 @@ impl Touches {
 
     /// Whether any pair may dissipate energy.
     pub(crate) fn is_damped(&self) -> bool {
-        self.rows.iter().any(|row| row.damping != 0.0 || row.friction != 0.0)
+        let takes = |number: Option<f64>| number.is_some_and(|number| number != 0.0);
+        let is_taking = |between: &Between| takes(between.damping) || takes(between.friction);
+        let is_damped = |row: &Touch| row.damping != 0.0 || row.friction != 0.0;
+        self.rows.iter().any(|row| is_damped(row) || row.between.iter().any(is_taking))
     }
 
     /// Takes away particles that were removed.

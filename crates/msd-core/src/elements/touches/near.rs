@@ -322,7 +322,8 @@ impl<R: Real> Near<R> {
             // Too many to look at each: something may have.
             return 1;
         }
-        if self.skin < self.stride {
+        // Any that may pass are to be in the list, however worn.
+        if self.left() - self.displacement(level, positions) < self.stride {
             self.list(touches, positions);
         }
         let passes = self.pairs.iter().filter(|pair| {
