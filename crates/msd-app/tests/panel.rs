@@ -13,6 +13,7 @@ use msd_app::panel::{self, theme};
 use msd_app::session::{Deed, MaterialEdit, Solver, Tuning};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
+use msd_render::{Quantity, Scale};
 use msd_run::on;
 use msd_run::rescue::{Offer, Remedy};
 use msd_scene::Precision;
@@ -325,10 +326,56 @@ fn the_error_is_estimated_on_demand() {
 #[test]
 fn toggles_change_what_is_drawn() {
     let mut harness = harness();
-    assert!(!harness.state().style.springs);
-    click(&mut harness, Role::CheckBox, "Springs");
     click(&mut harness, Role::CheckBox, "Shadows");
-    assert!(harness.state().style.springs && !harness.state().style.shadows);
+    click(&mut harness, Role::CheckBox, "Particles");
+    let style = harness.state().style;
+    assert!(style.particles && !style.shadows);
+    assert_eq!((style.colour_by, harness.state().scale()), (None, None));
+    for quantity in Quantity::ALL {
+        click(&mut harness, Role::ComboBox, "Colour by");
+        harness.get_by_role_and_label(Role::Button, quantity.name()).click();
+        harness.run_steps(3);
+        assert_eq!(harness.state().style.colour_by, Some(quantity));
+    }
+    // The last is the error, which is estimated from then on and shown once it is known.
+    let viewer = harness.state();
+    assert!(viewer.session.error().is_some() && viewer.scale().is_none());
+    click(&mut harness, Role::CheckBox, "Estimate error");
+    assert_eq!(harness.state().style.colour_by, None);
+}
+
+#[test]
+fn the_legend_of_the_window_is_that_of_a_picture_and_its_scale_only_grows() {
+    let mut harness = harness_of("chain");
+    (0..20).for_each(|_| harness.state_mut().session.step_forward());
+    for quantity in [Quantity::Strain, Quantity::Force, Quantity::Energy, Quantity::Speed] {
+        harness.state_mut().colour_by(Some(quantity));
+        harness.run_steps(2);
+        let viewer = harness.state();
+        // What a picture of this moment has.
+        let largest = on!(viewer.session.runner(), simulation => {
+            quantity.largest(&simulation.snapshot())
+        });
+        assert!(0.0 < largest, "{quantity:?}");
+        let scale = Scale { quantity, full: quantity.full_scale(largest) };
+        assert_eq!(viewer.scale(), Some(scale));
+        let words = scale.ticks().map(|(_, number)| number);
+        for told in words.iter().chain([&scale.title()]) {
+            assert!(texts(&harness, told).iter().any(|(text, ..)| text == told), "{told}");
+        }
+    }
+    let full = |harness: &Harness<'_, Viewer>| harness.state().scale().map(|scale| scale.full);
+    let mut before = full(&harness);
+    for _ in 0..30 {
+        (0..5).for_each(|_| harness.state_mut().session.step_forward());
+        harness.run_steps(1);
+        assert!(before <= full(&harness));
+        before = full(&harness);
+    }
+    harness.state_mut().command(Command::Restart);
+    harness.run_steps(2);
+    // Nothing moves at the start.
+    assert_eq!(full(&harness), Some(1.0));
 }
 
 #[test]
@@ -532,12 +579,13 @@ fn a_scene_of_a_file_stays_in_the_list() {
     let mut loaded = msd_scene::open("square").expect("a built-in scene");
     loaded.title = "of a file".to_owned();
     let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
-    assert!(viewer.style.springs && viewer.current().is_none());
+    let strain = Some(Quantity::Strain);
+    assert!(viewer.style.colour_by == strain && viewer.current().is_none());
     viewer.open_entry(0);
-    assert!(!viewer.style.springs && viewer.opened().is_some());
+    assert!(viewer.style.colour_by.is_none() && viewer.opened().is_some());
     viewer.reopen();
     assert_eq!(viewer.session.loaded().title, "of a file");
-    assert!(viewer.style.springs && viewer.current().is_none());
+    assert!(viewer.style.colour_by == strain && viewer.current().is_none());
     for index in 0..catalogue().entries.len() {
         let loaded = msd_scene::open(catalogue().entries[index].name).expect("a built-in scene");
         let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");

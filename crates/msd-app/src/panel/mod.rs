@@ -40,6 +40,7 @@ const COLUMN: f32 = 70.0;
 /// Lays out everything, and lets widgets act on the viewer.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if viewer.bare {
+        viewer.choose_scale();
         view(ui, viewer);
         return overlay::show(ui, viewer);
     }
@@ -50,6 +51,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if viewer.panels {
         panels(ui, viewer, frame, line);
     }
+    viewer.choose_scale();
     view(ui, viewer);
     overlay::show(ui, viewer);
     over::show(ui, viewer);

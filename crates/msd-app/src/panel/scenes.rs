@@ -3,7 +3,8 @@
 
 use super::heading;
 use crate::viewer::{Command, Tool, Viewer};
-use egui::{Button, RichText, Ui, WidgetInfo};
+use egui::{Button, ComboBox, RichText, Ui, WidgetInfo};
+use msd_render::Quantity;
 
 /// The left panel.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
@@ -85,11 +86,45 @@ fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
     ui.checkbox(&mut style.surfaces, "Surface");
     ui.checkbox(&mut style.pattern, "Pattern");
     ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("W");
-    ui.checkbox(&mut style.springs, "Springs")
-        .on_hover_text("coloured by strain: compressed blue, stretched red");
     ui.checkbox(&mut style.particles, "Particles");
     ui.checkbox(&mut style.shadows, "Shadows");
     ui.checkbox(&mut style.grid, "Grid");
+    colours(ui, viewer);
+}
+
+/// What colours stand for.
+fn colours(ui: &mut Ui, viewer: &mut Viewer) {
+    let now = viewer.style.colour_by;
+    let text = |quantity: Option<Quantity>| quantity.map_or("body", Quantity::name);
+    ui.horizontal(|ui| {
+        let name = ui.label("Colour by");
+        let combo = ComboBox::from_id_salt("colour by").width(70.0).selected_text(text(now));
+        let shown = combo.show_ui(ui, |ui| {
+            let choices = std::iter::once(None).chain(Quantity::ALL.map(Some));
+            let clicked = |&choice: &Option<Quantity>| {
+                let label = ui.selectable_label(choice == now, text(choice));
+                label.on_hover_text(meaning(choice)).clicked()
+            };
+            choices.filter(clicked).last()
+        });
+        let response = shown.response.labelled_by(name.id).on_hover_text(meaning(now));
+        viewer.landmarks.insert("colour by", response.rect);
+        if let Some(choice) = shown.inner.flatten() {
+            viewer.colour_by(choice);
+        }
+    });
+}
+
+/// What the colours are then.
+fn meaning(quantity: Option<Quantity>) -> &'static str {
+    match quantity {
+        None => "Bodies have their own colours",
+        Some(Quantity::Strain) => "Springs: compressed blue, at rest grey, stretched red",
+        Some(Quantity::Force) => "Springs with their dampers: pushes blue, none grey, pulls red",
+        Some(Quantity::Energy) => "Elastic energy of each spring, dark to light",
+        Some(Quantity::Speed) => "Particles and surfaces, slow dark to fast light",
+        Some(Quantity::Error) => "Particles and surfaces by their estimated error, dark to light",
+    }
 }
 
 fn camera(ui: &mut Ui, viewer: &mut Viewer) {
