@@ -13,7 +13,7 @@ use msd_app::panel::{self, theme};
 use msd_app::session::{Deed, MaterialEdit, Solver, Tuning};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
-use msd_render::{Quantity, Scale};
+use msd_render::{Quality, Quantity, Scale};
 use msd_run::on;
 use msd_run::rescue::{Offer, Remedy};
 use msd_scene::Precision;
@@ -243,6 +243,38 @@ fn the_scene_list_switches_scenes_and_frames_them() {
 }
 
 #[test]
+fn the_list_of_scenes_is_short_and_shows_the_scene_that_runs() {
+    let mut harness = harness();
+    // Without scrolling: the last control of the panel.
+    let last = harness.get_by_role_and_label(Role::Button, "Larger").rect();
+    assert!(last.bottom() < harness.state().landmarks["timeline"].top(), "{last:?}");
+    let is_seen = |harness: &Harness<'_, Viewer>, name: &str| {
+        let found = texts(harness, name);
+        found.iter().any(|(text, rect, clip)| text == name && clip.contains_rect(*rect))
+    };
+    let entries = catalogue().entries;
+    let (first, last) = (entries[0].name, entries[entries.len() - 1].name);
+    assert!(is_seen(&harness, first) && !is_seen(&harness, last));
+    harness.state_mut().open_named(last);
+    harness.run_steps(60);
+    assert!(is_seen(&harness, last) && !is_seen(&harness, first));
+    // What is in sight there is clicked.
+    let above = entries[entries.len() - 3].name;
+    harness.get_by_label_contains(above).click();
+    harness.run_steps(3);
+    assert_eq!(harness.state().session.loaded().name, above);
+}
+
+#[test]
+fn a_picture_that_may_cost_little_is_told() {
+    let mut harness = harness();
+    assert!(harness.query_by_label("no GPU: plain pictures").is_none());
+    harness.state_mut().quality = Quality::Fast;
+    harness.run_steps(2);
+    assert!(harness.query_by_label("no GPU: plain pictures").is_some());
+}
+
+#[test]
 fn method_and_precision_are_chosen() {
     let mut harness = harness();
     click(&mut harness, Role::ComboBox, "Method");
@@ -255,7 +287,7 @@ fn method_and_precision_are_chosen() {
 #[test]
 fn every_method_can_be_chosen_and_runs() {
     let mut harness = harness();
-    harness.get_by_label_contains("square4").click();
+    harness.state_mut().open_named("square4");
     harness.run_steps(3);
     for integrator in Integrator::ALL {
         click(&mut harness, Role::ComboBox, "Method");

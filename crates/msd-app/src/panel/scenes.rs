@@ -3,8 +3,8 @@
 
 use super::heading;
 use crate::viewer::{Command, Tool, Viewer};
-use egui::{Button, ComboBox, RichText, Ui, WidgetInfo};
-use msd_render::Quantity;
+use egui::{Button, Checkbox, ComboBox, Id, RichText, ScrollArea, Ui, WidgetInfo};
+use msd_render::{Quality, Quantity};
 
 /// The left panel.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
@@ -21,20 +21,36 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     particle(ui, viewer);
 }
 
+/// Scenes that are in sight at once; the others are scrolled to.
+const ROWS: f32 = 11.0;
+
 fn list(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Scenes");
     let mut wanted = None;
     ui.spacing_mut().item_spacing.y = 1.0;
-    let entries = viewer.catalogue.entries.iter();
-    for (index, entry) in entries.enumerate() {
-        let key = if index < 9 { (index + 1).to_string() } else { String::new() };
-        let button = Button::selectable(viewer.current() == Some(index), entry.name)
-            .shortcut_text(key)
-            .min_size(egui::vec2(ui.available_width(), 0.0));
-        if ui.add(button).on_hover_text(entry.title).clicked() {
-            wanted = Some(index);
+    let row = ui.spacing().interact_size.y + ui.spacing().item_spacing.y;
+    // The last row is seen in part, so that one sees that there are more.
+    let area = ScrollArea::vertical().id_salt("list").max_height((ROWS - 0.5) * row);
+    // The scene that runs comes into sight once: the list may be scrolled on from there.
+    let key = Id::unique("scene in sight");
+    let current = Some(viewer.current());
+    let is_new = ui.data(|data| data.get_temp(key)) != current;
+    ui.data_mut(|data| data.insert_temp(key, viewer.current()));
+    super::scroll(ui, area, |ui| {
+        for (index, entry) in viewer.catalogue.entries.iter().enumerate() {
+            let key = if index < 9 { (index + 1).to_string() } else { String::new() };
+            let button = Button::selectable(viewer.current() == Some(index), entry.name)
+                .shortcut_text(key)
+                .min_size(egui::vec2(ui.available_width(), 0.0));
+            let button = ui.add(button).on_hover_text(entry.title);
+            if is_new && viewer.current() == Some(index) {
+                button.scroll_to_me(None);
+            }
+            if button.clicked() {
+                wanted = Some(index);
+            }
         }
-    }
+    });
     // The scene of a file or a mesh stays within reach.
     let mut back = false;
     if let Some(opened) = viewer.opened() {
@@ -83,12 +99,19 @@ fn tools(ui: &mut Ui, viewer: &mut Viewer) {
 fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Show");
     let style = &mut viewer.style;
-    ui.checkbox(&mut style.surfaces, "Surface");
-    ui.checkbox(&mut style.pattern, "Pattern");
-    ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("W");
+    // A picture that may cost little has none.
+    let has_grid = viewer.quality == Quality::Full;
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut style.surfaces, "Surface");
+        ui.checkbox(&mut style.pattern, "Pattern");
+    });
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("W");
+        ui.add_enabled(has_grid, Checkbox::new(&mut style.grid, "Grid"))
+            .on_disabled_hover_text("The ground has no grid where there is no graphics processor");
+    });
     ui.checkbox(&mut style.particles, "Particles");
     ui.checkbox(&mut style.shadows, "Shadows");
-    ui.checkbox(&mut style.grid, "Grid");
     colours(ui, viewer);
 }
 
@@ -129,10 +152,12 @@ fn meaning(quantity: Option<Quantity>) -> &'static str {
 
 fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Camera");
-    if ui.button("Frame all").on_hover_text("Bring everything into view (A)").clicked() {
-        viewer.command(Command::FrameAll);
-    }
-    ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
+    ui.horizontal(|ui| {
+        if ui.button("Frame all").on_hover_text("Bring everything into view (A)").clicked() {
+            viewer.command(Command::FrameAll);
+        }
+        ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
+    });
     let hover = "Scene, settings and camera as a text, which the page in a browser, msd view and \
                  msd run take";
     if ui.button("Copy link").on_hover_text(hover).clicked() {
@@ -194,12 +219,14 @@ fn window(ui: &mut Ui, viewer: &mut Viewer) {
     viewer.landmarks.insert("light", light.rect);
     let hover = "Fill the screen (F11)";
     ui.checkbox(&mut viewer.full_screen, "Full screen").on_hover_text(hover);
-    if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
-        viewer.command(Command::Panels);
-    }
-    if ui.button("Guide").on_hover_text("Five steps for a start").clicked() {
-        viewer.command(Command::Guide);
-    }
+    ui.horizontal(|ui| {
+        if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
+            viewer.command(Command::Panels);
+        }
+        if ui.button("Guide").on_hover_text("Five steps for a start").clicked() {
+            viewer.command(Command::Guide);
+        }
+    });
     ui.horizontal(|ui| {
         ui.label("Size").on_hover_text("Of text and controls (Ctrl + and Ctrl -)");
         let scale = ui.ctx().zoom_factor();

@@ -32,7 +32,7 @@ use crate::link::{Changes, Link, LinkError, Look, OwnScene};
 use crate::session::{ErrorNow, ErrorReading, Session, Wind};
 use egui::Rect;
 use glam::Vec3;
-use msd_render::{Camera, Quantity, Scale, Style};
+use msd_render::{Camera, Quality, Quantity, Scale, Style};
 use msd_run::on;
 use msd_run::rescue::Offer;
 use msd_scene::Loaded;
@@ -49,6 +49,8 @@ pub struct Viewer {
     pub camera: Camera,
     /// What of it is shown.
     pub style: Style,
+    /// How much a picture may cost, by what draws it.
+    pub quality: Quality,
     /// The scenes of the list.
     pub catalogue: Catalogue,
     /// Whether the camera keeps everything in the middle of the picture.
@@ -148,6 +150,7 @@ impl Viewer {
             session: Session::new(loaded)?,
             camera: Camera::default(),
             style: Style { legend: false, colour_by, ..Style::default() },
+            quality: Quality::Full,
             catalogue,
             follow: true,
             side_by_side: false,
