@@ -40,7 +40,7 @@ mod tests {
         for colour_by in Quantity::ALL.map(Some).into_iter().chain([None]) {
             for all in [false, true] {
                 let mut style = Style { colour_by, ..Style::default() };
-                shown(&mut style).map(|(_, is_shown)| *is_shown = all);
+                shown(&mut style).into_iter().for_each(|(_, is_shown)| *is_shown = all);
                 let mut read = Style { colour_by: Some(Quantity::Force), ..Style::default() };
                 show_bits(&mut read, shown_bits(style));
                 assert_eq!(read, style);
