@@ -26,8 +26,8 @@ pub struct Style {
     /// Whether the edges of surface triangles are drawn. Default false.
     pub wireframe: bool,
     /// What colours stand for; none where bodies have their own. Of a quantity of springs every
-    /// spring is drawn, on surfaces that are pale then; of one of particles all that shows particles
-    /// has its colours. Default none.
+    /// spring is drawn, on surfaces that are grey then; of one of particles all that shows
+    /// particles has its colours. Default none.
     pub colour_by: Option<Quantity>,
     /// The end of the scale of that quantity, in its unit; positive. None takes that of
     /// [`Quantity::full_scale`], by what is in the picture. Default none.
