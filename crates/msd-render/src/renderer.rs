@@ -93,9 +93,9 @@ impl Renderer {
         }
     }
 
-    /// Sets the errors of particles, metres, from the next [`Renderer::prepare`] on, for a style that
-    /// colours by [`crate::Quantity::Error`]. As long as there is none for each particle, bodies
-    /// have their own colours.
+    /// Sets the errors of particles, metres, from the next [`Renderer::prepare`] on, for a style
+    /// that colours by [`crate::Quantity::Error`]. As long as there is none for each particle,
+    /// bodies have their own colours.
     pub fn set_errors(&mut self, errors: impl IntoIterator<Item = f32>) {
         self.geometry.errors.clear();
         self.geometry.errors.extend(errors);

@@ -203,8 +203,8 @@ fn springs_are_grey_at_rest_red_when_stretched_and_blue_when_compressed() {
     assert!(red + 120 < blue && green + 60 < blue, "compressed: {red} {green} {blue}");
 }
 
-/// Two springs of 4 m at the sides of the origin: one that pulls with 500 N and stores 125 J, and one
-/// that pushes with 250 N and stores 31.25 J.
+/// Two springs of 4 m at the sides of the origin: one that pulls with 500 N and stores 125 J, and
+/// one that pushes with 250 N and stores 31.25 J.
 fn pulled_and_pushed() -> Scene {
     let ends = [1.0, -1.0].map(|y| [particle(-2.0, y, 0.0), particle(2.0, y, 0.0)]);
     Scene {

@@ -113,8 +113,8 @@ fn heading(ui: &mut Ui, text: &str) {
     });
 }
 
-/// Contents that scroll, and show the control that the keyboard comes to. Where that is in an area of
-/// its own, which scrolls too, that area is shown.
+/// Contents that scroll, and show the control that the keyboard comes to. Where that is in an
+/// area of its own, which scrolls too, that area is shown.
 fn scroll<T>(
     ui: &mut Ui,
     area: ScrollArea,

@@ -119,8 +119,8 @@ pub struct Viewer {
     is_gliding: bool,
 }
 
-/// What colours stand for in a scene unless the user says otherwise: in the flat squares the springs
-/// are what there is to see.
+/// What colours stand for in a scene unless the user says otherwise: in the flat squares the
+/// springs are what there is to see.
 pub fn usual_colours(name: &str) -> Option<Quantity> {
     matches!(name, "square" | "square4").then_some(Quantity::Strain)
 }
@@ -277,8 +277,8 @@ impl Viewer {
         Some(Scale { quantity, full })
     }
 
-    /// Chooses the end of the scale for what is about to be drawn. It only grows, until the scene is
-    /// started anew: colours that flicker between two scales show nothing.
+    /// Chooses the end of the scale for what is about to be drawn. It only grows, until the scene
+    /// is started anew: colours that flicker between two scales show nothing.
     pub(crate) fn choose_scale(&mut self) {
         let Some(quantity) = self.style.colour_by else { return };
         let largest = match quantity {
