@@ -54,8 +54,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         let text = format!("{} frames/s", number(0, |pace| pace.frame_rate));
         item(text, theme::TEXT, "Pictures per second");
         if viewer.quality == Quality::Fast {
-            let hover = "There is no graphics processor: the processor draws, with hard shadows, without \
-                         smoothed edges and without the grid on the ground, so that it keeps up";
+            let hover = "There is no graphics processor: the processor draws, with hard shadows, \
+                         without smoothed edges and without the grid on the ground, to keep up";
             item("no GPU: plain pictures".to_owned(), theme::FAINT, hover);
         }
         if let Some(text) = errors(session) {
