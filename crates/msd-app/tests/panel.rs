@@ -13,7 +13,7 @@ use msd_app::panel::{self, theme};
 use msd_app::session::{Deed, MaterialEdit, Solver, Tuning};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
-use msd_render::{Quality, Quantity, Scale};
+use msd_render::Quantity;
 use msd_run::on;
 use msd_run::rescue::{Offer, Remedy};
 use msd_scene::Precision;
@@ -243,38 +243,6 @@ fn the_scene_list_switches_scenes_and_frames_them() {
 }
 
 #[test]
-fn the_list_of_scenes_is_short_and_shows_the_scene_that_runs() {
-    let mut harness = harness();
-    // Without scrolling: the last control of the panel.
-    let last = harness.get_by_role_and_label(Role::Button, "Larger").rect();
-    assert!(last.bottom() < harness.state().landmarks["timeline"].top(), "{last:?}");
-    let is_seen = |harness: &Harness<'_, Viewer>, name: &str| {
-        let found = texts(harness, name);
-        found.iter().any(|(text, rect, clip)| text == name && clip.contains_rect(*rect))
-    };
-    let entries = catalogue().entries;
-    let (first, last) = (entries[0].name, entries[entries.len() - 1].name);
-    assert!(is_seen(&harness, first) && !is_seen(&harness, last));
-    harness.state_mut().open_named(last);
-    harness.run_steps(60);
-    assert!(is_seen(&harness, last) && !is_seen(&harness, first));
-    // What is in sight there is clicked.
-    let above = entries[entries.len() - 3].name;
-    harness.get_by_label_contains(above).click();
-    harness.run_steps(3);
-    assert_eq!(harness.state().session.loaded().name, above);
-}
-
-#[test]
-fn a_picture_that_may_cost_little_is_told() {
-    let mut harness = harness();
-    assert!(harness.query_by_label("no GPU: plain pictures").is_none());
-    harness.state_mut().quality = Quality::Fast;
-    harness.run_steps(2);
-    assert!(harness.query_by_label("no GPU: plain pictures").is_some());
-}
-
-#[test]
 fn method_and_precision_are_chosen() {
     let mut harness = harness();
     click(&mut harness, Role::ComboBox, "Method");
@@ -353,61 +321,6 @@ fn the_error_is_estimated_on_demand() {
     assert!(says(&harness, "error over the last 0.5 s") && says(&harness, "worst particle"));
     click(&mut harness, Role::CheckBox, "Estimate error");
     assert!(!says(&harness, "error over the last") && !says(&harness, "measuring"));
-}
-
-#[test]
-fn toggles_change_what_is_drawn() {
-    let mut harness = harness();
-    click(&mut harness, Role::CheckBox, "Shadows");
-    click(&mut harness, Role::CheckBox, "Particles");
-    let style = harness.state().style;
-    assert!(style.particles && !style.shadows);
-    assert_eq!((style.colour_by, harness.state().scale()), (None, None));
-    for quantity in Quantity::ALL {
-        click(&mut harness, Role::ComboBox, "Colour by");
-        harness.get_by_role_and_label(Role::Button, quantity.name()).click();
-        harness.run_steps(3);
-        assert_eq!(harness.state().style.colour_by, Some(quantity));
-    }
-    // The last is the error, which is estimated from then on and shown once it is known.
-    let viewer = harness.state();
-    assert!(viewer.session.error().is_some() && viewer.scale().is_none());
-    click(&mut harness, Role::CheckBox, "Estimate error");
-    assert_eq!(harness.state().style.colour_by, None);
-}
-
-#[test]
-fn the_legend_of_the_window_is_that_of_a_picture_and_its_scale_only_grows() {
-    let mut harness = harness_of("chain");
-    (0..20).for_each(|_| harness.state_mut().session.step_forward());
-    for quantity in [Quantity::Strain, Quantity::Force, Quantity::Energy, Quantity::Speed] {
-        harness.state_mut().colour_by(Some(quantity));
-        harness.run_steps(2);
-        let viewer = harness.state();
-        // What a picture of this moment has.
-        let largest = on!(viewer.session.runner(), simulation => {
-            quantity.largest(&simulation.snapshot())
-        });
-        assert!(0.0 < largest, "{quantity:?}");
-        let scale = Scale { quantity, full: quantity.full_scale(largest) };
-        assert_eq!(viewer.scale(), Some(scale));
-        let words = scale.ticks().map(|(_, number)| number);
-        for told in words.iter().chain([&scale.title()]) {
-            assert!(texts(&harness, told).iter().any(|(text, ..)| text == told), "{told}");
-        }
-    }
-    let full = |harness: &Harness<'_, Viewer>| harness.state().scale().map(|scale| scale.full);
-    let mut before = full(&harness);
-    for _ in 0..30 {
-        (0..5).for_each(|_| harness.state_mut().session.step_forward());
-        harness.run_steps(1);
-        assert!(before <= full(&harness));
-        before = full(&harness);
-    }
-    harness.state_mut().command(Command::Restart);
-    harness.run_steps(2);
-    // Nothing moves at the start.
-    assert_eq!(full(&harness), Some(1.0));
 }
 
 #[test]
