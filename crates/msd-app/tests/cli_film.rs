@@ -135,6 +135,46 @@ fn the_camera_holds_all_that_moves_in_the_picture() {
 }
 
 #[test]
+fn colours_stand_for_what_was_asked_for_on_one_scale_with_a_legend() {
+    let folder = folder();
+    let path = folder.path();
+    if !can_draw(path) {
+        return;
+    }
+    let picture = |out: &str, more: &[&str]| {
+        let render = ["render", "chain", "--time", "0.3", "--size", "480x360", "--out", out];
+        done(msd(path, &[&render[..], more].concat()));
+        png(&path.join(out))
+    };
+    let own = picture("own.png", &["--no-legend"]);
+    assert!(picture("alone.png", &[]) == own, "no legend without a quantity");
+    for quantity in ["strain", "force", "energy", "speed"] {
+        let bare = picture("bare.png", &["--colour-by", quantity, "--no-legend"]);
+        assert!(bare != own, "{quantity}");
+        let explained = picture("explained.png", &["--colour-by", quantity]);
+        let rows = bare.chunks_exact(4 * 480).zip(explained.chunks_exact(4 * 480));
+        // The legend is in the lower left corner: 12 points beside the sides, 104 by 150.
+        for (row, (bare, explained)) in rows.enumerate() {
+            let [left, right] = [bare, explained].map(|row| row.split_at(4 * (12 + 104)));
+            assert!(left.1 == right.1, "{quantity}: row {row}");
+            let is_legend = (360 - 12 - 150..360 - 12).contains(&row);
+            assert_eq!(left.0 != right.0, is_legend, "{quantity}: row {row}");
+        }
+        let other = ["--colour-by", quantity, "--no-legend", "--full-scale", "1234"];
+        assert!(picture("other.png", &other) != bare, "{quantity}");
+    }
+    // All frames of a film are on one scale, which ends at 1, 2 or 5 times a power of ten.
+    let speeds = |scale: &[&str]| {
+        let speeds = ["--colour-by", "speed", "--no-legend"];
+        film(path, "%d.png", &[&speeds[..], scale].concat());
+        ["0.png", "2.png", "5.png"].map(|frame| png(&path.join(frame)))
+    };
+    let chosen = speeds(&[]);
+    let is_chosen = |full: &&str| speeds(&["--full-scale", *full]) == chosen;
+    assert_eq!(["20", "50", "100", "200"].into_iter().filter(is_chosen).count(), 1);
+}
+
+#[test]
 fn what_is_no_film_is_refused_before_the_run() {
     let folder = folder();
     let frames = ["--frames", "0:1e4:1/30"];
@@ -147,6 +187,9 @@ fn what_is_no_film_is_refused_before_the_run() {
     refuse("a.png", &frames, "a.png: a picture per frame needs its number in the name");
     refuse("a.gif", &[], "a.gif: a film takes --frames FROM:TO:EVERY");
     refuse("a.avi", &frames, "a.avi: its ending tells no film");
+    let quantities = "[possible values: strain, force, energy, speed]";
+    refuse("a.png", &["--colour-by", "error"], quantities);
+    refuse("a.png", &["--full-scale", "0"], "must be a number, positive and finite");
     refuse("a.gif", &["--frames", "2:1:1/30"], "must be FROM:TO:EVERY");
     refuse("a.gif", &["--frames", "0:1"], "must be FROM:TO:EVERY");
     refuse("a.gif", &["--frames", "0:1:1e-3"], "--frames: 1 ms is less than a step of the run");

@@ -56,7 +56,7 @@ fn no_control_moves_where_a_text_comes_or_goes() {
     assert!(harness.query_by_label_contains("error over the last").is_some());
     assert_eq!(places(&harness), before, "when the estimate comes");
     click(&mut harness, Role::CheckBox, "Colour by error");
-    assert!(harness.state().error_scale().is_some(), "there is a scale of colours");
+    assert!(harness.state().scale().is_some(), "there is a scale of colours");
     assert_eq!(places(&harness), before, "when colours come");
     harness.state_mut().session.refuse(Err("it is not to be had"));
     harness.run_steps(2);

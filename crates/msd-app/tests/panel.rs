@@ -13,6 +13,7 @@ use msd_app::panel::{self, theme};
 use msd_app::session::{Deed, MaterialEdit, Solver, Tuning};
 use msd_app::viewer::{Command, Viewer, catalogue};
 use msd_core::{Integrator, Real, Vector};
+use msd_render::Quantity;
 use msd_run::on;
 use msd_run::rescue::{Offer, Remedy};
 use msd_scene::Precision;
@@ -254,7 +255,7 @@ fn method_and_precision_are_chosen() {
 #[test]
 fn every_method_can_be_chosen_and_runs() {
     let mut harness = harness();
-    harness.get_by_label_contains("square4").click();
+    harness.state_mut().open_named("square4");
     harness.run_steps(3);
     for integrator in Integrator::ALL {
         click(&mut harness, Role::ComboBox, "Method");
@@ -320,15 +321,6 @@ fn the_error_is_estimated_on_demand() {
     assert!(says(&harness, "error over the last 0.5 s") && says(&harness, "worst particle"));
     click(&mut harness, Role::CheckBox, "Estimate error");
     assert!(!says(&harness, "error over the last") && !says(&harness, "measuring"));
-}
-
-#[test]
-fn toggles_change_what_is_drawn() {
-    let mut harness = harness();
-    assert!(!harness.state().style.springs);
-    click(&mut harness, Role::CheckBox, "Springs");
-    click(&mut harness, Role::CheckBox, "Shadows");
-    assert!(harness.state().style.springs && !harness.state().style.shadows);
 }
 
 #[test]
@@ -532,12 +524,13 @@ fn a_scene_of_a_file_stays_in_the_list() {
     let mut loaded = msd_scene::open("square").expect("a built-in scene");
     loaded.title = "of a file".to_owned();
     let mut viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");
-    assert!(viewer.style.springs && viewer.current().is_none());
+    let strain = Some(Quantity::Strain);
+    assert!(viewer.style.colour_by == strain && viewer.current().is_none());
     viewer.open_entry(0);
-    assert!(!viewer.style.springs && viewer.opened().is_some());
+    assert!(viewer.style.colour_by.is_none() && viewer.opened().is_some());
     viewer.reopen();
     assert_eq!(viewer.session.loaded().title, "of a file");
-    assert!(viewer.style.springs && viewer.current().is_none());
+    assert!(viewer.style.colour_by == strain && viewer.current().is_none());
     for index in 0..catalogue().entries.len() {
         let loaded = msd_scene::open(catalogue().entries[index].name).expect("a built-in scene");
         let viewer = Viewer::new(loaded, catalogue()).expect("a valid scene");

@@ -272,7 +272,7 @@ fn rounding_can_change_the_energy_by_what_each_number_can() {
 }
 
 #[test]
-fn the_tension_of_a_spring_is_that_of_hooke_and_of_its_damper() {
+fn force_energy_and_strain_of_a_spring_are_those_of_hooke_and_of_its_damper() {
     let spring = Spring { ends: [0, 1], rest_length: 2.0, stiffness: 30.0, damping: 4.0 };
     let particle = |x: f64, speed: f64| Particle {
         position: DVec3::new(x, 2.0 * x, 2.0 * x),
@@ -285,8 +285,16 @@ fn the_tension_of_a_spring_is_that_of_hooke_and_of_its_damper() {
     let mut simulation = simulation::<f64>(&scene, Integrator::Rk4, 1e-3);
     let expected = 30.0 * (3.0 - 2.0) + 4.0 * 2.0;
     assert!((simulation.tension(0) - expected).abs() < 1e-12);
+    let snapshot = simulation.snapshot();
+    let found = [snapshot.tension(0), snapshot.elastic_energy(0), snapshot.strain(0)];
+    for (found, expected) in found.into_iter().zip([expected, 30.0 * (3.0 - 2.0) / 2.0, 0.5]) {
+        assert!((found - expected).abs() < 1e-12, "{found} instead of {expected}");
+    }
+    // A root of 6² + 7² m²/s².
+    assert!((snapshot.speed(1) - 85f64.sqrt()).abs() < 1e-12);
     simulation.remove_spring(1).unwrap();
-    assert_eq!(simulation.tension(1), 0.0);
+    let snapshot = simulation.snapshot();
+    assert_eq!([simulation.tension(1), snapshot.elastic_energy(1)], [0.0; 2]);
     let together = Scene { particles: vec![particle(0.0, 0.0), particle(0.0, 6.0)], ..scene };
     let simulation = common::simulation::<f64>(&together, Integrator::Rk4, 1e-3);
     assert_eq!(simulation.tension(0), 0.0, "no direction");

@@ -4,13 +4,13 @@ use msd_core::glam::DVec3;
 use msd_core::{
     Corner, Friction, Part, Particle, Plane, Scene, Settings, Simulation, Spring, Surface,
 };
-use msd_render::{Gpu, Style, View, bounds, render_image};
+use msd_render::{Gpu, Quantity, Style, View, bounds, render_image};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = scene();
     let simulation = Simulation::<f32>::new(&scene, Settings::default())?;
     let snapshot = simulation.snapshot();
-    let style = Style { springs: true, line_width: 4.0, ..Style::default() };
+    let style = Style { colour_by: Some(Quantity::Strain), line_width: 4.0, ..Style::default() };
     let mut view = View { style, ..View::default() };
     if let Some(bounds) = bounds(&snapshot) {
         view.camera.frame(bounds, 4.0 / 3.0);

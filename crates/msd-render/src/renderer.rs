@@ -93,12 +93,12 @@ impl Renderer {
         }
     }
 
-    /// Chooses the colours of particles, and of surfaces and bare springs by them, from the next
-    /// [`Renderer::prepare`] on: each by its share of a full scale, in the colours of
-    /// [`crate::share_colour`]. As long as there is none for each particle, bodies have their own.
-    pub fn set_shades(&mut self, shades: impl IntoIterator<Item = f32>) {
-        self.geometry.shades.clear();
-        self.geometry.shades.extend(shades);
+    /// Sets the errors of particles, metres, from the next [`Renderer::prepare`] on, for a style
+    /// that colours by [`crate::Quantity::Error`]. As long as there is none for each particle,
+    /// bodies have their own colours.
+    pub fn set_errors(&mut self, errors: impl IntoIterator<Item = f32>) {
+        self.geometry.errors.clear();
+        self.geometry.errors.extend(errors);
     }
 
     /// Uploads what a view shows of a snapshot.
@@ -119,18 +119,19 @@ impl Renderer {
         self.rows.lines.upload(device, queue, &geometry.lines);
         self.rows.points.upload(device, queue, &geometry.points);
         self.rows.patches.upload(device, queue, &geometry.patches);
-        let style = &view.style;
-        let is_explained = style.springs && style.legend;
-        let rects =
-            if is_explained { legend(style.strain_full_scale, style.scale()) } else { Vec::new() };
+        let mut view = *view;
+        // A pattern would pass for a difference.
+        view.style.pattern &= geometry.scale.is_none();
+        let shown = geometry.scale.filter(|_| view.style.legend);
+        let rects = shown.map_or(Vec::new(), |scale| legend(scale, view.style.scale()));
         self.rows.rects.upload(device, queue, &rects);
         let light = Light {
-            sun: depth_map(geometry, light_direction(view), self.quality.shadow_size()),
+            sun: depth_map(geometry, light_direction(&view), self.quality.shadow_size()),
             ground: depth_map(geometry, Vec3::NEG_Y, self.quality.ground_size()),
             level: geometry.level,
             radius: scene_radius(geometry.bounds),
         };
-        self.prepared = Some(Prepared { queue: queue.clone(), view: *view, light });
+        self.prepared = Some(Prepared { queue: queue.clone(), view, light });
     }
 
     /// Encodes the picture prepared last into `target`, a view of `target_size` pixels.

@@ -6,7 +6,7 @@ mod scenes;
 
 use glam::{DMat3, DVec3};
 use msd_core::{Grab, Part, Scene, Vector};
-use msd_render::{Camera, Gpu, Offscreen, Quality, Renderer, Style, View, bounds, wgpu};
+use msd_render::{Camera, Gpu, Offscreen, Quality, Quantity, Renderer, Style, View, bounds, wgpu};
 use scenes::{Still, block, floor, particle, pin, plane, rope, scene_of, sheet, spring, surface};
 
 const SIZE: [u32; 2] = [1280, 720];
@@ -111,7 +111,7 @@ fn gallery() {
     }
     write(&gpu, "jelly-springs", &squeezed, |view| {
         view.style.surfaces = false;
-        view.style.springs = true;
+        view.style.colour_by = Some(Quantity::Strain);
         view.style.particles = true;
     });
     let low = bunny().particles.iter().map(|p| p.position.y).fold(f64::MAX, f64::min);
@@ -121,19 +121,19 @@ fn gallery() {
     let mut cloth = scene_of(curtain(), &[floor(-14.0)]);
     cloth.pins = vec![pin(0), pin(30)];
     write(&gpu, "cloth", &cloth, |view| view.camera.yaw = 0.5);
-    write(&gpu, "cloth-springs", &cloth, |view| view.style.springs = true);
+    write(&gpu, "cloth-springs", &cloth, |view| view.style.colour_by = Some(Quantity::Strain));
     let mut ropes = scene_of(rope(30, 0.5), &[floor(-5.0), plane(DVec3::new(1.0, 2.0, 0.0), -3.5)]);
     ropes.pins = vec![pin(0), pin(29)];
     write(&gpu, "rope-grab", &ropes, |_| {});
     write(&gpu, "rope-springs", &ropes, |view| {
-        view.style.springs = true;
+        view.style.colour_by = Some(Quantity::Strain);
         view.style.particles = true;
     });
     write(&gpu, "below", &jelly, |view| view.camera.pitch = -0.6);
     let many: Vec<Scene> = (0..1).map(|_| many()).collect();
     write(&gpu, "many", &many[0], |view| {
         view.camera = Camera { pitch: 0.25, ..view.camera };
-        view.style = Style { springs: false, ..view.style };
+        view.style = Style { colour_by: None, ..view.style };
     });
 }
 
@@ -182,7 +182,8 @@ fn a_million_springs() {
     let snapshot = still.snapshot();
     let mut view = View::default();
     view.camera.frame(bounds(&snapshot).unwrap(), 4.0 / 3.0);
-    view.style = Style { springs: true, surfaces: false, shadows: false, ..view.style };
+    view.style =
+        Style { colour_by: Some(Quantity::Strain), surfaces: false, shadows: false, ..view.style };
     let start = std::time::Instant::now();
     msd_render::render_image(&gpu, &snapshot, &view, 320, 240).unwrap();
     println!("{:.1} s", start.elapsed().as_secs_f64());

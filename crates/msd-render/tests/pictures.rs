@@ -4,11 +4,11 @@
 
 mod scenes;
 
-use glam::{DVec3, Vec3};
+use glam::{DMat3, DVec3, Vec3};
 use msd_core::{Grab, Look, Pattern, Plane, Scene, Vector};
 use msd_render::{
-    Camera, Gpu, Image, Offscreen, Quality, RenderError, Renderer, Style, View, bounds,
-    render_image, wgpu,
+    Camera, Gpu, Image, Offscreen, Quality, Quantity, RenderError, Renderer, Scale, Sheet, Style,
+    View, bounds, render_image, scale_colour, wgpu,
 };
 use scenes::{Still, block, floor, particle, pin, plane, rope, scene_of, sheet, spring};
 
@@ -69,7 +69,10 @@ fn difference(a: &Image, b: &Image) -> usize {
 fn the_same_snapshot_twice_is_the_same_picture() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(block(4), &[floor(-3.0)]);
-    let view = View { style: Style { springs: true, ..Style::default() }, ..framed(&scene) };
+    let view = View {
+        style: Style { colour_by: Some(Quantity::Strain), ..Style::default() },
+        ..framed(&scene)
+    };
     let first = draw(&gpu, &scene, &view);
     assert_eq!(first, draw(&gpu, &scene, &view), "within one machine pictures are exact");
     assert_eq!(first.rgba.len(), (4 * WIDTH * HEIGHT) as usize);
@@ -183,7 +186,12 @@ fn springs_are_grey_at_rest_red_when_stretched_and_blue_when_compressed() {
         springs: vec![spring(0, 1, 4.0), spring(2, 3, 3.0), spring(4, 5, 6.0)],
         ..Scene::default()
     };
-    let style = Style { springs: true, legend: false, line_width: 4.0, ..Style::default() };
+    let style = Style {
+        colour_by: Some(Quantity::Strain),
+        legend: false,
+        line_width: 4.0,
+        ..Style::default()
+    };
     let view = View { style, ..framed(&scene) };
     let image = draw(&gpu, &scene, &view);
     let seen = |y: f32| seen_at(&image, &view.camera, Vec3::new(0.5, y, 0.0));
@@ -193,6 +201,114 @@ fn springs_are_grey_at_rest_red_when_stretched_and_blue_when_compressed() {
     assert!(green + 120 < red && blue + 120 < red, "stretched: {red} {green} {blue}");
     let [red, green, blue] = seen(-1.0);
     assert!(red + 120 < blue && green + 60 < blue, "compressed: {red} {green} {blue}");
+}
+
+/// Two springs of 4 m at the sides of the origin: one that pulls with 500 N and stores 125 J, and
+/// one that pushes with 250 N and stores 31.25 J.
+fn pulled_and_pushed() -> Scene {
+    let ends = [1.0, -1.0].map(|y| [particle(-2.0, y, 0.0), particle(2.0, y, 0.0)]);
+    Scene {
+        particles: ends.as_flattened().to_vec(),
+        // 1000 N/m: f = k (L − rest), E = k (L − rest)² / 2.
+        springs: vec![spring(0, 1, 3.5), spring(2, 3, 4.25)],
+        ..Scene::default()
+    }
+}
+
+#[test]
+fn springs_have_the_colours_of_their_force_and_energy() {
+    let Some(gpu) = gpu() else { return };
+    let scene = pulled_and_pushed();
+    let view = framed(&scene);
+    let seen = |quantity, full_scale, y: f32| {
+        let style = Style {
+            colour_by: Some(quantity),
+            full_scale,
+            legend: false,
+            line_width: 4.0,
+            ..view.style
+        };
+        let image = draw(&gpu, &scene, &View { style, ..view });
+        seen_at(&image, &view.camera, Vec3::new(0.5, y, 0.0))
+    };
+    // The scale of what is there ends at 500 N, and at 200 J.
+    for (quantity, full, values) in
+        [(Quantity::Force, 500.0, [500.0, -250.0]), (Quantity::Energy, 200.0, [125.0, 31.25])]
+    {
+        for (y, value) in [1.0, -1.0].into_iter().zip(values) {
+            let colour = scale_colour(Scale { quantity, full }, value);
+            let expected = colour.map(|part| (255.0 * part).round() as i32);
+            for full_scale in [None, Some(full)] {
+                let colour = seen(quantity, full_scale, y);
+                // Lines are drawn in their colours; a step is the rounding of a byte.
+                let apart = |part: usize| (colour[part] - expected[part]).abs();
+                assert!(
+                    (0..3).all(|part| apart(part) <= 1),
+                    "{quantity:?} at {y}: {colour:?} for {expected:?}"
+                );
+            }
+        }
+    }
+    // At ten times the scale the pull is nearly grey.
+    let [red, green, blue] = seen(Quantity::Force, Some(5000.0), 1.0);
+    assert!((red - blue).abs() < 60 && (red - green).abs() < 60, "{red} {green} {blue}");
+}
+
+#[test]
+fn particles_and_surfaces_have_the_colours_of_their_speed() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = scene_of(sheet(3, 2.0), &[]);
+    let mut other = sheet(3, 2.0);
+    other.place(DMat3::IDENTITY, DVec3::new(4.0, 0.0, 0.0));
+    other.particles.iter_mut().for_each(|particle| particle.velocity = DVec3::new(0.0, 3.0, 4.0));
+    scene.add("moving", other);
+    scene.bodies[0].look.pattern = Pattern::Checks;
+    let mut view = framed(&scene);
+    view.camera.pitch = 1.2;
+    view.style =
+        Style { colour_by: Some(Quantity::Speed), shadows: false, legend: false, ..view.style };
+    let image = draw(&gpu, &scene, &view);
+    let seen = |x: f32| seen_at(&image, &view.camera, Vec3::new(x, 0.0, 0.3));
+    // At rest the dark blue of no speed, and at 5 m/s, where the scale ends, the light yellow.
+    let [red, green, blue] = seen(0.3);
+    assert!(red + 30 < blue && green + 30 < blue && blue < 200, "at rest: {red} {green} {blue}");
+    let [red, green, blue] = seen(4.3);
+    assert!(blue + 60 < red && blue + 40 < green && 150 < red, "moving: {red} {green} {blue}");
+    // All of what rests is of one colour, without its pattern.
+    let patterned = Style { pattern: false, ..view.style };
+    assert_eq!(image, draw(&gpu, &scene, &View { style: patterned, ..view }));
+    // On a scale of 1000 m/s both rest.
+    let slow = Style { full_scale: Some(1e3), ..view.style };
+    let image = draw(&gpu, &scene, &View { style: slow, ..view });
+    let [red, green, blue] = seen_at(&image, &view.camera, Vec3::new(4.3, 0.0, 0.3));
+    assert!(red + 30 < blue && green + 30 < blue, "slow: {red} {green} {blue}");
+}
+
+#[test]
+fn particles_have_the_colours_of_the_errors_that_are_known_alone() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene_of(sheet(3, 2.0), &[]);
+    let still = Still::<f32>::new(&scene);
+    let Gpu { device, queue, .. } = &gpu;
+    let mut renderer = Renderer::new(device, (Sheet::FORMAT, Quality::Full));
+    let sheet = Sheet::new(&gpu, WIDTH, HEIGHT).unwrap();
+    let view = framed(&scene);
+    let mut picture = |errors: &[f32], colour_by| {
+        let style = Style { colour_by, ..view.style };
+        renderer.set_errors(errors.iter().copied());
+        renderer.prepare(device, queue, &still.snapshot(), &View { style, ..view });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let whole = [0.0, 0.0, WIDTH as f32, HEIGHT as f32];
+        renderer.draw(&mut encoder, &sheet.target(), [WIDTH, HEIGHT], whole);
+        queue.submit([encoder.finish()]);
+        sheet.read(&gpu).unwrap()
+    };
+    let by_error = Some(Quantity::Error);
+    let own = picture(&[], None);
+    assert_eq!(picture(&[1.0; 9], None), own, "nobody asked for them");
+    assert_eq!(picture(&[1.0; 4], by_error), own, "not all are known");
+    let known = picture(&[1.0; 9], by_error);
+    assert!(500 < difference(&known, &own));
 }
 
 #[test]
@@ -206,7 +322,12 @@ fn a_line_that_passes_the_camera_is_drawn_and_does_not_flip() {
         ..Scene::default()
     };
     let camera = Camera { yaw: 0.0, pitch: 0.0, ..Camera::default() };
-    let style = Style { springs: true, legend: false, line_width: 4.0, ..Style::default() };
+    let style = Style {
+        colour_by: Some(Quantity::Strain),
+        legend: false,
+        line_width: 4.0,
+        ..Style::default()
+    };
     let image = draw(&gpu, &scene, &View { camera, style });
     let [red, green, _] = seen_at(&image, &camera, Vec3::new(0.0, -1.0, 10.0));
     assert!(green + 60 < red, "the line is missing below the middle");
@@ -271,11 +392,11 @@ fn wireframe_particles_pins_and_grabs_each_change_the_picture() {
     let plain = draw(&gpu, &scene, &View { style: off, ..view });
     for (what, style) in [
         ("wireframe", Style { wireframe: true, ..off }),
-        ("springs", Style { springs: true, legend: false, ..off }),
+        ("springs", Style { colour_by: Some(Quantity::Strain), legend: false, ..off }),
         ("particles", Style { particles: true, ..off }),
         ("pins", Style { pins: true, ..off }),
         ("pattern", Style { pattern: false, ..off }),
-        ("legend", Style { springs: true, ..off }),
+        ("legend", Style { colour_by: Some(Quantity::Strain), ..off }),
     ] {
         let changed = difference(&plain, &draw(&gpu, &scene, &View { style, ..view }));
         // Two marks of pins cover at least 4 x 4 pixels each, everything else much more.
@@ -316,7 +437,12 @@ fn broken_and_empty_snapshots_are_drawn_without_harm() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(sheet(4, 3.0), &[floor(-1.0)]);
     let mut still = Still::<f64>::new(&scene);
-    let style = Style { springs: true, particles: true, wireframe: true, ..Style::default() };
+    let style = Style {
+        colour_by: Some(Quantity::Strain),
+        particles: true,
+        wireframe: true,
+        ..Style::default()
+    };
     let view = View { style, ..View::default() };
     for value in [f64::NAN, f64::INFINITY, 1e300, 1e12, 0.0] {
         still.positions[5] = DVec3::splat(value);
@@ -332,7 +458,7 @@ fn broken_and_empty_snapshots_are_drawn_without_harm() {
     let torn = still.snapshot().with_positions(&still.positions[..2]);
     render_image(&gpu, &torn, &view, 64, 48).unwrap();
     let broken = Style {
-        strain_full_scale: f32::NAN,
+        full_scale: Some(f32::NAN),
         particle_radius: f32::NAN,
         line_width: f32::NAN,
         pixels_per_point: f32::NAN,

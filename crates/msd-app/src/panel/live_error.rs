@@ -3,15 +3,16 @@
 use super::theme;
 use crate::session::{ErrorNow, ErrorReading, Session};
 use crate::viewer::Viewer;
-use egui::{Checkbox, Color32, Rect, RichText, Sense, Ui, lerp, vec2};
+use egui::{Checkbox, Color32, RichText, Ui, vec2};
+use msd_render::Quantity;
 use msd_run::on;
 use msd_study::quantity::{estimate, rounded};
 
 /// How long an estimate counts as fresh, simulated seconds.
 const FRESH: f64 = 4.0;
 
-/// Height of the estimate in words, three lines at most, and of the scale of its colours, points.
-const HEIGHT: f32 = 58.0;
+/// Height of the estimate in words, three lines at most, points.
+const HEIGHT: f32 = 44.0;
 
 /// How it is estimated.
 const METHOD: &str = "For half a second at a time a copy of the run goes along in double \
@@ -25,18 +26,21 @@ const BAND: f64 = 3.0;
 
 /// The switch, and the last estimate.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
-    let session = &mut viewer.session;
-    let mut on = session.error().is_some();
+    let mut on = viewer.session.error().is_some();
     ui.horizontal(|ui| {
         let estimate = ui.checkbox(&mut on, "Estimate error").on_hover_text(METHOD);
         viewer.landmarks.insert("estimate", estimate.rect);
         if estimate.changed() {
-            session.set_estimating(on);
+            viewer.session.set_estimating(on);
         }
-        let hover = "Surfaces and particles in the colour of their error, green to red; bodies \
+        let mut coloured = viewer.style.colour_by == Some(Quantity::Error);
+        let hover = "Surfaces and particles in the colour of their error, dark to light; bodies \
                      have their own colours while it is being worked out";
-        let colour = Checkbox::new(&mut viewer.by_error, "Colour by error");
-        ui.add_enabled(on, colour).on_hover_text(hover);
+        let colour = Checkbox::new(&mut coloured, "Colour by error");
+        let colour = ui.add_enabled(on, colour).on_hover_text(hover);
+        if colour.changed() || (coloured && !on) {
+            viewer.colour_by((coloured && on).then_some(Quantity::Error));
+        }
     });
     if !on {
         return;
@@ -47,28 +51,6 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         if let Some((text, colour)) = describe(&viewer.session) {
             ui.label(RichText::new(text).small().color(colour)).on_hover_text(METHOD);
         }
-        if let Some(full) = viewer.error_scale() {
-            scale(ui, full);
-        }
-    });
-}
-
-/// The colours of the error with their scale, metres.
-fn scale(ui: &mut Ui, full: f64) {
-    ui.horizontal(|ui| {
-        ui.spacing_mut().item_spacing.x = 4.0;
-        ui.label(RichText::new("0").small());
-        let (bar, _) = ui.allocate_exact_size(vec2(120.0, 9.0), Sense::hover());
-        let slices = 24;
-        for slice in 0..slices {
-            let share = |slice: i32| slice as f32 / slices as f32;
-            let colour = msd_render::share_colour(share(slice));
-            let [red, green, blue] = colour.map(|part| (255.0 * part).round() as u8);
-            let [left, right] = [slice, slice + 1].map(|at| lerp(bar.x_range(), share(at)));
-            let part = Rect::from_x_y_ranges(left..=right, bar.y_range());
-            ui.painter().rect_filled(part, 0.0, Color32::from_rgb(red, green, blue));
-        }
-        ui.label(RichText::new(estimate(full, "m")).small());
     });
 }
 

@@ -21,8 +21,8 @@ mod rehearsal;
 use crate::viewer::Viewer;
 use egui::scroll_area::ScrollAreaOutput;
 use egui::{
-    Align, CursorIcon, Frame, Layout, Panel, Response, RichText, ScrollArea, Sense, Slider, Ui,
-    Widget, WidgetInfo, vec2,
+    Align, CursorIcon, Frame, Id, Layout, Panel, Rect, Response, RichText, ScrollArea, Sense,
+    Slider, Ui, Widget, WidgetInfo, vec2,
 };
 #[cfg(target_arch = "wasm32")]
 pub use rehearsal::rehearse;
@@ -40,6 +40,7 @@ const COLUMN: f32 = 70.0;
 /// Lays out everything, and lets widgets act on the viewer.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if viewer.bare {
+        viewer.choose_scale();
         view(ui, viewer);
         return overlay::show(ui, viewer);
     }
@@ -50,6 +51,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer) {
     if viewer.panels {
         panels(ui, viewer, frame, line);
     }
+    viewer.choose_scale();
     view(ui, viewer);
     overlay::show(ui, viewer);
     over::show(ui, viewer);
@@ -111,26 +113,38 @@ fn heading(ui: &mut Ui, text: &str) {
     });
 }
 
-/// Contents that scroll, and show the control that the keyboard comes to.
+/// Contents that scroll, and show the control that the keyboard comes to. Where that is in an
+/// area of its own, which scrolls too, that area is shown.
 fn scroll<T>(
     ui: &mut Ui,
     area: ScrollArea,
     contents: impl FnOnce(&mut Ui) -> T,
 ) -> ScrollAreaOutput<T> {
-    area.show(ui, |ui| {
+    let (key, pass) = (Id::unique("scrolled to"), ui.ctx().cumulative_pass_nr());
+    let mut is_shown = false;
+    let output = area.show(ui, |ui| {
         let shown = contents(ui);
         let focused = ui.memory(|memory| memory.focused());
         if let Some(control) = focused.and_then(|id| ui.ctx().read_response(id))
             && control.gained_focus()
             && control.layer_id == ui.layer_id()
-            && ui.min_rect().contains(control.rect.center())
         {
-            // Beyond where the contents fade.
-            let fade = ui.spacing().scroll.fade.size;
-            ui.scroll_to_rect(control.rect.expand2(vec2(0.0, fade)), None);
+            let inner = ui.data(|data| data.get_temp::<(u64, Rect)>(key));
+            let inner = inner.filter(|(shown_in, _)| *shown_in == pass);
+            let rect = inner.map_or(control.rect, |(_, area)| area);
+            if ui.min_rect().contains(rect.center()) {
+                // Beyond where the contents fade.
+                let fade = ui.spacing().scroll.fade.size;
+                ui.scroll_to_rect(rect.expand2(vec2(0.0, fade)), None);
+                is_shown = true;
+            }
         }
         shown
-    })
+    });
+    if is_shown {
+        ui.data_mut(|data| data.insert_temp(key, (pass, output.inner_rect)));
+    }
+    output
 }
 
 /// A label and a slider beside it; the name of both is the label.

@@ -11,6 +11,7 @@ use egui::{
     RichText, ScrollArea, Stroke, Ui, pos2, vec2,
 };
 use msd_core::{Settings, Vector};
+use msd_render::Scale;
 use msd_run::{Runner, on};
 use msd_study::quantity::estimate;
 
@@ -27,8 +28,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         marks(&painter, viewer, side);
     }
     gesture(&painter, viewer);
-    if viewer.style.springs {
-        legend(&painter, viewer);
+    if let Some(scale) = viewer.scale() {
+        legend(&painter, viewer.rect, scale);
     }
     let text = match viewer.tool {
         Tool::Cut => "draw a line across springs to cut them  ·  C or Esc: grab again",
@@ -60,7 +61,7 @@ fn notes(ui: &Ui, viewer: &Viewer) {
         return;
     }
     // Below the hint and the legend, above the guide.
-    let top = if viewer.style.springs { 78.0 } else { 50.0 };
+    let top = if viewer.scale().is_some() { 78.0 } else { 50.0 };
     let at = viewer.rect.left_top() + vec2(8.0, top);
     // The pointer reaches what is behind.
     let area = Area::new(Id::unique("notes")).fixed_pos(at).interactable(false);
@@ -215,19 +216,18 @@ fn how(runner: &Runner) -> String {
     format!("{integrator}, {fineness}, {}", runner.precision())
 }
 
-/// The colours of strain with their scale.
-fn legend(painter: &Painter, viewer: &Viewer) {
+/// A scale of colours in a corner of the view.
+fn legend(painter: &Painter, view: Rect, scale: Scale) {
     let size = vec2(150.0, 10.0);
-    let corner = viewer.rect.left_top() + vec2(22.0, 34.0);
+    let corner = view.left_top() + vec2(22.0, 34.0);
     let bar = Rect::from_min_size(corner, size);
     let paper = Rect::from_min_max(bar.min - vec2(12.0, 24.0), bar.max + vec2(12.0, 22.0));
     painter.rect_filled(paper, 6.0, Color32::from_black_alpha(150));
-    let full = viewer.style.strain_full_scale;
     let mut mesh = Mesh::default();
     let slices = 32;
     for slice in 0..=slices {
         let share = slice as f32 / slices as f32;
-        let part = msd_render::strain_colour((2.0 * share - 1.0) * full, full);
+        let part = msd_render::scale_colour(scale, scale.value(share));
         let [red, green, blue] = part.map(|part| (part * 255.0).round() as u8);
         let x = egui::lerp(bar.x_range(), share);
         for y in [bar.top(), bar.bottom()] {
@@ -244,11 +244,10 @@ fn legend(painter: &Painter, viewer: &Viewer) {
     let text = |at: Pos2, anchor: Align2, text: &str| {
         painter.text(at, anchor, text, font.clone(), Color32::WHITE);
     };
-    text(bar.left_top() - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, "springs: pressed, stretched");
+    text(bar.left_top() - vec2(0.0, 5.0), Align2::LEFT_BOTTOM, &scale.title());
     let anchors = [Align2::LEFT_TOP, Align2::CENTER_TOP, Align2::RIGHT_TOP];
-    for (share, anchor) in [0.0, 0.5, 1.0].into_iter().zip(anchors) {
-        let at = pos2(egui::lerp(bar.x_range(), share), bar.bottom() + 4.0);
-        text(at, anchor, &format!("{:.0} %", (2.0 * share - 1.0) * full * 100.0));
+    for ((share, number), anchor) in scale.ticks().into_iter().zip(anchors) {
+        text(pos2(egui::lerp(bar.x_range(), share), bar.bottom() + 4.0), anchor, &number);
     }
 }
 

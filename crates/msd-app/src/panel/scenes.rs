@@ -3,7 +3,8 @@
 
 use super::heading;
 use crate::viewer::{Command, Tool, Viewer};
-use egui::{Button, RichText, Ui, WidgetInfo};
+use egui::{Button, Checkbox, ComboBox, Id, RichText, ScrollArea, Ui, WidgetInfo};
+use msd_render::{Quality, Quantity};
 
 /// The left panel.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
@@ -20,20 +21,36 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
     particle(ui, viewer);
 }
 
+/// Scenes that are in sight at once; the others are scrolled to.
+const ROWS: f32 = 11.0;
+
 fn list(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Scenes");
     let mut wanted = None;
     ui.spacing_mut().item_spacing.y = 1.0;
-    let entries = viewer.catalogue.entries.iter();
-    for (index, entry) in entries.enumerate() {
-        let key = if index < 9 { (index + 1).to_string() } else { String::new() };
-        let button = Button::selectable(viewer.current() == Some(index), entry.name)
-            .shortcut_text(key)
-            .min_size(egui::vec2(ui.available_width(), 0.0));
-        if ui.add(button).on_hover_text(entry.title).clicked() {
-            wanted = Some(index);
+    let row = ui.spacing().interact_size.y + ui.spacing().item_spacing.y;
+    // The last row is seen in part, so that one sees that there are more.
+    let area = ScrollArea::vertical().id_salt("list").max_height((ROWS - 0.5) * row);
+    // The scene that runs comes into sight once: the list may be scrolled on from there.
+    let key = Id::unique("scene in sight");
+    let current = Some(viewer.current());
+    let is_new = ui.data(|data| data.get_temp(key)) != current;
+    ui.data_mut(|data| data.insert_temp(key, viewer.current()));
+    super::scroll(ui, area, |ui| {
+        for (index, entry) in viewer.catalogue.entries.iter().enumerate() {
+            let key = if index < 9 { (index + 1).to_string() } else { String::new() };
+            let button = Button::selectable(viewer.current() == Some(index), entry.name)
+                .shortcut_text(key)
+                .min_size(egui::vec2(ui.available_width(), 0.0));
+            let button = ui.add(button).on_hover_text(entry.title);
+            if is_new && viewer.current() == Some(index) {
+                button.scroll_to_me(None);
+            }
+            if button.clicked() {
+                wanted = Some(index);
+            }
         }
-    }
+    });
     // The scene of a file or a mesh stays within reach.
     let mut back = false;
     if let Some(opened) = viewer.opened() {
@@ -82,22 +99,65 @@ fn tools(ui: &mut Ui, viewer: &mut Viewer) {
 fn toggles(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Show");
     let style = &mut viewer.style;
-    ui.checkbox(&mut style.surfaces, "Surface");
-    ui.checkbox(&mut style.pattern, "Pattern");
-    ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("W");
-    ui.checkbox(&mut style.springs, "Springs")
-        .on_hover_text("coloured by strain: compressed blue, stretched red");
+    // A picture that may cost little has none.
+    let has_grid = viewer.quality == Quality::Full;
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut style.surfaces, "Surface");
+        ui.checkbox(&mut style.pattern, "Pattern");
+    });
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut style.wireframe, "Wireframe").on_hover_text("W");
+        ui.add_enabled(has_grid, Checkbox::new(&mut style.grid, "Grid"))
+            .on_disabled_hover_text("The ground has no grid where there is no graphics processor");
+    });
     ui.checkbox(&mut style.particles, "Particles");
     ui.checkbox(&mut style.shadows, "Shadows");
-    ui.checkbox(&mut style.grid, "Grid");
+    colours(ui, viewer);
+}
+
+/// What colours stand for.
+fn colours(ui: &mut Ui, viewer: &mut Viewer) {
+    let now = viewer.style.colour_by;
+    let text = |quantity: Option<Quantity>| quantity.map_or("body", Quantity::name);
+    ui.horizontal(|ui| {
+        let name = ui.label("Colour by");
+        let combo = ComboBox::from_id_salt("colour by").width(70.0).selected_text(text(now));
+        let shown = combo.show_ui(ui, |ui| {
+            let choices = std::iter::once(None).chain(Quantity::ALL.map(Some));
+            let clicked = |&choice: &Option<Quantity>| {
+                let label = ui.selectable_label(choice == now, text(choice));
+                label.on_hover_text(meaning(choice)).clicked()
+            };
+            choices.filter(clicked).last()
+        });
+        let response = shown.response.labelled_by(name.id).on_hover_text(meaning(now));
+        viewer.landmarks.insert("colour by", response.rect);
+        if let Some(choice) = shown.inner.flatten() {
+            viewer.colour_by(choice);
+        }
+    });
+}
+
+/// What the colours are then.
+fn meaning(quantity: Option<Quantity>) -> &'static str {
+    match quantity {
+        None => "Bodies have their own colours",
+        Some(Quantity::Strain) => "Springs: compressed blue, at rest grey, stretched red",
+        Some(Quantity::Force) => "Springs with their dampers: pushes blue, none grey, pulls red",
+        Some(Quantity::Energy) => "Elastic energy of each spring, dark to light",
+        Some(Quantity::Speed) => "Particles and surfaces, slow dark to fast light",
+        Some(Quantity::Error) => "Particles and surfaces by their estimated error, dark to light",
+    }
 }
 
 fn camera(ui: &mut Ui, viewer: &mut Viewer) {
     heading(ui, "Camera");
-    if ui.button("Frame all").on_hover_text("Bring everything into view (A)").clicked() {
-        viewer.command(Command::FrameAll);
-    }
-    ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
+    ui.horizontal(|ui| {
+        if ui.button("Frame all").on_hover_text("Bring everything into view (A)").clicked() {
+            viewer.command(Command::FrameAll);
+        }
+        ui.checkbox(&mut viewer.follow, "Follow").on_hover_text("Keep everything in the middle");
+    });
     let hover = "Scene, settings and camera as a text, which the page in a browser, msd view and \
                  msd run take";
     if ui.button("Copy link").on_hover_text(hover).clicked() {
@@ -159,12 +219,14 @@ fn window(ui: &mut Ui, viewer: &mut Viewer) {
     viewer.landmarks.insert("light", light.rect);
     let hover = "Fill the screen (F11)";
     ui.checkbox(&mut viewer.full_screen, "Full screen").on_hover_text(hover);
-    if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
-        viewer.command(Command::Panels);
-    }
-    if ui.button("Guide").on_hover_text("Five steps for a start").clicked() {
-        viewer.command(Command::Guide);
-    }
+    ui.horizontal(|ui| {
+        if ui.button("Hide panels").on_hover_text("H brings them back").clicked() {
+            viewer.command(Command::Panels);
+        }
+        if ui.button("Guide").on_hover_text("Five steps for a start").clicked() {
+            viewer.command(Command::Guide);
+        }
+    });
     ui.horizontal(|ui| {
         ui.label("Size").on_hover_text("Of text and controls (Ctrl + and Ctrl -)");
         let scale = ui.ctx().zoom_factor();

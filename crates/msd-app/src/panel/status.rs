@@ -7,6 +7,7 @@ use crate::session::{ErrorNow, Pace, Session};
 use crate::viewer::Viewer;
 use egui::{Color32, Frame, Label, Margin, Panel, RichText, ScrollArea, Ui};
 use msd_core::Energy;
+use msd_render::Quality;
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::Verdict;
 
@@ -52,6 +53,11 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
         item(text, theme::TEXT, "Wall clock for a step");
         let text = format!("{} frames/s", number(0, |pace| pace.frame_rate));
         item(text, theme::TEXT, "Pictures per second");
+        if viewer.quality == Quality::Fast {
+            let hover = "There is no graphics processor: the processor draws, with hard shadows, \
+                         without smoothed edges and without the grid on the ground, to keep up";
+            item("no GPU: plain pictures".to_owned(), theme::FAINT, hover);
+        }
         if let Some(text) = errors(session) {
             let hover = "Errors of where the particles are. Time: of the last half a second, as \
                          estimated; space: of the spacing, by msd study --mesh";

@@ -7,7 +7,7 @@ use crate::background::lower_priority;
 use crate::drivers::quietly;
 use crate::film::{About, Kind, begin};
 use glam::Vec3;
-use msd_render::{Gpu, Offscreen, View, bounds};
+use msd_render::{Gpu, Offscreen, Style, View, bounds};
 use msd_run::{Moment, Runner, on};
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -155,7 +155,8 @@ impl Viewer {
         let reel = Reel {
             runner: self.session.runner().clone(),
             moments: self.session.states(stride),
-            view: View { camera: self.camera, style: self.style },
+            // The legend is in the pictures, as they have no panels.
+            view: View { camera: self.camera, style: Style { legend: true, ..self.style } },
             beside: self.follow.then(|| self.beside_middle()),
             about,
             path: path.clone(),

@@ -106,7 +106,7 @@ fn is_scene(path: &Path) -> bool {
 mod painter {
     //! Small pictures: a thread opens the scenes, and the window draws them by its own device.
 
-    use super::super::shows_springs;
+    use super::super::usual_colours;
     use super::PICTURE;
     use egui::ColorImage;
     use msd_render::{Gpu, Offscreen, Style, View, bounds};
@@ -178,8 +178,8 @@ mod painter {
     /// why.
     fn open(row: usize, name: &str) -> Option<(usize, Runner, Style)> {
         let loaded = msd_scene::open(name).ok()?;
-        let springs = shows_springs(&loaded.name);
-        let style = Style { legend: false, springs, ..Style::default() };
+        let colour_by = usual_colours(&loaded.name);
+        let style = Style { legend: false, colour_by, ..Style::default() };
         Some((row, Runner::open(&loaded).ok()?, style))
     }
 }

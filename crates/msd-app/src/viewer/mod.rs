@@ -29,10 +29,11 @@ pub use sides::Side;
 pub use viewport::Viewport;
 
 use crate::link::{Changes, Link, LinkError, Look, OwnScene};
-use crate::session::{ErrorNow, Session, Wind};
+use crate::session::{ErrorNow, ErrorReading, Session, Wind};
 use egui::Rect;
 use glam::Vec3;
-use msd_render::{Camera, Style};
+use msd_render::{Camera, Quality, Quantity, Scale, Style};
+use msd_run::on;
 use msd_run::rescue::Offer;
 use msd_scene::Loaded;
 use shown::{show_bits, shown_bits};
@@ -48,6 +49,8 @@ pub struct Viewer {
     pub camera: Camera,
     /// What of it is shown.
     pub style: Style,
+    /// How much a picture may cost, by what draws it.
+    pub quality: Quality,
     /// The scenes of the list.
     pub catalogue: Catalogue,
     /// Whether the camera keeps everything in the middle of the picture.
@@ -73,8 +76,6 @@ pub struct Viewer {
     pub clipboard: Option<String>,
     /// What was done last, for the user.
     pub note: Option<String>,
-    /// Whether bodies are coloured by the estimated error of their particles.
-    pub by_error: bool,
     /// Whether the help is open.
     pub help: bool,
     /// Whether the hint for new users is shown: until something was grabbed.
@@ -118,10 +119,10 @@ pub struct Viewer {
     is_gliding: bool,
 }
 
-/// Whether a scene is shown with its springs, coloured by strain, unless the user says otherwise:
-/// in the flat squares the springs are what there is to see.
-pub fn shows_springs(name: &str) -> bool {
-    matches!(name, "square" | "square4")
+/// What colours stand for in a scene unless the user says otherwise: in the flat squares the
+/// springs are what there is to see.
+pub fn usual_colours(name: &str) -> Option<Quantity> {
+    matches!(name, "square" | "square4").then_some(Quantity::Strain)
 }
 
 /// The angle that a key turns the camera by, radians, and the exponent that it zooms by.
@@ -141,14 +142,15 @@ impl Viewer {
         // A saved run of a built-in scene is another scene: one may return to it.
         let listed = catalogue.entries.iter().position(is_loaded);
         let current = listed.filter(|_| loaded.progress.is_none());
-        let springs = shows_springs(&loaded.name);
+        let colour_by = usual_colours(&loaded.name);
         Ok(Viewer {
             opened: current.is_none().then(|| loaded.clone()),
             own: None,
             current,
             session: Session::new(loaded)?,
             camera: Camera::default(),
-            style: Style { legend: false, springs, ..Style::default() },
+            style: Style { legend: false, colour_by, ..Style::default() },
+            quality: Quality::Full,
             catalogue,
             follow: true,
             side_by_side: false,
@@ -162,7 +164,6 @@ impl Viewer {
             filming: None,
             clipboard: None,
             note: None,
-            by_error: false,
             help: false,
             hint: true,
             bare: false,
@@ -242,6 +243,7 @@ impl Viewer {
 
     fn restart(&mut self) {
         self.let_go();
+        self.style.full_scale = None;
         self.session.restart();
     }
 
@@ -257,25 +259,51 @@ impl Viewer {
         self.session.take(offer);
     }
 
-    /// The error of each particle as a share of the full scale, as far as it is known and to be
-    /// shown.
-    pub fn shades(&self) -> Option<Vec<f32>> {
-        let full = self.error_scale()?;
-        let Some(ErrorNow::Known(last)) = self.session.error() else { return None };
-        Some(last.error.particles.iter().map(|error| (error / full) as f32).collect())
+    /// Lets colours stand for a quantity, or bodies have their own. An error is estimated then.
+    pub fn colour_by(&mut self, quantity: Option<Quantity>) {
+        (self.style.colour_by, self.style.full_scale) = (quantity, None);
+        if quantity == Some(Quantity::Error) {
+            self.session.set_estimating(true);
+        }
     }
 
-    /// The error that is shown in full red, metres: that of the particle most wrong, rounded up to
-    /// 1, 2 or 5 times a power of ten; `None` while none is shown.
-    pub fn error_scale(&self) -> Option<f64> {
+    /// The scale of the colours; none where bodies have their own, as while an error is not known.
+    pub fn scale(&self) -> Option<Scale> {
+        let quantity = self.style.colour_by?;
+        if quantity == Quantity::Error {
+            self.seen_error()?;
+        }
+        let full = self.style.full_scale.unwrap_or_else(|| quantity.full_scale(0.0));
+        Some(Scale { quantity, full })
+    }
+
+    /// Chooses the end of the scale for what is about to be drawn. It only grows, until the scene
+    /// is started anew: colours that flicker between two scales show nothing.
+    pub(crate) fn choose_scale(&mut self) {
+        let Some(quantity) = self.style.colour_by else { return };
+        let largest = match quantity {
+            Quantity::Error => self.seen_error().map_or(0.0, |last| last.worst.1),
+            _ => on!(self.session.runner(), simulation => quantity.largest(&simulation.snapshot())),
+        };
+        if self.style.full_scale.is_none_or(|full| f64::from(full) < largest) && 0.0 < largest {
+            self.style.full_scale = Some(quantity.full_scale(largest));
+        }
+    }
+
+    /// The error of each particle, metres, as far as it is known and to be shown.
+    pub fn errors(&self) -> Option<impl Iterator<Item = f32>> {
+        let last = self.seen_error()?;
+        Some(last.error.particles.iter().map(|&error| error as f32))
+    }
+
+    /// The error that colours stand for, if it is known and more than rounding.
+    fn seen_error(&self) -> Option<&ErrorReading> {
         let Some(ErrorNow::Known(last)) = self.session.error() else { return None };
         let worst = last.worst.1;
-        let is_shown = self.by_error && worst.is_finite() && last.error.rounding < worst;
-        if !is_shown {
-            return None;
-        }
-        let power = 10f64.powf(worst.log10().floor());
-        [1.0, 2.0, 5.0, 10.0].map(|part| part * power).into_iter().find(|full| worst <= *full)
+        let is_seen = self.style.colour_by == Some(Quantity::Error)
+            && worst.is_finite()
+            && last.error.rounding < worst;
+        is_seen.then_some(last)
     }
 
     /// The title of the window.
@@ -360,7 +388,7 @@ impl Viewer {
 
     /// Takes the place of what runs, unless there is an error; returns whether it did.
     fn open(&mut self, loaded: Result<Loaded, String>, index: Option<usize>) -> bool {
-        let before = shows_springs(&self.session.loaded().name);
+        let before = usual_colours(&self.session.loaded().name);
         self.keep_camera();
         let result =
             loaded.and_then(|loaded| self.session.open(loaded).map_err(|error| error.to_string()));
@@ -368,11 +396,10 @@ impl Viewer {
             Ok(()) => {
                 self.current = index;
                 self.note = None;
-                let springs = shows_springs(&self.session.loaded().name);
+                let usual = usual_colours(&self.session.loaded().name);
                 // What the user chose stays between scenes of the same kind.
-                if springs != before {
-                    self.style.springs = springs;
-                }
+                let colours = if usual == before { self.style.colour_by } else { usual };
+                self.colour_by(colours);
                 self.let_go();
                 self.unframed = true;
                 self.frame_once();
@@ -482,6 +509,7 @@ impl Viewer {
         session.set_speed(changes.speed);
         let Look { target, distance, yaw, pitch, follow, shown } = changes.look;
         show_bits(&mut self.style, shown);
+        self.colour_by(self.style.colour_by);
         self.follow = follow;
         let middle = self.subject().map_or(Vec3::ZERO, |(low, high)| (low + high) * 0.5);
         let target = Vec3::from(target);

@@ -1,22 +1,54 @@
 //! Bits of what is drawn of a scene, as links have them.
 
-use msd_render::Style;
+use msd_render::{Quantity, Style};
 
-/// What a link says of a style: what the window can show and hide, in the order of bits.
-fn shown(style: &mut Style) -> [&mut bool; 7] {
-    let Style { surfaces, pattern, wireframe, springs, particles, shadows, grid, .. } = style;
-    [surfaces, pattern, wireframe, springs, particles, shadows, grid]
+/// What a link says of a style: what the window can show and hide, with its bits.
+fn shown(style: &mut Style) -> [(u16, &mut bool); 6] {
+    let Style { surfaces, pattern, wireframe, particles, shadows, grid, .. } = style;
+    [(0, surfaces), (1, pattern), (2, wireframe), (4, particles), (5, shadows), (6, grid)]
 }
+
+/// The bit that says whether colours stand for a quantity, and the first of three that say which.
+const COLOURED: [u16; 2] = [3, 7];
 
 /// The bits of what a style shows.
 pub(super) fn shown_bits(mut style: Style) -> u16 {
-    let bits = shown(&mut style).map(|is_shown| u16::from(*is_shown));
-    bits.iter().enumerate().map(|(place, bit)| bit << place).sum()
+    let [coloured, which] = COLOURED;
+    let place = |quantity| Quantity::ALL.iter().position(|&other| other == quantity).unwrap_or(0);
+    let colours = style.colour_by.map_or(0, |quantity| 1 << coloured | (place(quantity) << which));
+    let bits = shown(&mut style).map(|(bit, is_shown)| u16::from(*is_shown) << bit);
+    bits.iter().sum::<u16>() | colours as u16
 }
 
 /// Shows what the bits say.
 pub(super) fn show_bits(style: &mut Style, bits: u16) {
-    for (place, is_shown) in shown(style).into_iter().enumerate() {
-        *is_shown = bits >> place & 1 == 1;
+    for (bit, is_shown) in shown(style) {
+        *is_shown = bits >> bit & 1 == 1;
+    }
+    let [coloured, which] = COLOURED;
+    // Of those that a link of another version may have the first, the strain.
+    let quantity = Quantity::ALL.get(usize::from(bits >> which & 7)).unwrap_or(&Quantity::ALL[0]);
+    style.colour_by = (bits >> coloured & 1 == 1).then_some(*quantity);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_and_what_colours_stand_for_come_back_from_the_bits() {
+        for colour_by in Quantity::ALL.map(Some).into_iter().chain([None]) {
+            for all in [false, true] {
+                let mut style = Style { colour_by, ..Style::default() };
+                shown(&mut style).into_iter().for_each(|(_, is_shown)| *is_shown = all);
+                let mut read = Style { colour_by: Some(Quantity::Force), ..Style::default() };
+                show_bits(&mut read, shown_bits(style));
+                assert_eq!(read, style);
+            }
+        }
+        // Links of before there were others.
+        let mut style = Style::default();
+        show_bits(&mut style, 0b000_1000);
+        assert_eq!((style.colour_by, style.surfaces), (Some(Quantity::Strain), false));
     }
 }

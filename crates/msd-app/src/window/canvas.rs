@@ -98,13 +98,11 @@ impl Canvas {
         (side, pixels_per_point): (Side, f32),
     ) {
         let Gpu { device, queue, .. } = &self.gpu;
-        // The error is that of the run.
-        let shades = viewer.shades().filter(|_| side == Side::Run);
-        // A pattern would pass for a difference.
-        let pattern = viewer.style.pattern && shades.is_none();
-        let style = Style { pixels_per_point, pattern, ..viewer.style };
+        let style = Style { pixels_per_point, ..viewer.style };
         let view = View { camera: viewer.camera, style };
-        self.scene.set_shades(shades.into_iter().flatten());
+        // The error is that of the run.
+        let errors = viewer.errors().filter(|_| side == Side::Run);
+        self.scene.set_errors(errors.into_iter().flatten());
         on!(viewer.runner_of(side), simulation => {
             self.scene.prepare(device, queue, &simulation.snapshot(), &view);
         });

@@ -269,6 +269,7 @@ impl Shell {
         log::info!("drawing with {}", surface.adapter());
         #[cfg(target_arch = "wasm32")]
         web::watch_device(surface.device());
+        self.viewer.quality = surface.quality();
         self.surface = Some(surface);
         #[cfg(target_arch = "wasm32")]
         if std::mem::take(&mut self.is_lost) {

@@ -52,9 +52,6 @@ impl WindowSurface {
         config.format = egui_wgpu::preferred_framebuffer_format(&capabilities.formats).ok()?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
         let quality = Quality::of(&gpu.adapter);
-        if quality == Quality::Fast {
-            log::info!("no graphics processor: plain shadows, one sample per pixel");
-        }
         let canvas = Canvas::new(gpu, (config.format, quality));
         let mut surface = WindowSurface { window, surface, config, canvas, loss, is_lost: false };
         surface.resize();
@@ -64,6 +61,11 @@ impl WindowSurface {
     /// The longest side of a texture, pixels.
     pub(crate) fn longest_side(&self) -> usize {
         self.canvas.gpu.device.limits().max_texture_dimension_2d as usize
+    }
+
+    /// How much a picture may cost.
+    pub(crate) fn quality(&self) -> Quality {
+        Quality::of(&self.canvas.gpu.adapter)
     }
 
     /// The device that it is drawn with.

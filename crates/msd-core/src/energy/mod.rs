@@ -1,4 +1,4 @@
-//! Energy, momentum, and lengths and strains of springs. All sums are in `f64`.
+//! Energy, momentum, and lengths of springs. All sums are in `f64`.
 //!
 //! [`Ledger`] counts the energy dissipated since the start; [`Moduli`] are those of the springs, as
 //! if they were a uniform material.
@@ -171,27 +171,6 @@ pub(crate) fn centre_of_mass<R: Real>(
         moment += position.to_f64() * here;
     }
     moment / mass
-}
-
-/// The strain of a spring, (length − rest) / rest; its length in metres where the rest length is 0.
-pub(crate) fn strain<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
-    let (length, rest) = (length(model, state, spring), model.rest_lengths()[spring].to_f64());
-    if rest == 0.0 { length } else { (length - rest) / rest }
-}
-
-/// The force of a spring and its damper along it, newtons; 0 of one that is cut.
-pub(crate) fn tension<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
-    if model.springs.is_cut(spring) {
-        return 0.0;
-    }
-    let [a, b] = model.springs.ends()[spring].map(|end| {
-        let (position, velocity) = state.get(model.slots.at(end as usize));
-        [position.to_f64(), velocity.to_f64()]
-    });
-    let pull = law::pull::<f64>(b, a, model.springs.law(spring).to_f64());
-    let across = b[0] - a[0];
-    let length = Real::sqrt(across.dot(across));
-    pull.map_or(0.0, |(force, _)| force.dot(across) / length)
 }
 
 /// The present length of a spring, metres.

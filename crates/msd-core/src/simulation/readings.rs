@@ -232,7 +232,7 @@ impl<R: Real> Simulation<R> {
     /// # Panics
     /// If there is no such spring.
     pub fn strain(&self, spring: usize) -> f64 {
-        energy::strain(&self.model, &self.state, spring)
+        self.snapshot().strain(spring)
     }
 
     /// The force of a spring and its damper along it, newtons: positive where it pulls its ends
@@ -241,7 +241,7 @@ impl<R: Real> Simulation<R> {
     /// # Panics
     /// If there is no such spring.
     pub fn tension(&self, spring: usize) -> f64 {
-        energy::tension(&self.model, &self.state, spring)
+        self.snapshot().tension(spring)
     }
 
     /// Linear and angular momentum.

@@ -4,15 +4,19 @@ use super::model::Model;
 use super::state::Columns;
 use crate::columns::{self, slots::Slots};
 use crate::elements::grabs::Grab;
+use crate::elements::springs::{Springs, law};
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::{Body, Solid, Touch};
+use glam::DVec3;
 
 /// One instant of a system, borrowed; in the order of the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct Snapshot<'a, R: Real> {
     slots: &'a Slots,
     columns: &'a [R],
+    velocities: &'a [R],
+    springs: &'a Springs<R>,
     /// Positions that replace those of the system.
     other: Option<&'a [R::Vec3]>,
     cut: &'a [bool],
@@ -44,6 +48,8 @@ impl<'a, R: Real> Snapshot<'a, R> {
         Snapshot {
             slots: &model.slots,
             columns: &state.positions,
+            velocities: &state.velocities,
+            springs: &model.springs,
             other: None,
             cut: model.springs.cut_flags(),
             inverse_masses: model.inverse_masses(),
@@ -60,7 +66,7 @@ impl<'a, R: Real> Snapshot<'a, R> {
     }
 
     /// The same instant with other positions, metres, one of each particle: of a state that was
-    /// kept, say.
+    /// kept, say. Velocities stay those of this instant.
     pub fn with_positions(self, positions: &'a [R::Vec3]) -> Self {
         Snapshot { other: Some(positions), ..self }
     }
@@ -100,5 +106,61 @@ impl<'a, R: Real> Snapshot<'a, R> {
     #[inline]
     pub fn is_cut(&self, spring: usize) -> bool {
         self.cut.get(spring).is_some_and(|&cut| cut)
+    }
+
+    /// The speed of a particle, metres per second.
+    ///
+    /// # Panics
+    /// If there is no such particle.
+    pub fn speed(&self, particle: usize) -> f64 {
+        let velocity = self.velocity(particle);
+        Real::sqrt(velocity.dot(velocity))
+    }
+
+    /// The strain of a spring, (length − rest) / rest; its length in metres where the rest length
+    /// is 0.
+    ///
+    /// # Panics
+    /// If there is no such spring, or no position of one of its ends.
+    pub fn strain(&self, spring: usize) -> f64 {
+        let (length, rest) = (self.length(spring), self.springs.law(spring).rest.to_f64());
+        if rest == 0.0 { length } else { (length - rest) / rest }
+    }
+
+    /// The force of a spring and its damper along it, newtons: positive where it pulls its ends
+    /// together. 0 where it is cut, and where its ends coincide.
+    ///
+    /// # Panics
+    /// If there is no such spring, or no position of one of its ends.
+    pub fn tension(&self, spring: usize) -> f64 {
+        if self.springs.is_cut(spring) {
+            return 0.0;
+        }
+        let [a, b] = self.springs.ends()[spring]
+            .map(|end| [self.position(end as usize).to_f64(), self.velocity(end as usize)]);
+        let pull = law::pull::<f64>(b, a, self.springs.law(spring).to_f64());
+        pull.map_or(0.0, |(force, _)| force.dot(b[0] - a[0]) / self.length(spring))
+    }
+
+    /// The elastic energy of a spring, joules; 0 where it is cut.
+    ///
+    /// # Panics
+    /// If there is no such spring, or no position of one of its ends.
+    pub fn elastic_energy(&self, spring: usize) -> f64 {
+        if self.springs.is_cut(spring) {
+            return 0.0;
+        }
+        law::energy(self.length(spring), self.springs.law(spring).to_f64())
+    }
+
+    fn velocity(&self, particle: usize) -> DVec3 {
+        columns::vector::<R>(self.velocities, self.slots.at(particle)).to_f64()
+    }
+
+    /// The length of a spring, metres.
+    fn length(&self, spring: usize) -> f64 {
+        let [a, b] = self.springs.ends()[spring].map(|end| self.position(end as usize).to_f64());
+        let across = b - a;
+        Real::sqrt(across.dot(across))
     }
 }

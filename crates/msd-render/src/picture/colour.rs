@@ -1,5 +1,6 @@
-//! Colours of bodies and of strain.
+//! Colours of bodies and of quantities.
 
+use crate::viewing::quantity::Scale;
 use msd_core::Body;
 
 /// Colours of bodies, sRGB: apart in hue, and in lightness from neighbour to neighbour.
@@ -46,6 +47,15 @@ pub fn strain_colour(strain: f32, full_scale: f32) -> [f32; 3] {
         return RELAXED;
     }
     between([RELAXED, half, full], strain.abs() / full_scale)
+}
+
+/// Returns the colour of a value on a scale, sRGB components from 0 to 1: that of a strain where
+/// the quantity has two directions, else that of a share.
+pub fn scale_colour(scale: Scale, value: f32) -> [f32; 3] {
+    match scale.quantity.is_signed() {
+        true => strain_colour(value, scale.full),
+        false => share_colour(value / scale.full),
+    }
 }
 
 /// Returns the colour of a share of a full scale, such as an error or a speed, sRGB components from

@@ -3,7 +3,8 @@
 use crate::picture::geometry::Geometry;
 use crate::picture::{ground, marks, solids, surfaces};
 use crate::viewing::pick::bounds;
-use crate::viewing::view::View;
+use crate::viewing::quantity::{Quantity, Scale};
+use crate::viewing::view::{Style, View};
 use glam::Vec3;
 use msd_core::{Real, Snapshot, Vector};
 
@@ -20,6 +21,7 @@ pub(crate) fn set_geometry<R: Real>(
     geometry.positions.extend(snapshot.positions().map(|position| position.to_f32()));
     geometry.bounds = bounds(snapshot).unwrap_or((Vec3::ZERO, Vec3::ZERO));
     geometry.particle_radius = particle_radius(snapshot, view, geometry.bounds);
+    set_shades(geometry, snapshot, &view.style);
     if view.style.surfaces {
         surfaces::add_surfaces(geometry, snapshot, limit);
     }
@@ -36,6 +38,31 @@ pub(crate) fn set_geometry<R: Real>(
     if view.style.planes {
         ground::add_planes(geometry, snapshot, view);
         solids::add_solids(geometry, snapshot, limit);
+    }
+}
+
+/// Finds the scale of the colours, and the values of particles if it is of these; without errors
+/// there is no scale of them.
+fn set_shades<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'_, R>, style: &Style) {
+    let Geometry { errors, shades, scale, .. } = geometry;
+    let quantity = style.colour_by.filter(|&quantity| {
+        quantity != Quantity::Error || errors.len() == snapshot.particle_count()
+    });
+    *scale = quantity.map(|quantity| {
+        let largest = || match quantity {
+            Quantity::Error => errors.iter().copied().fold(0.0, f32::max).into(),
+            _ => quantity.largest(snapshot),
+        };
+        let full = style.full_scale.unwrap_or_else(|| quantity.full_scale(largest()));
+        Scale { quantity, full }
+    });
+    match quantity {
+        Some(Quantity::Error) => shades.extend_from_slice(errors),
+        Some(Quantity::Speed) => {
+            let particles = 0..snapshot.particle_count();
+            shades.extend(particles.map(|particle| snapshot.speed(particle) as f32));
+        }
+        _ => {}
     }
 }
 

@@ -1,8 +1,9 @@
 //! Columns of vertices and instances that are uploaded for one picture.
 
 use crate::math::is_drawable;
-use crate::picture::colour::share_colour;
+use crate::picture::colour::scale_colour;
 use crate::picture::sizes::Sizes;
+use crate::viewing::quantity::Scale;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use std::ops::Range;
@@ -96,7 +97,11 @@ pub(crate) struct Geometry {
     pub front_patches: usize,
     /// Sizes of the patterns, kept from picture to picture.
     pub sizes: Sizes,
-    /// The share of the full scale in whose colour each particle is drawn; empty for own colours.
+    /// The error of each particle, metres, as the renderer was told.
+    pub errors: Vec<f32>,
+    /// What colours stand for.
+    pub scale: Option<Scale>,
+    /// The value in whose colour each particle is drawn; empty for own colours.
     pub shades: Vec<f32>,
     /// Positions as they are drawn, metres.
     pub positions: Vec<Vec3>,
@@ -119,12 +124,13 @@ impl Geometry {
         self.points.clear();
         self.patches.clear();
         self.positions.clear();
+        self.shades.clear();
     }
 
     /// The colour of a particle by its shade; none where there are no shades.
     pub fn shade(&self, particle: u32) -> Option<[f32; 3]> {
         let shade = self.shades.get(particle as usize).copied();
-        shade.filter(|_| self.shades.len() == self.positions.len()).map(share_colour)
+        self.scale.zip(shade).map(|(scale, shade)| scale_colour(scale, shade))
     }
 
     /// The position of a particle, or nothing if it cannot be drawn or does not exist.
@@ -145,20 +151,4 @@ pub(crate) fn owners<'a>(
         owners[range.start.min(end)..end].fill(Some(body as u32));
     }
     owners
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shades_count_only_where_there_is_one_for_each_particle() {
-        let mut geometry = Geometry { positions: vec![Vec3::ZERO; 2], ..Geometry::default() };
-        assert_eq!(geometry.shade(0), None);
-        geometry.shades = vec![0.0, 1.0];
-        assert_eq!(geometry.shade(0), Some(share_colour(0.0)));
-        assert_eq!(geometry.shade(1), Some(share_colour(1.0)));
-        geometry.shades.push(0.5);
-        assert_eq!((geometry.shade(0), geometry.shade(5)), (None, None));
-    }
 }

@@ -1,8 +1,9 @@
 //! Lines and points of a picture: springs, particles, pins and grabs.
 
 use crate::math::is_drawable;
-use crate::picture::colour::{body_colour, bytes, mix, strain_colour};
+use crate::picture::colour::{body_colour, bytes, mix, scale_colour};
 use crate::picture::geometry::{Geometry, Line, Point, owners};
+use crate::viewing::quantity::Scale;
 use crate::viewing::view::View;
 use msd_core::{Body, Real, Snapshot, Vector};
 
@@ -63,7 +64,8 @@ pub(crate) fn balls<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) ->
 /// A rod between balls of this part of their radius, where nothing touches.
 const ROD: f32 = 0.45;
 
-/// Adds springs: all of them by strain if the style says so, else those of bodies without surface.
+/// Adds springs: all of them where colours stand for a quantity of springs, else those of bodies
+/// without surface.
 ///
 /// Those that no surface covers come first: they cast shadows.
 pub(crate) fn add_springs<R: Real>(
@@ -73,7 +75,8 @@ pub(crate) fn add_springs<R: Real>(
 ) {
     let style = &view.style;
     (geometry.casting_lines, geometry.rods) = (0, 0);
-    if !style.springs && !style.surfaces {
+    let of_springs = geometry.scale.filter(|scale| scale.quantity.is_of_springs());
+    if of_springs.is_none() && !style.surfaces {
         return;
     }
     let owners = owners(snapshot.bodies.iter().map(|body| &body.springs), snapshot.ends.len());
@@ -83,7 +86,7 @@ pub(crate) fn add_springs<R: Real>(
         radius => radius,
     };
     for covered in [false, true] {
-        if covered && !style.springs {
+        if covered && of_springs.is_none() {
             break;
         }
         for (spring, &[a, b]) in snapshot.ends.iter().enumerate() {
@@ -92,18 +95,15 @@ pub(crate) fn add_springs<R: Real>(
                 continue;
             }
             let shades = [a, b].map(|end| geometry.shade(end));
-            let radius = if style.springs { 0.0 } else { rod(a).min(rod(b)) };
+            let radius = if of_springs.is_some() { 0.0 } else { rod(a).min(rod(b)) };
             let (Some(a), Some(b)) = (geometry.drawable(a), geometry.drawable(b)) else { continue };
-            let rest = snapshot.rest_lengths.get(spring).map_or(0.0, |rest| rest.to_f64() as f32);
-            let (colour, width) = if style.springs {
-                let strain = ((a - b).length() - rest) / rest;
-                (strain_colour(strain, style.strain_full_scale), style.line_pixels())
-            } else {
-                let own = match shades {
-                    [Some(a), Some(b)] => mix(a, b, 0.5),
-                    _ => own_colour(owner, snapshot.bodies),
-                };
-                (own, style.line_pixels() * 1.5)
+            let value = |scale: Scale| Some((scale, scale.quantity.of_spring(snapshot, spring)?));
+            let (colour, width) = match (of_springs.and_then(value), shades) {
+                (Some((scale, value)), _) => {
+                    (scale_colour(scale, value as f32), style.line_pixels())
+                }
+                (None, [Some(a), Some(b)]) => (mix(a, b, 0.5), style.line_pixels() * 1.5),
+                _ => (own_colour(owner, snapshot.bodies), style.line_pixels() * 1.5),
             };
             let bias = if covered { SPRING_BIAS } else { 0.0 };
             let colour = bytes(colour, 1.0);
@@ -111,7 +111,7 @@ pub(crate) fn add_springs<R: Real>(
         }
         if !covered {
             geometry.casting_lines = geometry.lines.len();
-            geometry.rods = if style.springs { 0 } else { geometry.lines.len() };
+            geometry.rods = if of_springs.is_some() { 0 } else { geometry.lines.len() };
         }
     }
 }

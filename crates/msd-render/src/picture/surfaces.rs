@@ -9,6 +9,9 @@ use msd_core::{Body, Pattern, Real, Snapshot};
 
 /// Colour of edges on a surface.
 const EDGE: [f32; 3] = [0.07, 0.10, 0.16];
+/// Colours of surfaces below springs whose colours stand for something: these stand for nothing,
+/// and differ from all of a scale with grey in its middle, and of one that begins dark.
+const BELOW: [[f32; 3]; 2] = [[0.24, 0.25, 0.28], [0.90, 0.90, 0.88]];
 /// Edges win against the surface they lie on: 0.2 % of the distance is more than its rounding.
 const EDGE_BIAS: f32 = 0.002;
 
@@ -96,8 +99,12 @@ fn add_vertices(
     normals: &mut Normals,
 ) {
     let look = &body.look;
-    let own = body_colour(index, body);
-    let back = look.back.unwrap_or(mix(own, [1.0; 3], 0.25));
+    let of_springs = geometry.scale.filter(|scale| scale.quantity.is_of_springs());
+    let (own, back) = match of_springs {
+        Some(scale) => (BELOW[usize::from(!scale.quantity.is_signed())], None),
+        None => (body_colour(index, body), look.back),
+    };
+    let back = back.unwrap_or(mix(own, [1.0; 3], 0.25));
     let metal = if look.metal { 1.0 } else { 0.0 };
     for (number, corner) in body.surface.corners.iter().enumerate() {
         let shade = geometry.shade(corner.particle);

@@ -1,5 +1,7 @@
-//! Cameras and views: from where a scene is seen, what of it is shown, and what is pointed at.
+//! Cameras and views: from where a scene is seen, what of it is shown, what colours stand for, and
+//! what is pointed at.
 
 pub mod camera;
+pub mod quantity;
 pub mod view;
 pub mod pick;

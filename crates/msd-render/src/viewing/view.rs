@@ -1,6 +1,7 @@
 //! View settings: what of a snapshot is shown, and how.
 
 use crate::viewing::camera::Camera;
+use crate::viewing::quantity::Quantity;
 use glam::Vec3;
 
 /// A camera and a style: all that a picture needs besides the snapshot.
@@ -24,8 +25,13 @@ pub struct Style {
     pub pattern: bool,
     /// Whether the edges of surface triangles are drawn. Default false.
     pub wireframe: bool,
-    /// Whether every spring is drawn in the colour of its strain. Default false.
-    pub springs: bool,
+    /// What colours stand for; none where bodies have their own. Of a quantity of springs every
+    /// spring is drawn, on surfaces that are grey then; of one of particles all that shows
+    /// particles has its colours. Default none.
+    pub colour_by: Option<Quantity>,
+    /// The end of the scale of that quantity, in its unit; positive. None takes that of
+    /// [`Quantity::full_scale`], by what is in the picture. Default none.
+    pub full_scale: Option<f32>,
     /// Whether every particle is drawn. Default false.
     pub particles: bool,
     /// Whether pinned particles are marked. Default true.
@@ -41,10 +47,8 @@ pub struct Style {
     pub sky: bool,
     /// Whether bodies cast shadows. Default true.
     pub shadows: bool,
-    /// Whether a legend of strain colours is drawn when springs are. Default true.
+    /// Whether a legend is drawn where colours stand for a quantity. Default true.
     pub legend: bool,
-    /// Strain that is shown in full red, or in full blue if compressed, 1; positive. Default 0.2.
-    pub strain_full_scale: f32,
     /// Radius of a particle, metres; 0 chooses by the rest lengths. Default 0.
     pub particle_radius: f32,
     /// Width of a line, points; not negative, drawn at least 1.5 pixels wide. Default 1.6.
@@ -61,7 +65,8 @@ impl Default for Style {
             surfaces: true,
             pattern: true,
             wireframe: false,
-            springs: false,
+            colour_by: None,
+            full_scale: None,
             particles: false,
             pins: true,
             grabs: true,
@@ -70,7 +75,6 @@ impl Default for Style {
             sky: true,
             shadows: true,
             legend: true,
-            strain_full_scale: 0.2,
             particle_radius: 0.0,
             line_width: 1.6,
             pixels_per_point: 1.0,

@@ -281,9 +281,17 @@ pub struct RenderArguments {
     /// Draw the edges of the surface
     #[arg(long, help_heading = DRAWN)]
     pub wireframe: bool,
-    /// Draw the springs, coloured by strain: compressed blue, stretched red
+    /// Let colours stand for a quantity of springs, which are drawn then, or of particles
+    #[arg(long, value_name = "QUANTITY", value_enum, help_heading = DRAWN)]
+    pub colour_by: Option<ColourBy>,
+    /// End of the scale of the colours, in the unit of the quantity; of a strain 0.2 is 20 %
+    /// [default: what all pictures reach, rounded up; 0.2 of a strain]
+    #[arg(long, value_name = "NUMBER", value_parser = positive, allow_hyphen_values = true)]
+    #[arg(help_heading = DRAWN)]
+    pub full_scale: Option<f64>,
+    /// Leave out the legend of the colours
     #[arg(long, help_heading = DRAWN)]
-    pub springs: bool,
+    pub no_legend: bool,
     /// Draw the particles
     #[arg(long, help_heading = DRAWN)]
     pub particles: bool,
@@ -293,6 +301,19 @@ pub struct RenderArguments {
     /// Leave out sky, ground and walls: what is behind the bodies is transparent
     #[arg(long, value_name = "none", value_parser = ["none"], help_heading = DRAWN)]
     pub background: Option<String>,
+}
+
+/// What colours stand for in a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ColourBy {
+    /// Strain of springs, %: compressed blue, stretched red
+    Strain,
+    /// Force of springs with their dampers, N: pushes blue, pulls red
+    Force,
+    /// Elastic energy of springs, J: dark to light
+    Energy,
+    /// Speed of particles, m/s: dark to light
+    Speed,
 }
 
 /// Arguments of `msd inspect`.

@@ -65,7 +65,9 @@ pub fn render(arguments: &RenderArguments) -> Result<(), Failure> {
     let mut screen = Offscreen::new(&gpu, width, height).map_err(Failure::input)?;
     let mut look = Sighting::new(arguments, &prepared, &steps);
     if film.is_some() {
-        look.frame(seen(&prepared, (&steps, &interrupt)));
+        let (bounds, largest) = seen(&prepared, look.quantity(), (&steps, &interrupt));
+        look.frame(bounds);
+        look.choose_scale(largest);
     }
     let mut shoot = |runner: &Runner, part: f64| {
         if film.is_none() {

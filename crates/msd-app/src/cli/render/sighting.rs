@@ -1,10 +1,10 @@
 //! The view of `msd render`: from where it looks, at what, and how fast it turns.
 
-use crate::cli::arguments::{RenderArguments, Sight};
+use crate::cli::arguments::{ColourBy, RenderArguments, Sight};
 use crate::cli::run::prepare::Prepared;
 use crate::cli::steps::{Interrupt, Steps};
-use msd_app::viewer::{go_to, shows_springs, turn_to};
-use msd_render::{Camera, Style, View, bounds_with_ground, ground};
+use msd_app::viewer::{go_to, turn_to, usual_colours};
+use msd_render::{Camera, Quantity, Style, View, bounds_with_ground, ground};
 use msd_run::on;
 use msd_scene::Viewpoint;
 
@@ -35,7 +35,9 @@ impl Sighting {
         let style = Style {
             surfaces: !arguments.no_surfaces,
             wireframe: arguments.wireframe,
-            springs: arguments.springs || shows_springs(&prepared.name),
+            colour_by: arguments.colour_by.map(quantity).or(usual_colours(&prepared.name)),
+            full_scale: arguments.full_scale.map(|full| full as f32),
+            legend: !arguments.no_legend,
             particles: arguments.particles,
             sky: !is_open,
             planes: !is_open,
@@ -67,6 +69,19 @@ impl Sighting {
         Sighting { view, turn, aspect: width / height, viewpoint, ground }
     }
 
+    /// What colours stand for.
+    pub fn quantity(&self) -> Option<Quantity> {
+        self.view.style.colour_by
+    }
+
+    /// Sees to it that all frames of a film have the same scale, which none of them exceeds, unless
+    /// the command line says another.
+    pub fn choose_scale(&mut self, largest: f64) {
+        let style = &mut self.view.style;
+        let full = style.colour_by.map(|quantity| quantity.full_scale(largest));
+        style.full_scale = style.full_scale.or(full);
+    }
+
     /// Goes as near as all of a box stays in the picture, from wherever it is looked at.
     pub fn frame(&mut self, bounds: Option<(glam::Vec3, glam::Vec3)>) {
         let (Some(bounds), aspect) = (bounds, self.aspect) else { return };
@@ -93,19 +108,31 @@ impl Sighting {
     }
 }
 
-/// The box in which all particles are, in all frames: of a film that is only known once it was run.
+fn quantity(colour_by: ColourBy) -> Quantity {
+    match colour_by {
+        ColourBy::Strain => Quantity::Strain,
+        ColourBy::Force => Quantity::Force,
+        ColourBy::Energy => Quantity::Energy,
+        ColourBy::Speed => Quantity::Speed,
+    }
+}
+
+/// What all frames of a film show, which is only known once it was run: the box in which all
+/// particles are, and the largest size of what colours stand for.
 pub fn seen(
     prepared: &Prepared,
+    quantity: Option<Quantity>,
     (steps, interrupt): (&[u64], &Interrupt),
-) -> Option<(glam::Vec3, glam::Vec3)> {
+) -> (Option<(glam::Vec3, glam::Vec3)>, f64) {
     let mut runner = prepared.runner.clone();
     let (mut taken, mut all) = (0, None::<(glam::Vec3, glam::Vec3)>);
+    let mut largest = 0.0;
     let mut progress = Steps::new(steps.last().copied().unwrap_or(0), "looking where it goes");
     for &step in steps {
         while taken < step {
             // What is wrong is told where it happens again.
             if interrupt.is_asked() || runner.step().is_err() {
-                return all;
+                return (all, largest);
             }
             taken += 1;
             progress.tell(taken);
@@ -115,6 +142,10 @@ pub fn seen(
             (Some((low, high)), Some((a, b))) => Some((low.min(a), high.max(b))),
             (all, now) => all.or(now),
         };
+        if let Some(quantity) = quantity {
+            let now = on!(&runner, simulation => quantity.largest(&simulation.snapshot()));
+            largest = f64::max(largest, now);
+        }
     }
-    all
+    (all, largest)
 }
