@@ -398,11 +398,10 @@ fn diagonal<S: Simd, R: Real, const LESS: bool>(
         for &record in &records.full {
             let first = record as usize * RECORD;
             let mut here: [Pack<S, R>; 3] = load(simd, &to[first..], part);
-            let there: [Pack<S, R>; 3] =
-                if LESS { load(simd, &from[first..], part) } else { here };
+            let there: [Pack<S, R>; 3] = if LESS { load(simd, &from[first..], part) } else { here };
             for axis in 0..3 {
                 if LESS {
-                    here[axis] = here[axis] - there[axis];
+                    here[axis] -= there[axis];
                 }
                 low[axis] = here[axis].simd_lt(low[axis]).select(here[axis], low[axis]);
                 high[axis] = high[axis].simd_lt(here[axis]).select(here[axis], high[axis]);
