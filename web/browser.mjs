@@ -47,19 +47,20 @@ async function listen(answer) {
   return { server, url: `http://127.0.0.1:${server.address().port}/` };
 }
 
-// The mean brightness of a picture, 0 to 255, and its colours: for a page to call.
-export async function countColours(base64) {
+// The mean brightness of a picture, 0 to 255, and the share of its pixels that have a colour, 0 to
+// 1, as bodies do and ground and sky do not: for a page to call.
+export async function survey(base64) {
   const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
   const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
   pen.drawImage(image, 0, 0);
   const { data } = pen.getImageData(0, 0, image.width, image.height);
-  const colours = new Set();
-  let sum = 0;
+  let [sum, coloured] = [0, 0];
   for (let at = 0; at < data.length; at += 4) {
-    colours.add((data[at] >> 4) << 8 | (data[at + 1] >> 4) << 4 | data[at + 2] >> 4);
-    sum += data[at] + data[at + 1] + data[at + 2];
+    const [red, green, blue] = data.subarray(at, at + 3);
+    sum += red + green + blue;
+    coloured += 60 < Math.max(red, green, blue) - Math.min(red, green, blue);
   }
-  return [sum / (0.75 * data.length), colours.size];
+  return [sum / (0.75 * data.length), 4 * coloured / data.length];
 }
 
 // Both on an adapter in software. Without one of the four flags of the first the page is blank.
@@ -190,15 +191,17 @@ export class Page {
     }
   }
 
-  // How many colours a rectangle of the canvas has on the screen.
-  async colours(area) { return (await this.pixels(area))[1]; }
+  // The share of the middle of a view that has a colour on the screen, 0 to 1.
+  async coloured([left, top, width, height]) {
+    return (await this.survey([left + width / 4, top + height / 4, width / 2, height / 2]))[1];
+  }
 
-  // The mean brightness of a rectangle of the canvas on the screen, 0 to 255, and its colours.
-  async pixels([left, top, width, height]) {
+  // What `survey` says of a rectangle of the canvas on the screen.
+  async survey([left, top, width, height]) {
     const [x, y] = await this.place([left, top]);
     const clip = { x, y, width, height };
     const png = await this.page.screenshot({ clip });
-    return this.page.evaluate(countColours, png.toString('base64'));
+    return this.page.evaluate(survey, png.toString('base64'));
   }
 
   async picture(name) {

@@ -7,7 +7,7 @@ import { connect } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import assert from 'node:assert/strict';
-import { PATIENCE, countColours, serve } from './browser.mjs';
+import { PATIENCE, serve, survey } from './browser.mjs';
 
 const executable = process.env.MSD_FIREFOX ?? ['/usr/bin/firefox-esr'].find(existsSync);
 
@@ -127,8 +127,8 @@ async function visit(firefox, way, url) {
   await until('steps', async () => 5 < (await firefox.status()).steps);
   const picture = await firefox.picture();
   if (process.argv[2]) await writeFile(join(process.argv[2], `firefox-${way}.png`), picture, 'base64');
-  const colours = await firefox.evaluate(`(${countColours})("${picture}")`);
-  assert(20 < colours[1], `${colours} colours`);
+  const [, coloured] = await firefox.evaluate(`(${survey})("${picture}")`);
+  assert(0.02 < coloured, `${coloured} of the picture has a colour`);
   await firefox.press(' ');
   const { steps, aim: { screen: [x, y] } } = await until('a pause', async () => {
     const now = await firefox.status();
