@@ -99,10 +99,10 @@ impl Grid {
 
     /// Cells with points that are this one or around it, in the order of their rows.
     pub(crate) fn around(&self, row: usize) -> impl Iterator<Item = usize> {
-        let around = |at: i64| [at.wrapping_sub(1), at, at.wrapping_add(1)];
-        let [x, y, z] = self.rows[row].cell.map(around);
-        let cells = x.into_iter().flat_map(move |x| {
-            y.into_iter().flat_map(move |y| z.into_iter().map(move |z| [x, y, z]))
+        let [x, y, z] = self.rows[row].cell;
+        let cells = (0..27).map(move |at: i64| {
+            let by = |at: i64, way: i64| at.wrapping_add(way - 1);
+            [by(x, at / 9), by(y, at / 3 % 3), by(z, at % 3)]
         });
         cells.filter_map(|cell| self.row_of(cell))
     }

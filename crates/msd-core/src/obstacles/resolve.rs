@@ -2,6 +2,7 @@
 //! time.
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
+use super::solid::{Curved, lanes};
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
@@ -337,12 +338,12 @@ impl<R: Real> Batch<R> {
             let near = Ball::<R>::new(solid, time, largest).inside(&self.positions);
             if near != 0 {
                 let placed = Placed::new(solid, time);
-                self.meet_own(&placed, (&span, time, near), &mut tally.contacts);
+                self.meet_curved(&placed, (&span, time, near), &mut tally.contacts);
             }
         }
         for (_, own) in &obstacles.own {
             let all = (1 << LANES) - 1;
-            self.meet_own(own.of::<R>(), (&span, time, all), &mut tally.contacts);
+            self.meet_curved(&own.of::<R>(), (&span, time, all), &mut tally.contacts);
         }
     }
 
@@ -416,25 +417,26 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Meets any obstacle, one particle at a time; the bits say which may be inside.
-    fn meet_own(
+    /// Meets an obstacle that is no plane, one particle at a time; the bits say which may be inside.
+    #[inline(always)]
+    fn meet_curved(
         &mut self,
-        obstacle: &dyn Obstacle<R>,
+        obstacle: &impl Curved<R>,
         (span, time, near): (&Span<R>, f64, u32),
         contacts: &mut Contacts,
     ) {
-        for lane in (0..LANES).filter(|lane| near >> lane & 1 != 0) {
-            if self.inverse_masses[lane] == R::ZERO {
-                continue;
-            }
+        let gaps = obstacle.gaps((&self.positions, near), time);
+        let mut bits = [0; LANES];
+        for lane in 0..LANES {
+            let is_inside =
+                (gaps[lane] < self.radii[lane]) & (self.inverse_masses[lane] != R::ZERO);
+            bits[lane] = u32::from(is_inside) << lane;
+        }
+        let obstacle = obstacle.single();
+        for lane in lanes(near & bits.iter().fold(0, |all, bit| all | bit)) {
             let position = R::Vec3::from_components(lane_of(&self.positions, lane));
-            let depth = self.radii[lane] - obstacle.gap(position, time);
-            let is_inside = R::ZERO < depth;
-            if !is_inside {
-                continue;
-            }
             let normal = obstacle.normal(position, time).components();
-            let touch = self.touch(lane, normal, depth);
+            let touch = self.touch(lane, normal, self.radii[lane] - gaps[lane]);
             if touch.is_inside(span) {
                 let met = meet_surface(obstacle, touch, (span, time), self.masses[lane]);
                 self.set(lane, met.position, met.velocity);

@@ -11,7 +11,8 @@
 
 use super::contact::{ContactLaw, Contacts, dot, rounding};
 use super::resolve::{AT_ONCE, TOGETHER, lane_of};
-use super::{Ball, Obstacle, Obstacles, OwnObstacle, Placed, PlaneColumn, Radii};
+use super::solid::{Curved, lanes};
+use super::{Ball, Obstacles, OwnObstacle, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, set_vector, vector};
 use crate::number::{Real, Vector, at_level};
@@ -102,6 +103,13 @@ impl<'a, R: Real> Places<'a, R> {
         self.inverse_masses[record * RECORD + lane] != R::ZERO
     }
 
+    /// The particles of a record that something moves, a bit for each.
+    #[inline(always)]
+    fn moving_of(&self, record: usize) -> u32 {
+        let bit = |lane| u32::from(self.is_moving(record, lane)) << lane;
+        (0..LANES).fold(0, |bits, lane| bits | bit(lane))
+    }
+
     /// The particles of some records that something moves, each with its radius.
     fn moving(self, records: Range<usize>) -> impl Iterator<Item = ([R; 3], R)> + 'a {
         let rows = self.records();
@@ -179,10 +187,23 @@ fn is_one_on_curved<R: Real>(obstacles: &Obstacles<R>, places: &Places<'_, R>, t
     }
     let is_one_on = |own: &OwnObstacle| {
         let obstacle = own.of::<R>();
-        let is_on = |(x, radius)| on_curved(obstacle, (x, radius), time).is_some();
-        places.moving(0..places.records().len()).any(is_on)
+        (0..places.records().len())
+            .any(|record| is_one_of_record_on(&obstacle, places, record, (ALL, time)))
     };
     obstacles.own.iter().any(|(_, obstacle)| is_one_on(obstacle))
+}
+
+/// Whether a particle of a record that something moves is on an obstacle; the bits say which may be.
+#[inline(always)]
+fn is_one_of_record_on<R: Real>(
+    obstacle: &impl Curved<R>,
+    places: &Places<'_, R>,
+    record: usize,
+    (which, time): (u32, f64),
+) -> bool {
+    let which = which & places.moving_of(record);
+    let (x, radii) = (&places.records()[record], places.radii.of_record(record));
+    which != 0 && on_curved(obstacle, (x, &radii, which), time).0 != 0
 }
 
 #[inline(always)]
@@ -194,22 +215,13 @@ fn is_one_on_solid<R: Real>(solid: &Solid, places: &Places<'_, R>, time: f64) ->
             continue;
         }
         for (record, x) in (block * TOGETHER..).zip(some) {
-            let is_on = |lane: usize| {
-                let radius = places.radii.at(record * RECORD + lane);
-                let on = || on_curved(&placed, (lane_of(x, lane), radius), time).is_some();
-                places.is_moving(record, lane) && on()
-            };
-            if lanes(ball.inside(x)).any(is_on) {
+            let near = (ball.inside(x), time);
+            if is_one_of_record_on(&placed, places, record, near) {
                 return true;
             }
         }
     }
     false
-}
-
-/// The lanes of bits.
-fn lanes(bits: u32) -> impl Iterator<Item = usize> {
-    (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
 }
 
 /// Whether the gap of a particle of this radius counts as zero: it is below its rounding.
@@ -219,20 +231,33 @@ fn is_on<R: Real>(plane: &PlaneColumn<R>, x: [R; 3], radius: R) -> bool {
     (dot(normal, x) - plane.offset - radius).abs() <= rounding(normal, x, radius)
 }
 
-/// The normal of an obstacle at a particle of some radius on it.
+/// The particles of a record, of these radii, on an obstacle, a bit for each, and the normals
+/// there; the bits say which may be.
+#[inline(always)]
 fn on_curved<R: Real>(
-    obstacle: &dyn Obstacle<R>,
-    (x, radius): ([R; 3], R),
+    obstacle: &impl Curved<R>,
+    (x, radii, which): (&[R; RECORD], &[R; LANES], u32),
     time: f64,
-) -> Option<[R; 3]> {
-    let position = R::Vec3::from_components(x);
-    let gap = (obstacle.gap(position, time) - radius).abs();
-    // No normal has components beyond one.
-    if R::of(8.0) * R::EPSILON * (x[0].abs() + x[1].abs() + x[2].abs() + radius) < gap {
-        return None;
+) -> (u32, [R; RECORD]) {
+    let mut gaps = obstacle.gaps((x, which), time);
+    let mut bits = [0; LANES];
+    for lane in 0..LANES {
+        let [x, y, z] = lane_of(x, lane).map(R::abs);
+        gaps[lane] = (gaps[lane] - radii[lane]).abs();
+        // No normal has components beyond one.
+        let most = R::of(8.0) * R::EPSILON * (x + y + z + radii[lane]);
+        bits[lane] = u32::from(gaps[lane] <= most) << lane;
     }
-    let normal = obstacle.normal(position, time).components();
-    (gap <= rounding(normal, x, radius)).then_some(normal)
+    let close = which & bits.iter().fold(0, |all, bit| all | bit);
+    if close == 0 {
+        return (0, [R::ZERO; RECORD]);
+    }
+    let normals = obstacle.normals((x, close), time);
+    for lane in 0..LANES {
+        let rounding = rounding(lane_of(&normals, lane), lane_of(x, lane), radii[lane]);
+        bits[lane] = u32::from(gaps[lane] <= rounding) << lane;
+    }
+    (close & bits.iter().fold(0, |all, bit| all | bit), normals)
 }
 
 /// Holds the particles that lie on an obstacle after a kick.
@@ -268,7 +293,7 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
             }
         }
         for (_, own) in &obstacles.own {
-            settle_on_curved(own.of::<R>(), &mut kicked, (record, x, ALL), &mut contacts);
+            settle_on_curved(&own.of::<R>(), &mut kicked, (record, x, ALL), &mut contacts);
         }
     }
     for solid in &obstacles.solids {
@@ -404,36 +429,43 @@ const ALL: u32 = (1 << LANES) - 1;
 
 /// Holds the particles of a record that lie on an obstacle which is no plane; the bits say which
 /// may.
+#[inline(always)]
 fn settle_on_curved<R: Real>(
-    obstacle: &dyn Obstacle<R>,
+    obstacle: &impl Curved<R>,
     kicked: &mut Kicked<'_, R>,
-    (record, x, near): (usize, &[R; RECORD], u32),
+    (record, x, which): (usize, &[R; RECORD], u32),
     contacts: &mut Contacts,
 ) {
     let (at, kick) = (record * RECORD, kicked.kick);
-    let law = kick.law(obstacle.law());
-    for lane in lanes(near) {
-        if kicked.places.inverse_masses[at + lane] == R::ZERO {
-            continue;
-        }
-        let place = (lane_of(x, lane), kicked.places.radii.at(at + lane));
-        let Some(normal) = on_curved(obstacle, place, kick.time) else { continue };
-        let position = R::Vec3::from_components(place.0);
-        let surface = obstacle.velocity(position, kick.time).components();
-        let of = |column: &[R]| vector::<R>(column, at + lane).components();
-        let (v, a) = (of(kicked.velocities), of(kicked.accelerations));
+    let radii = kicked.places.radii.of_record(record);
+    let which = which & kicked.places.moving_of(record);
+    let (on, normals) = on_curved(obstacle, (x, &radii, which), kick.time);
+    if on == 0 {
+        return;
+    }
+    let surface = obstacle.velocities((x, on), kick.time);
+    let law = kick.law(obstacle.single().law());
+    let of = |column: &[R]| -> [R; RECORD] { *column[at..].first_chunk().expect("a record") };
+    let (v, a) = (of(kicked.velocities), of(kicked.accelerations));
+    let (mut lie, mut taken) = ([false; LANES], [R::ZERO; LANES]);
+    let mut after = [R::ZERO; RECORD];
+    for lane in 0..LANES {
+        let [normal, v, surface] = [&normals, &v, &surface].map(|column| lane_of(column, lane));
         let seen = core::array::from_fn(|axis| v[axis] - surface[axis]);
-        let settled = kick.settle(&law, normal, (seen, a));
-        if !settled.lies {
-            continue;
+        let settled = kick.settle(&law, normal, (seen, lane_of(&a, lane)));
+        (lie[lane], taken[lane]) = (settled.lies, settled.taken);
+        for axis in 0..3 {
+            after[axis * LANES + lane] = settled.velocity[axis] + surface[axis];
         }
-        let after: [R; 3] = core::array::from_fn(|axis| settled.velocity[axis] + surface[axis]);
+    }
+    for lane in lanes(on).filter(|&lane| lie[lane]) {
+        let [v, after, surface] = [&v, &after, &surface].map(|column| lane_of(column, lane));
         set_vector(kicked.velocities, at + lane, R::Vec3::from_components(after));
         let mass = kicked.masses[record * LANES + lane];
         let impulse = core::array::from_fn(|axis| after[axis] - v[axis]);
         *contacts += Contacts {
             driven: (dot(impulse, surface) * mass).to_f64(),
-            ..Contacts::one((settled.taken * mass).to_f64())
+            ..Contacts::one((taken[lane] * mass).to_f64())
         };
     }
 }

@@ -4,7 +4,7 @@ use super::Obstacle;
 use super::contact::{ContactLaw, dot};
 use super::motion::{SolidMotion, middle};
 use super::resolve::lane_of;
-use crate::columns::{LANES, RECORD};
+use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
 use crate::scene::Solid;
 use glam::{DMat3, DVec3};
@@ -31,9 +31,116 @@ impl<'s> Placed<'s> {
     }
 
     /// A point as seen from the solid.
+    #[inline(always)]
     fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
         self.axes.transpose() * (position.to_f64() - self.middle)
     }
+}
+
+/// The lanes of bits.
+pub(super) fn lanes(bits: u32) -> impl Iterator<Item = usize> {
+    (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
+}
+
+/// An obstacle that is no plane, at the points of a record that some bits say.
+pub(super) trait Curved<R: Real> {
+    /// The gaps, metres.
+    fn gaps(&self, points: (&[R; RECORD], u32), time: f64) -> [R; LANES];
+
+    /// The normals, as a record.
+    fn normals(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD];
+
+    /// The velocities of the surface, metres per second, as a record.
+    fn velocities(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD];
+
+    /// What it is at a single point.
+    fn single(&self) -> &dyn Obstacle<R>;
+}
+
+impl<R: Real> Curved<R> for Placed<'_> {
+    #[inline(always)]
+    fn gaps(&self, (x, which): (&[R; RECORD], u32), _: f64) -> [R; LANES] {
+        let own = |lane| self.own::<R>(R::Vec3::from_components(lane_of(x, lane)));
+        let mut gaps = [R::ZERO; LANES];
+        if let Some(rod) = self.solid.shape.rod() {
+            for (lane, gap) in gaps.iter_mut().enumerate() {
+                *gap = R::of(rod.gap(own(lane)));
+            }
+            return gaps;
+        }
+        for lane in lanes(which) {
+            gaps[lane] = R::of(self.solid.shape.gap(own(lane)));
+        }
+        gaps
+    }
+
+    #[inline(always)]
+    fn normals(&self, (x, which): (&[R; RECORD], u32), _: f64) -> [R; RECORD] {
+        let own = |lane| self.own::<R>(R::Vec3::from_components(lane_of(x, lane)));
+        let mut normals = [R::ZERO; RECORD];
+        if let Some(rod) = self.solid.shape.rod() {
+            for lane in 0..LANES {
+                let normal = (self.axes * rod.normal(own(lane))).to_array();
+                for axis in 0..3 {
+                    normals[axis * LANES + lane] = R::of(normal[axis]);
+                }
+            }
+            return normals;
+        }
+        for lane in lanes(which) {
+            let normal = self.axes * self.solid.shape.normal(own(lane));
+            set_vector(&mut normals, lane, R::Vec3::of(normal));
+        }
+        normals
+    }
+
+    #[inline(always)]
+    fn velocities(&self, (x, _): (&[R; RECORD], u32), time: f64) -> [R; RECORD] {
+        let mut all = [R::ZERO; RECORD];
+        for lane in 0..LANES {
+            let point = R::Vec3::from_components(lane_of(x, lane));
+            set_vector(&mut all, lane, Obstacle::<R>::velocity(self, point, time));
+        }
+        all
+    }
+
+    fn single(&self) -> &dyn Obstacle<R> {
+        self
+    }
+}
+
+impl<R: Real> Curved<R> for &dyn Obstacle<R> {
+    fn gaps(&self, (x, which): (&[R; RECORD], u32), time: f64) -> [R; LANES] {
+        let mut gaps = [R::ZERO; LANES];
+        for lane in lanes(which) {
+            gaps[lane] = self.gap(R::Vec3::from_components(lane_of(x, lane)), time);
+        }
+        gaps
+    }
+
+    fn normals(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD] {
+        vectors(points, |point| self.normal(point, time))
+    }
+
+    fn velocities(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD] {
+        vectors(points, |point| self.velocity(point, time))
+    }
+
+    fn single(&self) -> &dyn Obstacle<R> {
+        *self
+    }
+}
+
+/// The vectors of a law at the points of a record that some bits say, one by one.
+fn vectors<R: Real>(
+    (x, which): (&[R; RECORD], u32),
+    law: impl Fn(R::Vec3) -> R::Vec3,
+) -> [R; RECORD] {
+    let mut all = [R::ZERO; RECORD];
+    for lane in lanes(which) {
+        set_vector(&mut all, lane, law(R::Vec3::from_components(lane_of(x, lane))));
+    }
+    all
 }
 
 /// Rounding of coordinates in single precision, a few times.
@@ -112,6 +219,7 @@ impl<R: Real> Obstacle<R> for Placed<'_> {
         R::Vec3::of(self.axes * self.solid.shape.normal(self.own::<R>(position)))
     }
 
+    #[inline(always)]
     fn velocity(&self, position: R::Vec3, _: f64) -> R::Vec3 {
         R::Vec3::of(self.velocity + self.spin.cross(position.to_f64() - self.middle))
     }

@@ -105,13 +105,21 @@ impl Solid {
 }
 
 impl Shape {
+    /// A ball or a capsule as a rod.
+    #[inline(always)]
+    pub(crate) fn rod(&self) -> Option<Rod> {
+        match *self {
+            Shape::Sphere { radius } => Some(Rod { radius, length: 0.0 }),
+            Shape::Capsule { radius, length } => Some(Rod { radius, length }),
+            _ => None,
+        }
+    }
+
     /// The distance of a point from the surface, metres; negative inside.
     pub fn gap(&self, point: DVec3) -> f64 {
         match *self {
-            Shape::Sphere { radius } => length(point) - radius,
-            Shape::Capsule { radius, length: long } => {
-                length(point - on_axis(point, long)) - radius
-            }
+            Shape::Sphere { radius } => Rod { radius, length: 0.0 }.gap(point),
+            Shape::Capsule { radius, length } => Rod { radius, length }.gap(point),
             Shape::Box { size } => beyond(point.abs() - size * 0.5),
             Shape::Cylinder { radius, length } => beyond(sides_of_rod(point, radius, length)),
             Shape::Torus { radius, tube } => length(point - on_circle(point, radius)) - tube,
@@ -122,8 +130,8 @@ impl Shape {
     /// The direction out of the solid at a point, length one.
     pub fn normal(&self, point: DVec3) -> DVec3 {
         match *self {
-            Shape::Sphere { .. } => direction(point),
-            Shape::Capsule { length, .. } => direction(point - on_axis(point, length)),
+            Shape::Sphere { radius } => Rod { radius, length: 0.0 }.normal(point),
+            Shape::Capsule { radius, length } => Rod { radius, length }.normal(point),
             Shape::Box { size } => out(point.abs() - size * 0.5, point, DMat3::IDENTITY),
             Shape::Cylinder { radius, length } => {
                 let axes = DMat3::from_cols(direction(around(point)), DVec3::Y, DVec3::ZERO);
@@ -161,19 +169,42 @@ impl Shape {
     }
 }
 
+/// All points within a radius of a piece of the axis, which may be a point: its laws are those of
+/// balls and capsules, without a branch, so that many points are computed at once.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rod {
+    radius: f64,
+    length: f64,
+}
+
+impl Rod {
+    #[inline(always)]
+    pub(crate) fn gap(self, point: DVec3) -> f64 {
+        length(self.away(point)) - self.radius
+    }
+
+    #[inline(always)]
+    pub(crate) fn normal(self, point: DVec3) -> DVec3 {
+        direction(self.away(point))
+    }
+
+    /// The way from the nearest point of the axis.
+    #[inline(always)]
+    fn away(self, point: DVec3) -> DVec3 {
+        point - DVec3::Y * point.y.clamp(-0.5 * self.length, 0.5 * self.length)
+    }
+}
+
+#[inline(always)]
 fn length(vector: DVec3) -> f64 {
     Real::sqrt(vector.dot(vector))
 }
 
 /// A vector at length one; up where it has no direction.
+#[inline(always)]
 fn direction(vector: DVec3) -> DVec3 {
     let length = length(vector);
     if 0.0 < length { vector / length } else { DVec3::Y }
-}
-
-/// The nearest point of a piece of the axis.
-fn on_axis(point: DVec3, length: f64) -> DVec3 {
-    DVec3::Y * point.y.clamp(-0.5 * length, 0.5 * length)
 }
 
 /// The way from the axis.

@@ -139,9 +139,15 @@ impl<R: Real> Pair<R> {
     #[inline(always)]
     fn closed(&self, [x, v]: [&[R]; 2], inverse_masses: &[R]) -> Option<Closed<R>> {
         let at = self.at.map(|at| at as usize);
+        let places = at.map(|at| vector::<R>(x, at));
+        // Most pairs of the list do not touch: no more than this is read of them.
+        let apart = places[1] - places[0];
+        if self.law.reach * self.law.reach <= apart.dot(apart) {
+            return None;
+        }
         let masses = inverse_masses[at[0]] + inverse_masses[at[1]];
-        let motions = at.map(|at| [vector::<R>(x, at), vector::<R>(v, at)]);
-        self.law.close(motions, masses)
+        let velocities = at.map(|at| vector::<R>(v, at));
+        self.law.close([[places[0], velocities[0]], [places[1], velocities[1]]], masses)
     }
 }
 
@@ -344,12 +350,6 @@ impl Touches {
         [2.0 * least, 2.0 * most]
     }
 
-    /// The sum of the radii of two beads, metres.
-    fn reach_of(&self, a: usize, b: usize) -> f64 {
-        let [a, b] = [a, b].map(|bead| self.rows[self.beads[bead].row as usize].radius);
-        a + b
-    }
-
     /// Whether two beads, the lower first, do not touch.
     fn spares(&self, a: usize, b: usize) -> bool {
         let range = self.spared_starts[a] as usize..self.spared_starts[a + 1] as usize;
@@ -457,8 +457,13 @@ pub(crate) fn energy_and_pulls<R: Real>(pairs: &[Pair<R>], positions: &[R]) -> [
     for pair in pairs {
         let law = &pair.law;
         let [a, b] = pair.at.map(|at| vector::<R>(positions, at as usize).to_f64());
-        let apart = b - a;
-        let overlap = law.reach.to_f64() - Real::sqrt(apart.dot(apart));
+        let (apart, reach) = (b - a, law.reach.to_f64());
+        let square = apart.dot(apart);
+        // Most pairs of the list do not touch.
+        if reach * reach <= square {
+            continue;
+        }
+        let overlap = reach - Real::sqrt(square);
         if 0.0 < overlap {
             let stiffness = law.stiffness.to_f64();
             sums[0] += 0.5 * stiffness * overlap * overlap;

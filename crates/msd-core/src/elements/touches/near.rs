@@ -60,6 +60,8 @@ pub(crate) struct Near<R: Real> {
     /// Rounding of a drift, metres.
     rounding: f64,
     grid: Grid,
+    /// The beads of each pair of the list, as one number.
+    keys: Vec<u64>,
 }
 
 /// The skin of a list, as a part of the largest sum of radii, and the largest skin that fast
@@ -254,22 +256,29 @@ impl<R: Real> Near<R> {
         }
         self.find_cells(touches, positions);
         self.fill(touches, positions);
-        let Near { pairs, grid, skin, .. } = self;
-        pairs.clear();
+        let Near { pairs, keys, grid, skin, .. } = self;
+        let farthest = R::of(reach + *skin);
+        let apart = |a, b| touches.point(positions, b) - touches.point(positions, a);
+        keys.clear();
         let never: Result<(), Infallible> = grid.each_pair(|a, b| {
-            let apart = touches.point(positions, b) - touches.point(positions, a);
-            let most = R::of(touches.reach_of(a, b) + *skin);
-            if apart.dot(apart) < most * most
-                && let Some(law) = touches.law_of(a, b)
-            {
-                let both = [a, b].map(|bead| touches.beads[bead]);
-                let (particles, at) = (both.map(|bead| bead.particle), both.map(|bead| bead.at));
-                pairs.push(Pair { particles, at, law });
+            let apart = apart(a, b);
+            if apart.dot(apart) < farthest * farthest {
+                keys.push((a as u64) << 32 | b as u64);
             }
             Ok(())
         });
         let Ok(()) = never;
-        pairs.sort_unstable_by_key(|pair| pair.particles);
+        // Beads are in the order of their particles.
+        keys.sort_unstable();
+        pairs.clear();
+        pairs.extend(keys.iter().filter_map(|key| {
+            let both = [key >> 32, key & u64::from(u32::MAX)].map(|bead| bead as usize);
+            let law = touches.law_of(both[0], both[1])?;
+            let (apart, most) = (apart(both[0], both[1]), law.reach + R::of(*skin));
+            let both = both.map(|bead| touches.beads[bead]);
+            let (particles, at) = (both.map(|bead| bead.particle), both.map(|bead| bead.at));
+            (apart.dot(apart) < most * most).then_some(Pair { particles, at, law })
+        }));
     }
 
     /// Puts all beads into cells as wide as pairs of the list are long.
