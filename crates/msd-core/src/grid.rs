@@ -3,8 +3,11 @@
 //! Cells as wide as what counts as near, in a table by their hash (Teschner and others, 2003), each
 //! with its points in a row (a counting sort).
 
+use crate::columns::LANES;
+use crate::number::at_level;
 use alloc::vec::Vec;
 use core::ops::Range;
+use fearless_simd::Level;
 use glam::DVec3;
 
 /// Where a cell is, in cells from the origin.
@@ -22,8 +25,54 @@ pub(crate) struct Grid {
     /// Where the points, and then the rows, of each place of the table start, and where the last
     /// ones end.
     starts: Vec<u32>,
-    /// Points near those of a row.
-    near: Vec<u32>,
+    /// The points, metres, as they were given and cell by cell.
+    given: Vec<DVec3>,
+    sorted: Vec<DVec3>,
+    /// The points of a cell and after them those around it.
+    near: Nearby,
+}
+
+/// Points that are compared with each other, [`LANES`] at a time.
+#[derive(Clone, Debug, Default)]
+struct Nearby {
+    points: Vec<u32>,
+    /// Their coordinates, metres, up to a whole number of lanes: what is beyond the points is
+    /// nowhere.
+    coordinates: [Vec<f64>; 3],
+}
+
+impl Nearby {
+    fn clear(&mut self) {
+        self.points.clear();
+        self.coordinates.iter_mut().for_each(Vec::clear);
+    }
+
+    fn add(&mut self, points: &[u32], places: &[DVec3]) {
+        self.points.extend_from_slice(points);
+        for (axis, column) in self.coordinates.iter_mut().enumerate() {
+            column.extend(places.iter().map(|place| place[axis]));
+        }
+    }
+
+    fn fill_up(&mut self) {
+        let lanes = self.points.len().next_multiple_of(LANES);
+        self.coordinates.iter_mut().for_each(|column| column.resize(lanes, f64::INFINITY));
+    }
+
+    /// Which of some lanes are within a distance of a point, by its square; a bit for each.
+    #[inline(always)]
+    fn within(&self, first: usize, point: usize, square: f64) -> u32 {
+        let columns = self.coordinates.each_ref();
+        let here = columns.map(|column| column[point]);
+        let lanes: [&[f64; LANES]; 3] =
+            columns.map(|column| column[first..].first_chunk().expect("whole lanes"));
+        let mut bits = [0; LANES];
+        for (lane, bit) in bits.iter_mut().enumerate() {
+            let [x, y, z] = [0, 1, 2].map(|axis| lanes[axis][lane] - here[axis]);
+            *bit = u32::from(x * x + y * y + z * z <= square) << lane;
+        }
+        bits.iter().fold(0, |all, bit| all | bit)
+    }
 }
 
 /// A cell and its points.
@@ -36,10 +85,11 @@ struct Occupied {
 impl Grid {
     /// Puts points into cells of this width, metres. A point that is no number is somewhere.
     pub(crate) fn fill(&mut self, width: f64, points: impl Iterator<Item = DVec3>) {
-        // Saturates for numbers that no world holds.
-        let cell = |x: f64| libm::floor(x / width) as i64;
+        let cell = |x: f64| floor(x / width);
+        self.given.clear();
+        self.given.extend(points);
         self.cells.clear();
-        self.cells.extend(points.map(|point| point.to_array().map(cell)));
+        self.cells.extend(self.given.iter().map(|point| point.to_array().map(cell)));
         let places = (2 * self.cells.len()).next_power_of_two();
         self.sort(places);
         self.group(places);
@@ -97,10 +147,11 @@ impl Grid {
         rows.into_iter().find(|&row| self.rows[row].cell == cell)
     }
 
-    /// Cells with points that are this one or around it, in the order of their rows.
-    pub(crate) fn around(&self, row: usize) -> impl Iterator<Item = usize> {
+    /// Cells with points that touch this one, half of them: of two that touch each other one finds
+    /// the other.
+    pub(crate) fn beside(&self, row: usize) -> impl Iterator<Item = usize> {
         let [x, y, z] = self.rows[row].cell;
-        let cells = (0..27).map(move |at: i64| {
+        let cells = (14..27).map(move |at: i64| {
             let by = |at: i64, way: i64| at.wrapping_add(way - 1);
             [by(x, at / 9), by(y, at / 3 % 3), by(z, at % 3)]
         });
@@ -118,28 +169,74 @@ impl Grid {
         &self.points[points.start as usize..points.end as usize]
     }
 
-    /// Sees every pair of points in one cell or in two that touch, once, the lower first, until
-    /// there is an error.
+    /// Sees every pair of points within a distance of each other, metres, at most the width of a
+    /// cell, once, the lower first, until there is an error. Some that are farther apart by rounding
+    /// are seen too.
     pub(crate) fn each_pair<E>(
         &mut self,
+        level: Level,
+        distance: f64,
         mut see: impl FnMut(usize, usize) -> Result<(), E>,
     ) -> Result<(), E> {
+        self.sorted.clear();
+        self.sorted.extend(self.points.iter().map(|&point| self.given[point as usize]));
+        let square = distance * distance * (1.0 + ROUNDING);
         let mut near = core::mem::take(&mut self.near);
         for row in 0..self.rows.len() {
             near.clear();
-            for other in self.around(row).filter(|&other| row < other) {
-                near.extend_from_slice(self.points_of(other));
+            self.add_row(row, &mut near);
+            let own = near.points.len();
+            for other in self.beside(row) {
+                self.add_row(other, &mut near);
             }
-            let own = self.points_of(row);
-            for (at, &a) in own.iter().enumerate() {
-                for &b in own[at + 1..].iter().chain(&near) {
-                    see(a.min(b) as usize, a.max(b) as usize)?;
-                }
-            }
+            near.fill_up();
+            at_level!(level, _simd => each_pair_of(own, &near, square, &mut see))?;
         }
         self.near = near;
         Ok(())
     }
+
+    /// Adds the points of a row.
+    fn add_row(&self, row: usize, near: &mut Nearby) {
+        let range = &self.rows[row].points;
+        let places = &self.sorted[range.start as usize..range.end as usize];
+        near.add(self.points_of(row), places);
+    }
+}
+
+/// Sees the pairs of each of the first points and one after it.
+#[inline(always)]
+fn each_pair_of<E>(
+    own: usize,
+    near: &Nearby,
+    square: f64,
+    see: &mut impl FnMut(usize, usize) -> Result<(), E>,
+) -> Result<(), E> {
+    for at in 0..own {
+        let a = near.points[at];
+        let start = (at + 1) / LANES * LANES;
+        for first in (start..near.points.len()).step_by(LANES) {
+            let mut bits = near.within(first, at, square);
+            if first <= at {
+                bits &= u32::MAX << (at + 1 - first);
+            }
+            while bits != 0 {
+                let b = near.points[first + bits.trailing_zeros() as usize];
+                see(a.min(b) as usize, a.max(b) as usize)?;
+                bits &= bits - 1;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// More than the part by which rounding changes a distance.
+const ROUNDING: f64 = 1e-5;
+
+/// The largest whole number that is no more; saturates for numbers that no world holds.
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole - i64::from(x < whole as f64)
 }
 
 /// The place of a cell in a table.

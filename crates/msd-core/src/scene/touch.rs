@@ -5,6 +5,7 @@ use super::check::check_count;
 use crate::error::Error;
 use crate::grid::Grid;
 use alloc::vec::Vec;
+use fearless_simd::Level;
 use glam::DVec3;
 
 /// Particles of a radius. Two that are closer than the sum of their radii push each other.
@@ -97,7 +98,7 @@ fn close(scene: &Scene, touch: &Touch) -> Result<Vec<[usize; 2]>, Error> {
     joined.sort_unstable();
     let (mut grid, mut pairs) = (Grid::default(), Vec::new());
     grid.fill(reach, points.iter().copied());
-    grid.each_pair(|a, b| {
+    grid.each_pair(Level::baseline(), reach, |a, b| {
         let is_close = (points[b] - points[a]).length_squared() <= reach * reach;
         let pair = sorted([a, b].map(|at| touch.particles[at]));
         if is_close && joined.binary_search(&pair).is_err() {

@@ -250,14 +250,21 @@ impl Touches {
         self.spare(ends);
     }
 
-    /// The law of two beads, the lower first; `None` where they do not touch, however close.
-    fn law_of<R: Real>(&self, a: usize, b: usize) -> Option<PairLaw<R>> {
+    /// Whether two beads, the lower first, touch where they are close.
+    fn do_touch(&self, a: usize, b: usize) -> bool {
         let rows = [a, b].map(|bead| self.beads[bead].row as usize);
         let (first, last) = (rows[0].min(rows[1]), rows[0].max(rows[1]));
         let [low, high] = [first, last].map(|row| &self.rows[row]);
         let meet = if first == last { low.itself } else { !high.ignored.contains(&first) };
-        let between = || high.between.iter().find(|between| between.row == first);
-        (meet && !self.spares(a, b)).then(|| PairLaw::new(low, high, between()))
+        meet && !self.spares(a, b)
+    }
+
+    /// The law of two beads that touch.
+    fn law_of<R: Real>(&self, a: usize, b: usize) -> PairLaw<R> {
+        let rows = [a, b].map(|bead| self.beads[bead].row as usize);
+        let (first, last) = (rows[0].min(rows[1]), rows[0].max(rows[1]));
+        let [low, high] = [first, last].map(|row| &self.rows[row]);
+        PairLaw::new(low, high, high.between.iter().find(|between| between.row == first))
     }
 
     /// Lists the pairs that springs join or that are exempt.

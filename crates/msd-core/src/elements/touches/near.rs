@@ -51,6 +51,8 @@ pub(crate) struct Near<R: Real> {
     neighbours: Vec<[u32; 2]>,
     /// The displacements in each cell.
     boxes: Vec<Extent<R>>,
+    /// How much closer those in cells that do not touch may come before they are near, metres.
+    spare: f64,
     /// Where the particles with a radius are.
     records: Records,
     /// How far two particles come closer in a substep at most, metres.
@@ -133,7 +135,7 @@ impl<R: Real> Near<R> {
     /// The pairs that may touch at these positions.
     pub(crate) fn pairs(&mut self, level: Level, touches: &Touches, positions: &[R]) -> &[Pair<R>] {
         if !self.follows() && !self.looks(level, positions) && !self.serves_on(positions) {
-            self.list(touches, positions);
+            self.list(level, touches, positions);
         }
         (self.drift, self.is_disturbed) = (None, false);
         &self.pairs
@@ -172,9 +174,9 @@ impl<R: Real> Near<R> {
     pub(crate) fn check(touches: &Touches, positions: &[R]) -> Result<(), Error> {
         let mut near = Near::default();
         near.fill(touches, positions);
-        let ([_, reach], mut count) = (touches.reaches(), 0);
-        let reach = R::of(reach);
-        near.grid.each_pair(|a, b| {
+        let ([_, widest], mut count) = (touches.reaches(), 0);
+        let reach = R::of(widest);
+        near.grid.each_pair(Level::baseline(), widest, |a, b| {
             let apart = touches.point(positions, b) - touches.point(positions, a);
             count += usize::from(apart.dot(apart) < reach * reach);
             check_pairs(count, touches.beads.len())
@@ -238,10 +240,13 @@ impl<R: Real> Near<R> {
         self.worn = Real::sqrt(most.to_f64());
         self.since.copy_from_slice(positions);
         self.used = 0.0;
-        self.worn <= WORN * self.skin
+        // Those in cells that do not touch are a cell apart, and may have come closer by any way.
+        let all = self.boxes.iter().fold(Extent::default(), |all, own| all.with(*own));
+        let are_apart = Real::sqrt(all.diagonal().to_f64()) <= self.spare;
+        are_apart && self.worn <= WORN * self.skin
     }
 
-    fn list(&mut self, touches: &Touches, positions: &[R]) {
+    fn list(&mut self, level: Level, touches: &Touches, positions: &[R]) {
         let [_, reach] = touches.reaches();
         self.skin = (SKIN * reach).max(2.0 * self.stride).min(LARGEST_SKIN * reach);
         (self.worn, self.used) = (0.0, 0.0);
@@ -257,12 +262,9 @@ impl<R: Real> Near<R> {
         self.find_cells(touches, positions);
         self.fill(touches, positions);
         let Near { pairs, keys, grid, skin, .. } = self;
-        let farthest = R::of(reach + *skin);
-        let apart = |a, b| touches.point(positions, b) - touches.point(positions, a);
         keys.clear();
-        let never: Result<(), Infallible> = grid.each_pair(|a, b| {
-            let apart = apart(a, b);
-            if apart.dot(apart) < farthest * farthest {
+        let never: Result<(), Infallible> = grid.each_pair(level, reach + *skin, |a, b| {
+            if touches.do_touch(a, b) {
                 keys.push((a as u64) << 32 | b as u64);
             }
             Ok(())
@@ -273,8 +275,9 @@ impl<R: Real> Near<R> {
         pairs.clear();
         pairs.extend(keys.iter().filter_map(|key| {
             let both = [key >> 32, key & u64::from(u32::MAX)].map(|bead| bead as usize);
-            let law = touches.law_of(both[0], both[1])?;
-            let (apart, most) = (apart(both[0], both[1]), law.reach + R::of(*skin));
+            let law = touches.law_of(both[0], both[1]);
+            let apart = touches.point(positions, both[1]) - touches.point(positions, both[0]);
+            let most = law.reach + R::of(*skin);
             let both = both.map(|bead| touches.beads[bead]);
             let (particles, at) = (both.map(|bead| bead.particle), both.map(|bead| bead.at));
             (apart.dot(apart) < most * most).then_some(Pair { particles, at, law })
@@ -290,8 +293,10 @@ impl<R: Real> Near<R> {
     /// Puts all beads into wider cells, whose displacements are looked at together.
     fn find_cells(&mut self, touches: &Touches, positions: &[R]) {
         let [_, reach] = touches.reaches();
-        let Near { grid, cells, ends, neighbours, skin, .. } = self;
-        grid.fill(WIDTH * (reach + *skin), touches.points(positions));
+        let Near { grid, cells, ends, neighbours, skin, spare, .. } = self;
+        let near = reach + *skin;
+        *spare = (WIDTH - 1.0) * near;
+        grid.fill(WIDTH * near, touches.points(positions));
         cells.clear();
         ends.clear();
         neighbours.clear();
@@ -299,8 +304,8 @@ impl<R: Real> Near<R> {
             let places = grid.points_of(row).iter().map(|&bead| touches.beads[bead as usize].at);
             cells.extend(places);
             ends.push(cells.len() as u32);
-            let around = grid.around(row).filter(|&other| row <= other);
-            neighbours.extend(around.map(|other| [row as u32, other as u32]));
+            let with = core::iter::once(row).chain(grid.beside(row));
+            neighbours.extend(with.map(|other| [row as u32, other as u32]));
         }
     }
 
@@ -315,7 +320,7 @@ impl<R: Real> Near<R> {
         h: f64,
     ) -> u64 {
         if self.from.is_empty() {
-            self.list(touches, positions);
+            self.list(level, touches, positions);
         }
         let [least, most] = touches.reaches();
         // A slow drift has said enough of the next substep too.
@@ -333,7 +338,7 @@ impl<R: Real> Near<R> {
         }
         // Any that may pass are to be in the list, however worn.
         if self.left() - self.displacement(level, positions) < self.stride {
-            self.list(touches, positions);
+            self.list(level, touches, positions);
         }
         let passes = self.pairs.iter().filter(|pair| {
             let [a, b] = pair.at.map(|at| at as usize);
