@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::{ContactLaw, Placed, PlaneColumn};
 use crate::scene::check::{self, check, check_index};
-use crate::scene::{Friction, Plane};
+use crate::scene::{Friction, Look, Plane};
 use crate::system::{Columns, Model};
 use core::ops::Range;
 use glam::DVec3;
@@ -194,6 +194,13 @@ pub enum Interaction {
         /// Angular velocity about its middle, radians per second.
         spin: DVec3,
     },
+    /// Sets how a body looks, which changes nothing of its motion.
+    SetLook {
+        /// The body.
+        body: usize,
+        /// How it looks from now on.
+        look: Look,
+    },
 }
 
 /// The parts of a simulation that an interaction changes.
@@ -225,8 +232,8 @@ impl Effects {
 }
 
 impl Interaction {
-    /// The changes that the interaction makes. A push, the drag of the air, planes and solids
-    /// change none of these.
+    /// The changes that the interaction makes. A push, the drag of the air, planes, solids and
+    /// looks change none of these.
     pub fn effects(&self) -> Effects {
         use Interaction::*;
         let none = Effects::default();
@@ -250,6 +257,7 @@ impl Interaction {
             Grab { .. } | Release { .. } => Effects { grabs: true, ..none },
             Push { .. } | SetDrag { .. } => none,
             SetPlane { .. } | RemovePlanes | AddPlane { .. } | MoveSolid { .. } => none,
+            SetLook { .. } => none,
         }
     }
 }
@@ -318,6 +326,10 @@ pub(crate) fn check_interaction<R: Real>(
         ScaleMaterial { bodies, .. } | SetRelaxationTime { bodies, .. } => {
             check_bodies(model, bodies)?;
             check_number::<R>(interaction)
+        }
+        SetLook { body, look } => {
+            check_select(model, Select::Body(body), ("body", 0))?;
+            check::check_look(at, &look)
         }
     }
 }
@@ -439,6 +451,7 @@ pub(crate) fn apply<R: Real>(
             let rows = (particles_of(model, bodies), springs_of(model, bodies));
             material::damp(model, rows, value);
         }
+        SetLook { body, look } => model.bodies[body].look = look,
     }
 }
 
