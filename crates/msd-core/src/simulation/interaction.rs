@@ -319,18 +319,14 @@ pub(crate) fn check_interaction<R: Real>(
         AddPlane { plane } => check::check_plane::<R>(model.planes().len(), &plane),
         MoveSolid { solid, position, velocity, spin } => {
             check_index(at, "solid", solid, model.solids().len())?;
-            check::check_vector::<R>("position", at, position)?;
-            check::check_vector::<R>("velocity", at, velocity)?;
-            check::check_vector::<R>("spin", at, spin)
+            let all = [("position", position), ("velocity", velocity), ("spin", spin)];
+            all.into_iter().try_for_each(|(what, v)| check::check_vector::<R>(what, at, v))
         }
         ScaleMaterial { bodies, .. } | SetRelaxationTime { bodies, .. } => {
             check_bodies(model, bodies)?;
             check_number::<R>(interaction)
         }
-        SetLook { body, look } => {
-            check_select(model, Select::Body(body), ("body", 0))?;
-            check::check_look(at, &look)
-        }
+        SetLook { body, look } => check_set_look(model, body, &look),
     }
 }
 
@@ -351,6 +347,13 @@ fn check_number<R: Real>(interaction: &Interaction) -> Result<(), Error> {
         }
         _ => Ok(()),
     }
+}
+
+/// Checks how a body is to look.
+fn check_set_look<R: Real>(model: &Model<R>, body: usize, look: &Look) -> Result<(), Error> {
+    let at = ("interaction", 0);
+    check_index(at, "body", body, model.bodies.len())?;
+    check::check_look(at, look)
 }
 
 /// Checks that a selection is of bodies.
