@@ -6,7 +6,7 @@ use super::numbers::{any, index, positive, vector};
 use super::promise::{check_message, check_simulation, step};
 use super::world;
 use arbitrary::{Result, Unstructured};
-use msd_core::{Interaction, MaterialNumber, Real, Scene, Select, Settings, Simulation};
+use msd_core::{Interaction, Look, MaterialNumber, Real, Scene, Select, Settings, Simulation};
 
 /// The most interactions of a stream.
 const DEEDS: usize = 40;
@@ -107,7 +107,7 @@ fn look<R: Real>(simulation: &Simulation<R>) {
 
 fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Interaction> {
     let (count, springs) = (of.model().particle_count(), of.model().ends().len());
-    let kind = u.arbitrary::<u8>()? % 24;
+    let kind = u.arbitrary::<u8>()? % 25;
     if kind < 7 {
         return for_one(u, kind, count);
     }
@@ -137,6 +137,14 @@ fn interaction<R: Real>(u: &mut Unstructured, of: &Simulation<R>) -> Result<Inte
             position: vector(u)?,
             velocity: vector(u)?,
             spin: vector(u)?,
+        },
+        23 => Interaction::SetLook {
+            body: index(u, of.model().bodies().len())?,
+            look: Look {
+                roughness: any(u)? as f32,
+                pattern_size: any(u)? as f32,
+                ..Look::default()
+            },
         },
         _ => Interaction::SetPlane {
             plane: index(u, of.model().planes().len())?,

@@ -344,9 +344,22 @@ impl FilmFile for WebP {
     }
 }
 
+/// A process that is ended, and reaped, with what it works for.
+struct Helper(Option<Child>);
+
+impl Drop for Helper {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.0.take() {
+            // Fails where it has ended by itself; either way it is waited for.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
 /// A film that ffmpeg is making of what it is sent.
 struct ByFfmpeg {
-    child: Child,
+    ffmpeg: Helper,
     /// Where it is made, as ffmpeg goes back and forth in it, and where it goes then.
     part: TempPath,
     output: Output,
@@ -390,23 +403,25 @@ impl ByFfmpeg {
             ),
             _ => format!("ffmpeg cannot be started: {error}"),
         })?;
-        Ok(ByFfmpeg { child, part, output })
+        Ok(ByFfmpeg { ffmpeg: Helper(Some(child)), part, output })
     }
 }
 
 impl FilmFile for ByFfmpeg {
     fn add(&mut self, image: Image) -> Result<(), String> {
-        let Some(input) = &mut self.child.stdin else { return Ok(()) };
+        let Some(child) = &mut self.ffmpeg.0 else { return Ok(()) };
+        let written = child.stdin.as_mut().map(|input| input.write_all(&image.rgba));
         // Why it takes no more is known at the end.
-        if input.write_all(&image.rgba).is_err() {
-            self.child.stdin = None;
+        if written.is_some_and(|written| written.is_err()) {
+            child.stdin = None;
         }
         Ok(())
     }
 
     fn finish(self: Box<Self>) -> Result<(), String> {
-        let ByFfmpeg { mut child, part, mut output } = *self;
-        drop(child.stdin.take());
+        let ByFfmpeg { mut ffmpeg, part, mut output } = *self;
+        // Its end of the input is closed first.
+        let Some(child) = ffmpeg.0.take() else { return Ok(()) };
         let done = child.wait_with_output();
         let done = done.map_err(|error| told(output.refused(&error)))?;
         if !done.status.success() {
@@ -444,6 +459,18 @@ mod tests {
         for name in ["%.png", "%99d.png", "%d%d.png", "%sd.png"] {
             assert!(of(name, true).is_err(), "{name}");
         }
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_process_ends_and_is_reaped_with_what_it_works_for() {
+        let child = Command::new("sleep").arg("600").spawn().expect("sleep starts");
+        let place = PathBuf::from(format!("/proc/{}", child.id()));
+        let helper = Helper(Some(child));
+        assert!(place.exists());
+        drop(helper);
+        // A zombie would still be there.
+        assert!(!place.exists());
     }
 
     #[test]

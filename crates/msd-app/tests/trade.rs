@@ -120,6 +120,22 @@ fn ctrl_c_ends_a_search_with_the_best_so_far_which_is_not_written() {
     assert!(files.into_iter().all(|file| !file.file_name().to_string_lossy().contains(".part")));
 }
 
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_search_for_a_spacing_at_once_and_leaves_no_part() {
+    let folder = folder();
+    let scene = "version = 1\n[[bodies]]\nkind = 'block'\nsize = [5, 5, 5]\n";
+    std::fs::write(folder.path().join("block.toml"), scene).expect("a file");
+    let arguments = ["tune", "block.toml", "--mesh", "--max-error", "1e-3", "--write"];
+    // Once the reference is there, finer spacings are run.
+    let [said, _] = interrupt(folder.path(), &arguments, &|| cached(folder.path(), "reference"));
+    assert_eq!(said, "");
+    let kept = std::fs::read_to_string(folder.path().join("block.toml")).expect("the scene");
+    assert_eq!(kept, scene);
+    let files = std::fs::read_dir(folder.path()).expect("a folder").flatten();
+    assert!(files.into_iter().all(|file| !file.file_name().to_string_lossy().contains(".part")));
+}
+
 #[test]
 fn tune_prints_the_documented_keys_and_keeps_the_wish() {
     let folder = folder();

@@ -5,8 +5,8 @@ mod common;
 use common::{simulation, two_masses, weightless};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Effects, Error, Integrator, Interaction, Material, Model, Scene, Select, Settings, Simulation,
-    shape,
+    Effects, Error, Integrator, Interaction, Look, Material, Model, Scene, Select, Settings,
+    Simulation, shape,
 };
 
 const H: f64 = 1e-3;
@@ -418,6 +418,7 @@ fn an_interaction_out_of_its_domain_is_refused_and_changes_nothing() {
         },
         Interaction::SetRelaxationTime { bodies: Select::Body(0), value: 1.0 },
         Interaction::SetRelaxationTime { bodies: all, value: -1.0 },
+        Interaction::SetLook { body: 0, look: Look::default() },
     ];
     for interaction in bad {
         let refused = pair.queue(interaction);
@@ -425,6 +426,29 @@ fn an_interaction_out_of_its_domain_is_refused_and_changes_nothing() {
     }
     pair.apply_queued().unwrap();
     assert_eq!(before, pair.progress());
+}
+
+#[test]
+fn a_look_out_of_its_domain_is_refused_and_another_changes_the_body_alone() {
+    let part = msd_core::shape::cloth([3, 3], 1.0, msd_core::Material::default()).unwrap();
+    let scene = Scene::of("cloth", part);
+    let mut cloth = Simulation::<f64>::new(&scene, Settings::default()).unwrap();
+    let look = Look { roughness: 0.1, colour: Some([0.0, 0.5, 1.0]), ..Look::default() };
+    for bad in [
+        Look { roughness: 1.5, ..look },
+        Look { translucency: f32::NAN, ..look },
+        Look { pattern_size: -1.0, ..look },
+        Look { colour: Some([0.0, 2.0, 0.0]), ..look },
+        Look { back: Some([-0.5, 0.0, 0.0]), ..look },
+    ] {
+        assert!(cloth.queue(Interaction::SetLook { body: 0, look: bad }).is_err(), "{bad:?}");
+    }
+    assert!(cloth.queue(Interaction::SetLook { body: 1, look }).is_err());
+    let (mut expected, progress) = cloth.progress();
+    cloth.queue(Interaction::SetLook { body: 0, look }).unwrap();
+    cloth.apply_queued().unwrap();
+    expected.bodies[0].look = look;
+    assert_eq!(cloth.progress(), (expected, progress));
 }
 
 #[test]

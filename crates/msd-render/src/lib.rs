@@ -25,7 +25,7 @@ pub use error::RenderError;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::{Image, Offscreen, Sheet, render_image};
 pub use picture::colour;
-pub use picture::colour::{body_colour, scale_colour, share_colour, strain_colour};
+pub use picture::colour::{back_colour, body_colour, scale_colour, share_colour, strain_colour};
 pub use renderer::Renderer;
 pub use viewing::camera::{Camera, Ray};
 pub use viewing::pick::{bounds, bounds_with_ground, drag_point, ground, pick};

@@ -3,7 +3,7 @@
 use super::arguments::TuneArguments;
 use super::failure::{Failure, say};
 use super::run::{SetKeys, open_draft, set_keys};
-use super::steps::Bar;
+use super::steps::{Bar, Interrupt};
 use super::tune::{Row, writable, write_choice};
 use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, PinRow, SceneFile};
 use msd_scene::{SceneFormat, plain, shown_path};
@@ -43,6 +43,8 @@ pub fn run_tune_mesh(arguments: &TuneArguments, max_error: f64) -> Result<(), Fa
     let plan = SpacePlan { duration, ..SpacePlan::default() };
     let plan = SpacePlan { budget: arguments.time.unwrap_or(plan.budget), ..plan };
     let bar = Bar::new();
+    // Nothing is known before the end that could be told.
+    Interrupt::catch().end_at_once();
     let tuned = tune_spacing(&draft, plan, max_error, &mut |now| bar.tell(now));
     bar.end();
     let tuned = tuned.map_err(Failure::input)?;

@@ -49,7 +49,7 @@ pub struct Changes {
     pub automatic: bool,
     /// The precision.
     pub precision: Precision,
-    /// What was set of material and world, oldest first, and of rest lengths.
+    /// What was set of material, looks and world, oldest first, and of rest lengths.
     pub edits: Vec<Interaction>,
     /// The wind that the user made.
     pub wind: Wind,
@@ -240,7 +240,7 @@ impl Changes {
                     | RemovePlanes
                     | AddPlane { .. }
             );
-            is_material || is_world
+            is_material || is_world || matches!(edit, SetLook { .. })
         };
         let Look { target: [x, y, z], distance, yaw, pitch, .. } = self.look;
         self.edits.iter().all(is_setting)

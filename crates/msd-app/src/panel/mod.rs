@@ -104,12 +104,20 @@ fn view(ui: &mut Ui, viewer: &mut Viewer) {
 
 /// The title of a group of widgets.
 fn heading(ui: &mut Ui, text: &str) {
+    heading_with(ui, text, |_| {});
+}
+
+/// The title of a group of widgets, with a control at its end.
+fn heading_with(ui: &mut Ui, text: &str, control: impl FnOnce(&mut Ui)) {
     ui.add_space(4.0);
     ui.horizontal(|ui| {
         ui.label(RichText::new(text.to_uppercase()).small().strong().color(theme::FAINT));
-        let rest = ui.available_rect_before_wrap();
-        let stroke = egui::Stroke::new(1.0, theme::LINE);
-        ui.painter().hline(rest.x_range(), rest.center().y, stroke);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            control(ui);
+            let rest = ui.available_rect_before_wrap();
+            let stroke = egui::Stroke::new(1.0, theme::LINE);
+            ui.painter().hline(rest.x_range(), rest.center().y, stroke);
+        });
     });
 }
 

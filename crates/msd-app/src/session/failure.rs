@@ -1,5 +1,6 @@
 //! A run that stopped by itself: what happened, the springs that move fastest, the ways out.
 
+use super::material::is_look;
 use super::run::{Reading, Run, bound, open};
 use super::solver::{MOST_SUBSTEPS, Solver, Tuning};
 use super::touches::{touch_as, touches_of};
@@ -63,7 +64,8 @@ impl Origins<'_> {
         let is_windy = self.wind.is_some_and(|wind| 0.0 < wind.strength);
         let Scene { touches, exempt, .. } = &self.loaded.scene;
         let is_touch_edited = touches_of(self.runner) != (&**touches, &**exempt);
-        let is_edited = !is_as_written || !self.edits.is_empty() || is_windy || is_touch_edited;
+        let is_set_otherwise = !self.edits.iter().all(is_look);
+        let is_edited = !is_as_written || is_set_otherwise || is_windy || is_touch_edited;
         let earlier = (!self.history.is_empty()).then_some(Origin::Earlier);
         let scene = is_edited.then_some(Origin::Scene);
         [Origin::Here, Origin::Start].into_iter().chain(earlier).chain(scene).collect()

@@ -26,7 +26,7 @@ pub use clock::{BUDGET, Frame, Pace};
 pub use failure::RunFailure;
 pub use hands::{MOST_HELD, Wind};
 pub use live_error::{ErrorNow, ErrorReading, WINDOW as ERROR_WINDOW};
-pub use material::{Material, MaterialEdit, MaterialValues, MixedValue};
+pub use material::{LookEdit, LookValues, Material, MaterialEdit, MaterialValues, MixedValue};
 pub use parts::Parts;
 pub use past::{Deed, Mark, MarkKind};
 pub use run::{Reading, Revision, Run};
@@ -49,6 +49,7 @@ use failure::WaysOut;
 use glam::DVec3;
 use hands::Grab;
 use live_error::LiveErrorMeter;
+use material::is_look;
 use msd_core::stability::Estimator;
 use msd_core::{Energy, Error, Interaction, Settings, Vector};
 use msd_run::recording::Event;
@@ -371,7 +372,9 @@ impl Session {
         let settings = self.runner().settings();
         let is_gust = self.is_blowing && matches!(interaction, Interaction::SetForce { .. });
         let is_motion = is_gust || self.grab.moves(&interaction);
-        let result = if is_motion {
+        let result = if is_look(&interaction) {
+            self.run.paint(interaction)
+        } else if is_motion {
             if let Some(meter) = &mut self.live_error {
                 meter.follow(interaction, &self.run);
             }
@@ -584,16 +587,12 @@ impl Session {
     /// What is known of the error of space: of the scene as it was loaded, and so nothing once its
     /// material or its world was changed.
     pub fn space(&self) -> Option<&Space> {
-        self.space.as_ref().filter(|_| !self.material.is_edited() && !self.is_blowing)
+        let is_other = !self.material.kept().iter().all(is_look);
+        self.space.as_ref().filter(|_| !is_other && !self.is_blowing)
     }
 
     /// What was set of material and world.
     pub fn material(&self) -> &Material {
         &self.material
-    }
-
-    /// The file that is being recorded into.
-    pub fn recording(&self) -> Option<&str> {
-        self.recording.name()
     }
 }

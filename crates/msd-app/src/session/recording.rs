@@ -88,6 +88,11 @@ impl Session {
         self.refuse(begun);
     }
 
+    /// The file that is being recorded into.
+    pub fn recording(&self) -> Option<&str> {
+        self.recording.name()
+    }
+
     /// Ends the recording, if one is being made.
     pub fn stop_recording(&mut self) {
         if self.recording.is_on() {
@@ -122,7 +127,7 @@ impl Drop for Session {
     }
 }
 
-/// A run as it is now.
+/// A run as it is now, to be looked at as the author of its scene wants it.
 pub(super) fn now(loaded: &Loaded, runner: &Runner) -> Loaded {
-    runner.to_loaded(&loaded.name, &loaded.title)
+    Loaded { camera: loaded.camera, ..runner.to_loaded(&loaded.name, &loaded.title) }
 }

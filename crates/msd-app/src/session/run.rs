@@ -23,7 +23,7 @@ const IS_LAZY: bool = cfg!(target_arch = "wasm32");
 pub struct Revision(u64);
 
 /// A runner that can be changed by `Run::change` alone, so that no change goes unnoticed. Steps,
-/// motions of what the mouse holds and gusts are no changes: the run goes on by them.
+/// motions of what the mouse holds, gusts and looks are no changes: the run goes on by them.
 #[derive(Debug)]
 pub struct Run {
     runner: Runner,
@@ -89,6 +89,11 @@ impl Run {
     /// Whether gusts do work, so that the balance of the energy says nothing of the method.
     pub fn is_driven(&self) -> bool {
         self.is_driven
+    }
+
+    /// Sets a look, which no reading depends on.
+    pub(super) fn paint(&mut self, look: Interaction) -> Result<(), Error> {
+        act(&mut self.runner, look)
     }
 
     /// Moves what the mouse holds already, the target of a grab or a pin, or goes on with a gust.

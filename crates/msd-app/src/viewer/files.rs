@@ -78,11 +78,12 @@ impl Viewer {
         Ok(format!("saved {name}; to go on from here: msd view {}", word(&name)))
     }
 
-    /// Saves the run as it is, and returns the file.
+    /// Saves the run as it is and is looked at, and returns the file.
     fn save_run(&self) -> Result<PathBuf, String> {
         let loaded = self.session.loaded();
         let path = self.free_path("msd");
         let now = self.session.runner().to_loaded(&loaded.name, &loaded.title);
+        let now = Loaded { camera: self.viewpoint(), ..now };
         let save = || -> Result<(), FileError> { write_saved(&now, Output::create(&path)?) };
         save().map_err(|error| error.to_string())?;
         Ok(path)

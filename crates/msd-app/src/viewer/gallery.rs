@@ -106,19 +106,29 @@ fn is_scene(path: &Path) -> bool {
 mod painter {
     //! Small pictures: a thread opens the scenes, and the window draws them by its own device.
 
-    use super::super::usual_colours;
+    use super::super::{go_to, turn_to, usual_colours};
     use super::PICTURE;
     use egui::ColorImage;
     use msd_render::{Gpu, Offscreen, Style, View, bounds};
     use msd_run::{Runner, on};
+    use msd_scene::Viewpoint;
     use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+
+    /// A scene at its start, by its row, and how it is drawn.
+    #[derive(Debug)]
+    struct Opened {
+        row: usize,
+        runner: Runner,
+        style: Style,
+        viewpoint: Viewpoint,
+    }
 
     /// Draws the starts of scenes, one a frame. Only opened by the thread: a driver (Mesa's) that
     /// is at work in a thread while the process ends takes the process down with it.
     #[derive(Debug)]
     pub(super) struct Painter {
         /// The scenes with their rows, as they are opened; nothing once all were.
-        opened: Option<Receiver<(usize, Runner, Style)>>,
+        opened: Option<Receiver<Opened>>,
         screen: Option<Offscreen>,
     }
 
@@ -148,7 +158,7 @@ mod painter {
         /// Draws the next scene, if one was opened: its row and its picture.
         pub(super) fn draw_next(&mut self, gpu: &Gpu) -> Option<(usize, ColorImage)> {
             match self.opened.as_ref()?.try_recv() {
-                Ok((row, runner, style)) => Some((row, self.draw(gpu, &runner, style)?)),
+                Ok(opened) => Some((opened.row, self.draw(gpu, &opened)?)),
                 Err(TryRecvError::Empty) => None,
                 Err(TryRecvError::Disconnected) => {
                     (self.opened, self.screen) = (None, None);
@@ -157,16 +167,18 @@ mod painter {
             }
         }
 
-        fn draw(&mut self, gpu: &Gpu, runner: &Runner, style: Style) -> Option<ColorImage> {
+        fn draw(&mut self, gpu: &Gpu, opened: &Opened) -> Option<ColorImage> {
             let [width, height] = PICTURE;
             let screen = match &mut self.screen {
                 Some(screen) => screen,
                 None => self.screen.insert(Offscreen::new(gpu, width, height).ok()?),
             };
-            let mut view = View { style, ..View::default() };
-            let image = on!(runner, simulation => {
+            let mut view = View { style: opened.style, ..View::default() };
+            turn_to(&mut view.camera, opened.viewpoint);
+            let image = on!(&opened.runner, simulation => {
                 let snapshot = simulation.snapshot();
                 view.camera.frame(bounds(&snapshot)?, width as f32 / height as f32);
+                go_to(&mut view.camera, opened.viewpoint);
                 screen.render(&snapshot, &view).ok()?
             });
             let size = [image.width as usize, image.height as usize];
@@ -174,12 +186,11 @@ mod painter {
         }
     }
 
-    /// A scene at its start and how it is drawn; nothing where it cannot be opened: a click says
-    /// why.
-    fn open(row: usize, name: &str) -> Option<(usize, Runner, Style)> {
+    /// Opens a scene; nothing where that cannot be done: a click says why.
+    fn open(row: usize, name: &str) -> Option<Opened> {
         let loaded = msd_scene::open(name).ok()?;
         let colour_by = usual_colours(&loaded.name);
         let style = Style { legend: false, colour_by, ..Style::default() };
-        Some((row, Runner::open(&loaded).ok()?, style))
+        Some(Opened { row, runner: Runner::open(&loaded).ok()?, style, viewpoint: loaded.camera })
     }
 }

@@ -79,6 +79,18 @@ impl Viewer {
         self.aimed = self.camera.target;
     }
 
+    /// From where the scene is looked at now.
+    pub(super) fn viewpoint(&self) -> Viewpoint {
+        let Camera { target, distance, yaw, pitch, .. } = self.camera;
+        let degrees = |radians: f32| Some(f64::from(radians).to_degrees());
+        Viewpoint {
+            yaw_deg: degrees(yaw),
+            pitch_deg: degrees(pitch),
+            target: Some(target.to_array().map(f64::from)),
+            distance: Some(f64::from(distance)),
+        }
+    }
+
     /// Remembers how the scene is looked at, if the user chose that.
     pub(super) fn keep_camera(&mut self) {
         let look = |camera: &Camera| (camera.yaw, camera.pitch, camera.distance);

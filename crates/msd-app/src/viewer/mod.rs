@@ -61,6 +61,8 @@ pub struct Viewer {
     pub panels: bool,
     /// Whether the panels are light.
     pub light: bool,
+    /// Whether how bodies look can be set: the controls of it take room.
+    pub looks: bool,
     /// Whether the window is to fill the screen.
     pub full_screen: bool,
     /// What is remembered from one start to the next.
@@ -156,6 +158,7 @@ impl Viewer {
             side_by_side: false,
             panels: true,
             light: false,
+            looks: false,
             full_screen: false,
             preferences: Preferences::default(),
             guide: None,

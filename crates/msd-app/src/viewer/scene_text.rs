@@ -1,10 +1,11 @@
 //! The text of a scene with the values that the user has set; what else its author wrote stays.
 
 use crate::session::{Solver, touch_rows};
-use msd_core::{Body, Friction, Integrator, Model, Real, Touch, Vector};
+use msd_core::{Body, Friction, Integrator, Look, Model, Real, Touch, Vector};
 use msd_run::{Runner, on};
 use msd_scene::Loaded;
 use msd_scene::materials::Made;
+use msd_scene::schema::Finish;
 use msd_study::tune::put;
 use std::ops::Range;
 use toml_edit::{Array, DocumentMut, Item, TableLike, Value};
@@ -22,6 +23,7 @@ struct Values {
     links: [Option<f64>; 2],
     /// What touches, and the pairs that do not.
     touches: (Vec<Touch>, Vec<[usize; 2]>),
+    looks: Vec<Look>,
 }
 
 /// The keys of a body, in the order of its values; those of links are the last two.
@@ -60,6 +62,7 @@ impl Values {
             bodies: model.bodies().iter().map(body).collect(),
             links: springs(own..model.spring_count()),
             touches: (model.touches().rows().0.to_vec(), model.touches().rows().1.to_vec()),
+            looks: model.bodies().iter().map(|body| body.look).collect(),
         }
     }
 
@@ -111,6 +114,12 @@ pub(super) fn with_values(
     }
     let mut bodies = rows(file.get_mut("bodies"));
     write_touches(&mut bodies, [&was, &now], (loaded, made))?;
+    for (row, (was, now)) in was.looks.iter().zip(&now.looks).enumerate() {
+        if was != now {
+            let body = bodies.get_mut(row).ok_or("its bodies are not written one by one")?;
+            write_look(&mut **body, now)?;
+        }
+    }
     for (row, (was, now)) in was.bodies.iter().zip(&now.bodies).enumerate() {
         let of_material = loaded.made.get(row).copied().flatten();
         if let (Some(was), Some(now)) = (of_material, made.get(row).copied().flatten()) {
@@ -204,6 +213,39 @@ fn write_touch(body: &mut dyn TableLike, now: Option<&Touch>) -> Result<(), Stri
         put(touch, key, shortest(value).into());
     }
     Ok(())
+}
+
+/// Writes how a body looks now: a finish, and what differs from it.
+fn write_look(body: &mut dyn TableLike, now: &Look) -> Result<(), String> {
+    let empty = || toml_edit::value(toml_edit::InlineTable::new());
+    let look = body.entry("look").or_insert_with(empty);
+    let look = look.as_table_like_mut().ok_or("its look is no table")?;
+    let finish = Finish::of(now);
+    let usual = finish.look();
+    let own = |is_own: bool, value: Value| is_own.then_some(value);
+    let number = |now: f32, usual: f32| own(now != usual, shortest(f64::from(now)).into());
+    let colour = |colour: Option<[f32; 3]>| colour.map(|colour| hex(colour).into());
+    for (key, value) in [
+        ("finish", Some(finish.name().into())),
+        ("colour", colour(now.colour.filter(|_| now.colour != usual.colour))),
+        ("back", colour(now.back)),
+        ("roughness", number(now.roughness, usual.roughness)),
+        ("translucency", number(now.translucency, usual.translucency)),
+        ("pattern", own(now.pattern != usual.pattern, now.pattern.name().into())),
+        ("pattern_size", number(now.pattern_size, 0.0)),
+    ] {
+        match value {
+            Some(value) => put(look, key, value),
+            None => _ = look.remove(key),
+        }
+    }
+    Ok(())
+}
+
+/// A colour as a scene file has it.
+fn hex(colour: [f32; 3]) -> String {
+    let [red, green, blue] = colour.map(|part| (part * 255.0).round() as u8);
+    format!("#{red:02x}{green:02x}{blue:02x}")
 }
 
 /// Whether a scene, as it was read from the new text, has the values of a run, whose bodies are

@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::scene::{
-    Bend, Body, DistanceGrid, Friction, MOST_POINTS, Particle, Plane, Scene, Shape, Solid, Spring,
-    Touch, Volume,
+    Bend, Body, DistanceGrid, Friction, Look, MOST_POINTS, Particle, Plane, Scene, Shape, Solid,
+    Spring, Touch, Volume,
 };
 use alloc::vec;
 use glam::{DMat3, DVec3};
@@ -350,6 +350,16 @@ pub(crate) fn check_fraction(
     value: f64,
 ) -> Result<(), Error> {
     check((0.0..=1.0).contains(&value), quantity, at, value, "from 0 to 1")
+}
+
+/// Checks how a body is to look.
+pub(crate) fn check_look(at: (&'static str, usize), look: &Look) -> Result<(), Error> {
+    for part in look.colour.iter().chain(&look.back).flatten() {
+        check_fraction("component of a colour", at, f64::from(*part))?;
+    }
+    check_fraction("roughness", at, f64::from(look.roughness))?;
+    check_fraction("translucency", at, f64::from(look.translucency))?;
+    check_not_negative::<f32>("size of a pattern", at, f64::from(look.pattern_size))
 }
 
 pub(crate) fn check_mass<R: Real>(at: (&'static str, usize), mass: f64) -> Result<(), Error> {

@@ -5,6 +5,7 @@ use crate::scene::surface::Surface;
 /// What is repeated along the surface of a body.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Pattern {
     /// One colour.
     #[default]
@@ -17,6 +18,23 @@ pub enum Pattern {
     Weave,
     /// Wavy lines as in wood; the size is the distance of two.
     Grain,
+}
+
+impl Pattern {
+    /// All of them.
+    pub const ALL: [Pattern; 5] =
+        [Pattern::None, Pattern::Checks, Pattern::Stripes, Pattern::Weave, Pattern::Grain];
+
+    /// The name, as in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Pattern::None => "none",
+            Pattern::Checks => "checks",
+            Pattern::Stripes => "stripes",
+            Pattern::Weave => "weave",
+            Pattern::Grain => "grain",
+        }
+    }
 }
 
 /// How a body looks.

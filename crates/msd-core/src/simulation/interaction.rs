@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::{ContactLaw, Placed, PlaneColumn};
 use crate::scene::check::{self, check, check_index};
-use crate::scene::{Friction, Plane};
+use crate::scene::{Friction, Look, Plane};
 use crate::system::{Columns, Model};
 use core::ops::Range;
 use glam::DVec3;
@@ -194,6 +194,13 @@ pub enum Interaction {
         /// Angular velocity about its middle, radians per second.
         spin: DVec3,
     },
+    /// Sets how a body looks, which changes nothing of its motion.
+    SetLook {
+        /// The body.
+        body: usize,
+        /// How it looks from now on.
+        look: Look,
+    },
 }
 
 /// The parts of a simulation that an interaction changes.
@@ -225,8 +232,8 @@ impl Effects {
 }
 
 impl Interaction {
-    /// The changes that the interaction makes. A push, the drag of the air, planes and solids
-    /// change none of these.
+    /// The changes that the interaction makes. A push, the drag of the air, planes, solids and
+    /// looks change none of these.
     pub fn effects(&self) -> Effects {
         use Interaction::*;
         let none = Effects::default();
@@ -250,6 +257,7 @@ impl Interaction {
             Grab { .. } | Release { .. } => Effects { grabs: true, ..none },
             Push { .. } | SetDrag { .. } => none,
             SetPlane { .. } | RemovePlanes | AddPlane { .. } | MoveSolid { .. } => none,
+            SetLook { .. } => none,
         }
     }
 }
@@ -311,14 +319,14 @@ pub(crate) fn check_interaction<R: Real>(
         AddPlane { plane } => check::check_plane::<R>(model.planes().len(), &plane),
         MoveSolid { solid, position, velocity, spin } => {
             check_index(at, "solid", solid, model.solids().len())?;
-            check::check_vector::<R>("position", at, position)?;
-            check::check_vector::<R>("velocity", at, velocity)?;
-            check::check_vector::<R>("spin", at, spin)
+            let all = [("position", position), ("velocity", velocity), ("spin", spin)];
+            all.into_iter().try_for_each(|(what, v)| check::check_vector::<R>(what, at, v))
         }
         ScaleMaterial { bodies, .. } | SetRelaxationTime { bodies, .. } => {
             check_bodies(model, bodies)?;
             check_number::<R>(interaction)
         }
+        SetLook { body, look } => check_set_look(model, body, &look),
     }
 }
 
@@ -339,6 +347,13 @@ fn check_number<R: Real>(interaction: &Interaction) -> Result<(), Error> {
         }
         _ => Ok(()),
     }
+}
+
+/// Checks how a body is to look.
+fn check_set_look<R: Real>(model: &Model<R>, body: usize, look: &Look) -> Result<(), Error> {
+    let at = ("interaction", 0);
+    check_index(at, "body", body, model.bodies.len())?;
+    check::check_look(at, look)
 }
 
 /// Checks that a selection is of bodies.
@@ -439,6 +454,7 @@ pub(crate) fn apply<R: Real>(
             let rows = (particles_of(model, bodies), springs_of(model, bodies));
             material::damp(model, rows, value);
         }
+        SetLook { body, look } => model.bodies[body].look = look,
     }
 }
 

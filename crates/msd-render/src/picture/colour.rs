@@ -4,7 +4,7 @@ use crate::viewing::quantity::Scale;
 use msd_core::Body;
 
 /// Colours of bodies, sRGB: apart in hue, and in lightness from neighbour to neighbour.
-const PALETTE: [[f32; 3]; 8] = [
+pub const PALETTE: [[f32; 3]; 8] = [
     [0.14, 0.55, 0.71],
     [0.89, 0.37, 0.25],
     [0.95, 0.72, 0.24],
@@ -82,6 +82,17 @@ pub fn body_colour(index: usize, body: &Body) -> [f32; 3] {
         _ => 0,
     };
     body.look.colour.unwrap_or(PALETTE[(first + index) % PALETTE.len()])
+}
+
+/// Returns the colour of the other side of a body that is a sheet, sRGB from 0 to 1: that of its
+/// look, or a lighter shade.
+pub fn back_colour(index: usize, body: &Body) -> [f32; 3] {
+    body.look.back.unwrap_or_else(|| lighter(body_colour(index, body)))
+}
+
+/// A lighter shade of a colour.
+pub(crate) fn lighter(colour: [f32; 3]) -> [f32; 3] {
+    mix(colour, [1.0; 3], 0.25)
 }
 
 /// Rounds a colour to bytes, with an opacity from 0 to 1.

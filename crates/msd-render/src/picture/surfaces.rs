@@ -1,7 +1,7 @@
 //! Triangles of a picture: surfaces with smooth normals, and their edges.
 
 use crate::math::direction_or;
-use crate::picture::colour::{body_colour, bytes, mix};
+use crate::picture::colour::{back_colour, body_colour, bytes, lighter, mix};
 use crate::picture::geometry::{Geometry, Line, SurfaceVertex};
 use crate::viewing::view::View;
 use glam::Vec3;
@@ -101,10 +101,12 @@ fn add_vertices(
     let look = &body.look;
     let of_springs = geometry.scale.filter(|scale| scale.quantity.is_of_springs());
     let (own, back) = match of_springs {
-        Some(scale) => (BELOW[usize::from(!scale.quantity.is_signed())], None),
-        None => (body_colour(index, body), look.back),
+        Some(scale) => {
+            let below = BELOW[usize::from(!scale.quantity.is_signed())];
+            (below, lighter(below))
+        }
+        None => (body_colour(index, body), back_colour(index, body)),
     };
-    let back = back.unwrap_or(mix(own, [1.0; 3], 0.25));
     let metal = if look.metal { 1.0 } else { 0.0 };
     for (number, corner) in body.surface.corners.iter().enumerate() {
         let shade = geometry.shade(corner.particle);

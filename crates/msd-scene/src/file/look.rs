@@ -1,16 +1,12 @@
 //! Looks of bodies, and the viewpoint, from their rows.
 
 use crate::error::FileError;
-use crate::file::schema::{BodyRow, CameraRow, Finish, Kind, LookRow, PatternName};
+use crate::file::schema::{BodyRow, CameraRow, Finish, Kind, LookRow};
 use crate::file::tree::Source;
 use crate::shown::tame;
 use crate::viewpoint::Viewpoint;
-use msd_core::{Look, Pattern};
+use msd_core::Look;
 use std::fmt::Arguments;
-
-/// Brown, of wood, and grey, of metal, sRGB.
-const WOOD: [f32; 3] = [0.72, 0.49, 0.28];
-const STEEL: [f32; 3] = [0.74, 0.76, 0.79];
 
 /// How body number `row` looks.
 ///
@@ -24,7 +20,7 @@ pub(crate) fn look(
     let default = LookRow::default();
     let given = body.look.as_ref().unwrap_or(&default);
     let key = format!("bodies[{row}].look");
-    let mut look = finish(given.finish.unwrap_or_else(|| usual(body.kind, is_sheet)));
+    let mut look = given.finish.unwrap_or_else(|| usual(body.kind, is_sheet)).look();
     let number = |name: &str, value: Option<f64>, otherwise: f32| {
         let checked = value.map(|value| source.number(format_args!("{key}.{name}"), value));
         Ok::<f32, FileError>(checked.transpose()?.map_or(otherwise, |value| value as f32))
@@ -32,7 +28,7 @@ pub(crate) fn look(
     look.roughness = number("roughness", given.roughness, look.roughness)?;
     look.translucency = number("translucency", given.translucency, look.translucency)?;
     look.pattern_size = number("pattern_size", given.pattern_size, look.pattern_size)?;
-    look.pattern = given.pattern.map_or(look.pattern, pattern);
+    look.pattern = given.pattern.unwrap_or(look.pattern);
     if let Some(text) = &given.colour {
         look.colour = Some(colour(source, format_args!("{key}.colour"), text)?);
     }
@@ -54,33 +50,6 @@ fn usual(kind: Kind, is_sheet: bool) -> Finish {
         (_, true) | (Kind::Rope | Kind::Cloth, _) => Finish::Cloth,
         (Kind::Block, _) => Finish::Jelly,
         (Kind::Mesh, _) => Finish::Clay,
-    }
-}
-
-/// The look of a finish.
-fn finish(finish: Finish) -> Look {
-    let plain = Look::default();
-    match finish {
-        Finish::Clay => Look { roughness: 0.8, ..plain },
-        Finish::Plastic => Look { roughness: 0.3, ..plain },
-        Finish::Jelly => Look { roughness: 0.15, translucency: 0.6, ..plain },
-        Finish::Cloth => {
-            Look { roughness: 0.95, pattern: Pattern::Weave, translucency: 0.15, ..plain }
-        }
-        Finish::Metal => Look { colour: Some(STEEL), roughness: 0.25, metal: true, ..plain },
-        Finish::Wood => {
-            Look { colour: Some(WOOD), roughness: 0.6, pattern: Pattern::Grain, ..plain }
-        }
-    }
-}
-
-fn pattern(name: PatternName) -> Pattern {
-    match name {
-        PatternName::None => Pattern::None,
-        PatternName::Checks => Pattern::Checks,
-        PatternName::Stripes => Pattern::Stripes,
-        PatternName::Weave => Pattern::Weave,
-        PatternName::Grain => Pattern::Grain,
     }
 }
 

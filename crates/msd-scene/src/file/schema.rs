@@ -16,7 +16,7 @@ mod look;
 mod sets;
 mod touch;
 
-pub use look::{CameraRow, Finish, LookRow, PatternName};
+pub use look::{CameraRow, Finish, LookRow};
 pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, PinRow, SetRow, SphereRow};
 pub use touch::{TouchRow, WithRow};
 

@@ -5,7 +5,7 @@
 
 const SUN: vec3f = vec3f(1.02, 0.97, 0.88);
 const SKY_LIGHT: vec3f = vec3f(0.44, 0.48, 0.54);
-const GROUND_LIGHT: vec3f = vec3f(0.25, 0.235, 0.22);
+const GROUND_LIGHT: vec3f = vec3f(0.31, 0.295, 0.275);
 
 // Places on a disc of radius one, spread evenly: a sunflower after Vogel, 1979.
 fn sunflower(index: f32, count: f32, turn: f32) -> vec2f {
@@ -75,21 +75,24 @@ fn skylight(world: vec3f, pixel: vec2f) -> f32 {
     let inside = globals.light.w > 0.5 && all(abs(clip.xy) < vec2f(1.0));
     let size = globals.look.w;
     var taken = 0.0;
-    let layers = select(0, select(2, 4, FINE), inside);
+    let layers = select(0, 4, inside);
     let taps = select(1, 5, FINE);
-    let turn = 6.2831853 * dither(pixel);
+    let grain = dither(pixel);
     for (var layer = 0; layer < layers; layer++) {
-        // What is below this height, over a disc that grows with it.
-        let share = select(f32(2 * layer + 1) * 0.25, f32(layer + 1) * 0.25, FINE);
+        // What is below this height, over a disc that grows with it. Where pictures are to be cheap
+        // it is one place, beside that of the other layers, and another height from pixel to
+        // pixel: neither the texels of a small map nor its layers show.
+        let share = (f32(layer + 1) + select(grain - 0.5, 0.0, FINE)) * 0.25;
         let height = size * 0.9 * share * share;
         let depth = clamp(clip.z + height / globals.ground.z, 0.0, 0.9999);
         let radius = (0.03 + 0.45 * share * share) * size / globals.ground.x * globals.ground.y;
+        let beside = (vec2f(f32(layer & 1), f32(layer >> 1u)) - 0.5) * (1.6 * globals.ground.y);
         var here = 0.0;
         for (var i = 0; i < taps; i++) {
-            let spread = sunflower(f32(i), 5.0, turn) * select(0.0, radius, FINE);
+            let spread = select(beside, sunflower(f32(i), 5.0, 6.2831853 * grain) * radius, FINE);
             here += 1.0 - textureSampleCompareLevel(ground_map, shadow_sampler, uv + spread, depth);
         }
-        taken += here / f32(taps * select(2, 4, FINE));
+        taken += here / f32(taps * 4);
     }
     return 1.0 - 0.8 * taken;
 }
@@ -134,7 +137,7 @@ fn lit(finish: Finish, normal: vec3f, world: vec3f, sun: f32, pixel: vec2f) -> v
     let above = max(world.y - globals.level.x, 0.0) / (0.35 * globals.look.w);
     let close = globals.level.w * (0.5 - 0.5 * normal.y) / (1.0 + 6.0 * above * above);
     let up = 0.5 + 0.5 * normal.y;
-    let ambient = mix(GROUND_LIGHT, SKY_LIGHT, up) * (1.0 - 0.55 * close);
+    let ambient = mix(GROUND_LIGHT, SKY_LIGHT, up) * (1.0 - 0.4 * close);
     // Light that goes round inside: it wraps around the edge, and shines through thin parts.
     let wrap = 0.7 * finish.translucency;
     let diffuse = max((facing + wrap) / (1.0 + wrap), 0.0);

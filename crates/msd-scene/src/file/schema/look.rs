@@ -1,6 +1,11 @@
 //! Rows of looks and of the camera.
 
+use msd_core::{Look, Pattern};
 use serde::{Deserialize, Serialize};
+
+/// Brown, of wood, and grey, of metal, sRGB.
+const WOOD: [f32; 3] = [0.72, 0.49, 0.28];
+const STEEL: [f32; 3] = [0.74, 0.76, 0.79];
 
 /// What a body seems to be made of: the rest of its look where that is not given.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,20 +25,56 @@ pub enum Finish {
     Wood,
 }
 
-/// The name of a pattern.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PatternName {
-    /// One colour.
-    None,
-    /// A chequerboard.
-    Checks,
-    /// Stripes.
-    Stripes,
-    /// Threads over and under each other.
-    Weave,
-    /// Wavy lines as in wood.
-    Grain,
+impl Finish {
+    /// All of them.
+    pub const ALL: [Finish; 6] =
+        [Finish::Clay, Finish::Plastic, Finish::Jelly, Finish::Cloth, Finish::Metal, Finish::Wood];
+
+    /// The name, as in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Finish::Clay => "clay",
+            Finish::Plastic => "plastic",
+            Finish::Jelly => "jelly",
+            Finish::Cloth => "cloth",
+            Finish::Metal => "metal",
+            Finish::Wood => "wood",
+        }
+    }
+
+    /// The look of a body of which no more is said.
+    pub fn look(self) -> Look {
+        let plain = Look::default();
+        match self {
+            Finish::Clay => Look { roughness: 0.8, ..plain },
+            Finish::Plastic => Look { roughness: 0.3, ..plain },
+            Finish::Jelly => Look { roughness: 0.15, translucency: 0.6, ..plain },
+            Finish::Cloth => {
+                Look { roughness: 0.95, pattern: Pattern::Weave, translucency: 0.15, ..plain }
+            }
+            Finish::Metal => Look { colour: Some(STEEL), roughness: 0.25, metal: true, ..plain },
+            Finish::Wood => {
+                Look { colour: Some(WOOD), roughness: 0.6, pattern: Pattern::Grain, ..plain }
+            }
+        }
+    }
+
+    /// The finish of a look: that from which it differs in the fewest numbers. What mirrors in its
+    /// own colour is metal.
+    pub fn of(look: &Look) -> Finish {
+        let differences = |finish: &Finish| {
+            let own = finish.look();
+            let colour = own.colour.is_some() && own.colour != look.colour;
+            let numbers = [
+                own.roughness != look.roughness,
+                own.translucency != look.translucency,
+                own.pattern != look.pattern,
+                colour,
+            ];
+            (own.metal != look.metal, numbers.into_iter().filter(|differs| *differs).count())
+        };
+        Finish::ALL.into_iter().min_by_key(differences).unwrap_or(Finish::Clay)
+    }
 }
 
 /// How a body looks.
@@ -58,7 +99,7 @@ pub struct LookRow {
     pub translucency: Option<f64>,
     /// What is repeated along the surface. Default that of the finish.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub pattern: Option<PatternName>,
+    pub pattern: Option<Pattern>,
     /// Size of the pattern, metres. Default a part of the body that suits the pattern.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pattern_size: Option<f64>,

@@ -1,7 +1,9 @@
 //! Sliders for the material of bodies, in the units of an engineer where they are made of one, for
 //! the world and for the wind.
 
-use super::{heading, slider, theme};
+mod looks;
+
+use super::{heading, heading_with, slider, theme};
 use crate::session::{MaterialEdit, MixedValue, Session, TouchEdit, TouchValues};
 use crate::viewer::{Command, Viewer};
 use egui::{Button, Checkbox, ComboBox, Rect, RichText, Slider, SliderClamping, Ui};
@@ -18,7 +20,12 @@ const PREFIXED: [&str; 4] = [STIFFNESS, "Pa", "s", "m"];
 
 /// Sliders for material and world.
 pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
-    heading(ui, "Material");
+    let Viewer { looks, landmarks, .. } = viewer;
+    heading_with(ui, "Material", |ui| {
+        let hover = "Finish, colours and pattern of the bodies, which change nothing of the run";
+        let toggle = ui.toggle_value(looks, RichText::new("Look").small()).on_hover_text(hover);
+        landmarks.insert("look", toggle.rect);
+    });
     bodies(ui, &mut viewer.session);
     let stiffness = match viewer.session.material().selected() {
         Some((_, made)) => Some(material(ui, &mut viewer.session, made)),
@@ -45,6 +52,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
         touch(ui, viewer);
     });
     touching(ui, &mut viewer.session);
+    looks::show(ui, viewer);
     heading(ui, "World");
     world(ui, &mut viewer.session);
     wind(ui, viewer);

@@ -1,7 +1,12 @@
 //! Material and world: what the user has set, and what the sliders show.
 
+mod looks;
+
+pub use looks::{LookEdit, LookValues};
+
 use super::{Deed, Session};
 use glam::DVec3;
+pub(super) use looks::is_look;
 use msd_core::{Friction, Interaction, MaterialNumber, Model, Real, Scene, Select, Vector};
 use msd_run::{Runner, on};
 use msd_scene::materials::{Made, Named, Numbers};
@@ -385,6 +390,7 @@ fn replaces(new: &Interaction, old: &Interaction) -> bool {
         (SetGravity { .. }, SetGravity { .. }) | (SetDrag { .. }, SetDrag { .. }) => true,
         (RemovePlanes, SetPlane { .. } | RemovePlanes | AddPlane { .. }) => true,
         (SetPlane { plane: new, .. }, SetPlane { plane: old, .. }) => new == old,
+        (SetLook { body: new, .. }, SetLook { body: old, .. }) => new == old,
         _ => false,
     }
 }
