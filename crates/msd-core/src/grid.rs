@@ -236,7 +236,7 @@ const ROUNDING: f64 = 1e-5;
 /// The largest whole number that is no more; saturates for numbers that no world holds.
 fn floor(x: f64) -> i64 {
     let whole = x as i64;
-    whole - i64::from(x < whole as f64)
+    whole.saturating_sub(i64::from(x < whole as f64))
 }
 
 /// The place of a cell in a table.

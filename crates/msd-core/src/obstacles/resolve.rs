@@ -2,7 +2,7 @@
 //! time.
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
-use super::solid::{Curved, lanes};
+use super::solid::{Sampled, lanes};
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
@@ -417,11 +417,11 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Meets an obstacle that is no plane, one particle at a time; the bits say which may be inside.
+    /// Meets an obstacle that is no plane; the bits say which particles may be inside.
     #[inline(always)]
     fn meet_curved(
         &mut self,
-        obstacle: &impl Curved<R>,
+        obstacle: &impl Sampled<R>,
         (span, time, near): (&Span<R>, f64, u32),
         contacts: &mut Contacts,
     ) {

@@ -11,7 +11,7 @@
 
 use super::contact::{ContactLaw, Contacts, dot, rounding};
 use super::resolve::{AT_ONCE, TOGETHER, lane_of};
-use super::solid::{Curved, lanes};
+use super::solid::{Sampled, lanes};
 use super::{Ball, Obstacles, OwnObstacle, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, set_vector, vector};
@@ -196,7 +196,7 @@ fn is_one_on_curved<R: Real>(obstacles: &Obstacles<R>, places: &Places<'_, R>, t
 /// Whether a particle of a record that something moves is on an obstacle; the bits say which may be.
 #[inline(always)]
 fn is_one_of_record_on<R: Real>(
-    obstacle: &impl Curved<R>,
+    obstacle: &impl Sampled<R>,
     places: &Places<'_, R>,
     record: usize,
     (which, time): (u32, f64),
@@ -235,7 +235,7 @@ fn is_on<R: Real>(plane: &PlaneColumn<R>, x: [R; 3], radius: R) -> bool {
 /// there; the bits say which may be.
 #[inline(always)]
 fn on_curved<R: Real>(
-    obstacle: &impl Curved<R>,
+    obstacle: &impl Sampled<R>,
     (x, radii, which): (&[R; RECORD], &[R; LANES], u32),
     time: f64,
 ) -> (u32, [R; RECORD]) {
@@ -431,7 +431,7 @@ const ALL: u32 = (1 << LANES) - 1;
 /// may.
 #[inline(always)]
 fn settle_on_curved<R: Real>(
-    obstacle: &impl Curved<R>,
+    obstacle: &impl Sampled<R>,
     kicked: &mut Kicked<'_, R>,
     (record, x, which): (usize, &[R; RECORD], u32),
     contacts: &mut Contacts,

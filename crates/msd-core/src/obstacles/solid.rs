@@ -43,7 +43,7 @@ pub(super) fn lanes(bits: u32) -> impl Iterator<Item = usize> {
 }
 
 /// An obstacle that is no plane, at the points of a record that some bits say.
-pub(super) trait Curved<R: Real> {
+pub(super) trait Sampled<R: Real> {
     /// The gaps, metres.
     fn gaps(&self, points: (&[R; RECORD], u32), time: f64) -> [R; LANES];
 
@@ -57,7 +57,7 @@ pub(super) trait Curved<R: Real> {
     fn single(&self) -> &dyn Obstacle<R>;
 }
 
-impl<R: Real> Curved<R> for Placed<'_> {
+impl<R: Real> Sampled<R> for Placed<'_> {
     #[inline(always)]
     fn gaps(&self, (x, which): (&[R; RECORD], u32), _: f64) -> [R; LANES] {
         let own = |lane| self.own::<R>(R::Vec3::from_components(lane_of(x, lane)));
@@ -109,7 +109,7 @@ impl<R: Real> Curved<R> for Placed<'_> {
     }
 }
 
-impl<R: Real> Curved<R> for &dyn Obstacle<R> {
+impl<R: Real> Sampled<R> for &dyn Obstacle<R> {
     fn gaps(&self, (x, which): (&[R; RECORD], u32), time: f64) -> [R; LANES] {
         let mut gaps = [R::ZERO; LANES];
         for lane in lanes(which) {
