@@ -170,8 +170,8 @@ impl Grid {
     }
 
     /// Sees every pair of points within a distance of each other, metres, at most the width of a
-    /// cell, once, the lower first, until there is an error. Some that are farther apart by rounding
-    /// are seen too.
+    /// cell, once, the lower first, until there is an error. Some that are farther apart by
+    /// rounding are seen too.
     pub(crate) fn each_pair<E>(
         &mut self,
         level: Level,
