@@ -36,8 +36,8 @@ fn simulation<R: Real>(scene: &Scene, settings: Settings) -> Simulation<R> {
     Simulation::new(scene, settings).expect("a valid scene")
 }
 
-/// Two clusters that are far apart when the list is made, each of particles that move alike, so that
-/// nothing in a cell or in cells that touch comes closer: only by their way do they meet.
+/// Two clusters that are far apart when the list is made, each of particles that move alike, so
+/// that nothing in a cell or in cells that touch comes closer: only by their way do they meet.
 #[test]
 fn what_comes_from_afar_is_met() {
     for integrator in [
