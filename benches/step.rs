@@ -225,6 +225,7 @@ fn touching_cloth(falls: bool, touches: bool) -> Scene {
             stiffness: 60.0,
             damping: 0.01,
             friction: 0.5,
+            triangles: Vec::new(),
             itself: true,
             obstacles: false,
             ignored: Vec::new(),

@@ -178,9 +178,10 @@ compile_error!("msd-core needs a square root: enable the feature `std` (default)
 // have the loops compiled here (`tests/tidy/order.rs`).
 mod number;
 mod error;
-pub mod scene;
 mod columns;
 mod grid;
+mod triangle;
+pub mod scene;
 pub mod elements;
 pub mod obstacles;
 mod system;

@@ -89,6 +89,7 @@ fn a_step_in_which_something_would_pass_is_refused_on_any_number_of_threads() {
         stiffness: 1e6,
         damping: 0.0,
         friction: 0.5,
+        triangles: Vec::new(),
         itself: true,
         obstacles: false,
         ignored: Vec::new(),
