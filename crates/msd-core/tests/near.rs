@@ -1,0 +1,121 @@
+//! The list of near particles: what comes from afar is met, what passes through is counted.
+
+mod common;
+
+use common::Random;
+use msd_core::glam::DVec3;
+use msd_core::{Integrator, Particle, Real, Scene, Settings, Simulation, Touch, World};
+
+fn touch(particles: Vec<usize>, radius: f64) -> Touch {
+    Touch {
+        particles,
+        radius,
+        stiffness: 400.0,
+        damping: 0.0,
+        friction: 0.0,
+        itself: true,
+        obstacles: false,
+        ignored: vec![],
+        between: Vec::new(),
+    }
+}
+
+fn particle(position: DVec3, velocity: DVec3, mass: f64) -> Particle {
+    Particle { position, velocity, mass }
+}
+
+fn still() -> World {
+    World { gravity: DVec3::ZERO, ..World::default() }
+}
+
+fn settings(integrator: Integrator, substeps: u32) -> Settings {
+    Settings { integrator, substeps, ..Settings::default() }
+}
+
+fn simulation<R: Real>(scene: &Scene, settings: Settings) -> Simulation<R> {
+    Simulation::new(scene, settings).expect("a valid scene")
+}
+
+/// Two clusters that are far apart when the list is made, each of particles that move alike, so that
+/// nothing in a cell or in cells that touch comes closer: only by their way do they meet.
+#[test]
+fn what_comes_from_afar_is_met() {
+    for integrator in [
+        Integrator::SymplecticEuler,
+        Integrator::VelocityVerlet,
+        Integrator::Rk4,
+        Integrator::BackwardEuler,
+        Integrator::ImplicitMidpoint,
+        Integrator::Xpbd,
+        Integrator::DormandPrince,
+    ] {
+        for distance in [0.5, 2.0, 8.0] {
+            let cluster = |side: f64| {
+                (0..9).map(move |at| {
+                    let (y, z) = (f64::from(at / 3), f64::from(at % 3));
+                    let position = DVec3::new(side * distance / 2.0, 0.2 * y, 0.2 * z);
+                    particle(position, DVec3::X * -side, 0.1)
+                })
+            };
+            let particles: Vec<Particle> = cluster(-1.0).chain(cluster(1.0)).collect();
+            let touches = vec![touch((0..18).collect(), 0.05)];
+            let scene = Scene { world: still(), particles, touches, ..Scene::default() };
+            let mut simulation = simulation::<f64>(&scene, settings(integrator, 16));
+            let frames = (60.0 * (0.5 * distance + 0.5)) as usize;
+            (0..frames).for_each(|_| simulation.step().expect("inside the world"));
+            let state = simulation.state();
+            for at in 0..18 {
+                let away = if at < 9 { -1.0 } else { 1.0 };
+                let speed = state.velocities[at].x * away;
+                assert!(0.5 < speed, "{integrator:?}: {speed} m/s after {distance} m");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_may_have_passed_through_is_counted() {
+    for (speed, passes) in [(1.0, false), (5.0, false), (30.0, true), (2000.0, true)] {
+        let particles = vec![
+            particle(DVec3::ZERO, DVec3::X * speed, 0.1),
+            particle(DVec3::new(0.35, 0.01, 0.0), DVec3::ZERO, 0.1),
+        ];
+        let touches = vec![touch(vec![0, 1], 0.05)];
+        let scene = Scene { world: still(), particles, touches, ..Scene::default() };
+        let mut simulation = simulation::<f32>(&scene, settings(Integrator::VelocityVerlet, 4));
+        (0..30).for_each(|_| simulation.step().expect("inside the world"));
+        assert_eq!(0 < simulation.ledger().passes(), passes, "{speed} m/s");
+    }
+}
+
+/// Passes are counted from the state alone, whatever the list of near pairs was made at before.
+#[test]
+fn passes_are_counted_alike_in_a_run_and_from_each_of_its_states() {
+    let settings = settings(Integrator::VelocityVerlet, 1);
+    let mut random = Random(7);
+    let count = 600;
+    // Two clouds that pass each other by one and a half times the sum of two radii in a step.
+    let mut row = |at: usize| {
+        let velocity = if at.is_multiple_of(2) { 4.5 } else { -4.5 };
+        particle(random.vector() * 1.5, velocity * DVec3::X, 1.0)
+    };
+    let scene = Scene {
+        particles: (0..count).map(&mut row).collect(),
+        touches: vec![Touch { stiffness: 1e-3, ..touch((0..count).collect(), 0.05) }],
+        world: still(),
+        ..Scene::default()
+    };
+    let mut whole: Simulation<f64> = simulation(&scene, settings);
+    let mut sum = 0;
+    for step in 0..8 {
+        let mut fresh: Simulation<f64> = simulation(&scene, settings);
+        fresh.set_state(&whole.state(), whole.steps()).expect("a state");
+        let before = whole.ledger().passes();
+        whole.step().expect("a step");
+        fresh.step().expect("a step");
+        let counted = whole.ledger().passes() - before;
+        assert_eq!(counted, fresh.ledger().passes(), "step {step}");
+        sum += counted;
+    }
+    assert!(100 < sum, "{sum}");
+}
