@@ -257,6 +257,7 @@ fn draped_cloths() -> Scene {
         stiffness: 60.0,
         damping: 0.02,
         friction: 0.3,
+        triangles: Vec::new(),
         itself: true,
         obstacles: false,
         ignored: Vec::new(),

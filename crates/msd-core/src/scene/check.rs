@@ -296,8 +296,7 @@ pub(crate) fn check_touches<R: Real>(
         for (triangle, corners) in touch.triangles.iter().enumerate() {
             let [a, b, c] = *corners;
             let is_one = a != b && b != c && c != a;
-            let expected = "a triangle of three particles";
-            check(is_one, "triangle", at, triangle as f64, expected)?;
+            check(is_one, "triangle", at, triangle as f64, "three different particles")?;
             for &corner in corners {
                 check_index(at, "corner", corner, count)?;
                 let expected = "a particle of the row";
