@@ -80,12 +80,12 @@ fn height([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// The touch of a bead and the triangles of a row.
-struct Met<'a, R: Real> {
+struct FaceTouch<'a, R: Real> {
     facing: &'a Facing<R>,
     nearest: Nearest<R>,
 }
 
-impl<'a, R: Real> Met<'a, R> {
+impl<'a, R: Real> FaceTouch<'a, R> {
     /// The nearest triangle of those that a bead may touch; of two, the first. `None` where none
     /// is within reach.
     #[inline(always)]
@@ -95,7 +95,7 @@ impl<'a, R: Real> Met<'a, R> {
         for facing in group {
             let nearest = nearest::<R>(facing.from_corners(positions));
             if nearest.square < least {
-                (least, met) = (nearest.square, Some(Met { facing, nearest }));
+                (least, met) = (nearest.square, Some(FaceTouch { facing, nearest }));
             }
         }
         met
@@ -117,7 +117,7 @@ impl<'a, R: Real> Met<'a, R> {
 
     #[inline(always)]
     fn closed(&self, velocities: &[R], inverse_masses: &[R]) -> Option<Closed<R>> {
-        let Met { facing, nearest } = self;
+        let FaceTouch { facing, nearest } = self;
         let relative = self.weigh(facing.from_corners(velocities));
         let masses = self.inverse_mass(facing.at.map(|at| inverse_masses[at as usize]));
         facing.law.close([nearest.point, relative], masses)
@@ -131,7 +131,7 @@ impl<'a, R: Real> Met<'a, R> {
     }
 
     fn tangent(&self, closed: &Closed<R>, positions: &[R]) -> Touching<4> {
-        let Met { facing, nearest } = self;
+        let FaceTouch { facing, nearest } = self;
         let mut touching = closed.tangent(&facing.law, facing.particles, facing.at, self.shares());
         // Where the point is free to move on the triangle, nothing turns with the bead.
         let is_held = nearest.weights.map(|weight| weight == R::ZERO);
@@ -158,8 +158,8 @@ fn groups<R: Real>(facings: &[Facing<R>]) -> impl Iterator<Item = &[Facing<R>]> 
 fn all_met<'a, R: Real>(
     facings: &'a [Facing<R>],
     positions: &'a [R],
-) -> impl Iterator<Item = Met<'a, R>> {
-    groups(facings).filter_map(|group| Met::of(group, positions))
+) -> impl Iterator<Item = FaceTouch<'a, R>> {
+    groups(facings).filter_map(|group| FaceTouch::of(group, positions))
 }
 
 /// Adds the forces in columns, newtons, and returns the power that they dissipate, watts.
@@ -204,12 +204,12 @@ pub(super) fn project<R: Real>(
     inverse_masses: &[R],
     (starts, ways): (&[R::Vec3], &mut [R::Vec3]),
 ) {
-    for Met { facing, .. } in all_met(facings, positions) {
+    for FaceTouch { facing, .. } in all_met(facings, positions) {
         let all = facing.particles.map(|particle| particle as usize);
         let [bead, corners @ ..] = all;
         let moved = corners.map(|corner| ways[bead] - ways[corner]);
         let apart = [0, 1, 2].map(|at| (starts[bead] - starts[corners[at]]) + moved[at]);
-        let met = Met { facing, nearest: nearest::<R>(apart) };
+        let met = FaceTouch { facing, nearest: nearest::<R>(apart) };
         let masses = met.inverse_mass(all.map(|particle| inverse_masses[particle]));
         let both = [met.nearest.point, met.weigh(moved)];
         let Some(pull) = facing.law.project(both, masses, h) else { continue };
