@@ -103,6 +103,7 @@ fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<
             stiffness,
             damping,
             friction,
+            triangles: Vec::new(),
             itself: flags & 1 != 0,
             obstacles: flags & 2 != 0,
             ignored,

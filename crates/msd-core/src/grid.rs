@@ -16,6 +16,8 @@ type Place = [i64; 3];
 /// Points in cells. Its columns are allocated once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Grid {
+    /// The width of a cell, metres.
+    width: f64,
     /// The cell of each point.
     cells: Vec<Place>,
     /// The points, cell by cell.
@@ -85,11 +87,11 @@ struct Occupied {
 impl Grid {
     /// Puts points into cells of this width, metres. A point that is no number is somewhere.
     pub(crate) fn fill(&mut self, width: f64, points: impl Iterator<Item = DVec3>) {
-        let cell = |x: f64| floor(x / width);
+        self.width = width;
         self.given.clear();
         self.given.extend(points);
         self.cells.clear();
-        self.cells.extend(self.given.iter().map(|point| point.to_array().map(cell)));
+        self.cells.extend(self.given.iter().map(|&point| cell(width, point)));
         let places = (2 * self.cells.len()).next_power_of_two();
         self.sort(places);
         self.group(places);
@@ -196,6 +198,34 @@ impl Grid {
         Ok(())
     }
 
+    /// Sees every point in the cells that a box touches, given by its lowest and its highest corner,
+    /// metres, until there is an error.
+    pub(crate) fn each_in<E>(
+        &self,
+        corners: [DVec3; 2],
+        mut see: impl FnMut(usize) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let [low, high] = corners.map(|corner| cell(self.width, corner));
+        let is_in = |cell: Place| (0..3).all(|axis| (low[axis]..=high[axis]).contains(&cell[axis]));
+        let sides = [0, 1, 2].map(|axis| high[axis].saturating_sub(low[axis]) as f64 + 1.0);
+        let mut see_row = |row: usize| -> Result<(), E> {
+            self.points_of(row).iter().try_for_each(|&point| see(point as usize))
+        };
+        // A large box has more cells than there are with points.
+        if self.rows.len() as f64 <= sides[0] * sides[1] * sides[2] {
+            let mut rows = (0..self.rows.len()).filter(|&row| is_in(self.rows[row].cell));
+            return rows.try_for_each(see_row);
+        }
+        for x in low[0]..=high[0] {
+            for y in low[1]..=high[1] {
+                for z in low[2]..=high[2] {
+                    self.row_of([x, y, z]).map_or(Ok(()), &mut see_row)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     /// Adds the points of a row.
     fn add_row(&self, row: usize, near: &mut Nearby) {
         let range = &self.rows[row].points;
@@ -232,6 +262,11 @@ fn each_pair_of<E>(
 
 /// More than the part by which rounding changes a distance.
 const ROUNDING: f64 = 1e-5;
+
+/// The cell of this width that a point is in.
+fn cell(width: f64, point: DVec3) -> Place {
+    point.to_array().map(|x| floor(x / width))
+}
 
 /// The largest whole number that is no more; saturates for numbers that no world holds.
 fn floor(x: f64) -> i64 {

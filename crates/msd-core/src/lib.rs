@@ -180,6 +180,7 @@ mod number;
 mod error;
 mod columns;
 mod grid;
+mod triangle;
 pub mod scene;
 pub mod elements;
 pub mod obstacles;

@@ -21,6 +21,7 @@ fn touch(particles: Vec<usize>) -> Touch {
         stiffness: 1.0,
         damping: 0.0,
         friction: 0.0,
+        triangles: Vec::new(),
         itself: false,
         obstacles: true,
         ignored: vec![],

@@ -27,6 +27,7 @@ fn touch(particles: Vec<usize>, radius: f64) -> Touch {
         stiffness: 400.0,
         damping: 0.0,
         friction: 0.0,
+        triangles: Vec::new(),
         itself: true,
         obstacles: false,
         ignored: vec![],

@@ -70,8 +70,8 @@ pub(crate) fn energy_and_rounding<R: Real>(
         pull += law.stiffness * (length - law.rest).abs();
         total_stiffness += law.stiffness;
     }
-    let touches = near.see(level, &model.touches, &state.positions, |pairs| {
-        touches::energy_and_pulls(pairs, &state.positions)
+    let touches = near.see(level, &model.touches, &state.positions, |near| {
+        touches::energy_and_pulls(near, &state.positions)
     });
     let others =
         [model.bends.energy_and_pulls(&motion), model.volumes.energy_and_pulls(&motion), touches];

@@ -103,8 +103,8 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
         for (particle, at) in model.slots.places().enumerate() {
             set_vector(pulls, at, starts[particle] + ways[particle]);
         }
-        let pairs = step.scratch.work.near.pairs(level, &model.touches, pulls);
-        touches::project((pairs, pulls), h, inverse_masses, (starts, ways));
+        let near = step.scratch.work.near.nearby(level, &model.touches, pulls);
+        touches::project((near, pulls), h, inverse_masses, (starts, ways));
     }
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {

@@ -292,6 +292,17 @@ pub(crate) fn check_touches<R: Real>(
             let expected = "in one row of touches, once";
             check(other.is_none(), "particle", at, particle as f64, expected)?;
         }
+        check_count("the number of triangles that touch", touch.triangles.len(), MAX_SPRINGS)?;
+        for (triangle, corners) in touch.triangles.iter().enumerate() {
+            let [a, b, c] = *corners;
+            let is_one = a != b && b != c && c != a;
+            check(is_one, "triangle", at, triangle as f64, "three different particles")?;
+            for &corner in corners {
+                check_index(at, "corner", corner, count)?;
+                let expected = "a particle of the row";
+                check(row_of[corner] == Some(row), "corner", at, corner as f64, expected)?;
+            }
+        }
         for &other in &touch.ignored {
             check_index(at, "row before it", other, row)?;
         }

@@ -4,6 +4,7 @@ use super::Scene;
 use super::check::check_count;
 use crate::error::Error;
 use crate::grid::Grid;
+use crate::triangle::{Nearest, nearest};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -30,6 +31,12 @@ pub struct Touch {
     pub damping: f64,
     /// Coulomb's factor μ, not negative.
     pub friction: f64,
+    /// Triangles of a surface by their corners, particles of the row. A particle with a radius is
+    /// pushed by the point that is nearest to it of all those it does not belong to: as by a
+    /// particle at that point, which shares out what it gets to the corners by its weights. A corner
+    /// touches by its triangles alone: two that are both corners push each other from both sides, by
+    /// half of k and c each. None joins in that has a corner that the particle does not touch.
+    pub triangles: Vec<[usize; 3]>,
     /// Whether they touch each other, beside those of other rows.
     pub itself: bool,
     /// Whether the radius counts against obstacles too; otherwise these meet points.
@@ -60,8 +67,8 @@ pub struct Between {
 const MOST_PAIRS: usize = 256;
 
 impl Scene {
-    /// Adds a row of touches, and exempts the pairs among its particles that are closer than their
-    /// radii now, at rest.
+    /// Adds a row of touches, and exempts what is closer than its radii among its particles now, at
+    /// rest: pairs, and of a particle and a triangle the pair with the nearest corner.
     ///
     /// # Errors
     /// [`Error::TooLarge`] for a radius within which particles have hundreds of others.
@@ -80,7 +87,8 @@ pub(crate) fn check_pairs(pairs: usize, particles: usize) -> Result<(), Error> {
     check_count("the number of pairs of particles closer than their radii", pairs, most)
 }
 
-/// The pairs of a row that are closer than twice their radius and not joined by a spring.
+/// The pairs of a row that are closer than twice their radius and not joined by a spring, those of
+/// the corners of triangles last.
 fn close(scene: &Scene, touch: &Touch) -> Result<Vec<[usize; 2]>, Error> {
     let points: Vec<DVec3> = touch
         .particles
@@ -93,7 +101,6 @@ fn close(scene: &Scene, touch: &Touch) -> Result<Vec<[usize; 2]>, Error> {
     if !is_usable {
         return Ok(Vec::new());
     }
-    let sorted = |[a, b]: [usize; 2]| [a.min(b), a.max(b)];
     let mut joined: Vec<_> = scene.springs.iter().map(|spring| sorted(spring.ends)).collect();
     joined.sort_unstable();
     let (mut grid, mut pairs) = (Grid::default(), Vec::new());
@@ -106,5 +113,35 @@ fn close(scene: &Scene, touch: &Touch) -> Result<Vec<[usize; 2]>, Error> {
         }
         check_pairs(pairs.len(), points.len())
     })?;
+    joined.extend(&pairs);
+    joined.sort_unstable();
+    for &triangle in &touch.triangles {
+        let Some(corners) = places(scene, triangle) else { continue };
+        let around = DVec3::splat(reach);
+        let low = corners.into_iter().fold(corners[0], DVec3::min) - around;
+        let high = corners.into_iter().fold(corners[0], DVec3::max) + around;
+        grid.each_in([low, high], |at| {
+            let own = triangle.map(|corner| sorted([touch.particles[at], corner]));
+            let is_spared = |&[a, b]: &[usize; 2]| a == b || joined.binary_search(&[a, b]).is_ok();
+            let Nearest { weights, square, .. } =
+                nearest::<f64>(corners.map(|corner| points[at] - corner));
+            if square <= reach * reach && !own.iter().any(is_spared) {
+                let later = |a: usize, b: usize| if weights[a] < weights[b] { b } else { a };
+                pairs.push(own[later(later(0, 1), 2)]);
+            }
+            check_pairs(pairs.len(), points.len())
+        })?;
+    }
     Ok(pairs)
+}
+
+/// A pair, the lower particle first.
+fn sorted([a, b]: [usize; 2]) -> [usize; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// Where the corners of a triangle are, metres, if there are such particles.
+fn places(scene: &Scene, [a, b, c]: [usize; 3]) -> Option<[DVec3; 3]> {
+    let place = |at: usize| scene.particles.get(at).map(|particle| particle.position);
+    Some([place(a)?, place(b)?, place(c)?])
 }

@@ -17,6 +17,7 @@ mod slowest;
 pub use region::{Mode, Region, is_stable};
 
 use crate::elements::touches::near::Near;
+use crate::elements::touches::tangent::TouchTangents;
 use crate::elements::{Block, Blocks, Products};
 use crate::number::Real;
 use crate::system::{Columns, Model};
@@ -185,13 +186,9 @@ fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
     };
     model.bends.row_sums(motion, &mut add);
     model.volumes.row_sums(motion, &mut add);
-    let mut touching = Vec::new();
+    let mut touching = TouchTangents::default();
     model.set_touching(Level::baseline(), motion, &mut Near::default(), &mut touching);
-    for pair in &touching {
-        // Each end moves at most twice as fast as both do against each other.
-        let most = pair.largest().map(|value| 2.0 * value);
-        pair.particles.into_iter().for_each(|particle| add(particle, most));
-    }
+    touching.add_row_sums(&mut add);
     // In full also where the largest force caps it now.
     for grab in model.grabs() {
         others[grab.particle as usize].add(grab.stiffness.to_f64(), grab.damping.to_f64());

@@ -7,8 +7,8 @@
 
 use super::dense::{MOST, Matrix};
 use crate::elements::springs::law::Tangent;
-use crate::elements::touches::Touching;
 use crate::elements::touches::near::Near;
+use crate::elements::touches::tangent::TouchTangents;
 use crate::elements::{Motion, Products};
 use crate::number::Real;
 use crate::system::Model;
@@ -36,8 +36,8 @@ pub(crate) struct OperatingPoint<'a, R: Real> {
 pub(crate) struct Basis {
     /// The derivatives of the springs that are not cut.
     tangents: Vec<Tangent>,
-    /// The pairs that touch.
-    touching: Vec<Touching>,
+    /// What touches.
+    touching: TouchTangents,
     /// Square roots of the reciprocal masses.
     roots: Vec<f64>,
     vectors: Vec<Vec<DVec3>>,
@@ -238,10 +238,7 @@ impl Basis {
             }
         }
         let mut products = Products { stiffness: stiff, damping: damp };
-        for pair in touching {
-            let [a, b] = pair.particles;
-            products.add_between([a, b], pair.products(displacements[b] - displacements[a]));
-        }
+        touching.add_products(displacements, &mut products);
         for element in model.elements_beside_springs() {
             element.add_products(motion, displacements, &mut products);
         }

@@ -8,7 +8,8 @@ use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::Springs;
 use crate::elements::touches::near::Near;
-use crate::elements::touches::{self, Touches, Touching};
+use crate::elements::touches::tangent::TouchTangents;
+use crate::elements::touches::{self, Touches};
 use crate::elements::volumes::Volumes;
 use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
@@ -186,22 +187,22 @@ impl<R: Real> Model<R> {
         if self.touches.is_empty() {
             return 0.0;
         }
-        let pairs = near.pairs(level, &self.touches, motion.positions);
-        touches::add_forces(pairs, motion, &self.inverse_mass_column, forces)
+        let near = near.nearby(level, &self.touches, motion.positions);
+        touches::add_forces(near, motion, &self.inverse_mass_column, forces)
     }
 
-    /// Overwrites `to` with the derivatives of the pairs that touch.
+    /// Overwrites `to` with the derivatives of what touches.
     pub(crate) fn set_touching(
         &self,
         level: Level,
         motion: &Motion<'_, R>,
         near: &mut Near<R>,
-        to: &mut Vec<Touching>,
+        to: &mut TouchTangents,
     ) {
         to.clear();
         if !self.touches.is_empty() {
-            let pairs = near.pairs(level, &self.touches, motion.positions);
-            touches::tangents(pairs, motion, &self.inverse_mass_column, to);
+            let near = near.nearby(level, &self.touches, motion.positions);
+            touches::tangents(near, motion, &self.inverse_mass_column, to);
         }
     }
 

@@ -2,8 +2,11 @@
 //!
 //! `PairLaw` is the push of a pair. A force is the sum over pairs in ascending order of their
 //! particles, and a pair that does not touch adds nothing at all: so its bits do not depend on
-//! which pairs were looked at. `near` lists those that may touch.
+//! which pairs were looked at. `near` lists those that may touch. `faces` is what particles have
+//! with triangles, by the same law.
 
+pub(crate) mod tangent;
+mod faces;
 pub(crate) mod near;
 
 use super::Motion;
@@ -13,7 +16,8 @@ use crate::number::{Real, Vector};
 use crate::scene::{Between, Touch};
 use alloc::vec::Vec;
 use glam::DVec3;
-use near::Pair;
+use near::{Listed, Pair};
+use tangent::{TouchTangents, Touching};
 
 /// The touches of a model.
 #[derive(Clone, Debug)]
@@ -28,6 +32,8 @@ pub struct Touches {
     spared: Vec<u32>,
     /// Where those of each bead start, and where the last ones end.
     spared_starts: Vec<u32>,
+    /// The corners of all triangles, row by row, by their beads.
+    triangles: Vec<[u32; 3]>,
 }
 
 /// A particle with a radius.
@@ -37,6 +43,8 @@ struct Bead {
     /// Where its numbers are in a column of vectors.
     at: u32,
     row: u32,
+    /// Whether it is a corner of a triangle.
+    is_corner: bool,
 }
 
 /// The law of a pair: the sum of its radii, metres, and the numbers of [`Touch`].
@@ -66,23 +74,6 @@ struct Closed<R: Real> {
     grip: R,
 }
 
-/// The derivative of the force of a touch.
-///
-/// A small displacement w of the second particle as seen from the first changes its force by k n
-/// (n·w) − k δ/L (w − n (n·w)), and a small velocity by c n (n·w) + g (w − n (n·w)), with g that of
-/// the friction as it is. Where the two part so fast that they do not push, by neither.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Touching {
-    pub(crate) particles: [usize; 2],
-    /// Where the numbers of both are in a column of vectors.
-    at: [usize; 2],
-    normal: DVec3,
-    along: f64,
-    across: f64,
-    damping: f64,
-    grip: f64,
-}
-
 impl<R: Real> PairLaw<R> {
     /// The law of two rows, and what stands between them.
     fn new(a: &Touch, b: &Touch, between: Option<&Between>) -> Self {
@@ -106,11 +97,11 @@ impl<R: Real> PairLaw<R> {
         }
     }
 
-    /// The touch of two particles, each a position and a velocity, with these reciprocal masses;
-    /// `None` where they do not touch, or have no direction.
+    /// The touch of two particles, by the position and the velocity of the second as seen from the
+    /// first and the sum of their reciprocal masses; `None` where they do not touch, or have no
+    /// direction.
     #[inline(always)]
-    fn close(&self, [first, second]: [[R::Vec3; 2]; 2], inverse_masses: R) -> Option<Closed<R>> {
-        let apart = second[0] - first[0];
+    fn close(&self, [apart, relative]: [R::Vec3; 2], inverse_masses: R) -> Option<Closed<R>> {
         let square = apart.dot(apart);
         let touches = R::SHORTEST_SQUARED <= square && square < self.reach * self.reach;
         if !touches || inverse_masses == R::ZERO {
@@ -118,7 +109,6 @@ impl<R: Real> PairLaw<R> {
         }
         let distance = square.sqrt();
         let normal = apart * (R::ONE / distance);
-        let relative = second[1] - first[1];
         let (overlap, rate) = (self.reach - distance, normal.dot(relative));
         let push = R::max(overlap * self.stiffness - rate * self.damping, R::ZERO);
         let slip = relative - normal * rate;
@@ -131,6 +121,36 @@ impl<R: Real> PairLaw<R> {
             }
         }
         Some(Closed { normal, distance, overlap, rate, slip, push, grip })
+    }
+
+    /// The impulse on the second of two particles in a substep, in kilogram metres, by where XPBD
+    /// has moved it to as seen from the first, by how much it has, and the sum of their reciprocal
+    /// masses; `None` where they do not touch.
+    #[inline(always)]
+    fn project(&self, [apart, moved]: [R::Vec3; 2], w: R, h: R) -> Option<R::Vec3> {
+        let square = apart.dot(apart);
+        let touches = R::SHORTEST_SQUARED <= square && square < self.reach * self.reach;
+        if !touches || w == R::ZERO {
+            return None;
+        }
+        let distance = square.sqrt();
+        let normal = apart * (R::ONE / distance);
+        let [stiff, damp] = [self.stiffness * h * h, self.damping * h];
+        let along = normal.dot(moved);
+        let yielding = R::ONE + (stiff + damp) * w;
+        let asked = stiff * (self.reach - distance) - damp * along;
+        let push = R::max(asked / yielding, R::ZERO);
+        let slip = moved - normal * along;
+        let mut drag = R::ZERO;
+        if self.friction != R::ZERO {
+            let grip = (self.stiffness / w).sqrt() * h;
+            drag = grip / (R::ONE + grip * w);
+            let (length, most) = (slip.dot(slip).sqrt(), push * self.friction);
+            if most < drag * length {
+                drag = most / length;
+            }
+        }
+        Some(normal * push - slip * drag)
     }
 }
 
@@ -147,7 +167,7 @@ impl<R: Real> Pair<R> {
         }
         let masses = inverse_masses[at[0]] + inverse_masses[at[1]];
         let velocities = at.map(|at| vector::<R>(v, at));
-        self.law.close([[places[0], velocities[0]], [places[1], velocities[1]]], masses)
+        self.law.close([apart, velocities[1] - velocities[0]], masses)
     }
 }
 
@@ -160,58 +180,27 @@ impl<R: Real> Closed<R> {
         (force, lost + self.slip.dot(self.slip) * self.grip)
     }
 
-    fn tangent(&self, pair: &Pair<R>) -> Touching {
-        let law = &pair.law;
+    /// Its derivative, with the part of each particle in the motion of the second side as seen from
+    /// the first.
+    fn tangent<const N: usize>(
+        &self,
+        law: &PairLaw<R>,
+        particles: [u32; N],
+        at: [u32; N],
+        weights: [R; N],
+    ) -> Touching<N> {
         let pushes = R::ZERO < self.push;
         let number = |value: R| if pushes { value.to_f64() } else { 0.0 };
         Touching {
-            particles: pair.particles.map(|particle| particle as usize),
-            at: pair.at.map(|at| at as usize),
+            particles: particles.map(|particle| particle as usize),
+            at: at.map(|at| at as usize),
+            weights: weights.map(R::to_f64),
             normal: self.normal.to_f64(),
+            slide: DVec3::ZERO,
             along: number(law.stiffness),
             across: -number(law.stiffness * self.overlap / self.distance),
             damping: number(law.damping),
             grip: number(self.grip),
-        }
-    }
-}
-
-impl Touching {
-    /// The products of stiffness and damping with a relative displacement.
-    pub(crate) fn products(&self, relative: DVec3) -> [DVec3; 2] {
-        let along = self.normal * self.normal.dot(relative);
-        let across = relative - along;
-        [along * self.along + across * self.across, along * self.damping + across * self.grip]
-    }
-
-    /// The largest stiffness and damping in any direction.
-    pub(crate) fn largest(&self) -> [f64; 2] {
-        [self.along.max(-self.across), self.damping.max(self.grip)]
-    }
-
-    /// The product of τ (τ k + b) with a relative displacement, without what buckles: the push
-    /// across the normal.
-    fn product(&self, tau: f64, relative: DVec3) -> DVec3 {
-        let along = self.normal * self.normal.dot(relative);
-        along * (tau * (tau * self.along + self.damping)) + (relative - along) * (tau * self.grip)
-    }
-
-    /// Adds that product for both particles of a direction in columns.
-    pub(crate) fn add_column_product<R: Real>(&self, tau: R, direction: &[R], products: &mut [R]) {
-        let [a, b] = self.at;
-        let relative = (vector::<R>(direction, b) - vector::<R>(direction, a)).to_f64();
-        let product = R::Vec3::of(self.product(tau.to_f64(), relative));
-        set_vector(products, a, vector::<R>(products, a) - product);
-        set_vector(products, b, vector::<R>(products, b) + product);
-    }
-
-    /// Adds the diagonal blocks of that product to those of its particles.
-    pub(crate) fn add_blocks<R: Real>(&self, tau: R, [upper, lower]: [&mut [R]; 2]) {
-        let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|d| self.product(tau.to_f64(), d));
-        for at in self.at {
-            for (column, numbers) in [(&mut *upper, x), (&mut *lower, DVec3::new(y.y, y.z, z.z))] {
-                set_vector(column, at, vector::<R>(column, at) + R::Vec3::of(numbers));
-            }
         }
     }
 }
@@ -230,6 +219,7 @@ impl Touches {
             beads: Vec::new(),
             spared: Vec::new(),
             spared_starts: Vec::new(),
+            triangles: Vec::new(),
         };
         touches.order(ends, slots);
         touches
@@ -243,20 +233,51 @@ impl Touches {
                 particle: particle as u32,
                 at: slots.at(particle) as u32,
                 row: row as u32,
+                is_corner: false,
             };
             self.beads.extend(touch.particles.iter().map(bead));
         }
         self.beads.sort_by_key(|bead| bead.particle);
         self.spare(ends);
+        let place =
+            |particle: usize| self.beads.partition_point(|bead| bead.particle < particle as u32);
+        let triangles = self.rows.iter().flat_map(|row| &row.triangles);
+        self.triangles =
+            triangles.map(|corners| corners.map(|corner| place(corner) as u32)).collect();
+        for &corner in self.triangles.as_flattened() {
+            self.beads[corner as usize].is_corner = true;
+        }
     }
 
-    /// Whether two beads, the lower first, touch where they are close.
-    fn do_touch(&self, a: usize, b: usize) -> bool {
+    /// Whether the rows of two beads touch each other.
+    fn do_rows_touch(&self, a: usize, b: usize) -> bool {
         let rows = [a, b].map(|bead| self.beads[bead].row as usize);
         let (first, last) = (rows[0].min(rows[1]), rows[0].max(rows[1]));
         let [low, high] = [first, last].map(|row| &self.rows[row]);
-        let meet = if first == last { low.itself } else { !high.ignored.contains(&first) };
-        meet && !self.spares(a, b)
+        if first == last { low.itself } else { !high.ignored.contains(&first) }
+    }
+
+    /// Whether two beads, the lower first, touch as a pair where they are close: a corner touches
+    /// by its triangles.
+    fn do_touch(&self, a: usize, b: usize) -> bool {
+        let is_corner = self.beads[a].is_corner || self.beads[b].is_corner;
+        !is_corner && self.do_rows_touch(a, b) && !self.spares(a, b)
+    }
+
+    /// Whether a bead touches a triangle where they are close.
+    fn do_face(&self, bead: usize, triangle: usize) -> bool {
+        let corners = self.triangles[triangle].map(|corner| corner as usize);
+        let spares = |corner: usize| self.spares(bead.min(corner), bead.max(corner));
+        self.do_rows_touch(bead, corners[0])
+            && !corners.into_iter().any(|corner| corner == bead || spares(corner))
+    }
+
+    /// The law of a bead and a triangle. A corner of another triangle has half of it, as its own
+    /// ones have the other half.
+    fn law_of_facing<R: Real>(&self, bead: usize, triangle: usize) -> PairLaw<R> {
+        let law = self.law_of::<R>(bead, self.triangles[triangle][0] as usize);
+        let share = if self.beads[bead].is_corner { R::HALF } else { R::ONE };
+        PairLaw { stiffness: law.stiffness * share, damping: law.damping * share, ..law }
     }
 
     /// The law of two beads that touch.
@@ -344,6 +365,8 @@ impl Touches {
         }
         for row in &mut self.rows {
             row.particles.retain(|&particle| !is_removed(particle as u32));
+            row.triangles
+                .retain(|corners| !corners.iter().any(|&corner| is_removed(corner as u32)));
         }
         self.order(ends, slots);
     }
@@ -355,6 +378,13 @@ impl Touches {
             (f64::min(least, radius), f64::max(most, radius))
         });
         [2.0 * least, 2.0 * most]
+    }
+
+    /// The sum of the radii of a bead and a triangle, metres.
+    fn reach_of(&self, bead: usize, triangle: usize) -> f64 {
+        let both = [bead, self.triangles[triangle][0] as usize];
+        let [a, b] = both.map(|bead| self.rows[self.beads[bead].row as usize].radius);
+        a + b
     }
 
     /// Whether two beads, the lower first, do not touch.
@@ -372,17 +402,17 @@ impl Touches {
     }
 }
 
-/// Adds the forces of pairs in columns, newtons, and returns the power that they dissipate,
-/// watts.
+/// Adds the forces of what is near each other in columns, newtons, and returns the power that they
+/// dissipate, watts.
 pub(crate) fn add_forces<R: Real>(
-    pairs: &[Pair<R>],
+    near: Listed<'_, R>,
     motion: &Motion<'_, R>,
     inverse_masses: &[R],
     forces: &mut [R],
 ) -> f64 {
     let Motion { positions, velocities, .. } = *motion;
     let mut power = 0.0;
-    for pair in pairs {
+    for pair in near.pairs {
         let closed = pair.closed([positions, velocities], inverse_masses);
         let Some(closed) = closed else { continue };
         let (force, taken) = closed.pull(&pair.law);
@@ -391,34 +421,38 @@ pub(crate) fn add_forces<R: Real>(
         set_vector(forces, b, vector::<R>(forces, b) + force);
         power += taken.to_f64();
     }
-    power
+    if near.facings.is_empty() {
+        return power;
+    }
+    power + faces::add_forces(near.facings, motion, inverse_masses, forces)
 }
 
-/// The derivatives of the pairs that touch.
+/// Overwrites `to` with the derivatives of what touches.
 pub(crate) fn tangents<R: Real>(
-    pairs: &[Pair<R>],
+    near: Listed<'_, R>,
     motion: &Motion<'_, R>,
     inverse_masses: &[R],
-    to: &mut Vec<Touching>,
+    to: &mut TouchTangents,
 ) {
     let Motion { positions, velocities, .. } = *motion;
     to.clear();
-    to.extend(pairs.iter().filter_map(|pair| {
-        let closed = pair.closed([positions, velocities], inverse_masses);
-        closed.map(|closed| closed.tangent(pair))
+    to.pairs.extend(near.pairs.iter().filter_map(|pair| {
+        let closed = pair.closed([positions, velocities], inverse_masses)?;
+        Some(closed.tangent(&pair.law, pair.particles, pair.at, [-R::ONE, R::ONE]))
     }));
+    faces::add_tangents(near.facings, motion, inverse_masses, &mut to.faces);
 }
 
 /// Moves the particles of each pair, in order, as XPBD moves those of a spring: a touch is a
-/// constraint of compliance 1/k, which only pushes, with friction along its surface. Pairs take
+/// constraint of compliance 1/k, which only pushes, with friction along its surface. Those take
 /// part that touch at the positions given in a column, before any of them is moved.
 pub(crate) fn project<R: Real>(
-    (pairs, positions): (&[Pair<R>], &[R]),
+    (near, positions): (Listed<'_, R>, &[R]),
     h: R,
     inverse_masses: &[R],
     (starts, ways): (&[R::Vec3], &mut [R::Vec3]),
 ) {
-    for pair in pairs {
+    for pair in near.pairs {
         let law = &pair.law;
         let [from, to] = pair.at.map(|at| vector::<R>(positions, at as usize));
         let before = to - from;
@@ -430,53 +464,34 @@ pub(crate) fn project<R: Real>(
         let w = inverse_masses[a] + inverse_masses[b];
         let moved = ways[b] - ways[a];
         let apart = (starts[b] - starts[a]) + moved;
-        let square = apart.dot(apart);
-        let touches = R::SHORTEST_SQUARED <= square && square < law.reach * law.reach;
-        if !touches || w == R::ZERO {
-            continue;
-        }
-        let distance = square.sqrt();
-        let normal = apart * (R::ONE / distance);
-        let [stiff, damp] = [law.stiffness * h * h, law.damping * h];
-        let along = normal.dot(moved);
-        let yielding = R::ONE + (stiff + damp) * w;
-        let asked = stiff * (law.reach - distance) - damp * along;
-        let push = R::max(asked / yielding, R::ZERO);
-        let slip = moved - normal * along;
-        let mut drag = R::ZERO;
-        if law.friction != R::ZERO {
-            let grip = (law.stiffness / w).sqrt() * h;
-            drag = grip / (R::ONE + grip * w);
-            let (length, most) = (slip.dot(slip).sqrt(), push * law.friction);
-            if most < drag * length {
-                drag = most / length;
-            }
-        }
-        let pull = normal * push - slip * drag;
+        let Some(pull) = law.project([apart, moved], w, h) else { continue };
         ways[a] -= pull * inverse_masses[a];
         ways[b] += pull * inverse_masses[b];
     }
+    faces::project((near.facings, positions), h, inverse_masses, (starts, ways));
 }
 
-/// The energy of pairs, joules; the sums of k δ and of k, by which rounding changes it.
-pub(crate) fn energy_and_pulls<R: Real>(pairs: &[Pair<R>], positions: &[R]) -> [f64; 3] {
+/// The energy of what touches, joules; the sums of k δ and of k, by which rounding changes it.
+pub(crate) fn energy_and_pulls<R: Real>(near: Listed<'_, R>, positions: &[R]) -> [f64; 3] {
     let mut sums = [0.0; 3];
-    for pair in pairs {
-        let law = &pair.law;
-        let [a, b] = pair.at.map(|at| vector::<R>(positions, at as usize).to_f64());
-        let (apart, reach) = (b - a, law.reach.to_f64());
-        let square = apart.dot(apart);
-        // Most pairs of the list do not touch.
-        if reach * reach <= square {
-            continue;
-        }
-        let overlap = reach - Real::sqrt(square);
+    let mut add = |law: &PairLaw<R>, distance: f64| {
+        let overlap = law.reach.to_f64() - distance;
         if 0.0 < overlap {
             let stiffness = law.stiffness.to_f64();
             sums[0] += 0.5 * stiffness * overlap * overlap;
             sums[1] += stiffness * overlap;
             sums[2] += stiffness;
         }
+    };
+    for pair in near.pairs {
+        let [a, b] = pair.at.map(|at| vector::<R>(positions, at as usize).to_f64());
+        let (apart, reach) = (b - a, pair.law.reach.to_f64());
+        let square = apart.dot(apart);
+        // Most pairs of the list do not touch.
+        if square < reach * reach {
+            add(&pair.law, Real::sqrt(square));
+        }
     }
+    faces::each_distance(near.facings, positions, add);
     sums
 }

@@ -7,6 +7,7 @@
 //! velocities alone, the boxes around these are added up instead, as long as that leaves no doubt:
 //! a third of the numbers are read.
 
+use super::faces::{self, Facing};
 use super::{PairLaw, Touches};
 use crate::columns::{LANES, Pack, RECORD, load, store, vector};
 use crate::error::Error;
@@ -26,10 +27,18 @@ pub(crate) struct Pair<R: Real> {
     pub(super) law: PairLaw<R>,
 }
 
+/// What may touch: pairs, and beads and triangles, each in order.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Listed<'a, R: Real> {
+    pub(super) pairs: &'a [Pair<R>],
+    pub(super) facings: &'a [Facing<R>],
+}
+
 /// The list and what it is made with. Empty where nothing has a radius.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Near<R: Real> {
     pairs: Vec<Pair<R>>,
+    facings: Vec<Facing<R>>,
     /// The positions at which it was made; empty where there is no list.
     from: Vec<R>,
     /// How much closer than when it was made pairs may be, metres.
@@ -132,13 +141,22 @@ impl<R: Real> Near<R> {
         self.records = Records::default();
     }
 
-    /// The pairs that may touch at these positions.
-    pub(crate) fn pairs(&mut self, level: Level, touches: &Touches, positions: &[R]) -> &[Pair<R>] {
+    /// What may touch at these positions.
+    pub(crate) fn nearby(
+        &mut self,
+        level: Level,
+        touches: &Touches,
+        positions: &[R],
+    ) -> Listed<'_, R> {
         if !self.follows() && !self.looks(level, positions) && !self.serves_on(positions) {
             self.list(level, touches, positions);
         }
         (self.drift, self.is_disturbed) = (None, false);
-        &self.pairs
+        self.listed()
+    }
+
+    fn listed(&self) -> Listed<'_, R> {
+        Listed { pairs: &self.pairs, facings: &self.facings }
     }
 
     /// Takes note of a drift of all particles by these velocities for so many seconds.
@@ -153,17 +171,17 @@ impl<R: Real> Near<R> {
         (self.is_disturbed, self.is_of_drift) = (true, false);
     }
 
-    /// Sees the pairs that may touch at these positions.
+    /// Sees what may touch at these positions.
     pub(crate) fn see<T>(
         &self,
         level: Level,
         touches: &Touches,
         positions: &[R],
-        see: impl FnOnce(&[Pair<R>]) -> T,
+        see: impl FnOnce(Listed<'_, R>) -> T,
     ) -> T {
         match touches.is_empty() || self.holds(level, positions) {
-            true => see(&self.pairs),
-            false => see(Near::default().pairs(level, touches, positions)),
+            true => see(self.listed()),
+            false => see(Near::default().nearby(level, touches, positions)),
         }
     }
 
@@ -179,6 +197,11 @@ impl<R: Real> Near<R> {
         near.grid.each_pair(Level::baseline(), widest, |a, b| {
             let apart = touches.point(positions, b) - touches.point(positions, a);
             count += usize::from(apart.dot(apart) < reach * reach);
+            check_pairs(count, touches.beads.len())
+        })?;
+        count = 0;
+        faces::each_near(touches, (&near.grid, positions), 0.0, |_, _| {
+            count += 1;
             check_pairs(count, touches.beads.len())
         })
     }
@@ -261,7 +284,7 @@ impl<R: Real> Near<R> {
         }
         self.find_cells(touches, positions);
         self.fill(touches, positions);
-        let Near { pairs, keys, grid, skin, .. } = self;
+        let Near { pairs, facings, keys, grid, skin, .. } = self;
         keys.clear();
         let never: Result<(), Infallible> = grid.each_pair(level, reach + *skin, |a, b| {
             if touches.do_touch(a, b) {
@@ -282,6 +305,7 @@ impl<R: Real> Near<R> {
             let (particles, at) = (both.map(|bead| bead.particle), both.map(|bead| bead.at));
             (apart.dot(apart) < most * most).then_some(Pair { particles, at, law })
         }));
+        faces::list(touches, (grid, positions), *skin, keys, facings);
     }
 
     /// Puts all beads into cells as wide as pairs of the list are long.
@@ -296,7 +320,10 @@ impl<R: Real> Near<R> {
         let Near { grid, cells, ends, neighbours, skin, spare, .. } = self;
         let near = reach + *skin;
         *spare = (WIDTH - 1.0) * near;
-        grid.fill(WIDTH * near, touches.points(positions));
+        // Where a corner is in no cell that touches that of a bead, they are so far apart that the
+        // bead is a cell less an edge from the triangle.
+        let edge = faces::longest_edge(touches, positions);
+        grid.fill(WIDTH * near + edge, touches.points(positions));
         cells.clear();
         ends.clear();
         neighbours.clear();
@@ -310,8 +337,9 @@ impl<R: Real> Near<R> {
     }
 
     /// Takes note of the length of a substep, seconds, and counts the pairs that may pass through
-    /// each other in the next one: that close by more than the sum of their radii. Where particles
-    /// are so fast that the list would have to be far larger, one.
+    /// each other in the next one: that close by more than the sum of their radii. So do a bead and
+    /// a triangle, or the bead goes from one side of it to the other. Where particles are so fast
+    /// that the list would have to be far larger, one.
     pub(crate) fn count_passes(
         &mut self,
         level: Level,
@@ -329,7 +357,8 @@ impl<R: Real> Near<R> {
             let fast = at_level!(level, simd => spread(simd, &self.records, velocities)).to_f64();
             self.stride = h * Real::sqrt(fast);
         }
-        if self.stride <= least {
+        let is_slow = self.stride <= least;
+        if is_slow && touches.triangles.is_empty() {
             return 0;
         }
         if LARGEST_SKIN * most < self.stride {
@@ -337,8 +366,13 @@ impl<R: Real> Near<R> {
             return 1;
         }
         // Any that may pass are to be in the list, however worn.
-        if self.left() - self.displacement(level, positions) < self.stride {
+        let needed = if is_slow { 0.0 } else { self.stride };
+        if self.left() - self.displacement(level, positions) < needed {
             self.list(level, touches, positions);
+        }
+        let through = faces::count_passes(&self.facings, [positions, velocities], h) as u64;
+        if is_slow {
+            return through;
         }
         let passes = self.pairs.iter().filter(|pair| {
             let [a, b] = pair.at.map(|at| at as usize);
@@ -346,7 +380,7 @@ impl<R: Real> Near<R> {
             let way = (vector::<R>(velocities, b) - vector::<R>(velocities, a)).to_f64() * h;
             passes(apart, way, pair.law.reach.to_f64())
         });
-        passes.count() as u64
+        through + passes.count() as u64
     }
 }
 

@@ -2,8 +2,8 @@
 
 use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
 use crate::elements::springs::matrix::{SpringMatrix, Stage};
-use crate::elements::touches::Touching;
 use crate::elements::touches::near::Near;
+use crate::elements::touches::tangent::TouchTangents;
 use crate::elements::{Block, Blocks, Products, column};
 use crate::number::{Real, Vector, at_level};
 use crate::system::Model;
@@ -24,7 +24,7 @@ pub(crate) struct Tangent<R: Real> {
     /// Inverses of the blocks of particles, xx, xy and xz in one column, yy, yz and zz in another;
     /// zero where a particle is pinned.
     inverses: [Aligned<R>; 2],
-    touching: Vec<Touching>,
+    touching: TouchTangents,
     own: OwnWork,
 }
 
@@ -42,7 +42,7 @@ impl<R: Real> Tangent<R> {
             springs: SpringMatrix::new(&model.springs, &model.slots),
             diagonals: column(&model.slots, 25),
             inverses: [26, 27].map(|place| column(&model.slots, place)),
-            touching: Vec::new(),
+            touching: TouchTangents::default(),
             own: OwnWork::default(),
         }
     }
@@ -56,7 +56,7 @@ impl<R: Real> Tangent<R> {
         model.bends.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
         model.volumes.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
         model.set_touching(stage.level, &stage.motion, near, touching);
-        touching.iter().for_each(|touching| touching.add_blocks::<R>(stage.tau, [upper, lower]));
+        touching.add_blocks::<R>(stage.tau, [upper, lower]);
         if !model.own.is_empty() {
             own.add_blocks(model, stage, [upper, lower]);
         }
@@ -110,9 +110,7 @@ impl<R: Real> Tangent<R> {
         let (by, positions) = ((level, stage.tau), stage.motion.positions);
         model.bends.add_column_products(by, positions, direction, products);
         model.volumes.add_column_products(by, positions, direction, products);
-        for touching in &self.touching {
-            touching.add_column_product(stage.tau, direction, products);
-        }
+        self.touching.add_column_products(stage.tau, direction, products);
         if !model.own.is_empty() {
             self.own.add_products(model, stage, direction, products);
         }
