@@ -308,13 +308,30 @@ pub(super) fn each_near<R: Real, E>(
     mut see: impl FnMut(usize, usize) -> Result<(), E>,
 ) -> Result<(), E> {
     let [_, widest] = touches.reaches();
+    let boxes = touches.boxes(positions);
     for (triangle, corners) in touches.triangles.iter().enumerate() {
         let corners = corners.map(|corner| touches.point(positions, corner as usize));
         let [a, b, c] = corners.map(Vector::to_f64);
         let around = DVec3::splat(widest + skin);
-        let sides = [a.min(b).min(c) - around, a.max(b).max(c) + around];
-        grid.each_in(sides, |bead| {
+        let [low, high] = [a.min(b).min(c) - around, a.max(b).max(c) + around];
+        let first = touches.triangles[triangle][0] as usize;
+        let is_met = |&(row, from, to): &(usize, DVec3, DVec3)| {
+            touches.do_rows_meet(row, touches.row_of(first))
+                && low.cmple(to).all()
+                && from.cmple(high).all()
+        };
+        // Most triangles are far from all bodies but their own.
+        if !boxes.iter().any(is_met) {
+            continue;
+        }
+        grid.each_in([low, high], |bead| {
             let here = touches.point(positions, bead);
+            let place = here.to_f64();
+            let is_in = low.cmple(place).all() && place.cmple(high).all();
+            // Most are in other corners of the cells, or of bodies that do not touch.
+            if !is_in || !touches.do_rows_touch(bead, first) {
+                return Ok(());
+            }
             let square = nearest::<R>(corners.map(|corner| here - corner)).square;
             let most = R::of(touches.reach_of(bead, triangle) + skin);
             let is_near = square < most * most && touches.do_face(bead, triangle);

@@ -249,10 +249,17 @@ impl Touches {
         }
     }
 
+    fn row_of(&self, bead: usize) -> usize {
+        self.beads[bead].row as usize
+    }
+
     /// Whether the rows of two beads touch each other.
     fn do_rows_touch(&self, a: usize, b: usize) -> bool {
-        let rows = [a, b].map(|bead| self.beads[bead].row as usize);
-        let (first, last) = (rows[0].min(rows[1]), rows[0].max(rows[1]));
+        self.do_rows_meet(self.row_of(a), self.row_of(b))
+    }
+
+    fn do_rows_meet(&self, a: usize, b: usize) -> bool {
+        let (first, last) = (a.min(b), a.max(b));
         let [low, high] = [first, last].map(|row| &self.rows[row]);
         if first == last { low.itself } else { !high.ignored.contains(&first) }
     }
@@ -264,12 +271,11 @@ impl Touches {
         !is_corner && self.do_rows_touch(a, b) && !self.spares(a, b)
     }
 
-    /// Whether a bead touches a triangle where they are close.
+    /// Whether a bead touches a triangle where they are close, if their rows touch each other.
     fn do_face(&self, bead: usize, triangle: usize) -> bool {
         let corners = self.triangles[triangle].map(|corner| corner as usize);
         let spares = |corner: usize| self.spares(bead.min(corner), bead.max(corner));
-        self.do_rows_touch(bead, corners[0])
-            && !corners.into_iter().any(|corner| corner == bead || spares(corner))
+        !corners.into_iter().any(|corner| corner == bead || spares(corner))
     }
 
     /// The law of a bead and a triangle. A corner of another triangle has half of it, as its own
@@ -395,6 +401,18 @@ impl Touches {
 
     fn point<R: Real>(&self, positions: &[R], bead: usize) -> R::Vec3 {
         vector::<R>(positions, self.beads[bead].at as usize)
+    }
+
+    /// The rows with beads, and the lowest and the highest corner of the box around those of each,
+    /// metres.
+    fn boxes<R: Real>(&self, positions: &[R]) -> Vec<(usize, DVec3, DVec3)> {
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut boxes: Vec<_> = (0..self.rows.len()).map(|row| (row, none.0, none.1)).collect();
+        for (bead, point) in self.points(positions).enumerate() {
+            let (_, low, high) = &mut boxes[self.row_of(bead)];
+            (*low, *high) = (low.min(point), high.max(point));
+        }
+        boxes
     }
 
     fn points<'a, R: Real>(&'a self, positions: &'a [R]) -> impl Iterator<Item = DVec3> + 'a {
