@@ -91,6 +91,9 @@ fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<
         let (radius, stiffness) = (decade(u)?.abs(), positive(u)?);
         let (damping, friction) = (positive(u)?, positive(u)?);
         let flags: u8 = u.arbitrary()?;
+        // A strip of them.
+        let last = if flags & 4 != 0 { particles.end } else { 0 };
+        let triangles = (particles.start + 2..last).map(|third| [third - 2, third - 1, third]);
         let mut between = Vec::new();
         for row in 0..scene.touches.len() {
             let mut number = || if u.arbitrary()? { positive(u).map(Some) } else { Ok(None) };
@@ -103,7 +106,7 @@ fn touches(u: &mut Unstructured, particles: usize, scene: &mut Scene) -> Result<
             stiffness,
             damping,
             friction,
-            triangles: Vec::new(),
+            triangles: triangles.collect(),
             itself: flags & 1 != 0,
             obstacles: flags & 2 != 0,
             ignored,
@@ -139,8 +142,9 @@ pub(crate) fn spoil(scene: &mut Scene, choice: u8) {
         6 => scene.bodies.push(body(0..1, surface(corners(0), vec![[0, 0, 0]]))),
         7 => scene.exempt.push([0, usize::MAX]),
         8 => scene.touches.iter_mut().for_each(|row| row.particles.push(usize::MAX)),
-        9 => scene.touches.iter_mut().for_each(|row| row.ignored.push(7)),
-        10 => {
+        9 => scene.touches.iter_mut().for_each(|row| row.triangles.push([0, 0, usize::MAX])),
+        10 => scene.touches.iter_mut().for_each(|row| row.ignored.push(7)),
+        11 => {
             let between = Between { row: 7, ..Between::default() };
             scene.touches.iter_mut().for_each(|row| row.between.push(between));
         }

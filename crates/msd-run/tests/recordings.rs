@@ -184,8 +184,8 @@ fn recorded_bytes() -> Vec<u8> {
 #[test]
 fn a_saved_run_is_no_recording_and_one_of_another_format_is_named() {
     let text = |bytes: &[u8]| read_recording(bytes, "r").expect_err("a refusal").to_string();
-    assert_eq!(text(b"msd saved run, format 11\n"), "r: is a saved run, not a recording");
-    assert_eq!(text(b"msd recording, format 11\n"), "r: is cut short");
+    assert_eq!(text(b"msd saved run, format 12\n"), "r: is a saved run, not a recording");
+    assert_eq!(text(b"msd recording, format 12\n"), "r: is cut short");
     let error = read_recording(b"msd recording, format 12\n", "r").expect_err("a refusal");
     assert!(matches!(error, FileError::Format { found: 12, known: 11, .. }));
 }

@@ -47,6 +47,11 @@ const LINES: [(&str, &str); 87] = [
     ("touch = { radius = 2 }", "bodies[0].touch.radius is 2; it must be at most the spacing, 1 m"),
     ("touch = { friction = -1 }", "bodies[0].touch.friction is -1; it must be finite and not"),
     ("touch = { ignore = ['rop'] }", "touch.ignore[0] names no body: \"rop\"; `rope` is one"),
+    (
+        "touch = { triangles = true }",
+        "bodies[0].touch.triangles needs a surface, and this body has none",
+    ),
+    ("touch = { triangles = 1 }", "triangles"),
     ("touch = { ignore = ['rope'] }", "touch.ignore[0] is the body itself; ... itself = false"),
     ("touch = { raduis = 1 }", "raduis"),
     ("touch = { with = [{ body = 'rop' }] }", "with[0].body names no body: \"rop\"; `rope` is one"),

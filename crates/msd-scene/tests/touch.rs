@@ -90,6 +90,29 @@ fn a_sheet_that_leaks_is_told_and_one_radius_is_offered() {
     assert!(notes("").is_empty() && notes("radius = 0.04").is_empty());
     let told = &notes("radius = 0.03")[0];
     assert!(told.contains("leak") && told.contains("0.045 m"), "{told}");
+    assert!(told.contains("nowhere with `triangles = true`"), "{told}");
+    assert!(notes("radius = 0.03, triangles = true").is_empty());
+}
+
+#[test]
+fn triangles_are_those_of_the_surface() {
+    let rows = |kind: &str, triangles: &str| {
+        let text = format!("[[bodies]]\nkind = {kind}\nspacing = 0.2\ntouch = {{ {triangles} }}\n");
+        load(&text).scene.touches
+    };
+    assert!(rows("'cloth'\nsize = [4, 5]", "")[0].triangles.is_empty());
+    assert!(rows("'cloth'\nsize = [4, 5]", "triangles = false")[0].triangles.is_empty());
+    assert_eq!(rows("'cloth'\nsize = [4, 5]", "triangles = true")[0].triangles.len(), 2 * 3 * 4);
+    let [block] = &rows("'block'\nsize = [3, 4, 5]", "triangles = true")[..] else {
+        panic!("one row")
+    };
+    assert_eq!(block.triangles.len(), 4 * (2 * 3 + 3 * 4 + 4 * 2));
+    // A surface is closed: every edge has two triangles, one each way.
+    let mut edges: Vec<[usize; 2]> =
+        block.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+    edges.sort_unstable();
+    let both = edges.iter().all(|&[a, b]| edges.binary_search(&[b, a]).is_ok());
+    assert!(both && edges.windows(2).all(|pair| pair[0] != pair[1]));
 }
 
 #[test]

@@ -10,9 +10,9 @@ pub(crate) mod contact;
 mod motion;
 mod plane;
 mod radii;
+mod solid;
 pub(crate) mod resolve;
 pub(crate) mod rest;
-mod solid;
 pub(crate) mod springs;
 
 pub(crate) use contact::Evaluated;

@@ -2,7 +2,7 @@
 //! time.
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
-use super::solid::{Sampled, lanes};
+use super::solid::{Sampled, lane_of, lanes};
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
@@ -227,11 +227,6 @@ fn inside<R: Real>(obstacles: &Obstacles<R>, bodies: &Bodies<'_, R>, record: usi
 #[inline(always)]
 fn depth<R: Real>(plane: &PlaneColumn<R>, x: &[R; RECORD], lane: usize) -> R {
     plane.offset - dot(plane.normal.components(), lane_of(x, lane))
-}
-
-#[inline(always)]
-pub(super) fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
-    [record[lane], record[LANES + lane], record[2 * LANES + lane]]
 }
 
 /// Sixteen particles at most that may be inside an obstacle.

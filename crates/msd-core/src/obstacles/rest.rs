@@ -10,8 +10,8 @@
 //! 1983.)
 
 use super::contact::{ContactLaw, Contacts, dot, rounding};
-use super::resolve::{AT_ONCE, TOGETHER, lane_of};
-use super::solid::{Sampled, lanes};
+use super::resolve::{AT_ONCE, TOGETHER};
+use super::solid::{Sampled, lane_of, lanes};
 use super::{Ball, Obstacles, OwnObstacle, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, set_vector, vector};
@@ -193,7 +193,7 @@ fn is_one_on_curved<R: Real>(obstacles: &Obstacles<R>, places: &Places<'_, R>, t
     obstacles.own.iter().any(|(_, obstacle)| is_one_on(obstacle))
 }
 
-/// Whether a particle of a record that something moves is on an obstacle; the bits say which may be.
+/// Whether a particle of a record that something moves is on an obstacle; the bits say which may.
 #[inline(always)]
 fn is_one_of_record_on<R: Real>(
     obstacle: &impl Sampled<R>,

@@ -3,7 +3,6 @@
 use super::Obstacle;
 use super::contact::{ContactLaw, dot};
 use super::motion::{SolidMotion, middle};
-use super::resolve::lane_of;
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
 use crate::scene::Solid;
@@ -35,6 +34,12 @@ impl<'s> Placed<'s> {
     fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
         self.axes.transpose() * (position.to_f64() - self.middle)
     }
+}
+
+/// The vector of a lane.
+#[inline(always)]
+pub(super) fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
+    [record[lane], record[LANES + lane], record[2 * LANES + lane]]
 }
 
 /// The lanes of bits.

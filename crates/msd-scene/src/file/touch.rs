@@ -3,7 +3,7 @@
 use crate::error::{FileError, nearest, plain};
 use crate::file::schema::{BodyRow, TouchRow, WithRow};
 use crate::file::tree::Source;
-use msd_core::{Between, Scene, Touch};
+use msd_core::{Between, Scene, Surface, Touch};
 
 /// The radius of a particle, as a part of the spacing: two are then not quite as far apart as
 /// neighbours, and a sheet that is stretched by a quarter still lets nothing through.
@@ -121,12 +121,28 @@ fn made(
         stiffness,
         damping: source.number(format_args!("{key}.damping"), damping)?,
         friction: source.number(format_args!("{key}.friction"), friction)?,
-        triangles: Vec::new(),
+        triangles: if touch.triangles == Some(true) {
+            triangles(source, row, scene)?
+        } else {
+            Vec::new()
+        },
         itself: touch.itself.unwrap_or(true),
         obstacles: touch.obstacles.unwrap_or(false),
         ignored: Vec::new(),
         between: Vec::new(),
     })
+}
+
+/// The triangles of the surface of a body, by their particles.
+fn triangles(source: &Source<'_>, row: usize, scene: &Scene) -> Result<Vec<[usize; 3]>, FileError> {
+    let Surface { corners, triangles, .. } = &scene.bodies[row].surface;
+    if triangles.is_empty() {
+        let reason = "needs a surface, and this body has none: leave it out";
+        return Err(source.refuse(format_args!("bodies[{row}].touch.triangles"), reason));
+    }
+    let particle = |corner: u32| corners[corner as usize].particle as usize;
+    let all = triangles.iter().map(|triangle| triangle.map(particle));
+    Ok(all.filter(|[a, b, c]| a != b && b != c && c != a).collect())
 }
 
 /// How the particles of a body of a scene touch by default, as `touch = {}` in a scene file says;
@@ -208,18 +224,20 @@ fn own(scene: &Scene, row: usize, particles: &[usize]) -> Own {
     }
 }
 
-/// A line on a sheet that lets particles of its own radius through where it is hardly stretched:
+/// A line on a sheet without triangles that lets particles of its own radius through where it is hardly stretched:
 /// the middle of a square of side a is a / √2 from its corners.
 fn leak(scene: &Scene, row: usize, touch: &Touch) -> Option<String> {
     let body = &scene.bodies[row];
-    let is_open = touch.particles.len() == body.particles.len() && !body.surface.corners.is_empty();
+    let is_open = touch.particles.len() == body.particles.len()
+        && touch.triangles.is_empty()
+        && !body.surface.corners.is_empty();
     let spacing = own(scene, row, &touch.particles).spacing.filter(|_| is_open)?;
     let strain = 2.0 * touch.radius * 2.0_f64.sqrt() / spacing - 1.0;
     (strain < 0.05).then(|| {
         let radius = RADIUS * spacing;
         format!(
             "{}: two sheets of this radius leak where they are stretched by {:.0} %; from a radius \
-             of {radius:.3} m on by a quarter and more",
+             of {radius:.3} m on by a quarter and more, and nowhere with `triangles = true`",
             body.name,
             100.0 * strain.max(0.0),
         )

@@ -46,33 +46,63 @@ impl<R: Real> Facing<R> {
     /// Whether the bead may pass through the triangle in a substep of h, seconds: it goes from one
     /// side of it to the other, or closes by more than the reach towards it and comes within it.
     fn may_pass(&self, [positions, velocities]: [&[R]; 2], h: f64) -> bool {
-        let starts = self.from_corners(positions).map(Vector::to_f64);
-        let ways = self.from_corners(velocities).map(|velocity| velocity.to_f64() * h);
-        let after = |part: f64| [0, 1, 2].map(|corner| starts[corner] + ways[corner] * part);
-        let distance = |part: f64| Real::sqrt(nearest::<f64>(after(part)).square);
+        let way = FacingWay {
+            starts: self.from_corners(positions).map(Vector::to_f64),
+            ways: self.from_corners(velocities).map(|velocity| velocity.to_f64() * h),
+        };
         let reach = self.law.reach.to_f64();
-        let most = ways.map(|way| way.dot(way)).into_iter().fold(0.0, f64::max);
-        let most = Real::sqrt(most);
-        if most <= reach {
-            let [before, behind] = [0.0, 1.0].map(|part| height(after(part)));
-            // Where it is in the plane, by the height, it is at most a substep from where it passes.
-            return before * behind <= 0.0 && distance(before / (before - behind)) <= most;
-        }
-        let samples = 2.0 * most / reach;
-        if MOST_SAMPLES < samples {
+        let length = way.length();
+        if length <= reach { way.may_cross(length) } else { way.may_come_within(reach, length) }
+    }
+}
+
+/// The way of a bead in a substep, as seen from each corner of a triangle, metres.
+struct FacingWay {
+    starts: [DVec3; 3],
+    ways: [DVec3; 3],
+}
+
+impl FacingWay {
+    /// The longest of the three.
+    fn length(&self) -> f64 {
+        let squares = self.ways.map(|way| way.dot(way));
+        Real::sqrt(squares.into_iter().fold(0.0, f64::max))
+    }
+
+    /// Where the bead is after a part of the substep, as seen from each corner.
+    fn after(&self, part: f64) -> [DVec3; 3] {
+        [0, 1, 2].map(|corner| self.starts[corner] + self.ways[corner] * part)
+    }
+
+    fn distance(&self, part: f64) -> f64 {
+        Real::sqrt(nearest::<f64>(self.after(part)).square)
+    }
+
+    /// Whether the bead may go from one side of the triangle to the other.
+    fn may_cross(&self, length: f64) -> bool {
+        let [before, behind] = [0.0, 1.0].map(|part| height(self.after(part)));
+        // Where it is in the plane, as the heights say, it is no farther than its way from where it
+        // crosses.
+        before * behind <= 0.0 && self.distance(before / (before - behind)) <= length
+    }
+
+    /// Whether the bead may come within reach of the triangle and closer than it is, by looks no
+    /// farther apart than half a reach.
+    fn may_come_within(&self, reach: f64, length: f64) -> bool {
+        let looks = 2.0 * length / reach;
+        if MOST_LOOKS < looks {
             return true;
         }
-        let samples = samples as u32 + 1;
-        let between = 0.5 * most / f64::from(samples);
-        let start = distance(0.0);
-        (1..=samples)
-            .map(|sample| distance(f64::from(sample) / f64::from(samples)))
-            .any(|distance| distance < start && distance - between < reach)
+        let (looks, start) = (looks as u32 + 1, self.distance(0.0));
+        let between = 0.5 * length / f64::from(looks);
+        let mut distances =
+            (1..=looks).map(|look| self.distance(f64::from(look) / f64::from(looks)));
+        distances.any(|distance| distance < start && distance - between < reach)
     }
 }
 
 /// The most points of a way that are looked at.
-const MOST_SAMPLES: f64 = 64.0;
+const MOST_LOOKS: f64 = 64.0;
 
 /// The height over a triangle, times twice its area, given by the ways from its corners.
 fn height([a, b, c]: [DVec3; 3]) -> f64 {
