@@ -73,7 +73,8 @@ fn crossed(runner: &Runner) -> Option<String> {
     (0 < crossings).then(|| {
         format!(
             "{crossings} pairs of triangles of the surfaces cross at the end; make what touches \
-             stiffer (`touch.stiffness`), or its radius larger"
+             stiffer (`touch.stiffness`), its radius larger, or let it touch by its triangles \
+             (`touch.triangles = true`)"
         )
     })
 }
