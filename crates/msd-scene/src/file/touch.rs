@@ -224,8 +224,9 @@ fn own(scene: &Scene, row: usize, particles: &[usize]) -> Own {
     }
 }
 
-/// A line on a sheet that touches by particles alone and lets those of its own radius through where
-/// it is hardly stretched: the middle of a square of side a is a / √2 from its corners.
+/// A line on a sheet that does not touch by its triangles and lets particles of its own radius
+/// through where it is hardly stretched: the middle of a square of side a is a / √2 from its
+/// corners.
 fn leak(scene: &Scene, row: usize, touch: &Touch) -> Option<String> {
     let body = &scene.bodies[row];
     let is_open = touch.particles.len() == body.particles.len()

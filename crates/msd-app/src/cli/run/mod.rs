@@ -73,7 +73,7 @@ fn crossed(runner: &Runner) -> Option<String> {
     (0 < crossings).then(|| {
         format!(
             "{crossings} pairs of triangles of the surfaces cross at the end; make what touches \
-             stiffer (`touch.stiffness`) or its radius larger, or let its triangles touch \
+             stiffer (`touch.stiffness`), its radius larger, or let it touch by its triangles \
              (`touch.triangles = true`)"
         )
     })

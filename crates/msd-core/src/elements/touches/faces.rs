@@ -46,7 +46,7 @@ impl<R: Real> Facing<R> {
     /// Whether the bead may pass through the triangle in a substep of h, seconds: it goes from one
     /// side of it to the other, or closes by more than the reach towards it and comes within it.
     fn may_pass(&self, [positions, velocities]: [&[R]; 2], h: f64) -> bool {
-        let way = Way {
+        let way = FacingWay {
             starts: self.from_corners(positions).map(Vector::to_f64),
             ways: self.from_corners(velocities).map(|velocity| velocity.to_f64() * h),
         };
@@ -57,12 +57,12 @@ impl<R: Real> Facing<R> {
 }
 
 /// The way of a bead in a substep, as seen from each corner of a triangle, metres.
-struct Way {
+struct FacingWay {
     starts: [DVec3; 3],
     ways: [DVec3; 3],
 }
 
-impl Way {
+impl FacingWay {
     /// The longest of the three.
     fn length(&self) -> f64 {
         let squares = self.ways.map(|way| way.dot(way));

@@ -19,7 +19,7 @@ pub struct TouchRow {
     /// Coulomb's factor. Default 0.5.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Whether others meet the triangles of its surface too, not its particles alone. Default false.
+    /// Whether its surface touches by its triangles, not by its particles alone. Default false.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub triangles: Option<bool>,
     /// Whether the body touches itself. Default true.
