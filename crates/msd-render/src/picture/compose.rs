@@ -26,8 +26,9 @@ pub(crate) fn set_geometry<R: Real>(
         surfaces::add_surfaces(geometry, snapshot, limit);
     }
     let balls = marks::balls(geometry, snapshot);
+    let on_rail = marks::add_rails(geometry, snapshot, view);
     marks::add_springs(geometry, snapshot, (view, &balls));
-    marks::add_particles(geometry, snapshot, (view, &balls));
+    marks::add_particles(geometry, snapshot, (view, &balls, &on_rail));
     if view.style.wireframe {
         surfaces::add_wireframe(geometry, snapshot, view);
     }

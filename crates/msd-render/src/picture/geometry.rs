@@ -54,7 +54,7 @@ pub(crate) struct Point {
     pub radius: f32,
     /// Colour, sRGB.
     pub colour: [u8; 4],
-    /// 0 a ball, 1 a ball in a ring, 2 a ring on top of everything.
+    /// 0 a ball, 1 a ball with a rim, 2 a ball in a ring on top of everything.
     pub shape: f32,
 }
 
