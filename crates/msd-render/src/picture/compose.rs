@@ -36,6 +36,7 @@ pub(crate) fn set_geometry<R: Real>(
         marks::add_grabs(geometry, snapshot, view);
     }
     geometry.level = view.style.planes.then(|| ground::level(geometry, snapshot)).flatten();
+    geometry.first_solid = geometry.vertices.len();
     if view.style.planes {
         ground::add_planes(geometry, snapshot, view);
         solids::add_solids(geometry, snapshot, limit);

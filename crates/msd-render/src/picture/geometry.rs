@@ -79,6 +79,8 @@ pub(crate) struct Patch {
 pub(crate) struct Geometry {
     /// Vertices of surfaces.
     pub vertices: Vec<SurfaceVertex>,
+    /// Where those of solids begin, which come last.
+    pub first_solid: usize,
     /// Three indices into `vertices` per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Lines; the first `casting_lines` cast shadows, and the first `rods` of these are round.

@@ -187,7 +187,8 @@ pub(crate) fn add_wireframe<R: Real>(
 /// The edges at the rim of a surface between particles that meet a condition, as pairs.
 pub(crate) fn borders(body: &Body, meets: impl Fn(u32) -> bool) -> Vec<[u32; 2]> {
     let triangles = body.surface.triangles.iter();
-    let found = triangles.filter_map(|&triangle| triangle_particles(body, triangle)).flat_map(sides);
+    let found =
+        triangles.filter_map(|&triangle| triangle_particles(body, triangle)).flat_map(sides);
     let mut edges: Vec<_> = found.filter(|edge| edge.iter().all(|&end| meets(end))).collect();
     edges.sort_unstable();
     // Of two triangles is what lies within.
