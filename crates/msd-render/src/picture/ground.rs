@@ -102,9 +102,9 @@ pub(crate) struct DepthMap {
 
 /// The picture of depths that the light sees, `map_size` texels wide; or another one from far away.
 ///
-/// It covers the bodies, and of the solids what is near them. Its size grows in steps and its corner
-/// moves by whole texels, so that the shadow of a still part does not shimmer when another part
-/// moves.
+/// It covers the bodies, and of the solids what is near them. Its size grows in steps and its
+/// corner moves by whole texels, so that the shadow of a still part does not shimmer when another
+/// part moves.
 pub(crate) fn depth_map(geometry: &Geometry, light: Vec3, map_size: u32) -> DepthMap {
     let helper = if light.y.abs() < 0.99 { Vec3::Y } else { Vec3::X };
     let to_light = look_to_mat4(Vec3::ZERO, -light, helper);
