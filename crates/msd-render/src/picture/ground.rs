@@ -116,9 +116,8 @@ pub(crate) fn depth_map(geometry: &Geometry, light: Vec3, map_size: u32) -> Dept
     let (least, most) = (low - reach, high + reach);
     let solids = box_around(solids, to_light)
         .filter(|(from, to)| from.cmple(most).all() && least.cmple(*to).all());
-    let (low, high) = solids.map_or((low, high), |(from, to)| {
-        (low.min(from.max(least)), high.max(to.min(most)))
-    });
+    let (low, high) =
+        solids.map_or((low, high), |(from, to)| (low.min(from.max(least)), high.max(to.min(most))));
     let margin = 3.0 * geometry.particle_radius.max(geometry.ball_radius);
     let side = (high - low).truncate().max_element() + 2.0 * margin;
     // A sixteenth of an octave at a time, plus 8 texels for the soft rim.

@@ -219,7 +219,8 @@ mod tests {
     fn rails(pins: &[usize]) -> (usize, Vec<usize>) {
         let part = shape::cloth([3, 3], 1.0, Material::default()).expect("a valid size");
         let mut scene = Scene::of("cloth", part);
-        scene.pins = pins.iter().map(|&particle| Pin { particle, ..Pin::default() }).collect();
+        let velocity = glam::DVec3::ZERO;
+        scene.pins = pins.iter().map(|&particle| Pin { particle, velocity }).collect();
         let cloth = Simulation::<f32>::new(&scene, Settings::default()).expect("a valid scene");
         let snapshot = cloth.snapshot();
         let mut geometry = Geometry::default();
