@@ -11,20 +11,21 @@ moment() {
     case $1 in
         bunny) echo 0.9 ;;
         chain) echo 0.4 ;;
-        cloth | curtain) echo 2.5 ;;
+        cloth) echo 2.5 ;;
+        curtain) echo 1.8 ;;
         dice) echo 0.9 ;;
         drape) echo 3 ;;
         foam) echo 0.9 ;;
         jelly) echo 1.65 ;;
-        funnel) echo 0.6 ;;
-        knot) echo 0.4 ;;
+        funnel) echo 0.55 ;;
+        knot) echo 0.5 ;;
         mattress) echo 1.5 ;;
-        pile) echo 1.2 ;;
-        snake) echo 2.5 ;;
-        square4) echo 1.6 ;;
-        stairs) echo 2 ;;
-        teapot) echo 0.6 ;;
-        trampoline) echo 0.9 ;;
+        pile) echo 4 ;;
+        snake) echo 7 ;;
+        square4) echo 1.4 ;;
+        stairs) echo 1.2 ;;
+        teapot) echo 0.45 ;;
+        trampoline | twist) echo 1.2 ;;
         *) echo 1 ;;
     esac
 }

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the pictures of the window in the README anew: a grab and a throw, and the first five
+# Makes the pictures of the window in the README anew: a grab, and the first five
 # minutes, and those of docs/scenes.md, docs/using.md and docs/materials.md. They are filmed without
 # a display, always the same frames.
 #

@@ -47,20 +47,22 @@ async function listen(answer) {
   return { server, url: `http://127.0.0.1:${server.address().port}/` };
 }
 
-// The mean brightness of a picture, 0 to 255, and the share of its pixels that have a colour, 0 to
-// 1, as bodies do and ground and sky do not: for a page to call.
+// The mean brightness of a picture, 0 to 255, the share of its pixels that have a colour, 0 to 1, as
+// bodies do and ground and sky do not, and the mean red, green and blue: for a page to call.
 export async function survey(base64) {
   const image = await createImageBitmap(await (await fetch(`data:image/png;base64,${base64}`)).blob());
   const pen = new OffscreenCanvas(image.width, image.height).getContext('2d');
   pen.drawImage(image, 0, 0);
   const { data } = pen.getImageData(0, 0, image.width, image.height);
-  let [sum, coloured] = [0, 0];
+  const sums = [0, 0, 0];
+  let coloured = 0;
   for (let at = 0; at < data.length; at += 4) {
     const [red, green, blue] = data.subarray(at, at + 3);
-    sum += red + green + blue;
+    [red, green, blue].forEach((part, at) => { sums[at] += part; });
     coloured += 60 < Math.max(red, green, blue) - Math.min(red, green, blue);
   }
-  return [sum / (0.75 * data.length), 4 * coloured / data.length];
+  const means = sums.map(sum => 4 * sum / data.length);
+  return [(means[0] + means[1] + means[2]) / 3, 4 * coloured / data.length, means];
 }
 
 // Both on an adapter in software. Without one of the four flags of the first the page is blank.

@@ -278,6 +278,30 @@ const tests = {
     page.said = page.said.filter(line => !own.test(line));
   },
 
+  async 'a look that is chosen in the panel is seen'(page) {
+    await page.page.setViewportSize({ width: 960, height: 1200 });
+    await page.go('#scene=cube');
+    await page.until('steps', now => 2 < now.steps);
+    await page.page.click('[data-command=pause]');
+    const { landmarks, view, steps } = await page.until('a pause', now => now.paused);
+    const middle = ([left, top, width, height]) => [left + width / 2, top + height / 2];
+    await page.click(middle(landmarks.look));
+    const { landmarks: { colour } } = await page.until('looks', now => now.landmarks.colour);
+    const inner = [view[0] + view[2] / 4, view[1] + view[3] / 4, view[2] / 2, view[3] / 2];
+    const [red, green] = (await page.survey(inner))[2];
+    assert(green + 10 < red, `red at first: ${red} and ${green}`);
+    await page.click(middle(colour));
+    await page.frames(6);
+    // The picker opens below the field, and ends where it does; the sixth colour from its end is a green.
+    await page.click([colour[0] + colour[2] - 19 - 5 * 26, colour[1] + colour[3] + 19]);
+    await page.frames(6);
+    await page.picture('look');
+    const [less, more] = (await page.survey(inner))[2];
+    assert(less + 10 < more, `green afterwards: ${less} and ${more}`);
+    assert.equal((await page.status()).steps, steps);
+    await page.page.setViewportSize({ width: 960, height: 640 });
+  },
+
   async 'the theme outlasts a reload'(page) {
     await page.page.setViewportSize({ width: 960, height: 1200 });
     for (const light of [true, false]) {

@@ -4,10 +4,7 @@
 #![cfg(not(target_arch = "wasm32"))]
 
 use egui::accesskit::Role;
-use egui::{
-    Event, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, TouchPhase, Vec2,
-    pos2, vec2,
-};
+use egui::{Event, Modifiers, PointerButton, Pos2, Vec2, pos2, vec2};
 use image::{ColorType, ImageFormat};
 use msd_app::session::{ErrorNow, Session};
 use msd_app::viewer::{GuideStep, Preferences, Side, Viewer, catalogue};
@@ -133,17 +130,17 @@ fn a_twin_beside_the_run_is_drawn_as_the_run_is() {
     assert!(0.99 * f64::from(all as u32) <= f64::from(equal as u32), "{equal} of {all}");
 }
 
-/// Where the pointer of the film is beside where it grabs: over to the cube, up with a corner,
-/// around, and away with a throw.
+/// Where the pointer of the film is beside where it grabs: over to the cloth, up with it off the
+/// ball, to and fro, and let go above it.
 fn path(seconds: f64) -> Vec2 {
     let keys: [(f64, Vec2); 7] = [
-        (0.0, vec2(160.0, 130.0)),
+        (0.0, vec2(190.0, 150.0)),
         (1.0, vec2(0.0, 0.0)),
         (1.2, vec2(0.0, 0.0)),
-        (1.9, vec2(50.0, -60.0)),
-        (2.7, vec2(-70.0, -40.0)),
-        (3.3, vec2(-30.0, -70.0)),
-        (3.8, vec2(60.0, -60.0)),
+        (2.3, vec2(-40.0, -170.0)),
+        (2.9, vec2(40.0, -160.0)),
+        (3.5, vec2(0.0, -170.0)),
+        (4.1, vec2(0.0, -120.0)),
     ];
     let Some(next) = keys.iter().position(|key| seconds < key.0) else { return keys[6].1 };
     let ((from, a), (to, b)) = (keys[next - 1], keys[next]);
@@ -264,19 +261,13 @@ fn pictures_of_the_first_five_minutes() {
 #[ignore = "writes the frames of the picture of the README into the folder MSD_FILM"]
 fn film_of_a_grab() {
     let folder = std::env::var_os("MSD_FILM").expect("MSD_FILM names a folder");
-    let mut film = film("cube", [1100, 640]).expect("an adapter");
-    let away = Event::MouseWheel {
-        unit: MouseWheelUnit::Line,
-        delta: vec2(0.0, -5.0),
-        phase: TouchPhase::Move,
-        source: MouseWheelSource::Unknown,
-        modifiers: Modifiers::NONE,
-    };
+    let mut film = film("drape", [1200, 680]).expect("an adapter");
     let aside = Event::PointerMoved(pos2(400.0, 300.0));
-    film.frame(FRAME, vec![aside, away]).unwrap();
+    film.frame(FRAME, vec![aside]).unwrap();
+    click(&mut film, (Role::CheckBox, "Follow"), 0.1);
     wait(&mut film, 150);
     let mut grabbed = corner(&film).1;
-    let [grab, throw] = [1.1, 3.7].map(|seconds| (seconds / FRAME) as usize);
+    let [grab, throw] = [1.1, 4.1].map(|seconds| (seconds / FRAME) as usize);
     for frame in 0..(6.0 / FRAME) as usize {
         if frame <= grab {
             grabbed = corner(&film).1;

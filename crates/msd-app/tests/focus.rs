@@ -3,11 +3,14 @@
 #[path = "common/frames.rs"]
 mod frames;
 
+use egui::accesskit::Role;
 use egui::{Color32, Key, Shape, Vec2};
 use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
 use frames::{frame, loaded};
 use msd_app::panel::theme;
 use msd_app::viewer::{Viewer, catalogue};
+use msd_core::Integrator;
 
 fn harness(size: [f32; 2]) -> Harness<'static, Viewer> {
     let viewer = Viewer::new(loaded("cube"), catalogue()).expect("a valid scene");
@@ -87,6 +90,20 @@ fn what_has_the_keyboard_is_in_sight_and_framed() {
         }
         assert!(40 < reached.len(), "{}", reached.len());
     }
+}
+
+#[test]
+fn a_choice_is_opened_walked_and_taken_by_keys_alone() {
+    let mut harness = harness([1280.0, 800.0]);
+    harness.get_by_role_and_label(Role::ComboBox, "Method").focus();
+    harness.run_steps(2);
+    // From the field into the list, and on to its second line.
+    for key in [Key::Enter, Key::ArrowDown, Key::ArrowDown, Key::Enter] {
+        harness.key_press(key);
+        harness.run_steps(3);
+    }
+    assert_eq!(harness.state().session.runner().integrator(), Integrator::ALL[1]);
+    assert!(harness.query_by_label(Integrator::Rk4.name()).is_none(), "the list is closed");
 }
 
 #[test]

@@ -5,7 +5,7 @@
 mod scenes;
 
 use glam::{DMat3, DVec3, Vec3};
-use msd_core::{Grab, Look, Pattern, Plane, Scene, Vector};
+use msd_core::{Grab, Look, Pattern, Plane, Scene, Shape, Solid, Vector};
 use msd_render::{
     Camera, Gpu, Image, Offscreen, Quality, Quantity, RenderError, Renderer, Scale, Sheet, Style,
     View, bounds, render_image, scale_colour, wgpu,
@@ -351,6 +351,23 @@ fn a_floating_sheet_darkens_the_floor_below_it_and_nothing_else() {
     let beside = Vec3::new(4.0, -3.0, 0.0);
     let [before, after] = [&lit, &shaded].map(|image| brightness(seen_at(image, &camera, beside)));
     assert!((before - after).abs() <= 6, "{before} became {after}");
+}
+
+#[test]
+fn a_solid_that_is_larger_than_the_bodies_throws_a_shadow_beside_theirs() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = scene_of(block(2), &[floor(-3.0)]);
+    let mut roof = Solid::new(Shape::Box { size: DVec3::new(6.0, 0.2, 6.0) });
+    roof.position = DVec3::Y * 1.2;
+    scene.solids.push(roof);
+    let style = Style { light: Vec3::Y, grid: false, ..Style::default() };
+    let camera = Camera { distance: 16.0, pitch: 0.15, ..Camera::default() };
+    let lit = draw(&gpu, &scene, &View { camera, style: Style { shadows: false, ..style } });
+    let shaded = draw(&gpu, &scene, &View { camera, style });
+    // The block reaches to 0.5 m from the middle, the map of shadows as far again as it is long.
+    let beside = Vec3::new(1.2, -3.0, 1.2);
+    let [before, after] = [&lit, &shaded].map(|image| brightness(seen_at(image, &camera, beside)));
+    assert!(after * 10 < before * 8, "{before} became {after}");
 }
 
 #[test]

@@ -168,6 +168,16 @@ fn slider(ui: &mut Ui, label: &str, slider: Slider<'_>) -> Response {
     .inner
 }
 
+/// A line of a list that is open, which closes where it is chosen.
+fn listed<'a>(ui: &mut Ui, is_chosen: bool, text: impl egui::IntoAtoms<'a>) -> Response {
+    let line = ui.selectable_label(is_chosen, text);
+    // By itself a list closes at the pointer, and stays at the keyboard.
+    if line.clicked() {
+        ui.close();
+    }
+    line
+}
+
 /// A label that starts at the left edge and takes the width of a column.
 fn left_label(ui: &mut Ui, text: &str) -> Response {
     let layout = Layout::left_to_right(Align::Center);

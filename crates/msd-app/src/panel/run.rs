@@ -74,7 +74,7 @@ fn speed(ui: &mut Ui, viewer: &mut Viewer) {
         let combo = ComboBox::from_id_salt("speed").width(60.0).selected_text(text);
         let shown = combo.show_ui(ui, |ui| {
             for (speed, text) in SPEEDS {
-                if ui.selectable_label(speed == now, text).clicked() {
+                if super::listed(ui, speed == now, text).clicked() {
                     viewer.session.set_speed(speed);
                 }
             }

@@ -125,7 +125,7 @@ fn colours(ui: &mut Ui, viewer: &mut Viewer) {
         let shown = combo.show_ui(ui, |ui| {
             let choices = std::iter::once(None).chain(Quantity::ALL.map(Some));
             let clicked = |&choice: &Option<Quantity>| {
-                let label = ui.selectable_label(choice == now, text(choice));
+                let label = super::listed(ui, choice == now, text(choice));
                 label.on_hover_text(meaning(choice)).clicked()
             };
             choices.filter(clicked).last()

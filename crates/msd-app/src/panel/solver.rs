@@ -49,7 +49,7 @@ fn integrator(ui: &mut Ui, session: &mut Session) {
         let combo = ComboBox::from_id_salt("integrator").width(180.0).selected_text(now.name());
         let shown = combo.show_ui(ui, |ui| {
             for integrator in Integrator::ALL {
-                let choice = ui.selectable_label(integrator == now, integrator.name());
+                let choice = super::listed(ui, integrator == now, integrator.name());
                 if choice.on_hover_text(integrator.purpose()).clicked() {
                     session.tune(Tuning::Integrator(integrator));
                 }

@@ -45,7 +45,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &mut Viewer) {
             ComboBox::from_id_salt("twin").width(118.0).selected_text(now.integrator.name());
         let shown = combo.show_ui(ui, |ui| {
             for integrator in Integrator::ALL {
-                if ui.selectable_label(integrator == now.integrator, integrator.name()).clicked() {
+                if super::listed(ui, integrator == now.integrator, integrator.name()).clicked() {
                     session.set_twin(Some(Settings { integrator, ..now }));
                 }
             }

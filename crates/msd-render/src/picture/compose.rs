@@ -26,8 +26,9 @@ pub(crate) fn set_geometry<R: Real>(
         surfaces::add_surfaces(geometry, snapshot, limit);
     }
     let balls = marks::balls(geometry, snapshot);
+    let on_rail = marks::add_rails(geometry, snapshot, view);
     marks::add_springs(geometry, snapshot, (view, &balls));
-    marks::add_particles(geometry, snapshot, (view, &balls));
+    marks::add_particles(geometry, snapshot, (view, &balls, &on_rail));
     if view.style.wireframe {
         surfaces::add_wireframe(geometry, snapshot, view);
     }
@@ -35,6 +36,7 @@ pub(crate) fn set_geometry<R: Real>(
         marks::add_grabs(geometry, snapshot, view);
     }
     geometry.level = view.style.planes.then(|| ground::level(geometry, snapshot)).flatten();
+    geometry.first_solid = geometry.vertices.len();
     if view.style.planes {
         ground::add_planes(geometry, snapshot, view);
         solids::add_solids(geometry, snapshot, limit);

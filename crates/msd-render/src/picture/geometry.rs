@@ -54,7 +54,7 @@ pub(crate) struct Point {
     pub radius: f32,
     /// Colour, sRGB.
     pub colour: [u8; 4],
-    /// 0 a ball, 1 a ball in a ring, 2 a ring on top of everything.
+    /// 0 a ball, 1 a ball with a rim, 2 a ball in a ring on top of everything.
     pub shape: f32,
 }
 
@@ -79,6 +79,8 @@ pub(crate) struct Patch {
 pub(crate) struct Geometry {
     /// Vertices of surfaces.
     pub vertices: Vec<SurfaceVertex>,
+    /// Where those of solids begin, which come last.
+    pub first_solid: usize,
     /// Three indices into `vertices` per triangle.
     pub triangles: Vec<[u32; 3]>,
     /// Lines; the first `casting_lines` cast shadows, and the first `rods` of these are round.

@@ -102,23 +102,22 @@ pub(crate) struct DepthMap {
 
 /// The picture of depths that the light sees, `map_size` texels wide; or another one from far away.
 ///
-/// It covers just what casts shadows. Its size grows in steps and its
+/// It covers the bodies, and of the solids what is near them. Its size grows in steps and its
 /// corner moves by whole texels, so that the shadow of a still part does not shimmer when another
 /// part moves.
 pub(crate) fn depth_map(geometry: &Geometry, light: Vec3, map_size: u32) -> DepthMap {
     let helper = if light.y.abs() < 0.99 { Vec3::Y } else { Vec3::X };
     let to_light = look_to_mat4(Vec3::ZERO, -light, helper);
-    let seen = geometry.positions.iter().filter(|&&position| is_drawable(position));
-    let mut low = Vec3::INFINITY;
-    let mut high = Vec3::NEG_INFINITY;
-    for &position in seen {
-        let point = to_light.transform_point3(position);
-        low = low.min(point);
-        high = high.max(point);
-    }
-    if !is_drawable(low) || !is_drawable(high) {
-        (low, high) = (Vec3::NEG_ONE, Vec3::ONE);
-    }
+    let bodies = box_around(geometry.positions.iter().copied(), to_light);
+    let (low, high) = bodies.unwrap_or((Vec3::NEG_ONE, Vec3::ONE));
+    // As much of the solids as the bodies are large: the rest would take their texels.
+    let reach = Vec3::splat((high - low).max_element());
+    let solids = geometry.vertices[geometry.first_solid..].iter().map(|vertex| vertex.position);
+    let (least, most) = (low - reach, high + reach);
+    let solids = box_around(solids, to_light)
+        .filter(|(from, to)| from.cmple(most).all() && least.cmple(*to).all());
+    let (low, high) =
+        solids.map_or((low, high), |(from, to)| (low.min(from.max(least)), high.max(to.min(most))));
     let margin = 3.0 * geometry.particle_radius.max(geometry.ball_radius);
     let side = (high - low).truncate().max_element() + 2.0 * margin;
     // A sixteenth of an octave at a time, plus 8 texels for the soft rim.
@@ -132,4 +131,12 @@ pub(crate) fn depth_map(geometry: &Geometry, light: Vec3, map_size: u32) -> Dept
         directx::orthographic(corner.x, corner.x + side, corner.y, corner.y + side, near, far);
     let matrix = projection * to_light;
     DepthMap { direction: light, matrix, side: map_size, texel, depth: far - near }
+}
+
+/// The box around points that can be drawn, seen through a matrix; none around nothing.
+fn box_around(points: impl Iterator<Item = Vec3>, matrix: Mat4) -> Option<(Vec3, Vec3)> {
+    let seen = points.filter(|&point| is_drawable(point));
+    let placed = seen.map(|point| matrix.transform_point3(point));
+    let boxes = placed.filter(|&point| is_drawable(point)).map(|point| (point, point));
+    boxes.reduce(|(low, high), (point, _)| (low.min(point), high.max(point)))
 }

@@ -1,8 +1,9 @@
-//! Lines and points of a picture: springs, particles, pins and grabs.
+//! Lines and points of a picture: springs, particles, pins, the rails along them, and grabs.
 
 use crate::math::is_drawable;
 use crate::picture::colour::{body_colour, bytes, mix, scale_colour};
 use crate::picture::geometry::{Geometry, Line, Point, owners};
+use crate::picture::surfaces::borders;
 use crate::viewing::quantity::Scale;
 use crate::viewing::view::View;
 use msd_core::{Body, Real, Snapshot, Vector};
@@ -11,7 +12,7 @@ use msd_core::{Body, Real, Snapshot, Vector};
 const NEUTRAL: [f32; 3] = [0.45, 0.47, 0.52];
 /// Colour of free particles.
 const PARTICLE: [f32; 3] = [0.93, 0.94, 0.96];
-/// Colour of pins.
+/// Colour of pins and rails.
 const PIN: [f32; 3] = [0.98, 0.70, 0.10];
 /// Colour of grabs.
 const GRAB: [f32; 3] = [0.86, 0.16, 0.55];
@@ -64,6 +65,35 @@ pub(crate) fn balls<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) ->
 /// A rod between balls of this part of their radius, where nothing touches.
 const ROD: f32 = 0.45;
 
+/// Radius of a rail, in those of particles.
+const RAIL: f32 = 1.3;
+
+/// Adds a rail along every border of a surface that is pinned at both ends, and returns which
+/// particles lie on one: they need no marks of their own.
+pub(crate) fn add_rails<R: Real>(
+    geometry: &mut Geometry,
+    snapshot: &Snapshot<'_, R>,
+    view: &View,
+) -> Vec<bool> {
+    let mut on_rail = vec![false; geometry.positions.len()];
+    if view.style.pins {
+        let is_pinned = |particle: u32| {
+            snapshot.inverse_masses.get(particle as usize).is_some_and(|&w| w == R::ZERO)
+        };
+        let radius = RAIL * geometry.particle_radius;
+        let colour = bytes(PIN, 1.0);
+        let sheets = snapshot.bodies.iter().filter(|body| body.surface.two_sided);
+        for [a, b] in sheets.flat_map(|body| borders(body, is_pinned)) {
+            let ends = [a, b].map(|end| geometry.drawable(end));
+            let [Some(from), Some(to)] = ends else { continue };
+            [a, b].iter().for_each(|&end| on_rail[end as usize] = true);
+            geometry.lines.push(Line { a: from, width: 1.5, b: to, bias: 0.0, colour, radius });
+        }
+    }
+    (geometry.rods, geometry.casting_lines) = (geometry.lines.len(), geometry.lines.len());
+    on_rail
+}
+
 /// Adds springs: all of them where colours stand for a quantity of springs, else those of bodies
 /// without surface.
 ///
@@ -74,7 +104,6 @@ pub(crate) fn add_springs<R: Real>(
     (view, balls): (&View, &[Ball]),
 ) {
     let style = &view.style;
-    (geometry.casting_lines, geometry.rods) = (0, 0);
     let of_springs = geometry.scale.filter(|scale| scale.quantity.is_of_springs());
     if of_springs.is_none() && !style.surfaces {
         return;
@@ -111,16 +140,19 @@ pub(crate) fn add_springs<R: Real>(
         }
         if !covered {
             geometry.casting_lines = geometry.lines.len();
-            geometry.rods = if of_springs.is_some() { 0 } else { geometry.lines.len() };
+            if of_springs.is_none() {
+                geometry.rods = geometry.lines.len();
+            }
         }
     }
 }
 
-/// Adds particles and the marks of pins; those that no surface covers come first.
+/// Adds particles and the marks of pins that are on no rail; those that no surface covers come
+/// first.
 pub(crate) fn add_particles<R: Real>(
     geometry: &mut Geometry,
     snapshot: &Snapshot<'_, R>,
-    (view, balls): (&View, &[Ball]),
+    (view, balls, on_rail): (&View, &[Ball], &[bool]),
 ) {
     let style = &view.style;
     let count = geometry.positions.len();
@@ -137,8 +169,11 @@ pub(crate) fn add_particles<R: Real>(
             let bare = style.surfaces && !covered;
             let ball = balls[particle];
             let radius = if bare { ball.radius } else { geometry.particle_radius };
+            if on_rail[particle] {
+                continue;
+            }
             if pinned && style.pins {
-                let radius = (2.0 * geometry.particle_radius).max(1.4 * radius);
+                let radius = (1.6 * geometry.particle_radius).max(1.4 * radius);
                 let colour = bytes(PIN, 1.0);
                 geometry.points.push(Point { centre, radius, colour, shape: 1.0 });
             } else if style.particles {
@@ -171,5 +206,37 @@ pub(crate) fn add_grabs<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'_
         geometry.lines.push(Line { a: held, width, b: target, bias: ON_TOP, colour, radius: 0.0 });
         let radius = 2.2 * geometry.particle_radius;
         geometry.points.push(Point { centre: target, radius, colour, shape: 2.0 });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use msd_core::{Material, Pin, Scene, Settings, Simulation, shape};
+
+    /// The rails of a cloth of three rows of three whose particles of these numbers are pinned, as
+    /// how many there are, and the particles on them.
+    fn rails(pins: &[usize]) -> (usize, Vec<usize>) {
+        let part = shape::cloth([3, 3], 1.0, Material::default()).expect("a valid size");
+        let mut scene = Scene::of("cloth", part);
+        let velocity = glam::DVec3::ZERO;
+        scene.pins = pins.iter().map(|&particle| Pin { particle, velocity }).collect();
+        let cloth = Simulation::<f32>::new(&scene, Settings::default()).expect("a valid scene");
+        let snapshot = cloth.snapshot();
+        let mut geometry = Geometry::default();
+        geometry.positions.extend(snapshot.positions().map(|position| position.to_f32()));
+        let on_rail = add_rails(&mut geometry, &snapshot, &View::default());
+        let count = geometry.lines.len();
+        assert_eq!([geometry.rods, geometry.casting_lines], [count; 2]);
+        (count, (0..9).filter(|&particle| on_rail[particle]).collect())
+    }
+
+    #[test]
+    fn rails_run_along_the_rim_of_a_cloth_where_it_is_pinned_and_nowhere_else() {
+        assert_eq!(rails(&[0, 1, 2, 3, 5, 6, 7, 8]), (8, vec![0, 1, 2, 3, 5, 6, 7, 8]));
+        assert_eq!(rails(&[0, 1, 8]), (1, vec![0, 1]));
+        // Neighbours across the rim, and particles of the rim that are no neighbours.
+        assert_eq!(rails(&[1, 4, 7]), (0, vec![]));
+        assert_eq!(rails(&[0, 2]), (0, vec![]));
     }
 }

@@ -9,7 +9,7 @@ use msd_core::{DistanceGrid, Real, Shape, Snapshot};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// Colour of a solid: stone, unlike any body.
-const STONE: [f32; 3] = [0.60, 0.60, 0.59];
+const STONE: [f32; 3] = [0.68, 0.675, 0.66];
 /// Steps around an axis, and of a half circle along it.
 const AROUND: u32 = 48;
 const HALF: u32 = 24;

@@ -184,6 +184,18 @@ pub(crate) fn add_wireframe<R: Real>(
     }
 }
 
+/// The edges at the rim of a surface between particles that meet a condition, as pairs.
+pub(crate) fn borders(body: &Body, meets: impl Fn(u32) -> bool) -> Vec<[u32; 2]> {
+    let triangles = body.surface.triangles.iter();
+    let found =
+        triangles.filter_map(|&triangle| triangle_particles(body, triangle)).flat_map(sides);
+    let mut edges: Vec<_> = found.filter(|edge| edge.iter().all(|&end| meets(end))).collect();
+    edges.sort_unstable();
+    // Of two triangles is what lies within.
+    let same = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
+    same.map(|same| same[0]).collect()
+}
+
 /// The edges of a surface as pairs of particles, each once whatever its direction.
 fn edges(body: &Body) -> Vec<[u32; 2]> {
     let mut edges = Vec::with_capacity(body.surface.triangles.len() * 3);

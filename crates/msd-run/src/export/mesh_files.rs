@@ -2,10 +2,11 @@
 
 use super::skin::{Form, Skin, positions, velocities};
 use crate::runner::Runner;
+use msd_core::Surface;
 use std::io::{self, Write};
 
 /// Writes the moment as OBJ: a group per body, with its texture coordinates; ropes and links are
-/// lines.
+/// lines. What is one piece is smooth; a block, whose sides have corners of their own, is not.
 pub fn write_obj(runner: &Runner, skin: &Skin, output: &mut impl Write) -> io::Result<()> {
     writeln!(output, "# msd, t = {} s", runner.time())?;
     let all = positions(runner);
@@ -30,6 +31,7 @@ pub fn write_obj(runner: &Runner, skin: &Skin, output: &mut impl Write) -> io::R
                 for corner in &surface.corners {
                     writeln!(output, "vt {} {}", corner.uv[0], corner.uv[1])?;
                 }
+                writeln!(output, "s {}", if is_one_piece(surface) { "1" } else { "off" })?;
                 for triangle in &surface.triangles {
                     let [a, b, c] = triangle.map(|corner| {
                         let particle = surface.corners[corner as usize].particle;
@@ -53,6 +55,13 @@ pub fn write_obj(runner: &Runner, skin: &Skin, output: &mut impl Write) -> io::R
         }
     }
     Ok(())
+}
+
+/// Whether no two corners are of one particle.
+fn is_one_piece(surface: &Surface) -> bool {
+    let mut particles: Vec<u32> = surface.corners.iter().map(|corner| corner.particle).collect();
+    particles.sort_unstable();
+    particles.is_sorted_by(|a, b| a < b)
 }
 
 /// Writes the moment as binary PLY: vertices with their velocities, triangles, and edges where a

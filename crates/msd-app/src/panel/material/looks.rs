@@ -1,7 +1,7 @@
 //! Looks of bodies: what they seem to be made of, colours, pattern.
 
 use super::change;
-use crate::panel::{heading, left_label, slider};
+use crate::panel::{heading, left_label, listed, slider};
 use crate::session::{LookEdit, LookValues};
 use crate::viewer::Viewer;
 use egui::{Button, Color32, ComboBox, Popup, PopupCloseBehavior, Response, Slider, Ui};
@@ -119,9 +119,8 @@ fn choice<T: Copy + PartialEq>(
         let name = left_label(ui, label);
         let combo = ComboBox::from_id_salt(label).selected_text(text);
         let shown = combo.show_ui(ui, |ui| {
-            let clicked = |(choice, name): &&(T, &str)| {
-                ui.selectable_label(Some(*choice) == now, *name).clicked()
-            };
+            let clicked =
+                |(choice, name): &&(T, &str)| listed(ui, Some(*choice) == now, *name).clicked();
             names.iter().filter(clicked).last().map(|(choice, _)| *choice)
         });
         (shown.response.labelled_by(name.id), shown.inner.flatten())

@@ -79,7 +79,7 @@ fn bodies(ui: &mut Ui, session: &mut Session) {
             choices
                 .filter(|&choice| {
                     let label = text(choice).to_owned();
-                    ui.selectable_label(choice == select, label).clicked()
+                    super::listed(ui, choice == select, label).clicked()
                 })
                 .last()
         });
@@ -209,7 +209,7 @@ fn names(ui: &mut Ui, session: &mut Session, made: Made) -> Rect {
             let choices = MATERIALS.iter().filter(fits);
             choices
                 .filter(|named| {
-                    let label = ui.selectable_label(made.material == Some(named.name), named.name);
+                    let label = super::listed(ui, made.material == Some(named.name), named.name);
                     label.on_hover_text(about(named)).clicked()
                 })
                 .last()

@@ -72,9 +72,12 @@ fn fs_front(in: Ground) -> @location(0) vec4f {
     let facing = max(dot(in.normal, globals.light.xyz), 0.0);
     let sky = select(1.0, skylight(in.world, in.clip.xy), is_floor);
     let ambient = mix(GROUND_LIGHT, SKY_LIGHT, 0.5 + 0.5 * in.normal.y) * sky;
-    let light = ambient + SUN * (facing * sun * (0.4 + 0.6 * sky));
+    let to_eye = globals.eye.xyz - in.world;
+    let away = length(to_eye);
+    let sunny = facing * sun * (0.4 + 0.6 * sky);
+    let fill = select(max(dot(in.normal, to_eye) / away, 0.0) * (1.0 - sunny), 0.0, is_floor);
+    let light = ambient + FILL_LIGHT * fill + SUN * sunny;
     // Air between the eye and the ground: it ends in the horizon.
-    let away = length(in.world - globals.eye.xyz);
     let haze = select(0.0, smoothstep(6.0, 45.0, away / globals.look.w), is_floor);
     let colour = mix(toned(albedo * light), HAZE, haze);
     let seen = shown(colour, present(in));

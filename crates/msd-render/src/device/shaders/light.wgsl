@@ -6,6 +6,8 @@
 const SUN: vec3f = vec3f(1.02, 0.97, 0.88);
 const SKY_LIGHT: vec3f = vec3f(0.44, 0.48, 0.54);
 const GROUND_LIGHT: vec3f = vec3f(0.31, 0.295, 0.275);
+// From where one looks, where the sun does not shine: what faces away from it keeps its shape.
+const FILL_LIGHT: vec3f = vec3f(0.16, 0.165, 0.18);
 
 // Places on a disc of radius one, spread evenly: a sunflower after Vogel, 1979.
 fn sunflower(index: f32, count: f32, turn: f32) -> vec2f {
@@ -155,6 +157,7 @@ fn lit(finish: Finish, normal: vec3f, world: vec3f, sun: f32, pixel: vec2f) -> v
     let mirror = mix(vec3f(0.04), finish.albedo, finish.metal) + fresnel * 0.6 * gloss;
     let sky = mix(ambient, sky_colour(reflect(-to_eye, normal)), gloss * gloss);
     let mirrored = mirror * (sky + SUN * (highlight * (0.3 + 0.06 * power * gloss)));
-    let matt = finish.albedo * (1.0 - 0.9 * finish.metal) * (ambient + SUN * sunny);
+    let fill = FILL_LIGHT * (max(dot(normal, to_eye), 0.0) * max(1.0 - sunny, 0.0));
+    let matt = finish.albedo * (1.0 - 0.9 * finish.metal) * (ambient + fill + SUN * sunny);
     return toned(matt + mirrored);
 }

@@ -48,7 +48,9 @@ fn vs_main(@builtin(vertex_index) index: u32, line: Line) -> Ribbon {
     clip = vec4f(clip.xy + shift / size * clip.w, clip.zw);
     let world = select(line.a, line.b, corner.x > 0.0);
     let side = cross(line.b - line.a, globals.eye.xyz - world);
-    return Ribbon(pulled(clip, line.bias), line.colour, world, side, corner.y, line.radius);
+    // A rod is at its front, else a surface that ends in its middle would hide half of it.
+    let nearer = line.bias + line.radius / max(clip.w - line.radius, 1e-3 * clip.w);
+    return Ribbon(pulled(clip, nearer), line.colour, world, side, corner.y, line.radius);
 }
 
 @fragment

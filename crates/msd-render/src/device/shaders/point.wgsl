@@ -20,8 +20,8 @@ fn vs_main(@builtin(vertex_index) index: u32, point: Point) -> Disc {
     var clip = globals.view_projection * vec4f(point.centre, 1.0);
     // Pixels per metre at this depth; a point never gets smaller than it can be seen.
     let scale = globals.screen.y / (2.0 * length(globals.up.xyz) * max(clip.w, 1e-6));
-    let least = select(2.0, 8.0, point.shape > 0.5) * globals.look.z;
-    let radius = max(point.radius, least / scale);
+    let least = select(select(2.0, 5.0, point.shape > 0.5), 8.0, point.shape > 1.5);
+    let radius = max(point.radius, least * globals.look.z / scale);
     let shift = corner * (radius * scale * 2.0) / globals.screen.xy * clip.w;
     clip = vec4f(clip.xy + shift, clip.zw);
     // The quad is at the front of the ball, else a surface through its centre would cut it.
@@ -39,9 +39,9 @@ fn covered(distance: f32, pixel: f32) -> f32 {
 fn fs_main(in: Disc) -> @location(0) vec4f {
     let from_centre = length(in.at);
     let pixel = fwidth(from_centre);
-    // A ball fills the quad; with a ring around it, half of it.
+    // A ball fills the quad but for the rim of a pin, or the ring around a grab.
     let ringed = in.shape > 0.5;
-    let size = select(1.0, 0.50, ringed);
+    let size = select(select(1.0, 0.74, ringed), 0.5, in.shape > 1.5);
     let at = in.at / size;
     let height = sqrt(max(1.0 - dot(at, at), 0.0));
     let right = normalize(globals.right.xyz);
@@ -56,8 +56,8 @@ fn fs_main(in: Disc) -> @location(0) vec4f {
     }
     let sun = sunlight(world, normal, in.clip.xy);
     let ball_colour = lit(Finish(in.colour, 0.3, 0.0, 0.0), normal, world, sun, in.clip.xy);
-    // The ring of a pin is dark, that of a grab has its own colour.
+    // The rim of a pin is dark, the ring of a grab has its own colour.
     let ring_colour = select(vec3f(0.012, 0.018, 0.035), in.colour, in.shape > 1.5);
-    let colour = select(ball_colour, ring_colour, ringed && from_centre > 0.62);
+    let colour = select(ball_colour, ring_colour, ringed && from_centre > size + 0.02);
     return shown(colour, opacity);
 }
