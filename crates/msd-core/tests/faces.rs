@@ -131,6 +131,37 @@ fn weights([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 3] {
     }
 }
 
+/// The force on a particle and the power that it dissipates, by a weighted mean of others.
+fn pushed(
+    (scene, state, [first, second]): (&Scene, &State<f64>, [&Touch; 2]),
+    bead: usize,
+    (points, weights): (&[usize], &[f64]),
+    share: f64,
+) -> Option<(DVec3, f64)> {
+    let mean = |column: &[DVec3]| -> DVec3 {
+        points.iter().zip(weights).map(|(&at, &weight)| column[at] * weight).sum()
+    };
+    let d = state.positions[bead] - mean(&state.positions);
+    let v = state.velocities[bead] - mean(&state.velocities);
+    let overlap = first.radius + second.radius - d.length();
+    if overlap <= 0.0 {
+        return None;
+    }
+    let in_turn = |x: f64, y: f64| x * y / (x + y);
+    let k = share * in_turn(first.stiffness, second.stiffness);
+    let c = share * in_turn(first.damping, second.damping);
+    let mu = (first.friction * second.friction).sqrt();
+    let n = d.normalize();
+    let push = (k * overlap - c * n.dot(v)).max(0.0);
+    let slip = v - n * n.dot(v);
+    let inverse = |at: usize| 1.0 / scene.particles[at].mass;
+    let squares = points.iter().zip(weights).map(|(&at, weight)| weight * weight * inverse(at));
+    let mass = 1.0 / (inverse(bead) + squares.sum::<f64>());
+    let drag = ((k * mass).sqrt() * slip.length()).min(mu * push);
+    let force = n * push - slip.normalize_or_zero() * drag;
+    Some((force, k * overlap * n.dot(v) - force.dot(v)))
+}
+
 /// Forces and power by a plain loop over all particles and their pairs and triangles.
 fn plainly(scene: &Scene, state: &State<f64>) -> (Vec<DVec3>, f64) {
     let count = scene.particles.len();
@@ -146,31 +177,12 @@ fn plainly(scene: &Scene, state: &State<f64>) -> (Vec<DVec3>, f64) {
     let (mut forces, mut power) = (vec![DVec3::ZERO; count], 0.0);
     let mut push = |bead: usize, points: &[usize], weights: &[f64], share: f64| {
         let [Some(p), Some(q)] = [rows[bead], rows[points[0]]] else { panic!("two beads") };
-        let [first, second] = [p.min(q), p.max(q)].map(|row| &scene.touches[row]);
-        let mean = |column: &[DVec3]| -> DVec3 {
-            points.iter().zip(weights).map(|(&at, &weight)| column[at] * weight).sum()
-        };
-        let d = state.positions[bead] - mean(&state.positions);
-        let v = state.velocities[bead] - mean(&state.velocities);
-        let overlap = first.radius + second.radius - d.length();
-        if overlap <= 0.0 {
-            return;
-        }
-        let in_turn = |x: f64, y: f64| x * y / (x + y);
-        let k = share * in_turn(first.stiffness, second.stiffness);
-        let c = share * in_turn(first.damping, second.damping);
-        let mu = (first.friction * second.friction).sqrt();
-        let n = d.normalize();
-        let push = (k * overlap - c * n.dot(v)).max(0.0);
-        let slip = v - n * n.dot(v);
-        let inverse = |at: usize| 1.0 / scene.particles[at].mass;
-        let squares = points.iter().zip(weights).map(|(&at, weight)| weight * weight * inverse(at));
-        let mass = 1.0 / (inverse(bead) + squares.sum::<f64>());
-        let drag = ((k * mass).sqrt() * slip.length()).min(mu * push);
-        let force = n * push - slip.normalize_or_zero() * drag;
+        let both = [p.min(q), p.max(q)].map(|row| &scene.touches[row]);
+        let found = pushed((scene, state, both), bead, (points, weights), share);
+        let Some((force, taken)) = found else { return };
         forces[bead] += force;
         points.iter().zip(weights).for_each(|(&at, &weight)| forces[at] -= force * weight);
-        power -= force.dot(v) - k * overlap * n.dot(v);
+        power += taken;
     };
     let meet = |a: usize, b: usize| {
         let (Some(p), Some(q)) = (rows[a], rows[b]) else { return false };

@@ -38,7 +38,7 @@ pub(crate) struct Facing<R: Real> {
 impl<R: Real> Facing<R> {
     /// The vectors of the bead in a column, less those of each corner.
     #[inline(always)]
-    fn from_corners(&self, column: &[R]) -> [R::Vec3; 3] {
+    fn seen_by_corners(&self, column: &[R]) -> [R::Vec3; 3] {
         let [bead, corners @ ..] = self.at.map(|at| vector::<R>(column, at as usize));
         corners.map(|corner| bead - corner)
     }
@@ -47,8 +47,8 @@ impl<R: Real> Facing<R> {
     /// side of it to the other, or closes by more than the reach towards it and comes within it.
     fn may_pass(&self, [positions, velocities]: [&[R]; 2], h: f64) -> bool {
         let way = FacingWay {
-            starts: self.from_corners(positions).map(Vector::to_f64),
-            ways: self.from_corners(velocities).map(|velocity| velocity.to_f64() * h),
+            starts: self.seen_by_corners(positions).map(Vector::to_f64),
+            ways: self.seen_by_corners(velocities).map(|velocity| velocity.to_f64() * h),
         };
         let reach = self.law.reach.to_f64();
         let length = way.length();
@@ -123,7 +123,7 @@ impl<'a, R: Real> FaceTouch<'a, R> {
         let reach = group[0].law.reach;
         let (mut least, mut met) = (reach * reach, None);
         for facing in group {
-            let nearest = nearest::<R>(facing.from_corners(positions));
+            let nearest = nearest::<R>(facing.seen_by_corners(positions));
             if nearest.square < least {
                 (least, met) = (nearest.square, Some(FaceTouch { facing, nearest }));
             }
@@ -148,7 +148,7 @@ impl<'a, R: Real> FaceTouch<'a, R> {
     #[inline(always)]
     fn closed(&self, velocities: &[R], inverse_masses: &[R]) -> Option<Closed<R>> {
         let FaceTouch { facing, nearest } = self;
-        let relative = self.weigh(facing.from_corners(velocities));
+        let relative = self.weigh(facing.seen_by_corners(velocities));
         let masses = self.inverse_mass(facing.at.map(|at| inverse_masses[at as usize]));
         facing.law.close([nearest.point, relative], masses)
     }
@@ -169,7 +169,7 @@ impl<'a, R: Real> FaceTouch<'a, R> {
             0 => touching.across = 0.0,
             1 => {
                 let opposite = is_held.iter().position(|&held| held).unwrap_or(0);
-                let corners = facing.from_corners(positions).map(Vector::to_f64);
+                let corners = facing.seen_by_corners(positions).map(Vector::to_f64);
                 let edge = corners[(opposite + 1) % 3] - corners[(opposite + 2) % 3];
                 touching.slide = edge / Real::sqrt(edge.dot(edge));
             }
