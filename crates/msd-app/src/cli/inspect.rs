@@ -5,7 +5,7 @@ use super::failure::{Failure, say};
 use super::run::{SetKeys, open_scene, set_keys};
 use msd_core::{Settings, Simulation};
 use msd_scene::{Loaded, shown_path};
-use msd_study::inspection::{Directions, Inspection, inspect};
+use msd_study::inspection::{Directions, Inspection, Touching, inspect};
 use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
 
@@ -91,7 +91,22 @@ fn body_lines(body: &Inspection) -> Vec<String> {
         };
         lines.push(format!("  slowest motions {} Hz{damping}", frequencies.join(", ")));
     }
+    lines.extend(body.touch.as_ref().map(touch_line));
     lines
+}
+
+/// The line about how a body touches.
+fn touch_line(touch: &Touching) -> String {
+    let [radius, stiffness] = [touch.radius, touch.stiffness].map(number);
+    let [damping, friction] = [touch.damping, touch.friction].map(number);
+    let triangles = match touch.triangles {
+        0 => String::new(),
+        count => format!(", and by {count} triangles"),
+    };
+    format!(
+        "  touches by particles of radius {radius} m, stiffness {stiffness} N/m, damping {damping} \
+         N s/m, friction {friction}{triangles}"
+    )
 }
 
 /// The lines about moduli in a unit, along so many directions.

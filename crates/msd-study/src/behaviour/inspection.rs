@@ -3,7 +3,9 @@
 use core::f64::consts::TAU;
 use msd_core::glam::DVec3;
 use msd_core::stability::Mode;
-use msd_core::{Bend, Body, Error, Moduli, Particle, Scene, Settings, Simulation, Spring, Volume};
+use msd_core::{
+    Bend, Body, Error, Moduli, Particle, Scene, Settings, Simulation, Spring, Touch, Volume,
+};
 use serde::Serialize;
 
 /// Slow motions that are sought, and the most particles of a body that they are sought in: they
@@ -38,6 +40,23 @@ pub struct Inspection {
     /// Its slowest motions on its own, as it stands, slowest first; empty where they were not
     /// found, as in a body that has many motions that nothing resists, or is large.
     pub slowest: Vec<Slow>,
+    /// How its particles touch each other and those of other bodies; `None` where they do not.
+    pub touch: Option<Touching>,
+}
+
+/// How each of the particles of a body touches.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Touching {
+    /// Radius, metres.
+    pub radius: f64,
+    /// Stiffness, newtons per metre.
+    pub stiffness: f64,
+    /// Damping, newton seconds per metre.
+    pub damping: f64,
+    /// Coulomb's factor.
+    pub friction: f64,
+    /// The number of triangles by which it touches.
+    pub triangles: usize,
 }
 
 /// A slow motion of a body.
@@ -159,7 +178,16 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
         bending,
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
         slowest: slowest(&simulation),
+        touch: touching(scene, body),
     })
+}
+
+/// How a body touches: by the row that has its particles.
+fn touching(scene: &Scene, body: &Body) -> Option<Touching> {
+    let is_of = |touch: &&Touch| touch.particles.iter().any(|at| body.particles.contains(at));
+    let touch = scene.touches.iter().find(is_of)?;
+    let &Touch { radius, stiffness, damping, friction, .. } = touch;
+    Some(Touching { radius, stiffness, damping, friction, triangles: touch.triangles.len() })
 }
 
 /// The slowest motions of a body that is not too large.
