@@ -42,24 +42,17 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 89] = [
+const LINES: [(&str, &str); 88] = [
     ("touch = { radius = 0 }", "bodies[0].touch.radius is 0; it must be positive and at most 1e12"),
     ("touch = { radius = 2 }", "bodies[0].touch.radius is 2; it must be at most the spacing, 1 m"),
     ("touch = { friction = -1 }", "bodies[0].touch.friction is -1; it must be finite and not"),
     ("touch = { ignore = ['rop'] }", "touch.ignore[0] names no body: \"rop\"; `rope` is one"),
-    (
-        "touch = { triangles = true }",
-        "bodies[0].touch.triangles needs a surface, and this body has none",
-    ),
-    ("touch = { triangles = 1 }", "triangles"),
+    ("touch = { triangles = true }", "touch.triangles needs a surface, and this body has none"),
     ("touch = { ignore = ['rope'] }", "touch.ignore[0] is the body itself; ... itself = false"),
     ("touch = { raduis = 1 }", "raduis"),
     ("touch = { with = [{ body = 'rop' }] }", "with[0].body names no body: \"rop\"; `rope` is one"),
     ("touch = { with = [{ body = 'rope' }] }", "touch.with[0].body is the body itself; its own"),
-    (
-        "touch = { with = [{ body = 'rope', friction = -1 }] }",
-        "bodies[0].touch.with[0].friction is -1; it must be finite and not negative",
-    ),
+    ("touch = { with = [{ body = 'rope', friction = -1 }] }", "with[0].friction is -1; it must be"),
     ("stiffness = 0\ntouch = {}", "bodies[0].touch"),
     ("mass = -1", "s.toml:5:8: bodies[0].mass is -1; it must be positive and finite"),
     ("mass = 0", "bodies[0].mass is 0; it must be positive and finite"),
