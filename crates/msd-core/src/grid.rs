@@ -198,8 +198,8 @@ impl Grid {
         Ok(())
     }
 
-    /// Sees every point in the cells that a box touches, given by its lowest and its highest corner,
-    /// metres, until there is an error.
+    /// Sees every point in the cells that a box touches, given by its lowest and its highest
+    /// corner, metres, until there is an error.
     pub(crate) fn each_in<E>(
         &self,
         corners: [DVec3; 2],

@@ -1,4 +1,4 @@
-//! Particles with a radius against triangles: their push, its bits, and what rests on and hits what.
+//! Particles with a radius against triangles: their push, its bits, what rests on and hits what.
 
 mod common;
 
@@ -106,7 +106,7 @@ fn cloud(seed: u64, count: usize) -> Scene {
     scene
 }
 
-/// The weights of the point of a triangle that is nearest to another (Ericson, 2005, section 5.1.5).
+/// The weights of the point of a triangle nearest to another (Ericson, 2005, section 5.1.5).
 fn weights([a, b, c]: [DVec3; 3], point: DVec3) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);
     let [d1, d2] = [ab, ac].map(|edge| edge.dot(point - a));

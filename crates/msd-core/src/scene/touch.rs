@@ -33,9 +33,10 @@ pub struct Touch {
     pub friction: f64,
     /// Triangles of a surface by their corners, particles of the row. A particle with a radius is
     /// pushed by the point that is nearest to it of all those it does not belong to: as by a
-    /// particle at that point, which shares out what it gets to the corners by its weights. A corner
-    /// touches by its triangles alone: two that are both corners push each other from both sides, by
-    /// half of k and c each. None joins in that has a corner that the particle does not touch.
+    /// particle at that point, which shares out what it gets to the corners by its weights. A
+    /// corner touches by its triangles alone: two that are both corners push each other from both
+    /// sides, by half of k and c each. None joins in that has a corner that the particle does not
+    /// touch.
     pub triangles: Vec<[usize; 3]>,
     /// Whether they touch each other, beside those of other rows.
     pub itself: bool,

@@ -10,8 +10,8 @@ use glam::DVec3;
 ///
 /// With u = Σ wᵢ uᵢ the motion of the side that is pushed along the normal as seen from the other,
 /// a small displacement u changes its force by k n (n·u) − k δ/L (u − n (n·u)), and a small
-/// velocity by c n (n·u) + g (u − n (n·u)), with g that of the friction as it is. Where the two part
-/// so fast that they do not push, by neither.
+/// velocity by c n (n·u) + g (u − n (n·u)), with g that of the friction as it is. Where the two
+/// part so fast that they do not push, by neither.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touching<const N: usize> {
     pub(super) particles: [usize; N],
