@@ -90,7 +90,7 @@ fn a_sheet_that_leaks_is_told_and_one_radius_is_offered() {
     assert!(notes("").is_empty() && notes("radius = 0.04").is_empty());
     let told = &notes("radius = 0.03")[0];
     assert!(told.contains("leak") && told.contains("0.045 m"), "{told}");
-    assert!(told.contains("nowhere with `triangles = true`"), "{told}");
+    assert!(told.contains("`triangles = true` closes them"), "{told}");
     assert!(notes("radius = 0.03, triangles = true").is_empty());
 }
 

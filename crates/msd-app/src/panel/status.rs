@@ -84,7 +84,8 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
     let crossings = session.crossings().filter(|&crossings| 0 < crossings).map(|crossings| {
         let text = format!("{} of triangles cross", counted(crossings, "pair"));
         let hover = "Surfaces pass through each other, as counted within the last second: make \
-                     what touches stiffer, or its radius larger";
+                     what touches stiffer or its radius larger, or let it touch by its triangles \
+                     (`touch.triangles` in a scene file)";
         (text, hover)
     });
     passes.into_iter().chain(crossings)

@@ -7,9 +7,7 @@ use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::Springs;
-use crate::elements::touches::near::Near;
-use crate::elements::touches::tangent::TouchTangents;
-use crate::elements::touches::{self, Touches};
+use crate::elements::touches::{self, Touches, near::Near, tangent::TouchTangents};
 use crate::elements::volumes::Volumes;
 use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
@@ -187,8 +185,8 @@ impl<R: Real> Model<R> {
         if self.touches.is_empty() {
             return 0.0;
         }
-        let near = near.nearby(level, &self.touches, motion.positions);
-        touches::add_forces(near, motion, &self.inverse_mass_column, forces)
+        let listed = near.nearby(level, &self.touches, motion.positions);
+        touches::add_forces(listed, motion, &self.inverse_mass_column, forces)
     }
 
     /// Overwrites `to` with the derivatives of what touches.
@@ -201,8 +199,8 @@ impl<R: Real> Model<R> {
     ) {
         to.clear();
         if !self.touches.is_empty() {
-            let near = near.nearby(level, &self.touches, motion.positions);
-            touches::tangents(near, motion, &self.inverse_mass_column, to);
+            let listed = near.nearby(level, &self.touches, motion.positions);
+            touches::add_tangents(listed, motion, &self.inverse_mass_column, to);
         }
     }
 

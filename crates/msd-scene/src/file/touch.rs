@@ -238,7 +238,7 @@ fn leak(scene: &Scene, row: usize, touch: &Touch) -> Option<String> {
         let radius = RADIUS * spacing;
         format!(
             "{}: two sheets of this radius leak where they are stretched by {:.0} %; from a radius \
-             of {radius:.3} m on by a quarter and more, and nowhere with `triangles = true`",
+             of {radius:.3} m on by a quarter and more; `triangles = true` closes them",
             body.name,
             100.0 * strain.max(0.0),
         )

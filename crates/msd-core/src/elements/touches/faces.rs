@@ -123,7 +123,12 @@ impl<'a, R: Real> FaceTouch<'a, R> {
         let reach = group[0].law.reach;
         let (mut least, mut met) = (reach * reach, None);
         for facing in group {
-            let nearest = nearest::<R>(facing.seen_by_corners(positions));
+            let ways = facing.seen_by_corners(positions);
+            // Most are farther along one axis already, by more than what rounding is worth.
+            if least < farthest_along_an_axis::<R>(ways) * R::of(0.999) {
+                continue;
+            }
+            let nearest = nearest::<R>(ways);
             if nearest.square < least {
                 (least, met) = (nearest.square, Some(FaceTouch { facing, nearest }));
             }
@@ -177,6 +182,19 @@ impl<'a, R: Real> FaceTouch<'a, R> {
         }
         touching
     }
+}
+
+/// The square of the distance of the origin from the box around a triangle along the axis where
+/// that is longest.
+#[inline(always)]
+fn farthest_along_an_axis<R: Real>(corners: [R::Vec3; 3]) -> R {
+    let [a, b, c] = corners.map(Vector::components);
+    let mut farthest = R::ZERO;
+    for axis in 0..3 {
+        let (low, high) = (a[axis].min(b[axis]).min(c[axis]), a[axis].max(b[axis]).max(c[axis]));
+        farthest = farthest.max(low).max(-high);
+    }
+    farthest * farthest
 }
 
 /// What each bead may touch of each row, in order.

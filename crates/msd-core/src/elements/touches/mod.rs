@@ -445,15 +445,14 @@ pub(crate) fn add_forces<R: Real>(
     power + faces::add_forces(near.facings, motion, inverse_masses, forces)
 }
 
-/// Overwrites `to` with the derivatives of what touches.
-pub(crate) fn tangents<R: Real>(
+/// Adds the derivatives of what touches.
+pub(crate) fn add_tangents<R: Real>(
     near: Listed<'_, R>,
     motion: &Motion<'_, R>,
     inverse_masses: &[R],
     to: &mut TouchTangents,
 ) {
     let Motion { positions, velocities, .. } = *motion;
-    to.clear();
     to.pairs.extend(near.pairs.iter().filter_map(|pair| {
         let closed = pair.closed([positions, velocities], inverse_masses)?;
         Some(closed.tangent(&pair.law, pair.particles, pair.at, [-R::ONE, R::ONE]))
