@@ -203,6 +203,22 @@ fn bench_substances(criterion: &mut Criterion) {
     }
 }
 
+/// A row of all particles of a scene, which touch each other without loss.
+fn touch_of_all(scene: &Scene) -> Touch {
+    Touch {
+        particles: (0..scene.particles.len()).collect(),
+        radius: 0.01,
+        stiffness: 60.0,
+        damping: 0.0,
+        friction: 0.0,
+        triangles: Vec::new(),
+        itself: true,
+        obstacles: false,
+        ignored: Vec::new(),
+        between: Vec::new(),
+    }
+}
+
 /// Makes the cloth, about to fall on a ball and the floor, or at rest far from anything.
 fn touching_cloth(falls: bool, touches: bool) -> Scene {
     let material = Material { mass: 4e-4, stiffness: 60.0, damping: 0.01 };
@@ -219,19 +235,8 @@ fn touching_cloth(falls: bool, touches: bool) -> Scene {
         scene.world = World { gravity: DVec3::ZERO, ..scene.world };
     }
     if touches {
-        let touch = Touch {
-            particles: (0..scene.particles.len()).collect(),
-            radius: 0.009,
-            stiffness: 60.0,
-            damping: 0.01,
-            friction: 0.5,
-            triangles: Vec::new(),
-            itself: true,
-            obstacles: false,
-            ignored: Vec::new(),
-            between: Vec::new(),
-        };
-        scene.add_touch(touch).expect("few pairs");
+        let row = Touch { radius: 0.009, damping: 0.01, friction: 0.5, ..touch_of_all(&scene) };
+        scene.add_touch(row).expect("few pairs");
     }
     scene
 }
@@ -251,19 +256,8 @@ fn draped_cloths() -> Scene {
     let friction = Friction::Coulomb(0.3);
     scene.planes.push(Plane { normal: DVec3::Y, offset: -0.6, restitution: 0.0, friction });
     scene.solids.push(Solid { friction, ..Solid::new(Shape::Sphere { radius: 0.3 }) });
-    let touch = Touch {
-        particles: (0..scene.particles.len()).collect(),
-        radius: 0.03,
-        stiffness: 60.0,
-        damping: 0.02,
-        friction: 0.3,
-        triangles: Vec::new(),
-        itself: true,
-        obstacles: false,
-        ignored: Vec::new(),
-        between: Vec::new(),
-    };
-    scene.add_touch(touch).expect("few pairs");
+    let row = Touch { radius: 0.03, damping: 0.02, friction: 0.3, ..touch_of_all(&scene) };
+    scene.add_touch(row).expect("few pairs");
     scene
 }
 

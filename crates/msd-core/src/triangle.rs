@@ -1,6 +1,7 @@
-//! The point of a triangle that is nearest to another point.
+//! The point of a triangle that is nearest to another point, and the box around a triangle.
 
 use crate::number::{Real, Vector};
+use glam::DVec3;
 
 /// The point of a triangle that is nearest to the origin.
 #[derive(Clone, Copy, Debug)]
@@ -49,6 +50,12 @@ pub(crate) fn nearest<R: Real>(corners: [R::Vec3; 3]) -> Nearest<R> {
         }
     }
     found
+}
+
+/// The lowest and the highest corner of the box around a triangle and a margin, metres.
+pub(crate) fn around([a, b, c]: [DVec3; 3], margin: f64) -> [DVec3; 2] {
+    let margin = DVec3::splat(margin);
+    [a.min(b).min(c) - margin, a.max(b).max(c) + margin]
 }
 
 /// The weights of a corner.

@@ -30,8 +30,7 @@ pub fn crossings(positions: &[DVec3], bodies: &[Body]) -> u64 {
 
 /// The triangles of a body.
 fn of<'a>(positions: &'a [DVec3], body: &'a Body) -> impl Iterator<Item = Triangle> + 'a {
-    body.surface.triangles.iter().map(|corners| {
-        let particles = corners.map(|corner| body.surface.corners[corner as usize].particle);
+    body.surface.particles().map(|particles| {
         let corners = particles.map(|particle| positions[particle as usize]);
         let [a, b, c] = corners;
         Triangle { particles, corners, low: a.min(b).min(c), high: a.max(b).max(c) }

@@ -99,10 +99,8 @@ fn pick_in<R: Real>(viewport: &Viewport, snapshot: &Snapshot<'_, R>, at: Pos2) -
 /// The particles of the triangle that a ray meets first, and how far along it.
 fn nearest_triangle<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<([usize; 3], f32)> {
     let surfaces = snapshot.bodies.iter().map(|body| &body.surface);
-    let triangles = surfaces.flat_map(|surface| {
-        let particle = |corner: u32| surface.corners[corner as usize].particle as usize;
-        surface.triangles.iter().map(move |triangle| triangle.map(particle))
-    });
+    let triangles = surfaces.flat_map(|surface| surface.particles());
+    let triangles = triangles.map(|corners| corners.map(|particle| particle as usize));
     let hits = triangles.filter_map(|particles| {
         let corners = particles.map(|particle| snapshot.position(particle).to_f32());
         Some((particles, crossing(ray, corners)?))

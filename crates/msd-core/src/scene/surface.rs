@@ -23,3 +23,27 @@ pub struct Surface {
     /// Whether both sides are seen: true for a sheet, false for a solid.
     pub two_sided: bool,
 }
+
+impl Surface {
+    /// The particles of a triangle, given by its corners; `None` if there is no such corner.
+    pub fn particles_of(&self, triangle: [u32; 3]) -> Option<[u32; 3]> {
+        let [a, b, c] = triangle.map(|corner| self.corners.get(corner as usize));
+        Some([a?.particle, b?.particle, c?.particle])
+    }
+
+    /// The particles of each triangle, in order; of those whose corners there are.
+    pub fn particles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.triangles.iter().filter_map(|&triangle| self.particles_of(triangle))
+    }
+
+    /// The edges that belong to one triangle only, between particles that meet a condition: the
+    /// lower one first, in order.
+    pub fn rim(&self, meets: impl Fn(u32) -> bool) -> Vec<[u32; 2]> {
+        let sides = self.particles().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]);
+        let found = sides.filter(|side| side.iter().all(|&end| meets(end)));
+        let mut edges: Vec<_> = found.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+        edges.sort_unstable();
+        let once = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
+        once.map(|same| same[0]).collect()
+    }
+}

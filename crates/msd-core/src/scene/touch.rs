@@ -1,10 +1,10 @@
 //! Touches: particles with a radius, which push each other apart.
 
-use super::Scene;
 use super::check::check_count;
+use super::{Body, Scene};
 use crate::error::Error;
 use crate::grid::Grid;
-use crate::triangle::{Nearest, nearest};
+use crate::triangle::{Nearest, around, nearest};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -80,6 +80,13 @@ impl Scene {
         self.touches.push(touch);
         Ok(())
     }
+
+    /// The row that begins in a body; `None` where its particles have no radius.
+    pub fn touch_of(&self, body: &Body) -> Option<&Touch> {
+        let begins =
+            |touch: &&Touch| touch.particles.first().is_some_and(|at| body.particles.contains(at));
+        self.touches.iter().find(begins)
+    }
 }
 
 /// Refuses more pairs than particles that do not overlap can have.
@@ -118,10 +125,7 @@ fn close(scene: &Scene, touch: &Touch) -> Result<Vec<[usize; 2]>, Error> {
     joined.sort_unstable();
     for &triangle in &touch.triangles {
         let Some(corners) = places(scene, triangle) else { continue };
-        let around = DVec3::splat(reach);
-        let low = corners.into_iter().fold(corners[0], DVec3::min) - around;
-        let high = corners.into_iter().fold(corners[0], DVec3::max) + around;
-        grid.each_in([low, high], |at| {
+        grid.each_in(around(corners, reach), |at| {
             let own = triangle.map(|corner| sorted([touch.particles[at], corner]));
             let is_spared = |&[a, b]: &[usize; 2]| a == b || joined.binary_search(&[a, b]).is_ok();
             let Nearest { weights, square, .. } =

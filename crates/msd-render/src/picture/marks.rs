@@ -3,7 +3,6 @@
 use crate::math::is_drawable;
 use crate::picture::colour::{body_colour, bytes, mix, scale_colour};
 use crate::picture::geometry::{Geometry, Line, Point, owners};
-use crate::picture::surfaces::borders;
 use crate::viewing::quantity::Scale;
 use crate::viewing::view::View;
 use msd_core::{Body, Real, Snapshot, Vector};
@@ -83,7 +82,7 @@ pub(crate) fn add_rails<R: Real>(
         let radius = RAIL * geometry.particle_radius;
         let colour = bytes(PIN, 1.0);
         let sheets = snapshot.bodies.iter().filter(|body| body.surface.two_sided);
-        for [a, b] in sheets.flat_map(|body| borders(body, is_pinned)) {
+        for [a, b] in sheets.flat_map(|body| body.surface.rim(is_pinned)) {
             let ends = [a, b].map(|end| geometry.drawable(end));
             let [Some(from), Some(to)] = ends else { continue };
             [a, b].iter().for_each(|&end| on_rail[end as usize] = true);

@@ -77,7 +77,7 @@ fn add_triangles(geometry: &mut Geometry, body: &Body, cuts: &[[u32; 2]], normal
     normals.corners.clear();
     normals.corners.resize(body.surface.corners.len(), Vec3::ZERO);
     for triangle in &body.surface.triangles {
-        let Some(particles) = triangle_particles(body, *triangle) else { continue };
+        let Some(particles) = body.surface.particles_of(*triangle) else { continue };
         if sides(particles).iter().any(|side| is_cut(cuts, *side)) {
             continue;
         }
@@ -140,13 +140,6 @@ fn number_of(pattern: Pattern) -> u8 {
     }
 }
 
-/// The three particles of a triangle, or nothing if it names a corner that does not exist.
-fn triangle_particles(body: &Body, triangle: [u32; 3]) -> Option<[u32; 3]> {
-    let corners = &body.surface.corners;
-    let [a, b, c] = triangle.map(|corner| corners.get(corner as usize));
-    Some([a?.particle, b?.particle, c?.particle])
-}
-
 /// The sides of a triangle as pairs of particles, the lower number first.
 fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
     [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
@@ -184,25 +177,9 @@ pub(crate) fn add_wireframe<R: Real>(
     }
 }
 
-/// The edges at the rim of a surface between particles that meet a condition, as pairs.
-pub(crate) fn borders(body: &Body, meets: impl Fn(u32) -> bool) -> Vec<[u32; 2]> {
-    let triangles = body.surface.triangles.iter();
-    let found =
-        triangles.filter_map(|&triangle| triangle_particles(body, triangle)).flat_map(sides);
-    let mut edges: Vec<_> = found.filter(|edge| edge.iter().all(|&end| meets(end))).collect();
-    edges.sort_unstable();
-    // Of two triangles is what lies within.
-    let same = edges.chunk_by(|a, b| a == b).filter(|same| same.len() == 1);
-    same.map(|same| same[0]).collect()
-}
-
 /// The edges of a surface as pairs of particles, each once whatever its direction.
 fn edges(body: &Body) -> Vec<[u32; 2]> {
-    let mut edges = Vec::with_capacity(body.surface.triangles.len() * 3);
-    for triangle in &body.surface.triangles {
-        let Some(particles) = triangle_particles(body, *triangle) else { continue };
-        edges.extend(sides(particles));
-    }
+    let mut edges: Vec<_> = body.surface.particles().flat_map(sides).collect();
     edges.sort_unstable();
     edges.dedup();
     edges

@@ -72,9 +72,9 @@ pub fn write_ply(runner: &Runner, skin: &Skin, output: &mut impl Write) -> io::R
     let (mut triangles, mut edges) = (Vec::new(), Vec::new());
     for part in &skin.parts {
         match &part.form {
-            Form::Surface(surface) => triangles.extend(surface.triangles.iter().map(|triangle| {
-                triangle.map(|corner| place(surface.corners[corner as usize].particle))
-            })),
+            Form::Surface(surface) => {
+                triangles.extend(surface.particles().map(|three| three.map(place)));
+            }
             Form::Lines(lines) => edges.extend(lines.iter().map(|line| line.map(place))),
             Form::Points(_) => {}
         }

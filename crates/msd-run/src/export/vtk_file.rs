@@ -105,8 +105,7 @@ fn triangles(skin: &Skin) -> Vec<(i64, [i64; 3])> {
     let mut found = Vec::new();
     for (body, part) in skin.parts.iter().enumerate() {
         let Form::Surface(surface) = &part.form else { continue };
-        let particle = |corner: u32| i64::from(surface.corners[corner as usize].particle);
-        found.extend(surface.triangles.iter().map(|three| (body as i64, three.map(particle))));
+        found.extend(surface.particles().map(|three| (body as i64, three.map(i64::from))));
     }
     found
 }

@@ -3,7 +3,7 @@
 use crate::error::{FileError, nearest, plain};
 use crate::file::schema::{BodyRow, TouchRow, WithRow};
 use crate::file::tree::Source;
-use msd_core::{Between, Scene, Surface, Touch};
+use msd_core::{Between, Scene, Touch};
 
 /// The radius of a particle, as a part of the spacing: two are then not quite as far apart as
 /// neighbours, and a sheet that is stretched by a quarter still lets nothing through.
@@ -135,13 +135,12 @@ fn made(
 
 /// The triangles of the surface of a body, by their particles.
 fn triangles(source: &Source<'_>, row: usize, scene: &Scene) -> Result<Vec<[usize; 3]>, FileError> {
-    let Surface { corners, triangles, .. } = &scene.bodies[row].surface;
-    if triangles.is_empty() {
+    let surface = &scene.bodies[row].surface;
+    if surface.triangles.is_empty() {
         let reason = "needs a surface, and this body has none: leave it out";
         return Err(source.refuse(format_args!("bodies[{row}].touch.triangles"), reason));
     }
-    let particle = |corner: u32| corners[corner as usize].particle as usize;
-    let all = triangles.iter().map(|triangle| triangle.map(particle));
+    let all = surface.particles().map(|corners| corners.map(|particle| particle as usize));
     Ok(all.filter(|[a, b, c]| a != b && b != c && c != a).collect())
 }
 
@@ -256,11 +255,8 @@ pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
     for (row, body) in scene.bodies.iter().enumerate() {
         let particles: Vec<usize> = body.particles.clone().collect();
         let Some(spacing) = own(scene, row, &particles).spacing else { continue };
-        let radius_of = |touch: &Touch| {
-            let is_of = touch.particles.first().is_some_and(|first| body.particles.contains(first));
-            (is_of && touch.obstacles).then_some(touch.radius)
-        };
-        let radius = scene.touches.iter().find_map(radius_of).unwrap_or(0.0);
+        let touch = scene.touch_of(body).filter(|touch| touch.obstacles);
+        let radius = touch.map_or(0.0, |touch| touch.radius);
         let is_sheet =
             !body.surface.corners.is_empty() && outside(scene, row).len() == body.particles.len();
         for (number, solid) in scene.solids.iter().enumerate() {

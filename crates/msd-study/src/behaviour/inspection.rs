@@ -178,16 +178,13 @@ fn inspect_body(scene: &Scene, body: &Body, joints: Joints) -> Result<Inspection
         bending,
         fastest: simulation.fastest_mode().stiffness.sqrt() / TAU,
         slowest: slowest(&simulation),
-        touch: touching(scene, body),
+        touch: scene.touch_of(body).map(touching),
     })
 }
 
-/// How a body touches: by the row that has its particles.
-fn touching(scene: &Scene, body: &Body) -> Option<Touching> {
-    let is_of = |touch: &&Touch| touch.particles.iter().any(|at| body.particles.contains(at));
-    let touch = scene.touches.iter().find(is_of)?;
+fn touching(touch: &Touch) -> Touching {
     let &Touch { radius, stiffness, damping, friction, .. } = touch;
-    Some(Touching { radius, stiffness, damping, friction, triangles: touch.triangles.len() })
+    Touching { radius, stiffness, damping, friction, triangles: touch.triangles.len() }
 }
 
 /// The slowest motions of a body that is not too large.
@@ -285,10 +282,8 @@ fn filled(scene: &Scene, body: &Body) -> Option<Filled> {
 
 /// Whether every edge of the surface of a body is gone along as often one way as the other.
 fn is_closed(body: &Body) -> bool {
-    let particle = |corner: u32| body.surface.corners[corner as usize].particle;
     let mut edges = Vec::with_capacity(3 * body.surface.triangles.len());
-    for corners in &body.surface.triangles {
-        let [a, b, c] = corners.map(particle);
+    for [a, b, c] in body.surface.particles() {
         let edge = |a: u32, b: u32| ([a.min(b), a.max(b)], if a < b { 1 } else { -1 });
         edges.extend([edge(a, b), edge(b, c), edge(c, a)]);
     }

@@ -182,10 +182,9 @@ fn bending(scene: &Scene) -> BTreeSet<usize> {
 
 /// Pairs of particles along the edges of triangles, and across them.
 fn edges_and_bridges(body: &Body) -> (BTreeSet<[usize; 2]>, BTreeSet<[usize; 2]>) {
-    let particle = |corner: u32| body.surface.corners[corner as usize].particle as usize;
     let mut sides: Vec<([usize; 2], usize)> = Vec::new();
-    for corners in &body.surface.triangles {
-        let [a, b, c] = corners.map(particle);
+    for corners in body.surface.particles() {
+        let [a, b, c] = corners.map(|particle| particle as usize);
         sides.extend([(sorted([a, b]), c), (sorted([b, c]), a), (sorted([c, a]), b)]);
     }
     sides.sort_unstable();

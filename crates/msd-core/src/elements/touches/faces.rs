@@ -18,7 +18,7 @@ use crate::columns::{set_vector, vector};
 use crate::elements::Motion;
 use crate::grid::Grid;
 use crate::number::{Real, Vector};
-use crate::triangle::{Nearest, nearest};
+use crate::triangle::{Nearest, around, nearest};
 use alloc::vec::Vec;
 use core::convert::Infallible;
 use glam::DVec3;
@@ -329,9 +329,7 @@ pub(super) fn each_near<R: Real, E>(
     let boxes = touches.boxes(positions);
     for (triangle, corners) in touches.triangles.iter().enumerate() {
         let corners = corners.map(|corner| touches.point(positions, corner as usize));
-        let [a, b, c] = corners.map(Vector::to_f64);
-        let around = DVec3::splat(widest + skin);
-        let [low, high] = [a.min(b).min(c) - around, a.max(b).max(c) + around];
+        let [low, high] = around(corners.map(Vector::to_f64), widest + skin);
         let first = touches.triangles[triangle][0] as usize;
         let is_met = |&(row, from, to): &(usize, DVec3, DVec3)| {
             touches.do_rows_meet(row, touches.row_of(first))

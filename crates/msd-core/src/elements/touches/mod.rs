@@ -288,7 +288,7 @@ impl Touches {
 
     /// The law of two beads that touch.
     fn law_of<R: Real>(&self, a: usize, b: usize) -> PairLaw<R> {
-        let rows = [a, b].map(|bead| self.beads[bead].row as usize);
+        let rows = [a, b].map(|bead| self.row_of(bead));
         let (first, last) = (rows[0].min(rows[1]), rows[0].max(rows[1]));
         let [low, high] = [first, last].map(|row| &self.rows[row]);
         PairLaw::new(low, high, high.between.iter().find(|between| between.row == first))
@@ -389,7 +389,7 @@ impl Touches {
     /// The sum of the radii of a bead and a triangle, metres.
     fn reach_of(&self, bead: usize, triangle: usize) -> f64 {
         let both = [bead, self.triangles[triangle][0] as usize];
-        let [a, b] = both.map(|bead| self.rows[self.beads[bead].row as usize].radius);
+        let [a, b] = both.map(|bead| self.rows[self.row_of(bead)].radius);
         a + b
     }
 

@@ -278,15 +278,7 @@ impl<'s> NamedSets<'s> {
 
     /// The ends of the edges of a surface that belong to one triangle only.
     fn rim(&self, body: usize) -> Vec<u32> {
-        let surface = &self.scene.bodies[body].surface;
-        let mut edges: BTreeMap<[u32; 2], usize> = BTreeMap::new();
-        for triangle in &surface.triangles {
-            let [a, b, c] = triangle.map(|corner| surface.corners[corner as usize].particle);
-            for [a, b] in [[a, b], [b, c], [c, a]] {
-                *edges.entry([a.min(b), a.max(b)]).or_default() += 1;
-            }
-        }
-        edges.into_iter().filter(|edge| edge.1 == 1).flat_map(|edge| edge.0).collect()
+        self.scene.bodies[body].surface.rim(|_| true).concat()
     }
 
     /// A body as a message calls it.
