@@ -1,62 +1,14 @@
 //! Limits of particles with a radius against triangles: stable steps, passes, and what does not
 //! touch.
 
+mod common;
+#[path = "common/touching.rs"]
+mod touching;
+
+use common::weightless;
 use msd_core::glam::DVec3;
-use msd_core::{
-    Integrator, Particle, Pin, Real, Scene, Settings, Simulation, Spring, Touch, World,
-};
-
-fn touch(particles: Vec<usize>, triangles: Vec<[usize; 3]>, radius: f64) -> Touch {
-    Touch {
-        particles,
-        radius,
-        stiffness: 400.0,
-        damping: 0.0,
-        friction: 0.0,
-        triangles,
-        itself: true,
-        obstacles: false,
-        ignored: vec![],
-        between: Vec::new(),
-    }
-}
-
-fn particle(position: DVec3, velocity: DVec3, mass: f64) -> Particle {
-    Particle { position, velocity, mass }
-}
-
-fn still() -> World {
-    World { gravity: DVec3::ZERO, ..World::default() }
-}
-
-fn settings(integrator: Integrator, substeps: u32) -> Settings {
-    Settings { integrator, substeps, ..Settings::default() }
-}
-
-fn simulation<R: Real>(scene: &Scene, settings: Settings) -> Simulation<R> {
-    Simulation::new(scene, settings).expect("a valid scene")
-}
-
-/// Corners of a triangle in the plane y = 0 about the origin, of sides of about a metre.
-fn corners() -> [DVec3; 3] {
-    [DVec3::new(-0.5, 0.0, -0.3), DVec3::new(0.6, 0.0, -0.2), DVec3::new(-0.1, 0.0, 0.5)]
-}
-
-/// A triangle of three particles, the first three, and one more particle of another row over it,
-/// the reach of which is 0.1 m and the stiffness 200 N/m.
-fn over(corners: [Particle; 3], bead: Particle, change: impl Fn(Touch) -> Touch) -> Scene {
-    let particles = corners.into_iter().chain([bead]).collect();
-    let touches = vec![
-        change(touch(vec![0, 1, 2], vec![[0, 1, 2]], 0.05)),
-        change(touch(vec![3], vec![], 0.05)),
-    ];
-    Scene { world: still(), particles, touches, ..Scene::default() }
-}
-
-fn pinned(mut scene: Scene) -> Scene {
-    scene.pins = (0..3).map(|particle| Pin { particle, velocity: DVec3::ZERO }).collect();
-    scene
-}
+use msd_core::{Integrator, Pin, Scene, Settings, Spring, Touch};
+use touching::{corners, faced, over, particle, pinned, settings, simulation};
 
 /// A particle between two triangles that are pinned, k from each side: w² = 2 k / m.
 #[test]
@@ -64,10 +16,10 @@ fn the_stable_substep_between_two_triangles_is_that_of_the_closed_form() {
     let places = corners().into_iter().chain(corners().map(|at| at + DVec3::Y * 0.18));
     let mut particles: Vec<_> = places.map(|place| particle(place, DVec3::ZERO, 0.1)).collect();
     particles.push(particle(DVec3::Y * 0.09, DVec3::Y * 1e-6, 0.1));
-    let triangles = [[0, 1, 2], [3, 4, 5]].map(|at| touch(at.to_vec(), vec![at], 0.05));
-    let touches = triangles.into_iter().chain([touch(vec![6], vec![], 0.05)]).collect();
+    let triangles = [[0, 1, 2], [3, 4, 5]].map(|at| faced(at.to_vec(), vec![at], 0.05));
+    let touches = triangles.into_iter().chain([faced(vec![6], vec![], 0.05)]).collect();
     let pins = (0..6).map(|particle| Pin { particle, velocity: DVec3::ZERO }).collect();
-    let scene = Scene { world: still(), particles, pins, touches, ..Scene::default() };
+    let scene = Scene { world: weightless(), particles, pins, touches, ..Scene::default() };
     let wanted = 2.0 / (2.0 * 200.0_f64 / 0.1).sqrt();
     let run = |step: f64| {
         let settings = Settings { step, ..settings(Integrator::SymplecticEuler, 1) };

@@ -1,76 +1,13 @@
 //! Particles with a radius against triangles: their push, its bits, what rests on and hits what.
 
 mod common;
+#[path = "common/touching.rs"]
+mod touching;
 
-use common::{Random, distance};
+use common::{Random, distance, weightless};
 use msd_core::glam::DVec3;
-use msd_core::{
-    Instructions, Integrator, Material, Particle, Pin, Real, Scene, Settings, Simulation, Spring,
-    State, Touch, World, shape,
-};
-
-const METHODS: [Integrator; 8] = [
-    Integrator::ExplicitEuler,
-    Integrator::SymplecticEuler,
-    Integrator::VelocityVerlet,
-    Integrator::Rk4,
-    Integrator::BackwardEuler,
-    Integrator::ImplicitMidpoint,
-    Integrator::Xpbd,
-    Integrator::DormandPrince,
-];
-
-fn touch(particles: Vec<usize>, triangles: Vec<[usize; 3]>, radius: f64) -> Touch {
-    Touch {
-        particles,
-        radius,
-        stiffness: 400.0,
-        damping: 0.0,
-        friction: 0.0,
-        triangles,
-        itself: true,
-        obstacles: false,
-        ignored: vec![],
-        between: Vec::new(),
-    }
-}
-
-fn particle(position: DVec3, velocity: DVec3, mass: f64) -> Particle {
-    Particle { position, velocity, mass }
-}
-
-fn still() -> World {
-    World { gravity: DVec3::ZERO, ..World::default() }
-}
-
-fn settings(integrator: Integrator, substeps: u32) -> Settings {
-    Settings { integrator, substeps, ..Settings::default() }
-}
-
-fn simulation<R: Real>(scene: &Scene, settings: Settings) -> Simulation<R> {
-    Simulation::new(scene, settings).expect("a valid scene")
-}
-
-/// Corners of a triangle in the plane y = 0 about the origin, of sides of about a metre.
-fn corners() -> [DVec3; 3] {
-    [DVec3::new(-0.5, 0.0, -0.3), DVec3::new(0.6, 0.0, -0.2), DVec3::new(-0.1, 0.0, 0.5)]
-}
-
-/// A triangle of three particles, the first three, and one more particle of another row over it,
-/// the reach of which is 0.1 m and the stiffness 200 N/m.
-fn over(corners: [Particle; 3], bead: Particle, change: impl Fn(Touch) -> Touch) -> Scene {
-    let particles = corners.into_iter().chain([bead]).collect();
-    let touches = vec![
-        change(touch(vec![0, 1, 2], vec![[0, 1, 2]], 0.05)),
-        change(touch(vec![3], vec![], 0.05)),
-    ];
-    Scene { world: still(), particles, touches, ..Scene::default() }
-}
-
-fn pinned(mut scene: Scene) -> Scene {
-    scene.pins = (0..3).map(|particle| Pin { particle, velocity: DVec3::ZERO }).collect();
-    scene
-}
+use msd_core::{Integrator, Material, Scene, Settings, Simulation, Spring, State, Touch, shape};
+use touching::{check_bits, corners, faced, over, particle, pinned, settings, simulation};
 
 /// Triangles in fans of four particles, some of which are longer than all radii, among particles
 /// without any, in three rows as follows: the third has no triangles, passes through the first and
@@ -78,7 +15,7 @@ fn pinned(mut scene: Scene) -> Scene {
 fn cloud(seed: u64, count: usize) -> Scene {
     let mut random = Random(seed);
     let side = (count as f64).cbrt() * 0.12;
-    let mut scene = Scene { world: still(), ..Scene::default() };
+    let mut scene = Scene { world: weightless(), ..Scene::default() };
     for at in 0..count {
         // The last three of each eight stand about the one before them.
         let edge = if at % 24 < 8 { 0.5 } else { 0.15 };
@@ -94,7 +31,7 @@ fn cloud(seed: u64, count: usize) -> Scene {
         let fans = (row * 8..count - 7).step_by(24).filter(|_| row < 2);
         let triangles = fans.flat_map(|at| [[at + 4, at + 5, at + 6], [at + 6, at + 5, at + 7]]);
         let triangles = triangles.collect();
-        let row = touch(particles, triangles, radius);
+        let row = faced(particles, triangles, radius);
         scene.touches.push(Touch { damping: 3.0, friction: 0.4, ..row });
     }
     scene.touches[1].stiffness = 900.0;
@@ -240,35 +177,11 @@ fn forces_are_those_of_a_plain_loop() {
     }
 }
 
-/// Bits depend neither on instructions nor on when the list was made.
-fn bits_of<R: Real>() {
-    let scene = cloud(4, 480);
-    for integrator in METHODS {
-        let at = |instructions| {
-            let mut simulation = simulation::<R>(&scene, settings(integrator, 20));
-            simulation.set_instructions(instructions);
-            simulation
-        };
-        let sets = Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best());
-        let mut runs: Vec<_> = sets.map(at).collect();
-        let mut resumed = at(Instructions::best());
-        for _ in 0..6 {
-            runs.iter_mut().for_each(|run| run.step().expect("a stable step"));
-            resumed.step().expect("a stable step");
-            let (scene, progress) = resumed.progress();
-            resumed = Simulation::resume(&scene, &progress).expect("a checkpoint of this run");
-        }
-        for run in &runs {
-            assert_eq!(run.state(), resumed.state(), "{integrator} {}", R::NAME);
-            assert_eq!(run.dissipated(), resumed.dissipated(), "{integrator} {}", R::NAME);
-        }
-    }
-}
-
 #[test]
 fn bits_depend_neither_on_instructions_nor_on_the_list() {
-    bits_of::<f32>();
-    bits_of::<f64>();
+    let scene = cloud(4, 480);
+    check_bits::<f32>(&scene);
+    check_bits::<f64>(&scene);
 }
 
 /// A wide triangle that turns as it flies past a crowd: its corners and what it meets are in cells
@@ -276,7 +189,7 @@ fn bits_depend_neither_on_instructions_nor_on_the_list() {
 #[test]
 fn what_comes_from_afar_is_met_whatever_the_list_was_made_at() {
     let mut random = Random(5);
-    let mut scene = Scene { world: still(), ..Scene::default() };
+    let mut scene = Scene { world: weightless(), ..Scene::default() };
     for corner in corners() {
         // As if it turned about x, 4 m away.
         let velocity = DVec3::new(0.0, -4.0 - 2.0 * corner.z, 0.0);
@@ -287,7 +200,7 @@ fn what_comes_from_afar_is_met_whatever_the_list_was_made_at() {
         scene.particles.push(particle(place, DVec3::Y, 0.01));
     }
     scene.touches =
-        vec![touch(vec![0, 1, 2], vec![[0, 1, 2]], 0.03), touch((3..203).collect(), vec![], 0.03)];
+        vec![faced(vec![0, 1, 2], vec![[0, 1, 2]], 0.03), faced((3..203).collect(), vec![], 0.03)];
     for integrator in [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4] {
         let mut run = simulation::<f64>(&scene, settings(integrator, 16));
         let mut resumed = run.clone();
@@ -331,7 +244,7 @@ fn the_push_is_the_gradient_of_its_energy() {
 /// Two flat sheets with triangles, one turning, that meet face to face.
 fn collision() -> Scene {
     let material = Material { mass: 0.01, stiffness: 300.0, damping: 0.02 };
-    let mut scene = Scene { world: still(), ..Scene::default() };
+    let mut scene = Scene { world: weightless(), ..Scene::default() };
     for (away, velocity, spin) in [(0.0, 0.6, 0.0), (0.15, -0.4, 2.0)] {
         let mut part = shape::cloth([5, 5], 0.2, material).expect("a cloth");
         part.set_motion(DVec3::Z * velocity, DVec3::Z * spin);
@@ -342,7 +255,7 @@ fn collision() -> Scene {
         let corner = |at: u32| surface.corners[at as usize].particle as usize;
         let triangles = surface.triangles.iter().map(|triangle| triangle.map(corner)).collect();
         let particles = scene.bodies[body].particles.clone().collect();
-        let row = touch(particles, triangles, 0.045);
+        let row = faced(particles, triangles, 0.045);
         scene.add_touch(Touch { damping: 0.5, ..row }).expect("a few pairs");
     }
     scene
@@ -352,7 +265,9 @@ fn collision() -> Scene {
 fn a_collision_keeps_momentum_under_every_method() {
     // Without friction, which is a couple on particles that cannot spin.
     let scene = collision();
-    for integrator in METHODS.into_iter().filter(|&method| method != Integrator::ExplicitEuler) {
+    for integrator in
+        Integrator::ALL.into_iter().filter(|&method| method != Integrator::ExplicitEuler)
+    {
         let mut simulation = simulation::<f64>(&scene, settings(integrator, 40));
         let (before, energy) = (simulation.momentum(), simulation.energy().total());
         let mut elastic = 0.0_f64;
@@ -394,8 +309,8 @@ fn over_roof(slope: f64) -> impl Fn(DVec3) -> DVec3 {
         places.into_iter().map(|place| particle(place, DVec3::ZERO, 1.0)).collect();
     particles.push(particle(DVec3::Y * 0.05, DVec3::ZERO, 1.0));
     let triangles = vec![[0, 1, 2], [1, 0, 3], [1, 3, 4]];
-    let touches = vec![touch((0..5).collect(), triangles, 0.05), touch(vec![5], vec![], 0.05)];
-    let scene = Scene { world: still(), particles, touches, ..Scene::default() };
+    let touches = vec![faced((0..5).collect(), triangles, 0.05), faced(vec![5], vec![], 0.05)];
+    let scene = Scene { world: weightless(), particles, touches, ..Scene::default() };
     let simulation = simulation::<f64>(&scene, Settings::default());
     move |place: DVec3| {
         let (mut simulation, mut state) = (simulation.clone(), simulation.state());
@@ -445,10 +360,10 @@ fn two_corners_push_each_other_as_a_pair() {
     let places = tip(0.0, -1.0).into_iter().chain(tip(0.08, 1.0));
     let particles = places.map(|place| particle(place, DVec3::ZERO, 1.0)).collect();
     let touches = vec![
-        touch(vec![0, 1, 2], vec![[0, 1, 2]], 0.05),
-        touch(vec![3, 4, 5], vec![[3, 4, 5]], 0.05),
+        faced(vec![0, 1, 2], vec![[0, 1, 2]], 0.05),
+        faced(vec![3, 4, 5], vec![[3, 4, 5]], 0.05),
     ];
-    let scene = Scene { world: still(), particles, touches, ..Scene::default() };
+    let scene = Scene { world: weightless(), particles, touches, ..Scene::default() };
     let mut bare = scene.clone();
     bare.touches.iter_mut().for_each(|row| row.triangles.clear());
     let [with, without] =
@@ -477,7 +392,7 @@ fn a_particle_parts_from_a_triangle_at_the_speed_of_the_closed_form() {
             // c of the two is half of that of each row, and 2 m β.
             |row| Touch { damping: 4.0 * mass * beta, ..row },
         );
-        for integrator in METHODS {
+        for integrator in Integrator::ALL {
             let settings = Settings { tolerance: 1e-10, ..settings(integrator, 2000) };
             let mut simulation = simulation::<f64>(&scene, settings);
             (0..40).for_each(|_| simulation.step().expect("a stable step"));
@@ -502,7 +417,7 @@ fn a_weight_at_rest_is_shared_by_the_weights_under_every_method() {
         |row| Touch { damping: 8.0, friction: 0.5, ..row },
     ));
     scene.world.gravity = -g * DVec3::Y;
-    for integrator in METHODS {
+    for integrator in Integrator::ALL {
         let mut simulation = simulation::<f64>(&scene, settings(integrator, 8));
         (0..900).for_each(|_| simulation.step().expect("a stable step"));
         let place = simulation.position(3);
@@ -562,7 +477,9 @@ fn the_error_of_a_collision_falls_at_least_with_the_substep() {
         simulation.state()
     };
     let reference = end(Integrator::VelocityVerlet, 1280);
-    for integrator in METHODS.into_iter().filter(|&method| method != Integrator::ExplicitEuler) {
+    for integrator in
+        Integrator::ALL.into_iter().filter(|&method| method != Integrator::ExplicitEuler)
+    {
         let [coarse, fine] = [20, 80].map(|count| distance(&end(integrator, count), &reference));
         // A quarter, and a bad hit; of Dormand-Prince the error of the reference, h v.
         let most = if integrator == Integrator::DormandPrince { 3e-4 } else { 0.45 * coarse };

@@ -1,41 +1,13 @@
 //! The list of near particles: what comes from afar is met, what passes through is counted.
 
 mod common;
+#[path = "common/touching.rs"]
+mod touching;
 
-use common::Random;
+use common::{Random, weightless};
 use msd_core::glam::DVec3;
-use msd_core::{Integrator, Particle, Real, Scene, Settings, Simulation, Touch, World};
-
-fn touch(particles: Vec<usize>, radius: f64) -> Touch {
-    Touch {
-        particles,
-        radius,
-        stiffness: 400.0,
-        damping: 0.0,
-        friction: 0.0,
-        triangles: Vec::new(),
-        itself: true,
-        obstacles: false,
-        ignored: vec![],
-        between: Vec::new(),
-    }
-}
-
-fn particle(position: DVec3, velocity: DVec3, mass: f64) -> Particle {
-    Particle { position, velocity, mass }
-}
-
-fn still() -> World {
-    World { gravity: DVec3::ZERO, ..World::default() }
-}
-
-fn settings(integrator: Integrator, substeps: u32) -> Settings {
-    Settings { integrator, substeps, ..Settings::default() }
-}
-
-fn simulation<R: Real>(scene: &Scene, settings: Settings) -> Simulation<R> {
-    Simulation::new(scene, settings).expect("a valid scene")
-}
+use msd_core::{Integrator, Particle, Scene, Simulation, Touch};
+use touching::{particle, settings, simulation, touch};
 
 /// Two clusters that are far apart when the list is made, each of particles that move alike, so
 /// that nothing in a cell or in cells that touch comes closer: only by their way do they meet.
@@ -60,7 +32,7 @@ fn what_comes_from_afar_is_met() {
             };
             let particles: Vec<Particle> = cluster(-1.0).chain(cluster(1.0)).collect();
             let touches = vec![touch((0..18).collect(), 0.05)];
-            let scene = Scene { world: still(), particles, touches, ..Scene::default() };
+            let scene = Scene { world: weightless(), particles, touches, ..Scene::default() };
             let mut simulation = simulation::<f64>(&scene, settings(integrator, 16));
             let frames = (60.0 * (0.5 * distance + 0.5)) as usize;
             (0..frames).for_each(|_| simulation.step().expect("inside the world"));
@@ -82,7 +54,7 @@ fn what_may_have_passed_through_is_counted() {
             particle(DVec3::new(0.35, 0.01, 0.0), DVec3::ZERO, 0.1),
         ];
         let touches = vec![touch(vec![0, 1], 0.05)];
-        let scene = Scene { world: still(), particles, touches, ..Scene::default() };
+        let scene = Scene { world: weightless(), particles, touches, ..Scene::default() };
         let mut simulation = simulation::<f32>(&scene, settings(Integrator::VelocityVerlet, 4));
         (0..30).for_each(|_| simulation.step().expect("inside the world"));
         assert_eq!(0 < simulation.ledger().passes(), passes, "{speed} m/s");
@@ -103,7 +75,7 @@ fn passes_are_counted_alike_in_a_run_and_from_each_of_its_states() {
     let scene = Scene {
         particles: (0..count).map(&mut row).collect(),
         touches: vec![Touch { stiffness: 1e-3, ..touch((0..count).collect(), 0.05) }],
-        world: still(),
+        world: weightless(),
         ..Scene::default()
     };
     let mut whole: Simulation<f64> = simulation(&scene, settings);

@@ -1,55 +1,16 @@
 //! Particles with a radius: their push, its energy, its bits, and what rests on and hits what.
 
 mod common;
+#[path = "common/touching.rs"]
+mod touching;
 
-use common::{Random, distance};
+use common::{Random, distance, weightless};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Between, Friction, Instructions, Integrator, Material, Particle, Pin, Plane, Real, Scene,
-    Settings, Simulation, Spring, State, Touch, Vector, World, shape,
+    Between, Friction, Integrator, Material, Pin, Plane, Scene, Settings, Simulation, Spring,
+    State, Touch, Vector, World, shape,
 };
-
-const METHODS: [Integrator; 8] = [
-    Integrator::ExplicitEuler,
-    Integrator::SymplecticEuler,
-    Integrator::VelocityVerlet,
-    Integrator::Rk4,
-    Integrator::BackwardEuler,
-    Integrator::ImplicitMidpoint,
-    Integrator::Xpbd,
-    Integrator::DormandPrince,
-];
-
-fn touch(particles: Vec<usize>, radius: f64) -> Touch {
-    Touch {
-        particles,
-        radius,
-        stiffness: 400.0,
-        damping: 0.0,
-        friction: 0.0,
-        triangles: Vec::new(),
-        itself: true,
-        obstacles: false,
-        ignored: vec![],
-        between: Vec::new(),
-    }
-}
-
-fn particle(position: DVec3, velocity: DVec3, mass: f64) -> Particle {
-    Particle { position, velocity, mass }
-}
-
-fn still() -> World {
-    World { gravity: DVec3::ZERO, ..World::default() }
-}
-
-fn settings(integrator: Integrator, substeps: u32) -> Settings {
-    Settings { integrator, substeps, ..Settings::default() }
-}
-
-fn simulation<R: Real>(scene: &Scene, settings: Settings) -> Simulation<R> {
-    Simulation::new(scene, settings).expect("a valid scene")
-}
+use touching::{check_bits, particle, settings, simulation, touch};
 
 /// A cloud in which many touch: three rows, of which the third passes through the first and through
 /// itself, some springs, some exempt pairs, and particles without a radius.
@@ -78,7 +39,7 @@ fn cloud(seed: u64, count: usize) -> Scene {
         |at: usize| Spring { ends: [at, at + 5], rest_length: 0.1, stiffness: 50.0, damping: 0.1 };
     let springs = (0..count / 8).map(spring).collect();
     let exempt = (0..count / 8).map(|at| [at + 8, at]).collect();
-    Scene { world: still(), particles, springs, touches, exempt, ..Scene::default() }
+    Scene { world: weightless(), particles, springs, touches, exempt, ..Scene::default() }
 }
 
 /// Forces and power by a plain loop over all pairs.
@@ -144,35 +105,11 @@ fn forces_are_those_of_a_plain_loop() {
     }
 }
 
-/// Bits depend neither on instructions nor on when the list of pairs was made.
-fn bits_of<R: Real>() {
-    let scene = cloud(4, 500);
-    for integrator in METHODS {
-        let at = |instructions| {
-            let mut simulation = simulation::<R>(&scene, settings(integrator, 20));
-            simulation.set_instructions(instructions);
-            simulation
-        };
-        let sets = Instructions::ALL.into_iter().filter(|&set| set <= Instructions::best());
-        let mut runs: Vec<_> = sets.map(at).collect();
-        let mut resumed = at(Instructions::best());
-        for _ in 0..6 {
-            runs.iter_mut().for_each(|run| run.step().expect("a stable step"));
-            resumed.step().expect("a stable step");
-            let (scene, progress) = resumed.progress();
-            resumed = Simulation::resume(&scene, &progress).expect("a checkpoint of this run");
-        }
-        for run in &runs {
-            assert_eq!(run.state(), resumed.state(), "{integrator} {}", R::NAME);
-            assert_eq!(run.dissipated(), resumed.dissipated(), "{integrator} {}", R::NAME);
-        }
-    }
-}
-
 #[test]
 fn bits_depend_neither_on_instructions_nor_on_the_list_of_pairs() {
-    bits_of::<f32>();
-    bits_of::<f64>();
+    let scene = cloud(4, 500);
+    check_bits::<f32>(&scene);
+    check_bits::<f64>(&scene);
 }
 
 #[test]
@@ -202,7 +139,7 @@ fn the_push_is_the_gradient_of_its_energy() {
 /// Two soft blocks that meet, one turning.
 fn collision(touch_of: impl Fn(Touch) -> Touch) -> Scene {
     let material = Material { mass: 0.01, stiffness: 300.0, damping: 0.02 };
-    let mut scene = Scene { world: still(), ..Scene::default() };
+    let mut scene = Scene { world: weightless(), ..Scene::default() };
     for (at, velocity, spin) in [(0.0, 0.6, 0.0), (0.45, -0.4, 2.0)] {
         let mut part = shape::block([4, 4, 4], 0.1, material).expect("a block");
         part.set_motion(DVec3::X * velocity, DVec3::Z * spin);
@@ -220,7 +157,9 @@ fn collision(touch_of: impl Fn(Touch) -> Touch) -> Scene {
 fn a_collision_keeps_momentum_under_every_method() {
     // Without friction, which is a couple on two particles that cannot spin.
     let scene = collision(|row| Touch { damping: 0.5, ..row });
-    for integrator in METHODS.into_iter().filter(|&method| method != Integrator::ExplicitEuler) {
+    for integrator in
+        Integrator::ALL.into_iter().filter(|&method| method != Integrator::ExplicitEuler)
+    {
         let mut simulation = simulation::<f64>(&scene, settings(integrator, 40));
         let (before, energy) = (simulation.momentum(), simulation.energy().total());
         let first = simulation.centre_of_mass(0..64);
@@ -300,7 +239,7 @@ fn restitution(damping: f64, integrator: Integrator) -> f64 {
     let particles =
         vec![particle(DVec3::ZERO, DVec3::X, 0.1), particle(DVec3::X * 0.11, DVec3::ZERO, 0.3)];
     let touches = vec![Touch { damping, ..touch(vec![0, 1], 0.05) }];
-    let scene = Scene { world: still(), particles, touches, ..Scene::default() };
+    let scene = Scene { world: weightless(), particles, touches, ..Scene::default() };
     let settings = Settings { tolerance: 1e-10, ..settings(integrator, 2000) };
     let mut simulation = simulation::<f64>(&scene, settings);
     (0..40).for_each(|_| simulation.step().expect("a stable step"));
@@ -318,7 +257,7 @@ fn two_particles_part_at_the_speed_of_the_closed_form() {
         let w = (natural * natural - beta * beta).sqrt();
         let phase = (2.0 * beta * w / (w * w - beta * beta)).atan();
         let wanted = (-beta / w * (std::f64::consts::PI - phase)).exp();
-        for integrator in METHODS {
+        for integrator in Integrator::ALL {
             // c of the pair is half of that of each row, and 2 m β.
             let found = restitution(4.0 * mass * beta, integrator);
             // The first substep of the contact is missed in part: h v of a depth of v/w.
@@ -337,7 +276,7 @@ fn friction_holds_back_at_most_by_the_push_times_its_factor() {
             particle(DVec3::Y * 0.08, DVec3::Z * slip, 0.2),
         ];
         let touches = vec![Touch { friction: 0.5, ..touch(vec![0, 1], 0.05) }];
-        let scene = Scene { world: still(), particles, touches, ..Scene::default() };
+        let scene = Scene { world: weightless(), particles, touches, ..Scene::default() };
         simulation::<f64>(&scene, Settings::default()).forces().0[1]
     };
     // 200 N/m and 2 cm; the reduced mass is 0.1 kg.
@@ -363,7 +302,9 @@ fn a_column_bears_the_sum_of_its_weights_and_does_not_creep() {
     let friction = Friction::Coulomb(0.5);
     let floor = Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction };
     let scene = Scene { particles, touches, planes: vec![floor], ..Scene::default() };
-    for integrator in METHODS.into_iter().filter(|&method| method != Integrator::ExplicitEuler) {
+    for integrator in
+        Integrator::ALL.into_iter().filter(|&method| method != Integrator::ExplicitEuler)
+    {
         let mut simulation = simulation::<f64>(&scene, settings(integrator, 8));
         let start = simulation.state();
         let mut run = || {
@@ -395,7 +336,7 @@ fn the_stable_substep_with_contact_closed_is_that_of_the_closed_form() {
     ];
     let pins = [0, 2].map(|particle| Pin { particle, velocity: DVec3::ZERO }).to_vec();
     let touches = vec![touch(vec![0, 1, 2], 0.05)];
-    let scene = Scene { world: still(), particles, pins, touches, ..Scene::default() };
+    let scene = Scene { world: weightless(), particles, pins, touches, ..Scene::default() };
     let wanted = 2.0 / (2.0 * 200.0_f64 / 0.1).sqrt();
     let run = |step: f64| {
         let settings = Settings { step, ..settings(Integrator::SymplecticEuler, 1) };
@@ -412,7 +353,7 @@ fn the_stable_substep_with_contact_closed_is_that_of_the_closed_form() {
 #[test]
 fn pairs_that_are_close_at_rest_are_exempt() {
     let material = Material { mass: 0.01, stiffness: 100.0, damping: 0.0 };
-    let mut scene = Scene { world: still(), ..Scene::default() };
+    let mut scene = Scene { world: weightless(), ..Scene::default() };
     let body = scene.add("cloth", shape::cloth([6, 6], 0.1, material).expect("a cloth"));
     let particles: Vec<usize> = scene.bodies[body].particles.clone().collect();
     // Wider than two spacings: also particles that no spring joins.
@@ -515,7 +456,7 @@ fn what_lies_on_another_body_sinks_in_by_its_weight_over_the_stiffness_of_the_pa
         world: World { gravity: -g * DVec3::Y, ..World::default() },
         ..Scene::default()
     };
-    for integrator in METHODS {
+    for integrator in Integrator::ALL {
         let mut simulation: Simulation<f64> = simulation(&scene, settings(integrator, 8));
         (0..900).for_each(|_| simulation.step().expect("a stable step"));
         let overlap = 0.1 - simulation.positions().nth(1).expect("two").y;
@@ -538,7 +479,7 @@ fn friction_of_a_pair_stands_in_place_of_that_of_both() {
             ],
             touches: vec![rough(0), Touch { between: vec![between], ..rough(1) }],
             pins: vec![Pin { particle: 0, velocity: DVec3::ZERO }],
-            world: still(),
+            world: weightless(),
             ..Scene::default()
         };
         let mut simulation: Simulation<f64> =
