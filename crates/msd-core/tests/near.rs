@@ -7,7 +7,7 @@ mod touching;
 use common::{Random, weightless};
 use msd_core::glam::DVec3;
 use msd_core::{Integrator, Particle, Scene, Simulation, Touch};
-use touching::{particle, settings, simulation, touch};
+use touching::{faced, particle, settings, simulation, touch};
 
 /// Two clusters that are far apart when the list is made, each of particles that move alike, so
 /// that nothing in a cell or in cells that touch comes closer: only by their way do they meet.
@@ -61,34 +61,49 @@ fn what_may_have_passed_through_is_counted() {
     }
 }
 
-/// Passes are counted from the state alone, whatever the list of near pairs was made at before.
+/// Passes are counted from the state alone, whatever the list of what is near was made at before
+/// and whatever the last drift was.
 #[test]
 fn passes_are_counted_alike_in_a_run_and_from_each_of_its_states() {
-    let settings = settings(Integrator::VelocityVerlet, 1);
+    use Integrator::{SymplecticEuler, VelocityVerlet};
     let mut random = Random(7);
-    let count = 600;
-    // Two clouds that pass each other by one and a half times the sum of two radii in a step.
-    let mut row = |at: usize| {
-        let velocity = if at.is_multiple_of(2) { 4.5 } else { -4.5 };
-        particle(random.vector() * 1.5, velocity * DVec3::X, 1.0)
-    };
-    let scene = Scene {
-        particles: (0..count).map(&mut row).collect(),
-        touches: vec![Touch { stiffness: 1e-3, ..touch((0..count).collect(), 0.05) }],
-        world: weightless(),
-        ..Scene::default()
-    };
-    let mut whole: Simulation<f64> = simulation(&scene, settings);
-    let mut sum = 0;
-    for step in 0..8 {
-        let mut fresh: Simulation<f64> = simulation(&scene, settings);
-        fresh.set_state(&whole.state(), whole.steps()).expect("a state");
-        let before = whole.ledger().passes();
-        whole.step().expect("a step");
-        fresh.step().expect("a step");
-        let counted = whole.ledger().passes() - before;
-        assert_eq!(counted, fresh.ledger().passes(), "step {step}");
-        sum += counted;
+    // Clouds of beads and of triangles that go through each other by so many sums of two radii in a
+    // step: what is slow, what is fast, and what a stiff touch throws from slow to fast in a step.
+    for (part, stiffness, least) in [(0.95, 1e-3, 20), (1.5, 1e-3, 100), (0.1, 1e4, 5)] {
+        let speed = 0.5 * part * 0.1 * 60.0;
+        let count = 900;
+        let mut place = DVec3::ZERO;
+        let mut row = |at: usize| {
+            let is_first_corner = at.is_multiple_of(3);
+            place = match at < 600 || is_first_corner {
+                true => random.vector() * 1.5,
+                false => place + random.vector() * 0.2,
+            };
+            let velocity = if at < 600 { speed } else { -speed };
+            particle(place, velocity * DVec3::X, 1.0)
+        };
+        let particles = (0..count).map(&mut row).collect();
+        let triangles = (600..count).step_by(3).map(|at| [at, at + 1, at + 2]).collect();
+        let rows =
+            [touch((0..600).collect(), 0.05), faced((600..count).collect(), triangles, 0.05)];
+        let touches = rows.map(|row| Touch { stiffness, ..row }).into();
+        let scene = Scene { particles, touches, world: weightless(), ..Scene::default() };
+        for integrator in [SymplecticEuler, VelocityVerlet] {
+            let settings = settings(integrator, 1);
+            let mut whole: Simulation<f64> = simulation(&scene, settings);
+            let mut sum = 0;
+            for step in 0..8 {
+                let mut fresh: Simulation<f64> = simulation(&scene, settings);
+                fresh.set_state(&whole.state(), whole.steps()).expect("a state");
+                let before = whole.ledger().passes();
+                whole.step().expect("a step");
+                fresh.step().expect("a step");
+                let counted = whole.ledger().passes() - before;
+                let run = format!("{integrator} {part} {stiffness}, step {step}");
+                assert_eq!(counted, fresh.ledger().passes(), "{run}");
+                sum += counted;
+            }
+            assert!(least < sum, "{integrator} {part} {stiffness}: {sum}");
+        }
     }
-    assert!(100 < sum, "{sum}");
 }

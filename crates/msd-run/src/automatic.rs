@@ -188,7 +188,8 @@ fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Op
     simulation.stable_substep_piecewise(integrator, substeps, estimator)
 }
 
-/// The substeps where the limit says nothing: as they are, but for what passes have raised.
+/// The substeps where the limit says nothing: as they are, but where particles touch at most the
+/// default ones, as passes may have raised them.
 fn unlimited<R: Real>(simulation: &Simulation<R>) -> u32 {
     let now = simulation.settings().substeps;
     let touches = !simulation.model().touches().is_empty();

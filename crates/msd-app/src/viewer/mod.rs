@@ -260,6 +260,7 @@ impl Viewer {
     pub fn take(&mut self, offer: Offer) {
         self.let_go();
         self.session.take(offer);
+        self.style.full_scale = None;
     }
 
     /// Lets colours stand for a quantity, or bodies have their own. An error is estimated then.

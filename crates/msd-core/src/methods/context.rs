@@ -268,10 +268,12 @@ impl<'a, R: Real> StepContext<'a, R> {
 
     /// Takes note of a drift x' = x + h v of all particles by their present velocities, after the
     /// last evaluation of forces: what touches is found with less work then.
-    pub(crate) fn drifted(&mut self) {
+    ///
+    /// `is_last`: neither changes any more in the substep, but by obstacles.
+    pub(crate) fn drifted(&mut self, is_last: bool) {
         if !self.model.touches.is_empty() {
             let h = self.settings.substep();
-            self.scratch.work.near.drift(self.level, &self.state.velocities, h);
+            self.scratch.work.near.drift(self.level, &self.state.velocities, h, is_last);
         }
     }
 
@@ -292,9 +294,14 @@ impl<'a, R: Real> StepContext<'a, R> {
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
         self.finished += 1;
         self.done.given -= self.scratch.work.own_power.min(0.0) * self.settings.substep();
+        let contacts = self.meet_obstacles(way, evaluated);
         if self.finished < self.settings.substeps {
             self.count_passes();
         }
+        contacts
+    }
+
+    fn meet_obstacles(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
         if self.model.obstacles.is_empty() {
             return Contacts::default();
         }

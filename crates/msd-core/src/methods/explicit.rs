@@ -42,7 +42,7 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
-        step.drifted();
+        step.drifted(true);
         step.finish_substep(power * h.to_f64());
     }
 }
@@ -101,7 +101,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         } else {
             for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick_drift(pass, h)));
         }
-        step.drifted();
+        step.drifted(false);
         let power = if is_damped {
             step.set_forces_predicted(PREDICTED)
         } else {

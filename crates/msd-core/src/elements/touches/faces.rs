@@ -45,14 +45,19 @@ impl<R: Real> Facing<R> {
 
     /// Whether the bead may pass through the triangle in a substep of h, seconds: it goes from one
     /// side of it to the other, or closes by more than the reach towards it and comes within it.
+    /// What starts too far away for that does not, although it may be in the list.
     fn may_pass(&self, [positions, velocities]: [&[R]; 2], h: f64) -> bool {
         let way = FacingWay {
             starts: self.seen_by_corners(positions).map(Vector::to_f64),
             ways: self.seen_by_corners(velocities).map(|velocity| velocity.to_f64() * h),
         };
         let reach = self.law.reach.to_f64();
-        let length = way.length();
-        if length <= reach { way.may_cross(length) } else { way.may_come_within(reach, length) }
+        let (length, start) = (way.length(), way.distance(0.0));
+        if length <= reach {
+            start < reach && way.may_cross(length)
+        } else {
+            start < reach + length && way.may_come_within(reach, length, start)
+        }
     }
 }
 
@@ -88,12 +93,12 @@ impl FacingWay {
 
     /// Whether the bead may come within reach of the triangle and closer than it is, by looks no
     /// farther apart than half a reach.
-    fn may_come_within(&self, reach: f64, length: f64) -> bool {
+    fn may_come_within(&self, reach: f64, length: f64, start: f64) -> bool {
         let looks = 2.0 * length / reach;
         if MOST_LOOKS < looks {
             return true;
         }
-        let (looks, start) = (looks as u32 + 1, self.distance(0.0));
+        let looks = looks as u32 + 1;
         let between = 0.5 * length / f64::from(looks);
         let mut distances =
             (1..=looks).map(|look| self.distance(f64::from(look) / f64::from(looks)));

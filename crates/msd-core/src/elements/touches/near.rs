@@ -66,8 +66,8 @@ pub(crate) struct Near<R: Real> {
     records: Records,
     /// How far two particles come closer in a substep at most, metres.
     stride: f64,
-    /// Whether that is of a drift in this substep.
-    is_of_drift: bool,
+    /// Whether that is of the present velocities.
+    is_of_present: bool,
     /// Rounding of a drift, metres.
     rounding: f64,
     grid: Grid,
@@ -159,16 +159,22 @@ impl<R: Real> Near<R> {
         Listed { pairs: &self.pairs, facings: &self.facings }
     }
 
-    /// Takes note of a drift of all particles by these velocities for so many seconds.
-    pub(crate) fn drift(&mut self, level: Level, velocities: &[R], h: f64) {
-        let fast = at_level!(level, simd => spread(simd, &self.records, velocities)).to_f64();
-        (self.stride, self.is_of_drift) = (h * Real::sqrt(fast), true);
+    /// Takes note of a drift of all particles by these velocities for so many seconds, and whether
+    /// it is the last change of either in the substep.
+    pub(crate) fn drift(&mut self, level: Level, velocities: &[R], h: f64, is_last: bool) {
+        self.stride = self.stride_of(level, velocities, h);
+        self.is_of_present = is_last;
         self.drift = Some(self.stride + self.rounding);
+    }
+
+    /// How far two particles come closer in h seconds at most, metres.
+    fn stride_of(&self, level: Level, velocities: &[R], h: f64) -> f64 {
+        h * Real::sqrt(at_level!(level, simd => spread(simd, &self.records, velocities)).to_f64())
     }
 
     /// Takes note that particles may be moved otherwise.
     pub(crate) fn disturb(&mut self) {
-        (self.is_disturbed, self.is_of_drift) = (true, false);
+        (self.is_disturbed, self.is_of_present) = (true, false);
     }
 
     /// Sees what may touch at these positions.
@@ -351,11 +357,8 @@ impl<R: Real> Near<R> {
             self.list(level, touches, positions);
         }
         let [least, most] = touches.reaches();
-        // A slow drift has said enough of the next substep too.
-        let is_known = core::mem::take(&mut self.is_of_drift) && 2.0 * self.stride <= least;
-        if !is_known {
-            let fast = at_level!(level, simd => spread(simd, &self.records, velocities)).to_f64();
-            self.stride = h * Real::sqrt(fast);
+        if !core::mem::take(&mut self.is_of_present) {
+            self.stride = self.stride_of(level, velocities, h);
         }
         let is_slow = self.stride <= least;
         if is_slow && touches.triangles.is_empty() {
