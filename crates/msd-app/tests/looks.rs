@@ -142,6 +142,25 @@ fn scenes_links_runs_and_recordings_keep_looks() {
     assert_eq!(looks(replay.runner()), now);
 }
 
+/// A colour cannot be taken from wood in a scene file.
+#[test]
+fn what_looks_like_wood_but_for_its_colour_is_saved() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut viewer = both(folder.path());
+    viewer.session.select(Select::Body(1));
+    let edits = [
+        LookEdit::Finish(Finish::Clay),
+        LookEdit::Pattern(Pattern::Grain),
+        LookEdit::Roughness(0.6),
+    ];
+    edits.into_iter().for_each(|edit| viewer.session.edit_look(edit));
+    let now = looks(viewer.session.runner());
+    assert_eq!(now[1].colour, None);
+    viewer.command(Command::SaveScene);
+    let saved = open(folder.path().join("both-1.toml")).expect("a saved scene");
+    assert_eq!(looks(&Runner::open(&saved).expect("a run")), now);
+}
+
 #[test]
 fn the_panel_sets_looks_where_they_are_wanted() {
     let viewer = Viewer::new(loaded("cube"), catalogue()).expect("a valid scene");

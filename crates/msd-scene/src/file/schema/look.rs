@@ -60,18 +60,20 @@ impl Finish {
     }
 
     /// The finish of a look: that from which it differs in the fewest numbers. What mirrors in its
-    /// own colour is metal.
+    /// own colour is metal, and what has no colour of its own has a finish without one.
     pub fn of(look: &Look) -> Finish {
         let differences = |finish: &Finish| {
             let own = finish.look();
             let colour = own.colour.is_some() && own.colour != look.colour;
+            let is_coloured = own.colour.is_some() && look.colour.is_none();
             let numbers = [
                 own.roughness != look.roughness,
                 own.translucency != look.translucency,
                 own.pattern != look.pattern,
                 colour,
             ];
-            (own.metal != look.metal, numbers.into_iter().filter(|differs| *differs).count())
+            let count = numbers.into_iter().filter(|differs| *differs).count();
+            (own.metal != look.metal, is_coloured, count)
         };
         Finish::ALL.into_iter().min_by_key(differences).unwrap_or(Finish::Clay)
     }
