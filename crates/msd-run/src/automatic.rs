@@ -1,14 +1,15 @@
 //! Automatic substeps: as many as the predicted limit of stability asks for, and no clock involved.
 //!
 //! They are chosen where a run is opened and where its springs, masses or settings change, and
-//! renewed after every so many steps: a function of state, settings and the number of steps alone,
-//! so that a run that was saved or replayed has the same bits. A lazy run chooses them no earlier
-//! than at its next step, and piece by piece before that.
+//! renewed after every so many steps, or where more touches than at the last choice: a function of
+//! state, settings, the number of steps and what touched then, so that a run that was saved or
+//! replayed has the same bits. A lazy run chooses them no earlier than at its next step, and piece
+//! by piece before that.
 //!
 //! A step in which particles that touch may pass through each other is taken again with twice as
 //! many, and these stay until the next renewal.
 
-use msd_core::stability::Estimator;
+use msd_core::stability::{Estimator, Mode};
 use msd_core::{Error, Integrator, Interaction, Model, Real, Settings, Simulation};
 
 /// Part of the longest stable substep that is taken: springs that turn and stretch move the limit,
@@ -17,6 +18,9 @@ const AIM: f64 = 0.9;
 /// The same where dampers set the limit, which falls further as they come to lie along one line:
 /// by 23 % in `foam`, within a sixth of a second.
 const AIM_OF_DAMPERS: f64 = 0.7;
+/// By how much touches may grow between two renewals, in h²/4 K + h/2 D, which is 1 at the limit h:
+/// what a choice leaves of it.
+const LEFT: f64 = 1.0 - AIM * AIM;
 /// A body is loose where what is stable in any shape is at least this part of what is stable now:
 /// a rope or a cloth; of a block it is less.
 const LOOSE: f64 = 0.6;
@@ -53,19 +57,47 @@ pub(crate) struct Automatic {
     is_begun: bool,
     /// The number of steps at which they were chosen last, if nothing was changed since.
     chosen_at: Option<u64>,
+    /// What touched at the last choice.
+    touched: Mode,
+    /// Whether much more touches than then.
+    is_grown: bool,
 }
 
 impl Automatic {
-    /// Goes on with a run that was saved: its substeps are those that were chosen last.
-    pub(crate) fn resumed<R: Real>(simulation: &Simulation<R>, queue: &[Interaction]) -> Self {
+    /// Goes on with a run that was saved: its substeps are those that were chosen last, where this
+    /// touched.
+    pub(crate) fn resumed<R: Real>(
+        simulation: &mut Simulation<R>,
+        queue: &[Interaction],
+        touched: Mode,
+    ) -> Self {
         let is_due = queue.iter().any(|interaction| moves_limit(simulation.model(), interaction));
         let every = steps_between(simulation, SHARE);
-        Automatic { every, is_due, is_open: false, is_begun: false, chosen_at: None }
+        let is_grown = has_grown(simulation, touched);
+        Automatic {
+            every,
+            is_due,
+            is_open: false,
+            is_begun: false,
+            chosen_at: None,
+            touched,
+            is_grown,
+        }
     }
 
     /// Those of a run that are to be chosen before its next step.
-    pub(crate) fn open<R: Real>(simulation: &Simulation<R>) -> Self {
-        Automatic { is_open: true, ..Automatic::resumed(simulation, &[]) }
+    pub(crate) fn open<R: Real>(simulation: &mut Simulation<R>) -> Self {
+        Automatic { is_open: true, ..Automatic::resumed(simulation, &[], Mode::default()) }
+    }
+
+    /// Looks after a step whether much more touches than at the last choice.
+    pub(crate) fn look<R: Real>(&mut self, simulation: &mut Simulation<R>) {
+        self.is_grown = has_grown(simulation, self.touched);
+    }
+
+    /// What touched at the last choice.
+    pub(crate) fn touched(self) -> Mode {
+        self.touched
     }
 
     /// Notes that something is queued for the next step.
@@ -97,7 +129,7 @@ impl Automatic {
     /// with a renewal.
     pub(crate) fn is_wanting(self, steps: u64) -> bool {
         let is_time = 0 < steps && steps.is_multiple_of(self.every);
-        self.is_open || is_time && self.chosen_at != Some(steps)
+        self.is_open || self.is_grown || is_time && self.chosen_at != Some(steps)
     }
 
     /// Does a piece of that.
@@ -111,7 +143,8 @@ impl Automatic {
         }
         let Some(stable) = predict(simulation, estimator) else { return Ok(self) };
         set(simulation, stable, if self.is_open { needed } else { needed_or_near })?;
-        let resumed = Automatic::resumed(simulation, &[]);
+        let touched = simulation.touching_mode();
+        let resumed = Automatic::resumed(simulation, &[], touched);
         Ok(Automatic { chosen_at: Some(simulation.steps()), ..resumed })
     }
 }
@@ -133,6 +166,17 @@ fn is_damped_unevenly<R: Real>(model: &Model<R>) -> bool {
     let mut dampings = springs.map(|spring| model.damping(spring));
     let first = dampings.next();
     dampings.any(|damping| Some(damping) != first)
+}
+
+/// Whether much more touches than at the last choice, for a method with a limit.
+fn has_grown<R: Real>(simulation: &mut Simulation<R>, before: Mode) -> bool {
+    let is_limited = Integrator::EXPLICIT.contains(&simulation.settings().integrator);
+    if !is_limited || simulation.model().touches().is_empty() {
+        return false;
+    }
+    let h = simulation.settings().substep();
+    let share = |mode: Mode| 0.25 * h * h * mode.stiffness + 0.5 * h * mode.damping;
+    LEFT + share(before) < share(simulation.touching_mode())
 }
 
 /// Whether an interaction may move the limit. A hand is kept weaker than any substep.

@@ -5,7 +5,7 @@ use crate::crossings::crossings;
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
 use msd_core::obstacles::Obstacle;
-use msd_core::stability::Estimator;
+use msd_core::stability::{Estimator, Mode};
 use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
     Simulation, Touch, Vector, Witness,
@@ -24,6 +24,8 @@ pub struct Moment {
     pub ledger: Ledger,
     /// Substeps per step, which a return restores where they are automatic.
     pub substeps: u32,
+    /// What touched where those were chosen, if they are automatic.
+    pub touched: Mode,
 }
 
 /// A simulation in either precision, whose substeps may be automatic.
@@ -107,7 +109,7 @@ impl Runner {
         let mut runner = Runner::resume(&loaded.scene, progress, precision)?;
         runner.substeps_mut().is_lazy = true;
         if automatic && loaded.automatic {
-            runner.resume_automatic(&progress.queue);
+            runner.resume_automatic(&progress.queue, progress.chosen_for);
         } else {
             runner.set_automatic(automatic)?;
         }
@@ -119,7 +121,8 @@ impl Runner {
 
     /// The run as it is now, to be saved, or to go on from here.
     pub fn to_loaded(&self, name: &str, title: &str) -> Loaded {
-        let (scene, progress) = self.progress();
+        let (scene, mut progress) = self.progress();
+        progress.chosen_for = self.touched_at_choice();
         Loaded {
             name: name.into(),
             title: title.into(),
@@ -188,8 +191,9 @@ impl Runner {
         Ok(runner)
     }
 
-    /// Advances by one step; automatic substeps are renewed before it where it is time to, and
-    /// doubled, up to 1000, while particles may pass through each other in it.
+    /// Advances by one step; automatic substeps are renewed before it where it is time to or where
+    /// much more touches, and doubled, up to 1000, while particles may pass through each other in
+    /// it.
     ///
     /// # Errors
     /// See [`Simulation::step`].
@@ -208,15 +212,16 @@ impl Runner {
     /// with the most.
     fn step_without_passes(&mut self) -> Result<(), Error> {
         let settings = self.settings();
-        let stepped = self.divide();
-        if self.settings() == settings {
-            return stepped;
-        }
-        if stepped.is_err() {
+        if let Err(error) = self.divide() {
             on!(self, simulation => simulation.set_settings(settings))?;
-            return stepped;
+            return Err(error);
         }
-        self.resume_automatic(&[]);
+        if self.settings() != settings {
+            self.resume_automatic(&[], self.touched_at_choice());
+        } else if let Some(mut automatic) = self.automatic() {
+            on!(&mut *self, simulation => automatic.look(simulation));
+            self.substeps_mut().automatic = Some(automatic);
+        }
         Ok(())
     }
 
@@ -282,15 +287,20 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::set_settings`].
     pub fn set_automatic(&mut self, automatic: bool) -> Result<(), Error> {
-        let open = automatic.then(|| on!(&*self, simulation => Automatic::open(simulation)));
+        let open = automatic.then(|| on!(&mut *self, simulation => Automatic::open(simulation)));
         self.substeps_mut().automatic = open;
         if self.substeps().is_lazy { Ok(()) } else { self.choose() }
     }
 
-    /// Goes on with automatic substeps where a saved run left them.
-    fn resume_automatic(&mut self, queue: &[Interaction]) {
-        let resumed = on!(&*self, simulation => Automatic::resumed(simulation, queue));
+    /// Goes on with automatic substeps where a saved run left them, chosen where this touched.
+    fn resume_automatic(&mut self, queue: &[Interaction], touched: Mode) {
+        let resumed = on!(&mut *self, simulation => Automatic::resumed(simulation, queue, touched));
         self.substeps_mut().automatic = Some(resumed);
+    }
+
+    /// What touched where automatic substeps were chosen last.
+    fn touched_at_choice(&self) -> Mode {
+        self.automatic().map_or(Mode::default(), Automatic::touched)
     }
 
     /// Forgets what was predicted, as something was changed.
@@ -419,7 +429,8 @@ impl Runner {
     pub fn moment(&self) -> Moment {
         let ledger = on!(self, simulation => simulation.ledger());
         let substeps = self.settings().substeps;
-        Moment { state: self.state(), steps: self.steps(), ledger, substeps }
+        let touched = self.touched_at_choice();
+        Moment { state: self.state(), steps: self.steps(), ledger, substeps, touched }
     }
 
     /// Returns to an earlier moment of this run.
@@ -429,11 +440,11 @@ impl Runner {
     pub fn go_back(&mut self, moment: &Moment) -> Result<(), Error> {
         self.set_state(&moment.state, moment.steps)?;
         on!(&mut *self, simulation => simulation.set_ledger(moment.ledger));
-        if self.is_automatic() && moment.substeps != self.settings().substeps {
+        if self.is_automatic() {
             // As they were then, so that the same steps follow; the next renewal is due by itself.
             let settings = Settings { substeps: moment.substeps, ..self.settings() };
             on!(&mut *self, simulation => simulation.set_settings(settings))?;
-            self.resume_automatic(&[]);
+            self.resume_automatic(&[], moment.touched);
         }
         Ok(())
     }

@@ -99,6 +99,43 @@ fn a_limit_that_falls_is_followed() {
     assert!(run.settings().substep() <= 0.9 * run.stable_substep());
 }
 
+/// A knot that a weight pulls tight, at a number of steps before the first renewal: what touches
+/// there is stiffer than the rope.
+fn knot(steps: usize) -> Runner {
+    let mut run = runner(&automatic("knot"));
+    assert!(steps < every(&run));
+    step(&mut run, steps);
+    run
+}
+
+#[test]
+fn touches_that_close_between_renewals_are_followed() {
+    let mut run = knot(0);
+    let at_first = substeps(&run);
+    for _ in 0..30 {
+        step(&mut run, 10);
+        let (h, stable) = (run.settings().substep(), run.stable_substep());
+        assert!(h <= stable, "{} s: {h} s of {stable} s", run.time());
+    }
+    assert!(at_first < substeps(&run));
+}
+
+#[test]
+fn a_run_saved_as_touches_close_goes_on_with_the_same_bits_and_substeps() {
+    let (start, end) = (now(&knot(0)), now(&knot(160)));
+    assert!(start.1 < end.1);
+    for at in (60..160).step_by(3) {
+        let run = knot(at);
+        let mut resumed = there_and_back(&run);
+        step(&mut resumed, 160 - at);
+        assert_eq!(now(&resumed), end, "saved after {at} steps");
+        let mut returned = knot(at + 1);
+        returned.go_back(&run.moment()).expect("a state");
+        step(&mut returned, 160 - at);
+        assert_eq!(now(&returned), end, "returned to after {at} steps");
+    }
+}
+
 #[test]
 fn a_run_saved_anywhere_goes_on_with_the_same_bits_and_substeps() {
     let whole = |steps: usize| {

@@ -15,6 +15,7 @@ use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::check::{check, check_index, check_not_negative, check_steps, check_vector};
 use crate::scene::{Particle, Pin, Scene, Spring, World};
+use crate::stability::Mode;
 use crate::system::Model;
 use alloc::vec::Vec;
 use glam::DVec3;
@@ -46,6 +47,9 @@ pub struct Progress {
     pub cut: Vec<usize>,
     /// The particles that were removed.
     pub removed: Vec<usize>,
+    /// What touched where the substeps were chosen last, for whoever chooses them: see
+    /// [`Simulation::touching_mode`].
+    pub chosen_for: Mode,
 }
 
 /// An active grab, weakened so that the substep can follow it.
@@ -83,6 +87,7 @@ impl<R: Real> Simulation<R> {
             removed: (0..self.model.particle_count())
                 .filter(|&row| self.model.is_removed(row))
                 .collect(),
+            chosen_for: Mode::default(),
         };
         (rows(self), progress)
     }

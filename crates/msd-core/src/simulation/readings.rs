@@ -71,6 +71,16 @@ impl<R: Real> Simulation<R> {
         )
     }
 
+    /// What the pairs and triangles that touch at the present state add to any motion at most, from
+    /// sums over the particles; that of nothing where nothing touches.
+    pub fn touching_mode(&mut self) -> Mode {
+        let time = self.time();
+        let motion = self.state.motion(&self.model.slots, time);
+        let near = &mut self.scratch.work.near;
+        near.disturb();
+        stability::touching_mode(&self.model, &motion, self.level, near)
+    }
+
     /// The fastest motion at the present state, taken for a single oscillator: that is exact where
     /// damping goes with stiffness.
     pub fn fastest_mode(&self) -> Mode {

@@ -18,7 +18,7 @@ pub use region::{Mode, Region, is_stable};
 
 use crate::elements::touches::near::Near;
 use crate::elements::touches::tangent::TouchTangents;
-use crate::elements::{Block, Blocks, Products};
+use crate::elements::{Block, Blocks, Motion, Products};
 use crate::number::Real;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
@@ -137,6 +137,24 @@ pub(crate) fn guaranteed_limit<R: Real>(
         Region::VelocityVerlet if 0.0 < bound.damping => 0.95 * bound.scale(),
         Region::SymplecticEuler | Region::VelocityVerlet => bound.scale(),
     }
+}
+
+/// What closed touches add to any motion at most.
+pub(crate) fn touching_mode<R: Real>(
+    model: &Model<R>,
+    motion: &Motion<'_, R>,
+    level: Level,
+    near: &mut Near<R>,
+) -> Mode {
+    let mut touching = TouchTangents::default();
+    model.set_touching(level, motion, near, &mut touching);
+    if touching.is_empty() {
+        return Mode::default();
+    }
+    let mut sums = vec![Mode::default(); model.particle_count()];
+    touching.add_row_sums(|particle, [stiffness, damping]| sums[particle].add(stiffness, damping));
+    let rows = sums.iter().zip(&model.inverse_masses);
+    rows.fold(Mode::default(), |most, (sum, w)| most.larger(sum.times(w.to_f64())))
 }
 
 /// A motion at least as stiff and as damped as any; `sums` becomes the same of each particle alone,

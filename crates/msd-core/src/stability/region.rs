@@ -25,6 +25,7 @@ pub(crate) const MANY: u32 = 64;
 
 /// One motion of a system: x'' + c x' + w² x = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mode {
     /// w², per second squared.
     pub stiffness: f64,

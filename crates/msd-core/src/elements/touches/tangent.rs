@@ -95,6 +95,10 @@ impl TouchTangents {
         self.faces.clear();
     }
 
+    pub(crate) fn is_empty(&self) -> bool {
+        self.pairs.is_empty() && self.faces.is_empty()
+    }
+
     /// Adds the products of τ (τ k + b) with a direction in columns, without what buckles.
     pub(crate) fn add_column_products<R: Real>(&self, tau: R, direction: &[R], products: &mut [R]) {
         for touching in &self.pairs {
