@@ -16,7 +16,7 @@
 //! (`back` and `ahead`: how many states one can look back to, and come back to; `undo` and `redo`:
 //! what they would take back and do again, or null), `recording` (its file or null), `twin` (null,
 //! or its root mean square distance, m), `gallery` (null, or how many of its pictures are drawn),
-//! `passes` and `crossings` (pairs that may have passed through each other, pairs of triangles that
+//! `solids` (where their middles are seen), `passes` and `crossings` (pairs that may have passed through each other, pairs of triangles that
 //! cross, or null), `full_screen`, `focus` (whether a control has the keyboard), `group` and
 //! `grabs` (how many particles are to be grabbed together, and are held), `guide` (steps done of
 //! the guide, or null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`),
@@ -30,6 +30,7 @@ use crate::viewer::{Guide, Viewer};
 use egui::{Pos2, Rect};
 use glam::Vec3;
 use msd_core::Vector;
+use msd_core::obstacles::Placed;
 use msd_render::Camera;
 use msd_run::on;
 use serde_json::{Value, json};
@@ -118,6 +119,7 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
             gallery.pictures.iter().filter(|picture| picture.texture.is_some()).count()
         }),
         "filming": filming(viewer),
+        "solids": solids(viewer).map(|at| at.map(|at| pixels(at, scale))).collect::<Vec<_>>(),
         "passes": session.passes(),
         "crossings": session.crossings(),
         "full_screen": viewer.full_screen,
@@ -130,6 +132,14 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
         "view": area(viewer.rect, scale),
         "landmarks": landmarks,
     })
+}
+
+/// Where the middle of each solid is seen.
+fn solids(viewer: &Viewer) -> impl Iterator<Item = Option<Pos2>> + '_ {
+    let runner = viewer.session.runner();
+    let (solids, time) = on!(runner, run => (run.model().solids(), run.time()));
+    let middles = solids.iter().map(move |solid| Placed::new(solid, time).middle.as_vec3());
+    middles.map(|middle| viewer.viewport().project(middle))
 }
 
 #[cfg(not(target_arch = "wasm32"))]

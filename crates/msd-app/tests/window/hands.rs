@@ -10,6 +10,7 @@ fn a_box_the_wind_and_a_dropped_file_act_on_the_simulation() {
     wind_drives_the_body_along(&desk);
     it_turns_and_comes_in_gusts(&desk);
     a_dropped_file_is_opened(&desk);
+    a_ball_is_pushed_through_a_cloth(&desk);
 }
 
 fn what_a_box_holds_is_grabbed_together(desk: &Desk) {
@@ -77,6 +78,58 @@ fn a_dropped_file_is_opened(desk: &Desk) {
     drop_file(&desk.display, &file);
     let opened = desk.wait("the file is opened", |now| now["scene"] == "a rope");
     assert_eq!(opened["note"], serde_json::Value::Null, "{opened}");
+}
+
+/// A ball beside a cloth that hangs by its upper edge, seen along the cloth.
+const CURTAIN: &str = r#"
+version = 1
+[camera]
+yaw_deg = 90
+pitch_deg = 5
+distance = 5
+target = [0, 1, 0]
+[[world.solids]]
+kind = "sphere"
+radius = 0.3
+position = [0, 1, 1.2]
+[[bodies]]
+kind = "cloth"
+size = [21, 21]
+spacing = 0.08
+mass = 0.005
+stiffness = 60
+damping = 0.02
+position = [0, 1.1, 0]
+touch = { obstacles = true }
+[[pins]]
+set = "top"
+"#;
+
+fn a_ball_is_pushed_through_a_cloth(desk: &Desk) {
+    let file = desk.folder.path().join("a curtain.toml");
+    std::fs::write(&file, CURTAIN).expect("a file");
+    drop_file(&desk.display, &file);
+    let start = desk.wait("it is opened", |now| now["scene"] == "a curtain");
+    let [left, _, width, _]: [f64; 4] = numbers(&start["view"]);
+    let [x, y] = numbers(&start["solids"][0]);
+    let beyond = 2.0 * left + width - x;
+    desk.move_to([x, y]);
+    desk.xdotool("mousedown 1");
+    desk.wait("the press takes the ball", |now| now["held_solid"] == 0);
+    let elastic = |now: &serde_json::Value| now["elastic"].as_f64().unwrap_or(0.0);
+    let before = elastic(&desk.wait("energy is known", |now| 0.0 < elastic(now)));
+    let mut most = 0.0;
+    for part in 1..=30 {
+        desk.move_to([x + (beyond - x) * f64::from(part) / 30.0, y]);
+        most = f64::max(most, elastic(&desk.last()));
+    }
+    let through = desk.wait("it comes out on the other side", |now| {
+        left + 0.7 * width < numbers::<2>(&now["solids"][0])[0]
+    });
+    assert!(2.0 * before < most, "the cloth is stretched: {before} J, then {most} J");
+    assert_eq!((&through["passes"], &through["crossings"]), (&0.into(), &0.into()));
+    desk.xdotool("mouseup 1");
+    desk.wait("release leaves it there", |now| now["held_solid"].is_null());
 }
 
 #[test]
