@@ -8,7 +8,8 @@ use msd_core::elements::{Element, Motion, Vectors};
 use msd_core::glam::DVec3;
 use msd_core::obstacles::Obstacle;
 use msd_core::{
-    Integrator, Interaction, Real, Scene, Settings, Simulation, State, Vector, testing,
+    Integrator, Interaction, Particle, Pin, Real, Scene, Settings, Simulation, State, Vector,
+    testing,
 };
 use proptest::prelude::*;
 
@@ -317,6 +318,68 @@ fn a_particle_leaves_a_sphere_at_two_thirds_of_its_height() {
         }
         // 0.1 mm above the surface is some hundredths of a radian after it was left.
         assert!((last - leaves).abs() < 0.05, "{integrator}: {last}, exactly {leaves}");
+    }
+}
+
+/// A floor at y = 0 that fails a test where it is asked about a point with no moving particle.
+#[derive(Debug)]
+struct Asked;
+
+/// Moving particles are at x of more than this, metres.
+const MOVING: f64 = 1.0;
+
+impl Asked {
+    fn seen<R: Real>(position: R::Vec3) -> DVec3 {
+        let position = position.to_f64();
+        assert!(MOVING < position.x, "asked about {position}, where no particle moves");
+        position
+    }
+}
+
+impl<R: Real> Obstacle<R> for Asked {
+    fn gap(&self, position: R::Vec3, _: f64) -> R {
+        R::of(Asked::seen::<R>(position).y)
+    }
+    fn normal(&self, position: R::Vec3, _: f64) -> R::Vec3 {
+        Asked::seen::<R>(position);
+        R::Vec3::of(DVec3::Y)
+    }
+    fn velocity(&self, position: R::Vec3, _: f64) -> R::Vec3 {
+        Asked::seen::<R>(position);
+        R::Vec3::ZERO
+    }
+}
+
+/// Pinned particles, inside and outside, and the empty lanes of a record, which are at the origin,
+/// are none of an obstacle's business.
+#[test]
+fn an_obstacle_is_asked_about_moving_particles_alone() {
+    // 19 particles: a record and three lanes of another.
+    let mut scene = Scene::default();
+    for number in 0..19 {
+        let is_pinned = number % 3 == 0;
+        let x = if is_pinned { -2.0 } else { 2.0 } * MOVING;
+        let position = DVec3::new(x, 0.002 * f64::from(number - 9), f64::from(number));
+        let position = if is_pinned { position } else { position.with_y(position.y.abs()) };
+        scene.particles.push(Particle { position, velocity: DVec3::ZERO, mass: 1.0 });
+        if is_pinned {
+            scene.pins.push(Pin { particle: number as usize, velocity: DVec3::ZERO });
+        }
+    }
+    fn run<R: Real>(scene: &Scene, settings: Settings) {
+        let mut simulation = Simulation::<R>::new(scene, settings).expect("a valid scene");
+        simulation.add_obstacle(Asked).expect("inside the world");
+        let mut contacts = 0;
+        for _ in 0..10 {
+            simulation.step().expect("a calm run");
+            contacts += simulation.contacts().count;
+        }
+        assert!(0 < contacts, "{}: nothing fell on the floor", settings.integrator);
+    }
+    for integrator in Integrator::ALL {
+        let settings = Settings { integrator, ..Settings::default() };
+        run::<f32>(&scene, settings);
+        run::<f64>(&scene, settings);
     }
 }
 
