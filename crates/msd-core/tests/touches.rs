@@ -390,6 +390,21 @@ fn rows_that_make_no_sense_are_refused() {
         |scene| scene.touches[2].between[0].friction = Some(-0.5),
         "friction between rows of touch 2 is -0.5",
     );
+    let follows = "damping that follows from the stiffness between rows of touch 2 is";
+    // Softer than the smallest number, and a factor beyond the largest.
+    let soft: fn(&mut Scene) = |scene| scene.touches[1].stiffness = 5e-324;
+    refused(soft, &format!("{follows} inf; it must be finite and not negative"));
+    let undamped = |scene: &mut Scene| {
+        scene.touches[1].stiffness = 5e-324;
+        scene.touches[1].damping = 0.0;
+    };
+    refused(undamped, &format!("{follows} NaN"));
+    let mut stiff = cloud(7, 40);
+    stiff.touches[2].between[0].stiffness = Some(1e12);
+    stiff.touches[1].stiffness = 1e-30;
+    Simulation::<f64>::new(&stiff, Settings::default()).expect("finite in double precision");
+    let error = Simulation::<f32>::new(&stiff, Settings::default()).expect_err("beyond single");
+    assert!(error.to_string().contains(follows), "{error}");
     refused(|scene| scene.exempt.push([0, 40]), "exempt pair");
     let mut scene = cloud(7, 4000);
     scene.particles.iter_mut().for_each(|particle| particle.position = DVec3::ONE);

@@ -328,19 +328,16 @@ impl<R: Real> Batch<R> {
         for plane in &obstacles.planes {
             self.meet_plane(plane, &span, tally);
         }
-        if obstacles.is_flat() {
-            return;
-        }
-        let moving = self.moving();
         for solid in &obstacles.solids {
             let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
-            let near = moving & Ball::<R>::new(solid, time, largest).inside(&self.positions);
+            let near = Ball::<R>::new(solid, time, largest).inside(&self.positions);
             if near != 0 {
                 let placed = Placed::new(solid, time);
                 self.meet_curved(&placed, (&span, time, near), &mut tally.contacts);
             }
         }
         for (_, own) in &obstacles.own {
+            let moving = self.moving();
             self.meet_curved(&own.of::<R>(), (&span, time, moving), &mut tally.contacts);
         }
     }
@@ -422,7 +419,7 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Meets an obstacle that is no plane, which is asked about the particles of some bits alone.
+    /// Meets an obstacle that is no plane; the bits say which particles may be inside.
     #[inline(always)]
     fn meet_curved(
         &mut self,
@@ -433,7 +430,9 @@ impl<R: Real> Batch<R> {
         let gaps = obstacle.gaps((&self.positions, near), time);
         let mut bits = [0; LANES];
         for lane in 0..LANES {
-            bits[lane] = u32::from(gaps[lane] < self.radii[lane]) << lane;
+            let is_inside =
+                (gaps[lane] < self.radii[lane]) & (self.inverse_masses[lane] != R::ZERO);
+            bits[lane] = u32::from(is_inside) << lane;
         }
         let obstacle = obstacle.single();
         for lane in lanes(near & bits.iter().fold(0, |all, bit| all | bit)) {

@@ -306,7 +306,7 @@ pub(crate) fn check_touches<R: Real>(
         for &other in &touch.ignored {
             check_index(at, "row before it", other, row)?;
         }
-        check_between::<R>(row, touch)?;
+        check_between::<R>(touches, row)?;
     }
     check_count("the number of exempt pairs", exempt.len(), MAX_SPRINGS)?;
     for (row, pair) in exempt.iter().enumerate() {
@@ -329,9 +329,9 @@ fn check_touch<R: Real>(row: usize, touch: &Touch) -> Result<(), Error> {
     check_not_negative::<f32>("friction", at, touch.friction)
 }
 
-/// Checks how a row touches others.
-fn check_between<R: Real>(row: usize, touch: &Touch) -> Result<(), Error> {
-    let at = ("touch", row);
+/// Checks how a row touches others, of those before it, which are checked.
+fn check_between<R: Real>(touches: &[Touch], row: usize) -> Result<(), Error> {
+    let (at, touch) = (("touch", row), &touches[row]);
     for (number, between) in touch.between.iter().enumerate() {
         check_index(at, "row before it", between.row, row)?;
         let is_new = touch.between[..number].iter().all(|before| before.row != between.row);
@@ -342,7 +342,12 @@ fn check_between<R: Real>(row: usize, touch: &Touch) -> Result<(), Error> {
             let quantity = "stiffness between rows";
             check(fits, quantity, at, stiffness, "positive and at most 1e12")?;
         }
-        check_not_negative::<R>("damping between rows", at, between.damping.unwrap_or(0.0))?;
+        let quantity = match between.damping {
+            Some(_) => "damping between rows",
+            None => "damping that follows from the stiffness between rows",
+        };
+        let damping = between.damping_of([&touches[between.row], touch]);
+        check_not_negative::<R>(quantity, at, damping)?;
         check_not_negative::<f32>("friction between rows", at, between.friction.unwrap_or(0.0))?;
     }
     Ok(())

@@ -64,6 +64,29 @@ pub struct Between {
     pub friction: Option<f64>,
 }
 
+impl Between {
+    /// Stiffness of a pair of particles of two rows, the lower first, newtons per metre.
+    pub(crate) fn stiffness_of(&self, [a, b]: [&Touch; 2]) -> f64 {
+        self.stiffness.unwrap_or_else(|| in_turn(a.stiffness, b.stiffness))
+    }
+
+    /// Damping of a pair of particles of two rows, the lower first, newton seconds per metre.
+    pub(crate) fn damping_of(&self, [a, b]: [&Touch; 2]) -> f64 {
+        self.damping.unwrap_or_else(|| {
+            let damping = in_turn(a.damping, b.damping);
+            match self.stiffness {
+                Some(stiffness) => damping * (stiffness / in_turn(a.stiffness, b.stiffness)),
+                None => damping,
+            }
+        })
+    }
+}
+
+/// Two springs, or two dampers, one after the other.
+fn in_turn(a: f64, b: f64) -> f64 {
+    if a == 0.0 || b == 0.0 { 0.0 } else { a / (a / b + 1.0) }
+}
+
 /// The most pairs for each particle with a radius.
 const MOST_PAIRS: usize = 256;
 

@@ -77,23 +77,13 @@ struct Closed<R: Real> {
 impl<R: Real> PairLaw<R> {
     /// The law of two rows, and what stands between them.
     fn new(a: &Touch, b: &Touch, between: Option<&Between>) -> Self {
-        let in_turn = |a: f64, b: f64| if a == 0.0 || b == 0.0 { 0.0 } else { a / (a / b + 1.0) };
-        let mut stiffness = in_turn(a.stiffness, b.stiffness);
-        let mut damping = in_turn(a.damping, b.damping);
-        let mut friction = Real::sqrt(a.friction) * Real::sqrt(b.friction);
-        if let Some(between) = between {
-            if let Some(given) = between.stiffness {
-                damping *= given / stiffness;
-                stiffness = given;
-            }
-            damping = between.damping.unwrap_or(damping);
-            friction = between.friction.unwrap_or(friction);
-        }
+        let between = between.copied().unwrap_or_default();
+        let friction = || Real::sqrt(a.friction) * Real::sqrt(b.friction);
         PairLaw {
             reach: R::of(a.radius + b.radius),
-            stiffness: R::of(stiffness),
-            damping: R::of(damping),
-            friction: R::of(friction),
+            stiffness: R::of(between.stiffness_of([a, b])),
+            damping: R::of(between.damping_of([a, b])),
+            friction: R::of(between.friction.unwrap_or_else(friction)),
         }
     }
 
