@@ -406,16 +406,20 @@ fn wireframe_particles_pins_and_grabs_each_change_the_picture() {
     scene.pins = vec![pin(0), pin(5)];
     let view = framed(&scene);
     let off = Style { pins: false, grabs: false, ..view.style };
-    let plain = draw(&gpu, &scene, &View { style: off, ..view });
-    for (what, style) in [
-        ("wireframe", Style { wireframe: true, ..off }),
-        ("springs", Style { colour_by: Some(Quantity::Strain), legend: false, ..off }),
-        ("particles", Style { particles: true, ..off }),
-        ("pins", Style { pins: true, ..off }),
-        ("pattern", Style { pattern: false, ..off }),
-        ("legend", Style { colour_by: Some(Quantity::Strain), ..off }),
+    let drawn = |style| draw(&gpu, &scene, &View { style, ..view });
+    let coloured = Style { colour_by: Some(Quantity::Strain), legend: false, ..off };
+    // With points of a pixel each the legend is more than half as high as the picture.
+    let small = Style { pixels_per_point: 0.75, ..coloured };
+    let [plain, bare] = [off, small].map(drawn);
+    for (what, before, style) in [
+        ("wireframe", &plain, Style { wireframe: true, ..off }),
+        ("springs", &plain, coloured),
+        ("particles", &plain, Style { particles: true, ..off }),
+        ("pins", &plain, Style { pins: true, ..off }),
+        ("pattern", &plain, Style { pattern: false, ..off }),
+        ("legend", &bare, Style { legend: true, ..small }),
     ] {
-        let changed = difference(&plain, &draw(&gpu, &scene, &View { style, ..view }));
+        let changed = difference(before, &drawn(style));
         // Two marks of pins cover at least 4 x 4 pixels each, everything else much more.
         assert!(32 <= changed, "{what} changed {changed} pixels");
     }
