@@ -42,7 +42,7 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 88] = [
+const LINES: [(&str, &str); 89] = [
     ("touch = { radius = 0 }", "bodies[0].touch.radius is 0; it must be positive and at most 1e12"),
     ("touch = { radius = 2 }", "bodies[0].touch.radius is 2; it must be at most the spacing, 1 m"),
     ("touch = { friction = -1 }", "bodies[0].touch.friction is -1; it must be finite and not"),
@@ -213,6 +213,10 @@ const LINES: [(&str, &str); 88] = [
         "[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = [{ time = 1, rotation = \
          { axis = [0, 0, 0], angle_deg = 1 } }]",
         "world.solids[0].key_frames[0].rotation.axis is zero",
+    ),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = []",
+        "key_frames is empty; a solid",
     ),
     ("stiffness = nan", "s.toml:5:13: bodies[0].stiffness is NaN; it must be finite and not"),
     ("stiffness = inf", "s.toml:5:13: bodies[0].stiffness is inf; it must be finite and not"),

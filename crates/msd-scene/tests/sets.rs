@@ -254,7 +254,7 @@ fn rows_are_written_as_they_were_read() {
 }
 
 /// Lines after two ropes of three particles, `a` at the origin and `b` 1 m above, and what is told.
-const REFUSED: [(&str, &str); 31] = [
+const REFUSED: [(&str, &str); 34] = [
     (
         "[[pins]]\nset = 'edgs'",
         "s.toml:12:7: pins[0].set is \"edgs\"; it must be a set of body 0, `a`:",
@@ -298,6 +298,11 @@ const REFUSED: [(&str, &str); 31] = [
         "sets[0] holds no particle of body 0, `a`, which lies from (-1, 0, 0) to (1, 0, 0)",
     ),
     (
+        "[[bodies]]\nkind = 'rope'\nsize = [3]\nspacing = 0.2\n\
+         [[sets]]\nname = 'x'\nbody = 2\nbox = { position = [0, 9, 0], size = [1, 1, 1] }",
+        "which lies from (-0.2, 0, 0) to (0.2, 0, 0)",
+    ),
+    (
         "[[sets]]\nname = 'top'\nsphere = { position = [0, 0, 0], radius = 1 }",
         "sets[0].name is `top`, which bodies have of their own: choose another",
     ),
@@ -320,6 +325,14 @@ const REFUSED: [(&str, &str); 31] = [
     (
         "[[links]]\nfrom = { particle = 1 }\nto = { particle = 1 }",
         "links[0] joins particle 1 of the scene to itself; its ends must differ",
+    ),
+    (
+        "[[links]]\nfrom = { set = 'all' }\nto = { set = 'last' }",
+        "links[0] joins particle 2 of the scene to itself; its ends must differ",
+    ),
+    (
+        "[[links]]\nfrom = { body = 'b', set = 'first' }\nto = { body = 'b', set = 'first' }",
+        "links[0] joins particle 3 of the scene to itself; its ends must differ",
     ),
     (
         "[[links]]\nfrom = { set = 'all' }\nto = { body = 1, set = 'all' }\nwithin = 0.5",
@@ -399,6 +412,7 @@ fn every_scene_of_the_documentation_runs_and_stays_whole() {
     assert!(6 <= examples.len(), "{}", examples.len());
     for text in examples {
         let loaded = toml(text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+        assert!(!loaded.notes.concat().contains("starts inside"), "{:?}\n{text}", loaded.notes);
         let mut settings = loaded.settings;
         let mut simulation = Simulation::<f64>::new(&loaded.scene, settings).unwrap();
         // What `auto` would choose, and a margin for what is stretched.

@@ -108,15 +108,19 @@ impl Solids<'_> {
         start: &Solid,
     ) -> Result<Vec<KeyFrame>, FileError> {
         let source = self.source;
+        let Some(rows) = &solid.key_frames else { return Ok(Vec::new()) };
         let steady = [("velocity", solid.velocity.is_some()), ("spin", solid.spin.is_some())];
-        let given = steady.into_iter().find(|&(_, is_given)| is_given);
-        if let (Some((name, _)), false) = (given, solid.key_frames.is_empty()) {
+        if let Some((name, _)) = steady.into_iter().find(|&(_, is_given)| is_given) {
             let reason = "and key_frames exclude each other";
             return Err(source.refuse(format_args!("{key}.{name}"), reason));
         }
+        if rows.is_empty() {
+            let reason = "is empty; a solid that stands still has none";
+            return Err(source.refuse(format_args!("{key}.key_frames"), reason));
+        }
         let mut before = KeyFrame { time: 0.0, position: start.position, axes: start.axes };
-        let mut frames = Vec::with_capacity(solid.key_frames.len());
-        for (row, frame) in solid.key_frames.iter().enumerate() {
+        let mut frames = Vec::with_capacity(rows.len());
+        for (row, frame) in rows.iter().enumerate() {
             let key = format!("{key}.key_frames[{row}]");
             let time = source.number(format_args!("{key}.time"), frame.time)?;
             if time <= before.time {
@@ -206,7 +210,6 @@ impl Solids<'_> {
         }
         notes.extend(mesh.report.to_string().lines().map(|line| format!("{}: {line}", mesh.name)));
         let [x, y, z] = grid.counts;
-        let told = |length: f64| plain(format!("{length:.1e}").parse().unwrap_or(length));
         notes.push(format!(
             "{}: a solid by distances at {x} x {y} x {z} points, {} m apart; its surface is off by \
              at most {} m, {:.2} of that",
@@ -217,6 +220,11 @@ impl Solids<'_> {
         ));
         Ok(Shape::Mesh(Arc::new(grid)))
     }
+}
+
+/// A length that is known roughly, to two digits.
+pub(crate) fn told(length: f64) -> String {
+    plain(format!("{length:.1e}").parse().unwrap_or(length))
 }
 
 /// Refuses keys that the kind of a solid does not use, and one that it lacks.

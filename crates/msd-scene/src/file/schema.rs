@@ -302,8 +302,8 @@ pub struct SolidRow {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spin: Option<Spin>,
     /// Where it is later, instead of `velocity` and `spin`; it moves smoothly in between.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub key_frames: Vec<KeyFrameRow>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key_frames: Option<Vec<KeyFrameRow>>,
     /// Fraction of the normal speed that a bounce returns. Default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,

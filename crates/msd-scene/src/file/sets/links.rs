@@ -27,12 +27,6 @@ pub(crate) fn links(
         let to = sets.particles(&format!("{key}.to"), &link.to)?;
         budget.take(source, format_args!("{key}"), [0, from.len() as u128])?;
         let law = law(sets, &key, link)?;
-        if let (&[a], &[b]) = (&*from, &*to)
-            && a == b
-        {
-            let reason = format!("joins particle {a} of the scene to itself; its ends must differ");
-            return Err(source.refuse(format_args!("{key}"), reason));
-        }
         let places: Vec<DVec3> = to.iter().map(|&end| scene.particles[end].position).collect();
         let nearest = Nearest::new(&places);
         let within = match link.within {
@@ -43,7 +37,11 @@ pub(crate) fn links(
         let mut joined = BTreeSet::new();
         for a in from {
             let place = scene.particles[a].position;
-            let Some(row) = nearest.find(place, |row| to[row] != a) else { continue };
+            let Some(row) = nearest.find(place, |row| to[row] != a) else {
+                let reason =
+                    format!("joins particle {a} of the scene to itself; its ends must differ");
+                return Err(source.refuse(format_args!("{key}"), reason));
+            };
             let (b, distance) = (to[row], place.distance(places[row]));
             closest = closest.min(distance);
             // Two of one body may be the nearest of each other.

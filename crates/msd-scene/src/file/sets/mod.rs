@@ -292,7 +292,8 @@ impl<'s> NamedSets<'s> {
         let places = particles.iter().map(|particle| particle.position);
         let Some(low) = places.clone().reduce(DVec3::min) else { return String::new() };
         let high = places.fold(low, DVec3::max);
-        let words = |place: DVec3| place.to_array().map(|x| plain((x * 1e6).round() * 1e-6));
+        // Divided, a whole number of micrometres has few digits; nor is zero negative then.
+        let words = |place: DVec3| place.to_array().map(|x| plain((x * 1e6).round() / 1e6 + 0.0));
         format!(", which lies from ({}) to ({})", words(low).join(", "), words(high).join(", "))
     }
 }
