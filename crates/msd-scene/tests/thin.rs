@@ -1,11 +1,14 @@
-//! Solids too thin for the bodies of a scene are told of.
+//! What is told of obstacles and bodies: those too thin to be met, and those that start inside.
 
-use msd_scene::{Loaded, SceneFormat, parse};
+use msd_core::Simulation;
+use msd_scene::{BUILTINS, Loaded, SceneFormat, open, parse};
 
+/// A rod and, a metre beside it, a sheet.
 fn load(radius: f64, keys: &str, touch: &str) -> Loaded {
     let text = format!(
         "version = 1\n[[world.solids]]\nkind = 'capsule'\nlength = 2\nradius = {radius}\n{keys}\n\
-         [[bodies]]\nkind = 'cloth'\nname = 'sheet'\nsize = [5, 5]\nspacing = 0.25\n{touch}\n"
+         [[bodies]]\nkind = 'cloth'\nname = 'sheet'\nsize = [5, 5]\nspacing = 0.25\n\
+         position = [0, 0, 1]\n{touch}\n"
     );
     parse(&text, SceneFormat::Toml, "thin.toml").expect("a scene")
 }
@@ -32,4 +35,52 @@ fn a_solid_between_particles_is_told_and_meets_springs_where_it_is_wished() {
         "world.solids[0] is 0.100 m thick: its ends fit through the squares of sheet, 0.250 m \
          wide, between the springs"
     );
+}
+
+/// A sheet of 5 x 5 particles, 0.25 m apart, whose middle is at 3 m above the origin, and obstacles.
+fn around(touch: &str, obstacles: &str) -> Loaded {
+    let text = format!(
+        "version = 1\n[[bodies]]\nkind = 'cloth'\nname = 'sheet'\nsize = [5, 5]\nspacing = 0.25\n\
+         position = [0, 3, 0]\n{touch}\n{obstacles}\n"
+    );
+    parse(&text, SceneFormat::Toml, "inside.toml").expect("a scene")
+}
+
+#[test]
+fn a_body_that_starts_inside_an_obstacle_is_told_and_is_moved_to_its_surface() {
+    let ball = "[[world.solids]]\nkind = 'sphere'\nradius = 0.32\nposition = [0, 3, 0]";
+    let told = |touch: &str, more: &str| around(touch, &format!("{ball}\n{more}")).notes.join("\n");
+    // The middle and the four next to it, then the four at 0.35 m too, whose radius counts.
+    let inside = |count: u32, depth: f64| {
+        format!(
+            "sheet starts inside world.solids[0] with {count} of its 25 particles, up to {depth} m \
+             deep: a run begins with them at the surface"
+        )
+    };
+    assert_eq!(told("", ""), inside(5, 0.32));
+    let touch = |keys: &str| format!("touch = {{ radius = 0.1, triangles = true{keys} }}");
+    assert_eq!(told(&touch(", obstacles = true"), ""), inside(9, 0.42));
+    assert_eq!(told(&touch(""), ""), inside(5, 0.32));
+    // What is pinned is not moved.
+    assert_eq!(told("", "[[pins]]\nparticle = 12"), inside(4, 0.07));
+    let loaded = around("", ball);
+    let run = Simulation::<f64>::new(&loaded.scene, loaded.settings).expect("a valid scene");
+    let middle = loaded.scene.solids[0].position;
+    let gaps = run.positions().map(|place| place.distance(middle) - 0.32);
+    assert!(gaps.fold(f64::INFINITY, f64::min).abs() < 1e-12);
+    let plane = |offset: f64| {
+        around("", &format!("[[world.planes]]\nnormal = [0, 2, 0]\noffset = {offset}")).notes
+    };
+    // The lowest row is at 2.5 m, and a fifth of the spacing is 0.05 m.
+    assert!(plane(2.5).is_empty() && plane(2.54).is_empty());
+    let told = &plane(2.56)[..];
+    let expected = "inside world.planes[0] with 5 of its 25 particles, up to 0.06 m deep";
+    assert!(told.len() == 1 && told[0].contains(expected), "{told:?}");
+}
+
+#[test]
+fn no_scene_of_msd_starts_inside_an_obstacle() {
+    let notes_of = |name: &str| open(name).expect("a built-in scene").notes;
+    let notes: Vec<String> = BUILTINS.iter().flat_map(|builtin| notes_of(builtin.name)).collect();
+    assert!(!notes.concat().contains("starts inside"), "{notes:#?}");
 }

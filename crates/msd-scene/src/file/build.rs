@@ -11,7 +11,7 @@ use crate::file::schema::{SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::pins::{load, masses, pins};
-use crate::file::touch::{pierced, touch};
+use crate::file::touch::{pierced, started_inside, touch};
 use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
@@ -96,6 +96,7 @@ pub(crate) fn understand_rows(
     scene.pins = pins;
     scene.springs.extend(links);
     load(source, &mut scene, (&file.bodies, &loads))?;
+    notes.extend(started_inside(&scene));
     let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));
     let automatic = substeps == Substeps::Auto;
     let title = file.title;

@@ -1,8 +1,11 @@
 //! Radii and contact of the particles of bodies, from the keys `touch`.
 
 use crate::error::{FileError, nearest, plain};
+use crate::file::obstacles::told;
 use crate::file::schema::{BodyRow, TouchRow, WithRow};
 use crate::file::tree::Source;
+use glam::DVec3;
+use msd_core::obstacles::{Obstacle, Placed};
 use msd_core::{Between, Scene, Touch};
 
 /// The radius of a particle, as a part of the spacing: two are then not quite as far apart as
@@ -278,6 +281,52 @@ pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
                      squares of {name}, {spacing:.3} m wide, between the springs"
                 ));
             }
+        }
+    }
+    notes
+}
+
+/// How deep particles may start inside an obstacle without a line, as a part of their spacing: they
+/// are moved by so little that no body is thrown.
+const DENT: f64 = 0.2;
+
+/// A line on each body and obstacle of which it starts inside with particles that are free to move.
+pub(crate) fn started_inside(scene: &Scene) -> Vec<String> {
+    let mut radii = vec![0.0; scene.particles.len()];
+    for touch in scene.touches.iter().filter(|touch| touch.obstacles) {
+        touch.particles.iter().for_each(|&particle| radii[particle] = touch.radius);
+    }
+    let mut is_free = vec![true; scene.particles.len()];
+    scene.pins.iter().for_each(|pin| is_free[pin.particle] = false);
+    let mut notes = Vec::new();
+    for (row, body) in scene.bodies.iter().enumerate() {
+        let particles: Vec<usize> = body.particles.clone().collect();
+        let dent = own(scene, row, &particles).spacing.map_or(0.0, |spacing| DENT * spacing);
+        let mut look = |obstacle: String, gap: &dyn Fn(DVec3) -> f64| {
+            let (mut count, mut deepest) = (0, 0.0);
+            for &particle in particles.iter().filter(|&&particle| is_free[particle]) {
+                let depth = radii[particle] - gap(scene.particles[particle].position);
+                count += usize::from(0.0 < depth);
+                deepest = f64::max(deepest, depth);
+            }
+            if dent < deepest {
+                notes.push(format!(
+                    "{} starts inside {obstacle} with {count} of its {} particles, up to {} m \
+                     deep: a run begins with them at the surface",
+                    body.name,
+                    particles.len(),
+                    told(deepest),
+                ));
+            }
+        };
+        for (number, plane) in scene.planes.iter().enumerate() {
+            let gap = |place: DVec3| plane.normal.dot(place) - plane.offset;
+            look(format!("world.planes[{number}]"), &gap);
+        }
+        for (number, solid) in scene.solids.iter().enumerate() {
+            let placed = Placed::new(solid, 0.0);
+            let gap = |place: DVec3| Obstacle::<f64>::gap(&placed, place, 0.0);
+            look(format!("world.solids[{number}]"), &gap);
         }
     }
     notes
