@@ -1,4 +1,4 @@
-//! What is told of obstacles and bodies: those too thin to be met, and those that start inside.
+//! Notes on obstacles and bodies: solids too thin to be met, and bodies that start inside.
 
 use msd_core::Simulation;
 use msd_scene::{BUILTINS, Loaded, SceneFormat, open, parse};
@@ -40,8 +40,8 @@ fn a_solid_between_particles_is_told_and_meets_springs_where_it_is_wished() {
 /// A sheet of 5 x 5 particles, 0.25 m apart, whose middle is at 3 m above the origin, and obstacles.
 fn around(touch: &str, obstacles: &str) -> Loaded {
     let text = format!(
-        "version = 1\n[[bodies]]\nkind = 'cloth'\nname = 'sheet'\nsize = [5, 5]\nspacing = 0.25\n\
-         position = [0, 3, 0]\n{touch}\n{obstacles}\n"
+        "version = 1\n[[bodies]]\nkind = 'cloth'\nname = 'sheet'\nsize = [5, 5]\n\
+         spacing = 0.25\nposition = [0, 3, 0]\n{touch}\n{obstacles}\n"
     );
     parse(&text, SceneFormat::Toml, "inside.toml").expect("a scene")
 }

@@ -302,7 +302,7 @@ pub(crate) fn started_inside(scene: &Scene) -> Vec<String> {
     for (row, body) in scene.bodies.iter().enumerate() {
         let particles: Vec<usize> = body.particles.clone().collect();
         let dent = own(scene, row, &particles).spacing.map_or(0.0, |spacing| DENT * spacing);
-        let mut look = |obstacle: String, gap: &dyn Fn(DVec3) -> f64| {
+        let mut meet = |obstacle: String, gap: &dyn Fn(DVec3) -> f64| {
             let (mut count, mut deepest) = (0, 0.0);
             for &particle in particles.iter().filter(|&&particle| is_free[particle]) {
                 let depth = radii[particle] - gap(scene.particles[particle].position);
@@ -321,12 +321,12 @@ pub(crate) fn started_inside(scene: &Scene) -> Vec<String> {
         };
         for (number, plane) in scene.planes.iter().enumerate() {
             let gap = |place: DVec3| plane.normal.dot(place) - plane.offset;
-            look(format!("world.planes[{number}]"), &gap);
+            meet(format!("world.planes[{number}]"), &gap);
         }
         for (number, solid) in scene.solids.iter().enumerate() {
             let placed = Placed::new(solid, 0.0);
             let gap = |place: DVec3| Obstacle::<f64>::gap(&placed, place, 0.0);
-            look(format!("world.solids[{number}]"), &gap);
+            meet(format!("world.solids[{number}]"), &gap);
         }
     }
     notes
