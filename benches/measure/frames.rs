@@ -267,5 +267,6 @@ fn kept(simulation: &Simulation) -> Frames {
 fn moment(simulation: &Simulation) -> Moment {
     let state = AnyState::F32(simulation.state());
     let substeps = simulation.settings().substeps;
-    Moment { state, steps: simulation.steps(), ledger: simulation.ledger(), substeps }
+    let (steps, ledger) = (simulation.steps(), simulation.ledger());
+    Moment { state, steps, ledger, substeps, touched: Default::default() }
 }

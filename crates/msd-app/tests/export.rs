@@ -42,6 +42,55 @@ fn a_run_is_written_moment_by_moment() {
     assert_eq!(names(path).iter().filter(|name| name.ends_with(".vtu")).count(), 11);
 }
 
+/// The JSON of a GLB file, and vectors of three by their accessor.
+fn glb(bytes: &[u8]) -> (serde_json::Value, impl Fn(&serde_json::Value) -> Vec<[f32; 3]> + '_) {
+    let length = word(bytes, 12) as usize;
+    let document: serde_json::Value =
+        serde_json::from_slice(&bytes[20..20 + length]).expect("JSON");
+    let binary = &bytes[28 + length..];
+    let known = document.clone();
+    let vectors = move |accessor: &serde_json::Value| {
+        let accessor = &known["accessors"][accessor.as_u64().expect("a number") as usize];
+        let view = &known["bufferViews"][accessor["bufferView"].as_u64().expect("a view") as usize];
+        let number = |key: &str| view[key].as_u64().expect("a number") as usize;
+        let bytes = &binary[number("byteOffset")..][..number("byteLength")];
+        let (threes, _) = bytes.as_chunks::<12>();
+        let float = |three: &[u8; 12], axis: usize| {
+            f32::from_le_bytes(*three[4 * axis..].first_chunk().expect("four bytes"))
+        };
+        threes.iter().map(|three| [0, 1, 2].map(|axis| float(three, axis))).collect()
+    };
+    (document, vectors)
+}
+
+#[test]
+fn normals_of_a_glb_follow_the_surface() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("spin.toml");
+    // It turns by a quarter, undeformed: its normal turns from z to x.
+    let text = "version = 1\n[world]\ngravity = [0, 0, 0]\n[[bodies]]\nkind = 'cloth'\n\
+                size = [3, 3]\nspin = [0, 1.5707963, 0]\nstiffness = 1e4\nmass = 0.01\n\
+                damping = 1\n[solver]\nsubsteps = 400\n";
+    fs::write(path, text).expect("a file");
+    let export = ["export", "spin.toml", "--to", "s.glb", "--duration", "1", "--every", "0.5"];
+    done(msd(folder.path(), &export));
+    let bytes = fs::read(folder.path().join("s.glb")).expect("s.glb");
+    let (document, vectors) = glb(&bytes);
+    let primitive = &document["meshes"][0]["primitives"][0];
+    let start = vectors(&primitive["attributes"]["NORMAL"]);
+    assert_eq!(start.len(), 9);
+    let side = start[0][2];
+    assert!(side.abs() == 1.0 && start.iter().all(|normal| *normal == [0.0, 0.0, side]));
+    let targets = primitive["targets"].as_array().expect("targets");
+    let turned = vectors(&targets[1]["NORMAL"]);
+    for (start, turn) in start.iter().zip(turned) {
+        let normal = [0, 1, 2].map(|axis| start[axis] + turn[axis]);
+        let expected = [side, 0.0, 0.0];
+        let apart = (0..3).map(|axis| (normal[axis] - expected[axis]).abs());
+        assert!(apart.fold(0.0, f32::max) < 1e-3, "{normal:?}");
+    }
+}
+
 #[test]
 fn a_moment_is_that_of_the_end() {
     let folder = folder();

@@ -3,6 +3,7 @@
 use super::Follow;
 use super::skin::{Form, Skin, positions};
 use crate::runner::Runner;
+use msd_core::glam::DVec3;
 use msd_scene::{FileError, Output, Spool};
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -34,8 +35,11 @@ struct Drawn {
     name: String,
     /// The particle of each vertex.
     particles: Vec<u32>,
-    /// Where each vertex was at first, metres.
+    /// Where each vertex was at first, metres, and its normal; none but of a surface.
     start: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    /// Three vertices of each triangle of a surface.
+    triangles: Vec<[u32; 3]>,
     primitive: Value,
     targets: Vec<Value>,
     is_two_sided: bool,
@@ -56,8 +60,13 @@ impl Glb {
             let start: Vec<[f32; 3]> = particles.iter().map(place).collect();
             let position = glb.add_vectors(&start)?;
             let mut attributes = json!({ "POSITION": position });
+            let (mut triangles, mut normals) = (Vec::new(), Vec::new());
             let (mode, indices) = match &part.form {
                 Form::Surface(surface) => {
+                    triangles = surface.triangles.clone();
+                    normals = normals_of(&start, &triangles);
+                    let normals = glb.add_floats(normals.as_flattened(), "VEC3", 3)?;
+                    attributes["NORMAL"] = normals.into();
                     // The origin of glTF's textures is the upper left corner.
                     let uv =
                         surface.corners.iter().map(|corner| [corner.uv[0], 1.0 - corner.uv[1]]);
@@ -77,6 +86,8 @@ impl Glb {
                 name: part.name.clone(),
                 particles,
                 start,
+                normals,
+                triangles,
                 primitive: json!({ "attributes": attributes, "indices": indices, "mode": mode }),
                 targets: Vec::new(),
                 is_two_sided,
@@ -199,13 +210,15 @@ impl Follow for Glb {
         let all = positions(runner);
         for row in 0..self.parts.len() {
             let part = &self.parts[row];
-            let moved = part.particles.iter().zip(&part.start).map(|(&particle, start)| {
-                let now = all[particle as usize];
-                std::array::from_fn(|axis| now[axis] as f32 - start[axis])
-            });
-            let moved: Vec<[f32; 3]> = moved.collect();
-            let target = self.add_vectors(&moved)?;
-            self.parts[row].targets.push(json!({ "POSITION": target }));
+            let place = |particle: &u32| all[*particle as usize].map(|x| x as f32);
+            let now: Vec<[f32; 3]> = part.particles.iter().map(place).collect();
+            let moved = differences(&now, &part.start);
+            let turned = differences(&normals_of(&now, &part.triangles), &part.normals);
+            let mut target = json!({ "POSITION": self.add_vectors(&moved)? });
+            if !turned.is_empty() {
+                target["NORMAL"] = self.add_floats(turned.as_flattened(), "VEC3", 3)?.into();
+            }
+            self.parts[row].targets.push(target);
         }
         Ok(())
     }
@@ -234,4 +247,26 @@ impl Follow for Glb {
         written.map_err(|error| output.refused(&error))?;
         output.finish()
     }
+}
+
+/// The first vectors less the second ones, as many as there are of both.
+fn differences(now: &[[f32; 3]], start: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let pairs = now.iter().zip(start);
+    pairs.map(|(now, start)| std::array::from_fn(|axis| now[axis] - start[axis])).collect()
+}
+
+/// The normal of each vertex, of length one: the mean of its triangles by their areas, or up where
+/// they have none. Vertices of a block are those of one side, and its edges stay edges.
+fn normals_of(places: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
+    if triangles.is_empty() {
+        return Vec::new();
+    }
+    let place = |vertex: u32| DVec3::from(places[vertex as usize].map(f64::from));
+    let mut sums = vec![DVec3::ZERO; places.len()];
+    for triangle in triangles {
+        let [a, b, c] = triangle.map(place);
+        let area = (b - a).cross(c - a);
+        triangle.iter().for_each(|&vertex| sums[vertex as usize] += area);
+    }
+    sums.into_iter().map(|sum| sum.normalize_or(DVec3::Y).as_vec3().to_array()).collect()
 }
