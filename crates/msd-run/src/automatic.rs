@@ -1,10 +1,10 @@
 //! Automatic substeps: as many as the predicted limit of stability asks for, and no clock involved.
 //!
 //! They are chosen where a run is opened and where its springs, masses or settings change, and
-//! renewed after every so many steps, or where more touches than at the last choice: a function of
-//! state, settings, the number of steps and what touched then, so that a run that was saved or
-//! replayed has the same bits. A lazy run chooses them no earlier than at its next step, and piece
-//! by piece before that.
+//! renewed after every so many steps, or where so much more touches that the limit may have fallen
+//! below them: a function of state, settings, the number of steps and what touched at the last
+//! choice, so that a run that was saved or replayed has the same bits. A lazy run chooses them no
+//! earlier than at its next step, and piece by piece before that.
 //!
 //! A step in which particles that touch may pass through each other is taken again with twice as
 //! many, and these stay until the next renewal.
@@ -18,8 +18,8 @@ const AIM: f64 = 0.9;
 /// The same where dampers set the limit, which falls further as they come to lie along one line:
 /// by 23 % in `foam`, within a sixth of a second.
 const AIM_OF_DAMPERS: f64 = 0.7;
-/// By how much touches may grow between two renewals, in h²/4 K + h/2 D, which is 1 at the limit h:
-/// what a choice leaves of it.
+/// By how much touches may grow between two renewals, as a [`Mode::share`] of the limit: by what a
+/// choice leaves of it.
 const LEFT: f64 = 1.0 - AIM * AIM;
 /// A body is loose where what is stable in any shape is at least this part of what is stable now:
 /// a rope or a cloth; of a block it is less.
@@ -59,7 +59,7 @@ pub(crate) struct Automatic {
     chosen_at: Option<u64>,
     /// What touched at the last choice.
     touched: Mode,
-    /// Whether much more touches than then.
+    /// Whether what touches since may have used up what that left of the limit.
     is_grown: bool,
 }
 
@@ -90,7 +90,7 @@ impl Automatic {
         Automatic { is_open: true, ..Automatic::resumed(simulation, &[], Mode::default()) }
     }
 
-    /// Looks after a step whether much more touches than at the last choice.
+    /// Looks after a step at what touches.
     pub(crate) fn look<R: Real>(&mut self, simulation: &mut Simulation<R>) {
         self.is_grown = has_grown(simulation, self.touched);
     }
@@ -168,15 +168,15 @@ fn is_damped_unevenly<R: Real>(model: &Model<R>) -> bool {
     dampings.any(|damping| Some(damping) != first)
 }
 
-/// Whether much more touches than at the last choice, for a method with a limit.
+/// Whether what touches may have used up what the last choice left of the limit, for a method with
+/// one.
 fn has_grown<R: Real>(simulation: &mut Simulation<R>, before: Mode) -> bool {
     let is_limited = Integrator::EXPLICIT.contains(&simulation.settings().integrator);
     if !is_limited || simulation.model().touches().is_empty() {
         return false;
     }
     let h = simulation.settings().substep();
-    let share = |mode: Mode| 0.25 * h * h * mode.stiffness + 0.5 * h * mode.damping;
-    LEFT + share(before) < share(simulation.touching_mode())
+    LEFT + before.share(h) < simulation.touching_mode().share(h)
 }
 
 /// Whether an interaction may move the limit. A hand is kept weaker than any substep.

@@ -191,8 +191,8 @@ impl Runner {
         Ok(runner)
     }
 
-    /// Advances by one step; automatic substeps are renewed before it where it is time to or where
-    /// much more touches, and doubled, up to 1000, while particles may pass through each other in
+    /// Advances by one step; automatic substeps are renewed before it where it is time to or what
+    /// touches asks for it, and doubled, up to 1000, while particles may pass through each other in
     /// it.
     ///
     /// # Errors
@@ -239,6 +239,11 @@ impl Runner {
     /// is stable, infinite if every step is.
     pub fn longest_automatic_substep(&self) -> f64 {
         on!(self, simulation => longest_automatic(simulation))
+    }
+
+    /// What touches at the present state: see [`Simulation::touching_mode`].
+    pub fn touching_mode(&mut self) -> Mode {
+        on!(self, simulation => simulation.touching_mode())
     }
 
     /// Whether substeps are chosen from the predicted limit of stability as the run goes on.

@@ -214,10 +214,7 @@ const LINES: [(&str, &str); 89] = [
          { axis = [0, 0, 0], angle_deg = 1 } }]",
         "world.solids[0].key_frames[0].rotation.axis is zero",
     ),
-    (
-        "[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = []",
-        "key_frames is empty; a solid",
-    ),
+    ("[[world.solids]]\nkind = 'sphere'\nradius = 1\nkey_frames = []", "key_frames is empty"),
     ("stiffness = nan", "s.toml:5:13: bodies[0].stiffness is NaN; it must be finite and not"),
     ("stiffness = inf", "s.toml:5:13: bodies[0].stiffness is inf; it must be finite and not"),
     ("damping = -1", "s.toml:5:11: bodies[0].damping is -1; it must be finite and not negative"),

@@ -37,7 +37,7 @@ fn a_solid_between_particles_is_told_and_meets_springs_where_it_is_wished() {
     );
 }
 
-/// A sheet of 5 x 5 particles, 0.25 m apart, whose middle is at 3 m above the origin, and obstacles.
+/// A sheet of 5 x 5 particles, 0.25 m apart, 3 m above the origin, and obstacles.
 fn around(touch: &str, obstacles: &str) -> Loaded {
     let text = format!(
         "version = 1\n[[bodies]]\nkind = 'cloth'\nname = 'sheet'\nsize = [5, 5]\n\

@@ -16,12 +16,12 @@
 //! (`back` and `ahead`: how many states one can look back to, and come back to; `undo` and `redo`:
 //! what they would take back and do again, or null), `recording` (its file or null), `twin` (null,
 //! or its root mean square distance, m), `gallery` (null, or how many of its pictures are drawn),
-//! `solids` (where their middles are seen), `passes` and `crossings` (pairs that may have passed through each other, pairs of triangles that
-//! cross, or null), `full_screen`, `focus` (whether a control has the keyboard), `group` and
-//! `grabs` (how many particles are to be grabbed together, and are held), `guide` (steps done of
-//! the guide, or null), `wireframe`, `camera` (`yaw`, `pitch`, `distance`, `target`),
-//! `filming` (null, or frames that are written), `pixels_per_point`, `view` and `landmarks`
-//! (rectangles: left, top, width, height).
+//! `solids` (where their middles are seen), `passes` and `crossings` (pairs that may have passed
+//! through each other, pairs of triangles that cross, or null), `full_screen`, `focus` (whether a
+//! control has the keyboard), `group` and `grabs` (how many particles are to be grabbed together,
+//! and are held), `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`,
+//! `pitch`, `distance`, `target`), `filming` (null, or frames that are written),
+//! `pixels_per_point`, `view` and `landmarks` (rectangles: left, top, width, height).
 
 #[cfg(not(target_arch = "wasm32"))]
 use super::Watcher;

@@ -5,13 +5,16 @@ use super::advice::appended;
 use super::prepare::warn_of_step;
 use super::report::{Chosen, Gain};
 use msd_core::methods::Solved;
-use msd_core::stability::Estimator;
+use msd_core::stability::{Estimator, Mode};
 use msd_core::{Integrator, Settings, Witness};
 use msd_run::{Runner, steps_between};
 use msd_study::quantity::{quantity, rounded};
 
 /// The largest share of the work of a run that predictions may take.
 const SHARE: f64 = 0.02;
+/// The least part of the limit by which touches grow from one prediction to the next.
+const GROWTH: f64 = 0.05;
+
 /// Predicts the longest stable substep every so many steps, and reads the energy after each.
 #[derive(Debug)]
 pub struct Watch {
@@ -21,6 +24,8 @@ pub struct Watch {
     least: (f64, f64),
     /// The prediction for the start, seconds.
     stable: f64,
+    /// What touched at the last prediction.
+    touched: Mode,
     witness: Witness,
     /// Energy that the integrator has added.
     pub gain: Option<Gain>,
@@ -45,6 +50,7 @@ impl Watch {
             every,
             least: (stable, runner.time()),
             stable,
+            touched: Mode::default(),
             witness: Witness::default(),
             gain: None,
             solved: None,
@@ -58,7 +64,7 @@ impl Watch {
     }
 
     /// Looks at a run after a step.
-    pub fn look(&mut self, runner: &Runner) {
+    pub fn look(&mut self, runner: &mut Runner) {
         let substeps = runner.settings().substeps;
         self.substeps += u64::from(substeps);
         if runner.is_automatic() && !runner.integrator().is_adaptive() {
@@ -144,14 +150,22 @@ impl Watch {
         moved.into_iter().chain(others).collect()
     }
 
-    /// Predicts if it is time to; what is known to be over the limit is not asked again.
-    fn predict(&mut self, runner: &Runner) {
+    /// Predicts if it is time to, or where so much more touches that the limit may have fallen
+    /// below the substep; what is known to be over the limit is not asked again.
+    fn predict(&mut self, runner: &mut Runner) {
         let (least, _) = self.least;
         let explicit = Integrator::EXPLICIT.contains(&runner.integrator());
-        let over = least < runner.settings().substep();
-        if !explicit || over || !runner.steps().is_multiple_of(self.every) {
+        let h = runner.settings().substep();
+        if !explicit || least < h {
             return;
         }
+        let touching = runner.touching_mode();
+        let left = f64::max(1.0 - (h / least) * (h / least), GROWTH);
+        let is_grown = self.touched.share(h) + left < touching.share(h);
+        if !is_grown && !runner.steps().is_multiple_of(self.every) {
+            return;
+        }
+        self.touched = touching;
         let stable = runner.stable_substep_by(&mut self.estimator);
         if stable < least {
             self.least = (stable, runner.time());
