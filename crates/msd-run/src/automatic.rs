@@ -90,9 +90,9 @@ impl Automatic {
         Automatic { is_open: true, ..Automatic::resumed(simulation, &[], Mode::default()) }
     }
 
-    /// Looks after a step at what touches.
-    pub(crate) fn look<R: Real>(&mut self, simulation: &mut Simulation<R>) {
-        self.is_grown = has_grown(simulation, self.touched);
+    /// Looks at what touches, by what touched at the last choice.
+    pub(crate) fn look<R: Real>(&mut self, simulation: &mut Simulation<R>, touched: Mode) {
+        (self.touched, self.is_grown) = (touched, has_grown(simulation, touched));
     }
 
     /// What touched at the last choice.

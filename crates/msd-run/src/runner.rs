@@ -216,11 +216,10 @@ impl Runner {
             on!(self, simulation => simulation.set_settings(settings))?;
             return Err(error);
         }
-        if self.settings() != settings {
+        if self.settings() == settings {
+            self.look_at_touches(self.touched_at_choice());
+        } else {
             self.resume_automatic(&[], self.touched_at_choice());
-        } else if let Some(mut automatic) = self.automatic() {
-            on!(&mut *self, simulation => automatic.look(simulation));
-            self.substeps_mut().automatic = Some(automatic);
         }
         Ok(())
     }
@@ -301,6 +300,15 @@ impl Runner {
     fn resume_automatic(&mut self, queue: &[Interaction], touched: Mode) {
         let resumed = on!(&mut *self, simulation => Automatic::resumed(simulation, queue, touched));
         self.substeps_mut().automatic = Some(resumed);
+    }
+
+    /// Looks whether automatic substeps, chosen where this touched, are to be chosen anew for what
+    /// touches now.
+    fn look_at_touches(&mut self, touched: Mode) {
+        if let Some(mut automatic) = self.automatic() {
+            on!(&mut *self, simulation => automatic.look(simulation, touched));
+            self.substeps_mut().automatic = Some(automatic);
+        }
     }
 
     /// What touched where automatic substeps were chosen last.
@@ -445,11 +453,13 @@ impl Runner {
     pub fn go_back(&mut self, moment: &Moment) -> Result<(), Error> {
         self.set_state(&moment.state, moment.steps)?;
         on!(&mut *self, simulation => simulation.set_ledger(moment.ledger));
-        if self.is_automatic() {
+        if self.is_automatic() && moment.substeps != self.settings().substeps {
             // As they were then, so that the same steps follow; the next renewal is due by itself.
             let settings = Settings { substeps: moment.substeps, ..self.settings() };
             on!(&mut *self, simulation => simulation.set_settings(settings))?;
             self.resume_automatic(&[], moment.touched);
+        } else {
+            self.look_at_touches(moment.touched);
         }
         Ok(())
     }

@@ -191,6 +191,16 @@ fn a_return_restores_the_substeps_of_then() {
 }
 
 #[test]
+fn a_choice_that_waits_still_does_after_a_return() {
+    let Loaded { settings, precision, .. } = automatic("cube");
+    let opened = Runner::open_lazily(&automatic("cube"), settings, precision, true);
+    let mut run = opened.expect("a valid scene");
+    let moment = run.moment();
+    run.go_back(&moment).expect("a state");
+    assert!(run.is_open());
+}
+
+#[test]
 fn a_hand_and_a_pin_that_moves_choose_nothing() {
     let mut run = runner(&automatic("cloth"));
     let before = substeps(&run);
