@@ -11,7 +11,7 @@ use super::StepContext;
 use super::context::{Pass, Way};
 use crate::columns::threads::for_each_share;
 use crate::number::{Real, at_level};
-use crate::obstacles::rest::Kick;
+use crate::obstacles::rest::{Drift, Kick};
 use crate::obstacles::{Contacts, Evaluated};
 
 /// x' = x + h v, v' = v + h a(x, v).
@@ -110,7 +110,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         step.scratch.power = power;
         for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick(pass, h)));
         if lies {
-            let kick = half_of(step, step.settings.substep(), false);
+            let kick = half_of(step, step.settings.substep(), false, Drift::Behind);
             let contacts = step.settle(None, NOW, kick);
             // Counted at the first kick.
             step.done.meet(Contacts { count: 0, ..contacts });
@@ -131,22 +131,22 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
 }
 
 /// One of the two kicks of a substep, so many seconds after its start.
-fn half_of<R: Real>(step: &StepContext<'_, R>, after: f64, loses: bool) -> Kick<R> {
+fn half_of<R: Real>(step: &StepContext<'_, R>, after: f64, loses: bool, drift: Drift) -> Kick<R> {
     let substep = step.substep();
-    Kick { length: substep * R::HALF, substep, time: step.time() + after, loses }
+    Kick { length: substep * R::HALF, substep, time: step.time() + after, loses, drift }
 }
 
 /// The first half kick and the drift where particles lie on obstacles, and the prediction of
 /// velocities for dampers.
 fn kick_settle_drift<R: Real>(step: &mut StepContext<'_, R>, is_damped: bool) {
     let (h, level) = (step.substep(), step.level);
-    let kick = half_of(step, 0.0, true);
+    let kick = half_of(step, 0.0, true, Drift::Ahead);
     for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_by_half(pass, h)));
     let contacts = step.settle(None, NOW, kick);
     step.done.meet(contacts);
     if is_damped {
         for_each_share(step.pass(), |pass| at_level!(level, _simd => predict(pass, h)));
-        step.settle(Some(PREDICTED), NOW, Kick { loses: false, ..kick });
+        step.settle(Some(PREDICTED), NOW, Kick { loses: false, drift: Drift::Absent, ..kick });
     }
     for_each_share(step.pass(), |pass| at_level!(level, _simd => drift(pass, h)));
 }
@@ -282,7 +282,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
 fn settle_stage<R: Real>(step: &mut StepContext<'_, R>, reach: R, is_last: bool) -> Contacts {
     for_each_share(step.pass(), |pass| set_kicks(pass, reach));
     let time = step.time() + reach.to_f64();
-    let kick = Kick { length: reach, substep: step.substep(), time, loses: is_last };
+    let kick = Kick { length: reach, substep: step.substep(), time, loses: is_last, drift: Drift::Absent };
     step.settle(None, KICKS, kick)
 }
 

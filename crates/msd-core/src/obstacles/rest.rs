@@ -44,6 +44,18 @@ pub(crate) struct Kick<R> {
     pub(crate) time: f64,
     /// Whether it takes the tangential loss of a surface, which comes once in a substep.
     pub(crate) loses: bool,
+    pub(crate) drift: Drift,
+}
+
+/// The drift of all particles by their velocities for a substep, as seen from a kick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Drift {
+    /// It follows.
+    Ahead,
+    /// It is over: what is on a surface now was on it before.
+    Behind,
+    /// There is none.
+    Absent,
 }
 
 impl<R: Real> Split for Kicked<'_, R> {
@@ -293,13 +305,15 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
             }
         }
         for (_, own) in &obstacles.own {
-            settle_on_curved(&own.of::<R>(), &mut kicked, (record, x, ALL), &mut contacts);
+            let own = own.of::<R>();
+            settle_on_curved((&own, &own), &mut kicked, (record, x, ALL), &mut contacts);
         }
     }
     for solid in &obstacles.solids {
         let time = kicked.kick.time;
         let ball = Ball::<R>::new(solid, time, kicked.places.radii.largest);
         let placed = Placed::new(solid, time);
+        let moved = Placed::new(solid, time + kicked.kick.substep.to_f64());
         let records = kicked.places.positions.as_chunks::<RECORD>().0;
         for (block, some) in records.chunks(TOGETHER).enumerate() {
             if !ball.may_hold_any(some) {
@@ -308,7 +322,7 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
             for (record, x) in (block * TOGETHER..).zip(some) {
                 let near = ball.inside(x);
                 if near != 0 {
-                    settle_on_curved(&placed, &mut kicked, (record, x, near), &mut contacts);
+                    settle_on_curved((&placed, &moved), &mut kicked, (record, x, near), &mut contacts);
                 }
             }
         }
@@ -334,7 +348,8 @@ fn settle_on_plane<R: Real>(
     for lane in 0..LANES {
         let is_on = is_on(plane, lane_of(x, lane), radii[lane]);
         let on = is_on & (counts[lane] == 1) & (w[lane] != R::ZERO);
-        let settled = kick.settle(&law, normal, (lane_of(&v, lane), lane_of(&a, lane)));
+        let kicked = (lane_of(&v, lane), lane_of(&a, lane));
+        let settled = kick.settle(&law, normal, kicked, R::ZERO);
         lie[lane] = on & settled.lies;
         taken[lane] = settled.taken;
         for axis in 0..3 {
@@ -375,7 +390,7 @@ fn settle_in_corner<R: Real>(
         for plane in planes.iter().filter(|plane| is_on(plane, x, radius)) {
             let (n, law) = (plane.normal.components(), kick.law(plane.law));
             if dot(n, v) < R::ZERO && law.lay(dot(n, start), -limit, start) {
-                v = slowed(&law, n, v).0;
+                v = slowed(&law, n, v, -dot(n, v)).0;
             }
         }
         if v == before {
@@ -414,13 +429,13 @@ impl<R: Real> ContactLaw<R> {
     }
 }
 
-/// The velocity along a surface that friction leaves of one into it, and the reciprocal of the
-/// slip, 0 where it holds.
+/// The velocity along a surface that friction leaves at a push, and the reciprocal of the slip, 0
+/// where it holds.
 #[inline(always)]
-fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3]) -> ([R; 3], R) {
+fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3], push: R) -> ([R; 3], R) {
     let speed = dot(n, v);
     let along: [R; 3] = core::array::from_fn(|axis| v[axis] - n[axis] * speed);
-    let (kept, per_slip) = law.rub(dot(along, along).sqrt(), -speed);
+    let (kept, per_slip) = law.rub(dot(along, along).sqrt(), push);
     (along.map(|number| number * kept), per_slip)
 }
 
@@ -428,10 +443,10 @@ fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3]) -> ([R; 3], R) {
 const ALL: u32 = (1 << LANES) - 1;
 
 /// Holds the particles of a record that lie on an obstacle which is no plane; the bits say which
-/// may.
+/// may. The obstacle is given where it is and where it will be after a drift.
 #[inline(always)]
 fn settle_on_curved<R: Real>(
-    obstacle: &impl Sampled<R>,
+    (obstacle, moved): (&impl Sampled<R>, &impl Sampled<R>),
     kicked: &mut Kicked<'_, R>,
     (record, x, which): (usize, &[R; RECORD], u32),
     contacts: &mut Contacts,
@@ -443,30 +458,100 @@ fn settle_on_curved<R: Real>(
     if on == 0 {
         return;
     }
-    let surface = obstacle.velocities((x, on), kick.time);
     let law = kick.law(obstacle.single().law());
     let of = |column: &[R]| -> [R; RECORD] { *column[at..].first_chunk().expect("a record") };
     let (v, a) = (of(kicked.velocities), of(kicked.accelerations));
-    let (mut lie, mut taken) = ([false; LANES], [R::ZERO; LANES]);
-    let mut after = [R::ZERO; RECORD];
-    for lane in 0..LANES {
-        let [normal, v, surface] = [&normals, &v, &surface].map(|column| lane_of(column, lane));
-        let seen = core::array::from_fn(|axis| v[axis] - surface[axis]);
-        let settled = kick.settle(&law, normal, (seen, lane_of(&a, lane)));
-        (lie[lane], taken[lane]) = (settled.lies, settled.taken);
-        for axis in 0..3 {
-            after[axis * LANES + lane] = settled.velocity[axis] + surface[axis];
+    let surface = obstacle.velocities((x, on), kick.time);
+    let mut bends = [R::ZERO; LANES];
+    let mut rest = Rest::new(&kick, &law, (&normals, &v, &a, &surface), &bends);
+    if kick.drift == Drift::Ahead {
+        for _ in 0..BENDS {
+            let drifting = (x, &rest.velocities, on & rest.lie);
+            if !bend(moved, drifting, (&kick, &radii, &normals), &mut bends) {
+                break;
+            }
+            rest = Rest::new(&kick, &law, (&normals, &v, &a, &surface), &bends);
         }
     }
-    for lane in lanes(on).filter(|&lane| lie[lane]) {
-        let [v, after, surface] = [&v, &after, &surface].map(|column| lane_of(column, lane));
+    for lane in lanes(on & rest.lie) {
+        let [v, after, surface] = [&v, &rest.velocities, &surface].map(|column| lane_of(column, lane));
         set_vector(kicked.velocities, at + lane, R::Vec3::from_components(after));
         let mass = kicked.masses[record * LANES + lane];
         let impulse = core::array::from_fn(|axis| after[axis] - v[axis]);
         *contacts += Contacts {
             driven: (dot(impulse, surface) * mass).to_f64(),
-            ..Contacts::one((taken[lane] * mass).to_f64())
+            ..Contacts::one((rest.taken[lane] * mass).to_f64())
         };
+    }
+}
+
+/// Iterations that find how particles bend with a surface, at most. Each leaves of a gap the angle
+/// by which the surface turns in a substep, squared, and times the friction.
+const BENDS: usize = 8;
+
+/// Turns the velocities of particles that lie, so that they do so after a drift: lowers their
+/// speeds along the normals by the gaps that the drift would leave. Whether there were any.
+#[inline(always)]
+fn bend<R: Real>(
+    moved: &impl Sampled<R>,
+    (x, velocities, lie): (&[R; RECORD], &[R; RECORD], u32),
+    (kick, radii, normals): (&Kick<R>, &[R; LANES], &[R; RECORD]),
+    bends: &mut [R; LANES],
+) -> bool {
+    let moving = (0..LANES)
+        .filter(|&lane| lane_of(velocities, lane) != [R::ZERO; 3])
+        .fold(0, |bits, lane| bits | 1 << lane);
+    let which = lie & moving;
+    if which == 0 {
+        return false;
+    }
+    let mut ends = *x;
+    for (end, &v) in ends.iter_mut().zip(velocities) {
+        *end += v * kick.substep;
+    }
+    let gaps = moved.gaps((&ends, which), kick.time + kick.substep.to_f64());
+    let mut is_any = false;
+    for lane in lanes(which) {
+        let gap = gaps[lane] - radii[lane];
+        let noise = rounding(lane_of(normals, lane), lane_of(&ends, lane), radii[lane]);
+        if noise * R::HALF < gap.abs() {
+            bends[lane] -= gap / kick.substep;
+            is_any = true;
+        }
+    }
+    is_any
+}
+
+/// The particles of a record after the law, if they are on the surface.
+struct Rest<R> {
+    /// Whether they lie, a bit for each.
+    lie: u32,
+    velocities: [R; RECORD],
+    /// Energy dissipated per mass, joules per kilogram.
+    taken: [R; LANES],
+}
+
+impl<R: Real> Rest<R> {
+    /// Holds particles on a surface, each with the speed along its normal that keeps it there.
+    #[inline(always)]
+    fn new(
+        kick: &Kick<R>,
+        law: &ContactLaw<R>,
+        (normals, v, a, surface): (&[R; RECORD], &[R; RECORD], &[R; RECORD], &[R; RECORD]),
+        bends: &[R; LANES],
+    ) -> Self {
+        let (mut lie, mut taken) = ([0; LANES], [R::ZERO; LANES]);
+        let mut velocities = [R::ZERO; RECORD];
+        for lane in 0..LANES {
+            let [normal, v, surface] = [normals, v, surface].map(|column| lane_of(column, lane));
+            let seen = core::array::from_fn(|axis| v[axis] - surface[axis]);
+            let settled = kick.settle(law, normal, (seen, lane_of(a, lane)), bends[lane]);
+            (lie[lane], taken[lane]) = (u32::from(settled.lies) << lane, settled.taken);
+            for axis in 0..3 {
+                velocities[axis * LANES + lane] = settled.velocity[axis] + normal[axis] * bends[lane] + surface[axis];
+            }
+        }
+        Rest { lie: lie.iter().fold(0, |bits, bit| bits | bit), velocities, taken }
     }
 }
 
@@ -474,6 +559,7 @@ fn settle_on_curved<R: Real>(
 struct Settled<R> {
     /// Whether the particle lies, if it is on the surface: the law is for no other.
     lies: bool,
+    /// Along the surface.
     velocity: [R; 3],
     /// Energy dissipated per mass, joules per kilogram.
     taken: R,
@@ -490,14 +576,23 @@ impl<R: Real> Kick<R> {
     /// It lies where the kick presses it to the surface and it lay there before, see
     /// [`ContactLaw::lay`]. A surface that holds it takes the energy of its motion before the kick,
     /// one that it slides on the work of friction: force times mean velocity.
+    ///
+    /// It goes on at the speed `bend` along the normal, 0 on a plane: see [`bend`].
     #[inline(always)]
-    fn settle(&self, law: &ContactLaw<R>, n: [R; 3], (v, a): ([R; 3], [R; 3])) -> Settled<R> {
+    fn settle(
+        &self,
+        law: &ContactLaw<R>,
+        n: [R; 3],
+        (v, a): ([R; 3], [R; 3]),
+        bend: R,
+    ) -> Settled<R> {
         let (speed, pull) = (dot(n, v), dot(n, a));
         let before = speed - pull * self.length;
         let limit = (self.substep + self.substep) * pull;
         let was = core::array::from_fn(|axis| v[axis] - a[axis] * self.length);
-        let lies = (speed < R::ZERO) & (pull < R::ZERO) & law.lay(before, limit, was);
-        let (velocity, per_slip) = slowed(law, n, v);
+        let lay = (self.drift == Drift::Behind) | law.lay(before, limit, was);
+        let lies = (speed < bend) & (pull < R::ZERO) & lay;
+        let (velocity, per_slip) = slowed(law, n, v, bend - speed);
         let sum = |term: [R; 3]| term[0] + term[1] + term[2];
         let lost = sum(core::array::from_fn(|axis| {
             let along = v[axis] - n[axis] * speed;
@@ -512,6 +607,9 @@ impl<R: Real> Kick<R> {
                 (along - velocity[axis]) * (slipped + velocity[axis] - saved)
             }
         }));
-        Settled { lies, velocity, taken: (before * before + lost) * R::HALF }
+        // How the surface bends in a drift is the same motion before it and after it.
+        let stopped = if self.drift == Drift::Behind { R::ZERO } else { before * before };
+        let taken = (stopped + lost) * R::HALF;
+        Settled { lies, velocity, taken }
     }
 }
