@@ -282,7 +282,8 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
 fn settle_stage<R: Real>(step: &mut StepContext<'_, R>, reach: R, is_last: bool) -> Contacts {
     for_each_share(step.pass(), |pass| set_kicks(pass, reach));
     let time = step.time() + reach.to_f64();
-    let kick = Kick { length: reach, substep: step.substep(), time, loses: is_last, drift: Drift::Absent };
+    let kick =
+        Kick { length: reach, substep: step.substep(), time, loses: is_last, drift: Drift::Absent };
     step.settle(None, KICKS, kick)
 }
 
