@@ -96,6 +96,9 @@ impl Done {
 pub(crate) enum Way {
     /// By h (v' − s h a), with v' the velocity at its end, a the last acceleration, and s given.
     Kicked(f64),
+    /// By h (v' − h a/2), between half kicks; the acceleration of the first is in the second work
+    /// column.
+    BetweenKicks,
     /// From positions that are kept in the first work column.
     Kept,
 }
@@ -307,13 +310,14 @@ impl<'a, R: Real> StepContext<'a, R> {
         }
         let length = self.settings.substep();
         let Scratch { forces, columns, .. } = &*self.scratch;
-        let (lag, starts) = match way {
-            Way::Kicked(lag) => (lag, None),
-            Way::Kept => (0.5, Some(&*columns[0])),
+        let (lag, starts, before) = match way {
+            Way::Kicked(lag) => (lag, None, None),
+            Way::BetweenKicks => (0.5, None, Some(&*columns[1])),
+            Way::Kept => (0.5, Some(&*columns[0]), None),
         };
         let h = R::of(length);
         let time = self.start + f64::from(self.finished) * length;
-        let substep = Substep { h, time, lag: h * R::of(lag), starts, evaluated };
+        let substep = Substep { h, time, lag: h * R::of(lag), starts, before, evaluated };
         let contacts = self.model.resolve(self.level, self.state, forces, substep);
         if 0 < contacts.count {
             self.scratch.work.near.disturb();

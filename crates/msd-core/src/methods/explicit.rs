@@ -62,6 +62,7 @@ fn kick_drift<R: Real>(pass: Pass<'_, R, 0>, h: R) {
 /// it, and predicted velocities.
 pub(crate) const VERLET_COLUMNS: usize = 3;
 const NOW: usize = 0;
+const BEFORE: usize = 1;
 const PREDICTED: usize = 2;
 
 /// Kick, drift, kick.
@@ -108,6 +109,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
             step.set_forces(step.time() + step.settings.substep())
         };
         step.scratch.power = power;
+        step.scratch.columns.swap(NOW, BEFORE);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick(pass, h)));
         if lies {
             let kick = half_of(step, step.settings.substep(), false, Drift::Behind);
@@ -118,7 +120,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         if step.finished == 0 && 0.0 <= before && before < power {
             real = before / power;
         }
-        let contacts = step.finish(Way::Kicked(0.5), Evaluated::AtEnd);
+        let contacts = step.finish(Way::BetweenKicks, Evaluated::AtEnd);
         step.scratch.warm = !contacts.bounced;
         met = 0 < contacts.count;
         // The next substep begins where this one ends.
@@ -169,14 +171,13 @@ fn kick_drift_predict<R: Real>(pass: Pass<'_, R, VERLET_COLUMNS>, h: R) {
     let [now, before, predicted] = work;
     let n = x.len();
     let (v, now) = (&mut v[..n], &now[..n]);
-    let (before, predicted) = (&mut before[..n], &mut predicted[..n]);
+    let (before, predicted) = (&before[..n], &mut predicted[..n]);
     let half = h * R::HALF;
     let quarter = half * R::HALF;
     for i in 0..n {
         v[i] += now[i] * half;
         x[i] += v[i] * h;
         predicted[i] = v[i] + (now[i] + before[i]) * quarter;
-        before[i] = now[i];
     }
 }
 
@@ -207,11 +208,10 @@ fn predict<R: Real>(pass: Pass<'_, R, VERLET_COLUMNS>, h: R) {
     let [now, before, predicted] = work;
     let n = v.len();
     let (v, now) = (&v[..n], &now[..n]);
-    let (before, predicted) = (&mut before[..n], &mut predicted[..n]);
+    let (before, predicted) = (&before[..n], &mut predicted[..n]);
     let quarter = h * R::HALF * R::HALF;
     for i in 0..n {
         predicted[i] = v[i] + (now[i] + before[i]) * quarter;
-        before[i] = now[i];
     }
 }
 

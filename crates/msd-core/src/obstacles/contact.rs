@@ -89,7 +89,7 @@ impl<R: Real> ContactLaw<R> {
         let kick = if touch.is_held { R::ZERO } else { span.h };
         let (before, after) = (speed - pull * kick, speed + push);
         let moved = touch.along_normal(touch.way()) + touch.depth;
-        let taken = (before * before - after * after) * R::HALF + pull * moved;
+        let taken = (before * before - after * after) * R::HALF + pull * moved + touch.eased();
         let push = Push { push, lift: touch.depth, reach: touch.depth, kick, taken };
         self.finish(touch, push)
     }
@@ -185,6 +185,8 @@ pub(super) struct Touch<R> {
     pub(super) start: [R; 3],
     /// Its acceleration without the surface, metres per second squared.
     pub(super) pull: [R; 3],
+    /// That at the start of the substep; the same where it is not known.
+    pub(super) before: [R; 3],
     /// Stiffness of all springs at it by its mass, per second squared.
     pub(super) stiffness: R,
     /// Whether it has been held on the surface in this substep, which bends away from its path.
@@ -215,6 +217,17 @@ impl<R: Real> Touch<R> {
         let real = self.along_normal(self.velocity) - span.shift * pull;
         let stored = self.strain(span) * self.distance(span);
         (real, real * real + (pull + pull) * self.depth - stored)
+    }
+
+    /// How much less energy by mass the springs hold at the surface than a constant acceleration
+    /// says, joules per kilogram: with one that changes by a₁ − a₀ along the way w, all the way to
+    /// the depth d, they push back by what they were pressed together there.
+    #[inline(always)]
+    fn eased(&self) -> R {
+        let eased = self.along_normal(self.before) - self.along_normal(self.pull);
+        let way = self.along_normal(self.way()).abs().max(self.depth);
+        let energy = eased * R::HALF * self.depth * self.depth / way;
+        if self.is_held { R::ZERO } else { energy }
     }
 
     /// How far from the surface the acceleration was evaluated, metres.

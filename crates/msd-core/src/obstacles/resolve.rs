@@ -38,8 +38,18 @@ pub(crate) struct Substep<'a, R> {
     pub(crate) lag: R,
     /// Positions at its start, metres, where the displacement was another.
     pub(crate) starts: Option<&'a [R]>,
+    /// Accelerations at its start, metres per second squared, where the method keeps them.
+    pub(crate) before: Option<&'a [R]>,
     /// Where the last forces were evaluated.
     pub(crate) evaluated: Evaluated,
+}
+
+impl<R: Real> Substep<'_, R> {
+    /// One that takes no time.
+    pub(crate) fn instant(time: f64) -> Self {
+        let (h, lag, evaluated) = (R::ZERO, R::ZERO, Evaluated::Nowhere);
+        Substep { h, time, lag, starts: None, before: None, evaluated }
+    }
 }
 
 impl<R: Real> Split for Bodies<'_, R> {
@@ -56,8 +66,10 @@ impl<R: Real> Split for Bodies<'_, R> {
         let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
         let (low_starts, starts) =
             self.substep.starts.map(|column| column.split_at(numbers)).unzip();
-        let (low_substep, substep) =
-            (Substep { starts: low_starts, ..self.substep }, Substep { starts, ..self.substep });
+        let (low_before, before) =
+            self.substep.before.map(|column| column.split_at(numbers)).unzip();
+        let low_substep = Substep { starts: low_starts, before: low_before, ..self.substep };
+        let substep = Substep { starts, before, ..self.substep };
         let low = Bodies {
             masses: low_masses,
             inverse_masses: low_inverse_masses,
@@ -240,6 +252,8 @@ struct Batch<R> {
     starts: [R; RECORD],
     /// Accelerations; forces at first.
     pulls: [R; RECORD],
+    /// Accelerations at the start of the substep; as `pulls` where they are not known.
+    before: [R; RECORD],
     inverse_masses: [R; LANES],
     masses: [R; LANES],
     stiffnesses: [R; LANES],
@@ -255,6 +269,7 @@ impl<R: Real> Default for Batch<R> {
             velocities: [R::ZERO; RECORD],
             starts: [R::ZERO; RECORD],
             pulls: [R::ZERO; RECORD],
+            before: [R::ZERO; RECORD],
             inverse_masses: [R::ZERO; LANES],
             masses: [R::ZERO; LANES],
             stiffnesses: [R::ZERO; LANES],
@@ -275,6 +290,7 @@ impl<R: Real> Batch<R> {
             velocities: of(bodies.velocities),
             starts: bodies.substep.starts.map_or([R::ZERO; RECORD], of),
             pulls: of(bodies.forces),
+            before: bodies.substep.before.map_or([R::ZERO; RECORD], of),
             inverse_masses: *bodies.inverse_masses[at..].first_chunk().expect("a record"),
             masses: singles_of(bodies.masses, record),
             stiffnesses: singles_of(bodies.stiffnesses, record),
@@ -290,6 +306,7 @@ impl<R: Real> Batch<R> {
             self.positions[to] = bodies.positions[from];
             self.velocities[to] = bodies.velocities[from];
             self.pulls[to] = bodies.forces[from];
+            self.before[to] = bodies.substep.before.map_or(R::ZERO, |column| column[from]);
             self.starts[to] = bodies.substep.starts.map_or(R::ZERO, |column| column[from]);
         }
         self.inverse_masses[lane] = bodies.inverse_masses[at];
@@ -318,6 +335,9 @@ impl<R: Real> Batch<R> {
         let span = Span { h, shift: lag - h * R::HALF, evaluated };
         for i in 0..RECORD {
             self.pulls[i] *= self.inverse_masses[i % LANES];
+        }
+        if substep.before.is_none() {
+            self.before = self.pulls;
         }
         if substep.starts.is_none() {
             for i in 0..RECORD {
@@ -359,6 +379,7 @@ impl<R: Real> Batch<R> {
             velocity: lane_of(&self.velocities, lane),
             start: lane_of(&self.starts, lane),
             pull: lane_of(&self.pulls, lane),
+            before: lane_of(&self.before, lane),
             stiffness: self.stiffnesses[lane] * self.inverse_masses[lane],
             is_held: false,
         }

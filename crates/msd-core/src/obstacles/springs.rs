@@ -166,6 +166,7 @@ impl<R: Real> Point<R> {
             velocity: velocity.components(),
             start: start.components(),
             pull: pull.components(),
+            before: pull.components(),
             stiffness,
             is_held: false,
         };

@@ -27,7 +27,6 @@ use crate::methods::{
     Done, Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work,
 };
 use crate::number::{Instructions, Real};
-use crate::obstacles::Evaluated;
 use crate::obstacles::resolve::Substep;
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::check::check_steps;
@@ -124,8 +123,7 @@ impl<R: Real> Simulation<R> {
     /// Moves particles inside an obstacle out of it, as a contact does.
     fn leave_obstacles(&mut self) {
         self.scratch.forces.fill(R::ZERO);
-        let (h, lag, time, starts) = (R::ZERO, R::ZERO, self.time(), None);
-        let substep = Substep { h, time, lag, starts, evaluated: Evaluated::Nowhere };
+        let substep = Substep::instant(self.time());
         self.model.resolve(self.level, &mut self.state, &self.scratch.forces, substep);
     }
 

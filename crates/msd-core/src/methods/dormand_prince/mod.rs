@@ -17,7 +17,6 @@ use super::{Failure, StepContext, context};
 use crate::columns::LANES;
 use crate::columns::slots::Slots;
 use crate::number::{Real, at_level};
-use crate::obstacles::Evaluated;
 use crate::obstacles::resolve::Substep;
 use crate::stability::{Mode, Region};
 use alloc::boxed::Box;
@@ -256,8 +255,7 @@ impl<R: Real> Scratch<R> {
         let system = (step.level, step.model);
         let mut met = self.holds.meet(system, &step.scratch.forces, time, step.state);
         // Points on springs are met at once wherever a substep ends: their impacts are no events.
-        let (h, lag, starts, evaluated) = (R::ZERO, R::ZERO, None, Evaluated::Nowhere);
-        let substep = Substep { h, time, lag, starts, evaluated };
+        let substep = Substep::instant(time);
         met.add(step.model.meet_springs(step.state, &step.scratch.forces, substep));
         step.done.meet(met.contacts);
         step.done.touched |= met.touched;
