@@ -317,7 +317,8 @@ fn settle_on_plane<R: Real>(
     (record, x, counts): (usize, &[R; RECORD], &[u32; LANES]),
     contacts: &mut Contacts,
 ) {
-    let (at, kick) = (record * RECORD, kicked.kick);
+    // A plane does not bend away from a drift.
+    let (at, kick) = (record * RECORD, Kick { drift: Drift::Absent, ..kicked.kick });
     let (normal, law) = (plane.normal.components(), kick.law(plane.law));
     let of = |column: &[R]| -> [R; RECORD] { *column[at..].first_chunk().expect("a record") };
     let (mut v, a, w) =
