@@ -10,6 +10,7 @@ use crate::elements::{ForceWork, Motion, column};
 use crate::number::Real;
 use crate::obstacles::resolve::Substep;
 use crate::obstacles::rest::Kick;
+use crate::obstacles::sweep::fastest;
 use crate::obstacles::{Contacts, Evaluated};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
@@ -24,6 +25,9 @@ pub(crate) struct Scratch<R: Real> {
     pub(crate) work: ForceWork<R>,
     /// Work columns of the method.
     pub(crate) columns: Vec<Aligned<R>>,
+    /// The largest speed after the first substep of the step where there are solids, metres per
+    /// second.
+    pub(crate) fastest: R,
     /// Power dissipated at the last evaluation, watts.
     pub(crate) power: f64,
     /// Whether velocity Verlet knows the accelerations at the present state: a step starts from
@@ -41,6 +45,7 @@ impl<R: Real> Scratch<R> {
             forces: column(&model.slots, 4),
             work: ForceWork::new(&model.springs, &model.slots),
             columns: (0..columns).map(|number| column(&model.slots, 16 + number)).collect(),
+            fastest: R::ZERO,
             power: 0.0,
             warm: false,
             dormand_prince: None,
@@ -309,7 +314,10 @@ impl<'a, R: Real> StepContext<'a, R> {
             return Contacts::default();
         }
         let length = self.settings.substep();
-        let Scratch { forces, columns, .. } = &*self.scratch;
+        if self.finished == 1 && !self.model.obstacles.solids.is_empty() {
+            self.scratch.fastest = fastest(self.level, &self.state.velocities);
+        }
+        let Scratch { forces, columns, fastest, .. } = &*self.scratch;
         let (lag, starts, before) = match way {
             Way::Kicked(lag) => (lag, None, None),
             Way::BetweenKicks => (0.5, None, Some(&*columns[1])),
@@ -317,7 +325,9 @@ impl<'a, R: Real> StepContext<'a, R> {
         };
         let h = R::of(length);
         let time = self.start + f64::from(self.finished) * length;
-        let substep = Substep { h, time, lag: h * R::of(lag), starts, before, evaluated };
+        // Nothing gets twice as fast within a step unless it diverges.
+        let reach = (*fastest + *fastest) * h;
+        let substep = Substep { h, time, lag: h * R::of(lag), reach, starts, before, evaluated };
         let contacts = self.model.resolve(self.level, self.state, forces, substep);
         if 0 < contacts.count {
             self.scratch.work.near.disturb();

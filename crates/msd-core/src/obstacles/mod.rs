@@ -11,6 +11,7 @@ mod motion;
 mod plane;
 mod radii;
 mod solid;
+pub(crate) mod sweep;
 pub(crate) mod resolve;
 pub(crate) mod rest;
 pub(crate) mod springs;

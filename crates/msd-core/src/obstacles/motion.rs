@@ -82,6 +82,20 @@ pub(super) fn middle(solid: &Solid, time: f64) -> DVec3 {
     }
 }
 
+/// The longest way of a point of a solid in the h seconds up to a time, metres.
+pub(super) fn longest_way(solid: &Solid, (time, h): (f64, f64)) -> f64 {
+    let length = |vector: DVec3| Real::sqrt(vector.dot(vector));
+    let moved = |way: f64, spin: DVec3| {
+        // The reach may be infinite.
+        if spin == DVec3::ZERO { way } else { way + length(spin) * h * solid.shape.reach() }
+    };
+    if solid.keys.is_empty() {
+        return moved(length(solid.velocity) * h, solid.spin);
+    }
+    let [start, end] = [time - h, time].map(|time| SolidMotion::at(solid, time));
+    moved(length(end.middle - start.middle), end.spin)
+}
+
 /// The middle of a solid without key frames.
 fn steady_middle(solid: &Solid, time: f64) -> DVec3 {
     solid.position + solid.velocity * (time - solid.since)

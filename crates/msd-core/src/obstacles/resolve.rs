@@ -3,6 +3,7 @@
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
 use super::solid::{Sampled, lane_of, lanes};
+use super::sweep::Sweep;
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
@@ -36,6 +37,8 @@ pub(crate) struct Substep<'a, R> {
     /// How far velocities are ahead of those that made the displacement, seconds: under an
     /// acceleration a it was h (v − lag a).
     pub(crate) lag: R,
+    /// A way that no particle has gone beyond in it, metres.
+    pub(crate) reach: R,
     /// Positions at its start, metres, where the displacement was another.
     pub(crate) starts: Option<&'a [R]>,
     /// Accelerations at its start, metres per second squared, where the method keeps them.
@@ -47,8 +50,9 @@ pub(crate) struct Substep<'a, R> {
 impl<R: Real> Substep<'_, R> {
     /// One that takes no time.
     pub(crate) fn instant(time: f64) -> Self {
-        let (h, lag, evaluated) = (R::ZERO, R::ZERO, Evaluated::Nowhere);
-        Substep { h, time, lag, starts: None, before: None, evaluated }
+        let [h, lag, reach] = [R::ZERO; 3];
+        let evaluated = Evaluated::Nowhere;
+        Substep { h, time, lag, reach, starts: None, before: None, evaluated }
     }
 }
 
@@ -178,7 +182,8 @@ fn near_groups<R: Real>(
     }
     let mut near = 0;
     for solid in &obstacles.solids {
-        let ball = Ball::<R>::new(solid, bodies.substep.time, bodies.radii.largest);
+        let Substep { h, time, reach, .. } = bodies.substep;
+        let ball = Ball::<R>::behind(solid, (time, h), bodies.radii.largest + reach);
         if near == all || !ball.may_hold_any(rows) {
             continue;
         }
@@ -331,7 +336,7 @@ impl<R: Real> Batch<R> {
     /// Lets them meet all obstacles, one after the other.
     #[inline(always)]
     fn meet(&mut self, obstacles: &Obstacles<R>, substep: &Substep<'_, R>, tally: &mut Tally) {
-        let &Substep { h, lag, time, evaluated, .. } = substep;
+        let &Substep { h, lag, time, reach, evaluated, .. } = substep;
         let span = Span { h, shift: lag - h * R::HALF, evaluated };
         for i in 0..RECORD {
             self.pulls[i] *= self.inverse_masses[i % LANES];
@@ -350,10 +355,12 @@ impl<R: Real> Batch<R> {
         }
         for solid in &obstacles.solids {
             let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
-            let near = Ball::<R>::new(solid, time, largest).inside(&self.positions);
+            let ball = Ball::behind(solid, (time, h), largest + reach);
+            let near = ball.inside(&self.positions);
             if near != 0 {
                 let placed = Placed::new(solid, time);
-                self.meet_curved(&placed, (&span, time, near), &mut tally.contacts);
+                let swept = self.meet_swept(&placed, (&span, time, near), &mut tally.contacts);
+                self.meet_curved(&placed, (&span, time, near & !swept), &mut tally.contacts);
             }
         }
         for (_, own) in &obstacles.own {
@@ -438,6 +445,35 @@ impl<R: Real> Batch<R> {
             let taken = (taken * self.masses[lane]).to_f64();
             tally.contacts += Contacts { count: 0, bounced: true, ..Contacts::one(taken) };
         }
+    }
+
+    /// Lets particles that went into a solid elsewhere than at the surface next to them meet it
+    /// there; which these are, of those that the bits say.
+    #[inline(always)]
+    fn meet_swept(
+        &mut self,
+        solid: &Placed<'_>,
+        (span, time, near): (&Span<R>, f64, u32),
+        contacts: &mut Contacts,
+    ) -> u32 {
+        let sweep = Sweep::new(solid, (time, span.h.to_f64()));
+        let mut bits = [0; LANES];
+        for (lane, bit) in bits.iter_mut().enumerate() {
+            let [to, from] = [&self.positions, &self.starts].map(|column| lane_of(column, lane));
+            let way = core::array::from_fn(|axis| to[axis] - from[axis]);
+            let is_long = sweep.is_long(way) & (self.inverse_masses[lane] != R::ZERO);
+            *bit = u32::from(is_long) << lane;
+        }
+        let long = near & bits.iter().fold(0, |all, bit| all | bit);
+        lanes(long).fold(0, |met, lane| {
+            let way = (lane_of(&self.starts, lane), lane_of(&self.positions, lane));
+            let Some(entrance) = sweep.entrance(way, self.radii[lane]) else { return met };
+            let touch = self.touch(lane, entrance.normal, entrance.depth);
+            let landed = meet_surface(solid, touch, (span, time), self.masses[lane]);
+            self.set(lane, landed.position, landed.velocity);
+            *contacts += landed.contacts;
+            met | 1 << lane
+        })
     }
 
     /// Meets an obstacle that is no plane; the bits say which particles may be inside.

@@ -2,7 +2,7 @@
 
 use super::Obstacle;
 use super::contact::{ContactLaw, dot};
-use super::motion::{SolidMotion, middle};
+use super::motion::{SolidMotion, longest_way, middle};
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
 use crate::scene::Solid;
@@ -11,7 +11,7 @@ use glam::{DMat3, DVec3};
 /// A solid at a time, seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed<'s> {
-    solid: &'s Solid,
+    pub(super) solid: &'s Solid,
     /// Its middle, metres.
     pub middle: DVec3,
     /// Its own axes, as columns.
@@ -31,7 +31,7 @@ impl<'s> Placed<'s> {
 
     /// A point as seen from the solid.
     #[inline(always)]
-    fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
+    pub(super) fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
         self.axes.transpose() * (position.to_f64() - self.middle)
     }
 }
@@ -159,6 +159,12 @@ pub(super) struct Ball<R> {
 }
 
 impl<R: Real> Ball<R> {
+    /// The ball around a solid at a time, seconds, however it has turned, for particles of up to a
+    /// radius, metres: those that it may have run into in the h seconds before.
+    pub(super) fn behind(solid: &Solid, (time, h): (f64, R), radius: R) -> Self {
+        Ball::new(solid, time, radius + R::of(longest_way(solid, (time, h.to_f64()))))
+    }
+
     /// The ball around a solid at a time, seconds, however it has turned, for particles of up to a
     /// radius, metres.
     pub(super) fn new(solid: &Solid, time: f64, radius: R) -> Self {

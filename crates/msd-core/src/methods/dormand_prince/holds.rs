@@ -108,7 +108,7 @@ pub(crate) struct Holds<R: Real> {
 /// The effect of meeting the obstacles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Met {
-    /// Energy dissipated and added; friction is in the power of [`Holds::act`].
+    /// The energies of impacts; those of what is held are in the powers of [`Holds::act`].
     pub(crate) contacts: Contacts,
     /// Whether anything touched an obstacle.
     pub(crate) touched: bool,
@@ -124,13 +124,20 @@ impl Met {
         (self.touched, self.changed) = (self.touched | any, self.changed | any);
     }
 
-    /// Notes that a particle of some mass was moved against a force.
-    fn note<R: Real>(&mut self, (mass, force): (R, R::Vec3), from: &Spot<R>, to: &Spot<R>) {
+    /// Notes that a particle of some mass was moved against a force, and the work by mass of the
+    /// surfaces that moved it, joules per kilogram.
+    fn note<R: Real>(
+        &mut self,
+        (mass, force): (R, R::Vec3),
+        (from, to): (&Spot<R>, &Spot<R>),
+        driven: R,
+    ) {
         let moved = to.position - from.position;
         let kicked = to.velocity - from.velocity;
         let slower = from.velocity.dot(from.velocity) - to.velocity.dot(to.velocity);
-        let taken = (slower * R::HALF * mass).to_f64() + force.dot(moved).to_f64();
-        self.contacts += Contacts { count: 0, ..Contacts::one(taken) };
+        let driven = (driven * mass).to_f64();
+        let taken = (slower * R::HALF * mass).to_f64() + force.dot(moved).to_f64() + driven;
+        self.contacts += Contacts { count: 0, driven, ..Contacts::one(taken) };
         // Twice the rounding of a position; what takes as long as a hop to move as far.
         let unfelt = R::of(2.0) * from.position.extent() * R::EPSILON;
         let pull = force * (R::ONE / mass);
@@ -206,7 +213,7 @@ impl<R: Real> Holds<R> {
     }
 
     /// Removes from the accelerations of a stage the part that obstacles hold. Returns the power
-    /// dissipated, watts.
+    /// dissipated and that of moving surfaces, watts.
     ///
     /// No acceleration is left into or out of the obstacles. Along them friction takes μ N / m
     /// against a slide.
@@ -216,8 +223,8 @@ impl<R: Real> Holds<R> {
         stage: usize,
         motion: &Motion<'_, R>,
         slopes: &mut [R],
-    ) -> f64 {
-        let mut power = 0.0;
+    ) -> [f64; 2] {
+        let mut powers = [0.0; 2];
         for hold in &mut self.rows {
             let at = hold.at;
             let (position, velocity) =
@@ -244,10 +251,12 @@ impl<R: Real> Holds<R> {
                 }
             };
             hold.margins[stage] = margin;
-            power += ((pull - held).dot(velocity) * model.mass_column[single(at)]).to_f64();
+            let (mass, carried) = (model.mass_column[single(at)], touches.velocity());
+            powers[0] += ((pull - held).dot(velocity - carried) * mass).to_f64();
+            powers[1] += ((held - pull).dot(carried) * mass).to_f64();
             set_vector(slopes, at, held);
         }
-        power
+        powers
     }
 
     /// Lets every particle meet the obstacles it is at, and finds out which of them hold it.
@@ -305,11 +314,12 @@ impl<R: Real> Holds<R> {
                 blur: self.blur,
                 hold,
                 met: false,
+                driven: R::ZERO,
             };
             meeting.meet_obstacles();
             meeting.slide();
-            let Meeting { spot, hold, met: touched, .. } = meeting;
-            met.note((model.mass_column[single(at)], force), &before, &spot);
+            let Meeting { spot, hold, met: touched, driven, .. } = meeting;
+            met.note((model.mass_column[single(at)], force), (&before, &spot), driven);
             met.touched |= touched;
             met.contacts.count += u64::from(touched);
             state.put(at, (spot.position, spot.velocity));
@@ -330,7 +340,7 @@ impl<R: Real> Holds<R> {
             if hold.leaves(model, &before) {
                 continue;
             }
-            let mut spot = before;
+            let (mut spot, mut driven) = (before, R::ZERO);
             for obstacle in hold.curved(model).map(|index| model.obstacles.get(index)) {
                 for _ in 0..MOST_STEPS {
                     let gap = spot.gap(obstacle);
@@ -339,10 +349,12 @@ impl<R: Real> Holds<R> {
                         break;
                     }
                 }
-                spot.velocity -= obstacle.normal(spot.position, time) * spot.speed_off(obstacle);
+                let kick = obstacle.normal(spot.position, time) * -spot.speed_off(obstacle);
+                driven += kick.dot(obstacle.velocity(spot.position, time));
+                spot.velocity += kick;
             }
             let mass = model.mass_column[single(hold.at)];
-            met.note((mass, vector(forces, hold.at)), &before, &spot);
+            met.note((mass, vector(forces, hold.at)), (&before, &spot), driven);
             state.put(hold.at, (spot.position, spot.velocity));
         }
         met

@@ -19,6 +19,8 @@ pub(super) struct Meeting<'a, R: Real> {
     pub(super) blur: R,
     pub(super) hold: Hold<R>,
     pub(super) met: bool,
+    /// Work by mass of the surfaces that gave it its velocity, joules per kilogram.
+    pub(super) driven: R,
 }
 
 impl<R: Real> Meeting<'_, R> {
@@ -39,9 +41,16 @@ impl<R: Real> Meeting<'_, R> {
             let speed = self.spot.speed_off(obstacle);
             if self.gap(index) <= self.slack && speed < R::ZERO {
                 let normal = obstacle.normal(self.spot.position, self.spot.time);
-                self.spot.velocity -= normal * speed;
+                let surface = obstacle.velocity(self.spot.position, self.spot.time);
+                self.kick(self.spot.velocity - normal * speed, surface);
             }
         }
+    }
+
+    /// Gives it a velocity, by a surface that has another.
+    fn kick(&mut self, velocity: R::Vec3, surface: R::Vec3) {
+        self.driven += (velocity - self.spot.velocity).dot(surface);
+        self.spot.velocity = velocity;
     }
 
     fn gap(&self, index: usize) -> R {
@@ -79,7 +88,7 @@ impl<R: Real> Meeting<'_, R> {
         if speed < R::ZERO && height <= self.slack {
             self.spot.position -= normal * height;
             let bounced = law.bounced(normal, self.spot.velocity - velocity);
-            self.spot.velocity = velocity + bounced;
+            self.kick(velocity + bounced, velocity);
             self.met = true;
             return true;
         }
@@ -111,7 +120,7 @@ impl<R: Real> Meeting<'_, R> {
         } else {
             R::ONE
         };
-        self.spot.velocity = touch.velocity + sliding * kept;
+        self.kick(touch.velocity + sliding * kept, touch.velocity);
     }
 
     /// Finds out whether it slides or sticks.
@@ -135,7 +144,7 @@ impl<R: Real> Meeting<'_, R> {
             // A slow slide takes the direction of the pull.
             let direction = slope * (R::ONE / pull);
             let speed = sliding.dot(direction).max(R::ZERO);
-            self.spot.velocity = carried + direction * speed;
+            self.kick(carried + direction * speed, carried);
             let ends = self.ends(speed, grip - pull);
             if ends { Along::Sticks } else { Along::Creeps(direction) }
         } else if R::ZERO < speed && !self.ends(speed, grip - slope.dot(sliding) / speed) {
@@ -145,7 +154,7 @@ impl<R: Real> Meeting<'_, R> {
             Along::Sticks
         };
         if matches!(self.hold.along, Along::Glued | Along::Sticks) {
-            self.spot.velocity = carried;
+            self.kick(carried, carried);
         }
     }
 

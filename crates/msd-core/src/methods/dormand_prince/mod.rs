@@ -17,6 +17,7 @@ use super::{Failure, StepContext, context};
 use crate::columns::LANES;
 use crate::columns::slots::Slots;
 use crate::number::{Real, at_level};
+use crate::obstacles::Contacts;
 use crate::obstacles::resolve::Substep;
 use crate::stability::{Mode, Region};
 use alloc::boxed::Box;
@@ -276,7 +277,9 @@ impl<R: Real> Scratch<R> {
             None => step.state.copy_from(&self.stages.here),
         }
         let fraction = part.unwrap_or(1.0);
-        step.done.counted += self.stages.taken(fraction);
+        let [elements, friction, driven] = self.stages.energies(fraction);
+        step.done.counted += elements;
+        step.done.meet(Contacts { count: 0, driven, ..Contacts::one(friction) });
         let driven = -step.scratch.work.own_power.min(0.0);
         step.done.given += driven * fraction * self.stages.length;
         part
@@ -335,7 +338,9 @@ impl<R: Real> Scratch<R> {
         let (motion, slopes) = (columns.motion(&model.slots, time), &mut *slopes[stage]);
         let inverse_masses = &*model.inverse_mass_column;
         at_level!(step.level, _simd => set_products(forces, inverse_masses, slopes));
-        powers[stage] = self.power + self.holds.act(model, stage, &motion, slopes);
+        powers.elements[stage] = self.power;
+        [powers.friction[stage], powers.driven[stage]] =
+            self.holds.act(model, stage, &motion, slopes);
     }
 }
 

@@ -20,12 +20,23 @@ pub(crate) struct Stages<R: Real> {
     pub(crate) here: Columns<R>,
     /// The accelerations of each stage, metres per second squared.
     pub(crate) slopes: [Aligned<R>; STAGES],
-    /// The power dissipated at each stage, watts.
-    pub(crate) powers: Row,
+    /// The powers at each stage, watts.
+    pub(crate) powers: Powers,
     /// Simulated time at the start, seconds.
     pub(crate) time: f64,
     /// Length, seconds; a number of `R`.
     pub(crate) length: f64,
+}
+
+/// Powers at each stage, watts.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Powers {
+    /// Dissipated by elements.
+    pub(crate) elements: Row,
+    /// Dissipated by friction of what obstacles hold.
+    pub(crate) friction: Row,
+    /// Of the surfaces that move.
+    pub(crate) driven: Row,
 }
 
 /// A stage that dissipates more than this times both ends of a substep is discarded as unphysical.
@@ -38,7 +49,7 @@ impl<R: Real> Stages<R> {
             start: Columns::new(slots, 16),
             here: Columns::new(slots, 18),
             slopes: core::array::from_fn(|stage| column(slots, 20 + stage)),
-            powers: [0.0; STAGES],
+            powers: Powers::default(),
             time: 0.0,
             length: 0.0,
         }
@@ -81,7 +92,10 @@ impl<R: Real> Stages<R> {
     /// Makes the last stage the first one of the next substep.
     pub(crate) fn shift(&mut self) {
         self.slopes.swap(0, STAGES - 1);
-        self.powers.swap(0, STAGES - 1);
+        let Powers { elements, friction, driven } = &mut self.powers;
+        for row in [elements, friction, driven] {
+            row.swap(0, STAGES - 1);
+        }
     }
 
     /// Overwrites a state with the one at a fraction of the substep.
@@ -94,22 +108,25 @@ impl<R: Real> Stages<R> {
         weights.set(level, &self.start, &self.slopes, state);
     }
 
-    /// The energy dissipated up to a fraction of the substep, joules: the power integrated by the
-    /// weights of the method.
+    /// The energies of the powers up to a fraction of the substep, joules, in their order: the
+    /// powers integrated by the weights of the method.
     ///
     /// At a loose tolerance, near the limit of stability, the velocities inside a substep are
     /// unphysical, and a negative weight may dominate: where a stage dissipates far more than both
     /// ends, the trapezoidal rule over the ends stands in.
-    pub(crate) fn taken(&self, fraction: f64) -> f64 {
-        let [first, last] = [self.powers[0], self.powers[STAGES - 1]];
-        let largest = self.powers.iter().copied().fold(0.0, f64::max);
-        if WILD * first.max(last) < largest {
-            let there = first + (last - first) * fraction;
-            return 0.5 * (first + there) * fraction * self.length;
-        }
+    pub(crate) fn energies(&self, fraction: f64) -> [f64; 3] {
+        let Powers { elements, friction, driven } = &self.powers;
+        let taken: Row = core::array::from_fn(|stage| elements[stage] + friction[stage]);
+        let largest = taken.iter().copied().fold(0.0, f64::max);
+        let is_wild = WILD * taken[0].max(taken[STAGES - 1]) < largest;
         let weights = tableau::dense_slope(fraction);
-        let terms = weights.iter().zip(&self.powers).map(|(weight, power)| weight * power);
-        terms.sum::<f64>() * self.length
+        [elements, friction, driven].map(|powers| {
+            let [first, last] = [powers[0], powers[STAGES - 1]];
+            let there = first + (last - first) * fraction;
+            let terms = weights.iter().zip(powers).map(|(weight, power)| weight * power);
+            let mean = if is_wild { 0.5 * (first + there) * fraction } else { terms.sum() };
+            mean * self.length
+        })
     }
 
     /// The error as a fraction of what is allowed: the root mean square over particles.

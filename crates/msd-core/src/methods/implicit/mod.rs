@@ -162,7 +162,7 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
     step.scratch.implicit = Some(scratch);
 }
 
-/// Advances by one substep and returns the energy dissipated by dampers, drag and contact, joules.
+/// Advances by one substep and returns the energy dissipated by dampers and drag, joules.
 fn advance_substep<R: Real>(
     step: &mut StepContext<'_, R>,
     rule: Rule,
@@ -185,9 +185,10 @@ fn advance_substep<R: Real>(
     at_level!(level, _simd => set_positions(step.state, tau, &mut scratch.stage));
     let power = power_taken(step, time, scratch);
     let Scratch { stage, holds, .. } = scratch;
-    let held = holds.energy(&stage.velocities) / rule.fraction;
+    let contacts = holds.contacts(&stage.velocities, rule.fraction);
     at_level!(level, _simd => finish(step.state, stage, h, rule.mirrors));
-    Ok(power * length + held + holds.settle(model, span.end, step.state))
+    step.done.meet(contacts + holds.settle(model, span.end, step.state));
+    Ok(power * length)
 }
 
 /// One Newton iteration: changes the velocities of the stage.

@@ -18,9 +18,10 @@ use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
 use crate::number::{Real, Vector};
 use crate::obstacles::contact::resting_speed;
-use crate::obstacles::{ContactLaw, Obstacle, PlaneColumn};
+use crate::obstacles::{ContactLaw, Contacts, Obstacle, PlaneColumn};
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
+use core::ops::Add;
 use glam::DVec3;
 
 /// A surface under a particle.
@@ -232,25 +233,28 @@ impl<R: Real> Holds<R> {
         changed
     }
 
-    /// Energy dissipated by friction, and taken away by moving surfaces, in a stage at these
-    /// velocities, joules.
-    pub(crate) fn energy(&self, velocities: &[R]) -> f64 {
-        let energy = |hold: &Hold<R>| {
-            let work = hold.friction.dot(vector::<R>(velocities, hold.at));
-            (hold.held.dot(hold.surface + hold.closing) - work).to_f64()
+    /// The effect of the surfaces in a substep, by the impulses of a stage of so long a fraction of
+    /// it at these velocities.
+    pub(crate) fn contacts(&self, velocities: &[R], fraction: f64) -> Contacts {
+        let contacts = |hold: &Hold<R>| {
+            let slip = vector::<R>(velocities, hold.at) - hold.surface;
+            let taken = hold.held.dot(hold.closing) - hold.friction.dot(slip);
+            let driven = (hold.friction - hold.held).dot(hold.surface).to_f64() / fraction;
+            Contacts { count: 0, driven, ..Contacts::one(taken.to_f64() / fraction) }
         };
-        self.rows.iter().map(energy).sum()
+        self.rows.iter().map(contacts).fold(Contacts::default(), Contacts::add)
     }
 
     /// Puts held particles on their obstacles, just outside, and slows them where each contact
-    /// takes a part of the velocity. Returns the energy dissipated, joules.
-    pub(crate) fn settle(&self, model: &Model<R>, end: f64, state: &mut Columns<R>) -> f64 {
-        let mut energy = 0.0;
+    /// takes a part of the velocity.
+    pub(crate) fn settle(&self, model: &Model<R>, end: f64, state: &mut Columns<R>) -> Contacts {
+        let mut contacts = Contacts::default();
         for hold in &self.rows {
             let (mut position, velocity) = state.get(hold.at);
-            let mut slowed = hold.surface + hold.project(velocity - hold.surface);
+            let surface = hold.surface_at(model, position, end);
+            let mut slowed = surface + hold.project(velocity - surface);
             for face in &hold.faces[..hold.count] {
-                slowed = face.velocity + (slowed - face.velocity) * (R::ONE - face.law.loss);
+                slowed = surface + (slowed - surface) * (R::ONE - face.law.loss);
                 // Outside, so that it is not taken for a second contact, and near. A particle
                 // further out has left a curved surface.
                 let gap = model.obstacles.get(face.obstacle).gap(position, end);
@@ -262,10 +266,14 @@ impl<R: Real> Holds<R> {
                 }
             }
             state.put(hold.at, (position, slowed));
-            let slower = velocity.dot(velocity) - slowed.dot(slowed);
-            energy += (slower * R::HALF * model.mass_column[single(hold.at)]).to_f64();
+            let mass = model.mass_column[single(hold.at)];
+            let slower = (velocity.dot(velocity) - slowed.dot(slowed)) * R::HALF;
+            let driven = (slowed - velocity).dot(surface);
+            let taken = ((slower + driven) * mass).to_f64();
+            let driven = (driven * mass).to_f64();
+            contacts += Contacts { count: 0, driven, ..Contacts::one(taken) };
         }
-        energy
+        contacts
     }
 }
 
@@ -350,6 +358,18 @@ impl<R: Real> Hold<R> {
             self.faces[self.count] = Face { axis, slope, ..face };
             self.count += 1;
         }
+    }
+
+    /// The velocity of the surface at a time, seconds, as [`Hold::add`] has it for the stage: the
+    /// start of the next substep, from which that of a stage half a substep ago would be off by as
+    /// much as the surface speeds up in between.
+    fn surface_at(&self, model: &Model<R>, position: R::Vec3, time: f64) -> R::Vec3 {
+        let faces = self.faces[..self.count].iter().enumerate();
+        faces.fold(R::Vec3::ZERO, |surface, (number, face)| {
+            let velocity = model.obstacles.get(face.obstacle).velocity(position, time);
+            let missing = face.normal.dot(velocity - surface) / face.slope;
+            if number == 0 { velocity } else { surface + face.axis * missing }
+        })
     }
 
     fn remove_axes(&self, vector: R::Vec3) -> R::Vec3 {

@@ -1,0 +1,109 @@
+//! Sweeps: where a particle that moves far in a substep goes into a solid.
+//!
+//! The surface next to a particle inside is the one that it came through only as long as it is not
+//! beyond the middle: through a plate thinner than two ways of a substep it would be let out on the
+//! other side, or be there already. So the way of such a particle, as seen from the solid, is
+//! followed from where it was, from gap to gap (sphere tracing: Hart, 1996).
+
+use super::Placed;
+use super::contact::dot;
+use super::motion::longest_way;
+use super::solid::lane_of;
+use crate::columns::{LANES, RECORD};
+use crate::number::{Real, Vector, at_level};
+use fearless_simd::Level;
+
+/// A solid at the start and at the end of a substep.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sweep<'a, 's> {
+    start: Placed<'s>,
+    end: &'a Placed<'s>,
+    /// A way, metres, that ends before the middle; negative where the solid goes beyond that.
+    short: f64,
+}
+
+/// The largest speed of particles, metres per second.
+pub(crate) fn fastest<R: Real>(level: Level, velocities: &[R]) -> R {
+    at_level!(level, _simd => largest_square(velocities)).sqrt()
+}
+
+#[inline(always)]
+fn largest_square<R: Real>(velocities: &[R]) -> R {
+    let mut largest = [R::ZERO; LANES];
+    for row in velocities.as_chunks::<RECORD>().0 {
+        for (lane, largest) in largest.iter_mut().enumerate() {
+            let v = lane_of(row, lane);
+            *largest = largest.max(dot(v, v));
+        }
+    }
+    largest.into_iter().fold(R::ZERO, R::max)
+}
+
+/// Where a particle went in, as a plane there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Entrance<R> {
+    /// The direction out.
+    pub(super) normal: [R; 3],
+    /// How deep the particle is below it, metres.
+    pub(super) depth: R,
+}
+
+/// Gaps that are followed at most: along a surface they get ever shorter.
+const GAPS: usize = 256;
+
+impl<'a, 's> Sweep<'a, 's> {
+    /// The sweep of a solid in a substep of h seconds that ends at a time, seconds.
+    pub(super) fn new(end: &'a Placed<'s>, (time, h): (f64, f64)) -> Self {
+        let start = Placed::new(end.solid, time - h);
+        let short = end.solid.shape.thickness() * 0.5 - longest_way(end.solid, (time, h));
+        Sweep { start, end, short }
+    }
+
+    /// Whether a way may go beyond the middle.
+    #[inline(always)]
+    pub(super) fn is_long<R: Real>(&self, way: [R; 3]) -> bool {
+        let short = R::of(self.short);
+        (short < R::ZERO) | (short * short < dot(way, way))
+    }
+
+    /// Where a particle of some radius went in. One that lay on the surface and is on the same side
+    /// of it has not: it goes along.
+    pub(super) fn entrance<R: Real>(
+        &self,
+        (from, to): ([R; 3], [R; 3]),
+        radius: R,
+    ) -> Option<Entrance<R>> {
+        let shape = &self.end.solid.shape;
+        let from = self.start.own::<R>(R::Vec3::from_components(from));
+        let to = self.end.own::<R>(R::Vec3::from_components(to));
+        let (way, radius) = (to - from, radius.to_f64());
+        let length = Real::sqrt(way.dot(way));
+        let gap = |part: f64| shape.gap(from + way * part) - radius;
+        // In single precision what lies is off by the rounding of its place.
+        let noise = f64::from(f32::EPSILON) * 8.0 * from.abs().max(to.abs()).max_element();
+        let lay = gap(0.0) <= noise;
+        let part = if lay { 0.0 } else { first(gap, (length, noise))? };
+        let normal = shape.normal(from + way * part);
+        let depth = -normal.dot(way * (1.0 - part));
+        let goes_along = lay && 0.0 < normal.dot(shape.normal(to));
+        let is_in = !goes_along && 0.0 < depth;
+        let normal = R::Vec3::of(self.end.axes * normal).components();
+        is_in.then(|| Entrance { normal, depth: R::of(depth) })
+    }
+}
+
+/// The part of a way of this length at which the gap falls below the noise.
+fn first(gap: impl Fn(f64) -> f64, (length, noise): (f64, f64)) -> Option<f64> {
+    let mut part = 0.0;
+    for _ in 0..GAPS {
+        let left = gap(part);
+        if left <= noise {
+            return Some(part);
+        }
+        part += left / length;
+        if 1.0 < part {
+            return None;
+        }
+    }
+    None
+}

@@ -1,0 +1,171 @@
+//! Solids that move, and what moves far in a substep: on which side it ends, and whose work it was.
+
+mod common;
+
+use common::Random;
+use msd_core::glam::DVec3;
+use msd_core::scene::solid::rotation;
+use msd_core::{
+    Friction, Integrator, KeyFrame, Particle, Real, Scene, Settings, Shape, Simulation, Solid,
+    Vector, World,
+};
+
+const MASS: f64 = 0.3;
+
+fn start<R: Real>(
+    (position, velocity): (DVec3, DVec3),
+    solid: Solid,
+    gravity: DVec3,
+    (integrator, substeps): (Integrator, u32),
+) -> Simulation<R> {
+    let particles = vec![Particle { position, velocity, mass: MASS }];
+    let world = World { gravity, ..World::default() };
+    let scene = Scene { particles, solids: vec![solid], world, ..Scene::default() };
+    let settings = Settings { integrator, substeps, ..Settings::default() };
+    Simulation::new(&scene, settings).expect("a valid scene")
+}
+
+fn plate(thickness: f64, restitution: f64) -> Solid {
+    let size = DVec3::new(4.0, thickness, 4.0);
+    Solid { restitution, ..Solid::new(Shape::Box { size }) }
+}
+
+/// Ways of a substep of up to a hundred times the thickness, from either side.
+fn a_plate_is_a_wall<R: Real>() {
+    let mut random = Random(7);
+    for integrator in Integrator::ALL {
+        for restitution in [0.0, 0.6] {
+            for thickness in [0.2, 0.02, 0.002] {
+                for side in [-1.0, 1.0] {
+                    let speed = 5.0 + 20.0 * random.vector().x;
+                    let from = DVec3::new(0.3, side * (0.1 + random.vector().x), 0.2);
+                    let motion = (from, DVec3::new(0.5, -side * speed, 0.2));
+                    let solid = plate(thickness, restitution);
+                    let mut run = start::<R>(motion, solid, DVec3::ZERO, (integrator, 2));
+                    (0..20).for_each(|_| run.step().expect("a calm run"));
+                    let (height, speed_after) = {
+                        let [x, v] = [run.position(0), run.velocity(0)].map(Vector::to_f64);
+                        (x.y * side - 0.5 * thickness, v.y * side)
+                    };
+                    let off = 1e-4 * speed;
+                    let name = format!("{integrator} {restitution} {thickness} {side}");
+                    assert!(-1e-6 < height, "{name}: {height}");
+                    assert!(
+                        (speed_after - restitution * speed).abs() < off,
+                        "{name}: {speed_after}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_thin_plate_is_a_wall_from_both_sides() {
+    a_plate_is_a_wall::<f64>();
+    a_plate_is_a_wall::<f32>();
+}
+
+/// A ball of 5 cm at 60 m/s is 12 cm further after a substep.
+#[test]
+fn a_small_ball_does_not_miss_what_is_in_its_way() {
+    for integrator in Integrator::ALL {
+        for offset in [0.0, 0.01, 0.03] {
+            let mut ball = Solid::new(Shape::Sphere { radius: 0.05 });
+            (ball.restitution, ball.velocity) = (1.0, DVec3::X * 60.0);
+            ball.position = DVec3::new(-1.03, offset, 0.0);
+            let motion = (DVec3::ZERO, DVec3::ZERO);
+            let mut run = start::<f64>(motion, ball, DVec3::ZERO, (integrator, 8));
+            (0..3).for_each(|_| run.step().expect("a calm run"));
+            // The normal where it hits: twice the part of the velocity along it.
+            let sine: f64 = -offset / 0.05;
+            let cosine = (1.0 - sine * sine).sqrt();
+            let expected = DVec3::new(cosine, sine, 0.0) * (120.0 * cosine);
+            let off = run.velocity(0).distance(expected);
+            assert!(off < 1e-2, "{integrator} {offset}: {}", run.velocity(0));
+        }
+    }
+}
+
+/// What goes through a box in a substep ends on the side where it went in, and nothing that passes
+/// by is touched: against the intersection of a line with slabs.
+#[test]
+fn ways_through_a_box_end_where_they_went_in() {
+    let mut random = Random(11);
+    let (mut hits, mut misses) = (0, 0);
+    for _ in 0..2000 {
+        let size = DVec3::new(0.02, 0.3, 0.2) + random.vector() * DVec3::new(0.03, 0.1, 0.1);
+        let [from, to] = [0, 1].map(|_| (random.vector() - 0.5) * 0.8);
+        let half = size * 0.5;
+        let far = (from.abs() - half).max_element() > 1e-3 && (to - from).length() > 0.3;
+        if !far {
+            continue;
+        }
+        let h = 1.0 / 60.0;
+        let velocity = (to - from) / h;
+        let solid = Solid::new(Shape::Box { size });
+        let motion = (from, velocity);
+        let mut run = start::<f64>(motion, solid, DVec3::ZERO, (Integrator::VelocityVerlet, 1));
+        run.step().expect("a calm run");
+        let way = to - from;
+        let [low, high] = [-half, half].map(|side| (side - from) / way);
+        let (enters, leaves) = (low.min(high), low.max(high));
+        let part = enters.max_element();
+        let is_hit = (0.0..1.0).contains(&part) && part < leaves.min_element();
+        if !is_hit {
+            assert!(run.velocity(0).distance(velocity) < 1e-12 * velocity.length());
+            misses += 1;
+            continue;
+        }
+        hits += 1;
+        let axis = enters.to_array().iter().position(|&enter| enter == part).expect("an axis");
+        let normal = DVec3::AXES[axis] * -way[axis].signum();
+        let height = run.position(0).dot(normal) - half[axis];
+        assert!(-1e-6 < height, "{from} to {to} through {size}: {height}");
+        assert!(run.velocity(0).dot(normal).abs() < 1e-9 * velocity.length(), "{from} to {to}");
+    }
+    assert!(200 < hits && 200 < misses, "{hits} hits, {misses} misses");
+}
+
+/// A particle on a belt: friction speeds it up to that of the belt, which does twice the work that
+/// becomes motion.
+#[test]
+fn a_belt_does_twice_the_work_that_becomes_motion() {
+    let (speed, friction, g) = (1.0, 0.5, 9.82);
+    // Explicit Euler lets what lies fall, and the surface takes that too.
+    let all = Integrator::ALL.into_iter();
+    for integrator in all.filter(|&integrator| integrator != Integrator::ExplicitEuler) {
+        let mut belt = plate(0.4, 0.0);
+        (belt.velocity, belt.friction) = (DVec3::X * speed, Friction::Coulomb(friction));
+        let motion = (DVec3::Y * 0.2, DVec3::ZERO);
+        let mut run = start::<f64>(motion, belt, DVec3::Y * -g, (integrator, 8));
+        (0..30).for_each(|_| run.step().expect("a calm run"));
+        assert!((run.velocity(0).x - speed).abs() < 1e-9, "{integrator}: {}", run.velocity(0));
+        let contacts = run.contacts();
+        let work = MASS * speed * speed;
+        // By a substep of friction at most, at the speed of the belt.
+        let off = MASS * friction * g * speed / 480.0;
+        assert!((contacts.driven - work).abs() < off, "{integrator}: {contacts:?}");
+        let taken = contacts.taken - contacts.added;
+        assert!((taken - work * 0.5).abs() < off, "{integrator}: {contacts:?}");
+        assert!((run.given() - work).abs() < off, "{integrator}: {}", run.given());
+    }
+}
+
+/// A platform that lifts and shifts what friction holds on it, fast: it weighs a third at the end.
+#[test]
+fn a_platform_carries_what_friction_holds_however_fast_it_slows() {
+    for integrator in Integrator::ALL {
+        let mut platform = plate(0.4, 0.0);
+        platform.friction = Friction::Coulomb(1.0);
+        let key = |time, position| KeyFrame { time, position, axes: rotation(DVec3::Y, 0.0) };
+        let goal = DVec3::new(0.5, 1.0, 0.0);
+        platform.keys = vec![key(1.0, DVec3::ZERO), key(2.0, goal)];
+        let motion = (DVec3::Y * 0.2, DVec3::ZERO);
+        let mut run = start::<f64>(motion, platform, DVec3::Y * -9.82, (integrator, 50));
+        (0..150).for_each(|_| run.step().expect("a calm run"));
+        let off = run.position(0) - DVec3::Y * 0.2 - goal;
+        // Euler methods are off by h/2 of the speeds at most, which change by 1.5 m/s.
+        assert!(off.length() < 1.5 / 3000.0, "{integrator}: {off}");
+    }
+}
