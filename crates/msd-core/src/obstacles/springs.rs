@@ -7,8 +7,9 @@
 //! (1 − s)²/m_a + s²/m_b: momentum and energy are those of any other contact.
 
 use super::contact::{Contacts, Evaluated, Span, Touch};
-use super::resolve::{Bodies, meet_surface};
-use super::{Ball, Placed};
+use super::resolve::{Bodies, Substep, meet_surface};
+use super::sweep::{Entrance, Sweep};
+use super::{Ball, Obstacle, Placed};
 use crate::columns::slots::Slots;
 use crate::columns::{RECORD, set_vector, single_of, vector};
 use crate::elements::springs::Springs;
@@ -91,12 +92,14 @@ impl Points {
             let (solid, time) = (&solids[row.solid], bodies.substep.time);
             // The middle of a spring is no further from an end than half its length, stretched to
             // four times that at rest.
-            let margin = bodies.radii.largest + R::of(2.0 * row.longest);
-            let wide = Ball::<R>::new(solid, time, margin);
+            let Substep { h, reach, .. } = bodies.substep;
+            let margin = bodies.radii.largest + R::of(2.0 * row.longest) + reach;
+            let wide = Ball::<R>::behind(solid, (time, h), margin);
             if !wide.may_hold_any(bodies.positions.as_chunks::<RECORD>().0) {
                 continue;
             }
             let placed = Placed::new(solid, time);
+            let sweep = Sweep::new(&placed, (time, h.to_f64()));
             for pointed in row.springs.iter().filter(|row| !springs.is_cut(row.spring as usize)) {
                 let at = pointed.at.map(|at| at as usize);
                 let [a, b] = at.map(|at| vector::<R>(bodies.positions, at));
@@ -104,7 +107,7 @@ impl Points {
                     for number in 1..=pointed.count {
                         let part = f64::from(number) / f64::from(pointed.count + 1);
                         let point = Point { at, parts: [R::of(1.0 - part), R::of(part)] };
-                        contacts += point.meet(&placed, bodies);
+                        contacts += point.meet((&placed, &sweep), bodies);
                     }
                 }
             }
@@ -128,7 +131,11 @@ impl<R: Real> Point<R> {
     }
 
     /// Lets it meet a solid, and moves the ends of its spring for it.
-    fn meet(&self, placed: &Placed<'_>, bodies: &mut Bodies<'_, R>) -> Contacts {
+    fn meet(
+        &self,
+        (placed, sweep): (&Placed<'_>, &Sweep<'_, '_>),
+        bodies: &mut Bodies<'_, R>,
+    ) -> Contacts {
         let [first, last] = self.parts;
         let [w, u] = self.at.map(|at| bodies.inverse_masses[at]);
         let inverse_mass = first * first * w + last * last * u;
@@ -138,13 +145,9 @@ impl<R: Real> Point<R> {
             a * first + b * last
         };
         let substep = bodies.substep;
-        let gap = super::Obstacle::<R>::gap(placed, position, substep.time);
-        let depth = radius - gap;
-        let is_met = R::ZERO < depth && inverse_mass != R::ZERO;
-        if !is_met {
+        if inverse_mass == R::ZERO {
             return Contacts::default();
         }
-        let normal = super::Obstacle::<R>::normal(placed, position, substep.time);
         let pull = {
             let [a, b] = self.at.map(|at| vector::<R>(bodies.forces, at));
             a * (first * w) + b * (last * u)
@@ -154,12 +157,22 @@ impl<R: Real> Point<R> {
             Some(column) => self.of(column),
             None => position - (velocity - pull * substep.lag) * substep.h,
         };
+        let way = (start.components(), position.components());
+        let is_long = sweep.is_long((position - start).components());
+        let swept = if is_long { sweep.entrance(way, radius) } else { None };
+        let gap = Obstacle::<R>::gap(placed, position, substep.time);
+        let normal = || Obstacle::<R>::normal(placed, position, substep.time).components();
+        let (depth, normal) = match swept {
+            Some(Entrance { depth, normal }) => (depth, normal),
+            None if gap < radius => (radius - gap, normal()),
+            None => return Contacts::default(),
+        };
         let stiffness = {
             let [a, b] = self.at.map(|at| single_of(bodies.stiffnesses, at));
             (a * first + b * last) * inverse_mass
         };
         let touch = Touch {
-            normal: normal.components(),
+            normal,
             depth,
             position: position.components(),
             radius,
