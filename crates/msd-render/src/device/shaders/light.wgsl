@@ -3,11 +3,11 @@
 @group(1) @binding(1) var shadow_sampler: sampler_comparison;
 @group(1) @binding(2) var ground_map: texture_depth_2d;
 
-const SUN: vec3f = vec3f(1.02, 0.97, 0.88);
-const SKY_LIGHT: vec3f = vec3f(0.44, 0.48, 0.54);
-const GROUND_LIGHT: vec3f = vec3f(0.31, 0.295, 0.275);
+const SUN: vec3f = vec3f(1.20, 1.13, 1.01);
+const SKY_LIGHT: vec3f = vec3f(0.31, 0.34, 0.39);
+const GROUND_LIGHT: vec3f = vec3f(0.18, 0.171, 0.16);
 // From where one looks, where the sun does not shine: what faces away from it keeps its shape.
-const FILL_LIGHT: vec3f = vec3f(0.16, 0.165, 0.18);
+const FILL_LIGHT: vec3f = vec3f(0.06, 0.062, 0.068);
 
 // Places on a disc of radius one, spread evenly: a sunflower after Vogel, 1979.
 fn sunflower(index: f32, count: f32, turn: f32) -> vec2f {
@@ -108,6 +108,8 @@ struct Finish {
     metal: f32,
     // The share of light that passes thin parts.
     translucency: f32,
+    // -1 at an edge, 0 where it is flat, 1 in a valley.
+    hollow: f32,
 }
 
 // The share of sunlight that comes through a body to a point of its surface, by how thick it is
@@ -139,7 +141,9 @@ fn lit(finish: Finish, normal: vec3f, world: vec3f, sun: f32, pixel: vec2f) -> v
     let above = max(world.y - globals.level.x, 0.0) / (0.35 * globals.look.w);
     let close = globals.level.w * (0.5 - 0.5 * normal.y) / (1.0 + 6.0 * above * above);
     let up = 0.5 + 0.5 * normal.y;
-    let ambient = mix(GROUND_LIGHT, SKY_LIGHT, up) * (1.0 - 0.4 * close);
+    // Little of the sky is seen from a valley.
+    let seen = 1.0 - 0.6 * max(finish.hollow, 0.0);
+    let ambient = mix(GROUND_LIGHT, SKY_LIGHT, up) * ((1.0 - 0.4 * close) * seen);
     // Light that goes round inside: it wraps around the edge, and shines through thin parts.
     let wrap = 0.7 * finish.translucency;
     let diffuse = max((facing + wrap) / (1.0 + wrap), 0.0);

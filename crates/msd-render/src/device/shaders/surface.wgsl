@@ -3,6 +3,7 @@ struct Vertex {
     @location(1) normal: vec3f,
     // One is once the pattern.
     @location(2) uv: vec2f,
+    // How hollow the surface is there in w: 0 at an edge, 0.5 where it is flat, 1 in a valley.
     @location(3) colour: vec4f,
     // The other side; w is the pattern, as its number over 255.
     @location(4) back: vec4f,
@@ -19,6 +20,7 @@ struct Surface {
     @location(4) back: vec3f,
     @location(5) @interpolate(flat) finish: vec4f,
     @location(6) @interpolate(flat) pattern: f32,
+    @location(7) hollow: f32,
 }
 
 @vertex
@@ -27,7 +29,8 @@ fn vs_main(in: Vertex) -> Surface {
     let colour = srgb_to_linear(in.colour.rgb);
     let back = srgb_to_linear(in.back.rgb);
     let pattern = round(in.back.a * 255.0);
-    return Surface(clip, in.position, in.normal, in.uv, colour, back, in.finish, pattern);
+    let hollow = 2.0 * in.colour.a - 1.0;
+    return Surface(clip, in.position, in.normal, in.uv, colour, back, in.finish, pattern, hollow);
 }
 
 // A wave of -1 and 1 whose borders are one pixel soft; 0 where it gets finer than pixels.
@@ -64,7 +67,8 @@ fn fs_main(in: Surface, @builtin(front_facing) front: bool) -> @location(0) vec4
     let value = pattern_at(in.pattern, in.uv, fwidth(in.uv)) * globals.look.x;
     let strength = select(0.20, 0.14, in.pattern > 2.5);
     let albedo = own * (1.0 + strength * value) + max(value, 0.0) * 0.5 * strength * (1.0 - own);
-    let finish = Finish(albedo, in.finish.x, in.finish.y, in.finish.z);
+    let hollow = select(-in.hollow, in.hollow, front);
+    let finish = Finish(albedo, in.finish.x, in.finish.y, in.finish.z, hollow);
     let sun = sunlight(in.world, normal, in.clip.xy);
     return shown(lit(finish, normal, in.world, sun, in.clip.xy), 1.0);
 }
