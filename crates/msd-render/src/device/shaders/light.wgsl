@@ -147,20 +147,23 @@ fn lit(finish: Finish, normal: vec3f, world: vec3f, sun: f32, pixel: vec2f) -> v
     // Light that goes round inside: it wraps around the edge, and shines through thin parts.
     let wrap = 0.7 * finish.translucency;
     let diffuse = max((facing + wrap) / (1.0 + wrap), 0.0);
-    let inner = through(world, normal, finish.translucency, pixel) * (1.0 - max(facing, 0.0));
+    // An edge is thin whatever the light.
+    let inner = through(world, normal, finish.translucency, pixel) * (1.0 - max(facing, 0.0))
+        + 1.3 * finish.translucency * max(-finish.hollow, 0.0);
     // What faces away is in its own shadow, which the map, pushed off the surface, shows with a rim.
     let open = sun * smoothstep(0.0, 0.2, facing);
-    let sunny = diffuse * mix(open, 1.0, 0.35 * wrap) + 0.75 * inner;
+    let sunny = diffuse * mix(open, 1.0, 0.35 * wrap) * (1.0 - 0.55 * finish.translucency)
+        + 0.75 * inner;
     // Blinn's highlight, as bright in all as the sharper it is.
     let gloss = 1.0 - finish.roughness;
-    let power = exp2(1.0 + 8.0 * gloss);
+    let power = exp2(1.0 + 9.0 * gloss);
     let half_way = normalize(to_eye + to_light);
     let highlight = pow(max(dot(normal, half_way), 0.0), power) * max(facing, 0.0) * sun;
     let away = 1.0 - max(dot(normal, to_eye), 0.0);
     let fresnel = away * away * away * away * away;
     let mirror = mix(vec3f(0.04), finish.albedo, finish.metal) + fresnel * 0.6 * gloss;
     let sky = mix(ambient, sky_colour(reflect(-to_eye, normal)), gloss * gloss);
-    let mirrored = mirror * (sky + SUN * (highlight * (0.3 + 0.06 * power * gloss)));
+    let mirrored = mirror * (sky + SUN * (highlight * (0.3 + 0.05 * power * gloss)));
     let fill = FILL_LIGHT * (max(dot(normal, to_eye), 0.0) * max(1.0 - sunny, 0.0));
     let matt = finish.albedo * (1.0 - 0.9 * finish.metal) * (ambient + fill + SUN * sunny);
     return toned(matt + mirrored);
