@@ -8,6 +8,8 @@ const SKY_LIGHT: vec3f = vec3f(0.31, 0.34, 0.39);
 const GROUND_LIGHT: vec3f = vec3f(0.18, 0.171, 0.16);
 // From where one looks, where the sun does not shine: what faces away from it keeps its shape.
 const FILL_LIGHT: vec3f = vec3f(0.06, 0.062, 0.068);
+// Half of the width of the softest rim of a shadow, texels.
+const SOFTEST: f32 = 48.0;
 
 // Places on a disc of radius one, spread evenly: a sunflower after Vogel, 1979.
 fn sunflower(index: f32, count: f32, turn: f32) -> vec2f {
@@ -33,10 +35,11 @@ fn sunlight(world: vec3f, normal: vec3f, pixel: vec2f) -> f32 {
         // where it begins and soft far away (Fernando, Percentage-closer soft shadows, 2005).
         let turn = 6.2831853 * dither(pixel);
         let reach = globals.look.w * 0.06 / globals.shadow.z;
+        let around = SOFTEST * globals.shadow.y;
         var blocked = 0.0;
         let probes = select(0, 5, inside);
         for (var i = 0; i < probes; i++) {
-            let at = uv + sunflower(f32(i), 5.0, turn) * (5.0 * globals.shadow.y);
+            let at = uv + sunflower(f32(i), 5.0, turn) * around;
             blocked += 1.0 - textureSampleCompareLevel(shadow_map, shadow_sampler, at, depth);
         }
         // Most places are lit: what follows is for the others.
@@ -44,14 +47,14 @@ fn sunlight(world: vec3f, normal: vec3f, pixel: vec2f) -> f32 {
         var far = 0.0;
         let farther = select(0, 15, is_shaded);
         for (var i = 0; i < farther; i++) {
-            let at = uv + sunflower(f32(i % 5), 5.0, turn) * (5.0 * globals.shadow.y);
+            let at = uv + sunflower(f32(i % 5), 5.0, turn) * around;
             let k = f32(i / 5 + 1);
             let away = depth - k * k * reach;
             let open = textureSampleCompareLevel(shadow_map, shadow_sampler, at, away);
             far += (2.0 * k - 1.0) * (1.0 - open);
         }
         let distance = far / max(blocked, 0.2) * (reach * globals.shadow.z);
-        let radius = clamp(distance * 0.11 / globals.shadow.x, 1.2, 12.0) * globals.shadow.y;
+        let radius = clamp(distance * 0.25 / globals.shadow.x, 1.2, SOFTEST) * globals.shadow.y;
         let taps = select(0, 16, is_shaded);
         for (var i = 0; i < taps; i++) {
             let at = uv + sunflower(f32(i), 16.0, turn) * radius;
