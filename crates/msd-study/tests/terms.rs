@@ -90,7 +90,10 @@ fn the_teapot_bends_and_a_cloth_has_no_bending_springs() {
     let bending = row(&rows, "bending springs");
     assert!(0.0 < bending.change.unwrap(), "{bending:?}");
     let rows = terms(&msd_scene::open("cloth").unwrap(), 1.0 / 60.0).unwrap();
-    assert_eq!(names(&rows), ["damping", "gravity", "face diagonals", "single precision"]);
+    let expected = ["damping", "gravity", "face diagonals", "contact", "single precision"];
+    assert_eq!(names(&rows), expected);
+    // Its floor is out of reach.
+    assert_eq!(row(&rows, "contact").change, Some(0.0));
 }
 
 #[test]

@@ -18,7 +18,7 @@ pub(crate) struct SurfaceVertex {
     pub normal: Vec3,
     /// Place on the pattern; one is once the pattern.
     pub uv: [f32; 2],
-    /// Colour of the body, sRGB.
+    /// Colour of the body, sRGB, and how hollow it is there: 0 an edge, 128 flat, 255 a valley.
     pub colour: [u8; 4],
     /// Colour of its other side, sRGB, and the number of the pattern.
     pub back: [u8; 4],

@@ -138,7 +138,7 @@ fn usual(pattern: Pattern) -> f64 {
         Pattern::None => 1.0,
         Pattern::Checks => 10.0,
         Pattern::Stripes => 14.0,
-        Pattern::Weave => 60.0,
+        Pattern::Weave => 100.0,
         Pattern::Grain => 9.0,
     }
 }

@@ -154,7 +154,7 @@ fn push(geometry: &mut Geometry, placed: &Placed<'_>, place: DVec3, normal: DVec
         position: (placed.middle + placed.axes * place).as_vec3(),
         normal: (placed.axes * normal).as_vec3().normalize_or(Vec3::Y),
         uv: [0.0; 2],
-        colour: bytes(STONE, 1.0),
+        colour: bytes(STONE, 0.5),
         back: [0; 4],
         finish: DULL,
     });

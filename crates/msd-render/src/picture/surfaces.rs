@@ -26,6 +26,7 @@ pub(crate) fn add_surfaces<R: Real>(
     let most_triangles = limit as usize / size_of::<[u32; 3]>();
     let mut normals = Normals::default();
     normals.particles.resize(geometry.positions.len(), Vec3::ZERO);
+    normals.bends.resize(geometry.positions.len(), [0.0; 2]);
     let mut sizes = std::mem::take(&mut geometry.sizes);
     let cuts = cut_pairs(snapshot);
     for (index, body) in snapshot.bodies.iter().enumerate() {
@@ -37,6 +38,7 @@ pub(crate) fn add_surfaces<R: Real>(
         }
         let first = geometry.triangles.len();
         add_triangles(geometry, body, &cuts, &mut normals);
+        normals.add_bends(geometry, first, body);
         if first < geometry.triangles.len() {
             let repeats = sizes.repeats((index, body), snapshot);
             add_vertices(geometry, (index, body), repeats, &mut normals);
@@ -53,6 +55,9 @@ struct Normals {
     particles: Vec<Vec3>,
     /// Those at a corner of a body: of a block these are of one of its sides.
     corners: Vec<Vec3>,
+    /// Over the neighbours of a particle with normal n, at d from it: Σ n·d and Σ |d|², whose ratio
+    /// is half the mean curvature there.
+    bends: Vec<[f32; 2]>,
 }
 
 /// The cosines of the angle between the two, from which on a corner belongs to an edge and up to
@@ -68,6 +73,37 @@ impl Normals {
         let [edge, smooth] = EDGE_ANGLES;
         let share = ((own.dot(all) - edge) / (smooth - edge)).clamp(0.0, 1.0);
         direction_or(own + (all - own) * share, Vec3::Y)
+    }
+
+    /// Adds how a body bends, whose triangles are those from `first` on, and gives the normals of
+    /// its particles length one.
+    fn add_bends(&mut self, geometry: &Geometry, first: usize, body: &Body) {
+        let corners = &body.surface.corners;
+        for corner in corners {
+            if let Some(normal) = self.particles.get_mut(corner.particle as usize) {
+                *normal = direction_or(*normal, Vec3::ZERO);
+            }
+        }
+        let before = geometry.vertices.len() as u32;
+        for triangle in &geometry.triangles[first..] {
+            let [a, b, c] =
+                triangle.map(|corner| corners[(corner - before) as usize].particle as usize);
+            for [from, to] in [[a, b], [b, c], [c, a]] {
+                let along = geometry.positions[to] - geometry.positions[from];
+                for (end, along) in [(from, along), (to, -along)] {
+                    self.bends[end][0] += self.particles[end].dot(along);
+                    self.bends[end][1] += along.length_squared();
+                }
+            }
+        }
+    }
+
+    /// How hollow a body of a size is at a particle: from -1, an edge, over 0, flat, to 1, a valley
+    /// with a mean curvature of 25 over the size.
+    fn hollow(&self, particle: u32, size: f32) -> f32 {
+        let [height, square] = self.bends.get(particle as usize).copied().unwrap_or_default();
+        let curvature = 2.0 * height / square.max(f32::MIN_POSITIVE);
+        (curvature * size / 25.0).clamp(-1.0, 1.0)
     }
 }
 
@@ -108,6 +144,8 @@ fn add_vertices(
         None => (body_colour(index, body), back_colour(index, body)),
     };
     let metal = if look.metal { 1.0 } else { 0.0 };
+    // Six times the area: each triangle has twice its own at three corners.
+    let size = (normals.corners.iter().map(|area| area.length()).sum::<f32>() / 6.0).sqrt();
     for (number, corner) in body.surface.corners.iter().enumerate() {
         let shade = geometry.shade(corner.particle);
         let is_sheet = if body.surface.two_sided && shade.is_none() { 1.0 } else { 0.0 };
@@ -117,14 +155,16 @@ fn add_vertices(
             position: geometry.drawable(corner.particle).unwrap_or_default(),
             normal: normals.at(number, corner.particle),
             uv: [0, 1].map(|axis| corner.uv[axis] * repeats[axis]),
-            colour: bytes(shade.unwrap_or(own), 1.0),
+            colour: bytes(shade.unwrap_or(own), 0.5 + 0.5 * normals.hollow(corner.particle, size)),
             back: [red, green, blue, number_of(look.pattern)],
             finish: bytes([look.roughness, metal, look.translucency], is_sheet),
         });
     }
     for corner in &body.surface.corners {
-        if let Some(normal) = normals.particles.get_mut(corner.particle as usize) {
-            *normal = Vec3::ZERO;
+        let particle = corner.particle as usize;
+        if particle < normals.particles.len() {
+            normals.particles[particle] = Vec3::ZERO;
+            normals.bends[particle] = [0.0; 2];
         }
     }
 }
@@ -218,5 +258,33 @@ mod tests {
         let is_apart = |triangle: &&[u32; 3]| !(triangle.contains(&a) && triangle.contains(&b));
         let left: Vec<[u32; 3]> = whole.iter().filter(is_apart).copied().collect();
         assert_eq!((whole.len() - left.len(), drawn(&cloth)), (2, left));
+    }
+
+    /// A sheet of 8 m by 8 m around a cylinder, whose mean curvature is 1 / 2r: 0.2 times 25 / 8 m.
+    #[test]
+    fn the_inside_of_a_bent_sheet_is_as_hollow_as_its_outside_is_not() {
+        let radius = 0.8_f64;
+        let part = shape::cloth([9, 9], 1.0, Material::default()).expect("a valid size");
+        for turn in [1.0, -1.0] {
+            let mut scene = Scene::of("cloth", part.clone());
+            // Chords of 1 m, as long as the cells are high: n·d is |d|² / 2r around, 0 along.
+            let angle = 2.0 * (0.5 / radius).asin();
+            for particle in &mut scene.particles {
+                let at = &mut particle.position;
+                let (sin, cos) = (at.x * angle).sin_cos();
+                (at.x, at.z) = (radius * sin, radius * turn * (1.0 - cos));
+            }
+            let cloth = Simulation::<f32>::new(&scene, Settings::default()).expect("a valid scene");
+            let snapshot = cloth.snapshot();
+            let mut geometry = Geometry::default();
+            geometry.positions.extend(snapshot.positions().map(|position| position.to_f32()));
+            add_surfaces(&mut geometry, &snapshot, u64::MAX);
+            let middle = geometry.vertices.iter().find(|vertex| vertex.position.length() < 1e-3);
+            let middle = middle.expect("a particle in the middle");
+            // The axis is on the side that the middle bends to.
+            let is_inside = 0.0 < f64::from(middle.normal.z) * turn;
+            let [inside, outside] = [0.6, 0.4].map(|share: f32| (share * 255.0).round() as u8);
+            assert_eq!(middle.colour[3], if is_inside { inside } else { outside });
+        }
     }
 }

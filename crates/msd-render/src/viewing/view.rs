@@ -55,7 +55,7 @@ pub struct Style {
     pub line_width: f32,
     /// Pixels per point of the display, 1; positive. Default 1.
     pub pixels_per_point: f32,
-    /// Direction to the light, of any length but zero. Default (−0.15, 0.85, 0.55).
+    /// Direction to the light, of any length but zero. Default (−0.45, 0.85, 0.45).
     pub light: Vec3,
 }
 
@@ -78,7 +78,7 @@ impl Default for Style {
             particle_radius: 0.0,
             line_width: 1.6,
             pixels_per_point: 1.0,
-            light: Vec3::new(-0.15, 0.85, 0.55),
+            light: Vec3::new(-0.45, 0.85, 0.45),
         }
     }
 }

@@ -3,11 +3,13 @@
 @group(1) @binding(1) var shadow_sampler: sampler_comparison;
 @group(1) @binding(2) var ground_map: texture_depth_2d;
 
-const SUN: vec3f = vec3f(1.02, 0.97, 0.88);
-const SKY_LIGHT: vec3f = vec3f(0.44, 0.48, 0.54);
-const GROUND_LIGHT: vec3f = vec3f(0.31, 0.295, 0.275);
+const SUN: vec3f = vec3f(1.20, 1.13, 1.01);
+const SKY_LIGHT: vec3f = vec3f(0.31, 0.34, 0.39);
+const GROUND_LIGHT: vec3f = vec3f(0.18, 0.171, 0.16);
 // From where one looks, where the sun does not shine: what faces away from it keeps its shape.
-const FILL_LIGHT: vec3f = vec3f(0.16, 0.165, 0.18);
+const FILL_LIGHT: vec3f = vec3f(0.06, 0.062, 0.068);
+// Half of the width of the softest rim of a shadow, texels.
+const SOFTEST: f32 = 48.0;
 
 // Places on a disc of radius one, spread evenly: a sunflower after Vogel, 1979.
 fn sunflower(index: f32, count: f32, turn: f32) -> vec2f {
@@ -33,10 +35,11 @@ fn sunlight(world: vec3f, normal: vec3f, pixel: vec2f) -> f32 {
         // where it begins and soft far away (Fernando, Percentage-closer soft shadows, 2005).
         let turn = 6.2831853 * dither(pixel);
         let reach = globals.look.w * 0.06 / globals.shadow.z;
+        let around = SOFTEST * globals.shadow.y;
         var blocked = 0.0;
         let probes = select(0, 5, inside);
         for (var i = 0; i < probes; i++) {
-            let at = uv + sunflower(f32(i), 5.0, turn) * (5.0 * globals.shadow.y);
+            let at = uv + sunflower(f32(i), 5.0, turn) * around;
             blocked += 1.0 - textureSampleCompareLevel(shadow_map, shadow_sampler, at, depth);
         }
         // Most places are lit: what follows is for the others.
@@ -44,14 +47,14 @@ fn sunlight(world: vec3f, normal: vec3f, pixel: vec2f) -> f32 {
         var far = 0.0;
         let farther = select(0, 15, is_shaded);
         for (var i = 0; i < farther; i++) {
-            let at = uv + sunflower(f32(i % 5), 5.0, turn) * (5.0 * globals.shadow.y);
+            let at = uv + sunflower(f32(i % 5), 5.0, turn) * around;
             let k = f32(i / 5 + 1);
             let away = depth - k * k * reach;
             let open = textureSampleCompareLevel(shadow_map, shadow_sampler, at, away);
             far += (2.0 * k - 1.0) * (1.0 - open);
         }
         let distance = far / max(blocked, 0.2) * (reach * globals.shadow.z);
-        let radius = clamp(distance * 0.11 / globals.shadow.x, 1.2, 12.0) * globals.shadow.y;
+        let radius = clamp(distance * 0.25 / globals.shadow.x, 1.2, SOFTEST) * globals.shadow.y;
         let taps = select(0, 16, is_shaded);
         for (var i = 0; i < taps; i++) {
             let at = uv + sunflower(f32(i), 16.0, turn) * radius;
@@ -108,6 +111,8 @@ struct Finish {
     metal: f32,
     // The share of light that passes thin parts.
     translucency: f32,
+    // -1 at an edge, 0 where it is flat, 1 in a valley.
+    hollow: f32,
 }
 
 // The share of sunlight that comes through a body to a point of its surface, by how thick it is
@@ -139,24 +144,29 @@ fn lit(finish: Finish, normal: vec3f, world: vec3f, sun: f32, pixel: vec2f) -> v
     let above = max(world.y - globals.level.x, 0.0) / (0.35 * globals.look.w);
     let close = globals.level.w * (0.5 - 0.5 * normal.y) / (1.0 + 6.0 * above * above);
     let up = 0.5 + 0.5 * normal.y;
-    let ambient = mix(GROUND_LIGHT, SKY_LIGHT, up) * (1.0 - 0.4 * close);
+    // Little of the sky is seen from a valley.
+    let seen = 1.0 - 0.6 * max(finish.hollow, 0.0);
+    let ambient = mix(GROUND_LIGHT, SKY_LIGHT, up) * ((1.0 - 0.4 * close) * seen);
     // Light that goes round inside: it wraps around the edge, and shines through thin parts.
     let wrap = 0.7 * finish.translucency;
     let diffuse = max((facing + wrap) / (1.0 + wrap), 0.0);
-    let inner = through(world, normal, finish.translucency, pixel) * (1.0 - max(facing, 0.0));
+    // An edge is thin whatever the light.
+    let inner = through(world, normal, finish.translucency, pixel) * (1.0 - max(facing, 0.0))
+        + 1.3 * finish.translucency * max(-finish.hollow, 0.0);
     // What faces away is in its own shadow, which the map, pushed off the surface, shows with a rim.
     let open = sun * smoothstep(0.0, 0.2, facing);
-    let sunny = diffuse * mix(open, 1.0, 0.35 * wrap) + 0.75 * inner;
+    let sunny = diffuse * mix(open, 1.0, 0.35 * wrap) * (1.0 - 0.55 * finish.translucency)
+        + 0.75 * inner;
     // Blinn's highlight, as bright in all as the sharper it is.
     let gloss = 1.0 - finish.roughness;
-    let power = exp2(1.0 + 8.0 * gloss);
+    let power = exp2(1.0 + 9.0 * gloss);
     let half_way = normalize(to_eye + to_light);
     let highlight = pow(max(dot(normal, half_way), 0.0), power) * max(facing, 0.0) * sun;
     let away = 1.0 - max(dot(normal, to_eye), 0.0);
     let fresnel = away * away * away * away * away;
     let mirror = mix(vec3f(0.04), finish.albedo, finish.metal) + fresnel * 0.6 * gloss;
     let sky = mix(ambient, sky_colour(reflect(-to_eye, normal)), gloss * gloss);
-    let mirrored = mirror * (sky + SUN * (highlight * (0.3 + 0.06 * power * gloss)));
+    let mirrored = mirror * (sky + SUN * (highlight * (0.3 + 0.05 * power * gloss)));
     let fill = FILL_LIGHT * (max(dot(normal, to_eye), 0.0) * max(1.0 - sunny, 0.0));
     let matt = finish.albedo * (1.0 - 0.9 * finish.metal) * (ambient + fill + SUN * sunny);
     return toned(matt + mirrored);

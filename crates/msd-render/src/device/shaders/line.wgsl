@@ -66,7 +66,7 @@ fn fs_rod(in: Ribbon) -> @location(0) vec4f {
     let height = sqrt(max(1.0 - in.across * in.across, 0.0));
     let normal = normalize(to_eye * height - side * in.across + vec3f(1e-6));
     let world = in.world + normal * in.radius;
-    let finish = Finish(srgb_to_linear(in.colour.rgb), 0.7, 0.0, 0.0);
+    let finish = Finish(srgb_to_linear(in.colour.rgb), 0.7, 0.0, 0.0, 0.0);
     let sun = sunlight(world, normal, in.clip.xy);
     return shown(lit(finish, normal, world, sun, in.clip.xy), in.colour.a);
 }

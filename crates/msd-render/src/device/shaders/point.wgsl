@@ -55,7 +55,8 @@ fn fs_main(in: Disc) -> @location(0) vec4f {
         discard;
     }
     let sun = sunlight(world, normal, in.clip.xy);
-    let ball_colour = lit(Finish(in.colour, 0.3, 0.0, 0.0), normal, world, sun, in.clip.xy);
+    let finish = Finish(in.colour, 0.3, 0.0, 0.0, 0.0);
+    let ball_colour = lit(finish, normal, world, sun, in.clip.xy);
     // The rim of a pin is dark, the ring of a grab has its own colour.
     let ring_colour = select(vec3f(0.012, 0.018, 0.035), in.colour, in.shape > 1.5);
     let colour = select(ball_colour, ring_colour, ringed && from_centre > size + 0.02);

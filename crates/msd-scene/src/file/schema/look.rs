@@ -48,7 +48,7 @@ impl Finish {
         match self {
             Finish::Clay => Look { roughness: 0.8, ..plain },
             Finish::Plastic => Look { roughness: 0.3, ..plain },
-            Finish::Jelly => Look { roughness: 0.15, translucency: 0.6, ..plain },
+            Finish::Jelly => Look { roughness: 0.06, translucency: 0.6, ..plain },
             Finish::Cloth => {
                 Look { roughness: 0.95, pattern: Pattern::Weave, translucency: 0.15, ..plain }
             }
