@@ -164,8 +164,13 @@ fn two_of_one_body_that_are_nearest_to_each_other_get_one_spring() {
     let text = "[[bodies]]\nkind = 'explicit'\nparticles = [{ position = [0, 0, 0] }, \
                 { position = [1, 0, 0] }, { position = [3, 0, 0] }]\n\
                 [[links]]\nfrom = { set = 'all' }\nto = { set = 'all' }\n";
-    let ends: Vec<[usize; 2]> = scene(text).springs.iter().map(|spring| spring.ends).collect();
-    assert_eq!(ends, [[0, 1], [2, 1]]);
+    let ends = |text: &str| -> Vec<[usize; 2]> {
+        scene(text).springs.iter().map(|spring| spring.ends).collect()
+    };
+    assert_eq!(ends(text), [[0, 1], [2, 1]]);
+    // Another table adds its own, beside the same two.
+    let again = format!("{text}[[links]]\nfrom = {{ particle = 2 }}\nto = {{ particle = 1 }}\n");
+    assert_eq!(ends(&again), [[0, 1], [2, 1], [2, 1]]);
 }
 
 /// Two particles of masses m and M on a spring k: ω² = k (1/m + 1/M).
