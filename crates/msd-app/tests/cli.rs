@@ -115,6 +115,24 @@ fn a_run_in_two_halves_ends_with_the_same_bits_as_one() {
 }
 
 #[test]
+fn a_state_without_a_time_is_told_where_solids_move() {
+    let folder = folder();
+    let notes = |scene: &str| {
+        let run = |arguments: &[&str]| {
+            let all = [&["run", scene, "--duration", "0.05"], arguments].concat();
+            json(msd(folder.path(), &all))["notes"].clone()
+        };
+        assert_eq!(run(&["--out", "s.csv"]), serde_json::json!([]));
+        run(&["--from", "s.csv"])
+    };
+    let told = "s.csv holds no time: 1 solid that moves begins anew; `--save RUN.msd` keeps a run \
+                that goes on where it was";
+    assert_eq!(notes("curtain"), serde_json::json!([told]));
+    // Its ball stands still.
+    assert_eq!(notes("drape"), serde_json::json!([]));
+}
+
+#[test]
 fn a_mesh_runs_and_its_state_has_a_row_per_particle() {
     let folder = folder();
     // No such file here: the mesh that the program carries stands in.

@@ -221,8 +221,8 @@ fn a_plane_that_pushes_a_particle_out_of_the_world_is_refused_at_the_start() {
     let (normal, friction) = (DVec3::Y, Friction::Coulomb(0.0));
     scene.planes = vec![Plane { normal, offset: 2e6, restitution: 0.0, friction }];
     let error = Simulation::<f64>::new(&scene, Settings::default()).unwrap_err();
-    let expected = "position of particle 0 is 2000000; it must be inside the world once the planes \
-                    have pushed the particle out";
+    let expected = "position of particle 0 is 2000000; it must be inside the world once the \
+                    obstacles have pushed the particle out";
     assert_eq!(error.to_string(), expected);
 }
 

@@ -66,16 +66,16 @@ fn the_normal_is_the_gradient_of_the_gap_still_and_moving() {
 #[test]
 fn gaps_are_distances_and_nothing_is_beyond_the_reach() {
     let mut random = Random(5);
+    let anywhere = (0..500).map(|_| (random.vector() - 0.5) * 4.0);
+    // On the axis, where the round side is as near all round.
+    let on_axis = [-0.9, -0.55, -0.3, 0.0, 0.2, 0.44, 0.7].map(|y| DVec3::Y * y);
+    let points: Vec<DVec3> = anywhere.chain(on_axis).collect();
     for shape in &SHAPES {
-        for _ in 0..500 {
-            let point = (random.vector() - 0.5) * 4.0;
-            let gap = shape.gap(point);
-            // From a point outside, the way back along the normal ends on the surface.
-            if 0.0 < gap {
-                let foot = point - shape.normal(point) * gap;
-                assert!(shape.gap(foot).abs() < 1e-14, "{shape:?} {point}");
-                assert!(foot.length() < shape.reach() + 1e-14, "{shape:?} {point}");
-            }
+        for &point in &points {
+            // The way back along the normal, or out against it, ends on the surface.
+            let foot = point - shape.normal(point) * shape.gap(point);
+            assert!(shape.gap(foot).abs() < 1e-14, "{shape:?} {point}");
+            assert!(foot.length() < shape.reach() + 1e-14, "{shape:?} {point}");
         }
     }
     assert_eq!(SHAPES[2].gap(DVec3::new(0.7, 1.0, 0.0)), 0.5);

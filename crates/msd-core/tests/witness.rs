@@ -3,10 +3,10 @@
 mod common;
 
 use common::{simulation, tumbling_block, two_masses, weightless};
-use msd_core::glam::DVec3;
+use msd_core::glam::{DMat3, DVec3};
 use msd_core::{
-    Energy, Friction, Integrator, Interaction, Material, Particle, Plane, Real, Scene, Settings,
-    Simulation, Witness, World, shape,
+    Energy, Friction, Integrator, Interaction, KeyFrame, Material, Particle, Plane, Real, Scene,
+    Settings, Shape, Simulation, Solid, Witness, World, shape,
 };
 
 /// The largest gain reported over a run.
@@ -256,5 +256,29 @@ fn a_particle_that_lies_still_gains_nothing_but_rounding() {
         assert_eq!(told(&mut single, 600), 0.0, "{integrator} in f32");
         let mut double = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
         assert_eq!(told(&mut double, 600), 0.0, "{integrator} in f64");
+    }
+}
+
+#[test]
+fn rounding_about_the_middle_of_a_solid_is_no_gain() {
+    // A particle at the origin, whose own coordinates round by nothing, on solids that move later:
+    // it is put back onto their surfaces to the rounding of half a metre, and of a hundred.
+    let shapes = [Shape::Box { size: DVec3::new(2.0, 1.0, 2.0) }, Shape::Sphere { radius: 100.3 }];
+    for (shape, height) in shapes.into_iter().zip([0.5, 100.3]) {
+        let below = DVec3::Y * -height;
+        let key = |time: f64, rise: f64| KeyFrame {
+            time,
+            position: below + DVec3::Y * rise,
+            axes: DMat3::IDENTITY,
+        };
+        let keys = vec![key(2.0, 0.0), key(3.0, 1.0)];
+        let solids = vec![Solid { position: below, keys, ..Solid::new(shape.clone()) }];
+        let particles = vec![Particle { position: DVec3::ZERO, velocity: DVec3::ZERO, mass: 1.0 }];
+        let scene = Scene { particles, solids, ..Scene::default() };
+        for integrator in Integrator::ALL {
+            let settings = Settings { integrator, substeps: 50, ..Settings::default() };
+            let mut simulation = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+            assert_eq!(told(&mut simulation, 100), 0.0, "{integrator} on {shape:?}");
+        }
     }
 }

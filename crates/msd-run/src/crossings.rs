@@ -1,6 +1,7 @@
 //! Crossings: triangles of surfaces that pass through each other, by an exact test.
 
 use msd_core::Body;
+use msd_core::elements::touches::Touches;
 use msd_core::glam::DVec3;
 use robust::{Coord3D, orient3d};
 
@@ -12,18 +13,23 @@ struct Triangle {
     high: DVec3,
 }
 
-/// Counts the pairs of triangles, of one body or of two, that have no particle in common and of
-/// which an edge of one passes through the inside of the other.
+/// Counts the pairs of triangles that have no particle in common and of which an edge of one passes
+/// through the inside of the other: of two bodies that touch, or of one that touches itself.
 ///
 /// Signs of volumes are exact (Shewchuk, 1997): what only touches does not cross.
-pub fn crossings(positions: &[DVec3], bodies: &[Body]) -> u64 {
+pub fn crossings(positions: &[DVec3], bodies: &[Body], touches: &Touches) -> u64 {
+    // All of a body touch alike.
+    let may_touch = |[a, _, _]: [u32; 3], [b, _, _]: [u32; 3]| touches.may_touch([a, b]);
     let mut triangles: Vec<Triangle> = bodies.iter().flat_map(|body| of(positions, body)).collect();
     triangles.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
     let mut count = 0;
     for (row, triangle) in triangles.iter().enumerate() {
         let beside = triangles[row + 1..].iter();
         let beside = beside.take_while(|other| other.low.x <= triangle.high.x);
-        count += beside.filter(|other| triangle.meets(other) && triangle.crosses(other)).count();
+        let meeting = beside.filter(|other| {
+            triangle.meets(other) && may_touch(triangle.particles, other.particles)
+        });
+        count += meeting.filter(|other| triangle.crosses(other)).count();
     }
     count as u64
 }

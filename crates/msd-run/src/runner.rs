@@ -56,7 +56,7 @@ pub struct Touched {
     /// Pairs of particles that may have passed through each other since the start; see
     /// [`Ledger::passes`](msd_core::Ledger::passes).
     pub passes: u64,
-    /// Pairs of triangles of surfaces that cross now; see [`crossings`].
+    /// Pairs of triangles of surfaces that touch, and cross now; see [`crossings`].
     pub crossings: u64,
 }
 
@@ -476,7 +476,7 @@ impl Runner {
             let positions = || simulation.positions().map(Vector::to_f64).collect::<Vec<_>>();
             (!model.touches().is_empty()).then(|| Touched {
                 passes: simulation.ledger().passes(),
-                crossings: crossings(&positions(), model.bodies()),
+                crossings: crossings(&positions(), model.bodies(), model.touches()),
             })
         })
     }

@@ -1,8 +1,9 @@
 //! Surfaces that pass through each other, and those that do not.
 
 use msd_core::glam::{DMat3, DVec3};
-use msd_core::{Material, Part, Scene, shape};
+use msd_core::{Material, Part, Scene, Settings, Simulation, Touch, shape};
 use msd_run::crossings;
+use msd_scene::default_touch;
 
 fn cloth(size: [usize; 2], offset: DVec3, turned: bool) -> Part {
     let mut part = shape::cloth(size, 0.1, Material::default()).expect("a cloth");
@@ -11,13 +12,21 @@ fn cloth(size: [usize; 2], offset: DVec3, turned: bool) -> Part {
     part
 }
 
-fn count(parts: [Part; 2]) -> u64 {
+/// Crossings of bodies that touch as the scene says.
+fn count_where(parts: [Part; 2], says: impl FnOnce(&mut Vec<Touch>)) -> u64 {
     let mut scene = Scene::default();
     for part in parts {
-        scene.add("cloth", part);
+        let body = scene.add("cloth", part);
+        scene.touches.push(default_touch(&scene, body).expect("a cloth has springs"));
     }
-    let positions: Vec<DVec3> = scene.particles.iter().map(|row| row.position).collect();
-    crossings(&positions, &scene.bodies)
+    says(&mut scene.touches);
+    let run = Simulation::<f64>::new(&scene, Settings::default()).expect("a valid scene");
+    let positions: Vec<DVec3> = run.positions().collect();
+    crossings(&positions, run.model().bodies(), run.model().touches())
+}
+
+fn count(parts: [Part; 2]) -> u64 {
+    count_where(parts, |_| {})
 }
 
 #[test]
@@ -38,6 +47,26 @@ fn a_sheet_through_another_crosses_it() {
     // The line on which they cross is 0.3 m long: between the 3 and the 7 squares that it passes of
     // either sheet it meets a new pair of triangles at each of about 3 + 3 + 2 edges.
     assert!((8..=16).contains(&found), "{found}");
+}
+
+#[test]
+fn what_the_scene_lets_pass_is_not_counted() {
+    let across = cloth([4, 4], DVec3::new(0.013, 0.021, 0.007), true);
+    let pair = || [cloth([8, 8], DVec3::ZERO, false), across.clone()];
+    assert!(0 < count_where(pair(), |rows| rows[0].itself = false));
+    assert_eq!(count_where(pair(), |rows| rows[1].ignored.push(0)), 0, "one ignores the other");
+    assert_eq!(count_where(pair(), |rows| rows.truncate(1)), 0, "one touches nothing");
+    // Both sheets as one row, which touches itself.
+    let joined = |rows: &mut Vec<Touch>| {
+        let second = rows.pop().expect("two rows");
+        rows[0].particles.extend(second.particles);
+    };
+    assert!(0 < count_where(pair(), joined));
+    let passes = |rows: &mut Vec<Touch>| {
+        joined(rows);
+        rows[0].itself = false;
+    };
+    assert_eq!(count_where(pair(), passes), 0, "what passes through itself");
 }
 
 #[test]

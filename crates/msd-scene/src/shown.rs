@@ -3,11 +3,16 @@
 use std::path::Path;
 
 /// Makes what was read from a file fit to be quoted: a control character would break the line or
-/// move the cursor of a terminal.
+/// move the cursor of a terminal, and others turn the direction of what follows.
 pub fn tame(text: &str) -> String {
     let mut tame = String::with_capacity(text.len());
     for character in text.chars() {
-        if character.is_control() {
+        let is_wild = match character {
+            '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2066}'..='\u{2069}' => true,
+            '\u{2028}'..='\u{202e}' => true,
+            other => other.is_control(),
+        };
+        if is_wild {
             tame.extend(character.escape_default());
         } else {
             tame.push(character);

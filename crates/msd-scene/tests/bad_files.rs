@@ -42,18 +42,17 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 89] = [
-    ("touch = { radius = 0 }", "bodies[0].touch.radius is 0; it must be positive and at most 1e12"),
-    ("touch = { radius = 2 }", "bodies[0].touch.radius is 2; it must be at most the spacing, 1 m"),
-    ("touch = { friction = -1 }", "bodies[0].touch.friction is -1; it must be finite and not"),
-    ("touch = { ignore = ['rop'] }", "touch.ignore[0] names no body: \"rop\"; `rope` is one"),
-    ("touch = { triangles = true }", "touch.triangles needs a surface, and this body has none"),
-    ("touch = { ignore = ['rope'] }", "touch.ignore[0] is the body itself; ... itself = false"),
-    ("touch = { raduis = 1 }", "raduis"),
-    ("touch = { with = [{ body = 'rop' }] }", "with[0].body names no body: \"rop\"; `rope` is one"),
-    ("touch = { with = [{ body = 'rope' }] }", "touch.with[0].body is the body itself; its own"),
-    ("touch = { with = [{ body = 'rope', friction = -1 }] }", "with[0].friction is -1; it must be"),
-    ("stiffness = 0\ntouch = {}", "bodies[0].touch"),
+const LINES: [(&str, &str); 82] = [
+    (
+        "rotation = [0, 1, 0]",
+        "rotation is a list; it must be a table with the keys axis, angle_deg",
+    ),
+    (
+        "[[world.solids]]\nkind = 'sphere'\nradius = 1e12",
+        "s.toml:5:1: world.solids[0] pushes particle 0 of rope out of the world, to a coordinate of",
+    ),
+    ("[[world.planes]]\noffset = 1e9", "world.planes[0] pushes particle 0 of rope out of the wor"),
+    ("size = [4]", "s.toml:5:1: the key `size` stands here twice"),
     ("mass = -1", "s.toml:5:8: bodies[0].mass is -1; it must be positive and finite"),
     ("mass = 0", "bodies[0].mass is 0; it must be positive and finite"),
     ("mass = nan", "bodies[0].mass is NaN; it must be positive and finite"),

@@ -164,8 +164,13 @@ fn two_of_one_body_that_are_nearest_to_each_other_get_one_spring() {
     let text = "[[bodies]]\nkind = 'explicit'\nparticles = [{ position = [0, 0, 0] }, \
                 { position = [1, 0, 0] }, { position = [3, 0, 0] }]\n\
                 [[links]]\nfrom = { set = 'all' }\nto = { set = 'all' }\n";
-    let ends: Vec<[usize; 2]> = scene(text).springs.iter().map(|spring| spring.ends).collect();
-    assert_eq!(ends, [[0, 1], [2, 1]]);
+    let ends = |text: &str| -> Vec<[usize; 2]> {
+        scene(text).springs.iter().map(|spring| spring.ends).collect()
+    };
+    assert_eq!(ends(text), [[0, 1], [2, 1]]);
+    // Another table adds its own, beside the same two.
+    let again = format!("{text}[[links]]\nfrom = {{ particle = 2 }}\nto = {{ particle = 1 }}\n");
+    assert_eq!(ends(&again), [[0, 1], [2, 1], [2, 1]]);
 }
 
 /// Two particles of masses m and M on a spring k: ω² = k (1/m + 1/M).
@@ -254,12 +259,26 @@ fn rows_are_written_as_they_were_read() {
 }
 
 /// Lines after two ropes of three particles, `a` at the origin and `b` 1 m above, and what is told.
-const REFUSED: [(&str, &str); 34] = [
+const REFUSED: [(&str, &str); 38] = [
     (
         "[[pins]]\nset = 'edgs'",
         "s.toml:12:7: pins[0].set is \"edgs\"; it must be a set of body 0, `a`:",
     ),
-    ("[[pins]]\nset = 'firts'", "a set of body 0, `a`: did you mean `first`?"),
+    (
+        "[[pins]]\nset = 'firts'",
+        "a set of body 0, `a`: all, first, last, corners, left, right, or one of [[sets]]; did you \
+         mean `first`?",
+    ),
+    ("[[pins]]\nparticle = -1", "pins[0].particle is -1; it must be from 0 to 2: there are 3"),
+    (
+        "[[links]]\nfrom = { particle = -1 }\nto = { body = 1, set = 'all' }",
+        "links[0].from.particle is -1; it must be from 0 to 2: there are 3 particles",
+    ),
+    ("[[pins]]\nat = [-1, 0, 0]", "pins[0].at[0] is -1; it must be a whole number, not negative"),
+    (
+        "[[sets]]\nname = ''\nsphere = { position = [0, 0, 0], radius = 1 }",
+        "sets[0].name is \"\"; it must be a name, which rows can call it by",
+    ),
     (
         "[[pins]]\nset = 'edges'",
         "it must be a set of body 0, `a`: all, first, last, corners, left,",

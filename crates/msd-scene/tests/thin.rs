@@ -18,9 +18,10 @@ fn a_solid_between_particles_is_told_and_meets_springs_where_it_is_wished() {
     let told = |radius, keys, touch| load(radius, keys, touch).notes.join("\n");
     assert_eq!(
         told(0.1, "", ""),
-        "world.solids[0] is 0.200 m thick, the particles of sheet are 0.250 m apart and pass \
+        "world.solids[0] is 0.2 m thick, the particles of sheet are 0.25 m apart and pass \
          beside it; with `springs = true` it meets the springs between them too"
     );
+    assert!(told(0.0002, "", "").starts_with("world.solids[0] is 0.0004 m thick"));
     // As thick as particles are apart, or together with their radii.
     assert_eq!(told(0.125, "", ""), "");
     assert_eq!(told(0.1, "", "touch = { obstacles = true, radius = 0.1 }"), "");
@@ -32,7 +33,7 @@ fn a_solid_between_particles_is_told_and_meets_springs_where_it_is_wished() {
     assert_eq!(told(0.0525, "springs = true", ""), "");
     assert_eq!(
         told(0.05, "springs = true", ""),
-        "world.solids[0] is 0.100 m thick: its ends fit through the squares of sheet, 0.250 m \
+        "world.solids[0] is 0.1 m thick: its ends fit through the squares of sheet, 0.25 m \
          wide, between the springs"
     );
 }
@@ -79,7 +80,7 @@ fn a_body_that_starts_inside_an_obstacle_is_told_and_is_moved_to_its_surface() {
 }
 
 #[test]
-fn no_scene_of_msd_starts_inside_an_obstacle() {
+fn no_body_of_a_scene_of_msd_starts_inside_an_obstacle_or_another() {
     let notes_of = |name: &str| open(name).expect("a built-in scene").notes;
     let notes: Vec<String> = BUILTINS.iter().flat_map(|builtin| notes_of(builtin.name)).collect();
     assert!(!notes.concat().contains("starts inside"), "{notes:#?}");

@@ -69,14 +69,14 @@ fn what_stands_between_two_bodies_is_said_by_either() {
         let error = parse(&text, SceneFormat::Toml, "s.toml").expect_err(words).to_string();
         assert!(error.contains(words), "{error}");
     };
-    let again = "bodies[1].touch.with[0].body is a again: how the two touch is said once";
+    let again = "bodies[1].touch.with[0].body is \"a\" again: how the two touch is said once";
     refused([rope("a", &of_b), rope("b", &of_a)], again);
     let ignores = "touch = { ignore = ['b'] }";
-    let words = "bodies[1].touch.with[0].body is a, and one of the two ignores the other";
+    let words = "bodies[1].touch.with[0].body is \"a\", and one of the two ignores the other";
     refused([rope("a", ignores), rope("b", &of_a)], words);
     // One that touches nothing is told.
     let notes = load(&[rope("a", ""), rope("b", &of_a)].concat()).notes;
-    assert_eq!(notes, ["bodies[1].touch.with[0] has no effect: a has no table `touch`"]);
+    assert_eq!(notes, ["bodies[1].touch.with[0] has no effect: \"a\" has no table `touch`"]);
 }
 
 #[test]
@@ -89,7 +89,10 @@ fn a_sheet_that_leaks_is_told_and_one_radius_is_offered() {
     };
     assert!(notes("").is_empty() && notes("radius = 0.04").is_empty());
     let told = &notes("radius = 0.03")[0];
-    assert!(told.contains("leak") && told.contains("0.045 m"), "{told}");
+    assert!(told.contains("leak already at rest; from a radius of 0.045 m on"), "{told}");
+    // Two particles of a radius of 0.036 m in the middle of a square: 0.036 x 2 √2 / 0.1 = 1.018.
+    let told = &notes("radius = 0.036")[0];
+    assert!(told.contains("leak where they are stretched by 1.8 %;"), "{told}");
     assert!(told.contains("`triangles = true` closes them"), "{told}");
     assert!(notes("radius = 0.03, triangles = true").is_empty());
 }
@@ -126,4 +129,97 @@ fn a_mesh_as_it_is_made_does_not_push_itself() {
     let (forces, _) = simulation.forces();
     let largest = forces.iter().map(|force| force.length()).fold(0.0, f64::max);
     assert!(largest < 1e-9, "{largest} N");
+}
+
+/// Lines after those of a rope of three particles, and what is told; ` ... ` stands for any text.
+const REFUSED: [(&str, &str); 16] = [
+    ("touch = { radius = 0 }", "bodies[0].touch.radius is 0; it must be positive and at most 1e12"),
+    ("touch = { radius = 2 }", "bodies[0].touch.radius is 2; it must be at most the spacing, 1 m"),
+    ("touch = { friction = -1 }", "bodies[0].touch.friction is -1; it must be finite and not"),
+    ("touch = { ignore = ['rop'] }", "touch.ignore[0] names no body: \"rop\"; `rope` is one"),
+    ("touch = { triangles = true }", "touch.triangles needs a surface, and this body has none"),
+    ("touch = { ignore = ['rope'] }", "touch.ignore[0] is the body itself; ... itself = false"),
+    ("touch = { raduis = 1 }", "raduis"),
+    ("touch = [0.1]", "s.toml:5:9: bodies[0].touch is a list; it must be a table"),
+    (
+        "touch = {}\n[[bodies]]\nkind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\n\
+         touch = {}",
+        "bodies[1].touch lacks the keys `radius` and `stiffness`: the body has no springs that",
+    ),
+    (
+        "touch = {}\n[[bodies]]\nkind = 'explicit'\nparticles = [{ position = [0, 0, 0] }]\n\
+         touch = { radius = 1 }",
+        "bodies[1].touch lacks the key `stiffness`: the body has no spring that it follows from",
+    ),
+    (
+        "touch = { ignore = ['rope'] }\n[[bodies]]\nkind = 'rope'\nsize = [3]\ntouch = {}",
+        "bodies[0].touch.ignore[0] is \"rope\", the name of bodies 0 and 1: give each a `name`",
+    ),
+    (
+        "name = \"e\\u001b[31m\\n\\u202e\"\ntouch = { ignore = [\"e\\u001b[31m\\n\"] }",
+        "names no body: \"e\\u{1b}[31m\\n\"; `e\\u{1b}[31m\\n\\u{202e}` is one",
+    ),
+    ("touch = { with = [{ body = 'rop' }] }", "with[0].body names no body: \"rop\"; `rope` is one"),
+    ("touch = { with = [{ body = 'rope' }] }", "touch.with[0].body is the body itself; its own"),
+    ("touch = { with = [{ body = 'rope', friction = -1 }] }", "with[0].friction is -1; it must be"),
+    ("stiffness = 0\ntouch = {}", "bodies[0].touch lacks the key `stiffness`: the body has no"),
+];
+
+#[test]
+fn what_cannot_be_is_refused_in_a_line_that_names_it() {
+    for (lines, told) in REFUSED {
+        let text = format!("version = 1\n[[bodies]]\nkind = 'rope'\nsize = [3]\n{lines}\n");
+        let error = parse(&text, SceneFormat::Toml, "s.toml").expect_err(told).to_string();
+        assert!(!error.contains(char::is_control), "{error:?}");
+        let mut rest = &error[..];
+        for part in told.split(" ... ") {
+            let at = rest.find(part).unwrap_or_else(|| panic!("{error}\n{told}"));
+            rest = &rest[at + part.len()..];
+        }
+    }
+}
+
+/// Two cubes of 4 x 4 x 4 particles, 0.1 m apart, the second one moved by so much.
+fn cubes(moved: [f64; 3], touch: [&str; 2], more: &str) -> Vec<String> {
+    let cube = |name: &str, position: [f64; 3], touch: &str| {
+        format!(
+            "[[bodies]]\nname = '{name}'\nkind = 'block'\nsize = [4, 4, 4]\nspacing = 0.1\n\
+             position = {position:?}\n{touch}\n"
+        )
+    };
+    load(&[&cube("a", [0.0; 3], touch[0]), &cube("b", moved, touch[1]), more].concat()).notes
+}
+
+#[test]
+fn a_body_that_starts_inside_another_is_told() {
+    let both = ["touch = {}"; 2];
+    // Of 64 particles 27 are inside, of which 8 are inside of b too. Each is √3 x 0.05 m from the
+    // nearest corners of the squares around it, and two radii more are 0.09 m.
+    let told = "b starts inside a with 19 of the 56 particles by which it touches, up to about \
+                0.18 m deep: they push each other apart at once";
+    assert_eq!(cubes([0.05; 3], both, ""), [told]);
+    // One in another that is larger: the other way round.
+    let small = "[[bodies]]\nname = 'c'\nkind = 'block'\nsize = [2, 2, 2]\nspacing = 0.01\n\
+                 touch = {}\n";
+    let small = cubes([9.0; 3], both, small);
+    assert!(
+        small.len() == 1 && small[0].starts_with("c starts inside a with 8 of the 8 particles")
+    );
+    // Beside it, where they overlap by less than half of 0.09 m and by more.
+    let beside = |gap: f64| cubes([0.3 + gap, 0.0, 0.0], both, "");
+    assert!(beside(0.046).is_empty());
+    let told = "b starts inside a with 16 of the 56 particles by which it touches, up to about \
+                0.046 m deep: they push each other apart at once";
+    assert_eq!(beside(0.044), [told]);
+}
+
+#[test]
+fn bodies_that_may_be_in_each_other_are_not_told() {
+    let notes = |touch: [&str; 2], more: &str| cubes([0.05; 3], touch, more);
+    assert!(notes(["touch = {}", ""], "").is_empty(), "one touches nothing");
+    assert!(notes(["touch = { ignore = ['b'] }", "touch = {}"], "").is_empty());
+    let pins = "[[pins]]\nset = 'all'\n[[pins]]\nbody = 'b'\nset = 'all'";
+    assert!(notes(["touch = {}"; 2], pins).is_empty(), "nothing can move");
+    let links = "[[links]]\nfrom = { body = 'b', set = 'all' }\nto = { body = 'a', set = 'all' }";
+    assert!(notes(["touch = {}"; 2], links).is_empty(), "glued");
 }

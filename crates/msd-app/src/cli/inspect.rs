@@ -4,7 +4,7 @@ use super::arguments::InspectArguments;
 use super::failure::{Failure, say};
 use super::run::{SetKeys, open_scene, set_keys};
 use msd_core::{Settings, Simulation};
-use msd_scene::{Loaded, shown_path};
+use msd_scene::{Loaded, shown_path, tame};
 use msd_study::inspection::{Directions, Inspection, Touching, inspect};
 use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
@@ -58,8 +58,11 @@ fn text(report: &InspectReport) -> String {
 /// The lines about a body.
 fn body_lines(body: &Inspection) -> Vec<String> {
     let Inspection { name, particles, springs, mass, .. } = body;
-    let mut lines =
-        vec![format!("{name}: {particles} particles, {springs} springs, {} kg", number(*mass))];
+    let mut lines = vec![format!(
+        "{}: {particles} particles, {springs} springs, {} kg",
+        tame(name),
+        number(*mass)
+    )];
     if let Some(filled) = body.filled {
         let (noun, unit, modulus, count) = match filled.dimensions {
             1 => ("length", "m", "N", 2),

@@ -237,7 +237,7 @@ fn number(body: Option<&BodyKey>) -> u64 {
 }
 
 /// The keys of a particle of a finer scene.
-fn particle(body: Option<&BodyKey>, at: Option<[u64; 3]>, particle: Option<u64>) -> String {
+fn particle(body: Option<&BodyKey>, at: Option<[u64; 3]>, particle: Option<i64>) -> String {
     let place = match at {
         Some(at) => format!("at = {at:?}"),
         None => format!("particle = {}", particle.unwrap_or_default()),

@@ -13,6 +13,7 @@ use crate::columns::{self, LANES, RECORD};
 use crate::elements::springs::law;
 use crate::elements::touches::{self, near::Near};
 use crate::number::{Real, Vector};
+use crate::obstacles::Placed;
 use crate::system::{Columns, Model};
 use core::ops::Range;
 use fearless_simd::Level;
@@ -49,8 +50,9 @@ impl Energy {
 /// and speed once can change it, joules.
 ///
 /// With δ the rounding of a coordinate, ε times its size or times how far it falls in a `substep`
-/// onto what holds it, the latter is k δ (|stretch| + δ) of a spring, bend or volume, m |g| δ + ε m
-/// v² of a particle, and 2 ε E of a user-defined element.
+/// onto what holds it, and that of its distance from the middle of a solid, the latter is
+/// k δ (|stretch| + δ) of a spring, bend or volume, m |g| δ + ε m v² of a particle, and 2 ε E of a
+/// user-defined element.
 pub(crate) fn energy_and_rounding<R: Real>(
     model: &Model<R>,
     state: &Columns<R>,
@@ -86,8 +88,22 @@ pub(crate) fn energy_and_rounding<R: Real>(
         Real::sqrt(field.dot(field))
     });
     let delta = epsilon * Real::max(far, gravity * substep * substep);
+    let delta = delta + f64::EPSILON * farthest_on_solids(model, far, time);
     let rounding = delta * (gravity * mass + force * count + pull + delta * total_stiffness);
     (energy, rounding + 2.0 * epsilon * (kinetic + own.abs()))
+}
+
+/// How far from the middle of a solid what lies on it may be, metres, by the largest coordinate of
+/// all: it is put where it is seen from there, whatever its own coordinates, in double precision.
+fn farthest_on_solids<R: Real>(model: &Model<R>, far: f64, time: f64) -> f64 {
+    // A place with three such coordinates.
+    let out = Real::sqrt(3.0) * far;
+    let farthest = model.solids().iter().map(|solid| {
+        let middle = Placed::new(solid, time).middle;
+        let (away, reach) = (Real::sqrt(middle.dot(middle)), solid.shape.reach());
+        if away <= out + reach { Real::min(reach, away + out) } else { 0.0 }
+    });
+    farthest.fold(0.0, Real::max)
 }
 
 /// Sums over the particles that were not removed.

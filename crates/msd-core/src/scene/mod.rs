@@ -22,7 +22,7 @@ pub use part::{Material, Part};
 pub use solid::{KeyFrame, Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
-pub use touch::{Between, Touch};
+pub use touch::{Between, Touch, do_touch};
 
 use crate::number::Real;
 use alloc::{string::String, vec::Vec};

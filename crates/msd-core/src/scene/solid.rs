@@ -134,11 +134,12 @@ impl Shape {
             Shape::Capsule { radius, length } => Rod { radius, length }.normal(point),
             Shape::Box { size } => out(point.abs() - size * 0.5, point, DMat3::IDENTITY),
             Shape::Cylinder { radius, length } => {
-                let axes = DMat3::from_cols(direction(around(point)), DVec3::Y, DVec3::ZERO);
+                let across = direction(around(point), DVec3::X);
+                let axes = DMat3::from_cols(across, DVec3::Y, DVec3::ZERO);
                 let sides = sides_of_rod(point, radius, length);
                 out(sides, DVec3::new(1.0, point.y, 1.0), axes)
             }
-            Shape::Torus { radius, .. } => direction(point - on_circle(point, radius)),
+            Shape::Torus { radius, .. } => direction(point - on_circle(point, radius), DVec3::Y),
             Shape::Mesh(ref grid) => grid.normal(point),
         }
     }
@@ -185,7 +186,8 @@ impl Rod {
 
     #[inline(always)]
     pub(crate) fn normal(self, point: DVec3) -> DVec3 {
-        direction(self.away(point))
+        // On the axis of a capsule its ends are farther than its round side.
+        direction(self.away(point), if 0.0 < self.length { DVec3::X } else { DVec3::Y })
     }
 
     /// The way from the nearest point of the axis.
@@ -200,11 +202,11 @@ fn length(vector: DVec3) -> f64 {
     Real::sqrt(vector.dot(vector))
 }
 
-/// A vector at length one; up where it has no direction.
+/// A vector at length one, or another where it has no direction.
 #[inline(always)]
-fn direction(vector: DVec3) -> DVec3 {
+fn direction(vector: DVec3, other: DVec3) -> DVec3 {
     let length = length(vector);
-    if 0.0 < length { vector / length } else { DVec3::Y }
+    if 0.0 < length { vector / length } else { other }
 }
 
 /// The way from the axis.

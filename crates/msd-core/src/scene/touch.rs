@@ -82,6 +82,12 @@ impl Between {
     }
 }
 
+/// Whether the particles of two rows touch each other, or those of one among themselves.
+pub fn do_touch(rows: &[Touch], [a, b]: [usize; 2]) -> bool {
+    let (first, last) = (a.min(b), a.max(b));
+    if first == last { rows[first].itself } else { !rows[last].ignored.contains(&first) }
+}
+
 /// Two springs, or two dampers, one after the other.
 fn in_turn(a: f64, b: f64) -> f64 {
     if a == 0.0 || b == 0.0 { 0.0 } else { a / (a / b + 1.0) }

@@ -88,7 +88,7 @@ impl<R: Real> Simulation<R> {
         let mut simulation = Simulation::from_parts(model, &state, settings)?;
         // A scene may start inside an obstacle; it never runs there.
         simulation.leave_obstacles();
-        let inside = "inside the world once the planes have pushed the particle out";
+        let inside = "inside the world once the obstacles have pushed the particle out";
         simulation.state().check(simulation.model.extent, inside)?;
         Ok(simulation)
     }

@@ -11,11 +11,12 @@ use crate::file::schema::{SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::pins::{load, masses, pins};
-use crate::file::touch::{pierced, started_inside, touch};
+use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
 use crate::file::tree::Source;
 use crate::materials::Made;
 use crate::precision::Precision;
 use crate::rounding::Rounding;
+use crate::shown::tame;
 use crate::viewpoint::Viewpoint;
 use msd_core::{Integrator, Scene, Settings, World};
 
@@ -96,10 +97,13 @@ pub(crate) fn understand_rows(
     scene.pins = pins;
     scene.springs.extend(links);
     load(source, &mut scene, (&file.bodies, &loads))?;
-    notes.extend(started_inside(&scene));
+    notes.extend(started_inside(source, &scene)?);
+    notes.extend(started_in_each_other(&scene));
     let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));
     let automatic = substeps == Substeps::Auto;
     let title = file.title;
+    // They quote names of bodies and files.
+    let notes = notes.iter().map(|note| tame(note)).collect();
     Ok(Understood { title, scene, settings, automatic, precision, camera, notes, made })
 }
 

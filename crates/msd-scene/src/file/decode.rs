@@ -99,6 +99,10 @@ impl de::Error for Failure {
         if whole && expected.starts_with("a whole number") {
             expected = "a whole number, without a point or an exponent".into();
         }
+        let is_negative = matches!(unexpected, Unexpected::Signed(n) if n < 0);
+        if is_negative && expected.starts_with("a whole number from 0") {
+            expected = "a whole number, not negative".into();
+        }
         let value = shown(unexpected);
         Failure::new(Reason::Value { value, expected })
     }
@@ -222,9 +226,26 @@ impl<'de> de::Deserializer<'de> for &'de Node {
         visitor.visit_enum(variant)
     }
 
+    fn deserialize_struct<V: de::Visitor<'de>>(
+        self,
+        _name: &'static str,
+        keys: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Failure> {
+        // A list would be taken for the values of its keys, in order.
+        if matches!(self.value, Value::Table(_)) {
+            return self.deserialize_any(visitor);
+        }
+        let expected = match keys.len() {
+            ..=3 => format!("a table with the keys {}", keys.join(", ")),
+            _ => "a table".into(),
+        };
+        Err(Failure::new(Reason::Value { value: self.shown(), expected }))
+    }
+
     forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit
-        unit_struct newtype_struct seq tuple tuple_struct map struct identifier ignored_any
+        unit_struct newtype_struct seq tuple tuple_struct map identifier ignored_any
     }
 }
 

@@ -6,6 +6,7 @@ use crate::error::{FileError, plain};
 use crate::file::schema::VERSION;
 use crate::file::tree::Source;
 use crate::precision::Precision;
+use crate::shown::tame;
 use glam::DVec3;
 use std::fmt::{Arguments, Display};
 
@@ -226,13 +227,15 @@ impl Source<'_> {
         expected: impl Into<String>,
     ) -> FileError {
         let (key, value) = (key.to_string(), value.to_string());
-        FileError::OutOfDomain { place: self.place_of(&key), key, value, expected: expected.into() }
+        let (value, expected) = (tame(&value), tame(&expected.into()));
+        FileError::OutOfDomain { place: self.place_of(&key), key, value, expected }
     }
 
     /// The error of keys that do not fit together.
     pub(crate) fn refuse(&self, key: Arguments<'_>, reason: impl Display) -> FileError {
         let key = key.to_string();
-        FileError::Malformed { place: self.place_of(&key), reason: format!("{key} {reason}") }
+        let reason = tame(&format!("{key} {reason}"));
+        FileError::Malformed { place: self.place_of(&key), reason }
     }
 
     /// The error of a key that is not there.
@@ -300,10 +303,10 @@ impl Source<'_> {
     pub(crate) fn index(
         &self,
         key: Arguments<'_>,
-        index: u64,
+        index: impl TryInto<usize> + Copy + Display,
         (what, count): (&str, usize),
     ) -> Result<usize, FileError> {
-        let found = usize::try_from(index).ok().filter(|&index| index < count);
+        let found = index.try_into().ok().filter(|&index| index < count);
         found.ok_or_else(|| {
             let expected = match count {
                 0 => format!("left out: there is no {what}"),

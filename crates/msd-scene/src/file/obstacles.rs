@@ -227,6 +227,11 @@ pub(crate) fn told(length: f64) -> String {
     plain(format!("{length:.1e}").parse().unwrap_or(length))
 }
 
+/// A length in three digits.
+pub(crate) fn short(length: f64) -> String {
+    plain(format!("{length:.2e}").parse().unwrap_or(length))
+}
+
 /// Refuses keys that the kind of a solid does not use, and one that it lacks.
 fn check_keys(source: &Source<'_>, key: &str, solid: &SolidRow) -> Result<(), FileError> {
     let (kind, needs) = (solid.kind, solid.kind.needs());

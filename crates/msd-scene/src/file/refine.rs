@@ -237,7 +237,7 @@ fn pins(
                 let last = held.keys().next_back().map(|&last| (number, last));
                 last.map_or(Ok(()), |last| check_outside(source, "pins", mesh, last))?;
                 let held = held_in_surface(mesh, held, halvings);
-                let pin = |(vertex, pull)| PinRow { particle: Some(vertex as u64), ..row(pull) };
+                let pin = |(vertex, pull)| PinRow { particle: Some(vertex as i64), ..row(pull) };
                 rows.extend(held.into_iter().map(pin));
             }
         }
@@ -280,7 +280,7 @@ fn end(
         }
         Nesting::Surface(mesh, _) => {
             check_outside(source, key, mesh, (body, number))?;
-            Ok(EndRow { particle: Some(number as u64), ..row })
+            Ok(EndRow { particle: Some(number as i64), ..row })
         }
     }
 }

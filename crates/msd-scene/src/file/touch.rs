@@ -1,11 +1,13 @@
 //! Radii and contact of the particles of bodies, from the keys `touch`.
 
+mod starts;
+
+pub(crate) use starts::{started_in_each_other, started_inside};
+
 use crate::error::{FileError, nearest, plain};
-use crate::file::obstacles::told;
+use crate::file::obstacles::{short, told};
 use crate::file::schema::{BodyRow, TouchRow, WithRow};
 use crate::file::tree::Source;
-use glam::DVec3;
-use msd_core::obstacles::{Obstacle, Placed};
 use msd_core::{Between, Scene, Touch};
 
 /// The radius of a particle, as a part of the spacing: two are then not quite as far apart as
@@ -75,17 +77,18 @@ fn add_between(
     let name = &with.body;
     let other = named(source, &of_body, name, scene)?;
     let (Some(a), Some(b)) = (rows[row], rows[other]) else {
-        return Ok(Some(format!("{key} has no effect: {name} has no table `touch`")));
+        return Ok(Some(format!("{key} has no effect: \"{name}\" has no table `touch`")));
     };
     if a == b {
         return refuse("is the body itself; its own numbers stand in `touch`");
     }
     let touch = &mut scene.touches[a.max(b)];
     if touch.ignored.contains(&a.min(b)) {
-        return refuse(&format!("is {name}, and one of the two ignores the other"));
+        return refuse(&format!("is \"{name}\", and one of the two ignores the other"));
     }
     if touch.between.iter().any(|between| between.row == a.min(b)) {
-        return refuse(&format!("is {name} again: how the two touch is said once, by one of them"));
+        let reason = format!("is \"{name}\" again: how the two touch is said once, by one of them");
+        return refuse(&reason);
     }
     touch.between.push(Between { row: a.min(b), stiffness, damping, friction });
     Ok(None)
@@ -100,22 +103,29 @@ fn made(
     let key = format!("bodies[{row}].touch");
     let particles = outside(scene, row);
     let own = own(scene, row, &particles);
-    let missing = |name| source.missing(format_args!("{key}"), name);
-    let radius = match (touch.radius, own.radius()) {
-        (Some(radius), _) => source.number(format_args!("{key}.radius"), radius)?,
-        (None, Some(radius)) => radius,
-        (None, None) => return Err(missing("radius")),
+    let number = |name: &str, value: Option<f64>| {
+        value.map(|value| source.number(format_args!("{key}.{name}"), value)).transpose()
+    };
+    let radius = number("radius", touch.radius)?.or(own.radius());
+    let stiffness = number("stiffness", touch.stiffness)?.or(own.stiffness());
+    let (Some(radius), Some(stiffness)) = (radius, stiffness) else {
+        let reason = match (radius, stiffness) {
+            (Some(_), _) => {
+                "lacks the key `stiffness`: the body has no spring that it follows from"
+            }
+            (_, Some(_)) => "lacks the key `radius`: the body has no spring that it follows from",
+            _ => {
+                "lacks the keys `radius` and `stiffness`: the body has no springs that they follow \
+                 from"
+            }
+        };
+        return Err(source.refuse(format_args!("{key}"), reason));
     };
     if let Some(spacing) = own.spacing.filter(|&spacing| spacing < radius) {
         let expected = format!("at most the spacing, {spacing} m");
         let key = format_args!("{key}.radius");
         return Err(source.out_of_domain(key, plain(radius), expected));
     }
-    let stiffness = match (touch.stiffness, own.stiffness()) {
-        (Some(stiffness), _) => source.number(format_args!("{key}.stiffness"), stiffness)?,
-        (None, Some(stiffness)) => stiffness,
-        (None, None) => return Err(missing("stiffness")),
-    };
     let damping = touch.damping.unwrap_or(own.relaxation * stiffness);
     let friction = touch.friction.unwrap_or(FRICTION);
     Ok(Touch {
@@ -237,12 +247,15 @@ fn leak(scene: &Scene, row: usize, touch: &Touch) -> Option<String> {
     let spacing = own(scene, row, &touch.particles).spacing.filter(|_| is_open)?;
     let strain = 2.0 * touch.radius * 2.0_f64.sqrt() / spacing - 1.0;
     (strain < 0.05).then(|| {
-        let radius = RADIUS * spacing;
+        let where_to = match strain <= 0.0 {
+            true => "already at rest".to_owned(),
+            false => format!("where they are stretched by {} %", told(100.0 * strain)),
+        };
         format!(
-            "{}: two sheets of this radius leak where they are stretched by {:.0} %; from a radius \
-             of {radius:.3} m on by a quarter and more; `triangles = true` closes them",
+            "{}: two sheets of this radius leak {where_to}; from a radius of {} m on only where \
+             they are stretched by a quarter and more; `triangles = true` closes them",
             body.name,
-            100.0 * strain.max(0.0),
+            short(RADIUS * spacing),
         )
     })
 }
@@ -271,62 +284,19 @@ pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
             }
             if !solid.springs {
                 notes.push(format!(
-                    "world.solids[{number}] is {thickness:.3} m thick, the particles of {name} are \
-                     {spacing:.3} m apart and pass beside it; with `springs = true` it meets the \
-                     springs between them too"
+                    "world.solids[{number}] is {} m thick, the particles of {name} are {} m apart \
+                     and pass beside it; with `springs = true` it meets the springs between them too",
+                    short(thickness),
+                    short(spacing),
                 ));
             } else if is_sheet && across < HOLE * spacing {
                 notes.push(format!(
-                    "world.solids[{number}] is {thickness:.3} m thick: its ends fit through the \
-                     squares of {name}, {spacing:.3} m wide, between the springs"
+                    "world.solids[{number}] is {} m thick: its ends fit through the squares of \
+                     {name}, {} m wide, between the springs",
+                    short(thickness),
+                    short(spacing),
                 ));
             }
-        }
-    }
-    notes
-}
-
-/// How deep particles may start inside an obstacle without a line, as a part of their spacing: they
-/// are moved by so little that no body is thrown.
-const DENT: f64 = 0.2;
-
-/// A line on each body and obstacle of which it starts inside with particles that are free to move.
-pub(crate) fn started_inside(scene: &Scene) -> Vec<String> {
-    let mut radii = vec![0.0; scene.particles.len()];
-    for touch in scene.touches.iter().filter(|touch| touch.obstacles) {
-        touch.particles.iter().for_each(|&particle| radii[particle] = touch.radius);
-    }
-    let mut is_free = vec![true; scene.particles.len()];
-    scene.pins.iter().for_each(|pin| is_free[pin.particle] = false);
-    let mut notes = Vec::new();
-    for (row, body) in scene.bodies.iter().enumerate() {
-        let particles: Vec<usize> = body.particles.clone().collect();
-        let dent = own(scene, row, &particles).spacing.map_or(0.0, |spacing| DENT * spacing);
-        let mut meet = |obstacle: String, gap: &dyn Fn(DVec3) -> f64| {
-            let (mut count, mut deepest) = (0, 0.0);
-            for &particle in particles.iter().filter(|&&particle| is_free[particle]) {
-                let depth = radii[particle] - gap(scene.particles[particle].position);
-                count += usize::from(0.0 < depth);
-                deepest = f64::max(deepest, depth);
-            }
-            if dent < deepest {
-                notes.push(format!(
-                    "{} starts inside {obstacle} with {count} of its {} particles, up to {} m \
-                     deep: a run begins with them at the surface",
-                    body.name,
-                    particles.len(),
-                    told(deepest),
-                ));
-            }
-        };
-        for (number, plane) in scene.planes.iter().enumerate() {
-            let gap = |place: DVec3| plane.normal.dot(place) - plane.offset;
-            meet(format!("world.planes[{number}]"), &gap);
-        }
-        for (number, solid) in scene.solids.iter().enumerate() {
-            let placed = Placed::new(solid, 0.0);
-            let gap = |place: DVec3| Obstacle::<f64>::gap(&placed, place, 0.0);
-            meet(format!("world.solids[{number}]"), &gap);
         }
     }
     notes
@@ -334,11 +304,18 @@ pub(crate) fn started_inside(scene: &Scene) -> Vec<String> {
 
 /// The body of a name.
 fn named(source: &Source<'_>, key: &str, name: &str, scene: &Scene) -> Result<usize, FileError> {
-    if let Some(row) = scene.bodies.iter().position(|body| body.name == name) {
-        return Ok(row);
-    }
-    let names = scene.bodies.iter().map(|body| body.name.as_str());
-    let meant = nearest(name, names).map_or(String::new(), |name| format!("; `{name}` is one"));
-    let reason = format!("names no body: {name:?}{meant}");
+    let bodies = &scene.bodies;
+    let mut called = (0..bodies.len()).filter(|&body| bodies[body].name == name);
+    let reason = match (called.next(), called.next()) {
+        (Some(body), None) => return Ok(body),
+        (Some(a), Some(b)) => {
+            format!("is \"{name}\", the name of bodies {a} and {b}: give each a `name` of its own")
+        }
+        (None, _) => {
+            let near = nearest(name, bodies.iter().map(|body| body.name.as_str()));
+            let meant = near.map_or(String::new(), |near| format!("; `{near}` is one"));
+            format!("names no body: \"{name}\"{meant}")
+        }
+    };
     Err(source.refuse(format_args!("{key}"), reason))
 }

@@ -25,6 +25,7 @@ mod subdivide;
 mod fill;
 mod distances;
 
+pub(crate) use clean::inside::Inside;
 pub use distances::distances;
 pub use error::{MeshError, Row};
 pub use fill::{BodyReport, Filling, MeshOptions, body};

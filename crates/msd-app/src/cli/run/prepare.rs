@@ -5,9 +5,10 @@ use crate::cli::arguments::{SetArguments, SolverArguments, Step, Substeps};
 use crate::cli::failure::{Failure, note};
 use crate::cli::steps::SlowNotice;
 use msd_app::link::Link;
-use msd_core::{Integrator, Settings};
-use msd_run::Runner;
+use msd_core::glam::DVec3;
+use msd_core::{Integrator, Settings, Solid};
 use msd_run::rescue::LASTING;
+use msd_run::{Runner, on};
 use msd_scene::materials::Made;
 use msd_scene::{
     Assignment, Draft, Loaded, Rounding, Viewpoint, load_state, open_set, plain, shown_path,
@@ -88,7 +89,7 @@ pub fn prepare(
     solver: &SolverArguments,
     (flag, duration): (&str, f64),
 ) -> Result<Prepared, Failure> {
-    let (loaded, mut runner) = open(scene, &set.set, solver)?;
+    let (mut loaded, mut runner) = open(scene, &set.set, solver)?;
     if let Some(path) = &solver.from {
         let count = runner.particle_count();
         let state = load_state(path, runner.precision(), count).map_err(Failure::input)?;
@@ -97,6 +98,7 @@ pub fn prepare(
         // Automatic substeps are those of the state that it starts from.
         let automatic = runner.is_automatic();
         runner.set_automatic(automatic).map_err(refused)?;
+        loaded.notes.extend(begun_anew(&runner, path));
     }
     if solver.step == Some(Step::Auto) {
         choose_step(&mut runner, duration)?;
@@ -139,6 +141,23 @@ pub fn prepare(
         is_advised,
         steps,
         warnings,
+    })
+}
+
+/// A line on solids that move: a state says nothing of the time, so their motion starts anew.
+fn begun_anew(runner: &Runner, state: &Path) -> Option<String> {
+    let still = DVec3::ZERO;
+    let moves =
+        |solid: &Solid| !solid.keys.is_empty() || solid.velocity != still || solid.spin != still;
+    let solids = on!(runner, simulation => simulation.model().solids());
+    let count = solids.iter().filter(|solid| moves(solid)).count();
+    (0 < count).then(|| {
+        let moving = if count == 1 { "solid that moves begins" } else { "solids that move begin" };
+        format!(
+            "{} holds no time: {count} {moving} anew; `--save RUN.msd` keeps a run that goes on \
+             where it was",
+            shown_path(state),
+        )
     })
 }
 

@@ -13,7 +13,7 @@ use super::Motion;
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, set_vector, single, vector};
 use crate::number::{Real, Vector};
-use crate::scene::{Between, Touch};
+use crate::scene::{Between, Touch, do_touch};
 use alloc::vec::Vec;
 use glam::DVec3;
 use near::{Listed, Pair};
@@ -249,9 +249,7 @@ impl Touches {
     }
 
     fn do_rows_meet(&self, a: usize, b: usize) -> bool {
-        let (first, last) = (a.min(b), a.max(b));
-        let [low, high] = [first, last].map(|row| &self.rows[row]);
-        if first == last { low.itself } else { !high.ignored.contains(&first) }
+        do_touch(&self.rows, [a, b])
     }
 
     /// Whether two beads, the lower first, touch as a pair where they are close: a corner touches
@@ -301,6 +299,14 @@ impl Touches {
             .map(|bead| pairs.partition_point(|pair| pair[0] < bead) as u32)
             .collect();
         self.spared = pairs.into_iter().map(|pair| pair[1]).collect();
+    }
+
+    /// Whether two particles have radii, and rows that touch each other; a spring between them may
+    /// still keep them from it.
+    pub fn may_touch(&self, particles: [u32; 2]) -> bool {
+        let bead = |particle| self.beads.binary_search_by_key(&particle, |bead| bead.particle).ok();
+        let [a, b] = particles.map(bead);
+        a.zip(b).is_some_and(|(a, b)| self.do_rows_touch(a, b))
     }
 
     /// The number of particles that have a radius.

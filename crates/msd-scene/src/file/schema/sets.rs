@@ -87,9 +87,9 @@ pub struct PinRow {
     /// The body. Default 0, or that of the set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<BodyKey>,
-    /// The particle, counted in the body.
+    /// The particle, counted in the body: not negative.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<u64>,
+    pub particle: Option<i64>,
     /// Row, column and stack of a particle of a lattice, instead of `particle`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<[u64; 3]>,
@@ -111,9 +111,9 @@ pub struct MassRow {
     /// The body. Default 0, or that of the set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<BodyKey>,
-    /// The particle, counted in the body.
+    /// The particle, counted in the body: not negative.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<u64>,
+    pub particle: Option<i64>,
     /// Row, column and stack of a particle of a lattice, instead of `particle`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<[u64; 3]>,
@@ -154,9 +154,9 @@ pub struct EndRow {
     /// The body. Default 0, or that of the set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<BodyKey>,
-    /// The particle, counted in the body.
+    /// The particle, counted in the body: not negative.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub particle: Option<u64>,
+    pub particle: Option<i64>,
     /// Row, column and stack of a particle of a lattice, instead of `particle`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<[u64; 3]>,

@@ -10,7 +10,6 @@ pub(crate) mod pins;
 use crate::error::{FileError, nearest, plain};
 use crate::file::schema::{BodyKey, EndRow, MassRow, PinRow, SetRow};
 use crate::file::tree::Source;
-use crate::shown::tame;
 use glam::DVec3;
 use msd_core::{Lattice, Scene};
 use std::collections::BTreeMap;
@@ -19,7 +18,7 @@ use std::collections::BTreeMap;
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Choice<'r> {
     body: Option<&'r BodyKey>,
-    particle: Option<u64>,
+    particle: Option<i64>,
     at: Option<[u64; 3]>,
     every: Option<u64>,
     set: Option<&'r str>,
@@ -110,8 +109,12 @@ impl<'s> NamedSets<'s> {
                 return Err(source.refuse(format_args!("{key}.name"), reason));
             }
             if name.is_empty() || sets.own.contains_key(name) {
-                let expected = "a name that no other set has";
-                let value = format!("\"{}\"", tame(name));
+                let expected = if name.is_empty() {
+                    "a name, which rows can call it by"
+                } else {
+                    "a name that no other set has"
+                };
+                let value = format!("\"{name}\"");
                 return Err(source.out_of_domain(format_args!("{key}.name"), value, expected));
             }
             let body = sets.body(&key, set.body.as_ref())?;
@@ -190,7 +193,7 @@ impl<'s> NamedSets<'s> {
             Some(BodyKey::Name(name)) => name,
         };
         let mut called = (0..bodies.len()).filter(|&body| bodies[body].name == *name);
-        let (value, names) = (format!("\"{}\"", tame(name)), bodies.iter().map(|body| &*body.name));
+        let (value, names) = (format!("\"{name}\""), bodies.iter().map(|body| &*body.name));
         match (called.next(), called.next()) {
             (Some(body), None) => Ok(body),
             (Some(a), Some(b)) => {
@@ -198,7 +201,7 @@ impl<'s> NamedSets<'s> {
                 Err(self.source.out_of_domain(key, value, expected))
             }
             (None, _) => {
-                let near = nearest(name, names).map(tame);
+                let near = nearest(name, names);
                 let hint = near.map(|near| format!(": did you mean `{near}`?"));
                 let expected =
                     format!("the number or the name of a body{}", hint.unwrap_or_default());
@@ -212,7 +215,7 @@ impl<'s> NamedSets<'s> {
         let scene = self.scene;
         let range = scene.bodies[body].particles.clone();
         let refused = |expected: String| {
-            let value = format!("\"{}\"", tame(name));
+            let value = format!("\"{name}\"");
             self.source.out_of_domain(format_args!("{key}.set"), value, expected)
         };
         if let Some(&(of, space)) = self.own.get(name) {
@@ -228,10 +231,10 @@ impl<'s> NamedSets<'s> {
         if !known.contains(&name) {
             let own = self.own.iter().filter(|(_, set)| set.0 == body).map(|(&name, _)| name);
             let it = self.title(body);
-            return Err(refused(match nearest(name, known.iter().copied().chain(own)) {
-                Some(near) => format!("a set of {it}: did you mean `{}`?", tame(near)),
-                None => format!("a set of {it}: {}, or one of [[sets]]", known.join(", ")),
-            }));
+            let near = nearest(name, known.iter().copied().chain(own));
+            let meant = near.map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            let known = known.join(", ");
+            return Err(refused(format!("a set of {it}: {known}, or one of [[sets]]{meant}")));
         }
         let count = range.len();
         Ok(match (name, self.lattices[body].as_ref()) {
@@ -283,7 +286,7 @@ impl<'s> NamedSets<'s> {
 
     /// A body as a message calls it.
     pub(crate) fn title(&self, body: usize) -> String {
-        format!("body {body}, `{}`", tame(&self.scene.bodies[body].name))
+        format!("body {body}, `{}`", self.scene.bodies[body].name)
     }
 
     /// Where the particles of a body are, for a message.

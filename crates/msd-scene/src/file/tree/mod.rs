@@ -175,9 +175,14 @@ fn short(count: usize) -> u32 {
 }
 
 fn read_toml(text: &str, name: &str) -> Result<Node, FileError> {
-    let table = DeTable::parse(text).map_err(|error| FileError::Malformed {
-        place: place(name, text, error.span().map(|span| span.start)),
-        reason: one_line(error.message()),
+    let table = DeTable::parse(text).map_err(|error| {
+        let place = place(name, text, error.span().map(|span| span.start));
+        let key = error.span().and_then(|span| text.get(span));
+        let reason = match (error.message(), key) {
+            ("duplicate key", Some(key)) => format!("the key `{key}` stands here twice"),
+            (message, _) => message.into(),
+        };
+        FileError::Malformed { place, reason: one_line(reason) }
     })?;
     let offset = Some(table.span().start);
     Ok(Node { value: toml_table(table.into_inner()), offset })

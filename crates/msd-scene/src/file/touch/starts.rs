@@ -1,0 +1,214 @@
+//! What starts where it cannot stay: bodies inside obstacles and inside each other.
+
+use super::own;
+use crate::error::{FileError, plain};
+use crate::file::obstacles::{short, told};
+use crate::file::tree::Source;
+use crate::mesh::Inside;
+use crate::nearby::Nearest;
+use glam::DVec3;
+use msd_core::obstacles::{Obstacle, Placed};
+use msd_core::scene::do_touch;
+use msd_core::{Body, Scene, Touch};
+use std::collections::BTreeSet;
+
+/// How deep particles may start inside an obstacle without a line, as a part of their spacing: they
+/// are moved by so little that no body is thrown.
+const DENT: f64 = 0.2;
+
+/// A line on each body and obstacle of which it starts inside with particles that are free to move.
+///
+/// # Errors
+/// An obstacle at whose surface a particle is outside the world.
+pub(crate) fn started_inside(source: &Source<'_>, scene: &Scene) -> Result<Vec<String>, FileError> {
+    let mut notes = Vec::new();
+    let radii = radii_at_obstacles(scene);
+    for (number, plane) in scene.planes.iter().enumerate() {
+        let gap = |place: DVec3| plane.normal.dot(place) - plane.offset;
+        let key = format!("world.planes[{number}]");
+        notes.extend(inside(source, (scene, &radii), &key, (&gap, &|_| plane.normal))?);
+    }
+    for (number, solid) in scene.solids.iter().enumerate() {
+        let placed = Placed::new(solid, 0.0);
+        let gap = |place: DVec3| Obstacle::<f64>::gap(&placed, place, 0.0);
+        let normal = |place: DVec3| Obstacle::<f64>::normal(&placed, place, 0.0);
+        let key = format!("world.solids[{number}]");
+        notes.extend(inside(source, (scene, &radii), &key, (&gap, &normal))?);
+    }
+    Ok(notes)
+}
+
+/// The radius that counts at obstacles of each particle, metres; `None` where it is pinned.
+fn radii_at_obstacles(scene: &Scene) -> Vec<Option<f64>> {
+    let mut radii = vec![Some(0.0); scene.particles.len()];
+    for touch in scene.touches.iter().filter(|touch| touch.obstacles) {
+        touch.particles.iter().for_each(|&particle| radii[particle] = Some(touch.radius));
+    }
+    scene.pins.iter().for_each(|pin| radii[pin.particle] = None);
+    radii
+}
+
+/// The gap and the normal of an obstacle at a place.
+type Surface<'s> = (&'s dyn Fn(DVec3) -> f64, &'s dyn Fn(DVec3) -> DVec3);
+
+/// A line on each body that starts inside the obstacle at a key.
+fn inside(
+    source: &Source<'_>,
+    (scene, radii): (&Scene, &[Option<f64>]),
+    key: &str,
+    (gap, normal): Surface<'_>,
+) -> Result<Vec<String>, FileError> {
+    let mut notes = Vec::new();
+    for (row, body) in scene.bodies.iter().enumerate() {
+        let (mut count, mut deepest) = (0, 0.0);
+        for particle in body.particles.clone() {
+            let Some(radius) = radii[particle] else { continue };
+            let place = scene.particles[particle].position;
+            let depth = radius - gap(place);
+            if depth <= 0.0 {
+                continue;
+            }
+            (count, deepest) = (count + 1, f64::max(deepest, depth));
+            let outermost = (place + normal(place) * depth).abs().max_element();
+            if scene.world.extent < outermost {
+                let reason = format!(
+                    "pushes particle {} of {} out of the world, to a coordinate of {} m: beyond \
+                     `extent`, {} m",
+                    particle - body.particles.start,
+                    body.name,
+                    short(outermost),
+                    plain(scene.world.extent),
+                );
+                return Err(source.refuse(format_args!("{key}"), reason));
+            }
+        }
+        let particles: Vec<usize> = body.particles.clone().collect();
+        let dent = own(scene, row, &particles).spacing.map_or(0.0, |spacing| DENT * spacing);
+        if dent < deepest {
+            notes.push(format!(
+                "{} starts inside {key} with {count} of its {} particles, up to {} m deep: a run \
+                 begins with them at the surface",
+                body.name,
+                particles.len(),
+                told(deepest),
+            ));
+        }
+    }
+    Ok(notes)
+}
+
+/// How much closer than the sum of their radii two particles of different bodies may start without
+/// a line, as a part of that sum: more are no neighbours.
+const OVERLAP: f64 = 0.5;
+
+/// The part of the particles of a body up to which those in another are a corner of it, without a
+/// line: contact pushes it back.
+const CORNER: f64 = 0.1;
+
+/// A line on each two bodies that touch and of which one starts in the other: with particles inside
+/// its closed surface or far in the radius of one of its own, not both pinned. Those with a link are
+/// meant to be where they are.
+pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
+    let positions: Vec<DVec3> = scene.particles.iter().map(|row| row.position).collect();
+    let rows: Vec<Outside<'_>> =
+        scene.touches.iter().map(|touch| Outside::new(scene, touch, &positions)).collect();
+    let pairs = meeting(scene, &rows);
+    if pairs.is_empty() {
+        return Vec::new();
+    }
+    let solids: Vec<Option<Inside<'_>>> = rows.iter().map(|row| row.inside(&positions)).collect();
+    let trees: Vec<Nearest<'_>> = rows.iter().map(|row| Nearest::new(&row.places)).collect();
+    let mut is_free = vec![true; positions.len()];
+    scene.pins.iter().for_each(|pin| is_free[pin.particle] = false);
+    let linked = linked(scene);
+    // How deep a particle of a row is in another, metres; `None` where it is beside it.
+    let depth = |particle: usize, row: usize, reach: f64| {
+        let may_push =
+            |other: usize| is_free[particle] || is_free[rows[row].touch.particles[other]];
+        let place = positions[particle];
+        let nearest = rows[row].places[trees[row].find(place, may_push)?];
+        let is_inside = solids[row].as_ref().is_some_and(|inside| inside.contains(place));
+        let gap = place.distance(nearest) * if is_inside { -1.0 } else { 1.0 };
+        (gap < (1.0 - OVERLAP) * reach).then_some(reach - gap)
+    };
+    let mut notes = Vec::new();
+    for pair @ [first, second] in pairs {
+        let reach = rows[first].touch.radius + rows[second].touch.radius;
+        // The later one is in the other, or holds it.
+        for [outer, inner] in [pair, [second, first]] {
+            let particles = &rows[inner].touch.particles;
+            let loose = particles.iter().filter(|particle| !linked.contains(particle));
+            let found = loose.filter_map(|&particle| depth(particle, outer, reach));
+            let (count, deepest) =
+                found.fold((0, 0.0), |(count, most), depth| (count + 1, f64::max(most, depth)));
+            if CORNER * (particles.len() as f64) < f64::from(count) {
+                notes.push(format!(
+                    "{} starts inside {} with {count} of the {} particles by which it touches, up \
+                     to about {} m deep: they push each other apart at once",
+                    rows[inner].name,
+                    rows[outer].name,
+                    particles.len(),
+                    told(deepest),
+                ));
+                break;
+            }
+        }
+    }
+    notes
+}
+
+/// The particles by which a body touches.
+struct Outside<'s> {
+    touch: &'s Touch,
+    name: &'s str,
+    places: Vec<DVec3>,
+    /// The triangles of its surface where that is closed, else none.
+    closed: Vec<[u32; 3]>,
+    /// The box around them and their radii.
+    low: DVec3,
+    high: DVec3,
+}
+
+impl<'s> Outside<'s> {
+    fn new(scene: &'s Scene, touch: &'s Touch, positions: &[DVec3]) -> Self {
+        let places: Vec<DVec3> = touch.particles.iter().map(|&row| positions[row]).collect();
+        let radius = DVec3::splat(touch.radius);
+        let low = places.iter().copied().reduce(DVec3::min).unwrap_or_default() - radius;
+        let high = places.iter().copied().reduce(DVec3::max).unwrap_or_default() + radius;
+        let first = touch.particles.first().copied().unwrap_or_default();
+        let body = scene.bodies.partition_point(|body| body.particles.end <= first);
+        let Body { name, surface, .. } = &scene.bodies[body];
+        let closed = if surface.two_sided { Vec::new() } else { surface.particles().collect() };
+        Outside { touch, name, places, closed, low, high }
+    }
+
+    fn meets(&self, other: &Outside<'_>) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+
+    fn inside<'a>(&'a self, positions: &'a [DVec3]) -> Option<Inside<'a>> {
+        (!self.closed.is_empty()).then(|| Inside::new(positions, &self.closed))
+    }
+}
+
+/// The rows of touches that touch each other and whose boxes overlap, in order.
+fn meeting(scene: &Scene, rows: &[Outside<'_>]) -> Vec<[usize; 2]> {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    order.sort_by(|&a, &b| rows[a].low.x.total_cmp(&rows[b].low.x));
+    let mut pairs = Vec::new();
+    for (at, &row) in order.iter().enumerate() {
+        let beside = order[at + 1..].iter();
+        let beside = beside.take_while(|&&other| rows[other].low.x <= rows[row].high.x);
+        let meeting = beside.filter(|&&other| rows[row].meets(&rows[other]));
+        let pair = meeting.map(|&other| [row.min(other), row.max(other)]);
+        pairs.extend(pair.filter(|&pair| do_touch(&scene.touches, pair)));
+    }
+    pairs.sort_unstable();
+    pairs
+}
+
+/// The ends of the springs that belong to no body.
+fn linked(scene: &Scene) -> BTreeSet<usize> {
+    let own = scene.bodies.iter().map(|body| body.springs.end).max().unwrap_or(0);
+    scene.springs[own..].iter().flat_map(|link| link.ends).collect()
+}
