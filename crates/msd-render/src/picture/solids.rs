@@ -69,6 +69,8 @@ fn add(geometry: &mut Geometry, placed: &Placed<'_>, shape: &Shape, inset: f64) 
             add_box(geometry, placed, (size * 0.5 - inset).max(DVec3::ZERO));
         }
         Shape::Mesh(ref grid) => add_mesh(geometry, placed, grid, inset),
+        // Drawn as planes are.
+        Shape::HalfSpace => {}
     }
 }
 

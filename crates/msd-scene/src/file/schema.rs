@@ -262,6 +262,8 @@ pub enum SolidKind {
     Torus,
     /// The inside of a closed triangle mesh.
     Mesh,
+    /// All that is below, without end.
+    HalfSpace,
 }
 
 /// A solid that particles cannot enter, still or moving. Which lengths it has depends on its kind.
