@@ -40,6 +40,7 @@ pub(crate) fn add_solids<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'
 fn most_vertices(shape: &Shape) -> usize {
     match shape {
         Shape::Mesh(grid) => 3 * grid.triangles.len(),
+        Shape::HalfSpace => 0,
         _ => 8192,
     }
 }
