@@ -190,12 +190,13 @@ fn slow(u: &mut Unstructured) -> Result<DVec3> {
 fn solid(u: &mut Unstructured) -> Result<Solid> {
     let mut length = || Ok(0.1 + f64::from(u.arbitrary::<u8>()?) / 64.0);
     let (radius, other, third) = (length()?, length()?, length()?);
-    let shape = match u.arbitrary::<u8>()? % 6 {
+    let shape = match u.arbitrary::<u8>()? % 7 {
         0 => Shape::Sphere { radius },
         1 => Shape::Capsule { radius, length: other },
         2 => Shape::Box { size: DVec3::new(radius, other, third) },
         3 => Shape::Cylinder { radius, length: other },
         4 => Shape::Torus { radius, tube: 0.3 * radius },
+        5 => Shape::HalfSpace,
         _ => Shape::Mesh(Arc::new(grid(u, other)?)),
     };
     let (position, restitution) = (slow(u)?, fraction(u)?);

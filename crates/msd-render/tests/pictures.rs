@@ -371,6 +371,20 @@ fn a_solid_that_is_larger_than_the_bodies_throws_a_shadow_beside_theirs() {
 }
 
 #[test]
+fn a_half_space_is_drawn_where_it_is_as_a_plane_is() {
+    let Some(gpu) = gpu() else { return };
+    let slope = DMat3::from_rotation_z(0.5);
+    let planes = scene_of(block(4), &[floor(-3.0), plane(slope.y_axis, -6.0)]);
+    let mut solids = scene_of(block(4), &[]);
+    for (axes, position) in [(DMat3::IDENTITY, DVec3::Y * -3.0), (slope, slope.y_axis * -6.0)] {
+        solids.solids.push(Solid { position, axes, ..Solid::new(Shape::HalfSpace) });
+    }
+    let view = framed(&planes);
+    let [moving, still] = [solids, planes].map(|scene| draw(&gpu, &scene, &view));
+    assert_eq!(difference(&moving, &still), 0);
+}
+
+#[test]
 fn a_flat_sheet_does_not_shadow_itself() {
     let Some(gpu) = gpu() else { return };
     let scene = scene_of(sheet(9, 4.0), &[]);

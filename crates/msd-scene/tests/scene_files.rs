@@ -241,6 +241,7 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("sphere of a set", "sets.sphere."),
         ("[[pins]]", "pins."),
         ("[[masses]]", "masses."),
+        ("[[materials]]", "materials."),
         ("[[links]]", "links."),
     ];
     let (mut found, mut table, mut column) = (BTreeMap::new(), None, None);

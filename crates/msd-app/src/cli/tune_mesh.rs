@@ -5,7 +5,7 @@ use super::failure::{Failure, say};
 use super::run::{SetKeys, open_draft, set_keys};
 use super::steps::{Bar, Interrupt};
 use super::tune::{Row, writable, write_choice};
-use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, PinRow, SceneFile};
+use msd_scene::schema::{BodyKey, BodyRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile};
 use msd_scene::{SceneFormat, plain, shown_path};
 use msd_study::choice::{Choice, FRAME};
 use msd_study::quantity::{estimate, quantity};
@@ -185,7 +185,7 @@ fn changed(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     lines
 }
 
-/// The pins, masses and links of a finer scene that differ, as they are written.
+/// The pins, masses, materials and links of a finer scene that differ, as they are written.
 fn joins(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
     let mut lines = Vec::new();
     let mut say =
@@ -205,6 +205,27 @@ fn joins(rows: &SceneFile, fine: &SceneFile) -> Vec<String> {
             format!("{{ {place}, mass = {} }}", plain(load.mass))
         };
         say("masses", fine.masses.iter().map(row).collect());
+    }
+    if fine.materials != rows.materials {
+        let row = |material: &MaterialRow| {
+            let numbers = [
+                ("stiffness", material.stiffness),
+                ("damping", material.damping),
+                ("young", material.young),
+                ("relaxation_time", material.relaxation_time),
+            ];
+            let numbers = numbers.into_iter().filter_map(|(key, value)| {
+                value.map(|value| format!(", {key} = {}", plain(value)))
+            });
+            let body = match &material.body {
+                Some(BodyKey::Number(number)) => format!("body = {number}, "),
+                Some(BodyKey::Name(name)) => format!("body = \"{name}\", "),
+                None => String::new(),
+            };
+            let set = &material.set;
+            format!("{{ {body}set = \"{set}\"{} }}", numbers.collect::<String>())
+        };
+        say("materials", fine.materials.iter().map(row).collect());
     }
     if fine.links != rows.links {
         let row = |link: &LinkRow| {

@@ -54,6 +54,10 @@ fn nearest_solid<R: Real>(snapshot: &Snapshot<'_, R>, ray: &Ray) -> Option<(usiz
     let hits = snapshot.solids.iter().enumerate().filter_map(|(solid, row)| {
         let placed = Placed::new(row, snapshot.time);
         let far = (placed.middle - origin).length() + row.shape.reach();
+        // What has no end is ground: beside the bodies nothing else would be left to turn the view.
+        if far.is_infinite() {
+            return None;
+        }
         let mut distance = 0.0;
         for _ in 0..MOST_STEPS {
             let gap: f64 = placed.gap(origin + direction * distance, snapshot.time);

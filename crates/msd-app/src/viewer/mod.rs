@@ -317,7 +317,8 @@ impl Viewer {
 
     /// Whether the scene has solids that could be dragged.
     pub(crate) fn has_solids(&self) -> bool {
-        !self.session.loaded().scene.solids.is_empty()
+        let solids = &self.session.loaded().scene.solids;
+        solids.iter().any(|solid| solid.shape.reach().is_finite())
     }
 
     /// Ends a gesture: what it held may be gone.

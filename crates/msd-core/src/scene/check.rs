@@ -228,6 +228,7 @@ fn check_solid<R: Real>(row: usize, solid: &Solid) -> Result<(), Error> {
             positive("reach", grid.reach)?;
             check_grid(at, grid)?;
         }
+        Shape::HalfSpace => {}
     }
     let vectors =
         [("position", solid.position), ("velocity", solid.velocity), ("spin", solid.spin)];

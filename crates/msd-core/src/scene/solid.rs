@@ -45,6 +45,9 @@ pub enum Shape {
     Mesh(
         #[cfg_attr(feature = "serde", serde(with = "super::distances::shared"))] Arc<DistanceGrid>,
     ),
+    /// All points that are not above its middle, without end. One that stands still is better a
+    /// [`Plane`](super::Plane), which costs less.
+    HalfSpace,
 }
 
 /// Where a solid is at a time.
@@ -124,6 +127,7 @@ impl Shape {
             Shape::Cylinder { radius, length } => beyond(sides_of_rod(point, radius, length)),
             Shape::Torus { radius, tube } => length(point - on_circle(point, radius)) - tube,
             Shape::Mesh(ref grid) => grid.gap(point),
+            Shape::HalfSpace => point.y,
         }
     }
 
@@ -141,11 +145,12 @@ impl Shape {
             }
             Shape::Torus { radius, .. } => direction(point - on_circle(point, radius), DVec3::Y),
             Shape::Mesh(ref grid) => grid.normal(point),
+            Shape::HalfSpace => DVec3::Y,
         }
     }
 
     /// The least distance from one side to the other, metres; of a mesh, where it is unknown, the
-    /// edge of a cell.
+    /// edge of a cell; of a half space infinite.
     pub fn thickness(&self) -> f64 {
         match *self {
             Shape::Sphere { radius } | Shape::Capsule { radius, .. } => 2.0 * radius,
@@ -153,10 +158,11 @@ impl Shape {
             Shape::Cylinder { radius, length } => f64::min(2.0 * radius, length),
             Shape::Torus { tube, .. } => 2.0 * tube,
             Shape::Mesh(ref grid) => grid.cell,
+            Shape::HalfSpace => f64::INFINITY,
         }
     }
 
-    /// The radius of a ball about its middle that holds it, metres.
+    /// The radius of a ball about its middle that holds it, metres; of a half space infinite.
     pub fn reach(&self) -> f64 {
         match *self {
             Shape::Sphere { radius } => radius,
@@ -166,6 +172,7 @@ impl Shape {
             Shape::Torus { radius, tube } => radius + tube,
             // The interpolated surface may be outside the other by its error.
             Shape::Mesh(ref grid) => grid.reach + grid.error,
+            Shape::HalfSpace => f64::INFINITY,
         }
     }
 }

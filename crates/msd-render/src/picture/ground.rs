@@ -1,11 +1,12 @@
-//! The planes that a picture shows, and what the light sees.
+//! The planes and half spaces that a picture shows, and what the light sees.
 
 use crate::math::{direction_or, is_drawable, tangents};
 use crate::picture::geometry::{Geometry, Patch};
+use crate::viewing::pick::flats;
 use crate::viewing::view::View;
 use glam::camera::rh::{proj::directx, view::look_to_mat4};
 use glam::{Mat4, Vec3};
-use msd_core::{Real, Snapshot, Vector};
+use msd_core::{Real, Snapshot};
 
 /// A floor, and a wall along it, reach this many scene sizes: their rim is lost in the haze.
 const FLOOR_REACH: f32 = 40.0;
@@ -22,7 +23,7 @@ pub(crate) fn scene_radius(bounds: (Vec3, Vec3)) -> f32 {
     (0.5 * (bounds.1 - bounds.0).length()).max(0.1)
 }
 
-/// Adds a patch of every plane near the scene; those seen from their front come first.
+/// Adds a patch of every plane and half space near the scene; those seen from their front come first.
 pub(crate) fn add_planes<R: Real>(
     geometry: &mut Geometry,
     snapshot: &Snapshot<'_, R>,
@@ -31,10 +32,10 @@ pub(crate) fn add_planes<R: Real>(
     let eye = view.camera.eye();
     let middle = (geometry.bounds.0 + geometry.bounds.1) * 0.5;
     for front in [true, false] {
-        for plane in snapshot.planes {
-            let normal = direction_or(plane.normal.to_f32(), Vec3::Y);
+        for (normal, offset) in flats(snapshot) {
+            let normal = direction_or(normal, Vec3::Y);
             // Particles meet it as points: their balls would be sunk in it.
-            let offset = plane.offset.to_f64() as f32 - geometry.ball_radius;
+            let offset = offset - geometry.ball_radius;
             let centre = middle - normal * (normal.dot(middle) - offset);
             let is_front = offset <= normal.dot(eye);
             if !is_drawable(centre) || is_front != front {
@@ -48,10 +49,10 @@ pub(crate) fn add_planes<R: Real>(
     }
 }
 
-/// The height of the highest level plane, metres, as it is drawn.
+/// The height of the highest level plane or half space, metres, as it is drawn.
 pub(crate) fn level<R: Real>(geometry: &Geometry, snapshot: &Snapshot<'_, R>) -> Option<f32> {
-    let level = snapshot.planes.iter().filter(|plane| LEVEL < plane.normal.to_f32().y);
-    let heights = level.map(|plane| plane.offset.to_f64() as f32 - geometry.ball_radius);
+    let level = flats(snapshot).filter(|(normal, _)| LEVEL < normal.y);
+    let heights = level.map(|(_, offset)| offset - geometry.ball_radius);
     heights.filter(|height| is_drawable(Vec3::Y * *height)).reduce(f32::max)
 }
 

@@ -40,6 +40,7 @@ pub(crate) fn add_solids<R: Real>(geometry: &mut Geometry, snapshot: &Snapshot<'
 fn most_vertices(shape: &Shape) -> usize {
     match shape {
         Shape::Mesh(grid) => 3 * grid.triangles.len(),
+        Shape::HalfSpace => 0,
         _ => 8192,
     }
 }
@@ -69,6 +70,8 @@ fn add(geometry: &mut Geometry, placed: &Placed<'_>, shape: &Shape, inset: f64) 
             add_box(geometry, placed, (size * 0.5 - inset).max(DVec3::ZERO));
         }
         Shape::Mesh(ref grid) => add_mesh(geometry, placed, grid, inset),
+        // Drawn as planes are.
+        Shape::HalfSpace => {}
     }
 }
 

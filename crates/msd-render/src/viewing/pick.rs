@@ -3,7 +3,8 @@
 use crate::math::is_drawable;
 use crate::viewing::camera::{Camera, Ray};
 use glam::Vec3;
-use msd_core::{Real, Snapshot, Vector};
+use msd_core::obstacles::Placed;
+use msd_core::{Real, Shape, Snapshot, Vector};
 
 /// Returns the smallest box around all particles, lowest and highest corner, metres.
 ///
@@ -15,13 +16,22 @@ pub fn bounds<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<(Vec3, Vec3)> {
     Some(drawable.fold((first, first), |(low, high), point| (low.min(point), high.max(point))))
 }
 
-/// Returns the height of the highest level plane, metres.
+/// Returns normal and offset, metres, of each plane and of the surface of each half space.
+pub(crate) fn flats<R: Real>(snapshot: &Snapshot<'_, R>) -> impl Iterator<Item = (Vec3, f32)> {
+    let planes = snapshot.planes.iter();
+    let planes = planes.map(|plane| (plane.normal.to_f32(), plane.offset.to_f64() as f32));
+    let solids = snapshot.solids.iter().filter(|solid| solid.shape == Shape::HalfSpace);
+    planes.chain(solids.map(|solid| {
+        let placed = Placed::new(solid, snapshot.time);
+        let normal = placed.axes.y_axis;
+        (normal.as_vec3(), normal.dot(placed.middle) as f32)
+    }))
+}
+
+/// Returns the height of the highest level plane or half space, metres.
 pub fn ground<R: Real>(snapshot: &Snapshot<'_, R>) -> Option<f32> {
-    let level = snapshot.planes.iter().filter(|plane| 0.9 < plane.normal.to_f32().y);
-    level
-        .map(|plane| plane.offset.to_f64() as f32)
-        .filter(|height| height.is_finite())
-        .reduce(f32::max)
+    let level = flats(snapshot).filter(|(normal, _)| 0.9 < normal.y);
+    level.map(|(_, offset)| offset).filter(|height| height.is_finite()).reduce(f32::max)
 }
 
 /// Returns the box of [`bounds`] and the ground below it, as far as that is near enough to be seen

@@ -10,6 +10,7 @@ use crate::file::obstacles::{Solids, plane};
 use crate::file::schema::{SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
+use crate::file::sets::materials::set_materials;
 use crate::file::sets::pins::{load, masses, pins};
 use crate::file::touch::{pierced, started_in_each_other, started_inside, touch};
 use crate::file::tree::Source;
@@ -88,6 +89,7 @@ pub(crate) fn understand_rows(
         scene.bodies[number].look = look;
     }
     let Builder { mut notes, mut budget, .. } = builder;
+    set_materials(source, (&file, &made), (&mut scene, &lattices))?;
     touch(source, &file.bodies, &mut scene, &mut notes)?;
     notes.extend(pierced(&scene));
     let sets = NamedSets::new(source, &file.sets, (&scene, &lattices))?;

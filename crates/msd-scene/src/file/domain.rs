@@ -51,7 +51,7 @@ pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12"
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 81] = [
+pub const DOMAINS: [(&str, Domain); 85] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -124,6 +124,10 @@ pub const DOMAINS: [(&str, Domain); 81] = [
     ("sets.sphere.position", Domain::Place),
     ("sets.sphere.radius", LENGTH),
     ("masses.mass", Domain::Mass),
+    ("materials.stiffness", Domain::NotNegative),
+    ("materials.damping", Domain::NotNegative),
+    ("materials.young", Domain::Positive),
+    ("materials.relaxation_time", Domain::NotNegative),
     ("links.within", Domain::Positive),
     ("links.rest_length", Domain::NotNegative),
     ("links.stiffness", Domain::NotNegative),

@@ -177,6 +177,7 @@ impl Solids<'_> {
                 Shape::Torus { radius, tube }
             }
             SolidKind::Mesh => self.mesh(key, solid, notes)?,
+            SolidKind::HalfSpace => Shape::HalfSpace,
         })
     }
 
@@ -244,7 +245,10 @@ fn check_keys(source: &Source<'_>, key: &str, solid: &SolidRow) -> Result<(), Fi
         ("file", solid.file.is_some()),
         ("cell", solid.cell.is_some()),
     ];
-    let keys = || format!("a {} takes {}", kind.name(), takes.join(" and "));
+    let keys = || match takes.as_slice() {
+        [] => format!("a {} has no size", kind.name()),
+        takes => format!("a {} takes {}", kind.name(), takes.join(" and ")),
+    };
     for (name, is_given) in given {
         if needs.contains(&name) && !is_given {
             let reason = format!("lacks the key `{name}`: {}", keys());
@@ -268,6 +272,7 @@ impl SolidKind {
             SolidKind::Cylinder => "cylinder",
             SolidKind::Torus => "torus",
             SolidKind::Mesh => "mesh",
+            SolidKind::HalfSpace => "half_space",
         }
     }
 
@@ -279,6 +284,7 @@ impl SolidKind {
             SolidKind::Box => &["size"],
             SolidKind::Torus => &["radius", "tube"],
             SolidKind::Mesh => &["file"],
+            SolidKind::HalfSpace => &[],
         }
     }
 

@@ -4,15 +4,16 @@
 //! four and the lattice inside is set closer. A body made of a material stays one of that material.
 //! One of alike springs keeps its density and the moduli that its springs give inside: with n parts
 //! to a spacing in d dimensions masses become n⁻ᵈ times what they were, springs and dampers n²⁻ᵈ
-//! times. Masses put on particles, and links, stay at the particles that they had.
+//! times, and so do those of materials of sets. Masses put on particles, and links, stay at the
+//! particles that they had.
 
 use crate::error::FileError;
 use crate::file::bodies::MeshReader;
 use crate::file::build::{Understood, understand_rows};
 use crate::file::decode::decode;
 use crate::file::schema::{
-    BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, PinRow, SceneFile, TouchRow, WithRow,
-    WorldRow,
+    BodyKey, BodyRow, EndRow, Kind, LinkRow, MassRow, MaterialRow, PinRow, SceneFile, TouchRow,
+    WithRow, WorldRow,
 };
 use crate::file::sets::NamedSets;
 use crate::file::sets::pins::masses as added;
@@ -57,8 +58,9 @@ const MOST_TRIANGLES: u128 = 1 << 22;
 /// Halves the spacing of every body of a source so many times; `coarse` is the scene as it is.
 ///
 /// # Errors
-/// A body of particles and springs one by one; a pin, a mass or a link inside a mesh; drag or a
-/// force on each particle of bodies of different dimensions; more than fits.
+/// A body of particles and springs one by one; a pin, a mass or a link inside a mesh; a
+/// material of a set that is no space; drag or a force on each particle of bodies of different
+/// dimensions; more than fits.
 pub(crate) fn refine(
     source: &Source<'_>,
     coarse: &Scene,
@@ -79,9 +81,10 @@ pub(crate) fn refine(
     let rows = SceneFile {
         world: world(source, (&file.world, coarse), &nestings, parts)?,
         bodies: bodies.collect(),
-        sets: Vec::new(),
+        sets: if file.materials.is_empty() { Vec::new() } else { file.sets.clone() },
         pins: pins(source, coarse, &nestings, halvings)?,
         masses: masses(source, (&file, coarse), &nestings, parts)?,
+        materials: materials(source, (&file, coarse), &nestings, parts)?,
         links: links(source, coarse, &nestings, parts)?,
         ..file.clone()
     };
@@ -128,7 +131,7 @@ fn nesting(
 fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
     let dimensions = nesting.dimensions();
     let mut fine = body.clone();
-    let scale = power(parts, 2) / power(parts, dimensions);
+    let scale = spring_scale(nesting, parts);
     fine.touch = body.touch.as_ref().map(|touch| finer_touch(touch, parts, dimensions));
     match nesting {
         Nesting::Lattice(_) => {
@@ -176,6 +179,11 @@ fn finer_with(with: &WithRow, share: f64) -> WithRow {
         damping: with.damping.map(|damping| damping * share),
         ..with.clone()
     }
+}
+
+/// The factor of the springs of a finer body.
+fn spring_scale(nesting: &Nesting, parts: u64) -> f64 {
+    power(parts, 2) / power(parts, nesting.dimensions())
 }
 
 /// A power of a small number, exact.
@@ -285,6 +293,17 @@ fn end(
     }
 }
 
+/// The lattice of each body that is one.
+fn lattices(nestings: &[Nesting]) -> Vec<Option<Lattice>> {
+    let lattice = |nesting: &Nesting| match nesting {
+        Nesting::Lattice(size) => {
+            Lattice::new(size.map(|length| length as usize), Neighbours::All).ok()
+        }
+        Nesting::Surface(..) => None,
+    };
+    nestings.iter().map(lattice).collect()
+}
+
 /// The masses of the finer scene: each stays where it was.
 fn masses(
     source: &Source<'_>,
@@ -292,13 +311,7 @@ fn masses(
     nestings: &[Nesting],
     parts: u64,
 ) -> Result<Vec<MassRow>, FileError> {
-    let lattice = |nesting: &Nesting| match nesting {
-        Nesting::Lattice(size) => {
-            Lattice::new(size.map(|length| length as usize), Neighbours::All).ok()
-        }
-        Nesting::Surface(..) => None,
-    };
-    let lattices: Vec<Option<Lattice>> = nestings.iter().map(lattice).collect();
+    let lattices = lattices(nestings);
     let sets = NamedSets::new(source, &file.sets, (coarse, &lattices))?;
     let loads = added(&sets, &file.masses)?;
     let row = |(particle, mass)| {
@@ -307,6 +320,38 @@ fn masses(
         Ok(MassRow { body, particle, at, set, mass })
     };
     loads.into_iter().map(row).collect()
+}
+
+/// The materials of the finer scene: of the same sets, which are spaces.
+fn materials(
+    source: &Source<'_>,
+    (file, coarse): (&SceneFile, &Scene),
+    nestings: &[Nesting],
+    parts: u64,
+) -> Result<Vec<MaterialRow>, FileError> {
+    let lattices = lattices(nestings);
+    let sets = NamedSets::new(source, &file.sets, (coarse, &lattices))?;
+    let fine = |(number, row): (usize, &MaterialRow)| {
+        let key = format!("materials[{number}]");
+        let is_space = row.set == "all" || file.sets.iter().any(|set| set.name == row.set);
+        if !is_space {
+            let reason = format!(
+                "is `{}`: the particles of a finer body along it are not those of the same part; \
+                 give a box or a sphere of [[sets]]",
+                row.set
+            );
+            return Err(source.refuse(format_args!("{key}.set"), reason));
+        }
+        let first = sets.particles(&key, row)?[0];
+        let body = coarse.bodies.partition_point(|body| body.particles.end <= first);
+        let scale = spring_scale(&nestings[body], parts);
+        Ok(MaterialRow {
+            stiffness: row.stiffness.map(|stiffness| stiffness * scale),
+            damping: row.damping.map(|damping| damping * scale),
+            ..row.clone()
+        })
+    };
+    file.materials.iter().enumerate().map(fine).collect()
 }
 
 /// The links of the finer scene: each joins what stands where its ends stood.

@@ -17,7 +17,7 @@ mod sets;
 mod touch;
 
 pub use look::{CameraRow, Finish, LookRow};
-pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, PinRow, SetRow, SphereRow};
+pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, MaterialRow, PinRow, SetRow, SphereRow};
 pub use touch::{TouchRow, WithRow};
 
 /// The version of the schema.
@@ -53,6 +53,9 @@ pub struct SceneFile {
     /// Masses put on particles.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masses: Vec<MassRow>,
+    /// Materials of parts of bodies.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub materials: Vec<MaterialRow>,
     /// Springs between bodies.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub links: Vec<LinkRow>,
@@ -262,6 +265,8 @@ pub enum SolidKind {
     Torus,
     /// The inside of a closed triangle mesh.
     Mesh,
+    /// All that is below, without end.
+    HalfSpace,
 }
 
 /// A solid that particles cannot enter, still or moving. Which lengths it has depends on its kind.

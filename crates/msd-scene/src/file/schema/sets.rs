@@ -1,4 +1,4 @@
-//! Rows that choose particles of bodies: named sets, pins, masses and links.
+//! Rows that choose particles of bodies: named sets, pins, masses, materials and links.
 
 use serde::de::{Deserializer, Error, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
@@ -122,6 +122,29 @@ pub struct MassRow {
     pub set: Option<String>,
     /// The mass on each of them, kilograms.
     pub mass: f64,
+}
+
+/// The material of the springs of a body that join two particles of a set.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialRow {
+    /// The body. Default 0, or that of the set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<BodyKey>,
+    /// The name of the set.
+    pub set: String,
+    /// Stiffness of each spring, newtons per metre. Default that of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness: Option<f64>,
+    /// Damping of each spring, newton seconds per metre. Default that of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping: Option<f64>,
+    /// Bodies of a material: Young's modulus, pascals. Default that of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub young: Option<f64>,
+    /// Bodies of a material: viscosity over modulus, seconds. Default that of the body.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relaxation_time: Option<f64>,
 }
 
 /// Springs between two bodies, or between particles of one: each particle of `from` is joined to

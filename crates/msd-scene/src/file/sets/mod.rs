@@ -1,14 +1,16 @@
 //! Particles of bodies as rows choose them: one by its number or its place, every n-th of the top
-//! row, or a set; [`pins`] hold them and [`links`] join them.
+//! row, or a set; [`pins`] hold them, [`links`] join them and [`materials`] say what the springs
+//! between them are.
 //!
 //! A lattice has sets by its shape, a mesh those of its surface; others are the particles inside a
 //! box or a sphere at the start.
 
 pub(crate) mod links;
+pub(crate) mod materials;
 pub(crate) mod pins;
 
 use crate::error::{FileError, nearest, plain};
-use crate::file::schema::{BodyKey, EndRow, MassRow, PinRow, SetRow};
+use crate::file::schema::{BodyKey, EndRow, MassRow, MaterialRow, PinRow, SetRow};
 use crate::file::tree::Source;
 use glam::DVec3;
 use msd_core::{Lattice, Scene};
@@ -35,6 +37,12 @@ impl<'r> From<&'r MassRow> for Choice<'r> {
     fn from(row: &'r MassRow) -> Self {
         let MassRow { particle, at, .. } = *row;
         Choice { body: row.body.as_ref(), particle, at, every: None, set: row.set.as_deref() }
+    }
+}
+
+impl<'r> From<&'r MaterialRow> for Choice<'r> {
+    fn from(row: &'r MaterialRow) -> Self {
+        Choice { body: row.body.as_ref(), set: Some(&row.set), ..Choice::default() }
     }
 }
 
