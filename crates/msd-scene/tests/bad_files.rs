@@ -49,7 +49,7 @@ const LINES: [(&str, &str); 82] = [
     ),
     (
         "[[world.solids]]\nkind = 'sphere'\nradius = 1e12",
-        "s.toml:5:1: world.solids[0] pushes particle 0 of rope out of the world, to a coordinate of",
+        "s.toml:5:1: world.solids[0] pushes particle 0 of rope out of the world, to a coord",
     ),
     ("[[world.planes]]\noffset = 1e9", "world.planes[0] pushes particle 0 of rope out of the wor"),
     ("size = [4]", "s.toml:5:1: the key `size` stands here twice"),

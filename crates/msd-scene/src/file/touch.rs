@@ -285,7 +285,8 @@ pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
             if !solid.springs {
                 notes.push(format!(
                     "world.solids[{number}] is {} m thick, the particles of {name} are {} m apart \
-                     and pass beside it; with `springs = true` it meets the springs between them too",
+                     and pass beside it; with `springs = true` it meets the springs between them \
+                     too",
                     short(thickness),
                     short(spacing),
                 ));

@@ -1,4 +1,4 @@
-//! What starts where it cannot stay: bodies inside obstacles and inside each other.
+//! Notes on bodies that start inside obstacles and inside each other.
 
 use super::own;
 use crate::error::{FileError, plain};
@@ -105,9 +105,10 @@ const OVERLAP: f64 = 0.5;
 /// line: contact pushes it back.
 const CORNER: f64 = 0.1;
 
-/// A line on each two bodies that touch and of which one starts in the other: with particles inside
-/// its closed surface or far in the radius of one of its own, not both pinned. Those with a link are
-/// meant to be where they are.
+/// A line on each two bodies that touch and of which one starts in the other.
+///
+/// It is where particles are inside its closed surface, or overlap one of its own far, and not both
+/// are pinned. Those with a link are meant to be where they are.
 pub(crate) fn started_in_each_other(scene: &Scene) -> Vec<String> {
     let positions: Vec<DVec3> = scene.particles.iter().map(|row| row.position).collect();
     let rows: Vec<Outside<'_>> =
