@@ -10,7 +10,7 @@ use crate::elements::{ForceWork, Motion, column};
 use crate::number::Real;
 use crate::obstacles::resolve::Substep;
 use crate::obstacles::rest::Kick;
-use crate::obstacles::sweep::fastest;
+use crate::obstacles::passage::fastest;
 use crate::obstacles::{Contacts, Evaluated};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;

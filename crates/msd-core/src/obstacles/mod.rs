@@ -11,7 +11,7 @@ mod motion;
 mod plane;
 mod radii;
 mod solid;
-pub(crate) mod sweep;
+pub(crate) mod passage;
 pub(crate) mod resolve;
 pub(crate) mod rest;
 pub(crate) mod springs;

@@ -3,7 +3,7 @@
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
 use super::solid::{Sampled, lane_of, lanes};
-use super::sweep::Sweep;
+use super::passage::Passage;
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
@@ -456,18 +456,18 @@ impl<R: Real> Batch<R> {
         (span, time, near): (&Span<R>, f64, u32),
         contacts: &mut Contacts,
     ) -> u32 {
-        let sweep = Sweep::new(solid, (time, span.h.to_f64()));
+        let passage = Passage::new(solid, (time, span.h.to_f64()));
         let mut bits = [0; LANES];
         for (lane, bit) in bits.iter_mut().enumerate() {
             let [to, from] = [&self.positions, &self.starts].map(|column| lane_of(column, lane));
             let way = core::array::from_fn(|axis| to[axis] - from[axis]);
-            let is_long = sweep.is_long(way) & (self.inverse_masses[lane] != R::ZERO);
+            let is_long = passage.is_long(way) & (self.inverse_masses[lane] != R::ZERO);
             *bit = u32::from(is_long) << lane;
         }
         let long = near & bits.iter().fold(0, |all, bit| all | bit);
         lanes(long).fold(0, |met, lane| {
             let way = (lane_of(&self.starts, lane), lane_of(&self.positions, lane));
-            let Some(entrance) = sweep.entrance(way, self.radii[lane]) else { return met };
+            let Some(entrance) = passage.entrance(way, self.radii[lane]) else { return met };
             let touch = self.touch(lane, entrance.normal, entrance.depth);
             let landed = meet_surface(solid, touch, (span, time), self.masses[lane]);
             self.set(lane, landed.position, landed.velocity);

@@ -8,7 +8,7 @@
 
 use super::contact::{Contacts, Evaluated, Span, Touch};
 use super::resolve::{Bodies, Substep, meet_surface};
-use super::sweep::{Entrance, Sweep};
+use super::passage::{Entrance, Passage};
 use super::{Ball, Obstacle, Placed};
 use crate::columns::slots::Slots;
 use crate::columns::{RECORD, set_vector, single_of, vector};
@@ -99,7 +99,7 @@ impl Points {
                 continue;
             }
             let placed = Placed::new(solid, time);
-            let sweep = Sweep::new(&placed, (time, h.to_f64()));
+            let passage = Passage::new(&placed, (time, h.to_f64()));
             for pointed in row.springs.iter().filter(|row| !springs.is_cut(row.spring as usize)) {
                 let at = pointed.at.map(|at| at as usize);
                 let [a, b] = at.map(|at| vector::<R>(bodies.positions, at));
@@ -107,7 +107,7 @@ impl Points {
                     for number in 1..=pointed.count {
                         let part = f64::from(number) / f64::from(pointed.count + 1);
                         let point = Point { at, parts: [R::of(1.0 - part), R::of(part)] };
-                        contacts += point.meet((&placed, &sweep), bodies);
+                        contacts += point.meet((&placed, &passage), bodies);
                     }
                 }
             }
@@ -133,7 +133,7 @@ impl<R: Real> Point<R> {
     /// Lets it meet a solid, and moves the ends of its spring for it.
     fn meet(
         &self,
-        (placed, sweep): (&Placed<'_>, &Sweep<'_, '_>),
+        (placed, passage): (&Placed<'_>, &Passage<'_, '_>),
         bodies: &mut Bodies<'_, R>,
     ) -> Contacts {
         let [first, last] = self.parts;
@@ -158,8 +158,8 @@ impl<R: Real> Point<R> {
             None => position - (velocity - pull * substep.lag) * substep.h,
         };
         let way = (start.components(), position.components());
-        let is_long = sweep.is_long((position - start).components());
-        let swept = if is_long { sweep.entrance(way, radius) } else { None };
+        let is_long = passage.is_long((position - start).components());
+        let swept = if is_long { passage.entrance(way, radius) } else { None };
         let gap = Obstacle::<R>::gap(placed, position, substep.time);
         let normal = || Obstacle::<R>::normal(placed, position, substep.time).components();
         let (depth, normal) = match swept {

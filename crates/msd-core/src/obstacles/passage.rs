@@ -1,4 +1,4 @@
-//! Sweeps: where a particle that moves far in a substep goes into a solid.
+//! Passages: where a particle that moves far in a substep goes into a solid.
 //!
 //! The surface next to a particle inside is the one that it came through only as long as it is not
 //! beyond the middle: through a plate thinner than two ways of a substep it would be let out on the
@@ -15,7 +15,7 @@ use fearless_simd::Level;
 
 /// A solid at the start and at the end of a substep.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sweep<'a, 's> {
+pub(super) struct Passage<'a, 's> {
     start: Placed<'s>,
     end: &'a Placed<'s>,
     /// A way, metres, that ends before the middle; negative where the solid goes beyond that.
@@ -51,12 +51,12 @@ pub(super) struct Entrance<R> {
 /// Gaps that are followed at most: along a surface they get ever shorter.
 const GAPS: usize = 256;
 
-impl<'a, 's> Sweep<'a, 's> {
-    /// The sweep of a solid in a substep of h seconds that ends at a time, seconds.
+impl<'a, 's> Passage<'a, 's> {
+    /// The passage of a solid in a substep of h seconds that ends at a time, seconds.
     pub(super) fn new(end: &'a Placed<'s>, (time, h): (f64, f64)) -> Self {
         let start = Placed::new(end.solid, time - h);
         let short = end.solid.shape.thickness() * 0.5 - longest_way(end.solid, (time, h));
-        Sweep { start, end, short }
+        Passage { start, end, short }
     }
 
     /// Whether a way may go beyond the middle.
