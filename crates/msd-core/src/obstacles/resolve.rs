@@ -2,8 +2,8 @@
 //! time.
 
 use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
-use super::solid::{Sampled, lane_of, lanes};
 use super::passage::Passage;
+use super::solid::{Sampled, lane_of, lanes};
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};

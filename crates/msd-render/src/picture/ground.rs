@@ -23,7 +23,8 @@ pub(crate) fn scene_radius(bounds: (Vec3, Vec3)) -> f32 {
     (0.5 * (bounds.1 - bounds.0).length()).max(0.1)
 }
 
-/// Adds a patch of every plane and half space near the scene; those seen from their front come first.
+/// Adds a patch of every plane and half space near the scene; those seen from their front come
+/// first.
 pub(crate) fn add_planes<R: Real>(
     geometry: &mut Geometry,
     snapshot: &Snapshot<'_, R>,

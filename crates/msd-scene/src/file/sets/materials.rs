@@ -32,14 +32,14 @@ pub(crate) fn set_materials(
         let particles = sets.particles(&key, material)?;
         let body = scene.bodies.partition_point(|body| body.particles.end <= particles[0]);
         let is_mesh = file.bodies[body].kind == Kind::Mesh;
-        let law = law(&sets, (&key, material), (body, made[body], is_mesh))?;
+        let change = change(&sets, (&key, material), (body, made[body], is_mesh))?;
         let mut is_in = vec![false; scene.particles.len()];
         particles.into_iter().for_each(|particle| is_in[particle] = true);
         let mut found = Vec::new();
         for spring in scene.bodies[body].springs.clone() {
             let was = &scene.springs[spring];
             if was.ends.iter().all(|&end| is_in[end]) {
-                let constants = law.of([was.stiffness, was.damping]);
+                let constants = change.of([was.stiffness, was.damping]);
                 check_fits(source, &key, constants)?;
                 [springs[spring].stiffness, springs[spring].damping] = constants;
                 found.push(spring);
@@ -58,12 +58,12 @@ pub(crate) fn set_materials(
             // What has no weight takes no part.
             let mut ends = was.particles.iter().zip(was.weights);
             if ends.all(|(&end, weight)| weight == 0.0 || is_in[end]) {
-                [bend.stiffness, bend.damping] = law.of([was.stiffness, was.damping]);
+                [bend.stiffness, bend.damping] = change.of([was.stiffness, was.damping]);
             }
         }
         for (volume, was) in volumes.iter_mut().zip(&scene.volumes) {
             if was.particles.iter().all(|&corner| is_in[corner]) {
-                [volume.modulus, volume.damping] = law.of([was.modulus, was.damping]);
+                [volume.modulus, volume.damping] = change.of([was.modulus, was.damping]);
             }
         }
     }
@@ -115,25 +115,25 @@ fn check_fits(source: &Source<'_>, key: &str, constants: [f64; 2]) -> Result<(),
 }
 
 /// What becomes of stiffness and damping.
-enum Law {
-    /// Numbers of their own. In a mesh they are those of springs of this stiffness, and others, which
-    /// resist bending, keep their part of it.
+enum Change {
+    /// Numbers of their own. In a mesh they are those of springs of the usual stiffness; others,
+    /// which resist bending, keep their part of it.
     Springs { stiffness: Option<f64>, damping: Option<f64>, usual: Option<f64> },
     /// The factor of the modulus, and the damping over the stiffness, seconds.
     Substance { factor: f64, relaxation_time: Option<f64> },
 }
 
-impl Law {
+impl Change {
     /// Stiffness and damping, or modulus and its damping, from what they were.
     fn of(&self, [stiffness, damping]: [f64; 2]) -> [f64; 2] {
         match *self {
-            Law::Springs { stiffness: own, damping: lost, usual } => {
+            Change::Springs { stiffness: own, damping: lost, usual } => {
                 let part =
                     usual.filter(|usual| 0.0 < *usual).map_or(1.0, |usual| stiffness / usual);
                 let given = |own: Option<f64>, was| own.map_or(was, |own| own * part);
                 [given(own, stiffness), given(lost, damping)]
             }
-            Law::Substance { factor, relaxation_time } => {
+            Change::Substance { factor, relaxation_time } => {
                 let stiffness = stiffness * factor;
                 [stiffness, relaxation_time.map_or(damping * factor, |time| stiffness * time)]
             }
@@ -141,12 +141,12 @@ impl Law {
     }
 }
 
-/// The law of the row at `key`, checked against what its body is made of.
-fn law(
+/// The change of the row at `key`, checked against what its body is made of.
+fn change(
     sets: &NamedSets<'_>,
     (key, row): (&str, &MaterialRow),
     (body, made, is_mesh): (usize, Option<Made>, bool),
-) -> Result<Law, FileError> {
+) -> Result<Change, FileError> {
     let source = sets.source;
     let plain = [("stiffness", row.stiffness), ("damping", row.damping)];
     let engineer = [("young", row.young), ("relaxation_time", row.relaxation_time)];
@@ -171,7 +171,7 @@ fn law(
             // Those that resist bending come last.
             let first_spring = sets.scene.springs.get(sets.scene.bodies[body].springs.start);
             let usual = first_spring.filter(|_| is_mesh).map(|spring| spring.stiffness);
-            Law::Springs { stiffness: first, damping: second, usual }
+            Change::Springs { stiffness: first, damping: second, usual }
         }
         Some(made) => {
             let factor = match (first, made.young) {
@@ -183,7 +183,7 @@ fn law(
                     return Err(source.refuse(format_args!("{key}.young"), reason));
                 }
             };
-            Law::Substance { factor, relaxation_time: second }
+            Change::Substance { factor, relaxation_time: second }
         }
     })
 }
