@@ -116,7 +116,10 @@ fn contact_that_is_switched_off_is_not_called_a_lack_of_planes() {
     jelly.state_mut().session.switch(Part::Contact, false);
     jelly.run_steps(2);
     assert!(jelly.query_by_label("contact is switched off").is_some());
-    let chain = harness("chain", [1280.0, 800.0]);
+    let mut chain = loaded("chain");
+    chain.scene.planes.clear();
+    let chain = Viewer::new(chain, catalogue()).expect("a valid scene");
+    let chain = harness_of(chain, [1280.0, 800.0]);
     assert!(chain.query_by_label("no planes in this scene").is_some());
 }
 

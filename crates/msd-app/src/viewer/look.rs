@@ -70,7 +70,8 @@ impl Viewer {
     /// Looks at the scene as it was looked at before. A camera that follows is where it would go:
     /// the middle was elsewhere when it was left.
     fn look_again(&mut self, outlook: Outlook) {
-        let middle = self.camera.target;
+        // A scene may say where its own camera looks; all of it was framed before.
+        let middle = self.aimed;
         self.camera = outlook.camera();
         if self.follow {
             self.beside = outlook.beside.into();
