@@ -347,10 +347,7 @@ const SCENES: [(&str, &str); 16] = [
     ("version = 1", "bodies is empty; a scene needs at least one body"),
     ("version = 1\nversion = 1", "s.toml:2:"),
     ("version = 1\n[[bodies]]\nkind = 'ro", "s.toml:3:"),
-    (
-        "version = 1\nqqq = 1",
-        "the keys are version, title, solver, world, camera, bodies, sets, pins, masses, links",
-    ),
+    ("version = 1\nqqq = 1", "world, camera, bodies, sets, pins, masses, materials, links"),
     ("version = 1\n\"\\u0007\" = 1", "unknown key `\\u{7}` in the scene"),
     ("version = 1\nbodys = []", "unknown key `bodys` in the scene; did you mean `bodies`?"),
     ("version = 1\n[world]\ngravitation = 1", "in world; did you mean `gravity`?"),

@@ -260,10 +260,11 @@ mod tests {
         assert_eq!((whole.len() - left.len(), drawn(&cloth)), (2, left));
     }
 
-    /// A sheet of 8 m by 8 m around a cylinder, whose mean curvature is 1 / 2r: 0.2 times 25 / 8 m.
+    /// A sheet of 8 m by 8 m around a cylinder, whose mean curvature is 1 / 2r: 0.08 times
+    /// 25 / 8 m. Its area by the sums at corners is off by 3 %, less than a step of a byte.
     #[test]
     fn the_inside_of_a_bent_sheet_is_as_hollow_as_its_outside_is_not() {
-        let radius = 0.8_f64;
+        let radius = 2.0_f64;
         let part = shape::cloth([9, 9], 1.0, Material::default()).expect("a valid size");
         for turn in [1.0, -1.0] {
             let mut scene = Scene::of("cloth", part.clone());
@@ -283,7 +284,7 @@ mod tests {
             let middle = middle.expect("a particle in the middle");
             // The axis is on the side that the middle bends to.
             let is_inside = 0.0 < f64::from(middle.normal.z) * turn;
-            let [inside, outside] = [0.6, 0.4].map(|share: f32| (share * 255.0).round() as u8);
+            let [inside, outside] = [0.54, 0.46].map(|share: f32| (share * 255.0).round() as u8);
             assert_eq!(middle.colour[3], if is_inside { inside } else { outside });
         }
     }
