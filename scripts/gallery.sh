@@ -21,11 +21,13 @@ moment() {
         knot) echo 0.5 ;;
         mattress) echo 1.5 ;;
         pile) echo 4 ;;
-        snake) echo 7 ;;
+        snake) echo 8.5 ;;
+        square) echo 1.5 ;;
         square4) echo 1.4 ;;
         stairs) echo 1.2 ;;
         teapot) echo 0.45 ;;
-        trampoline | twist) echo 1.2 ;;
+        trampoline) echo 0.75 ;;
+        twist) echo 2.5 ;;
         *) echo 1 ;;
     esac
 }
