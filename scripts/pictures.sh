@@ -12,7 +12,7 @@ frames=$(mktemp -d)
 trap 'rm -r "$frames"' EXIT
 MSD_FILM=$frames cargo test --release --test film -- --ignored film_of_a_grab
 # Every second frame: 15 pictures a second.
-img2webp -loop 0 -lossy -q 65 -m 4 -d 66 "$frames"/*[02468].png -o docs/grab.webp
+img2webp -loop 0 -lossy -q 55 -m 4 -d 66 "$frames"/*[02468].png -o docs/grab.webp
 ls -l docs/grab.webp
 
 # The five pictures of the first five minutes, each step of the guide with the real controls.
