@@ -13,10 +13,11 @@ use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use fearless_simd::Level;
 
-/// A solid at the start and at the end of a substep.
+/// A solid at the end of a substep, and when it started.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Passage<'a, 's> {
-    start: Placed<'s>,
+    /// Simulated time, seconds.
+    start: f64,
     end: &'a Placed<'s>,
     /// A way, metres, that ends before the middle; negative where the solid goes beyond that.
     short: f64,
@@ -54,9 +55,8 @@ const GAPS: usize = 256;
 impl<'a, 's> Passage<'a, 's> {
     /// The passage of a solid in a substep of h seconds that ends at a time, seconds.
     pub(super) fn new(end: &'a Placed<'s>, (time, h): (f64, f64)) -> Self {
-        let start = Placed::new(end.solid, time - h);
         let short = end.solid.shape.thickness() * 0.5 - longest_way(end.solid, (time, h));
-        Passage { start, end, short }
+        Passage { start: time - h, end, short }
     }
 
     /// Whether a way may go beyond the middle.
@@ -74,7 +74,8 @@ impl<'a, 's> Passage<'a, 's> {
         radius: R,
     ) -> Option<Entrance<R>> {
         let shape = &self.end.solid.shape;
-        let from = self.start.own::<R>(R::Vec3::from_components(from));
+        let start = Placed::new(self.end.solid, self.start);
+        let from = start.own::<R>(R::Vec3::from_components(from));
         let to = self.end.own::<R>(R::Vec3::from_components(to));
         let (way, radius) = (to - from, radius.to_f64());
         let length = Real::sqrt(way.dot(way));

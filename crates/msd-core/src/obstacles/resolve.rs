@@ -461,10 +461,9 @@ impl<R: Real> Batch<R> {
         for (lane, bit) in bits.iter_mut().enumerate() {
             let [to, from] = [&self.positions, &self.starts].map(|column| lane_of(column, lane));
             let way = core::array::from_fn(|axis| to[axis] - from[axis]);
-            let is_long = passage.is_long(way) & (self.inverse_masses[lane] != R::ZERO);
-            *bit = u32::from(is_long) << lane;
+            *bit = u32::from(passage.is_long(way)) << lane;
         }
-        let long = near & bits.iter().fold(0, |all, bit| all | bit);
+        let long = near & self.moving() & bits.iter().fold(0, |all, bit| all | bit);
         lanes(long).fold(0, |met, lane| {
             let way = (lane_of(&self.starts, lane), lane_of(&self.positions, lane));
             let Some(entrance) = passage.entrance(way, self.radii[lane]) else { return met };

@@ -116,6 +116,24 @@ impl Points {
     }
 }
 
+/// Where a point of some radius is in a solid: below its entrance if it moved far, else below the
+/// surface next to it.
+fn inside<R: Real>(
+    (placed, passage): (&Placed<'_>, &Passage<'_, '_>),
+    (from, to): (R::Vec3, R::Vec3),
+    radius: R,
+    time: f64,
+) -> Option<Entrance<R>> {
+    let is_long = passage.is_long((to - from).components());
+    let way = (from.components(), to.components());
+    let swept = if is_long { passage.entrance(way, radius) } else { None };
+    swept.or_else(|| {
+        let gap = Obstacle::<R>::gap(placed, to, time);
+        let normal = || Obstacle::<R>::normal(placed, to, time).components();
+        (gap < radius).then(|| Entrance { normal: normal(), depth: radius - gap })
+    })
+}
+
 /// A point on a spring.
 struct Point<R> {
     at: [usize; 2],
@@ -157,16 +175,8 @@ impl<R: Real> Point<R> {
             Some(column) => self.of(column),
             None => position - (velocity - pull * substep.lag) * substep.h,
         };
-        let way = (start.components(), position.components());
-        let is_long = passage.is_long((position - start).components());
-        let swept = if is_long { passage.entrance(way, radius) } else { None };
-        let gap = Obstacle::<R>::gap(placed, position, substep.time);
-        let normal = || Obstacle::<R>::normal(placed, position, substep.time).components();
-        let (depth, normal) = match swept {
-            Some(Entrance { depth, normal }) => (depth, normal),
-            None if gap < radius => (radius - gap, normal()),
-            None => return Contacts::default(),
-        };
+        let inside = inside((placed, passage), (start, position), radius, substep.time);
+        let Some(Entrance { normal, depth }) = inside else { return Contacts::default() };
         let stiffness = {
             let [a, b] = self.at.map(|at| single_of(bodies.stiffnesses, at));
             (a * first + b * last) * inverse_mass

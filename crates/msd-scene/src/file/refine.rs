@@ -78,13 +78,15 @@ pub(crate) fn refine(
     let parts = 1u64 << halvings;
     let bodies =
         file.bodies.iter().zip(&nestings).map(|(body, nesting)| finer(body, nesting, parts));
+    let lattices = lattices(&nestings);
+    let sets = NamedSets::new(source, &file.sets, (coarse, &lattices))?;
     let rows = SceneFile {
         world: world(source, (&file.world, coarse), &nestings, parts)?,
         bodies: bodies.collect(),
         sets: if file.materials.is_empty() { Vec::new() } else { file.sets.clone() },
         pins: pins(source, coarse, &nestings, halvings)?,
-        masses: masses(source, (&file, coarse), &nestings, parts)?,
-        materials: materials(source, (&file, coarse), &nestings, parts)?,
+        masses: masses(source, (&sets, &file.masses, coarse), &nestings, parts)?,
+        materials: materials(source, (&sets, &file, coarse), &nestings, parts)?,
         links: links(source, coarse, &nestings, parts)?,
         ..file.clone()
     };
@@ -307,13 +309,11 @@ fn lattices(nestings: &[Nesting]) -> Vec<Option<Lattice>> {
 /// The masses of the finer scene: each stays where it was.
 fn masses(
     source: &Source<'_>,
-    (file, coarse): (&SceneFile, &Scene),
+    (sets, rows, coarse): (&NamedSets<'_>, &[MassRow], &Scene),
     nestings: &[Nesting],
     parts: u64,
 ) -> Result<Vec<MassRow>, FileError> {
-    let lattices = lattices(nestings);
-    let sets = NamedSets::new(source, &file.sets, (coarse, &lattices))?;
-    let loads = added(&sets, &file.masses)?;
+    let loads = added(sets, rows)?;
     let row = |(particle, mass)| {
         let end = end(source, ("masses", particle), coarse, (nestings, parts))?;
         let EndRow { body, particle, at, set } = end;
@@ -325,12 +325,10 @@ fn masses(
 /// The materials of the finer scene: of the same sets, which are spaces.
 fn materials(
     source: &Source<'_>,
-    (file, coarse): (&SceneFile, &Scene),
+    (sets, file, coarse): (&NamedSets<'_>, &SceneFile, &Scene),
     nestings: &[Nesting],
     parts: u64,
 ) -> Result<Vec<MaterialRow>, FileError> {
-    let lattices = lattices(nestings);
-    let sets = NamedSets::new(source, &file.sets, (coarse, &lattices))?;
     let fine = |(number, row): (usize, &MaterialRow)| {
         let key = format!("materials[{number}]");
         let is_space = row.set == "all" || file.sets.iter().any(|set| set.name == row.set);

@@ -277,6 +277,16 @@ impl<R: Real> Holds<R> {
     }
 }
 
+impl<R: Real> Face<R> {
+    /// The velocity that the surface of the faces before and this one, so many after the first, has
+    /// where this one moves at a velocity: along an axis of its own, which leaves those before as
+    /// they are.
+    fn carry(&self, surface: R::Vec3, velocity: R::Vec3, number: usize) -> R::Vec3 {
+        let missing = self.normal.dot(velocity - surface) / self.slope;
+        if number == 0 { velocity } else { surface + self.axis * missing }
+    }
+}
+
 impl<R: Real> Hold<R> {
     fn new(at: usize) -> Self {
         Hold {
@@ -347,15 +357,11 @@ impl<R: Real> Hold<R> {
         let slope = rest.dot(rest).sqrt();
         if self.count < 3 && R::of(1e-3) < slope {
             let axis = rest * (R::ONE / slope);
-            // Along an axis of its own, which leaves the faces before as they are.
-            let missing = face.normal.dot(face.velocity - self.surface) / slope;
-            self.surface = match self.count {
-                0 => face.velocity,
-                _ => self.surface + axis * missing,
-            };
+            let face = Face { axis, slope, ..face };
+            self.surface = face.carry(self.surface, face.velocity, self.count);
             let missing = (face.closing - face.normal.dot(self.closing)) / slope;
             self.closing += axis * missing;
-            self.faces[self.count] = Face { axis, slope, ..face };
+            self.faces[self.count] = face;
             self.count += 1;
         }
     }
@@ -367,8 +373,7 @@ impl<R: Real> Hold<R> {
         let faces = self.faces[..self.count].iter().enumerate();
         faces.fold(R::Vec3::ZERO, |surface, (number, face)| {
             let velocity = model.obstacles.get(face.obstacle).velocity(position, time);
-            let missing = face.normal.dot(velocity - surface) / face.slope;
-            if number == 0 { velocity } else { surface + face.axis * missing }
+            face.carry(surface, velocity, number)
         })
     }
 

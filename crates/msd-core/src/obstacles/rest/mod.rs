@@ -287,7 +287,10 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
         let time = kicked.kick.time;
         let ball = Ball::<R>::new(solid, time, kicked.places.radii.largest);
         let placed = Placed::new(solid, time);
-        let moved = Placed::new(solid, time + kicked.kick.substep.to_f64());
+        let moved = match kicked.kick.drift {
+            Drift::Ahead => Placed::new(solid, time + kicked.kick.substep.to_f64()),
+            Drift::Behind | Drift::Absent => placed,
+        };
         let records = kicked.places.positions.as_chunks::<RECORD>().0;
         for (block, some) in records.chunks(TOGETHER).enumerate() {
             if !ball.may_hold_any(some) {
