@@ -20,5 +20,6 @@ if [ ! -f web/dist/msd_bg.wasm ]; then
 fi
 # One package without others, which brings no browser.
 [ -d web/node_modules/playwright-core ] || npm --prefix web ci --no-audit --no-fund
-node web/test.mjs "$@"
-[ -n "${MSD_WEB_TEST:-}" ] || node web/firefox.mjs "$@"
+# Neither may take for ever: a browser that hangs is a failure.
+timeout 1800 node web/test.mjs "$@"
+[ -n "${MSD_WEB_TEST:-}" ] || timeout 900 node web/firefox.mjs "$@"

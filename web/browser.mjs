@@ -2,13 +2,17 @@
 import { chromium } from 'playwright-core';
 import { createServer } from 'node:http';
 import { readFile, writeFile, mkdtemp, rm } from 'node:fs/promises';
+import { spawnSync } from 'node:child_process';
 import { existsSync } from 'node:fs';
+import { setTimeout as sleep } from 'node:timers/promises';
 import { tmpdir } from 'node:os';
 import { extname, join } from 'node:path';
 import assert from 'node:assert/strict';
 
 const DIST = new URL('./dist/', import.meta.url).pathname;
 export const PATIENCE = 120_000;
+// What a test may take in all, milliseconds: some five times what the longest does.
+const LIMIT = 480_000;
 const KINDS = {
   '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml',
   '.wasm': 'application/wasm', '.webp': 'image/webp', '.webmanifest': 'application/manifest+json',
@@ -79,7 +83,8 @@ export class Page {
       executablePath,
       headless: false,
       viewport: view,
-      args: ['--headless=new', '--no-sandbox', '--disable-quic', '--no-first-run', '--disable-sync',
+      args: ['--headless=new', '--no-sandbox', '--disable-dev-shm-usage',
+        '--disable-quic', '--no-first-run', '--disable-sync',
         '--disable-background-networking', '--disable-component-update', ...flags],
       permissions: ['clipboard-read', 'clipboard-write'],
     });
@@ -92,7 +97,26 @@ export class Page {
     page.on('console', message => made.said.push(`${message.type()}: ${message.text()}`));
     page.on('pageerror', error => made.said.push(`error: ${error.message}`));
     context.on('request', request => made.asked.push(request.url()));
+    // What waits for a page that is gone may wait without an end.
+    made.gone = new Promise((_, lost) => {
+      const say = () => { made.isLost = true; lost(new Error('the browser is gone')); };
+      page.on('crash', say);
+      context.on('close', say);
+    });
+    made.gone.catch(() => {});
     return made;
+  }
+
+  // Does what a test does, unless the browser goes or answers nothing for long.
+  async pass(test) {
+    let timer;
+    const late = new Promise((_, lost) => {
+      timer = setTimeout(() => {
+        this.isLost = true;
+        lost(new Error(`not done in ${LIMIT / 1000} s`));
+      }, LIMIT);
+    });
+    await Promise.race([test(this), this.gone, late]).finally(() => clearTimeout(timer));
   }
 
   async go(fragment = '') {
@@ -232,7 +256,10 @@ export class Page {
   }
 
   async close() {
-    await this.context.close();
-    await rm(this.folder, { recursive: true, force: true });
+    const closed = this.context.close().then(() => true);
+    if (!await Promise.race([closed, sleep(10_000, false, { ref: false })])) {
+      spawnSync('pkill', ['-9', '-f', this.folder]);
+    }
+    await rm(this.folder, { recursive: true, force: true, maxRetries: 5 });
   }
 }

@@ -51,6 +51,10 @@ class Firefox {
     const socket = connect(Number(port), '127.0.0.1');
     const made = Object.assign(new Firefox(), { program, socket, asked: [], heard: Buffer.alloc(0) });
     socket.on('data', part => made.hear(part));
+    // Firefox that is gone answers nothing.
+    for (const end of ['error', 'close']) {
+      socket.on(end, () => made.asked.forEach(({ failed }) => failed(new Error('Firefox is gone'))));
+    }
     await made.ask('WebDriver:NewSession', {});
     await made.ask('WebDriver:SetTimeouts', { script: PATIENCE, pageLoad: PATIENCE });
     return made;

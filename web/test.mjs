@@ -615,6 +615,21 @@ const blind = {
   },
 };
 
+// Whether a test passes, on a quiet console where it must be.
+async function passes(page, name, test, quiet) {
+  const start = Date.now();
+  [page.said, page.asked] = [[], []];
+  try {
+    await page.pass(test);
+    if (quiet) page.check();
+    console.log(`ok  ${name} (${Date.now() - start} ms)`);
+    return true;
+  } catch (error) {
+    console.log(`BAD ${name}\n${error.stack}\n${page.said.join('\n')}`);
+    return false;
+  }
+}
+
 if (!executable) {
   console.log('web-test: SKIPPED, no Chromium (install it with: apt install chromium)');
   process.exit(process.env.MSD_REQUIRE_BROWSER ? 1 : 0);
@@ -629,21 +644,25 @@ for (const [way, flags, list, view] of [
   ['webgpu on a phone', small, phone, null],
   ['neither', ['--disable-gpu', '--disable-3d-apis'], blind],
 ]) {
-  const page = await Page.open(executable, way, flags, url, view);
-  page.pictures = process.argv[2];
+  const open = async () => {
+    const page = await Page.open(executable, way, flags, url, view);
+    return Object.assign(page, { pictures: process.argv[2] });
+  };
+  const renewed = page => page.close().then(open);
+  let page = await open();
   for (const [name, test] of Object.entries(list)) {
     if (!only.test(`${way}: ${name}`)) continue;
-    const start = Date.now();
-    try {
-      await test(page);
-      if (list !== blind) page.check();
-      console.log(`ok  ${way}: ${name} (${Date.now() - start} ms)`);
-    } catch (error) {
-      failed += 1;
-      console.log(`BAD ${way}: ${name}\n${error.stack}\n${page.said.join('\n')}`);
-      await page.picture(`bad-${way}-${failed}`);
+    let passed = await passes(page, `${way}: ${name}`, test, list !== blind);
+    // A browser that dies or hangs, as one on an adapter in software now and then does, is no fault
+    // of the page unless it does so again.
+    if (page.isLost) {
+      page = await renewed(page);
+      console.log('    once more, in a new browser');
+      passed = await passes(page, `${way}: ${name}`, test, list !== blind);
     }
-    [page.said, page.asked] = [[], []];
+    failed += passed ? 0 : 1;
+    if (page.isLost) page = await renewed(page);
+    else if (!passed) await page.picture(`bad-${way}-${failed}`);
   }
   await page.close();
 }
