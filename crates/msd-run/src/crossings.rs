@@ -1,9 +1,12 @@
 //! Crossings: triangles of surfaces that pass through each other, by an exact test.
 
-use msd_core::Body;
 use msd_core::elements::touches::Touches;
-use msd_core::glam::DVec3;
+use msd_core::glam::{DVec3, IVec3};
+use msd_core::{Body, Real, Simulation};
 use robust::{Coord3D, orient3d};
+
+/// What counting costs for a triangle, in evaluations of a spring.
+const COST: f64 = 100.0;
 
 /// A triangle of a surface: its particles, and the box around it.
 struct Triangle {
@@ -20,18 +23,50 @@ struct Triangle {
 pub fn crossings(positions: &[DVec3], bodies: &[Body], touches: &Touches) -> u64 {
     // All of a body touch alike.
     let may_touch = |[a, _, _]: [u32; 3], [b, _, _]: [u32; 3]| touches.may_touch([a, b]);
-    let mut triangles: Vec<Triangle> = bodies.iter().flat_map(|body| of(positions, body)).collect();
-    triangles.sort_by(|a, b| a.low.x.total_cmp(&b.low.x));
+    let triangles = bodies.iter().flat_map(|body| of(positions, body)).collect();
     let mut count = 0;
-    for (row, triangle) in triangles.iter().enumerate() {
-        let beside = triangles[row + 1..].iter();
-        let beside = beside.take_while(|other| other.low.x <= triangle.high.x);
-        let meeting = beside.filter(|other| {
-            triangle.meets(other) && may_touch(triangle.particles, other.particles)
-        });
-        count += meeting.filter(|other| triangle.crosses(other)).count();
+    for_each_beside(triangles, |triangle, other| {
+        let meet = triangle.meets(other) && may_touch(triangle.particles, other.particles);
+        count += u64::from(meet && triangle.crosses(other));
+    });
+    count
+}
+
+/// After how many steps to count again so that counting takes a share of the work of stepping.
+pub fn steps_between_counts<R: Real>(simulation: &Simulation<R>, share: f64) -> u64 {
+    let model = simulation.model();
+    let triangles: usize = model.bodies().iter().map(|body| body.surface.particles().count()).sum();
+    let step = model.spring_count().max(1) as f64 * f64::from(simulation.settings().substeps);
+    (COST * triangles as f64 / (share * step)).ceil().max(1.0) as u64
+}
+
+/// Calls with each pair of triangles that may meet, once, in an order that depends on them alone:
+/// they are in the cells of their lowest corners, as wide as the widest of them.
+fn for_each_beside(triangles: Vec<Triangle>, mut look: impl FnMut(&Triangle, &Triangle)) {
+    let widths = triangles.iter().map(|triangle| (triangle.high - triangle.low).max_element());
+    let width = widths.fold(f64::MIN_POSITIVE, f64::max);
+    // What is further out is in the last cell.
+    let far = DVec3::splat(1e9);
+    let place = |low: DVec3| (low / width).floor().clamp(-far, far).as_ivec3();
+    let cell = |triangle: Triangle| (place(triangle.low), triangle);
+    let mut cells: Vec<_> = triangles.into_iter().map(cell).collect();
+    cells.sort_by_key(|(cell, _)| cell.to_array());
+    // The columns of cells on one side, with where in them the last triangle met others.
+    let columns = [[0, 1], [1, -1], [1, 0], [1, 1]];
+    let mut firsts = [0; 4];
+    for (row, (cell, triangle)) in cells.iter().enumerate() {
+        let last = *cell + IVec3::Z;
+        let above =
+            cells[row + 1..].iter().take_while(|(other, _)| other.to_array() <= last.to_array());
+        above.for_each(|(_, other)| look(triangle, other));
+        for ([x, y], first) in columns.into_iter().zip(&mut firsts) {
+            let [low, high] = [-1, 1].map(|z| (*cell + IVec3::new(x, y, z)).to_array());
+            *first +=
+                cells[*first..].iter().take_while(|(other, _)| other.to_array() < low).count();
+            let beside = cells[*first..].iter().take_while(|(other, _)| other.to_array() <= high);
+            beside.for_each(|(_, other)| look(triangle, other));
+        }
     }
-    count as u64
 }
 
 /// The triangles of a body.
@@ -73,4 +108,52 @@ fn side(triangle: [DVec3; 3], point: DVec3) -> f64 {
     let [a, b, c] = triangle.map(coordinates);
     let volume = orient3d(a, b, c, coordinates(point));
     if volume == 0.0 { 0.0 } else { volume.signum() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Triangles of many sizes at places that a recurrence makes.
+    fn soup(count: u32) -> Vec<Triangle> {
+        let mut state = 1u32;
+        let mut next = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f64::from(state >> 8) / f64::from(1u32 << 24)
+        };
+        let mut triangle = move |row: u32| {
+            let size = [0.02, 0.3][(row % 17 == 0) as usize];
+            let middle = DVec3::from_array([(); 3].map(|()| 2.0 * next() - 1.0));
+            let corners =
+                [(); 3].map(|()| middle + size * DVec3::from_array([(); 3].map(|()| next() - 0.5)));
+            let [a, b, c] = corners;
+            let particles = [0, 1, 2].map(|corner| 3 * row + corner);
+            Triangle { particles, corners, low: a.min(b).min(c), high: a.max(b).max(c) }
+        };
+        (0..count).map(|row| triangle(row)).collect()
+    }
+
+    #[test]
+    fn all_that_meet_are_looked_at_once() {
+        let triangles = soup(3000);
+        let pair = |a: &Triangle, b: &Triangle| {
+            let [a, b] = [a, b].map(|triangle| triangle.particles[0]);
+            [a.min(b), a.max(b)]
+        };
+        let mut all = Vec::new();
+        for (row, a) in triangles.iter().enumerate() {
+            let meeting = triangles[row + 1..].iter().filter(|b| a.meets(b));
+            all.extend(meeting.map(|b| pair(a, b)));
+        }
+        let mut found = Vec::new();
+        for_each_beside(triangles, |a, b| {
+            if a.meets(b) {
+                found.push(pair(a, b));
+            }
+        });
+        found.sort();
+        all.sort();
+        assert!(200 < all.len(), "{}", all.len());
+        assert_eq!(found, all);
+    }
 }

@@ -12,6 +12,7 @@
 mod crossings;
 mod automatic;
 mod runner;
+mod piercing;
 mod history;
 mod trace;
 pub mod export;
@@ -23,7 +24,8 @@ pub mod kept;
 pub mod pace;
 
 pub use automatic::{Substeps, steps_between};
-pub use crossings::crossings;
+pub use crossings::{crossings, steps_between_counts};
 pub use history::History;
+pub use piercing::{Pierced, Piercing};
 pub use runner::{Moment, Runner, Touched};
 pub use trace::Trace;

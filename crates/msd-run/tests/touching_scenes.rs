@@ -2,25 +2,27 @@
 
 use msd_core::glam::DVec3;
 use msd_core::{Vector, Witness};
-use msd_run::{Runner, Touched, on};
+use msd_run::{Piercing, Runner, Touched, on};
 use msd_scene::open;
 
 fn runner(name: &str) -> Runner {
     Runner::open(&open(name).expect(name)).expect("a built-in scene runs")
 }
 
-/// Runs for so many seconds. After each of them nothing has passed through anything, the substep is
-/// well below the largest stable one, and no energy was gained.
+/// Runs for so many seconds. After each step nothing has passed through anything; after each second
+/// the substep is well below the largest stable one, and no energy was gained.
 fn run(name: &str, runner: &mut Runner, seconds: usize, mut look: impl FnMut(&Runner)) {
     let nothing = Touched { passes: 0, crossings: 0 };
-    let mut witness = Witness::default();
+    let (mut witness, mut piercing) = (Witness::default(), Piercing::default());
     for second in 1..=seconds {
         for _ in 0..60 {
             runner.step().expect(name);
             runner.show_to(&mut witness);
+            piercing.look(runner);
+            assert_eq!(runner.touched(), Some(nothing), "{name} at {} s", runner.time());
             look(runner);
         }
-        assert_eq!(runner.touched(), Some(nothing), "{name} after {second} s");
+        assert_eq!(piercing.first(), None, "{name} after {second} s");
         let (h, stable) = (runner.settings().substep(), runner.stable_substep());
         assert!(h <= 0.75 * stable, "{name} after {second} s: {h:e} of {stable:e}");
         assert_eq!(witness.gain(), 0.0, "{name} after {second} s");

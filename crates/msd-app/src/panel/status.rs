@@ -8,6 +8,7 @@ use crate::viewer::Viewer;
 use egui::{Color32, Frame, Label, Margin, Panel, RichText, ScrollArea, Ui};
 use msd_core::Energy;
 use msd_render::Quality;
+use msd_run::Pierced;
 use msd_study::quantity::{estimate, quantity};
 use msd_study::space::Verdict;
 
@@ -73,7 +74,7 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
     });
 }
 
-/// What passed through each other: particles that may have, surfaces that do.
+/// What passed through what: particles that may have, surfaces and solids that do.
 fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
     let passes = (0 < session.passes()).then(|| {
         let text = format!("{} may have passed through", counted(session.passes(), "pair"));
@@ -88,7 +89,13 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
                      (`touch.triangles` in a scene file)";
         (text, hover)
     });
-    passes.into_iter().chain(crossings)
+    let pierced = session.pierced().map(|Pierced { solid, body, time }| {
+        let text = format!("solid {solid} went through body {body}");
+        let hover = "Between particles that it pushed apart: a finer spacing, stiffer springs or a \
+                     slower solid prevents that";
+        (format!("{text} at {time:.2} s"), hover)
+    });
+    passes.into_iter().chain(crossings).chain(pierced)
 }
 
 /// Contents that scroll; where they are longer than the room for them, the numbers stay in sight

@@ -45,8 +45,8 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         diverged.map(|error| explain_divergence(&prepared.name, error, advice.as_deref()));
     let advice = advice.filter(|_| diverged.is_none());
     let ended = diverged.or_else(|| is_interrupted.then(|| interrupted(&prepared.runner)));
-    let mut warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
-    warnings.extend(crossed(&prepared.runner));
+    watch.count_crossings(&prepared.runner);
+    let warnings = watch.warnings(prepared.runner.settings(), advice.as_deref());
     warnings.iter().for_each(|warning| note(&format!("warning: {warning}")));
     prepared.warnings.extend(warnings);
     let unwritten = files.finish(&prepared.runner);
@@ -62,21 +62,11 @@ pub fn run(arguments: &RunArguments) -> Result<(), Failure> {
         gain: watch.gain,
         imbalance: watch.imbalance(),
         solved: watch.solved,
+        crossed: watch.crossed,
+        pierced: watch.piercing.first(),
     };
     let report = RunReport { set: set_keys(&arguments.set.set), ..RunReport::new(prepared, done) };
     tell_report(&report, arguments, (ended, unwritten))
-}
-
-/// The warning that surfaces pass through each other.
-fn crossed(runner: &Runner) -> Option<String> {
-    let crossings = runner.touched()?.crossings;
-    (0 < crossings).then(|| {
-        format!(
-            "{crossings} pairs of triangles of the surfaces cross at the end; make what touches \
-             stiffer (`touch.stiffness`), its radius larger, or let it touch by its triangles \
-             (`touch.triangles = true`)"
-        )
-    })
 }
 
 /// Advice that was not given before the run: it diverged, or its limit moved below its step. Empty

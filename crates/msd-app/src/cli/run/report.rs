@@ -3,7 +3,7 @@
 use super::prepare::Prepared;
 use msd_core::methods::Solved;
 use msd_core::{Contacts, Energy, Integrator, Momentum};
-use msd_run::Touched;
+use msd_run::{Pierced, Touched};
 use msd_scene::{Assignment, Precision, state_hash};
 use msd_study::quantity::{number, quantity, rounded};
 use serde::Serialize;
@@ -66,6 +66,11 @@ pub struct RunReport {
     /// What is known of particles that touch: pairs that may have passed through each other, and
     /// pairs of triangles of surfaces that cross at the end. Null where none has a radius.
     pub touched: Option<Touched>,
+    /// The most pairs of triangles that were seen to cross at once, and when; null if none was, and
+    /// for a replay.
+    pub most_crossings: Option<Crossed>,
+    /// The first surface that a solid was seen to go through; null if none was, and for a replay.
+    pub pierced: Option<Pierced>,
     /// Momentum at the end.
     pub momentum: Momentum,
     /// The longest integration step predicted stable at the start, seconds: 0 if none is, null if
@@ -139,6 +144,10 @@ pub struct Done {
     pub imbalance: Option<f64>,
     /// How far the solves of an implicit method got.
     pub solved: Option<Solved>,
+    /// The most pairs of triangles that were seen to cross at once.
+    pub crossed: Option<Crossed>,
+    /// The first surface that a solid was seen to go through.
+    pub pierced: Option<Pierced>,
 }
 
 /// How a replay compares with what was recorded.
@@ -200,6 +209,33 @@ impl Gain {
              shorten the step or use another integrator",
             quantity(*joules, "J"),
             quantity(*since, "s")
+        )
+    }
+}
+
+/// Pairs of triangles that cross.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Crossed {
+    pairs: u64,
+    /// When, simulated seconds.
+    time: f64,
+}
+
+impl Crossed {
+    /// What is known after another count.
+    pub fn now(before: Option<Crossed>, pairs: u64, time: f64) -> Option<Crossed> {
+        let most = before.map_or(0, |before| before.pairs);
+        if most < pairs { Some(Crossed { pairs, time }) } else { before }
+    }
+
+    /// The warning of it.
+    pub fn warning(&self) -> String {
+        format!(
+            "{} pairs of triangles of the surfaces cross at t = {}, the most that were seen; make \
+             what touches stiffer (`touch.stiffness`), its radius larger, or let it touch by its \
+             triangles (`touch.triangles = true`)",
+            self.pairs,
+            quantity(self.time, "s")
         )
     }
 }
@@ -303,6 +339,8 @@ impl RunReport {
             energy: runner.energy().into(),
             contacts: runner.contacts(),
             touched: runner.touched(),
+            most_crossings: done.crossed,
+            pierced: done.pierced,
             momentum: runner.momentum(),
             stable_step: stable.is_finite().then_some(stable),
             state_hash: format!("{:016x}", state_hash(&runner.state())),

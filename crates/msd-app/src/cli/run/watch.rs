@@ -1,17 +1,19 @@
 //! A watch over a run as it goes on: a limit of stability that moves, energy that the integrator
-//! adds, and solves that do not converge.
+//! adds, solves that do not converge, and surfaces that something passes through.
 
 use super::advice::appended;
 use super::prepare::warn_of_step;
-use super::report::{Chosen, Gain};
+use super::report::{Chosen, Crossed, Gain};
 use msd_core::methods::Solved;
 use msd_core::stability::{Estimator, Mode};
 use msd_core::{Integrator, Settings, Witness};
-use msd_run::{Runner, steps_between};
+use msd_run::{Pierced, Piercing, Runner, on, steps_between, steps_between_counts};
 use msd_study::quantity::{quantity, rounded};
 
 /// The largest share of the work of a run that predictions may take.
 const SHARE: f64 = 0.02;
+/// The largest share of the work of a run that counts of crossings may take.
+const COUNTS: f64 = 0.05;
 /// The least part of the limit by which touches grow from one prediction to the next.
 const GROWTH: f64 = 0.05;
 
@@ -39,12 +41,18 @@ pub struct Watch {
     is_handled: bool,
     /// Pairs of particles that may have passed through each other before and since the start.
     passes: [u64; 2],
+    /// The most pairs of triangles that were seen to cross at once.
+    pub crossed: Option<Crossed>,
+    /// After how many steps they are counted again.
+    every_count: u64,
+    /// Whether solids go through surfaces.
+    pub piercing: Piercing,
 }
 
 impl Watch {
     /// Begins with the prediction for the start, seconds.
     pub fn new(runner: &Runner, stable: f64) -> Self {
-        let every = msd_run::on!(runner, simulation => steps_between(simulation, SHARE));
+        let every = on!(runner, simulation => steps_between(simulation, SHARE));
         let mut watch = Watch {
             estimator: Estimator::default(),
             every,
@@ -56,9 +64,13 @@ impl Watch {
             solved: None,
             chosen: None,
             substeps: 0,
-            is_handled: msd_run::on!(runner, simulation => simulation.is_handled()),
+            is_handled: on!(runner, simulation => simulation.is_handled()),
             passes: [runner.passes(), 0],
+            crossed: None,
+            every_count: on!(runner, simulation => steps_between_counts(simulation, COUNTS)),
+            piercing: Piercing::default(),
         };
+        watch.piercing.look(runner);
         runner.show_to(&mut watch.witness);
         watch
     }
@@ -75,9 +87,20 @@ impl Watch {
         if let Some(solved) = runner.solved() {
             self.solved.get_or_insert_default().note(solved);
         }
-        self.is_handled |= msd_run::on!(runner, simulation => simulation.is_handled());
+        self.is_handled |= on!(runner, simulation => simulation.is_handled());
         self.passes[1] = runner.passes().saturating_sub(self.passes[0]);
+        self.piercing.look(runner);
+        if runner.steps().is_multiple_of(self.every_count) {
+            self.count_crossings(runner);
+        }
         self.predict(runner);
+    }
+
+    /// Counts the triangles that cross now.
+    pub fn count_crossings(&mut self, runner: &Runner) {
+        if let Some(touched) = runner.touched() {
+            self.crossed = Crossed::now(self.crossed, touched.crossings, runner.time());
+        }
     }
 
     /// The change of the total energy that nothing explains, joules; `None` where user input did
@@ -146,8 +169,17 @@ impl Watch {
                 }
             )
         });
-        let others = gained.into_iter().chain(surplus).chain(poor).chain(passed);
-        moved.into_iter().chain(others).collect()
+        let crossed = self.crossed.map(|crossed| crossed.warning());
+        let pierced = self.piercing.first().map(|Pierced { solid, body, time }| {
+            format!(
+                "world.solids[{solid}] goes through the surface of bodies[{body}] at t = {}, between \
+                 particles that it pushes apart; a finer spacing, stiffer springs or a slower solid \
+                 prevents that",
+                quantity(time, "s")
+            )
+        });
+        let through = passed.into_iter().chain(crossed).chain(pierced);
+        moved.into_iter().chain(gained).chain(surplus).chain(poor).chain(through).collect()
     }
 
     /// Predicts if it is time to, or where so much more touches that the limit may have fallen

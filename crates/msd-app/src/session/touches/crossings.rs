@@ -1,18 +1,19 @@
-//! Pairs of particles that may have passed through each other, and triangles of surfaces that
-//! cross, counted at a bounded rate.
+//! What passes through what: pairs of particles that may have, triangles of surfaces that cross,
+//! counted at a bounded rate, and solids that go through surfaces.
 
 use crate::session::Session;
 use crate::session::clock::Frame;
 use crate::session::run::{Reading, Run};
 use crate::session::throttle::Throttle;
-use msd_run::{Runner, on};
+use msd_run::{Pierced, Piercing, Runner, on};
 
 /// The shortest time between two counts of a run that goes on, seconds.
 const EVERY: f64 = 0.5;
 
-/// A count of crossings, renewed at a bounded rate.
+/// A count of crossings, renewed at a bounded rate, and a watch for solids that go through surfaces.
 #[derive(Debug, Default)]
 pub struct CrossingCount {
+    piercing: Piercing,
     /// Crossings, and the steps of the run when they were counted.
     count: Option<Reading<(u64, u64)>>,
     /// Wall-clock time since then, seconds.
@@ -28,6 +29,7 @@ impl CrossingCount {
         frame: Frame,
         stopwatch: &impl Fn() -> f64,
     ) {
+        self.piercing.look(run.runner());
         if !touches(run.runner()) {
             return;
         }
@@ -70,5 +72,10 @@ impl Session {
     /// they are being counted, and where nothing touches.
     pub fn crossings(&self) -> Option<u64> {
         self.crossings.of(&self.run)
+    }
+
+    /// The first surface that a solid was seen to go through, in the run up to now.
+    pub fn pierced(&self) -> Option<Pierced> {
+        self.crossings.piercing.first()
     }
 }

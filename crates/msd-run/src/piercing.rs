@@ -1,0 +1,158 @@
+//! Piercings: solids that go through surfaces, between particles that they push aside.
+
+use crate::{Runner, on};
+use msd_core::glam::DVec3;
+use msd_core::obstacles::Placed;
+use msd_core::{Model, Real, Shape, Solid, Vector};
+use serde::Serialize;
+
+/// How deep in a solid a triangle is pierced, in thicknesses: half of one is the middle. Less deep
+/// are triangles that cut an edge of a solid off.
+const DEEP: f64 = 0.375;
+/// The longest way from one place of a triangle that is looked at to the next, in thicknesses.
+const STRIDE: f64 = 0.1;
+/// The most places of a triangle in a step.
+const MOST_PLACES: f64 = 256.0;
+/// The most steps between two looks.
+const MOST_STEPS: u64 = 8;
+/// How often a triangle is divided in four.
+const DIVISIONS: u32 = 4;
+
+/// The first triangle seen to be pierced.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Pierced {
+    /// The solid, by its number.
+    pub solid: usize,
+    /// The body whose surface it went through, by its number.
+    pub body: usize,
+    /// When, simulated seconds.
+    pub time: f64,
+}
+
+/// Watches a run for solids that go through the surfaces of bodies.
+#[derive(Clone, Debug, Default)]
+pub struct Piercing {
+    /// Where the particles were at the last look, metres, with its time, seconds, and its step.
+    before: Vec<DVec3>,
+    since: (f64, u64),
+    first: Option<Pierced>,
+}
+
+impl Piercing {
+    /// Looks at a run, best after each step: between two looks particles move in straight lines. One
+    /// that went back is looked at anew.
+    pub fn look(&mut self, runner: &Runner) {
+        let (time, steps) = (runner.time(), runner.steps());
+        if steps < self.since.1 {
+            *self = Piercing::default();
+        }
+        if self.first.is_some() {
+            self.since.1 = steps;
+            return;
+        }
+        on!(runner, simulation => {
+            let model = simulation.model();
+            let has_any = model.bodies().iter().any(|body| !body.surface.triangles.is_empty());
+            if has_any && model.solids().iter().any(is_pointed) {
+                let now: Vec<_> = simulation.positions().map(Vector::to_f64).collect();
+                if self.before.len() == now.len() && steps - self.since.1 <= MOST_STEPS {
+                    self.first = self.find(model, &now, time);
+                }
+                (self.before, self.since) = (now, (time, steps));
+            }
+        });
+    }
+
+    /// What was pierced first; `None` if nothing was.
+    pub fn first(&self) -> Option<Pierced> {
+        self.first
+    }
+
+    fn find<R: Real>(&self, model: &Model<R>, now: &[DVec3], time: f64) -> Option<Pierced> {
+        let solids = model.solids().iter().enumerate().filter(|(_, solid)| is_pointed(solid));
+        let mut ways = solids.map(|(number, solid)| (number, Way::new(solid, self.since.0, time)));
+        ways.find_map(|(solid, way)| {
+            let mut bodies = model.bodies().iter();
+            let body = bodies.position(|body| {
+                let mut triangles = body.surface.particles();
+                triangles.any(|particles| {
+                    let corners = particles.map(|particle| particle as usize);
+                    way.pierces(corners.map(|corner| [self.before[corner], now[corner]]))
+                })
+            });
+            body.map(|body| Pierced { solid, body, time })
+        })
+    }
+}
+
+/// Whether a solid can go through a surface: a half space is everywhere.
+fn is_pointed(solid: &Solid) -> bool {
+    solid.shape != Shape::HalfSpace
+}
+
+/// Twice the depth of the deepest point, metres.
+fn thickness(shape: &Shape) -> f64 {
+    match shape {
+        Shape::Mesh(grid) => -2.0 * grid.distances.iter().copied().fold(0.0, f64::min),
+        _ => shape.thickness(),
+    }
+}
+
+/// A solid at two times.
+struct Way<'s> {
+    shape: &'s Shape,
+    placed: [Placed<'s>; 2],
+    thickness: f64,
+    reach: f64,
+}
+
+impl<'s> Way<'s> {
+    fn new(solid: &'s Solid, from: f64, to: f64) -> Self {
+        let placed = [from, to].map(|time| Placed::new(solid, time));
+        let shape = &solid.shape;
+        Way { shape, placed, thickness: thickness(shape), reach: shape.reach() }
+    }
+
+    /// Whether a triangle is pierced on the way, whose corners are given at both times.
+    fn pierces(&self, corners: [[DVec3; 2]; 3]) -> bool {
+        // As seen from the solid.
+        let ways = corners.map(|[from, to]| {
+            let [first, last] = &self.placed;
+            [
+                first.axes.transpose() * (from - first.middle),
+                last.axes.transpose() * (to - last.middle),
+            ]
+        });
+        let longest = ways.iter().map(|[from, to]| from.distance(*to)).fold(0.0, f64::max);
+        let last = ways.map(|[_, to]| to);
+        let (middle, radius) = ball(last);
+        if self.reach + radius + longest < middle.length() {
+            return false;
+        }
+        let places = (longest / (STRIDE * self.thickness)).ceil().clamp(1.0, MOST_PLACES);
+        (1..=places as u32).any(|place| {
+            let part = f64::from(place) / places;
+            let there = ways.map(|[from, to]| from.lerp(to, part));
+            self.is_deep(there, DIVISIONS)
+        })
+    }
+
+    /// Whether a triangle has points deep in the solid.
+    fn is_deep(&self, corners: [DVec3; 3], divisions: u32) -> bool {
+        let (middle, radius) = ball(corners);
+        let beyond = self.shape.gap(middle) + DEEP * self.thickness;
+        if beyond < 0.0 || radius <= beyond || divisions == 0 {
+            return beyond < 0.0;
+        }
+        let [a, b, c] = corners;
+        let [ab, bc, ca] = [a.midpoint(b), b.midpoint(c), c.midpoint(a)];
+        let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
+        parts.into_iter().any(|part| self.is_deep(part, divisions - 1))
+    }
+}
+
+/// A ball around a triangle: its middle, and its radius.
+fn ball(corners: [DVec3; 3]) -> (DVec3, f64) {
+    let middle = corners.iter().sum::<DVec3>() / 3.0;
+    (middle, corners.map(|corner| corner.distance(middle)).into_iter().fold(0.0, f64::max))
+}

@@ -1,0 +1,89 @@
+//! Solids that go through a surface are told, those that only push it are not.
+
+use msd_core::Vector;
+use msd_run::{Pierced, Piercing, Runner, on};
+use msd_scene::{SceneFormat, parse};
+
+/// A ball that reaches a cloth of 1 x 1 m in the middle after 0.1 s. It hangs from its upper edge
+/// across the way of the ball, which is along x.
+fn ball(speed: f64, substeps: u32) -> Runner {
+    let at = -0.1 * speed - 0.1;
+    let text = format!(
+        r#"version = 1
+        [solver]
+        substeps = {substeps}
+        [[world.solids]]
+        kind = "sphere"
+        radius = 0.1
+        position = [{at}, 0.013, 0.007]
+        velocity = [{speed}, 0, 0]
+        [[bodies]]
+        kind = "cloth"
+        size = [21, 21]
+        spacing = 0.05
+        mass = 0.002
+        stiffness = 60
+        damping = 0.02
+        rotation = {{ axis = [0, 1, 0], angle_deg = 90 }}
+        [[pins]]
+        set = "top"
+        "#
+    );
+    let loaded = parse(&text, SceneFormat::Toml, "ball").expect("a scene");
+    Runner::open(&loaded).expect("it runs")
+}
+
+/// What is told after some seconds, and how many particles are then in front of the ball, no further
+/// from its way than its radius.
+fn fly(speed: f64, substeps: u32, seconds: f64) -> (Option<Pierced>, usize) {
+    let mut runner = ball(speed, substeps);
+    let mut piercing = Piercing::default();
+    piercing.look(&runner);
+    while runner.time() < seconds {
+        runner.step().expect("a step");
+        piercing.look(&runner);
+    }
+    let middle = -0.1 * speed - 0.1 + speed * runner.time();
+    let pushed = on!(&runner, simulation => {
+        let places = simulation.positions().map(Vector::to_f64);
+        places.filter(|place| middle < place.x && place.y.hypot(place.z) < 0.1).count()
+    });
+    (piercing.first(), pushed)
+}
+
+#[test]
+fn a_ball_that_goes_through_a_cloth_is_told() {
+    for (speed, substeps) in [(10.0, 64), (30.0, 128), (100.0, 400)] {
+        let (told, pushed) = fly(speed, substeps, 0.5);
+        let Some(Pierced { solid: 0, body: 0, time }) = told else {
+            panic!("{speed} m/s: {told:?}")
+        };
+        assert!((0.1..0.5).contains(&time), "{speed} m/s: at {time} s");
+        // One may stay on its nose.
+        assert!(pushed <= 1, "{speed} m/s: {pushed} in front of it");
+    }
+}
+
+#[test]
+fn a_ball_that_pushes_a_cloth_is_not() {
+    let (told, pushed) = fly(1.0, 64, 0.6);
+    assert_eq!(told, None);
+    assert!(5 <= pushed, "{pushed} in front of it");
+}
+
+#[test]
+fn a_run_that_goes_back_is_looked_at_anew() {
+    let mut runner = ball(30.0, 128);
+    let start = runner.moment();
+    let mut piercing = Piercing::default();
+    for _ in 0..2 {
+        for _ in 0..20 {
+            runner.step().expect("a step");
+            piercing.look(&runner);
+        }
+        assert!(piercing.first().is_some());
+        runner.go_back(&start).expect("the start");
+        piercing.look(&runner);
+        assert_eq!(piercing.first(), None);
+    }
+}
