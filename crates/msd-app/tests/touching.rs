@@ -257,3 +257,27 @@ fn surfaces_that_cross_are_counted_while_the_run_is_as_it_is() {
     session.advance(0.1, &|| 0.0);
     assert_eq!(session.crossings(), None);
 }
+
+#[test]
+fn a_ball_that_goes_through_a_cloth_is_told_in_the_status_line() {
+    let text = "version = 1\n[solver]\nsubsteps = 128\n[[world.solids]]\nkind = 'sphere'\n\
+                radius = 0.1\nposition = [0, 0, -1]\nvelocity = [0, 0, 30]\n[[bodies]]\n\
+                kind = 'cloth'\nsize = [21, 21]\nspacing = 0.05\nmass = 0.002\nstiffness = 60\n\
+                damping = 0.02\n[[pins]]\nset = 'top'\n";
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("shot.toml");
+    std::fs::write(&path, text).expect("a file");
+    let mut viewer =
+        Viewer::new(open(&path).expect("a scene"), catalogue()).expect("a valid scene");
+    let builder = Harness::builder().with_size(Vec2::new(1600.0, 800.0));
+    let mut harness = builder.build_ui_state(frame, viewer);
+    theme::apply(&harness.ctx);
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("went through").is_none());
+    run(&mut harness.state_mut().session, 18);
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("solid 0 went through body 0").is_some());
+    harness.state_mut().session.restart();
+    harness.run_steps(2);
+    assert!(harness.query_by_label_contains("went through").is_none(), "a new run");
+}

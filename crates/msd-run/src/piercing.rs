@@ -39,8 +39,8 @@ pub struct Piercing {
 }
 
 impl Piercing {
-    /// Looks at a run, best after each step: between two looks particles move in straight lines. One
-    /// that went back is looked at anew.
+    /// Looks at a run, best after each step: between two looks particles move in straight lines.
+    /// One that went back is looked at anew.
     pub fn look(&mut self, runner: &Runner) {
         let (time, steps) = (runner.time(), runner.steps());
         if steps < self.since.1 {
@@ -69,18 +69,16 @@ impl Piercing {
     }
 
     fn find<R: Real>(&self, model: &Model<R>, now: &[DVec3], time: f64) -> Option<Pierced> {
-        let solids = model.solids().iter().enumerate().filter(|(_, solid)| is_pointed(solid));
-        let mut ways = solids.map(|(number, solid)| (number, Way::new(solid, self.since.0, time)));
-        ways.find_map(|(solid, way)| {
-            let mut bodies = model.bodies().iter();
-            let body = bodies.position(|body| {
-                let mut triangles = body.surface.particles();
-                triangles.any(|particles| {
+        let mut solids = model.solids().iter().enumerate().filter(|(_, solid)| is_pointed(solid));
+        solids.find_map(|(number, solid)| {
+            let approach = Approach::new(solid, self.since.0, time);
+            let body = model.bodies().iter().position(|body| {
+                body.surface.particles().any(|particles| {
                     let corners = particles.map(|particle| particle as usize);
-                    way.pierces(corners.map(|corner| [self.before[corner], now[corner]]))
+                    approach.pierces(corners.map(|corner| [self.before[corner], now[corner]]))
                 })
             });
-            body.map(|body| Pierced { solid, body, time })
+            body.map(|body| Pierced { solid: number, body, time })
         })
     }
 }
@@ -99,18 +97,18 @@ fn thickness(shape: &Shape) -> f64 {
 }
 
 /// A solid at two times.
-struct Way<'s> {
+struct Approach<'s> {
     shape: &'s Shape,
     placed: [Placed<'s>; 2],
     thickness: f64,
     reach: f64,
 }
 
-impl<'s> Way<'s> {
+impl<'s> Approach<'s> {
     fn new(solid: &'s Solid, from: f64, to: f64) -> Self {
         let placed = [from, to].map(|time| Placed::new(solid, time));
         let shape = &solid.shape;
-        Way { shape, placed, thickness: thickness(shape), reach: shape.reach() }
+        Approach { shape, placed, thickness: thickness(shape), reach: shape.reach() }
     }
 
     /// Whether a triangle is pierced on the way, whose corners are given at both times.

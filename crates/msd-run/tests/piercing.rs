@@ -33,8 +33,8 @@ fn ball(speed: f64, substeps: u32) -> Runner {
     Runner::open(&loaded).expect("it runs")
 }
 
-/// What is told after some seconds, and how many particles are then in front of the ball, no further
-/// from its way than its radius.
+/// What is told after some seconds, and how many particles are then in front of the ball, no
+/// further from its way than its radius.
 fn fly(speed: f64, substeps: u32, seconds: f64) -> (Option<Pierced>, usize) {
     let mut runner = ball(speed, substeps);
     let mut piercing = Piercing::default();

@@ -17,7 +17,8 @@
 //! what they would take back and do again, or null), `recording` (its file or null), `twin` (null,
 //! or its root mean square distance, m), `gallery` (null, or how many of its pictures are drawn),
 //! `solids` (where their middles are seen), `passes` and `crossings` (pairs that may have passed
-//! through each other, pairs of triangles that cross, or null), `full_screen`, `focus` (whether a
+//! through each other, pairs of triangles that cross, or null), `contacts` (with obstacles, since the
+//! start), `pierced` (whether a solid went through a surface), `full_screen`, `focus` (whether a
 //! control has the keyboard), `group` and `grabs` (how many particles are to be grabbed together,
 //! and are held), `guide` (steps done of the guide, or null), `wireframe`, `camera` (`yaw`,
 //! `pitch`, `distance`, `target`), `filming` (null, or frames that are written),
@@ -122,6 +123,8 @@ fn report_of_view(viewer: &Viewer, scale: f32) -> Value {
         "solids": solids(viewer).map(|at| at.map(|at| pixels(at, scale))).collect::<Vec<_>>(),
         "passes": session.passes(),
         "crossings": session.crossings(),
+        "contacts": session.runner().contacts().count,
+        "pierced": session.pierced().is_some(),
         "full_screen": viewer.full_screen,
         "group": session.group().len(),
         "grabs": on!(session.runner(), simulation => simulation.model().grabs().len()),

@@ -116,17 +116,14 @@ fn a_ball_is_pushed_through_a_cloth(desk: &Desk) {
     desk.move_to([x, y]);
     desk.xdotool("mousedown 1");
     desk.wait("the press takes the ball", |now| now["held_solid"] == 0);
-    let elastic = |now: &serde_json::Value| now["elastic"].as_f64().unwrap_or(0.0);
-    let before = elastic(&desk.wait("energy is known", |now| 0.0 < elastic(now)));
-    let mut most = 0.0;
+    assert_eq!(start["contacts"], 0);
     for part in 1..=30 {
         desk.move_to([x + (beyond - x) * f64::from(part) / 30.0, y]);
-        most = f64::max(most, elastic(&desk.last()));
     }
     let through = desk.wait("it comes out on the other side", |now| {
-        left + 0.7 * width < numbers::<2>(&now["solids"][0])[0]
+        left + 0.7 * width < numbers::<2>(&now["solids"][0])[0] && now["crossings"].is_u64()
     });
-    assert!(2.0 * before < most, "the cloth is stretched: {before} J, then {most} J");
+    assert!(0 < through["contacts"].as_u64().unwrap_or(0), "it pushes the cloth: {through}");
     assert_eq!((&through["passes"], &through["crossings"]), (&0.into(), &0.into()));
     desk.xdotool("mouseup 1");
     desk.wait("release leaves it there", |now| now["held_solid"].is_null());

@@ -1,5 +1,5 @@
-//! What passes through what: pairs of particles that may have, triangles of surfaces that cross,
-//! counted at a bounded rate, and solids that go through surfaces.
+//! Crossings of surfaces, counted at a bounded rate; pairs of particles that may have passed through
+//! each other, and solids that go through surfaces.
 
 use crate::session::Session;
 use crate::session::clock::Frame;
@@ -76,6 +76,7 @@ impl Session {
 
     /// The first surface that a solid was seen to go through, in the run up to now.
     pub fn pierced(&self) -> Option<Pierced> {
-        self.crossings.piercing.first()
+        let first = self.crossings.piercing.first();
+        first.filter(|pierced| pierced.time <= self.runner().time())
     }
 }
