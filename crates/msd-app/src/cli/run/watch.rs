@@ -172,9 +172,9 @@ impl Watch {
         let crossed = self.crossed.map(|crossed| crossed.warning());
         let pierced = self.piercing.first().map(|Pierced { solid, body, time }| {
             format!(
-                "world.solids[{solid}] goes through the surface of bodies[{body}] at t = {}, between \
-                 particles that it pushes apart; a finer spacing, stiffer springs or a slower solid \
-                 prevents that",
+                "world.solids[{solid}] goes through the surface of bodies[{body}] at t = {}, \
+                 between particles that it pushes apart; a finer spacing, stiffer springs or a \
+                 slower solid prevents that",
                 quantity(time, "s")
             )
         });

@@ -1,5 +1,5 @@
-//! Crossings of surfaces, counted at a bounded rate; pairs of particles that may have passed through
-//! each other, and solids that go through surfaces.
+//! Crossings of surfaces, counted at a bounded rate; pairs of particles that may have passed
+//! through each other, and solids that go through surfaces.
 
 use crate::session::Session;
 use crate::session::clock::Frame;
@@ -10,7 +10,8 @@ use msd_run::{Pierced, Piercing, Runner, on};
 /// The shortest time between two counts of a run that goes on, seconds.
 const EVERY: f64 = 0.5;
 
-/// A count of crossings, renewed at a bounded rate, and a watch for solids that go through surfaces.
+/// A count of crossings, renewed at a bounded rate, and a watch for solids that go through
+/// surfaces.
 #[derive(Debug, Default)]
 pub struct CrossingCount {
     piercing: Piercing,
