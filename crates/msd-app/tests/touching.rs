@@ -267,8 +267,7 @@ fn a_ball_that_goes_through_a_cloth_is_told_in_the_status_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("shot.toml");
     std::fs::write(&path, text).expect("a file");
-    let mut viewer =
-        Viewer::new(open(&path).expect("a scene"), catalogue()).expect("a valid scene");
+    let viewer = Viewer::new(open(&path).expect("a scene"), catalogue()).expect("a valid scene");
     let builder = Harness::builder().with_size(Vec2::new(1600.0, 800.0));
     let mut harness = builder.build_ui_state(frame, viewer);
     theme::apply(&harness.ctx);

@@ -350,6 +350,30 @@ fn the_stable_substep_with_contact_closed_is_that_of_the_closed_form() {
     assert!(below < 1e-6 && 1e-3 < above, "{below} {above}");
 }
 
+/// A row of damped balls is pressed together: it gives way sideways at any step, which is no limit,
+/// and with many substeps velocity Verlet bears as much as symplectic Euler, or a little less.
+#[test]
+fn a_row_that_buckles_has_the_stable_substep_of_its_fastest_motion() {
+    let ball = |at: usize| particle(DVec3::X * 0.09 * at as f64, DVec3::ZERO, 0.1);
+    let particles = (0..5).map(ball).collect();
+    let pins = [0, 4].map(|particle| Pin { particle, velocity: DVec3::ZERO }).to_vec();
+    let touches = vec![Touch { damping: 1.0, ..touch((0..5).collect(), 0.05) }];
+    let scene = Scene { world: weightless(), particles, pins, touches, ..Scene::default() };
+    let limit = |integrator: Integrator, substeps: u32| {
+        simulation::<f64>(&scene, settings(integrator, substeps)).stable_substep()
+    };
+    // The fastest of three between two that are held: 2 + sqrt 2 of the k/m and c/m of a pair.
+    let factor = (2.0 + 2.0f64.sqrt()) / 0.1;
+    let (half, stiffness) = (0.5 * 0.5 * factor, 200.0 * factor);
+    let wanted = 2.0 / (half + (half * half + stiffness).sqrt());
+    let euler = limit(Integrator::SymplecticEuler, 1);
+    assert!((euler / wanted - 1.0).abs() < 1e-9, "{euler} instead of {wanted}");
+    for substeps in [1, 10, 64, 100, 1000] {
+        let verlet = limit(Integrator::VelocityVerlet, substeps);
+        assert!((verlet / wanted - 1.0).abs() < 0.02, "{substeps}: {verlet}, not {wanted}");
+    }
+}
+
 #[test]
 fn pairs_that_are_close_at_rest_are_exempt() {
     let material = Material { mass: 0.01, stiffness: 100.0, damping: 0.0 };

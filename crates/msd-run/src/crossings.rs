@@ -121,8 +121,8 @@ mod tests {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             f64::from(state >> 8) / f64::from(1u32 << 24)
         };
-        let mut triangle = move |row: u32| {
-            let size = [0.02, 0.3][(row % 17 == 0) as usize];
+        let triangle = move |row: u32| {
+            let size = [0.02, 0.3][usize::from(row.is_multiple_of(17))];
             let middle = DVec3::from_array([(); 3].map(|()| 2.0 * next() - 1.0));
             let corners =
                 [(); 3].map(|()| middle + size * DVec3::from_array([(); 3].map(|()| next() - 0.5)));
@@ -130,7 +130,7 @@ mod tests {
             let particles = [0, 1, 2].map(|corner| 3 * row + corner);
             Triangle { particles, corners, low: a.min(b).min(c), high: a.max(b).max(c) }
         };
-        (0..count).map(|row| triangle(row)).collect()
+        (0..count).map(triangle).collect()
     }
 
     #[test]
