@@ -88,12 +88,11 @@ fn is_pointed(solid: &Solid) -> bool {
     solid.shape != Shape::HalfSpace
 }
 
-/// Twice the depth of the deepest point, metres.
+/// From one side to the other, metres. A mesh may have ears: in what is four cells thick its gaps
+/// are known well enough.
 fn thickness(shape: &Shape) -> f64 {
-    match shape {
-        Shape::Mesh(grid) => -2.0 * grid.distances.iter().copied().fold(0.0, f64::min),
-        _ => shape.thickness(),
-    }
+    let cells = if matches!(shape, Shape::Mesh(_)) { 4.0 } else { 1.0 };
+    cells * shape.thickness()
 }
 
 /// A solid at two times.

@@ -71,6 +71,37 @@ fn a_ball_that_pushes_a_cloth_is_not() {
     assert!(5 <= pushed, "{pushed} in front of it");
 }
 
+/// Its ears come through a cloth that falls on it.
+#[test]
+fn a_part_of_a_mesh_that_goes_through_a_cloth_is_told() {
+    let text = r#"version = 1
+        [solver]
+        substeps = 16
+        [[world.solids]]
+        kind = "mesh"
+        file = "bunny.obj"
+        length = 1.2
+        position = [0, 0.6, 0]
+        [[bodies]]
+        kind = "cloth"
+        size = [21, 21]
+        spacing = 0.1
+        mass = 0.005
+        stiffness = 60
+        damping = 0.02
+        position = [0, 1.3, 0]
+        rotation = { axis = [1, 0, 0], angle_deg = 90 }
+        "#;
+    let loaded = parse(text, SceneFormat::Toml, "ears").expect("a scene");
+    let mut runner = Runner::open(&loaded).expect("it runs");
+    let mut piercing = Piercing::default();
+    while runner.time() < 0.5 {
+        runner.step().expect("a step");
+        piercing.look(&runner);
+    }
+    assert!(piercing.first().is_some());
+}
+
 #[test]
 fn a_run_that_goes_back_is_looked_at_anew() {
     let mut runner = ball(30.0, 128);

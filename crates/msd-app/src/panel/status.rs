@@ -85,14 +85,14 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
     let crossings = session.crossings().filter(|&crossings| 0 < crossings).map(|crossings| {
         let text = format!("{} of triangles cross", counted(crossings, "pair"));
         let hover = "Surfaces pass through each other, as counted within the last second: make \
-                     what touches stiffer or its radius larger, or let it touch by its triangles \
-                     (`touch.triangles` in a scene file)";
+                     what touches stiffer, its radius larger, or the bodies resist more; a sheet \
+                     by `bending` in a scene file";
         (text, hover)
     });
     let pierced = session.pierced().map(|Pierced { solid, body, time }| {
         let text = format!("solid {solid} went through body {body}");
-        let hover = "Between particles that it pushed apart: a finer spacing, stiffer springs or a \
-                     slower solid prevents that";
+        let hover = "Between particles: a finer spacing, stiffer springs or a slower solid \
+                     prevents that, or `springs = true` of a thin one in a scene file";
         (format!("{text} at {time:.2} s"), hover)
     });
     passes.into_iter().chain(crossings).chain(pierced)

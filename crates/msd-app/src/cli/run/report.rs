@@ -232,7 +232,8 @@ impl Crossed {
     pub fn warning(&self) -> String {
         format!(
             "{} pairs of triangles of the surfaces cross at t = {}, the most that were seen; make \
-             what touches stiffer (`touch.stiffness`), its radius larger, or let it touch by its \
+             what touches stiffer (`touch.stiffness`), its radius larger, or the bodies resist \
+             more: by stiffer springs, a sheet by `bending`; coarse ones touch better by their \
              triangles (`touch.triangles = true`)",
             self.pairs,
             quantity(self.time, "s")
