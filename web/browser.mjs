@@ -11,7 +11,7 @@ import assert from 'node:assert/strict';
 
 const DIST = new URL('./dist/', import.meta.url).pathname;
 export const PATIENCE = 120_000;
-// What a test may take in all, milliseconds: some five times what the longest does.
+// What a test may take in all, milliseconds: more than ten times what the longest does.
 const LIMIT = 480_000;
 const KINDS = {
   '.html': 'text/html', '.js': 'text/javascript', '.css': 'text/css', '.svg': 'image/svg+xml',

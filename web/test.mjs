@@ -652,13 +652,14 @@ for (const [way, flags, list, view] of [
   let page = await open();
   for (const [name, test] of Object.entries(list)) {
     if (!only.test(`${way}: ${name}`)) continue;
-    let passed = await passes(page, `${way}: ${name}`, test, list !== blind);
+    const attempt = () => passes(page, `${way}: ${name}`, test, list !== blind);
+    let passed = await attempt();
     // A browser that dies or hangs, as one on an adapter in software now and then does, is no fault
     // of the page unless it does so again.
     if (page.isLost) {
       page = await renewed(page);
       console.log('    once more, in a new browser');
-      passed = await passes(page, `${way}: ${name}`, test, list !== blind);
+      passed = await attempt();
     }
     failed += passed ? 0 : 1;
     if (page.isLost) page = await renewed(page);

@@ -5,7 +5,8 @@ use msd_core::glam::{DVec3, IVec3};
 use msd_core::{Body, Real, Simulation};
 use robust::{Coord3D, orient3d};
 
-/// What counting costs for a triangle, in evaluations of a spring.
+/// What counting costs for a triangle at most, in evaluations of a spring with all that a step does
+/// beside it: 12 to 88 in the built-in scenes of what touches.
 const COST: f64 = 100.0;
 
 /// A triangle of a surface: its particles, and the box around it.
@@ -32,7 +33,8 @@ pub fn crossings(positions: &[DVec3], bodies: &[Body], touches: &Touches) -> u64
     count
 }
 
-/// After how many steps to count again so that counting takes a share of the work of stepping.
+/// After how many steps to count again so that counting takes at most a share of the work of
+/// stepping.
 pub fn steps_between_counts<R: Real>(simulation: &Simulation<R>, share: f64) -> u64 {
     let model = simulation.model();
     let triangles: usize = model.bodies().iter().map(|body| body.surface.particles().count()).sum();

@@ -4,11 +4,25 @@ use msd_core::Vector;
 use msd_run::{Pierced, Piercing, Runner, on};
 use msd_scene::{SceneFormat, parse};
 
+fn runner(text: &str) -> Runner {
+    let loaded = parse(text, SceneFormat::Toml, "pierced").expect("a scene");
+    Runner::open(&loaded).expect("it runs")
+}
+
+/// Runs until a time, with a look after each step.
+fn watch(runner: &mut Runner, piercing: &mut Piercing, until: f64) {
+    piercing.look(runner);
+    while runner.time() < until {
+        runner.step().expect("a step");
+        piercing.look(runner);
+    }
+}
+
 /// A ball that reaches a cloth of 1 x 1 m in the middle after 0.1 s. It hangs from its upper edge
 /// across the way of the ball, which is along x.
 fn ball(speed: f64, substeps: u32) -> Runner {
     let at = -0.1 * speed - 0.1;
-    let text = format!(
+    runner(&format!(
         r#"version = 1
         [solver]
         substeps = {substeps}
@@ -28,9 +42,7 @@ fn ball(speed: f64, substeps: u32) -> Runner {
         [[pins]]
         set = "top"
         "#
-    );
-    let loaded = parse(&text, SceneFormat::Toml, "ball").expect("a scene");
-    Runner::open(&loaded).expect("it runs")
+    ))
 }
 
 /// What is told after some seconds, and how many particles are then in front of the ball, no
@@ -38,11 +50,7 @@ fn ball(speed: f64, substeps: u32) -> Runner {
 fn fly(speed: f64, substeps: u32, seconds: f64) -> (Option<Pierced>, usize) {
     let mut runner = ball(speed, substeps);
     let mut piercing = Piercing::default();
-    piercing.look(&runner);
-    while runner.time() < seconds {
-        runner.step().expect("a step");
-        piercing.look(&runner);
-    }
+    watch(&mut runner, &mut piercing, seconds);
     let middle = -0.1 * speed - 0.1 + speed * runner.time();
     let pushed = on!(&runner, simulation => {
         let places = simulation.positions().map(Vector::to_f64);
@@ -74,7 +82,8 @@ fn a_ball_that_pushes_a_cloth_is_not() {
 /// Its ears come through a cloth that falls on it.
 #[test]
 fn a_part_of_a_mesh_that_goes_through_a_cloth_is_told() {
-    let text = r#"version = 1
+    let mut runner = runner(
+        r#"version = 1
         [solver]
         substeps = 16
         [[world.solids]]
@@ -91,14 +100,10 @@ fn a_part_of_a_mesh_that_goes_through_a_cloth_is_told() {
         damping = 0.02
         position = [0, 1.3, 0]
         rotation = { axis = [1, 0, 0], angle_deg = 90 }
-        "#;
-    let loaded = parse(text, SceneFormat::Toml, "ears").expect("a scene");
-    let mut runner = Runner::open(&loaded).expect("it runs");
+        "#,
+    );
     let mut piercing = Piercing::default();
-    while runner.time() < 0.5 {
-        runner.step().expect("a step");
-        piercing.look(&runner);
-    }
+    watch(&mut runner, &mut piercing, 0.5);
     assert!(piercing.first().is_some());
 }
 
@@ -108,10 +113,7 @@ fn a_run_that_goes_back_is_looked_at_anew() {
     let start = runner.moment();
     let mut piercing = Piercing::default();
     for _ in 0..2 {
-        for _ in 0..20 {
-            runner.step().expect("a step");
-            piercing.look(&runner);
-        }
+        watch(&mut runner, &mut piercing, 0.33);
         assert!(piercing.first().is_some());
         runner.go_back(&start).expect("the start");
         piercing.look(&runner);

@@ -33,6 +33,17 @@ fn positions(runner: &Runner) -> Vec<DVec3> {
     on!(runner, simulation => simulation.positions().map(|position| position.to_f64()).collect())
 }
 
+/// All comes to rest within a minute.
+#[test]
+fn the_cloth_on_the_ball_and_the_pile_come_to_rest() {
+    for (name, kinetic) in [("drape", 0.01), ("pile", 0.05)] {
+        let mut runner = runner(name);
+        run(name, &mut runner, 60, |_| {});
+        let moving = runner.energy().kinetic;
+        assert!(moving < kinetic, "{name}: {moving} J after a minute");
+    }
+}
+
 #[test]
 fn the_cubes_leave_the_trampoline_and_stay_above_it() {
     let mut runner = runner("trampoline");
