@@ -92,6 +92,7 @@ export class Page {
       await context.addInitScript(() => { delete Navigator.prototype.gpu; });
     }
     const page = context.pages()[0];
+    context.setDefaultTimeout(PATIENCE);
     const made = Object.assign(new Page(), { context, page, way, folder, url, said: [], asked: [] });
     made.cdp = await context.newCDPSession(page);
     page.on('console', message => made.said.push(`${message.type()}: ${message.text()}`));
@@ -123,8 +124,7 @@ export class Page {
     await this.page.goto('about:blank');
     await this.page.goto(this.url + fragment);
     await this.page.waitForFunction(
-      () => ['running', 'missing'].includes(document.documentElement.dataset.state),
-      null, { timeout: PATIENCE });
+      () => ['running', 'missing'].includes(document.documentElement.dataset.state));
   }
 
   state() { return this.page.evaluate(() => document.documentElement.dataset.state); }

@@ -2,7 +2,7 @@
 // table in docs/browser.md: node web/start.mjs, after scripts/web.sh. The files come over loopback.
 import { readFile, writeFile } from 'node:fs/promises';
 import { cpus, loadavg } from 'node:os';
-import { PATIENCE, Page, WAYS, executable, serve } from './browser.mjs';
+import { Page, WAYS, executable, serve } from './browser.mjs';
 
 const VISITS = 5;
 
@@ -36,7 +36,7 @@ async function times(way) {
     look();
   });
   await page.go('#scene=cube');
-  await page.page.waitForFunction(() => window.moved, null, { timeout: PATIENCE });
+  await page.page.waitForFunction(() => window.moved);
   const seen = await page.page.evaluate(() => {
     const program = performance.getEntriesByType('resource').find(({ name }) => name.endsWith('.wasm'));
     return [program.responseEnd, Number(document.documentElement.dataset.first), window.moved];

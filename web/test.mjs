@@ -162,8 +162,7 @@ const tests = {
       `<iframe src="${page.url}#scene=cloth&embed" style="width: 700px; height: 500px; border: 0"></iframe>`);
     await page.page.goto(url);
     const frame = await (await page.page.waitForSelector('iframe')).contentFrame();
-    await frame.waitForFunction(() => document.documentElement.dataset.state === 'running', null,
-      { timeout: PATIENCE });
+    await frame.waitForFunction(() => document.documentElement.dataset.state === 'running');
     const until = holds => frame.waitForFunction(
       async holds => Function('now', `return ${holds}`)(await window.msd.status()), holds);
     await until('2 < now.steps');
@@ -257,6 +256,7 @@ const tests = {
       canvas.addEventListener('webglcontextlost', () => setTimeout(() => loss.restoreContext(), 300));
       loss.loseContext();
     }, page.way);
+    // That it waits for another device may be said for less than a frame.
     await page.line('graphics device was lost');
     await page.line('drawn again');
     await page.frames();
@@ -618,7 +618,7 @@ const blind = {
 // Whether a test passes, on a quiet console where it must be.
 async function passes(page, name, test, quiet) {
   const start = Date.now();
-  [page.said, page.asked] = [[], []];
+  [page.said, page.asked, page.isLate] = [[], [], false];
   try {
     await page.pass(test);
     if (quiet) page.check();
@@ -626,6 +626,7 @@ async function passes(page, name, test, quiet) {
     return true;
   } catch (error) {
     console.log(`BAD ${name}\n${error.stack}\n${page.said.join('\n')}`);
+    page.isLate = /^Timeout|: Timeout|it never happens/.test(error.message);
     return false;
   }
 }
@@ -654,9 +655,9 @@ for (const [way, flags, list, view] of [
     if (!only.test(`${way}: ${name}`)) continue;
     const attempt = () => passes(page, `${way}: ${name}`, test, list !== blind);
     let passed = await attempt();
-    // A browser that dies or hangs, as one on an adapter in software now and then does, is no fault
-    // of the page unless it does so again.
-    if (page.isLost) {
+    // A browser that dies, hangs or is late, as one on an adapter in software now and then is, is no
+    // fault of the page unless it is so again.
+    if (page.isLost || page.isLate) {
       page = await renewed(page);
       console.log('    once more, in a new browser');
       passed = await attempt();

@@ -273,7 +273,8 @@ impl Shell {
         self.surface = Some(surface);
         #[cfg(target_arch = "wasm32")]
         if std::mem::take(&mut self.is_lost) {
-            web::tell("line", "The scene is drawn again, from where it was.");
+            let text = "The graphics device was lost; the scene is drawn again, from where it was.";
+            web::tell("line", text);
         }
         self.last_frame = Instant::now();
         window.request_redraw();
