@@ -86,12 +86,11 @@ impl<R: Real> ContactLaw<R> {
     pub(super) fn hold(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
         let push = if speed < R::ZERO { -speed } else { R::ZERO };
-        let kick = if touch.is_held { R::ZERO } else { span.h };
-        let (before, after) = (speed - pull * kick, speed + push);
+        let (before, after) = (speed - pull * span.h, speed + push);
         let moved = touch.along_normal(touch.way()) + touch.depth;
         let taken = (before * before - after * after) * R::HALF + pull * moved + touch.eased();
-        let push = Push { push, lift: touch.depth, reach: touch.depth, kick, taken };
-        self.finish(touch, push)
+        let push = Push { push, lift: touch.depth, reach: touch.depth, taken };
+        self.finish((touch, span), push)
     }
 
     /// The outcome for a particle that bounces.
@@ -112,7 +111,7 @@ impl<R: Real> ContactLaw<R> {
         }
         let taken = (impact * impact - after * after) * R::HALF;
         let (lift, reach) = (touch.depth, push * time);
-        self.finish(touch, Push { push, lift, reach, kick: span.h, taken })
+        self.finish((touch, span), Push { push, lift, reach, taken })
     }
 
     /// Adds friction and returns the outcome.
@@ -120,7 +119,7 @@ impl<R: Real> ContactLaw<R> {
     /// A particle that sticks goes back by the part of its path since it met the surface. One that
     /// slides goes back by the distance that it would not have gone at the velocity it has now.
     #[inline(always)]
-    fn finish(&self, touch: &Touch<R>, push: Push<R>) -> Outcome<R> {
+    fn finish(&self, (touch, span): (&Touch<R>, &Span<R>), push: Push<R>) -> Outcome<R> {
         let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
         let [speed, way, pressing] = [v, moved, pull].map(|vector| touch.along_normal(vector));
         let along = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
@@ -143,8 +142,8 @@ impl<R: Real> ContactLaw<R> {
             outcome.velocity[axis] = n[axis] * (speed + push.push) + along[axis] * kept;
         }
         let drive = dot(pull, v) - pressing * speed;
-        let still = (dot(pull, pull) - pressing * pressing) * push.kick - (drive + drive);
-        let stuck = (squared + still * push.kick) * R::HALF
+        let still = (dot(pull, pull) - pressing * pressing) * span.h - (drive + drive);
+        let stuck = (squared + still * span.h) * R::HALF
             + (dot(pull, moved) - pressing * way) * (R::ONE - since);
         let slowed = squared * (R::ONE - kept * kept) * R::HALF - drive * slid;
         outcome.taken = push.taken + if sticks { stuck } else { slowed };
@@ -189,8 +188,6 @@ pub(super) struct Touch<R> {
     pub(super) before: [R; 3],
     /// Stiffness of all springs at it by its mass, per second squared.
     pub(super) stiffness: R,
-    /// Whether it has been held on the surface in this substep, which bends away from its path.
-    pub(super) is_held: bool,
 }
 
 impl<R: Real> Touch<R> {
@@ -226,8 +223,7 @@ impl<R: Real> Touch<R> {
     fn eased(&self) -> R {
         let eased = self.along_normal(self.before) - self.along_normal(self.pull);
         let way = self.along_normal(self.way()).abs().max(self.depth);
-        let energy = eased * R::HALF * self.depth * self.depth / way;
-        if self.is_held { R::ZERO } else { energy }
+        eased * R::HALF * self.depth * self.depth / way
     }
 
     /// How far from the surface the acceleration was evaluated, metres.
@@ -250,14 +246,6 @@ impl<R: Real> Touch<R> {
     pub(super) fn is_inside(&self, span: &Span<R>) -> bool {
         let noise = self.rounding();
         (if span.settles() { noise } else { R::ZERO }) < self.depth
-    }
-
-    /// Whether it lay on the surface before, and [`super::rest`] has held it: its velocity is not
-    /// that of a free fall.
-    pub(super) fn lay(&self, span: &Span<R>) -> bool {
-        let gap = -(self.along_normal(self.way()) + self.depth);
-        let is_pressed = self.along_normal(self.pull) < R::ZERO;
-        span.settles() && is_pressed && gap <= self.rounding()
     }
 
     #[inline(always)]
@@ -284,7 +272,7 @@ pub(super) struct Span<R> {
 impl<R> Span<R> {
     /// Whether the method holds by [`super::rest`] what lies on an obstacle.
     #[inline(always)]
-    fn settles(&self) -> bool {
+    pub(super) fn settles(&self) -> bool {
         matches!(self.evaluated, Evaluated::AtEnd)
     }
 }
@@ -308,8 +296,6 @@ struct Push<R> {
     lift: R,
     /// Impulse by mass times how long it has acted, metres.
     reach: R,
-    /// How much of the acceleration is in the velocity, seconds.
-    kick: R,
     /// Energy dissipated per mass, joules per kilogram.
     taken: R,
 }

@@ -1,7 +1,7 @@
 //! Contact at the end of a substep: the particles inside an obstacle, and the law for sixteen at a
 //! time.
 
-use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot};
+use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot, rounding};
 use super::passage::Passage;
 use super::solid::{Sampled, lane_of, lanes};
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
@@ -218,6 +218,9 @@ fn record_of<'a, R: Real>(bodies: &'a Bodies<'_, R>, record: usize) -> &'a [R; R
     bodies.positions[record * RECORD..].first_chunk().expect("a record")
 }
 
+/// Corrections of a gap at most.
+const CORRECTIONS: usize = 3;
+
 /// The number of particles inside from which on the whole record is computed.
 const MANY: u32 = 8;
 
@@ -388,7 +391,6 @@ impl<R: Real> Batch<R> {
             pull: lane_of(&self.pulls, lane),
             before: lane_of(&self.before, lane),
             stiffness: self.stiffnesses[lane] * self.inverse_masses[lane],
-            is_held: false,
         }
     }
 
@@ -496,7 +498,10 @@ impl<R: Real> Batch<R> {
             let normal = obstacle.normal(position, time).components();
             let touch = self.touch(lane, normal, self.radii[lane] - gaps[lane]);
             if touch.is_inside(span) {
-                let met = meet_surface(obstacle, touch, (span, time), self.masses[lane]);
+                let mut met = meet_surface(obstacle, touch, (span, time), self.masses[lane]);
+                if span.settles() {
+                    onto(obstacle, &touch, &mut met, time);
+                }
                 self.set(lane, met.position, met.velocity);
                 *contacts += met.contacts;
             }
@@ -524,7 +529,6 @@ pub(super) fn meet_surface<R: Real>(
         touch.velocity[axis] -= carried;
         touch.start[axis] += carried * span.h;
     }
-    touch.is_held = touch.lay(span);
     let keeps = law.keeps(&touch, span);
     let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
     let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
@@ -535,6 +539,22 @@ pub(super) fn meet_surface<R: Real>(
         ..Contacts::one((outcome.taken * mass).to_f64())
     };
     Landed { position: outcome.position, velocity: after, contacts }
+}
+
+/// Puts a particle back on the surface that it has left along a tangent, as friction takes back some
+/// of its way. What hovers over a surface is not held there by [`super::rest`].
+fn onto<R: Real>(obstacle: &dyn Obstacle<R>, touch: &Touch<R>, landed: &mut Landed<R>, time: f64) {
+    let (normal, position) = (touch.normal, &mut landed.position);
+    // Each time the square of the angle of the way along the surface is left.
+    for _ in 0..CORRECTIONS {
+        let gap = obstacle.gap(R::Vec3::from_components(*position), time) - touch.radius;
+        if gap.abs() <= rounding(normal, *position, touch.radius) {
+            break;
+        }
+        for (number, normal) in position.iter_mut().zip(normal) {
+            *number -= normal * gap;
+        }
+    }
 }
 
 /// The tally of contacts, lane by lane.

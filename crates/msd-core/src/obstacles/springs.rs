@@ -191,7 +191,6 @@ impl<R: Real> Point<R> {
             pull: pull.components(),
             before: pull.components(),
             stiffness,
-            is_held: false,
         };
         // What lies is held by nothing but this.
         let evaluated = Evaluated::Nowhere;
