@@ -1,13 +1,14 @@
-//! Solids that move, and what moves far in a substep: on which side it ends, and whose work it was.
+//! Solids that move, and what moves far in a substep: on which side it ends, whose work it was, and
+//! where it lands.
 
 mod common;
 
 use common::Random;
-use msd_core::glam::DVec3;
+use msd_core::glam::{DMat3, DVec3};
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Friction, Integrator, KeyFrame, Particle, Real, Scene, Settings, Shape, Simulation, Solid,
-    Vector, World,
+    Friction, Integrator, KeyFrame, Material, Particle, Real, Scene, Settings, Shape, Simulation,
+    Solid, Vector, World, shape,
 };
 
 const MASS: f64 = 0.3;
@@ -167,5 +168,60 @@ fn a_platform_carries_what_friction_holds_however_fast_it_slows() {
         let off = run.position(0) - DVec3::Y * 0.2 - goal;
         // Euler methods are off by h/2 of the speeds at most, which change by 1.5 m/s.
         assert!(off.length() < 1.5 / 3000.0, "{integrator}: {off}");
+    }
+}
+
+/// The methods that hold by its velocity what lies on an obstacle.
+const HOLDING: [Integrator; 2] = [Integrator::VelocityVerlet, Integrator::Rk4];
+
+/// Friction takes back some of the way of a substep, along a tangent: by as much as would leave a
+/// particle thousands of roundings above a ball.
+#[test]
+fn what_lands_on_a_rough_ball_is_on_it() {
+    for integrator in HOLDING {
+        for friction in [0.1, 2.0] {
+            let mut ball = Solid::new(Shape::Sphere { radius: 0.5 });
+            ball.friction = Friction::Coulomb(friction);
+            let motion = (DVec3::new(-0.1, 0.7, 0.05), DVec3::new(0.8, -2.0, 0.3));
+            let mut run = start::<f64>(motion, ball, DVec3::ZERO, (integrator, 1));
+            while run.contacts().count == 0 {
+                run.step().expect("a calm run");
+            }
+            let gap = run.position(0).length() - 0.5;
+            assert!(gap.abs() < 1e-14, "{integrator} {friction}: {gap:e}");
+        }
+    }
+}
+
+/// At three quarters of the stable substep, by the middles of particles and by points between them.
+#[test]
+fn the_energy_of_a_soft_block_on_a_rough_solid_is_accounted_for() {
+    let material = Material { mass: 0.01, stiffness: 60.0, damping: 0.05 };
+    let mut block = shape::block([7, 7, 7], 0.1, material).expect("a block");
+    block.place(DMat3::IDENTITY, DVec3::new(0.02, 1.0, 0.0));
+    let mut ball = Solid::new(Shape::Sphere { radius: 0.25 });
+    (ball.position.y, ball.friction) = (0.2, Friction::Coulomb(0.5));
+    let mut rod = Solid::new(Shape::Capsule { radius: 0.03, length: 2.0 });
+    rod.axes = rotation(DVec3::X, std::f64::consts::FRAC_PI_2);
+    (rod.position, rod.friction, rod.springs) =
+        (DVec3::new(0.05, 0.4, 0.0), Friction::Coulomb(0.5), true);
+    for (integrator, solid) in HOLDING.iter().flat_map(|&by| [(by, &ball), (by, &rod)]) {
+        let scene = Scene { solids: vec![solid.clone()], ..Scene::of("block", block.clone()) };
+        let settings = Settings { integrator, substeps: 4, ..Settings::default() };
+        let mut run = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+        let before = run.energy().total();
+        let mut elastic = 0.0f64;
+        for _ in 0..36 {
+            run.step().expect("a calm run");
+            elastic = elastic.max(run.energy().elastic);
+        }
+        let name = format!("{integrator} {:?}", solid.shape);
+        assert!(1.0 < run.contacts().taken, "{name}: it has landed");
+        // Velocity Verlet moves the energy of a mode by up to (h w)²/8 of itself; w is that of the
+        // fastest here, by the substep of 2/w that is stable.
+        let stable = run.stable_substep_of(Integrator::VelocityVerlet, settings.substeps);
+        let part = (settings.substep() / stable).powi(2) / 2.0;
+        let change = run.energy().total() - before;
+        assert!(change.abs() < part * elastic, "{name}: {change} of {elastic}, {part}");
     }
 }

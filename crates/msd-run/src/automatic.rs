@@ -6,8 +6,9 @@
 //! choice, so that a run that was saved or replayed has the same bits. A lazy run chooses them no
 //! earlier than at its next step, and piece by piece before that.
 //!
-//! A step in which particles that touch may pass through each other is taken again with twice as
-//! many, and these stay until the next renewal.
+//! A step in which particles that touch may pass through each other, or in a substep of which one
+//! goes a tenth of a radian round a solid, is taken again with twice as many, and these stay until
+//! the next renewal.
 
 use msd_core::stability::{Estimator, Mode};
 use msd_core::{Error, Integrator, Interaction, Model, Real, Settings, Simulation};
@@ -208,8 +209,7 @@ pub(crate) fn longest_automatic<R: Real>(simulation: &Simulation<R>) -> f64 {
     if has_limit(stable) { longest(simulation, stable) } else { stable }
 }
 
-/// The settings with twice the substeps, for a step in which particles may pass through each other;
-/// `None` of the most.
+/// The settings with twice the substeps, for a step that was refused; `None` of the most.
 pub(crate) fn divided(settings: Settings) -> Option<Settings> {
     let substeps = settings.substeps.saturating_mul(2).min(MOST as u32);
     (settings.substeps < substeps).then_some(Settings { substeps, ..settings })
@@ -232,12 +232,12 @@ fn predict<R: Real>(simulation: &Simulation<R>, estimator: &mut Estimator) -> Op
     simulation.stable_substep_piecewise(integrator, substeps, estimator)
 }
 
-/// The substeps where the limit says nothing: as they are, but where particles touch at most the
-/// default ones, as passes may have raised them.
+/// The substeps where the limit says nothing: as they are, but where particles touch each other or
+/// solids at most the default ones, as refused steps may have raised them.
 fn unlimited<R: Real>(simulation: &Simulation<R>) -> u32 {
-    let now = simulation.settings().substeps;
-    let touches = !simulation.model().touches().is_empty();
-    if touches { now.min(Settings::default().substeps) } else { now }
+    let (now, model) = (simulation.settings().substeps, simulation.model());
+    let is_refusable = !model.touches().is_empty() || !model.solids().is_empty();
+    if is_refusable { now.min(Settings::default().substeps) } else { now }
 }
 
 /// Sets the substeps by a rule for the longest that are to be taken, seconds.

@@ -79,6 +79,23 @@ fn a_ball_that_pushes_a_cloth_is_not() {
     assert!(5 <= pushed, "{pushed} in front of it");
 }
 
+/// By as many as the limit of stability asks for it moves by a quarter of its radius in a substep,
+/// parts the cloth and does less than two thirds of the work.
+#[test]
+fn automatic_substeps_are_enough_for_a_fast_ball() {
+    let driven = |is_automatic: bool| {
+        let mut runner = ball(10.0, 64);
+        runner.set_automatic(is_automatic).expect("substeps");
+        while runner.time() < 0.2 {
+            runner.step().expect("a step");
+        }
+        (runner.contacts().driven, runner.settings().substeps)
+    };
+    let ((fine, _), (chosen, substeps)) = (driven(false), driven(true));
+    assert!(substeps < 64, "{substeps}");
+    assert!((chosen - fine).abs() < 0.02 * fine, "{chosen} of {fine}, {substeps}");
+}
+
 /// Its ears come through a cloth that falls on it.
 #[test]
 fn a_part_of_a_mesh_that_goes_through_a_cloth_is_told() {

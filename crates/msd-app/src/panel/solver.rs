@@ -76,7 +76,7 @@ fn substeps(ui: &mut Ui, session: &mut Session) {
         let mut automatic = session.runner().is_automatic();
         let hover = "Automatic: nine tenths of the longest stable substep (seven where dampers \
                      set it), chosen again as the run goes on and with each change; shorter where \
-                     particles that touch would pass through each other";
+                     particles would pass through each other or go far round a solid";
         let response = ui.checkbox(&mut automatic, "auto").on_hover_text(hover);
         let name = "Automatic substeps";
         ui.ctx().accesskit_node_builder(response.id, |node| node.set_label(name));

@@ -91,8 +91,8 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
     });
     let pierced = session.pierced().map(|Pierced { solid, body, time }| {
         let text = format!("solid {solid} went through body {body}");
-        let hover = "Between particles: a finer spacing, stiffer springs or a slower solid \
-                     prevents that, or `springs = true` of a thin one in a scene file";
+        let hover = "Between particles: more substeps, a finer spacing, stiffer springs or a \
+                     slower solid prevent that, or `springs = true` of a thin one in a scene file";
         (format!("{text} at {time:.2} s"), hover)
     });
     passes.into_iter().chain(crossings).chain(pierced)

@@ -68,6 +68,8 @@ pub(crate) struct Done {
     pub(crate) given: f64,
     /// Pairs of particles that may have passed through each other in a substep.
     pub(crate) passes: u64,
+    /// Whether a solid turned by too much on the way of a particle that it met, in a substep.
+    pub(crate) turned: bool,
     /// Why the method gave up, if it did.
     pub(crate) failure: Option<Failure>,
 }
@@ -92,7 +94,8 @@ impl Done {
         self.counted += contacts.taken - contacts.added - contacts.driven;
         self.given += contacts.driven.max(0.0);
         self.touched |= 0 < contacts.count;
-        self.contacts += Contacts { bounced: false, near: false, ..contacts };
+        self.turned |= contacts.turned;
+        self.contacts += Contacts { bounced: false, near: false, turned: false, ..contacts };
     }
 }
 

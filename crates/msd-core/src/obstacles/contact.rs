@@ -193,7 +193,7 @@ pub(super) struct Touch<R> {
 impl<R: Real> Touch<R> {
     /// How it moved in the substep, metres.
     #[inline(always)]
-    fn way(&self) -> [R; 3] {
+    pub(super) fn way(&self) -> [R; 3] {
         let (to, from) = (self.position, self.start);
         [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
     }
@@ -220,7 +220,7 @@ impl<R: Real> Touch<R> {
     /// says, joules per kilogram: with one that changes by a₁ − a₀ along the way w, all the way to
     /// the depth d, they push back by what they were pressed together there.
     #[inline(always)]
-    fn eased(&self) -> R {
+    pub(super) fn eased(&self) -> R {
         let eased = self.along_normal(self.before) - self.along_normal(self.pull);
         let way = self.along_normal(self.way()).abs().max(self.depth);
         eased * R::HALF * self.depth * self.depth / way
@@ -267,7 +267,13 @@ pub(super) struct Span<R> {
     pub(super) shift: R,
     /// Where the acceleration is from.
     pub(super) evaluated: Evaluated,
+    /// A way, metres, on which the surface turns by [`TURN`].
+    pub(super) turn: R,
 }
+
+/// The most that a surface may turn on the way of a particle in a substep, radians: a larger angle
+/// pushes the particle to where it would not have slid, and a small ball through a cloth.
+pub(super) const TURN: f64 = 0.1;
 
 impl<R> Span<R> {
     /// Whether the method holds by [`super::rest`] what lies on an obstacle.
@@ -329,6 +335,9 @@ pub struct Contacts {
     /// Whether a particle was inside a plane or near another obstacle; of a single substep.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) near: bool,
+    /// Whether a surface turned by too much on the way of one, in a substep.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub(crate) turned: bool,
 }
 
 impl Contacts {
@@ -356,5 +365,6 @@ impl core::ops::AddAssign for Contacts {
         self.driven += other.driven;
         self.bounced |= other.bounced;
         self.near |= other.near;
+        self.turned |= other.turned;
     }
 }

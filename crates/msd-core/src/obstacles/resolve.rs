@@ -1,7 +1,7 @@
 //! Contact at the end of a substep: the particles inside an obstacle, and the law for sixteen at a
 //! time.
 
-use super::contact::{Contacts, Evaluated, Outcome, Span, Touch, dot, rounding};
+use super::contact::{Contacts, Evaluated, Outcome, Span, TURN, Touch, dot, rounding};
 use super::passage::Passage;
 use super::solid::{Sampled, lane_of, lanes};
 use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
@@ -340,7 +340,7 @@ impl<R: Real> Batch<R> {
     #[inline(always)]
     fn meet(&mut self, obstacles: &Obstacles<R>, substep: &Substep<'_, R>, tally: &mut Tally) {
         let &Substep { h, lag, time, reach, evaluated, .. } = substep;
-        let span = Span { h, shift: lag - h * R::HALF, evaluated };
+        let flat = Span { h, shift: lag - h * R::HALF, evaluated, turn: R::of(f64::INFINITY) };
         for i in 0..RECORD {
             self.pulls[i] *= self.inverse_masses[i % LANES];
         }
@@ -354,7 +354,7 @@ impl<R: Real> Batch<R> {
             }
         }
         for plane in &obstacles.planes {
-            self.meet_plane(plane, &span, tally);
+            self.meet_plane(plane, &flat, tally);
         }
         for solid in &obstacles.solids {
             let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
@@ -362,13 +362,14 @@ impl<R: Real> Batch<R> {
             let near = ball.inside(&self.positions);
             if near != 0 {
                 let placed = Placed::new(solid, time);
+                let span = Span { turn: R::of(TURN * solid.shape.bend()), ..flat };
                 let swept = self.meet_swept(&placed, (&span, time, near), &mut tally.contacts);
                 self.meet_curved(&placed, (&span, time, near & !swept), &mut tally.contacts);
             }
         }
         for (_, own) in &obstacles.own {
             let moving = self.moving();
-            self.meet_curved(&own.of::<R>(), (&span, time, moving), &mut tally.contacts);
+            self.meet_curved(&own.of::<R>(), (&flat, time, moving), &mut tally.contacts);
         }
     }
 
@@ -529,6 +530,7 @@ pub(super) fn meet_surface<R: Real>(
         touch.velocity[axis] -= carried;
         touch.start[axis] += carried * span.h;
     }
+    let way = touch.way();
     let keeps = law.keeps(&touch, span);
     let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
     let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
@@ -536,12 +538,13 @@ pub(super) fn meet_surface<R: Real>(
     let contacts = Contacts {
         driven: (dot(kick, surface) * mass).to_f64(),
         bounced: !keeps,
+        turned: span.turn * span.turn < dot(way, way),
         ..Contacts::one((outcome.taken * mass).to_f64())
     };
     Landed { position: outcome.position, velocity: after, contacts }
 }
 
-/// Puts a particle back on the surface that it has left along a tangent, as friction takes back some
+/// Puts a particle back on the surface that it has left along a tangent, as friction takes back part
 /// of its way. What hovers over a surface is not held there by [`super::rest`].
 fn onto<R: Real>(obstacle: &dyn Obstacle<R>, touch: &Touch<R>, landed: &mut Landed<R>, time: f64) {
     let (normal, position) = (touch.normal, &mut landed.position);

@@ -6,7 +6,7 @@
 //! the same weights. So it meets a solid as a particle does, of the reciprocal mass
 //! (1 − s)²/m_a + s²/m_b: momentum and energy are those of any other contact.
 
-use super::contact::{Contacts, Evaluated, Span, Touch};
+use super::contact::{Contacts, Evaluated, Span, TURN, Touch};
 use super::passage::{Entrance, Passage};
 use super::resolve::{Bodies, Substep, meet_surface};
 use super::{Ball, Obstacle, Placed};
@@ -170,6 +170,7 @@ impl<R: Real> Point<R> {
             let [a, b] = self.at.map(|at| vector::<R>(bodies.forces, at));
             a * (first * w) + b * (last * u)
         };
+        let before = substep.before.map_or(pull, |column| self.of(column));
         let velocity = self.of(bodies.velocities);
         let start = match substep.starts {
             Some(column) => self.of(column),
@@ -189,12 +190,13 @@ impl<R: Real> Point<R> {
             velocity: velocity.components(),
             start: start.components(),
             pull: pull.components(),
-            before: pull.components(),
+            before: before.components(),
             stiffness,
         };
         // What lies is held by nothing but this.
         let evaluated = Evaluated::Nowhere;
-        let span = Span { h: substep.h, shift: substep.lag - substep.h * R::HALF, evaluated };
+        let (h, turn) = (substep.h, R::of(TURN * placed.solid.shape.bend()));
+        let span = Span { h, shift: substep.lag - h * R::HALF, evaluated, turn };
         let met = meet_surface(placed, touch, (&span, substep.time), R::ONE / inverse_mass);
         let moved = R::Vec3::from_components(met.position) - position;
         let kick = R::Vec3::from_components(met.velocity) - velocity;
@@ -205,6 +207,13 @@ impl<R: Real> Point<R> {
             let v = vector::<R>(bodies.velocities, at) + kick * share;
             set_vector(bodies.velocities, at, v);
         }
-        met.contacts
+        let Evaluated::AtEnd = substep.evaluated else { return met.contacts };
+        // The ends may have met something in this substep already, and no longer have the energy of
+        // its start: what counts is the change, by the forces that are known at its end.
+        let surface = Obstacle::<R>::velocity(placed, position, substep.time);
+        let mean = velocity + kick * R::HALF - surface;
+        let taken = pull.dot(moved) - mean.dot(kick) + touch.eased();
+        let taken = Contacts::one((taken / inverse_mass).to_f64());
+        Contacts { taken: taken.taken, added: taken.added, ..met.contacts }
     }
 }

@@ -162,6 +162,18 @@ impl Shape {
         }
     }
 
+    /// The least radius by which its surface bends outwards, metres: infinite where it is flat
+    /// between edges; of a mesh unknown, and infinite too.
+    pub fn bend(&self) -> f64 {
+        match *self {
+            Shape::Sphere { radius }
+            | Shape::Capsule { radius, .. }
+            | Shape::Cylinder { radius, .. } => radius,
+            Shape::Torus { tube, .. } => tube,
+            Shape::Box { .. } | Shape::Mesh(_) | Shape::HalfSpace => f64::INFINITY,
+        }
+    }
+
     /// The radius of a ball about its middle that holds it, metres; of a half space infinite.
     pub fn reach(&self) -> f64 {
         match *self {

@@ -141,7 +141,8 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Advances by one step unless particles may pass through each other in it, see
-    /// [`Ledger::passes`]; returns whether it did. If not, everything is as it was before.
+    /// [`Ledger::passes`], or a surface turns by more than a tenth of a radian on the way of
+    /// one that meets it in a substep; returns whether it did. If not, everything is as it was before.
     ///
     /// # Errors
     /// See [`Simulation::step`].
@@ -181,7 +182,7 @@ impl<R: Real> Simulation<R> {
             done: Default::default(),
         };
         step.count_passes();
-        let is_refused = |done: Done| !may_pass && 0 < done.passes;
+        let is_refused = |done: Done| !may_pass && (0 < done.passes || done.turned);
         if !is_refused(step.done) {
             method.advance(&mut step);
         }

@@ -132,7 +132,7 @@ pub struct SolverArguments {
     pub step: Option<Step>,
     /// Integration steps per frame of 1/60 s, instead of --step; `auto` chooses them from the
     /// longest stable step, and again as the run goes on or where particles would pass through each
-    /// other
+    /// other or go far round a solid
     #[arg(long, value_name = "N|auto", value_parser = automatic_substeps)]
     #[arg(allow_hyphen_values = true)]
     pub substeps: Option<Substeps>,

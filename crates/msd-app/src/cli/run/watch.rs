@@ -173,8 +173,8 @@ impl Watch {
         let pierced = self.piercing.first().map(|Pierced { solid, body, time }| {
             format!(
                 "world.solids[{solid}] goes through the surface of bodies[{body}] at t = {}, \
-                 between particles; a finer spacing, stiffer springs or a slower solid prevents \
-                 that, or `springs = true` of a thin one",
+                 between particles; more substeps, a finer spacing, stiffer springs or a slower \
+                 solid prevent that, or `springs = true` of a thin one",
                 quantity(time, "s")
             )
         });
