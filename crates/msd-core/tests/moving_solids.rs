@@ -7,8 +7,8 @@ use common::Random;
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Friction, Integrator, KeyFrame, Material, Particle, Real, Scene, Settings, Shape, Simulation,
-    Solid, Vector, World, shape,
+    Friction, Integrator, KeyFrame, Material, Particle, Plane, Real, Scene, Settings, Shape,
+    Simulation, Solid, Vector, World, shape,
 };
 
 const MASS: f64 = 0.3;
@@ -223,5 +223,37 @@ fn the_energy_of_a_soft_block_on_a_rough_solid_is_accounted_for() {
         let part = (settings.substep() / stable).powi(2) / 2.0;
         let change = run.energy().total() - before;
         assert!(change.abs() < part * elastic, "{name}: {change} of {elastic}, {part}");
+    }
+}
+
+/// A ball that goes into the floor leaves what lies there no room; one that stays above it does, as
+/// does a groove of 60°.
+#[test]
+fn what_has_no_room_is_told() {
+    let plane = |normal| {
+        let friction = Friction::Coulomb(0.3);
+        Plane { normal, offset: 0.0, restitution: 0.0, friction }
+    };
+    let (sine, cosine) = (0.5, 0.75f64.sqrt());
+    let groove = [cosine, -cosine].map(|x| plane(DVec3::new(x, sine, 0.0))).to_vec();
+    let ball = |speed: f64| {
+        let ball = Solid::new(Shape::Sphere { radius: 0.25 });
+        vec![Solid { position: DVec3::Y * 0.6, velocity: DVec3::Y * -speed, ..ball }]
+    };
+    let floor = vec![plane(DVec3::Y)];
+    let cases =
+        [(floor.clone(), ball(2.0), true), (floor, ball(1.0), false), (groove, Vec::new(), false)];
+    // Dormand-Prince meets one after the other, in no time.
+    let told = |&integrator: &Integrator| integrator != Integrator::DormandPrince;
+    for integrator in Integrator::ALL.into_iter().filter(told) {
+        for (planes, solids, expected) in cases.clone() {
+            let (position, velocity) = (DVec3::new(0.01, 0.1, 0.0), DVec3::new(0.0, -1.0, 0.0));
+            let particles = vec![Particle { position, velocity, mass: MASS }];
+            let scene = Scene { particles, planes, solids, ..Scene::default() };
+            let settings = Settings { integrator, ..Settings::default() };
+            let mut run = Simulation::<f64>::new(&scene, settings).expect("a valid scene");
+            (0..20).for_each(|_| run.step().expect("a calm run"));
+            assert_eq!(run.contacts().squeezed, expected, "{integrator}: {scene:?}");
+        }
     }
 }

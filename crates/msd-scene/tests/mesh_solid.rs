@@ -177,6 +177,11 @@ fn a_run_on_a_mesh_is_resumed_with_the_same_bits() {
     let Shape::Mesh(grid) = &loaded.scene.solids[0].shape else { panic!("a mesh") };
     assert!(told.is_some_and(|note| note.starts_with("bunny.obj: a solid by distances at")));
     assert!(0.0 < grid.error && grid.error < grid.cell, "{} of {}", grid.error, grid.cell);
+    // It is thicker than a cell, which is less than the spacing.
+    let is_thin = |loaded: &Loaded| loaded.notes.iter().any(|note| note.contains("m thick"));
+    assert!(!is_thin(&loaded));
+    let wide = parse(&FILE.replace("0.08", "0.8"), SceneFormat::Toml, "s.toml");
+    assert!(is_thin(&wide.expect("a scene")));
     for integrator in Integrator::ALL {
         // Explicit Euler adds energy to what is hardly damped.
         let substeps = if integrator == Integrator::ExplicitEuler { 500 } else { 20 };

@@ -22,6 +22,8 @@ fn a_solid_between_particles_is_told_and_meets_springs_where_it_is_wished() {
          beside it; with `springs = true` it meets the springs between them too"
     );
     assert!(told(0.0002, "", "").starts_with("world.solids[0] is 0.0004 m thick"));
+    let plate = "[[world.solids]]\nkind = 'box'\nsize = [4, 0.1, 4]\nposition = [0, -9, 0]";
+    assert!(around("", plate).notes[0].contains("and pass beside its edges; with"));
     // As thick as particles are apart, or together with their radii.
     assert_eq!(told(0.125, "", ""), "");
     assert_eq!(told(0.1, "", "touch = { obstacles = true, radius = 0.1 }"), "");

@@ -31,15 +31,8 @@ pub(super) fn show(ui: &mut Ui, viewer: &Viewer) {
             let text = format!("dropped {:.1} s", pace.dropped);
             item(text, theme::WARN, "Simulated time given up because the machine was busy");
         }
-        if session.energy_gain().is_some() {
-            let hover = "The energy has grown although nothing supplied any: shorten the step or \
-                         use another method";
-            item("the integrator is adding energy".to_owned(), theme::BAD, hover);
-        } else if let Some(surplus) = session.energy_surplus() {
-            let text = format!("the energy balance is {} too high", estimate(surplus, "J"));
-            let hover = "Of what dampers and contact took, more is booked than was taken: shorten \
-                         the step";
-            item(text, theme::WARN, hover);
+        if let Some((text, colour, hover)) = wrong_energy(session) {
+            item(text, colour, hover);
         }
         for (text, hover) in passed(session) {
             item(text, theme::WARN, hover);
@@ -96,6 +89,24 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
         (format!("{text} at {time:.2} s"), hover)
     });
     passes.into_iter().chain(crossings).chain(pierced)
+}
+
+/// What is wrong with the energy, if anything is, in what colour, and what to do.
+fn wrong_energy(session: &Session) -> Option<(String, Color32, &'static str)> {
+    let (gain, surplus) = (session.energy_gain(), session.energy_surplus());
+    if (gain.is_some() || surplus.is_some()) && session.runner().contacts().squeezed {
+        let hover = "Obstacles left particles no room: their energy means nothing; start again, or \
+                     lift what closes on them";
+        return Some(("squeezed between obstacles".to_owned(), theme::WARN, hover));
+    }
+    if gain.is_some() {
+        let hover = "The energy has grown although nothing supplied any: shorten the step or use \
+                     another method";
+        return Some(("the integrator is adding energy".to_owned(), theme::BAD, hover));
+    }
+    let hover = "Of what dampers and contact took, more is booked than was taken: shorten the step";
+    let told = |surplus| format!("the energy balance is {} too high", estimate(surplus, "J"));
+    surplus.map(|surplus| (told(surplus), theme::WARN, hover))
 }
 
 /// Contents that scroll; where they are longer than the room for them, the numbers stay in sight

@@ -329,6 +329,10 @@ pub struct Contacts {
     pub added: f64,
     /// Work of surfaces that move, joules.
     pub driven: f64,
+    /// Whether a particle was between obstacles that left it no room, since the run was opened: its
+    /// energy means nothing then. Not seen by Dormand-Prince, which meets them one by one.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub squeezed: bool,
     /// Whether one of them gave speed back; of a single substep.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) bounced: bool,
@@ -366,5 +370,6 @@ impl core::ops::AddAssign for Contacts {
         self.bounced |= other.bounced;
         self.near |= other.near;
         self.turned |= other.turned;
+        self.squeezed |= other.squeezed;
     }
 }

@@ -11,6 +11,7 @@ mod motion;
 mod plane;
 mod radii;
 mod solid;
+mod landing;
 pub(crate) mod passage;
 pub(crate) mod resolve;
 pub(crate) mod rest;

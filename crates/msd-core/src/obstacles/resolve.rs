@@ -1,10 +1,11 @@
 //! Contact at the end of a substep: the particles inside an obstacle, and the law for sixteen at a
 //! time.
 
-use super::contact::{Contacts, Evaluated, Outcome, Span, TURN, Touch, dot, rounding};
+use super::contact::{Contacts, Evaluated, Outcome, Span, TURN, Touch, dot};
+use super::landing::{is_squeezed, meet_surface, onto};
 use super::passage::Passage;
 use super::solid::{Sampled, lane_of, lanes};
-use super::{Ball, Obstacle, Obstacles, Placed, PlaneColumn, Radii};
+use super::{Ball, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
 use crate::number::{Real, Vector, at_level};
@@ -218,9 +219,6 @@ fn record_of<'a, R: Real>(bodies: &'a Bodies<'_, R>, record: usize) -> &'a [R; R
     bodies.positions[record * RECORD..].first_chunk().expect("a record")
 }
 
-/// Corrections of a gap at most.
-const CORRECTIONS: usize = 3;
-
 /// The number of particles inside from which on the whole record is computed.
 const MANY: u32 = 8;
 
@@ -353,8 +351,10 @@ impl<R: Real> Batch<R> {
                 self.starts[i] = self.positions[i] - mean * h;
             }
         }
+        let (mut met, mut again) = (0, 0);
+        let mut note = |now: u32| (met, again) = (met | now, again | met & now);
         for plane in &obstacles.planes {
-            self.meet_plane(plane, &flat, tally);
+            note(self.meet_plane(plane, &flat, tally));
         }
         for solid in &obstacles.solids {
             let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
@@ -364,13 +364,21 @@ impl<R: Real> Batch<R> {
                 let placed = Placed::new(solid, time);
                 let span = Span { turn: R::of(TURN * solid.shape.bend()), ..flat };
                 let swept = self.meet_swept(&placed, (&span, time, near), &mut tally.contacts);
-                self.meet_curved(&placed, (&span, time, near & !swept), &mut tally.contacts);
+                let near = near & !swept;
+                note(swept | self.meet_curved(&placed, (&span, time, near), &mut tally.contacts));
             }
         }
         for (_, own) in &obstacles.own {
             let moving = self.moving();
-            self.meet_curved(&own.of::<R>(), (&flat, time, moving), &mut tally.contacts);
+            note(self.meet_curved(&own.of::<R>(), (&flat, time, moving), &mut tally.contacts));
         }
+        tally.contacts.squeezed |=
+            lanes(again).any(|lane| is_squeezed(obstacles, self.at(lane), time));
+    }
+
+    /// Where a particle is, and its radius.
+    fn at(&self, lane: usize) -> (R::Vec3, R) {
+        (R::Vec3::from_components(lane_of(&self.positions, lane)), self.radii[lane])
     }
 
     /// The particles that something moves, a bit for each.
@@ -408,9 +416,10 @@ impl<R: Real> Batch<R> {
         }
     }
 
-    /// Meets a plane: the particles that it keeps all at once, the few others one by one.
+    /// Meets a plane: those that it keeps all at once, the few others one by one. Which were
+    /// inside.
     #[inline(always)]
-    fn meet_plane(&mut self, plane: &PlaneColumn<R>, span: &Span<R>, tally: &mut Tally) {
+    fn meet_plane(&mut self, plane: &PlaneColumn<R>, span: &Span<R>, tally: &mut Tally) -> u32 {
         let (normal, law) = (plane.normal.components(), plane.law);
         let (mut energies, mut insides) = ([R::ZERO; LANES], [0u32; LANES]);
         let mut bounces = [0u32; LANES];
@@ -438,8 +447,9 @@ impl<R: Real> Batch<R> {
             tally.taken[lane] += if 0.0 < taken { taken } else { 0.0 };
             tally.added[lane] += if taken < 0.0 { -taken } else { 0.0 };
         }
+        let met = (0..LANES).fold(0, |bits, lane| bits | insides[lane] << lane);
         if bounces.iter().fold(0, |any, bounce| any | bounce) == 0 {
-            return;
+            return met;
         }
         for lane in (0..LANES).filter(|&lane| bounces[lane] != 0) {
             let touch = self.touch(lane, normal, self.depth(plane, lane));
@@ -448,6 +458,7 @@ impl<R: Real> Batch<R> {
             let taken = (taken * self.masses[lane]).to_f64();
             tally.contacts += Contacts { count: 0, bounced: true, ..Contacts::one(taken) };
         }
+        met
     }
 
     /// Lets particles that went into a solid elsewhere than at the surface next to them meet it
@@ -478,14 +489,15 @@ impl<R: Real> Batch<R> {
         })
     }
 
-    /// Meets an obstacle that is no plane; the bits say which particles may be inside.
+    /// Meets an obstacle that is no plane; the bits say which particles may be inside, and then
+    /// which were.
     #[inline(always)]
     fn meet_curved(
         &mut self,
         obstacle: &impl Sampled<R>,
         (span, time, near): (&Span<R>, f64, u32),
         contacts: &mut Contacts,
-    ) {
+    ) -> u32 {
         let gaps = obstacle.gaps((&self.positions, near), time);
         let mut bits = [0; LANES];
         for lane in 0..LANES {
@@ -494,69 +506,22 @@ impl<R: Real> Batch<R> {
             bits[lane] = u32::from(is_inside) << lane;
         }
         let obstacle = obstacle.single();
+        let mut met = 0;
         for lane in lanes(near & bits.iter().fold(0, |all, bit| all | bit)) {
             let position = R::Vec3::from_components(lane_of(&self.positions, lane));
             let normal = obstacle.normal(position, time).components();
             let touch = self.touch(lane, normal, self.radii[lane] - gaps[lane]);
             if touch.is_inside(span) {
-                let mut met = meet_surface(obstacle, touch, (span, time), self.masses[lane]);
+                let mut landed = meet_surface(obstacle, touch, (span, time), self.masses[lane]);
                 if span.settles() {
-                    onto(obstacle, &touch, &mut met, time);
+                    onto(obstacle, &touch, &mut landed, time);
                 }
-                self.set(lane, met.position, met.velocity);
-                *contacts += met.contacts;
+                self.set(lane, landed.position, landed.velocity);
+                *contacts += landed.contacts;
+                met |= 1 << lane;
             }
         }
-    }
-}
-
-/// A particle that has met an obstacle.
-pub(super) struct Landed<R> {
-    pub(super) position: [R; 3],
-    pub(super) velocity: [R; 3],
-    pub(super) contacts: Contacts,
-}
-
-/// Lets a particle of some mass inside an obstacle meet it; the obstacle may move.
-pub(super) fn meet_surface<R: Real>(
-    obstacle: &dyn Obstacle<R>,
-    mut touch: Touch<R>,
-    (span, time): (&Span<R>, f64),
-    mass: R,
-) -> Landed<R> {
-    let (law, before) = (obstacle.law(), touch.velocity);
-    let surface = obstacle.velocity(R::Vec3::from_components(touch.position), time).components();
-    for (axis, &carried) in surface.iter().enumerate() {
-        touch.velocity[axis] -= carried;
-        touch.start[axis] += carried * span.h;
-    }
-    let way = touch.way();
-    let keeps = law.keeps(&touch, span);
-    let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
-    let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
-    let kick = core::array::from_fn(|axis| after[axis] - before[axis]);
-    let contacts = Contacts {
-        driven: (dot(kick, surface) * mass).to_f64(),
-        bounced: !keeps,
-        turned: span.turn * span.turn < dot(way, way),
-        ..Contacts::one((outcome.taken * mass).to_f64())
-    };
-    Landed { position: outcome.position, velocity: after, contacts }
-}
-
-/// Puts a particle back on the surface that it has left along a tangent, as friction takes back part
-/// of its way. What hovers over a surface is not held there by [`super::rest`].
-fn onto<R: Real>(obstacle: &dyn Obstacle<R>, touch: &Touch<R>, landed: &mut Landed<R>, time: f64) {
-    let (normal, position) = (touch.normal, &mut landed.position);
-    // Each time the square of the angle of the way along the surface is left.
-    for _ in 0..CORRECTIONS {
-        let gap = obstacle.gap(R::Vec3::from_components(*position), time) - touch.radius;
-        if gap.abs() <= rounding(normal, *position, touch.radius) {
-            break;
-        }
-        for (number, normal) in position.iter_mut().zip(normal) {
-            *number -= normal * gap;
-        }
+        met
     }
 }
 

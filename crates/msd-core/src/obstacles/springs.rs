@@ -7,8 +7,9 @@
 //! (1 − s)²/m_a + s²/m_b: momentum and energy are those of any other contact.
 
 use super::contact::{Contacts, Evaluated, Span, TURN, Touch};
+use super::landing::meet_surface;
 use super::passage::{Entrance, Passage};
-use super::resolve::{Bodies, Substep, meet_surface};
+use super::resolve::{Bodies, Substep};
 use super::{Ball, Obstacle, Placed};
 use crate::columns::slots::Slots;
 use crate::columns::{RECORD, set_vector, single_of, vector};

@@ -142,7 +142,7 @@ impl<R: Real> Simulation<R> {
 
     /// Advances by one step unless particles may pass through each other in it, see
     /// [`Ledger::passes`], or a surface turns by more than a tenth of a radian on the way of
-    /// one that meets it in a substep; returns whether it did. If not, everything is as it was before.
+    /// one that meets it in a substep; returns whether it did. If not, all is as it was before.
     ///
     /// # Errors
     /// See [`Simulation::step`].

@@ -8,7 +8,7 @@ use crate::error::{FileError, nearest, plain};
 use crate::file::obstacles::{short, told};
 use crate::file::schema::{BodyRow, TouchRow, WithRow};
 use crate::file::tree::Source;
-use msd_core::{Between, Scene, Touch};
+use msd_core::{Between, Scene, Shape, Touch};
 
 /// The radius of a particle, as a part of the spacing: two are then not quite as far apart as
 /// neighbours, and a sheet that is stretched by a quarter still lets nothing through.
@@ -264,6 +264,25 @@ fn leak(scene: &Scene, row: usize, touch: &Touch) -> Option<String> {
 /// side: across, (√2 − 1).
 const HOLE: f64 = 0.414;
 
+/// The least extent of a shape and the next, metres; of a mesh both are that of the largest ball in
+/// it, or a cell where none is seen: what is thin of it is told in a run.
+fn extents(shape: &Shape) -> [f64; 2] {
+    let thickness = shape.thickness();
+    match *shape {
+        Shape::Box { size } => {
+            let mut sizes = size.to_array();
+            sizes.sort_by(f64::total_cmp);
+            [sizes[0], sizes[1]]
+        }
+        Shape::Cylinder { radius, .. } => [thickness, 2.0 * radius],
+        Shape::Mesh(ref grid) => {
+            let deepest = grid.distances.iter().copied().fold(0.0, f64::min);
+            [f64::max(-2.0 * deepest, grid.cell); 2]
+        }
+        _ => [thickness; 2],
+    }
+}
+
 /// A line on each solid and body that pass through each other: particles on both sides of what is
 /// thinner than they are apart, or what fits through the squares of a sheet.
 pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
@@ -276,17 +295,18 @@ pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
         let is_sheet =
             !body.surface.corners.is_empty() && outside(scene, row).len() == body.particles.len();
         for (number, solid) in scene.solids.iter().enumerate() {
-            let thickness = solid.shape.thickness();
+            let [thickness, width] = extents(&solid.shape);
             let across = thickness + 2.0 * radius;
             let name = &body.name;
             if spacing <= across {
                 continue;
             }
             if !solid.springs {
+                let edges = if spacing < width { "its edges" } else { "it" };
                 notes.push(format!(
                     "world.solids[{number}] is {} m thick, the particles of {name} are {} m apart \
-                     and pass beside it; with `springs = true` it meets the springs between them \
-                     too",
+                     and pass beside {edges}; with `springs = true` it meets the springs between \
+                     them too",
                     short(thickness),
                     short(spacing),
                 ));

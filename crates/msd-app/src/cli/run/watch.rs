@@ -47,6 +47,8 @@ pub struct Watch {
     every_count: u64,
     /// Whether solids go through surfaces.
     pub piercing: Piercing,
+    /// Whether obstacles left particles no room.
+    squeezed: bool,
 }
 
 impl Watch {
@@ -69,6 +71,7 @@ impl Watch {
             crossed: None,
             every_count: on!(runner, simulation => steps_between_counts(simulation, COUNTS)),
             piercing: Piercing::default(),
+            squeezed: false,
         };
         watch.piercing.look(runner);
         runner.show_to(&mut watch.witness);
@@ -90,6 +93,7 @@ impl Watch {
         self.is_handled |= on!(runner, simulation => simulation.is_handled());
         self.passes[1] = runner.passes().saturating_sub(self.passes[0]);
         self.piercing.look(runner);
+        self.squeezed = runner.contacts().squeezed;
         if runner.steps().is_multiple_of(self.every_count) {
             self.count_crossings(runner);
         }
@@ -124,14 +128,19 @@ impl Watch {
     fn surplus(&self, integrator: Integrator) -> Option<String> {
         let surplus = self.witness.surplus();
         let is_told = self.is_handled || self.gain.is_some();
-        let advice = match integrator.is_adaptive() {
-            true => "take a tighter tolerance or another method",
-            false => "shorten the step",
+        let why = match integrator.is_adaptive() {
+            _ if self.squeezed => {
+                "particles were squeezed between obstacles that left them no room"
+            }
+            true => &format!(
+                "errors of {integrator} or of bounces; take a tighter tolerance or another method"
+            ),
+            false => &format!("errors of {integrator} or of bounces; shorten the step"),
         };
         (0.0 < surplus && !is_told).then(|| {
             format!(
                 "the total energy has risen by {}, more than a tenth of the most that was in \
-                 motion, and nothing supplied it: errors of {integrator} or of bounces; {advice}",
+                 motion, and nothing supplied it: {why}",
                 quantity(surplus, "J")
             )
         })
