@@ -183,7 +183,7 @@ const LINES: [(&str, &str); 82] = [
     ),
     (
         "[[world.solids]]\nkind = 'mesh'\nfile = 'bunny.obj'\ncell = 5",
-        "world.solids[0].cell: bunny.obj: with a cell of 5e0 no point of the grid is inside",
+        "world.solids[0].cell: bunny.obj: with a cell of 5 no point of the grid is inside",
     ),
     (
         "[[world.solids]]\nkind = 'mesh'\nfile = 'bunny.obj'\ncell = 0",

@@ -137,7 +137,7 @@ pub enum MeshError {
         crowded: usize,
     },
     /// A grid of distances too coarse for its mesh.
-    #[error("{file}: with a cell of {cell:e} no point of the grid is inside: make it smaller")]
+    #[error("{file}: with a cell of {cell} no point of the grid is inside: make it smaller")]
     TooCoarse {
         /// Which file.
         file: String,

@@ -52,12 +52,20 @@ pub(crate) fn links(
             }
         }
         if joined.is_empty() {
-            let expected = format!("at least {}, the distance of the nearest two", plain(closest));
+            let least = plain(rounded_up(closest));
+            let expected = format!("at least {least}, the distance of the nearest two");
             let key = format_args!("{key}.within");
             return Err(source.out_of_domain(key, plain(within), expected));
         }
     }
     Ok(springs)
+}
+
+/// A length in six digits, none shorter: whoever takes it has the length.
+fn rounded_up(length: f64) -> f64 {
+    let rounded = |length: f64| format!("{length:.5e}").parse().unwrap_or(length);
+    let near = rounded(length);
+    if length <= near { near } else { rounded(length * (1.0 + 1e-5)) }
 }
 
 /// What the springs of a row have in common.
@@ -83,4 +91,15 @@ fn law(sets: &NamedSets<'_>, key: &str, link: &LinkRow) -> Result<Law, FileError
         ..default
     };
     Ok(Law { rest_length, material })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded_up;
+
+    #[test]
+    fn a_length_is_rounded_to_one_that_is_enough() {
+        let lengths = [0.49999999999999994, 0.1 + 0.2, 1.0000001, 3e-7, 0.0];
+        assert_eq!(lengths.map(rounded_up), [0.5, 0.300003, 1.00001, 3e-7, 0.0]);
+    }
 }
