@@ -272,7 +272,7 @@ pub(super) struct Span<R> {
 }
 
 /// The most that a surface may turn on the way of a particle in a substep, radians: a larger angle
-/// pushes the particle to where it would not have slid, and a small ball through a cloth.
+/// pushes it to where it would not have slid, and a small ball parts a cloth without much work.
 pub(super) const TURN: f64 = 0.1;
 
 impl<R> Span<R> {
