@@ -7,8 +7,8 @@
 //! earlier than at its next step, and piece by piece before that.
 //!
 //! A step in which particles that touch may pass through each other, or in a substep of which one
-//! goes a tenth of a radian round a solid, is taken again with twice as many, and these stay until
-//! the next renewal.
+//! goes a tenth of a radian round a solid that it meets, or such a solid moves by more than half of
+//! its thickness, is taken again with twice as many, and these stay until the next renewal.
 
 use msd_core::stability::{Estimator, Mode};
 use msd_core::{Error, Integrator, Interaction, Model, Real, Settings, Simulation};

@@ -96,6 +96,45 @@ fn automatic_substeps_are_enough_for_a_fast_ball() {
     assert!((chosen - fine).abs() < 0.02 * fine, "{chosen} of {fine}, {substeps}");
 }
 
+/// By its own limit a plate of 2 cm moves by 3 cm in a substep, and its points on springs throw the
+/// cube to pieces.
+#[test]
+fn automatic_substeps_are_enough_for_a_fast_plate() {
+    let text = |substeps: &str| {
+        format!(
+            r#"version = 1
+            [solver]
+            substeps = {substeps}
+            [world]
+            gravity = [0, 0, 0]
+            [[world.solids]]
+            kind = "box"
+            size = [1.03, 0.02, 1.03]
+            position = [0.03, 2, 0.02]
+            velocity = [0, -10, 0]
+            springs = true
+            [[bodies]]
+            kind = "block"
+            size = [7, 7, 7]
+            spacing = 0.1
+            mass = 0.01
+            stiffness = 100
+            damping = 0.05
+            position = [0, 1, 0]
+            "#
+        )
+    };
+    let moving = |substeps| {
+        let mut runner = runner(&text(substeps));
+        while runner.time() < 0.15 {
+            runner.step().expect("a step");
+        }
+        runner.energy().kinetic
+    };
+    let (fine, chosen) = (moving("64"), moving("\"auto\""));
+    assert!((chosen - fine).abs() < 0.05 * fine, "{chosen} of {fine}");
+}
+
 /// Its ears come through a cloth that falls on it.
 #[test]
 fn a_part_of_a_mesh_that_goes_through_a_cloth_is_told() {

@@ -94,7 +94,7 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
 /// What is wrong with the energy, if anything is, in what colour, and what to do.
 fn wrong_energy(session: &Session) -> Option<(String, Color32, &'static str)> {
     let (gain, surplus) = (session.energy_gain(), session.energy_surplus());
-    if (gain.is_some() || surplus.is_some()) && session.runner().contacts().squeezed {
+    if session.runner().contacts().squeezed {
         let hover = "Obstacles left particles no room: their energy means nothing; start again, or \
                      lift what closes on them";
         return Some(("squeezed between obstacles".to_owned(), theme::WARN, hover));

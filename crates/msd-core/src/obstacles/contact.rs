@@ -339,7 +339,8 @@ pub struct Contacts {
     /// Whether a particle was inside a plane or near another obstacle; of a single substep.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) near: bool,
-    /// Whether a surface turned by too much on the way of one, in a substep.
+    /// Whether a surface turned by too much on the way of one, or moved by more than half of the
+    /// thickness of its solid, in a substep.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) turned: bool,
 }

@@ -59,6 +59,11 @@ impl<'a, 's> Passage<'a, 's> {
         Passage { start: time - h, end, short }
     }
 
+    /// Whether the solid itself moves by more than half of its thickness in the substep.
+    pub(super) fn is_fast(&self) -> bool {
+        self.short < 0.0
+    }
+
     /// Whether a way may go beyond the middle.
     #[inline(always)]
     pub(super) fn is_long<R: Real>(&self, way: [R; 3]) -> bool {

@@ -485,6 +485,7 @@ impl<R: Real> Batch<R> {
             let landed = meet_surface(solid, touch, (span, time), self.masses[lane]);
             self.set(lane, landed.position, landed.velocity);
             *contacts += landed.contacts;
+            contacts.turned |= passage.is_fast();
             met | 1 << lane
         })
     }

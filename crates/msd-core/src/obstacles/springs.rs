@@ -208,13 +208,15 @@ impl<R: Real> Point<R> {
             let v = vector::<R>(bodies.velocities, at) + kick * share;
             set_vector(bodies.velocities, at, v);
         }
-        let Evaluated::AtEnd = substep.evaluated else { return met.contacts };
+        let turned = met.contacts.turned | passage.is_fast();
+        let contacts = Contacts { turned, ..met.contacts };
+        let Evaluated::AtEnd = substep.evaluated else { return contacts };
         // The ends may have met something in this substep already, and no longer have the energy of
         // its start: what counts is the change, by the forces that are known at its end.
         let surface = Obstacle::<R>::velocity(placed, position, substep.time);
         let mean = velocity + kick * R::HALF - surface;
         let taken = pull.dot(moved) - mean.dot(kick) + touch.eased();
         let taken = Contacts::one((taken / inverse_mass).to_f64());
-        Contacts { taken: taken.taken, added: taken.added, ..met.contacts }
+        Contacts { taken: taken.taken, added: taken.added, ..contacts }
     }
 }

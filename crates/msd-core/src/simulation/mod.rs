@@ -141,8 +141,9 @@ impl<R: Real> Simulation<R> {
     }
 
     /// Advances by one step unless particles may pass through each other in it, see
-    /// [`Ledger::passes`], or a surface turns by more than a tenth of a radian on the way of
-    /// one that meets it in a substep; returns whether it did. If not, all is as it was before.
+    /// [`Ledger::passes`], or in a substep a surface turns by more than a tenth of a radian on the
+    /// way of one that meets it, or moves by half of its thickness; returns whether it did. If not,
+    /// all is as it was before.
     ///
     /// # Errors
     /// See [`Simulation::step`].

@@ -26,7 +26,8 @@
 //! balance is wrong. The motion need not be, as at long steps the work of dampers is booked
 //! coarsely.
 //!
-//! The detector sees no gain before the second window.
+//! The detector sees no gain before the second window, and before the end of the first such a rise
+//! only where it is half of what is in motion.
 
 use super::Simulation;
 use crate::energy::Energy;
@@ -34,6 +35,9 @@ use crate::number::Real;
 
 /// Samples in a window.
 const WINDOW: u32 = 16;
+/// Samples before which nothing is judged: what starts at rest has moved for so few substeps that a
+/// method of first order is off by much of its energy.
+const EARLY: u32 = 4;
 /// The part of the kinetic and elastic energy that may come and go with the modes.
 const FRACTION: f64 = 0.1;
 
@@ -193,11 +197,16 @@ impl Witness {
     }
 
     /// That change where it is a rise by more than rounding and a tenth of the most kinetic and
-    /// elastic energy so far, joules; else 0, as before the end of the first window.
+    /// elastic energy so far, joules; before the end of the first window by more than half of it.
+    /// Else 0.
     pub fn surplus(&self) -> f64 {
         let Balance { change, rounding, .. } = self.balance;
-        let is_judged = 0.0 < self.most;
-        if is_judged && FRACTION * self.most + rounding < change { change } else { 0.0 }
+        let allowed = match self.most {
+            0.0 if self.window.count < EARLY => f64::INFINITY,
+            0.0 => 0.5 * self.window.scale,
+            most => FRACTION * most,
+        };
+        if allowed + rounding < change { change } else { 0.0 }
     }
 
     /// Energy that the integrator has added for good, joules: 0 if none was seen, infinite if the

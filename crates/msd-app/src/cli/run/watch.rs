@@ -127,11 +127,8 @@ impl Watch {
     /// The warning that the balance of energy is wrong, unless a gain says so already.
     fn surplus(&self, integrator: Integrator) -> Option<String> {
         let surplus = self.witness.surplus();
-        let is_told = self.is_handled || self.gain.is_some();
+        let is_told = self.is_handled || self.gain.is_some() || self.squeezed;
         let why = match integrator.is_adaptive() {
-            _ if self.squeezed => {
-                "particles were squeezed between obstacles that left them no room"
-            }
             true => &format!(
                 "errors of {integrator} or of bounces; take a tighter tolerance or another method"
             ),
@@ -154,7 +151,13 @@ impl Watch {
         let moved = moved.map(|warning| {
             format!("at the latest from t = {} on, {warning}{advice}", quantity(time, "s"))
         });
-        let gained = self.gain.map(|gain| gain.warning(settings.integrator));
+        let squeezed = self.squeezed.then(|| {
+            "obstacles left particles no room between them: the energy of what was squeezed means \
+             nothing"
+                .to_owned()
+        });
+        let gained = self.gain.filter(|_| !self.squeezed);
+        let gained = gained.map(|gain| gain.warning(settings.integrator));
         let surplus = self.surplus(settings.integrator);
         let poor =
             self.solved.filter(Solved::is_poor).map(|Solved { residual, tolerance, .. }| {
@@ -188,7 +191,14 @@ impl Watch {
             )
         });
         let through = passed.into_iter().chain(crossed).chain(pierced);
-        moved.into_iter().chain(gained).chain(surplus).chain(poor).chain(through).collect()
+        moved
+            .into_iter()
+            .chain(squeezed)
+            .chain(gained)
+            .chain(surplus)
+            .chain(poor)
+            .chain(through)
+            .collect()
     }
 
     /// Predicts if it is time to, or where so much more touches that the limit may have fallen
