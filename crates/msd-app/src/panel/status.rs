@@ -93,20 +93,19 @@ fn passed(session: &Session) -> impl Iterator<Item = (String, &'static str)> {
 
 /// What is wrong with the energy, if anything is, in what colour, and what to do.
 fn wrong_energy(session: &Session) -> Option<(String, Color32, &'static str)> {
-    let (gain, surplus) = (session.energy_gain(), session.energy_surplus());
     if session.runner().contacts().squeezed {
         let hover = "Obstacles left particles no room: their energy means nothing; start again, or \
                      lift what closes on them";
         return Some(("squeezed between obstacles".to_owned(), theme::WARN, hover));
     }
-    if gain.is_some() {
+    if session.energy_gain().is_some() {
         let hover = "The energy has grown although nothing supplied any: shorten the step or use \
                      another method";
         return Some(("the integrator is adding energy".to_owned(), theme::BAD, hover));
     }
     let hover = "Of what dampers and contact took, more is booked than was taken: shorten the step";
     let told = |surplus| format!("the energy balance is {} too high", estimate(surplus, "J"));
-    surplus.map(|surplus| (told(surplus), theme::WARN, hover))
+    session.energy_surplus().map(|surplus| (told(surplus), theme::WARN, hover))
 }
 
 /// Contents that scroll; where they are longer than the room for them, the numbers stay in sight

@@ -68,7 +68,7 @@ pub(crate) struct Done {
     pub(crate) given: f64,
     /// Pairs of particles that may have passed through each other in a substep.
     pub(crate) passes: u64,
-    /// Whether a solid turned by too much on the way of a particle that it met, in a substep.
+    /// Whether a solid turned or moved by too much in a substep in which it met a particle.
     pub(crate) turned: bool,
     /// Why the method gave up, if it did.
     pub(crate) failure: Option<Failure>,

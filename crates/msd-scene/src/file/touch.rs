@@ -287,6 +287,7 @@ fn extents(shape: &Shape) -> [f64; 2] {
 /// thinner than they are apart, or what fits through the squares of a sheet.
 pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
     let mut notes = Vec::new();
+    let extents: Vec<_> = scene.solids.iter().map(|solid| extents(&solid.shape)).collect();
     for (row, body) in scene.bodies.iter().enumerate() {
         let particles: Vec<usize> = body.particles.clone().collect();
         let Some(spacing) = own(scene, row, &particles).spacing else { continue };
@@ -294,8 +295,8 @@ pub(crate) fn pierced(scene: &Scene) -> Vec<String> {
         let radius = touch.map_or(0.0, |touch| touch.radius);
         let is_sheet =
             !body.surface.corners.is_empty() && outside(scene, row).len() == body.particles.len();
-        for (number, solid) in scene.solids.iter().enumerate() {
-            let [thickness, width] = extents(&solid.shape);
+        for (number, (solid, &[thickness, width])) in scene.solids.iter().zip(&extents).enumerate()
+        {
             let across = thickness + 2.0 * radius;
             let name = &body.name;
             if spacing <= across {

@@ -128,16 +128,14 @@ impl Watch {
     fn surplus(&self, integrator: Integrator) -> Option<String> {
         let surplus = self.witness.surplus();
         let is_told = self.is_handled || self.gain.is_some() || self.squeezed;
-        let why = match integrator.is_adaptive() {
-            true => &format!(
-                "errors of {integrator} or of bounces; take a tighter tolerance or another method"
-            ),
-            false => &format!("errors of {integrator} or of bounces; shorten the step"),
+        let advice = match integrator.is_adaptive() {
+            true => "take a tighter tolerance or another method",
+            false => "shorten the step",
         };
         (0.0 < surplus && !is_told).then(|| {
             format!(
                 "the total energy has risen by {}, more than a tenth of the most that was in \
-                 motion, and nothing supplied it: {why}",
+                 motion, and nothing supplied it: errors of {integrator} or of bounces; {advice}",
                 quantity(surplus, "J")
             )
         })
