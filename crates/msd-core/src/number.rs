@@ -166,6 +166,12 @@ pub trait Vector:
     fn extent(self) -> Self::Scalar;
 }
 
+/// The scalar product of components, summed in their order.
+#[inline(always)]
+pub(crate) fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
 macro_rules! impl_real {
     (
         $scalar:ident, $vector:ident, $shortest:expr, $faintest:expr, $sqrt:ident, $as_f32:expr,

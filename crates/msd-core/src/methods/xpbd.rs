@@ -3,9 +3,9 @@
 use super::StepContext;
 use super::context::Way;
 use crate::columns::{Aligned, set_vector, vector};
+use crate::contact::Evaluated;
 use crate::elements::{column, touches};
 use crate::number::{Real, Vector};
-use crate::obstacles::Evaluated;
 use crate::system::Model;
 use alloc::boxed::Box;
 use alloc::vec;

@@ -19,6 +19,7 @@ pub use progress::{Held, Progress};
 pub use witness::Witness;
 
 use crate::columns::threads;
+use crate::contact::arrive::Substep;
 use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
@@ -27,7 +28,6 @@ use crate::methods::{
     Done, Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work,
 };
 use crate::number::{Instructions, Real};
-use crate::obstacles::resolve::Substep;
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::check::check_steps;
 use crate::scene::{Scene, Solid};

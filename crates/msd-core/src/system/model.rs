@@ -3,6 +3,10 @@
 use super::state::{Columns, State};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single};
+use crate::contact::after_kick::{Kick, Kicked, Places, is_any_on, settle};
+use crate::contact::arrive::{Bodies, Substep, resolve};
+use crate::contact::points::Points;
+use crate::contact::{Contacts, Radii};
 use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
@@ -12,10 +16,7 @@ use crate::elements::volumes::Volumes;
 use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::obstacles::resolve::{Bodies, Substep, resolve};
-use crate::obstacles::rest::{Kick, Kicked, Places, is_any_on, settle};
-use crate::obstacles::springs::Points;
-use crate::obstacles::{Contacts, Obstacles, PlaneColumn, Radii};
+use crate::obstacles::{Obstacles, PlaneColumn};
 use crate::scene::check::{
     check, check_bend, check_mass, check_not_negative, check_scene, check_vector, check_volume,
     is_finite,

@@ -31,7 +31,7 @@
 //!
 //! # Contact
 //! A particle on an obstacle is held in the solve, with Coulomb friction: a block at rest is in
-//! balance at any step, where [`crate::obstacles::contact`] alone would let it sag by some g h² per
+//! balance at any step, where [`crate::contact::law`] alone would let it sag by some g h² per
 //! substep.
 
 mod conjugate;
@@ -42,10 +42,10 @@ mod whole;
 use super::StepContext;
 use super::context::{Failure, Way};
 use crate::columns::{LANES, RECORD, vector};
+use crate::contact::Evaluated;
 use crate::elements::Motion;
 use crate::elements::springs::matrix::Stage;
 use crate::number::{Real, Vector, at_level};
-use crate::obstacles::Evaluated;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use conjugate::{End, Goal, Solve};

@@ -11,14 +11,15 @@
 //! impulse, the weight of everything above included: a particle that sticks is held along the
 //! surface too, as long as that takes no more than μ times the pressure; one that slides gets that
 //! much against its velocity, as a force in the solve. Slowing a particle after the solve, as
-//! [`crate::obstacles::contact`] does, would compare the momentum of one particle with the weight
+//! [`crate::contact::law`] does, would compare the momentum of one particle with the weight
 //! of all above it, and hold a stiff block too well.
 
 use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
+use crate::contact::Contacts;
+use crate::contact::law::resting_speed;
 use crate::number::{Real, Vector};
-use crate::obstacles::contact::resting_speed;
-use crate::obstacles::{ContactLaw, Contacts, Obstacle, PlaneColumn};
+use crate::obstacles::{ContactLaw, Obstacle, PlaneColumn};
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
 use core::ops::Add;
@@ -97,7 +98,7 @@ impl<R: Real> Holds<R> {
     /// Lists the particles that lie on an obstacle and neither leave it nor hit it.
     ///
     /// A particle is at rest if it moves along the normal slower than the speed that gravity adds
-    /// in two substeps, as in [`crate::obstacles::contact`].
+    /// in two substeps, as in [`crate::contact::law`].
     pub(crate) fn find(&mut self, model: &Model<R>, span: &Span<R>, state: &Columns<R>) {
         self.rows.clear();
         let obstacles = &model.obstacles;

@@ -1,0 +1,180 @@
+//! A particle that meets an obstacle of any form, and one that has no room between several.
+
+use super::held::{Row, Rows};
+use super::law::{Contacts, Span, Touch, rounding};
+use crate::number::{Real, Vector, dot};
+use crate::obstacles::{Obstacle, Obstacles, Placed};
+
+/// A particle that has met an obstacle.
+pub(crate) struct Landed<R> {
+    pub(crate) position: [R; 3],
+    pub(crate) velocity: [R; 3],
+    pub(crate) contacts: Contacts,
+}
+
+/// Lets a particle of some mass inside an obstacle meet it; the obstacle may move.
+pub(crate) fn meet_surface<R: Real>(
+    obstacle: &dyn Obstacle<R>,
+    mut touch: Touch<R>,
+    (span, time): (&Span<R>, f64),
+    mass: R,
+) -> Landed<R> {
+    let (law, before) = (obstacle.law(), touch.velocity);
+    let surface = obstacle.velocity(R::Vec3::from_components(touch.position), time).components();
+    for (axis, &carried) in surface.iter().enumerate() {
+        touch.velocity[axis] -= carried;
+        touch.start[axis] += carried * span.h;
+    }
+    let way = touch.way();
+    let keeps = law.keeps(&touch, span);
+    let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
+    let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
+    let kick = core::array::from_fn(|axis| after[axis] - before[axis]);
+    let contacts = Contacts {
+        driven: (dot(kick, surface) * mass).to_f64(),
+        bounced: !keeps,
+        turned: span.turn * span.turn < dot(way, way),
+        ..Contacts::one((outcome.taken * mass).to_f64())
+    };
+    Landed { position: outcome.position, velocity: after, contacts }
+}
+
+/// A particle that has come into several obstacles in a substep.
+pub(crate) struct Arrival<R: Real> {
+    /// It, without a surface.
+    touch: Touch<R>,
+    rows: Rows<R>,
+    /// The same surfaces as limits of a displacement, metres.
+    lifts: Rows<R>,
+    /// The part of its way since it met the last of them.
+    since: R,
+    bounces: bool,
+}
+
+impl<R: Real> Arrival<R> {
+    pub(crate) fn new(touch: Touch<R>) -> Self {
+        let (rows, lifts) = (Rows::default(), Rows::default());
+        Arrival { touch, rows, lifts, since: R::ONE, bounces: false }
+    }
+
+    /// Adds a surface that it is so deep in, metres, or on within some noise.
+    pub(crate) fn add(&mut self, mut row: Row<R>, (depth, noise): (R, R), span: &Span<R>) {
+        let surface = row.surface.components();
+        let mut touch = Touch { normal: row.normal.components(), depth, noise, ..self.touch };
+        for (axis, &carried) in surface.iter().enumerate() {
+            touch.velocity[axis] -= carried;
+            touch.start[axis] += carried * span.h;
+        }
+        if !row.law.keeps(&touch, span) {
+            let (_, squared) = touch.impact(span);
+            row.least = row.law.restitution * squared.max(R::ZERO).sqrt();
+            self.bounces = true;
+        }
+        let way = dot(touch.normal, touch.way());
+        let gap = -(way + depth);
+        if noise < gap && way < R::ZERO {
+            self.since = self.since.min(depth.max(R::ZERO) / -way);
+        }
+        self.rows.push(row);
+        self.lifts.push(Row { normal: row.normal, least: depth, ..Row::default() });
+    }
+
+    /// Where it is and how fast, once all of them have held it; none if there is no surface.
+    ///
+    /// As with a single one ([`crate::obstacles::ContactLaw::hold`]): what sticks goes back to where it met them, and
+    /// what slides goes back by the way that friction would have saved. Energy is that of the
+    /// motion at the start of the substep, by a constant force.
+    pub(crate) fn land(&self, span: &Span<R>, mass: R) -> Option<Landed<R>> {
+        self.rows.rows().first()?;
+        let [position, velocity, start, pull] =
+            [self.touch.position, self.touch.velocity, self.touch.start, self.touch.pull]
+                .map(R::Vec3::from_components);
+        let held = self.rows.hold(velocity);
+        let carried = self.rows.rows()[0].surface * span.h;
+        let (lift, depths) = self.lifts.push_out(R::Vec3::ZERO);
+        let to = if held.sticks {
+            let way = position - (start + carried);
+            let back = position - way * self.since;
+            let mut left = self.lifts;
+            for row in left.rows_mut() {
+                row.least -= row.normal.dot(back - position);
+            }
+            back + left.push_out(R::Vec3::ZERO).0
+        } else {
+            let pushes = self.rows.rows().iter().zip(held.pushes);
+            let normal = pushes.fold(R::Vec3::ZERO, |sum, (row, push)| sum + row.normal * push);
+            let pushed = held.pushes.into_iter().fold(R::ZERO, R::add);
+            let deep = depths.into_iter().fold(R::ZERO, R::add);
+            let time = if R::ZERO < pushed { (deep / pushed).min(span.h) } else { R::ZERO };
+            position + lift + (held.velocity - velocity - normal) * time
+        };
+        let before = velocity - pull * span.h;
+        let slower = (before.dot(before) - held.velocity.dot(held.velocity)) * R::HALF;
+        let taken = slower + pull.dot(to - start) + held.driven;
+        let contacts = Contacts {
+            driven: (held.driven * mass).to_f64(),
+            count: self.rows.rows().len() as u64,
+            bounced: self.bounces,
+            ..Contacts::one((taken * mass).to_f64())
+        };
+        let [position, velocity] = [to, held.velocity].map(Vector::components);
+        Some(Landed { position, velocity, contacts })
+    }
+}
+
+/// Corrections of a gap at most.
+const CORRECTIONS: usize = 3;
+
+/// Puts a particle back on the surface that it left along a tangent, as friction takes back some
+/// of its way. What hovers over a surface is not held there by [`super::after_kick`].
+pub(crate) fn onto<R: Real>(
+    obstacle: &dyn Obstacle<R>,
+    touch: &Touch<R>,
+    landed: &mut Landed<R>,
+    time: f64,
+) {
+    let (normal, position) = (touch.normal, &mut landed.position);
+    // Each time the square of the angle of the way along the surface is left.
+    for _ in 0..CORRECTIONS {
+        let gap = obstacle.gap(R::Vec3::from_components(*position), time) - touch.radius;
+        if gap.abs() <= touch.noise {
+            break;
+        }
+        for (number, normal) in position.iter_mut().zip(normal) {
+            *number -= normal * gap;
+        }
+    }
+}
+
+/// Rounds over all obstacles, each of which puts a particle out of them one after the other: of a
+/// depth in a groove they leave the cosine of its angle, squared and to that power.
+const ROUNDS: usize = 8;
+
+/// Whether a particle of some radius that was put out of several obstacles has no room outside of
+/// all: it stays inside one however often it is put out of each.
+#[cold]
+pub(crate) fn is_squeezed<R: Real>(
+    obstacles: &Obstacles<R>,
+    (mut place, radius): (R::Vec3, R),
+    time: f64,
+) -> bool {
+    let noise = {
+        let [x, y, z] = place.components().map(R::abs);
+        rounding(x + y + z, radius) * R::of(16.0)
+    };
+    let mut round = || {
+        let mut deepest = R::ZERO;
+        let mut put_out = |obstacle: &dyn Obstacle<R>| {
+            let depth = radius - obstacle.gap(place, time);
+            if R::ZERO < depth {
+                place = place + obstacle.normal(place, time) * depth;
+                deepest = deepest.max(depth);
+            }
+        };
+        obstacles.planes.iter().for_each(|plane| put_out(plane));
+        obstacles.solids.iter().for_each(|solid| put_out(&Placed::new(solid, time)));
+        deepest
+    };
+    let first = round();
+    noise < first && (1..ROUNDS).all(|_| first * R::HALF < round())
+}
