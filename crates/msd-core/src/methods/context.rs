@@ -68,7 +68,8 @@ pub(crate) struct Done {
     pub(crate) given: f64,
     /// Pairs of particles that may have passed through each other in a substep.
     pub(crate) passes: u64,
-    /// Whether a solid turned or moved by too much in a substep in which it met a particle.
+    /// Whether a solid turned or moved by too much in a substep in which it met a particle, or
+    /// friction did not settle: a step of more substeps is needed.
     pub(crate) turned: bool,
     /// Why the method gave up, if it did.
     pub(crate) failure: Option<Failure>,

@@ -65,6 +65,8 @@ pub(crate) struct Scratch<R: Real> {
     wholes: Wholes,
     /// The square of the largest residual that a solve of the substep started with.
     first: f64,
+    /// Substeps of the step in which friction did not settle within the passes.
+    unsettled: u32,
     /// How far the solves of the step got.
     solved: Solved,
 }
@@ -105,6 +107,7 @@ impl<R: Real> Scratch<R> {
             holds: Holds::new(model),
             wholes: Wholes::default(),
             first: 0.0,
+            unsettled: 0,
             solved: Solved::default(),
         }
     }
@@ -144,7 +147,7 @@ pub(crate) fn midpoint<R: Real>(step: &mut StepContext<'_, R>) {
 fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
     let scratch = step.scratch.implicit.take();
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
-    scratch.solved = Solved::default();
+    (scratch.solved, scratch.unsettled) = (Solved::default(), 0);
     scratch.wholes.find(step.model);
     for _ in 0..step.substeps() {
         match advance_substep(step, rule, &mut scratch) {
@@ -159,6 +162,8 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
         let lag = if rule.mirrors { 0.5 } else { 0.0 };
         step.finish(Way::Kicked(lag), Evaluated::Nowhere);
     }
+    // Friction that goes back and forth holds what should slip. A start may take a few substeps.
+    step.done.turned |= step.substeps() < 2 * scratch.unsettled;
     step.scratch.implicit = Some(scratch);
 }
 
@@ -187,7 +192,7 @@ fn advance_substep<R: Real>(
     let Scratch { stage, holds, .. } = scratch;
     let contacts = holds.contacts(&stage.velocities, rule.fraction);
     at_level!(level, _simd => finish(step.state, stage, h, rule.mirrors));
-    step.done.meet(contacts + holds.settle(model, span.end, step.state));
+    step.done.meet(contacts + holds.settle(model, (h, span.end, rule.mirrors), step.state));
     Ok(power * length)
 }
 
@@ -199,7 +204,7 @@ fn improve<R: Real>(
     scratch: &mut Scratch<R>,
 ) -> Result<(), Failure> {
     let (model, level) = (step.model, step.level);
-    let Scratch { stage, tangent, solve, holds, wholes, first, solved } = scratch;
+    let Scratch { stage, tangent, solve, holds, wholes, first, unsettled, solved } = scratch;
     let Columns { positions, velocities } = stage;
     let motion = Motion { slots: &model.slots, positions, velocities: &*velocities, time };
     let stage = Stage { level, motion, tau };
@@ -237,7 +242,11 @@ fn improve<R: Real>(
         let residual = judge(model, (level, tau), solve, (&end, *first))?;
         let (iterations, tolerance) = (end.iterations as u64, goal.tolerance);
         solved.note(Solved { iterations, residual, tolerance });
-        if pass == PASSES || !holds.review(velocities, solve) {
+        if pass == PASSES {
+            *unsettled += 1;
+            break;
+        }
+        if !holds.review(velocities, solve) {
             break;
         }
         holds.precondition(tangent.inverses(), solve);
