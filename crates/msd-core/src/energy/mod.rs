@@ -10,8 +10,8 @@ pub use ledger::Ledger;
 pub use moduli::Moduli;
 
 use crate::columns::{self, LANES, RECORD};
-use crate::elements::springs::law;
-use crate::elements::touches::{self, near::Near};
+use crate::elements::Element;
+use crate::elements::touches::near::Near;
 use crate::number::{Real, Vector};
 use crate::obstacles::Placed;
 use crate::system::{Columns, Model};
@@ -59,25 +59,14 @@ pub(crate) fn energy_and_rounding<R: Real>(
     (time, substep): (f64, f64),
     (level, near): (Level, &Near<R>),
 ) -> (Energy, f64) {
-    let motion = state.motion(&model.slots, time);
-    let own = model.own.iter().map(|(_, own)| own.of::<R>().energy(&motion)).sum();
+    let moment = model.moment(level, state.motion(&model.slots, time));
+    let own = model.own.energy(&moment.motion);
     let particles = particle_sums(model, state);
     let ParticleSums { kinetic, potential: gravitational, mass, count, far } = particles;
     let mut energy = Energy { kinetic, gravitational, own, ..Energy::default() };
     let (mut pull, mut total_stiffness) = (0.0, 0.0);
-    for (spring, ends) in model.springs.present() {
-        let law = model.springs.law(spring).to_f64();
-        let length = distance(model, state, ends);
-        energy.elastic += law::energy(length, law);
-        pull += law.stiffness * (length - law.rest).abs();
-        total_stiffness += law.stiffness;
-    }
-    let touches = near.see(level, &model.touches, &state.positions, |near| {
-        touches::energy_and_pulls(near, &state.positions)
-    });
-    let others =
-        [model.bends.energy_and_pulls(&motion), model.volumes.energy_and_pulls(&motion), touches];
-    for [stored, pulls, stiffness] in others {
+    for kind in model.inner() {
+        let [stored, pulls, stiffness] = kind.energy_and_pulls(&moment, near);
         energy.elastic += stored;
         pull += pulls;
         total_stiffness += stiffness;

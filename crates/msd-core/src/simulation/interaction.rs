@@ -452,7 +452,7 @@ pub(crate) fn apply<R: Real>(
         }
         SetRelaxationTime { bodies, value } => {
             let rows = (particles_of(model, bodies), springs_of(model, bodies));
-            material::damp(model, rows, value);
+            material::damp(model, &rows, value);
         }
         SetLook { body, look } => model.bodies[body].look = look,
     }

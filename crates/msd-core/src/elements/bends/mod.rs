@@ -1,42 +1,31 @@
 //! Bends: stencils of particles that resist bending.
 //!
-//! [`Bend`] is the law of one. They stand in the order in which they are evaluated, which depends
-//! on them and on the slots of particles alone: first those that fit bundles of up to sixteen,
-//! whose particles are in the same lane of records, as most of a lattice are; then the others, one
-//! by one. A bundle adds what its bends would add one after the other, to the bit. Those that are
-//! curved at rest have a law of their own, in `curved.rs`, and are always evaluated one by one.
+//! [`Bend`] is the law of one. A bundle adds what its bends would add one after the other, to the
+//! bit. Those that are curved at rest have a law of their own, in `curved.rs`, and are always
+//! evaluated one by one.
 
 mod curved;
-mod stencil;
+mod law;
 
-use super::bundles::{self, record};
-use super::{Element, Motion, Products, Torn, Vectors};
-use crate::columns::slots::Slots;
-use crate::columns::{LANES, RECORD, set_vector, vector};
+use super::stencils::{Stencil, StencilLaw, Stencils, lane, record, subtract_record};
+use super::{
+    Derivatives, Element, Force, ForceWork, Joints, MatrixWork, Moment, Motion, Products,
+    Projection, Resists, Rows, Stage, Torn, Vectors,
+};
+use crate::columns::{LANES, add_vector};
+use crate::elements::touches::near::Near;
 use crate::number::{Real, Vector, at_level};
-use crate::scene::Bend;
-use alloc::vec::Vec;
-use fearless_simd::Level;
+use crate::scene::{Bend, Scene};
 use glam::DVec3;
-use stencil::{Stencil, add_curved_blocks, dot_parts, is_straight, subtract, subtract_parts};
+use law::{BendLaw, BendRow, add_curved_blocks, dot_parts, is_straight};
 
 /// The bends of a model.
-#[derive(Clone, Debug)]
-pub struct Bends<R: Real> {
-    /// In the order of evaluation.
-    rows: Vec<Stencil<R>>,
-    bundles: Vec<Bundle<R>>,
-    /// How many of the rows are in bundles: the first ones.
-    bundled: usize,
-    /// Numbers of a column of vectors.
-    numbers: usize,
-    is_damped: bool,
-}
+pub type Bends<R> = Stencils<BendLaw<R>, 4>;
 
 /// Straight bends of the same weights, each in a lane of its own; `at` is where their numbers
 /// start.
 #[derive(Clone, Debug)]
-struct Bundle<R> {
+pub struct BendBundle<R> {
     at: [u32; 4],
     weights: [R; 4],
     stiffnesses: [R; LANES],
@@ -46,258 +35,39 @@ struct Bundle<R> {
     is_full: bool,
 }
 
-impl<R: Real> Bends<R> {
-    /// Puts bends in order.
-    pub(crate) fn new(rows: &[Bend], slots: &Slots) -> Self {
-        let mut bends = Bends {
-            rows: Vec::new(),
-            bundles: Vec::new(),
-            bundled: 0,
-            numbers: 0,
-            is_damped: false,
-        };
-        bends.add(rows, slots);
-        bends
-    }
+impl<R: Real> StencilLaw<4> for BendLaw<R> {
+    type Number = R;
+    type Bundle = BendBundle<R>;
 
-    /// Adds bends, and puts all in order anew: the slots may have changed.
-    pub(crate) fn add(&mut self, rows: &[Bend], slots: &Slots) {
-        self.rows.extend(rows.iter().map(|bend| Stencil {
-            particles: bend.particles.map(|particle| particle as u32),
-            at: [0; 4],
-            weights: bend.weights.map(R::of),
-            rest: R::of(bend.rest),
-            stiffness: R::of(bend.stiffness),
-            damping: R::of(bend.damping),
-        }));
-        for row in &mut self.rows {
-            row.at = row.particles.map(|particle| slots.at(particle as usize) as u32);
-        }
-        self.numbers = slots.record_count() * RECORD;
-        self.bundle();
-    }
-
-    /// Puts bends in order and makes bundles of them.
-    fn bundle(&mut self) {
-        let is_straight = |row: &Stencil<R>| row.rest == R::ZERO;
-        let is_alike = |a: &Stencil<R>, b: &Stencil<R>| {
-            a.weights == b.weights && is_straight(a) && is_straight(b)
-        };
-        let bundles = bundles::order(&mut self.rows, self.numbers, |row| row.at, is_alike);
-        self.bundled = bundles.last().map_or(0, |last| last.end);
-        self.bundles = bundles.into_iter().map(|rows| Bundle::new(&self.rows[rows])).collect();
-        self.is_damped = self.rows.iter().any(|row| row.damping != R::ZERO);
-    }
-
-    /// The number of bends.
-    pub fn count(&self) -> usize {
-        self.rows.len()
-    }
-
-    /// Whether any bend has a damper.
-    pub fn is_damped(&self) -> bool {
-        self.is_damped
-    }
-
-    /// The bends as rows of a scene, in the order in which they are evaluated.
-    pub fn rows(&self) -> impl Iterator<Item = Bend> + '_ {
-        self.rows.iter().map(|row| Bend {
-            particles: row.particles.map(|particle| particle as usize),
-            weights: row.weights.map(R::to_f64),
-            rest: row.rest.to_f64(),
-            stiffness: row.stiffness.to_f64(),
-            damping: row.damping.to_f64(),
-        })
-    }
-
-    /// Removes the bends of which both ends of a spring that was cut are a part: what is torn does
-    /// not go on bending.
-    pub(crate) fn tear(&mut self, torn: &Torn) {
-        self.retain(|row| !torn.crosses(&row.particles));
-    }
-
-    /// Removes the bends of particles that were removed.
-    pub(crate) fn remove(&mut self, is_removed: impl Fn(u32) -> bool) {
-        self.retain(|row| !row.terms().any(|(particle, _)| is_removed(particle as u32)));
-    }
-
-    fn retain(&mut self, is_left: impl Fn(&Stencil<R>) -> bool) {
-        let before = self.rows.len();
-        self.rows.retain(is_left);
-        if self.rows.len() < before {
-            self.bundle();
-        }
-    }
-
-    /// Changes stiffness and damping of the bends of some particles.
-    pub(crate) fn change(
-        &mut self,
-        is_of: impl Fn(u32) -> bool,
-        change: impl Fn([R; 2]) -> [R; 2],
-    ) {
-        for row in self.rows.iter_mut().filter(|row| is_of(row.particles[0])) {
-            [row.stiffness, row.damping] = change([row.stiffness, row.damping]);
-        }
-        self.bundle();
-    }
-
-    /// The same bends in another precision, each number rounded once.
-    pub(crate) fn convert<S: Real>(&self, slots: &Slots) -> Bends<S> {
-        let rows: Vec<Bend> = self.rows().collect();
-        Bends::new(&rows, slots)
-    }
-
-    /// Adds the forces of all bends, newtons, and returns the power that they dissipate, watts.
-    pub(crate) fn add_all(&self, level: Level, motion: &Motion<'_, R>, forces: &mut [R]) -> f64 {
-        if self.rows.is_empty() {
-            return 0.0;
-        }
-        let Motion { positions, velocities, .. } = *motion;
-        at_level!(level, _simd => add_forces(self, positions, velocities, forces))
-    }
-
-    /// Adds the products of τ (τ k + b) about positions with a direction, in columns.
-    pub(crate) fn add_column_products(
-        &self,
-        (level, tau): (Level, R),
-        positions: &[R],
-        direction: &[R],
-        products: &mut [R],
-    ) {
-        if !self.rows.is_empty() {
-            at_level!(level, _simd => add_products(self, tau, (positions, direction), products));
-        }
-    }
-
-    /// Adds the diagonal blocks of τ (τ k + b) about positions to those of particles.
-    pub(crate) fn add_blocks(&self, tau: R, positions: &[R], [upper, lower]: [&mut [R]; 2]) {
-        for row in &self.rows {
-            let position = |end: usize| vector::<R>(positions, row.at[end] as usize);
-            if let Some(curved) = row.curved(position) {
-                add_curved_blocks(row, &curved, tau, [&mut *upper, &mut *lower]);
-                continue;
-            }
-            let bent = row.bent(position);
-            let axis = |row: [R; 3]| R::Vec3::from_components(row);
-            let [zero, one] = [R::ZERO, R::ONE];
-            let [x, y, z] = [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
-                .map(|unit| row.product(tau, bent, axis(unit)).components());
-            for (&at, &weight) in row.at.iter().zip(&row.weights) {
-                let (at, square) = (at as usize, weight * weight);
-                for (column, numbers) in [(&mut *upper, x), (&mut *lower, [y[1], y[2], z[2]])] {
-                    let sum = vector::<R>(column, at) + axis(numbers) * square;
-                    set_vector(column, at, sum);
-                }
-            }
-        }
-    }
-
-    /// Moves the particles of each bend, in order, as XPBD moves those of a spring: a bend is a
-    /// constraint |s| = 0 of compliance 1/k, of one that is curved |d| = 0.
-    pub(crate) fn project(
-        &self,
-        h: R,
-        inverse_masses: &[R],
-        starts: &[R::Vec3],
-        ways: &mut [R::Vec3],
-    ) {
-        for row in &self.rows {
-            let [stiff, damp] = [row.stiffness * h * h, row.damping * h];
-            let particle = |end: usize| row.particles[end] as usize;
-            if let Some(curved) = row.curved(|end| starts[particle(end)] + ways[particle(end)]) {
-                row.project_curved(&curved, [stiff, damp], inverse_masses, ways);
-                continue;
-            }
-            let moved = row.sum(|end| ways[particle(end)]);
-            let bent = row.sum(|end| starts[particle(end)]) + moved;
-            let square = bent.dot(bent);
-            if square < R::SHORTEST_SQUARED {
-                continue;
-            }
-            let squares = row.terms().map(|(end, weight)| weight * weight * inverse_masses[end]);
-            let yielding = R::ONE + (stiff + damp) * squares.fold(R::ZERO, |sum, add| sum + add);
-            let drag = damp * bent.dot(moved) * (R::ONE / square);
-            let pull = bent * ((stiff + drag) * (R::ONE / yielding));
-            for (end, weight) in row.terms() {
-                ways[end] -= pull * (weight * inverse_masses[end]);
-            }
-        }
-    }
-
-    /// The energy of all bends, joules; the sums of |k s| and of k, each times the weights, by
-    /// which rounding changes it.
-    pub(crate) fn energy_and_pulls(&self, motion: &Motion<'_, R>) -> [f64; 3] {
-        let mut sums = [0.0; 3];
-        for row in &self.rows {
-            let position = |end: usize| motion.position(row.particles[end] as usize).to_f64();
-            let curved = row.curved_f64(position);
-            let bent = curved.map_or_else(|| row.sum_f64(position), |curved| curved.off);
-            let weight: f64 = row.weights.iter().map(|weight| weight.abs().to_f64()).sum();
-            let (stiffness, square) = (row.stiffness.to_f64(), bent.dot(bent));
-            sums[0] += 0.5 * stiffness * square;
-            sums[1] += stiffness * weight * Real::sqrt(square);
-            sums[2] += stiffness * weight * weight;
-        }
-        sums
-    }
-
-    /// The stiffness and the damping that each particle meets at most about a motion, by a
-    /// function: the row sums of magnitudes of their matrices.
-    pub(crate) fn row_sums(&self, motion: &Motion<'_, R>, mut add: impl FnMut(usize, [f64; 2])) {
-        for row in &self.rows {
-            let position = |end: usize| motion.position(row.particles[end] as usize).to_f64();
-            if let Some(curved) = row.curved_f64(position) {
-                let [stiffness, damping] = [row.stiffness, row.damping].map(R::to_f64);
-                let (bounds, along) = (curved.bounds(), curved.gradient());
-                let lengths = along.map(|part| Real::sqrt(part.dot(part)));
-                let all: f64 = bounds.iter().map(|bound| bound[0]).sum();
-                let total: f64 = lengths.iter().sum();
-                let pull = stiffness * Real::sqrt(curved.off.dot(curved.off));
-                for (end, [own, turning]) in bounds.into_iter().enumerate() {
-                    let met = stiffness * own * all + pull * turning;
-                    let damped = damping * lengths[end] * total;
-                    add(row.particles[end] as usize, [met, damped]);
-                }
-                continue;
-            }
-            let all: f64 = row.weights.iter().map(|weight| weight.abs().to_f64()).sum();
-            for (particle, weight) in row.terms() {
-                let weight = weight.abs().to_f64() * all;
-                add(particle, [row.stiffness, row.damping].map(|value| value.to_f64() * weight));
-            }
-        }
-    }
-
-    /// Pairs of particles that bends join.
-    pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.rows.iter().flat_map(|row| {
-            let (ahead, behind) = (row.terms(), row.terms().skip(1));
-            ahead.zip(behind).map(|((a, _), (b, _))| [a as u32, b as u32])
-        })
-    }
-}
-
-impl<R: Real> Bundle<R> {
-    fn new(rows: &[Stencil<R>]) -> Self {
-        let lane = |at: u32| at as usize % RECORD;
+    fn bundle(rows: &[Stencil<Self, 4>]) -> BendBundle<R> {
         let first = &rows[0];
-        let mut bundle = Bundle {
-            at: first.at.map(|at| at - lane(first.at[0]) as u32),
-            weights: first.weights,
+        let mut bundle = BendBundle {
+            at: first.at.map(|at| at - lane(first.at) as u32),
+            weights: first.law.weights,
             stiffnesses: [R::ZERO; LANES],
             dampings: [R::ZERO; LANES],
             is_there: [false; LANES],
             is_full: rows.len() == LANES,
         };
         for row in rows {
-            let lane = lane(row.at[0]);
-            bundle.stiffnesses[lane] = row.stiffness;
-            bundle.dampings[lane] = row.damping;
+            let lane = lane(row.at);
+            bundle.stiffnesses[lane] = row.law.stiffness;
+            bundle.dampings[lane] = row.law.damping;
             bundle.is_there[lane] = true;
         }
         bundle
     }
 
+    fn is_alike(&self, other: &Self) -> bool {
+        self.weights == other.weights && self.rest == R::ZERO && other.rest == R::ZERO
+    }
+
+    fn constants(&mut self) -> [&mut R; 2] {
+        [&mut self.stiffness, &mut self.damping]
+    }
+}
+
+impl<R: Real> BendBundle<R> {
     /// The weighted sums along an axis.
     #[inline(always)]
     fn sums(&self, column: &[R], axis: usize) -> [R; LANES] {
@@ -327,20 +97,30 @@ impl<R: Real> Bundle<R> {
     #[inline(always)]
     fn subtract(&self, pulls: [R; LANES], axis: usize, sums: &mut [R]) {
         for end in (0..4).filter(|&end| self.weights[end] != R::ZERO) {
-            let (at, weight) = (self.at[end] as usize + axis * LANES, self.weights[end]);
-            let record = sums[at..].first_chunk_mut::<LANES>().expect("a record of the column");
-            for lane in 0..LANES {
-                let less = record[lane] - pulls[lane] * weight;
-                let is_there = self.is_full | self.is_there[lane];
-                record[lane] = if is_there { less } else { record[lane] };
-            }
+            let weight = self.weights[end];
+            let is_there = |lane: usize| self.is_full | self.is_there[lane];
+            let less = |lane: usize| pulls[lane] * weight;
+            subtract_record((&mut *sums, self.at[end], axis), less, is_there);
         }
+    }
+}
+
+impl<R: Real> Bends<R> {
+    /// The bends as rows of a scene, in the order in which they are evaluated.
+    pub fn rows(&self) -> impl Iterator<Item = Bend> + '_ {
+        self.all.iter().map(|row| Bend {
+            particles: row.particles.map(|particle| particle as usize),
+            weights: row.law.weights.map(R::to_f64),
+            rest: row.law.rest.to_f64(),
+            stiffness: row.law.stiffness.to_f64(),
+            damping: row.law.damping.to_f64(),
+        })
     }
 }
 
 /// Adds the forces of all bends and returns the power that they dissipate.
 #[inline(always)]
-fn add_forces<R: Real>(bends: &Bends<R>, x: &[R], v: &[R], forces: &mut [R]) -> f64 {
+fn add_forces<R: Real>(bends: &Bends<R>, [x, v]: [&[R]; 2], forces: &mut [R]) -> f64 {
     let mut powers = [0.0; LANES];
     for bundle in &bends.bundles {
         let sums = [0, 1, 2].map(|axis| bundle.sums(x, axis));
@@ -360,25 +140,24 @@ fn add_forces<R: Real>(bends: &Bends<R>, x: &[R], v: &[R], forces: &mut [R]) -> 
             bundle.subtract(product(sums, factors), axis, forces);
         }
     }
-    let mut power: f64 = powers.iter().sum();
-    for row in &bends.rows[bends.bundled..] {
-        let in_x = |end: usize| vector::<R>(x, row.at[end] as usize);
-        if let Some(curved) = row.curved(in_x) {
-            let in_v = |end: usize| vector::<R>(v, row.at[end] as usize);
-            let (parts, taken) = row.curved_pull(&curved, in_v);
-            subtract_parts(row, parts, forces);
-            power += taken.to_f64();
-            continue;
-        }
-        let of = |column: &[R]| row.sum(|end| vector::<R>(column, row.at[end] as usize));
-        let (pull, taken) = row.pull(of(x), of(v));
-        subtract(row, pull, forces);
-        power += taken.to_f64();
-    }
-    power
+    let power: f64 = powers.iter().sum();
+    bends.singles().iter().fold(power, |power, row| power + add_force(row, [x, v], forces))
 }
 
-/// Subtracts from products: what is summed is the opposite of a force.
+/// Adds the forces of one bend and returns the power that it dissipates.
+#[inline(always)]
+fn add_force<R: Real>(row: &BendRow<R>, [x, v]: [&[R]; 2], forces: &mut [R]) -> f64 {
+    if let Some(curved) = row.law.curved(row.of(x)) {
+        let (parts, taken) = row.law.curved_pull(&curved, row.of(v));
+        row.subtract_parts(parts, forces);
+        return taken.to_f64();
+    }
+    let (pull, taken) = row.law.pull(row.law.sum(row.of(x)), row.law.sum(row.of(v)));
+    row.subtract(pull, forces);
+    taken.to_f64()
+}
+
+/// Adds the products of τ (τ k + b) about positions with a direction.
 #[inline(always)]
 fn add_products<R: Real>(
     bends: &Bends<R>,
@@ -386,6 +165,7 @@ fn add_products<R: Real>(
     (x, direction): (&[R], &[R]),
     products: &mut [R],
 ) {
+    // Subtracts: what is summed is the opposite of a force.
     for bundle in &bends.bundles {
         let sums = [0, 1, 2].map(|axis| bundle.sums(direction, axis));
         let mut pulls = sums.map(|sums| product(sums, bundle.stiffnesses.map(|k| tau * tau * k)));
@@ -408,22 +188,19 @@ fn add_products<R: Real>(
             bundle.subtract(pulls.map(|pull| -pull), axis, products);
         }
     }
-    for row in &bends.rows[bends.bundled..] {
-        let in_x = |end: usize| vector::<R>(x, row.at[end] as usize);
-        let in_direction = |end: usize| vector::<R>(direction, row.at[end] as usize);
-        if let Some(curved) = row.curved(in_x) {
-            let pull = curved.change(in_direction) * (tau * tau * row.stiffness);
-            subtract_parts(row, curved.parts(-pull), products);
-            if row.damping != R::ZERO {
+    for row in bends.singles() {
+        let (law, of) = (&row.law, row.of(direction));
+        if let Some(curved) = law.curved(row.of(x)) {
+            let pull = curved.change(&of) * (tau * tau * law.stiffness);
+            row.subtract_parts(curved.parts(-pull), products);
+            if law.damping != R::ZERO {
                 let along = curved.gradient();
-                let drag = dot_parts::<R>(&along, in_direction) * (tau * row.damping);
-                subtract_parts(row, along.map(|part| part * -drag), products);
+                let drag = dot_parts::<R>(&along, of) * (tau * law.damping);
+                row.subtract_parts(along.map(|part| part * -drag), products);
             }
             continue;
         }
-        let bent = row.bent(in_x);
-        let of = row.sum(in_direction);
-        subtract(row, -row.product(tau, bent, of), products);
+        row.subtract(-law.product(tau, law.bent(row.of(x)), law.sum(of)), products);
     }
 }
 
@@ -449,29 +226,13 @@ fn product<R: Real>(a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
 
 impl<R: Real> Element<R> for Bends<R> {
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
-        let mut power = 0.0;
-        for row in &self.rows {
-            let particle = |end: usize| row.particles[end] as usize;
-            if let Some(curved) = row.curved(|end| motion.position(particle(end))) {
-                let (parts, taken) = row.curved_pull(&curved, |end| motion.velocity(particle(end)));
-                for (end, part) in parts.into_iter().enumerate() {
-                    forces.add(particle(end), R::Vec3::ZERO - part);
-                }
-                power += taken.to_f64();
-                continue;
-            }
-            let sum = row.sum(|end| motion.position(particle(end)));
-            let (pull, taken) = row.pull(sum, row.sum(|end| motion.velocity(particle(end))));
-            for (end, weight) in row.terms() {
-                forces.add(end, R::Vec3::ZERO - pull * weight);
-            }
-            power += taken.to_f64();
-        }
-        power
+        let columns = [motion.positions, motion.velocities];
+        let rows = self.all.iter().map(|row| row.placed(motion.slots));
+        rows.map(|row| add_force(&row, columns, forces.numbers)).sum()
     }
 
     fn energy(&self, motion: &Motion<'_, R>) -> f64 {
-        self.energy_and_pulls(motion)[0]
+        self.stored(motion)[0]
     }
 
     fn add_products(
@@ -480,22 +241,20 @@ impl<R: Real> Element<R> for Bends<R> {
         direction: &[DVec3],
         products: &mut Products<'_>,
     ) {
-        for row in &self.rows {
-            let particle = |end: usize| row.particles[end] as usize;
+        for row in &self.all {
+            let (law, particle) = (&row.law, |end: usize| row.particles[end] as usize);
             let position = |end: usize| motion.position(particle(end)).to_f64();
             let way = |end: usize| direction[particle(end)];
-            if let Some(curved) = row.curved_f64(position) {
-                let elastic = curved.product(row.stiffness.to_f64(), way);
+            if let Some(curved) = law.curved_f64(position) {
+                let elastic = curved.product(law.stiffness.to_f64(), way);
                 let along = curved.gradient();
-                let drag = dot_parts::<f64>(&along, way) * row.damping.to_f64();
-                let damped = along.map(|part| part * drag);
-                for (end, (elastic, damped)) in elastic.into_iter().zip(damped).enumerate() {
-                    products.add(particle(end), [elastic, damped]);
+                let drag = dot_parts::<f64>(&along, way) * law.damping.to_f64();
+                for (end, elastic) in elastic.into_iter().enumerate() {
+                    products.add(particle(end), [elastic, along[end] * drag]);
                 }
                 continue;
             }
-            let of = row.sum_f64(way);
-            let bent = row.sum_f64(position);
+            let (of, bent) = (law.sum_f64(way), law.sum_f64(position));
             let edge = (motion.position(particle(1)) - motion.position(particle(0))).to_f64();
             let square = bent.dot(bent);
             let along = match is_straight::<f64>(square, edge.dot(edge)) {
@@ -503,9 +262,182 @@ impl<R: Real> Element<R> for Bends<R> {
                 false => bent * (bent.dot(of) / square),
             };
             for (end, weight) in row.terms() {
-                let by = [row.stiffness, row.damping].map(|value| (value * weight).to_f64());
+                let by = [law.stiffness, law.damping].map(|value| (value * weight).to_f64());
                 products.add(end, [of * by[0], along * by[1]]);
             }
         }
+    }
+}
+
+impl<R: Real> Force<R> for Bends<R> {
+    fn element(&self) -> Option<&dyn Element<R>> {
+        Some(self)
+    }
+
+    fn count(&self) -> usize {
+        self.all.len()
+    }
+
+    fn is_damped(&self) -> bool {
+        self.is_damped
+    }
+
+    fn add_forces(&self, moment: &Moment<'_, R>, _: &mut ForceWork<R>, forces: &mut [R]) -> f64 {
+        if self.all.is_empty() {
+            return 0.0;
+        }
+        let Motion { positions, velocities, .. } = moment.motion;
+        at_level!(moment.level, _simd => add_forces(self, [positions, velocities], forces))
+    }
+
+    fn energy_and_pulls(&self, moment: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
+        self.stored(&moment.motion)
+    }
+
+    fn add_row_sums(&self, motion: &Motion<'_, R>, _: &Derivatives, sums: &mut [[f64; 2]]) {
+        for row in &self.all {
+            let (law, particle) = (&row.law, |end: usize| row.particles[end] as usize);
+            let position = |end: usize| motion.position(particle(end)).to_f64();
+            if let Some(curved) = law.curved_f64(position) {
+                let [stiffness, damping] = [law.stiffness, law.damping].map(R::to_f64);
+                let (bounds, along) = (curved.bounds(), curved.gradient());
+                let lengths = along.map(|part| Real::sqrt(part.dot(part)));
+                let all: f64 = bounds.iter().map(|bound| bound[0]).sum();
+                let total: f64 = lengths.iter().sum();
+                let pull = stiffness * Real::sqrt(curved.off.dot(curved.off));
+                for (end, [own, turning]) in bounds.into_iter().enumerate() {
+                    let sum = &mut sums[particle(end)];
+                    sum[0] += stiffness * own * all + pull * turning;
+                    sum[1] += damping * lengths[end] * total;
+                }
+                continue;
+            }
+            let all: f64 = law.weights.iter().map(|weight| weight.abs().to_f64()).sum();
+            for (particle, weight) in row.terms() {
+                let weight = weight.abs().to_f64() * all;
+                sums[particle][0] += law.stiffness.to_f64() * weight;
+                sums[particle][1] += law.damping.to_f64() * weight;
+            }
+        }
+    }
+
+    fn linearise(
+        &self,
+        stage: &Stage<'_, R>,
+        _: &mut MatrixWork<R>,
+        _: &mut Near<R>,
+        [upper, lower]: [&mut [R]; 2],
+    ) {
+        let (tau, positions) = (stage.tau, stage.moment.motion.positions);
+        for row in &self.all {
+            if let Some(curved) = row.law.curved(row.of(positions)) {
+                add_curved_blocks(row, &curved, tau, [&mut *upper, &mut *lower]);
+                continue;
+            }
+            let bent = row.law.bent(row.of(positions));
+            let axis = |row: [R; 3]| R::Vec3::from_components(row);
+            let [zero, one] = [R::ZERO, R::ONE];
+            let [x, y, z] = [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
+                .map(|unit| row.law.product(tau, bent, axis(unit)).components());
+            for (&at, &weight) in row.at.iter().zip(&row.law.weights) {
+                let (at, square) = (at as usize, weight * weight);
+                add_vector::<R>(upper, at, axis(x) * square);
+                add_vector::<R>(lower, at, axis([y[1], y[2], z[2]]) * square);
+            }
+        }
+    }
+
+    fn add_column_products(
+        &self,
+        stage: &Stage<'_, R>,
+        _: &mut MatrixWork<R>,
+        direction: &[R],
+        products: &mut [R],
+    ) {
+        if !self.all.is_empty() {
+            let (tau, of) = (stage.tau, (stage.moment.motion.positions, direction));
+            at_level!(stage.moment.level, _simd => add_products(self, tau, of, products));
+        }
+    }
+
+    /// A bend is a constraint |s| = 0 of compliance 1/k, of one that is curved |d| = 0.
+    fn project(&self, projection: &mut Projection<'_, R>) {
+        let Projection { h, inverse_masses, starts, ways, .. } = projection;
+        let h = *h;
+        for row in &self.all {
+            let law = &row.law;
+            let [stiff, damp] = [law.stiffness * h * h, law.damping * h];
+            let particle = |end: usize| row.particles[end] as usize;
+            if let Some(curved) = law.curved(|end| starts[particle(end)] + ways[particle(end)]) {
+                row.project_curved(&curved, [stiff, damp], inverse_masses, ways);
+                continue;
+            }
+            let moved = law.sum(|end| ways[particle(end)]);
+            let bent = law.sum(|end| starts[particle(end)]) + moved;
+            let square = bent.dot(bent);
+            if square < R::SHORTEST_SQUARED {
+                continue;
+            }
+            let squares = row.terms().map(|(end, weight)| weight * weight * inverse_masses[end]);
+            let yielding = R::ONE + (stiff + damp) * squares.fold(R::ZERO, |sum, add| sum + add);
+            let drag = damp * bent.dot(moved) * (R::ONE / square);
+            let pull = bent * ((stiff + drag) * (R::ONE / yielding));
+            for (end, weight) in row.terms() {
+                ways[end] -= pull * (weight * inverse_masses[end]);
+            }
+        }
+    }
+
+    fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {
+        for row in &self.all {
+            let ends = row.terms().zip(row.terms().skip(1));
+            ends.for_each(|((a, _), (b, _))| join([a as u32, b as u32]));
+        }
+    }
+
+    fn add(&mut self, rows: &Scene, joints: Joints<'_>) {
+        let law = |bend: &Bend| BendLaw {
+            weights: bend.weights.map(R::of),
+            rest: R::of(bend.rest),
+            stiffness: R::of(bend.stiffness),
+            damping: R::of(bend.damping),
+        };
+        let rows = rows.bends.iter().map(|bend| Stencil::new(bend.particles, law(bend)));
+        self.extend(rows, joints.slots);
+    }
+
+    fn write(&self, rows: &mut Scene) {
+        rows.bends.extend(self.rows());
+    }
+
+    fn tear(&mut self, torn: &Torn) {
+        Stencils::tear(self, torn);
+    }
+
+    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, _: Joints<'_>) {
+        self.retain(|row| !row.terms().any(|(particle, _)| is_removed(particle as u32)));
+    }
+
+    fn change(&mut self, (particles, _): &Rows, change: &dyn Fn(Resists, [R; 2]) -> [R; 2]) {
+        Stencils::change(self, particles, |constants| change(Resists::Bending, constants));
+    }
+}
+
+impl<R: Real> Bends<R> {
+    /// The energy of all bends, joules; the sums of |k s| and of k, each times the weights, by
+    /// which rounding changes it.
+    fn stored(&self, motion: &Motion<'_, R>) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        for row in &self.all {
+            let position = |end: usize| motion.position(row.particles[end] as usize).to_f64();
+            let curved = row.law.curved_f64(position);
+            let bent = curved.map_or_else(|| row.law.sum_f64(position), |curved| curved.off);
+            let weight: f64 = row.law.weights.iter().map(|weight| weight.abs().to_f64()).sum();
+            let (stiffness, square) = (row.law.stiffness.to_f64(), bent.dot(bent));
+            sums[0] += 0.5 * stiffness * square;
+            sums[1] += stiffness * weight * Real::sqrt(square);
+            sums[2] += stiffness * weight * weight;
+        }
+        sums
     }
 }

@@ -10,19 +10,10 @@ use super::layout::{Band, Layout, POINT, Row};
 use super::sweep::{add_column, add_to_quads, columns_of, motion, set_points, values, zip};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, Pack, RECORD, load, set_vector, store, vector};
-use crate::elements::Motion;
+use crate::elements::{Motion, Stage};
 use crate::number::{Real, Vector, at_level};
 use alloc::vec::Vec;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask};
-
-/// A stage of an implicit method: the motion about which its matrix is taken.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stage<'a, R> {
-    pub(crate) level: Level,
-    pub(crate) motion: Motion<'a, R>,
-    /// Length, seconds.
-    pub(crate) tau: R,
-}
 
 /// The terms of springs in the matrix, kilograms.
 ///
@@ -87,7 +78,8 @@ impl<R: Real> SpringMatrix<R> {
         blocks: [&mut [R]; 2],
     ) {
         let Springs { layout, values, .. } = springs;
-        let Stage { level, tau, motion: Motion { positions, velocities, .. } } = *stage;
+        let (tau, level) = (stage.tau, stage.moment.level);
+        let Motion { positions, velocities, .. } = stage.moment.motion;
         if !layout.others.is_empty() {
             let points = &mut self.points[layout.reach() * LANES * POINT..];
             at_level!(level, simd => set_points(simd, [positions, velocities], points));

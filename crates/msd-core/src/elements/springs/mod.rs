@@ -17,20 +17,21 @@ pub(crate) mod matrix;
 
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single};
-use crate::elements::{Element, Motion, Products, Vectors};
+use crate::elements::touches::near::Near;
+use crate::elements::{
+    Derivatives, Element, Force, ForceWork, MatrixWork, Moment, Motion, Products, Projection,
+    Stage, Vectors,
+};
 use crate::number::{Real, Vector};
-use crate::scene::Spring;
+use crate::scene::{Scene, Spring};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
-use fearless_simd::Level;
 use glam::DVec3;
 use law::{Law, Tangent};
 pub use layout::Sum;
 use layout::{Layout, Turn};
 pub(crate) use share::SpringWork;
-use share::Sweep;
-use sweep::Input;
 use table::Table;
 
 /// A value per spring, stored once if all springs share it.
@@ -69,16 +70,6 @@ impl<R: Real> Values<R> {
         let mut values: Vec<R> = (0..count).map(|spring| self.get(spring)).collect();
         values[range].fill(value);
         *self = Values::collect(values.iter().copied());
-    }
-
-    fn convert<S: Real>(&self, count: usize) -> Values<S> {
-        match self {
-            Values::Same(value) => Values::Same(S::of(value.to_f64())),
-            Values::Each(_) => {
-                let values: Vec<S> = (0..count).map(|row| S::of(self.get(row).to_f64())).collect();
-                Values::collect(values.iter().copied())
-            }
-        }
     }
 }
 
@@ -259,23 +250,6 @@ impl<R: Real> Springs<R> {
         &mut self.rest_lengths[springs]
     }
 
-    /// The same springs in another precision, each number rounded once.
-    pub(crate) fn convert<S: Real>(&self) -> Springs<S> {
-        let count = self.ends.len();
-        let mut springs = Springs {
-            ends: self.ends.clone(),
-            rest_lengths: self.rest_lengths.iter().map(|rest| S::of(rest.to_f64())).collect(),
-            stiffnesses: self.stiffnesses.convert(count),
-            dampings: self.dampings.convert(count),
-            cut: self.cut.clone(),
-            layout: self.layout.clone(),
-            values: Aligned::default(),
-            stiffness_sums: Aligned::default(),
-        };
-        springs.renew();
-        springs
-    }
-
     /// Takes over numbers of springs that have changed into the rows.
     pub(crate) fn renew(&mut self) {
         let mut table = Table::new(&self.layout);
@@ -308,39 +282,56 @@ impl<R: Real> Springs<R> {
         self.stiffness_sums = sums;
     }
 
-    /// Adds the pull of every spring, newtons, and returns the power that dampers dissipate, watts.
-    pub(crate) fn add_all(
-        &self,
-        level: Level,
-        motion: &Motion<'_, R>,
-        work: &mut SpringWork<R>,
-        forces: &mut [R],
-    ) -> f64 {
-        let Springs { layout, values, .. } = self;
-        let Motion { positions, velocities, .. } = *motion;
-        let input = Input { layout, values, positions, velocities };
-        Sweep { springs: self, level, damped: self.is_damped(), input }.run(work, forces)
-    }
-
     /// The derivative of the force of a spring.
-    pub(crate) fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent {
+    fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent {
         let [a, b] = self.ends[spring].map(|end| motion.position(end as usize).to_f64());
         Tangent::new(b - a, self.law(spring).to_f64())
+    }
+
+    /// Adds the products of the derivatives of all springs that are there.
+    fn add_products_of(
+        &self,
+        tangents: impl Iterator<Item = Tangent>,
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        let is_damped = self.is_damped();
+        for ((_, [a, b]), tangent) in self.present().zip(tangents) {
+            let [pull, drag] = tangent.products(direction[b] - direction[a]);
+            products.stiffness[a] -= pull;
+            products.stiffness[b] += pull;
+            if is_damped {
+                products.damping[a] -= drag;
+                products.damping[b] += drag;
+            }
+        }
+    }
+
+    /// The energy of all springs, joules; the sums of |k stretch| and of k, by which rounding
+    /// changes it.
+    fn stored(&self, motion: &Motion<'_, R>) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        for (spring, ends) in self.present() {
+            let law = self.law(spring).to_f64();
+            let [a, b] = ends.map(|end| motion.position(end).to_f64());
+            let length = Real::sqrt((b - a).dot(b - a));
+            sums[0] += law::energy(length, law);
+            sums[1] += law.stiffness * (length - law.rest).abs();
+            sums[2] += law.stiffness;
+        }
+        sums
     }
 }
 
 impl<R: Real> Element<R> for Springs<R> {
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
         let mut work = SpringWork::new(self, motion.slots);
-        self.add_all(crate::number::Instructions::best().level(), motion, &mut work, forces.numbers)
+        let level = crate::number::Instructions::best().level();
+        self.pull_all((level, motion), &mut work, forces.numbers)
     }
 
     fn energy(&self, motion: &Motion<'_, R>) -> f64 {
-        let energy = |(spring, ends): (usize, [usize; 2])| {
-            let [a, b] = ends.map(|end| motion.position(end).to_f64());
-            law::energy(Real::sqrt((b - a).dot(b - a)), self.law(spring).to_f64())
-        };
-        self.present().map(energy).sum()
+        self.stored(motion)[0]
     }
 
     fn add_products(
@@ -349,9 +340,115 @@ impl<R: Real> Element<R> for Springs<R> {
         direction: &[DVec3],
         products: &mut Products<'_>,
     ) {
-        for (spring, [a, b]) in self.present() {
-            let tangent = self.tangent(motion, spring);
-            products.add_between([a, b], tangent.products(direction[b] - direction[a]));
+        let tangents = self.present().map(|(spring, _)| self.tangent(motion, spring));
+        self.add_products_of(tangents, direction, products);
+    }
+}
+
+impl<R: Real> Force<R> for Springs<R> {
+    fn element(&self) -> Option<&dyn Element<R>> {
+        Some(self)
+    }
+
+    fn count(&self) -> usize {
+        self.count()
+    }
+
+    fn is_damped(&self) -> bool {
+        self.is_damped()
+    }
+
+    fn add_forces(&self, moment: &Moment<'_, R>, work: &mut ForceWork<R>, forces: &mut [R]) -> f64 {
+        self.pull_all((moment.level, &moment.motion), &mut work.springs, forces)
+    }
+
+    fn energy_and_pulls(&self, moment: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
+        self.stored(&moment.motion)
+    }
+
+    fn differentiate(&self, moment: &Moment<'_, R>, _: &mut Near<R>, to: &mut Derivatives) {
+        let springs = self.present();
+        to.springs.clear();
+        to.springs.extend(springs.map(|(spring, _)| self.tangent(&moment.motion, spring)));
+    }
+
+    fn add_products(
+        &self,
+        (_, derivatives): (&Motion<'_, R>, &Derivatives),
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        self.add_products_of(derivatives.springs.iter().copied(), direction, products);
+    }
+
+    fn add_row_sums(&self, _: &Motion<'_, R>, _: &Derivatives, sums: &mut [[f64; 2]]) {
+        for (spring, ends) in self.present() {
+            let law = self.law(spring);
+            for end in ends {
+                sums[end][0] += law.stiffness.to_f64();
+                sums[end][1] += law.damping.to_f64();
+            }
         }
+    }
+
+    fn linearise(
+        &self,
+        stage: &Stage<'_, R>,
+        work: &mut MatrixWork<R>,
+        _: &mut Near<R>,
+        blocks: [&mut [R]; 2],
+    ) {
+        work.springs.linearise(self, stage, blocks);
+    }
+
+    fn add_column_products(
+        &self,
+        stage: &Stage<'_, R>,
+        work: &mut MatrixWork<R>,
+        direction: &[R],
+        products: &mut [R],
+    ) {
+        work.springs.add_products(stage.moment.level, self, direction, products);
+    }
+
+    /// A spring is a constraint of compliance 1/k.
+    fn project(&self, projection: &mut Projection<'_, R>) {
+        let Projection { h, inverse_masses, starts, ways, .. } = projection;
+        let h = *h;
+        for (spring, [a, b]) in self.present() {
+            let parted = ways[b] - ways[a];
+            let across = (starts[b] - starts[a]) + parted;
+            let squared = across.dot(across);
+            if squared < R::SHORTEST_SQUARED {
+                continue;
+            }
+            let law = self.law(spring);
+            let length = squared.sqrt();
+            let direction = across * (R::ONE / length);
+            let stiff = law.stiffness * h * h;
+            let damp = law.damping * h;
+            let moved = direction.dot(parted);
+            let stretch = length - law.rest;
+            let yielding = R::ONE + (stiff + damp) * (inverse_masses[a] + inverse_masses[b]);
+            let pull = direction * ((stiff * stretch + damp * moved) / yielding);
+            ways[a] += pull * inverse_masses[a];
+            ways[b] -= pull * inverse_masses[b];
+        }
+    }
+
+    fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {
+        self.present().for_each(|(_, ends)| join(ends.map(|end| end as u32)));
+    }
+
+    fn write(&self, rows: &mut Scene) {
+        rows.springs.extend(self.ends.iter().enumerate().map(|(row, ends)| {
+            let law = self.law(row).to_f64();
+            Spring {
+                ends: ends.map(|end| end as usize),
+                rest_length: law.rest,
+                stiffness: law.stiffness,
+                damping: law.damping,
+            }
+        }));
     }
 }

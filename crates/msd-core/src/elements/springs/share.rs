@@ -9,6 +9,7 @@ use super::sweep::{Input, Sums, add_column, add_extras, add_springs};
 use crate::columns::slots::Slots;
 use crate::columns::threads::{are_several, for_each_share, join, merge_shares};
 use crate::columns::{Aligned, LANES, RECORD};
+use crate::elements::Motion;
 use crate::number::{Real, at_level};
 use alloc::vec::Vec;
 use core::ops::Range;
@@ -50,11 +51,11 @@ impl<R: Real> SpringWork<R> {
 
 /// An evaluation of all springs.
 #[derive(Clone, Copy)]
-pub(super) struct Sweep<'a, R: Real> {
-    pub(super) springs: &'a Springs<R>,
-    pub(super) level: Level,
-    pub(super) damped: bool,
-    pub(super) input: Input<'a, R>,
+struct Sweep<'a, R: Real> {
+    springs: &'a Springs<R>,
+    level: Level,
+    damped: bool,
+    input: Input<'a, R>,
 }
 
 /// Groups of pieces, with what they write: numbers that are theirs alone.
@@ -67,22 +68,33 @@ struct Share<'a, R: Real> {
     power: &'a mut [R],
 }
 
-impl<R: Real> Sweep<'_, R> {
-    /// Adds the pull of every spring and returns the power that dampers dissipate, watts.
-    pub(super) fn run(&self, work: &mut SpringWork<R>, forces: &mut [R]) -> f64 {
-        let SpringWork { power, groups: work, .. } = work;
-        let groups = &self.input.layout.groups[..];
+impl<R: Real> Springs<R> {
+    /// Adds the pull of every spring, newtons, and returns the power that dampers dissipate, watts.
+    pub(super) fn pull_all(
+        &self,
+        (level, motion): (Level, &Motion<'_, R>),
+        work: &mut SpringWork<R>,
+        forces: &mut [R],
+    ) -> f64 {
+        let Springs { layout, values, .. } = self;
+        let Motion { positions, velocities, .. } = *motion;
+        let input = Input { layout, values, positions, velocities };
+        let sweep = Sweep { springs: self, level, damped: self.is_damped(), input };
+        let SpringWork { power, groups: work } = work;
+        let groups = &layout.groups[..];
         let sums = (&mut *forces, &mut **power);
-        self.add_groups(Share { groups, work, first: 0, forces: sums.0, power: sums.1 });
-        self.add_late_sums(work, (&mut *forces, &mut *power));
-        self.add_extras((forces, power));
-        if !self.damped {
+        sweep.add_groups(Share { groups, work, first: 0, forces: sums.0, power: sums.1 });
+        sweep.add_late_sums(work, (&mut *forces, &mut *power));
+        sweep.add_extras((forces, power));
+        if !sweep.damped {
             return 0.0;
         }
-        let sum_share = |power: &[R]| at_level!(self.level, _simd => sum(power));
+        let sum_share = |power: &[R]| at_level!(level, _simd => sum(power));
         merge_shares(&**power, &sum_share, &|low, high| low + high)
     }
+}
 
+impl<R: Real> Sweep<'_, R> {
     /// Adds the pull of all springs of a share that fit rows, half of the groups at a time.
     fn add_groups(&self, share: Share<'_, R>) {
         let Share { groups, work, first, forces, power } = share;

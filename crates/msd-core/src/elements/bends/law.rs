@@ -2,15 +2,14 @@
 
 use super::curved::Curved;
 use crate::columns::{set_vector, vector};
+use crate::elements::stencils::Stencil;
 use crate::number::{Real, Vector};
 use core::array::from_fn;
 use glam::DVec3;
 
-/// A bend, and where the numbers of its particles are.
+/// The law of a bend, see [`crate::Bend`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stencil<R> {
-    pub(super) particles: [u32; 4],
-    pub(super) at: [u32; 4],
+pub struct BendLaw<R> {
     pub(super) weights: [R; 4],
     /// The sum at rest; 0 for one that is straight.
     pub(super) rest: R,
@@ -18,7 +17,7 @@ pub(super) struct Stencil<R> {
     pub(super) damping: R,
 }
 
-impl<R: Real> Stencil<R> {
+impl<R: Real> BendLaw<R> {
     /// The weighted sum of what a function says of its particles, 0 to 3.
     ///
     /// Of differences: positions far from the origin would leave their rounding.
@@ -75,43 +74,6 @@ impl<R: Real> Stencil<R> {
         (from_fn(|end| elastic[end] + along[end] * drag), rate * drag)
     }
 
-    /// Moves the particles of one that is curved as XPBD does, by h² k and h b: first to where it
-    /// is off its rest by less, then against the change of its sum along the normal.
-    pub(super) fn project_curved(
-        &self,
-        curved: &Curved<R>,
-        [stiff, damp]: [R; 2],
-        inverse_masses: &[R],
-        ways: &mut [R::Vec3],
-    ) {
-        let particles = self.particles.map(|particle| particle as usize);
-        let push = |ways: &mut [R::Vec3], parts: [R::Vec3; 4], [stiff, by]: [R; 2]| {
-            let square = |end: usize| parts[end].dot(parts[end]) * inverse_masses[particles[end]];
-            let squares = (0..4).map(square).fold(R::ZERO, |sum, add| sum + add);
-            let pull = stiff * by * (R::ONE / (R::ONE + stiff * squares));
-            for (part, &particle) in parts.into_iter().zip(&particles) {
-                ways[particle] -= part * (pull * inverse_masses[particle]);
-            }
-        };
-        let square = curved.off.dot(curved.off);
-        if R::SHORTEST_SQUARED <= square {
-            let length = square.sqrt();
-            push(ways, curved.parts(curved.off * (R::ONE / length)), [stiff, length]);
-        }
-        if damp != R::ZERO {
-            let along = curved.gradient();
-            let moved = dot_parts::<R>(&along, |end| ways[particles[end]]);
-            push(ways, along, [damp, moved]);
-        }
-    }
-
-    /// The particles that take part, each with its weight.
-    pub(super) fn terms(&self) -> impl Iterator<Item = (usize, R)> {
-        let pairs = self.particles.map(|particle| particle as usize).into_iter().zip(self.weights);
-        let is_curved = self.rest != R::ZERO;
-        pairs.filter(move |&(_, weight)| weight != R::ZERO || is_curved)
-    }
-
     /// Its pull by its sum s and the rate of that, k s + b ŝ (ŝ·s'), and the power of its damper.
     ///
     /// Along its direction ŝ alone: against all of s' a damper would brake a bent body that turns.
@@ -152,22 +114,71 @@ pub(super) fn is_straight<R: Real>(square: R, edge: R) -> bool {
     !bent
 }
 
-/// Subtracts the pull of a bend, times its weights.
-#[inline(always)]
-pub(super) fn subtract<R: Real>(row: &Stencil<R>, pull: R::Vec3, sums: &mut [R]) {
-    for (&at, &weight) in row.at.iter().zip(&row.weights) {
-        if weight != R::ZERO {
-            let at = at as usize;
-            set_vector(sums, at, vector::<R>(sums, at) - pull * weight);
+/// A bend, and where the numbers of its particles are.
+pub(super) type BendRow<R> = Stencil<BendLaw<R>, 4>;
+
+impl<R: Real> BendRow<R> {
+    /// Moves the particles of one that is curved as XPBD does, by h² k and h b: first to where it
+    /// is off its rest by less, then against the change of its sum along the normal.
+    pub(super) fn project_curved(
+        &self,
+        curved: &Curved<R>,
+        [stiff, damp]: [R; 2],
+        inverse_masses: &[R],
+        ways: &mut [R::Vec3],
+    ) {
+        let particles = self.particles.map(|particle| particle as usize);
+        let push = |ways: &mut [R::Vec3], parts: [R::Vec3; 4], [stiff, by]: [R; 2]| {
+            let square = |end: usize| parts[end].dot(parts[end]) * inverse_masses[particles[end]];
+            let squares = (0..4).map(square).fold(R::ZERO, |sum, add| sum + add);
+            let pull = stiff * by * (R::ONE / (R::ONE + stiff * squares));
+            for (part, &particle) in parts.into_iter().zip(&particles) {
+                ways[particle] -= part * (pull * inverse_masses[particle]);
+            }
+        };
+        let square = curved.off.dot(curved.off);
+        if R::SHORTEST_SQUARED <= square {
+            let length = square.sqrt();
+            push(ways, curved.parts(curved.off * (R::ONE / length)), [stiff, length]);
+        }
+        if damp != R::ZERO {
+            let along = curved.gradient();
+            let moved = dot_parts::<R>(&along, |end| ways[particles[end]]);
+            push(ways, along, [damp, moved]);
         }
     }
-}
 
-/// Subtracts the parts of particles from what is summed.
-#[inline(always)]
-pub(super) fn subtract_parts<R: Real>(row: &Stencil<R>, parts: [R::Vec3; 4], sums: &mut [R]) {
-    for (&at, part) in row.at.iter().zip(parts) {
-        set_vector(sums, at as usize, vector::<R>(sums, at as usize) - part);
+    /// The particles that take part, each with its weight.
+    pub(super) fn terms(&self) -> impl Iterator<Item = (usize, R)> {
+        let pairs =
+            self.particles.map(|particle| particle as usize).into_iter().zip(self.law.weights);
+        let is_curved = self.law.rest != R::ZERO;
+        pairs.filter(move |&(_, weight)| weight != R::ZERO || is_curved)
+    }
+
+    /// The vector of one of its particles in a column.
+    #[inline(always)]
+    pub(super) fn of<'a>(&'a self, column: &'a [R]) -> impl Fn(usize) -> R::Vec3 + 'a {
+        |end| vector::<R>(column, self.at[end] as usize)
+    }
+
+    /// Subtracts its pull, times its weights, from what is summed.
+    #[inline(always)]
+    pub(super) fn subtract(&self, pull: R::Vec3, sums: &mut [R]) {
+        for (&at, &weight) in self.at.iter().zip(&self.law.weights) {
+            if weight != R::ZERO {
+                let at = at as usize;
+                set_vector(sums, at, vector::<R>(sums, at) - pull * weight);
+            }
+        }
+    }
+
+    /// Subtracts the parts of its particles from what is summed.
+    #[inline(always)]
+    pub(super) fn subtract_parts(&self, parts: [R::Vec3; 4], sums: &mut [R]) {
+        for (&at, part) in self.at.iter().zip(parts) {
+            set_vector(sums, at as usize, vector::<R>(sums, at as usize) - part);
+        }
     }
 }
 
@@ -180,7 +191,7 @@ pub(super) fn dot_parts<R: Real>(parts: &[R::Vec3; 4], of: impl Fn(usize) -> R::
 
 /// Adds the diagonal blocks of τ (τ Gᵀ k G + p b pᵀ) of a bend that is curved at rest.
 pub(super) fn add_curved_blocks<R: Real>(
-    row: &Stencil<R>,
+    row: &BendRow<R>,
     curved: &Curved<R>,
     tau: R,
     [upper, lower]: [&mut [R]; 2],
@@ -195,8 +206,8 @@ pub(super) fn add_curved_blocks<R: Real>(
             .map(|unit| curved.change(|other| if other == end { unit } else { R::Vec3::ZERO }));
         let part = along[end].components();
         let number = |a: usize, b: usize| {
-            let elastic = columns[a].dot(columns[b]) * (tau * tau * row.stiffness);
-            elastic + part[a] * part[b] * (tau * row.damping)
+            let elastic = columns[a].dot(columns[b]) * (tau * tau * row.law.stiffness);
+            elastic + part[a] * part[b] * (tau * row.law.damping)
         };
         let rows = [[(0, 0), (0, 1), (0, 2)], [(1, 1), (1, 2), (2, 2)]];
         for (column, row) in [&mut *upper, &mut *lower].into_iter().zip(rows) {
