@@ -302,19 +302,11 @@ pub(crate) trait Force<R: Real>: Debug {
     /// Adds τ (τ k + b) where that is a factor for each particle alone, three times each.
     fn add_diagonals(&self, _: &Stage<'_, R>, _: &mut [R]) {}
 
-    /// Takes its matrix about a stage, τ (τ K + D), and adds the blocks of its diagonal: xx, xy and
-    /// xz in one column, yy, yz and zz in another.
-    fn linearise(
-        &self,
-        _: &Stage<'_, R>,
-        _: &mut MatrixWork<R>,
-        _: &mut Near<R>,
-        _: [&mut [R]; 2],
-    ) {
-    }
+    /// Takes its matrix about a stage, τ (τ K + D), and adds the blocks of its diagonal.
+    fn linearise(&self, _: &Stage<'_, R>, _: &mut MatrixSums<'_, R>) {}
 
-    /// Adds the products of that matrix with a direction, in columns.
-    fn add_column_products(&self, _: &Stage<'_, R>, _: &mut MatrixWork<R>, _: &[R], _: &mut [R]) {}
+    /// Adds the products of that matrix with a direction.
+    fn multiply(&self, _: &Stage<'_, R>, _: &mut ColumnProducts<'_, R>) {}
 
     /// Moves the particles of each of its rows, in order, as XPBD does.
     fn project(&self, _: &mut Projection<'_, R>) {}
@@ -428,11 +420,26 @@ impl<R: Real> MatrixWork<R> {
     }
 }
 
+/// What a linearisation writes.
+pub(crate) struct MatrixSums<'a, R: Real> {
+    pub(crate) work: &'a mut MatrixWork<R>,
+    pub(crate) near: &'a mut Near<R>,
+    /// The blocks of particles: xx, xy and xz in one column, yy, yz and zz in another.
+    pub(crate) blocks: [&'a mut [R]; 2],
+}
+
+/// Products of a matrix with a direction, in columns.
+pub(crate) struct ColumnProducts<'a, R: Real> {
+    pub(crate) work: &'a mut MatrixWork<R>,
+    pub(crate) direction: &'a [R],
+    pub(crate) products: &'a mut [R],
+}
+
 /// Derivatives about a motion, of the kinds that keep them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Derivatives {
     /// Of the springs that are not cut.
-    springs: Vec<Tangent>,
+    springs: Vec<Tangent<f64>>,
     touching: TouchTangents,
 }
 

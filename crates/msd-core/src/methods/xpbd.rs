@@ -72,7 +72,8 @@ fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<
     }
     pulls.fill(R::ZERO);
     let moment = model.moment(step.level, step.state.motion(&model.slots, step.time()));
-    model.add_inner_forces(&moment, &mut step.scratch.work, pulls).into_iter().sum()
+    let work = &mut step.scratch.work;
+    model.inner().iter().map(|kind| kind.add_forces(&moment, work, pulls)).sum()
 }
 
 /// Advances by one substep and returns the power dissipated by other elements, watts.

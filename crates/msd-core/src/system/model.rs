@@ -195,9 +195,11 @@ impl<R: Real> Model<R> {
     ) -> f64 {
         let power = self.fields.set_forces(level, motion.velocities, forces);
         let moment = self.moment(level, *motion);
-        let powers = self.add_inner_forces(&moment, work, forces);
-        powers.into_iter().fold(power, |sum, power| sum + power)
-            + self.add_outer_forces(&moment, work, forces)
+        let power = self
+            .inner()
+            .iter()
+            .fold(power, |sum, kind| sum + kind.add_forces(&moment, work, forces));
+        power + self.add_outer_forces(&moment, work, forces)
     }
 
     /// Overwrites `forces` with those that may push bodies as a whole.
@@ -212,17 +214,7 @@ impl<R: Real> Model<R> {
         power + self.add_outer_forces(&self.moment(level, *motion), work, forces)
     }
 
-    /// Adds the forces between particles, and returns the power that each kind dissipates.
-    pub(crate) fn add_inner_forces(
-        &self,
-        moment: &Moment<'_, R>,
-        work: &mut ForceWork<R>,
-        forces: &mut [R],
-    ) -> [f64; 4] {
-        self.inner().map(|kind| kind.add_forces(moment, work, forces))
-    }
-
-    /// Adds all others but those of the fields.
+    /// Adds the forces of grabs and pushes and of all that may do anything.
     fn add_outer_forces(
         &self,
         moment: &Moment<'_, R>,

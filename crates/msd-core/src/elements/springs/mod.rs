@@ -1,28 +1,26 @@
 //! Springs with dampers, nearly all of the work of a step.
 //!
-//! [`law`] is the force of one spring; [`plain`] sums it over all springs in one loop, and is the
-//! reference for `sweep`, which takes sixteen at a time in the order that `layout` has found;
-//! `share` gives these to threads.
+//! [`law`] is the force of one spring. `sweep` takes sixteen at a time in the order that `layout`
+//! has found; `share` gives these to threads.
 
 pub mod law;
 mod unstructured;
 pub(crate) mod layout;
 mod table;
-#[doc(hidden)]
-pub mod plain;
 pub(crate) mod gather;
 mod sweep;
 mod share;
 pub(crate) mod matrix;
 
 use crate::columns::slots::Slots;
+use crate::columns::threads::merge_shares;
 use crate::columns::{Aligned, LANES, single};
 use crate::elements::touches::near::Near;
 use crate::elements::{
-    Derivatives, Element, Force, ForceWork, MatrixWork, Moment, Motion, Products, Projection,
-    Stage, Vectors,
+    ColumnProducts, Derivatives, Element, Force, ForceWork, MatrixSums, Moment, Motion, Products,
+    Projection, Stage, Vectors,
 };
-use crate::number::{Real, Vector};
+use crate::number::{Instructions, Real, Vector, at_level};
 use crate::scene::{Scene, Spring};
 use alloc::vec;
 use alloc::vec::Vec;
@@ -32,6 +30,8 @@ use law::{Law, Tangent};
 pub use layout::Sum;
 use layout::{Layout, Turn};
 pub(crate) use share::SpringWork;
+use share::{Share, Sweep, sum};
+use sweep::Input;
 use table::Table;
 
 /// A value per spring, stored once if all springs share it.
@@ -283,15 +283,15 @@ impl<R: Real> Springs<R> {
     }
 
     /// The derivative of the force of a spring.
-    fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent {
+    fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent<f64> {
         let [a, b] = self.ends[spring].map(|end| motion.position(end as usize).to_f64());
-        Tangent::new(b - a, self.law(spring).to_f64())
+        Tangent::new([b - a, DVec3::ZERO], self.law(spring).to_f64())
     }
 
     /// Adds the products of the derivatives of all springs that are there.
     fn add_products_of(
         &self,
-        tangents: impl Iterator<Item = Tangent>,
+        tangents: impl Iterator<Item = Tangent<f64>>,
         direction: &[DVec3],
         products: &mut Products<'_>,
     ) {
@@ -325,9 +325,10 @@ impl<R: Real> Springs<R> {
 
 impl<R: Real> Element<R> for Springs<R> {
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
-        let mut work = SpringWork::new(self, motion.slots);
-        let level = crate::number::Instructions::best().level();
-        self.pull_all((level, motion), &mut work, forces.numbers)
+        let mut work = ForceWork::new(self, motion.slots);
+        let level = Instructions::best().level();
+        let moment = Moment { level, motion: *motion, inverse_masses: &[] };
+        Force::add_forces(self, &moment, &mut work, forces.numbers)
     }
 
     fn energy(&self, motion: &Motion<'_, R>) -> f64 {
@@ -359,7 +360,22 @@ impl<R: Real> Force<R> for Springs<R> {
     }
 
     fn add_forces(&self, moment: &Moment<'_, R>, work: &mut ForceWork<R>, forces: &mut [R]) -> f64 {
-        self.pull_all((moment.level, &moment.motion), &mut work.springs, forces)
+        let Springs { layout, values, .. } = self;
+        let Motion { positions, velocities, .. } = moment.motion;
+        let input = Input { layout, values, positions, velocities };
+        let (level, damped) = (moment.level, self.is_damped());
+        let sweep = Sweep { springs: self, level, damped, input };
+        let SpringWork { power, groups: work } = &mut work.springs;
+        let sums = (&mut *forces, &mut **power);
+        let groups = &layout.groups[..];
+        sweep.add_groups(Share { groups, work, first: 0, forces: sums.0, power: sums.1 });
+        sweep.add_late_sums(work, (&mut *forces, &mut *power));
+        sweep.add_extras((forces, power));
+        if !damped {
+            return 0.0;
+        }
+        let sum_share = |power: &[R]| at_level!(level, _simd => sum(power));
+        merge_shares(&**power, &sum_share, &|low, high| low + high)
     }
 
     fn energy_and_pulls(&self, moment: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
@@ -391,23 +407,12 @@ impl<R: Real> Force<R> for Springs<R> {
         }
     }
 
-    fn linearise(
-        &self,
-        stage: &Stage<'_, R>,
-        work: &mut MatrixWork<R>,
-        _: &mut Near<R>,
-        blocks: [&mut [R]; 2],
-    ) {
-        work.springs.linearise(self, stage, blocks);
+    fn linearise(&self, stage: &Stage<'_, R>, to: &mut MatrixSums<'_, R>) {
+        to.work.springs.linearise(self, stage, &mut to.blocks);
     }
 
-    fn add_column_products(
-        &self,
-        stage: &Stage<'_, R>,
-        work: &mut MatrixWork<R>,
-        direction: &[R],
-        products: &mut [R],
-    ) {
+    fn multiply(&self, stage: &Stage<'_, R>, to: &mut ColumnProducts<'_, R>) {
+        let ColumnProducts { work, direction, products } = to;
         work.springs.add_products(stage.moment.level, self, direction, products);
     }
 

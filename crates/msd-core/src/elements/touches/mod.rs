@@ -11,8 +11,8 @@ mod faces;
 pub(crate) mod near;
 
 use super::{
-    Derivatives, Element, Force, ForceWork, Joints, MatrixWork, Moment, Motion, Products,
-    Projection, Stage,
+    ColumnProducts, Derivatives, Element, Force, ForceWork, Joints, MatrixSums, Moment, Motion,
+    Products, Projection, Stage,
 };
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, add_vector, set_vector, single, vector};
@@ -294,24 +294,14 @@ impl<R: Real> Force<R> for Touches {
         of.touching.add_row_sums(sums);
     }
 
-    fn linearise(
-        &self,
-        stage: &Stage<'_, R>,
-        work: &mut MatrixWork<R>,
-        near: &mut Near<R>,
-        blocks: [&mut [R]; 2],
-    ) {
+    fn linearise(&self, stage: &Stage<'_, R>, to: &mut MatrixSums<'_, R>) {
+        let MatrixSums { work, near, blocks } = to;
         self.set_tangents(&stage.moment, near, &mut work.touching);
         work.touching.add_blocks(stage.tau, blocks);
     }
 
-    fn add_column_products(
-        &self,
-        stage: &Stage<'_, R>,
-        work: &mut MatrixWork<R>,
-        direction: &[R],
-        products: &mut [R],
-    ) {
+    fn multiply(&self, stage: &Stage<'_, R>, to: &mut ColumnProducts<'_, R>) {
+        let ColumnProducts { work, direction, products } = to;
         work.touching.add_column_products(stage.tau, direction, products);
     }
 

@@ -55,10 +55,11 @@ impl<const N: usize> Touching<N> {
         }
     }
 
-    fn add_blocks<R: Real>(&self, tau: R, [upper, lower]: [&mut [R]; 2]) {
+    fn add_blocks<R: Real>(&self, tau: R, [upper, lower]: &mut [&mut [R]; 2]) {
         let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|d| self.product(tau.to_f64(), d));
         for (at, weight) in self.at.into_iter().zip(self.weights) {
-            for (column, numbers) in [(&mut *upper, x), (&mut *lower, DVec3::new(y.y, y.z, z.z))] {
+            for (column, numbers) in [(&mut **upper, x), (&mut **lower, DVec3::new(y.y, y.z, z.z))]
+            {
                 add_vector::<R>(column, at, R::Vec3::of(numbers * (weight * weight)));
             }
         }
@@ -97,22 +98,15 @@ impl TouchTangents {
 
     /// Adds the products of τ (τ k + b) with a direction in columns, without what buckles.
     pub(crate) fn add_column_products<R: Real>(&self, tau: R, direction: &[R], products: &mut [R]) {
-        for touching in &self.pairs {
-            touching.add_column_product(tau, direction, products);
-        }
-        for touching in &self.faces {
-            touching.add_column_product(tau, direction, products);
-        }
+        let (pairs, faces) = (self.pairs.iter(), self.faces.iter());
+        pairs.for_each(|touching| touching.add_column_product(tau, direction, products));
+        faces.for_each(|touching| touching.add_column_product(tau, direction, products));
     }
 
     /// Adds the diagonal blocks of those products to those of particles.
-    pub(crate) fn add_blocks<R: Real>(&self, tau: R, [upper, lower]: [&mut [R]; 2]) {
-        for touching in &self.pairs {
-            touching.add_blocks(tau, [&mut *upper, &mut *lower]);
-        }
-        for touching in &self.faces {
-            touching.add_blocks(tau, [&mut *upper, &mut *lower]);
-        }
+    pub(crate) fn add_blocks<R: Real>(&self, tau: R, blocks: &mut [&mut [R]; 2]) {
+        self.pairs.iter().for_each(|touching| touching.add_blocks(tau, blocks));
+        self.faces.iter().for_each(|touching| touching.add_blocks(tau, blocks));
     }
 
     /// Adds the products of stiffness and damping with a displacement of each particle.

@@ -2,7 +2,9 @@
 
 use crate::columns::{Aligned, LANES, RECORD, add_vector, vector};
 use crate::elements::touches::near::Near;
-use crate::elements::{Block, Blocks, Element, MatrixWork, Products, Stage, column};
+use crate::elements::{
+    Block, Blocks, ColumnProducts, Element, MatrixSums, MatrixWork, Products, Stage, column,
+};
 use crate::number::{Real, Vector, at_level};
 use crate::system::Model;
 use alloc::vec::Vec;
@@ -55,9 +57,8 @@ impl<R: Real> Tangent<R> {
         }
         model.single().into_iter().for_each(|kind| kind.add_diagonals(stage, diagonals));
         at_level!(level, _simd => set_blocks(diagonals, upper, lower));
-        for kind in model.inner() {
-            kind.linearise(stage, inner, near, [upper, lower]);
-        }
+        let mut sums = MatrixSums { work: inner, near, blocks: [&mut **upper, &mut **lower] };
+        model.inner().into_iter().for_each(|kind| kind.linearise(stage, &mut sums));
         for element in model.other().into_iter().filter_map(|kind| kind.element()) {
             other.add_blocks(element, stage, [upper, lower]);
         }
@@ -86,9 +87,8 @@ impl<R: Real> Tangent<R> {
     ) {
         let Tangent { inner, diagonals, other, .. } = self;
         at_level!(stage.moment.level, _simd => multiply::<R>(diagonals, direction, products));
-        for kind in model.inner() {
-            kind.add_column_products(stage, inner, direction, products);
-        }
+        let mut sums = ColumnProducts { work: inner, direction, products: &mut *products };
+        model.inner().into_iter().for_each(|kind| kind.multiply(stage, &mut sums));
         for element in model.other().into_iter().filter_map(|kind| kind.element()) {
             other.add_products(element, stage, direction, products);
         }
