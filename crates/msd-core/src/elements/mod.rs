@@ -10,9 +10,9 @@
 
 pub mod fields;
 pub mod grabs;
+pub mod touches;
 pub mod springs;
 mod stencils;
-pub mod touches;
 pub mod bends;
 pub mod volumes;
 

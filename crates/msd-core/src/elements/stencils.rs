@@ -37,29 +37,12 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
     /// Whether a particle of a stencil takes part.
     fn takes_part(&self, end: usize) -> bool;
 
-    /// Adds the forces of a group at positions and velocities, and returns the power that each
-    /// dissipates.
-    fn pull<const M: usize>(
-        group: &Group<R, Self, N, M>,
-        motion: [&[R]; 2],
-        is_damped: bool,
-        forces: &mut [R],
-    ) -> [R; M];
-    /// Adds the products of its matrix in a stage, τ (τ K + D), about positions with a direction.
-    fn multiply<const M: usize>(
-        group: &Group<R, Self, N, M>,
-        tau: R,
-        columns: [&[R]; 2],
-        is_damped: bool,
-        products: &mut [R],
-    );
+    /// Adds the forces of a group, and returns the power that each dissipates.
+    fn pull<const M: usize>(group: &Group<R, Self, N, M>, to: &mut StencilSums<'_, R>) -> [R; M];
+    /// Adds the products of its matrix in a stage, τ (τ K + D), with a direction.
+    fn multiply<const M: usize>(group: &Group<R, Self, N, M>, tau: R, to: &mut StencilSums<'_, R>);
     /// Adds the diagonal blocks of that matrix.
-    fn add_blocks(
-        single: &Group<R, Self, N, 1>,
-        tau: R,
-        positions: &[R],
-        blocks: &mut [&mut [R]; 2],
-    );
+    fn add_blocks(single: &Group<R, Self, N, 1>, about: (R, &[R]), blocks: &mut [&mut [R]; 2]);
     /// Moves its particles as XPBD does.
     fn project(row: &Stencil<Self, N>, projection: &mut Projection<'_, R>);
     /// See [`Force::energy_and_pulls`].
@@ -73,6 +56,16 @@ pub(crate) trait StencilLaw<R: Real, const N: usize>: Copy + Debug + Send + Sync
         direction: &[DVec3],
         products: &mut Products<'_>,
     );
+}
+
+/// What stencils read, and what they add to.
+pub(crate) struct StencilSums<'a, R> {
+    pub(super) positions: &'a [R],
+    /// Velocities, or a direction.
+    pub(super) ways: &'a [R],
+    /// Whether any stencil has a damper.
+    pub(super) is_damped: bool,
+    pub(super) sums: &'a mut [R],
 }
 
 /// Some particles, where their numbers are in a column of vectors, and the law between them.
@@ -201,10 +194,10 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize, const M: usize> Group<R, L, N
     ) {
         let at = self.at[end] as usize + axis * LANES;
         let numbers = sums[at..].first_chunk_mut::<M>().expect("numbers of the column");
-        for lane in 0..M {
-            let left = numbers[lane] - less(lane);
+        for (lane, number) in numbers.iter_mut().enumerate() {
+            let left = *number - less(lane);
             let is_there = self.is_full | self.is_there[lane];
-            numbers[lane] = if is_there { left } else { numbers[lane] };
+            *number = if is_there { left } else { *number };
         }
     }
 }
@@ -254,29 +247,22 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Stencils<R, L, N> {
     }
 
     #[inline(always)]
-    fn pull(&self, motion: [&[R]; 2], forces: &mut [R]) -> f64 {
+    fn pull(&self, mut to: StencilSums<'_, R>) -> f64 {
         let mut powers = [0.0; LANES];
         for bundle in &self.bundles {
-            let taken = L::pull(bundle, motion, self.is_damped, forces);
+            let taken = L::pull(bundle, &mut to);
             for lane in 0..LANES {
                 powers[lane] += if bundle.is_there[lane] { taken[lane].to_f64() } else { 0.0 };
             }
         }
         let power: f64 = powers.iter().sum();
-        self.singles().fold(power, |power, single| {
-            let [taken] = L::pull(&single, motion, self.is_damped, forces);
-            power + taken.to_f64()
-        })
+        self.singles().fold(power, |power, single| power + L::pull(&single, &mut to)[0].to_f64())
     }
 
     #[inline(always)]
-    fn multiply(&self, tau: R, columns: [&[R]; 2], products: &mut [R]) {
-        for bundle in &self.bundles {
-            L::multiply(bundle, tau, columns, self.is_damped, products);
-        }
-        for single in self.singles() {
-            L::multiply(&single, tau, columns, self.is_damped, products);
-        }
+    fn multiply(&self, tau: R, mut to: StencilSums<'_, R>) {
+        self.bundles.iter().for_each(|bundle| L::multiply(bundle, tau, &mut to));
+        self.singles().for_each(|single| L::multiply(&single, tau, &mut to));
     }
 
     fn stored(&self, motion: &Motion<'_, R>) -> [f64; 3] {
@@ -289,11 +275,13 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Stencils<R, L, N> {
 
 impl<R: Real, L: StencilLaw<R, N>, const N: usize> Element<R> for Stencils<R, L, N> {
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
-        let columns = [motion.positions, motion.velocities];
+        let (positions, ways) = (motion.positions, motion.velocities);
         let power = self.all.iter().map(|row| {
             let row = row.placed(motion.slots);
             let single: Group<R, L, N, 1> = Group::new(&[row], row.at);
-            L::pull(&single, columns, true, forces.numbers)[0].to_f64()
+            let sums = &mut *forces.numbers;
+            L::pull(&single, &mut StencilSums { positions, ways, is_damped: true, sums })[0]
+                .to_f64()
         });
         power.sum()
     }
@@ -329,8 +317,9 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
         if self.all.is_empty() {
             return 0.0;
         }
-        let motion = [moment.motion.positions, moment.motion.velocities];
-        at_level!(moment.level, _simd => self.pull(motion, forces))
+        let Motion { positions, velocities: ways, .. } = moment.motion;
+        let to = StencilSums { positions, ways, is_damped: self.is_damped, sums: forces };
+        at_level!(moment.level, _simd => self.pull(to))
     }
 
     fn energy_and_pulls(&self, moment: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
@@ -342,18 +331,19 @@ impl<R: Real, L: StencilLaw<R, N>, const N: usize> Force<R> for Stencils<R, L, N
     }
 
     fn linearise(&self, stage: &Stage<'_, R>, to: &mut MatrixSums<'_, R>) {
-        let positions = stage.moment.motion.positions;
+        let about = (stage.tau, stage.moment.motion.positions);
         for row in &self.all {
             let single = Group::new(core::slice::from_ref(row), row.at);
-            L::add_blocks(&single, stage.tau, positions, &mut to.blocks);
+            L::add_blocks(&single, about, &mut to.blocks);
         }
     }
 
     fn multiply(&self, stage: &Stage<'_, R>, to: &mut ColumnProducts<'_, R>) {
         if !self.all.is_empty() {
-            let columns = [stage.moment.motion.positions, to.direction];
-            let products = &mut *to.products;
-            at_level!(stage.moment.level, _simd => self.multiply(stage.tau, columns, products));
+            let (positions, is_damped) = (stage.moment.motion.positions, self.is_damped);
+            let (ways, sums) = (to.direction, &mut *to.products);
+            let to = StencilSums { positions, ways, is_damped, sums };
+            at_level!(stage.moment.level, _simd => self.multiply(stage.tau, to));
         }
     }
 

@@ -9,7 +9,7 @@ mod moduli;
 pub use ledger::Ledger;
 pub use moduli::Moduli;
 
-use crate::columns::{self, LANES, RECORD};
+use crate::columns::{LANES, RECORD};
 use crate::elements::Element;
 use crate::elements::touches::near::Near;
 use crate::number::{Real, Vector};
@@ -180,17 +180,7 @@ pub(crate) fn centre_of_mass<R: Real>(
 
 /// The present length of a spring, metres.
 pub(crate) fn length<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
-    distance(model, state, model.springs.ends()[spring].map(|end| end as usize))
-}
-
-/// The distance of two particles, metres.
-#[inline(always)]
-fn distance<R: Real>(model: &Model<R>, state: &Columns<R>, [a, b]: [usize; 2]) -> f64 {
-    let across = position(model, state, b) - position(model, state, a);
+    let [a, b] = model.ends()[spring].map(|end| state.get(model.slots.at(end as usize)).0);
+    let across = b.to_f64() - a.to_f64();
     Real::sqrt(across.dot(across))
-}
-
-#[inline(always)]
-fn position<R: Real>(model: &Model<R>, state: &Columns<R>, particle: usize) -> DVec3 {
-    columns::vector::<R>(&state.positions, model.slots.at(particle)).to_f64()
 }

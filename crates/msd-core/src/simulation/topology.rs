@@ -5,9 +5,9 @@
 //! there, and the springs are put in order anew; a removed one leaves a gap.
 
 use super::Simulation;
-use crate::elements::Joints;
 use crate::elements::touches::Touches;
 use crate::elements::touches::near::Near;
+use crate::elements::{Force, Joints};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
@@ -119,9 +119,11 @@ impl<R: Real> Simulation<R> {
     pub fn set_touches(&mut self, rows: &[Touch], exempt: &[[usize; 2]]) -> Result<(), Error> {
         check_touches::<R>((rows, exempt), self.model.particle_count())?;
         let joints = Joints { ends: self.model.springs.ends(), slots: &self.model.slots };
-        let mut touches = Touches::default();
-        touches.add((rows, exempt), joints);
-        touches.remove(&|particle| self.model.is_removed(particle as usize), joints);
+        let scene = Scene { touches: rows.to_vec(), exempt: exempt.to_vec(), ..Scene::default() };
+        let (mut touches, is_removed) =
+            (Touches::default(), |particle: u32| self.model.is_removed(particle as usize));
+        Force::<R>::add(&mut touches, &scene, joints);
+        Force::<R>::remove(&mut touches, &is_removed, joints);
         Near::check(&touches, &self.state.positions)?;
         self.model.touches = touches;
         self.model.renew_radii();

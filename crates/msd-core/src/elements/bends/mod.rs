@@ -5,7 +5,7 @@
 
 mod curved;
 
-use super::stencils::{Group, Stencil, StencilLaw, Stencils};
+use super::stencils::{Group, Stencil, StencilLaw, StencilSums, Stencils};
 use super::{Motion, Products, Projection, Resists};
 use crate::number::{Real, Vector};
 use crate::scene::{Bend, Scene};
@@ -205,18 +205,14 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     /// k s + b ŝ (ŝ·s'), along the direction ŝ of the sum alone: against all of s' a damper would
     /// brake a bent body that turns.
     #[inline(always)]
-    fn pull<const M: usize>(
-        group: &BendGroup<R, M>,
-        [x, v]: [&[R]; 2],
-        is_damped: bool,
-        forces: &mut [R],
-    ) -> [R; M] {
+    fn pull<const M: usize>(group: &BendGroup<R, M>, to: &mut StencilSums<'_, R>) -> [R; M] {
+        let StencilSums { positions: x, ways: v, is_damped, sums: forces } = to;
         if let Some(curved) = group.law.curved(group.first(x)) {
             return [group.pull_curved(&curved, v, forces); M];
         }
         let sums = group.sums(x);
         let ([mut factors, dampings], mut powers) = (group.constants, [R::ZERO; M]);
-        if is_damped {
+        if *is_damped {
             let rates = group.sums(v);
             let (squares, alongs) = (dots(&sums, &sums), dots(&sums, &rates));
             for lane in 0..M {
@@ -232,13 +228,8 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
     }
 
     #[inline(always)]
-    fn multiply<const M: usize>(
-        group: &BendGroup<R, M>,
-        tau: R,
-        [x, direction]: [&[R]; 2],
-        is_damped: bool,
-        products: &mut [R],
-    ) {
+    fn multiply<const M: usize>(group: &BendGroup<R, M>, tau: R, to: &mut StencilSums<'_, R>) {
+        let StencilSums { positions: x, ways: direction, is_damped, sums: products } = to;
         // What is summed is the opposite of a force.
         if let Some(curved) = group.law.curved(group.first(x)) {
             let pull = curved.change(group.first(direction)) * (tau * tau * group.law.stiffness);
@@ -252,13 +243,17 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
             return;
         }
         let none = [[R::ZERO; M]; 3];
-        let [bent, edges] = if is_damped { [group.sums(x), group.edges(x)] } else { [none; 2] };
+        let [bent, edges] = if *is_damped { [group.sums(x), group.edges(x)] } else { [none; 2] };
         let of = group.sums(direction);
-        let pulls = group.products((tau, is_damped), [&bent, &edges], &of);
+        let pulls = group.products((tau, *is_damped), [&bent, &edges], &of);
         group.subtract_pulls(&pulls.map(|pulls| pulls.map(|pull| -pull)), products);
     }
 
-    fn add_blocks(single: &BendGroup<R, 1>, tau: R, positions: &[R], blocks: &mut [&mut [R]; 2]) {
+    fn add_blocks(
+        single: &BendGroup<R, 1>,
+        (tau, positions): (R, &[R]),
+        blocks: &mut [&mut [R]; 2],
+    ) {
         let (zero, one, law) = (R::ZERO, R::ONE, &single.law);
         let units = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
         if let Some(curved) = law.curved(single.first(positions)) {

@@ -56,6 +56,7 @@ impl<R: Real> Values<R> {
         *self == Values::Same(R::ZERO)
     }
 
+    /// A column has one form only.
     fn collect(values: impl ExactSizeIterator<Item = R> + Clone) -> Self {
         let first = values.clone().next().unwrap_or(R::ZERO);
         if values.clone().all(|value| value == first) {
@@ -63,13 +64,6 @@ impl<R: Real> Values<R> {
         } else {
             Values::Each(values.collect())
         }
-    }
-
-    /// Sets the values of a range of springs out of `count`; a column has one form only.
-    fn set(&mut self, range: Range<usize>, count: usize, value: R) {
-        let mut values: Vec<R> = (0..count).map(|spring| self.get(spring)).collect();
-        values[range].fill(value);
-        *self = Values::collect(values.iter().copied());
     }
 }
 
@@ -98,35 +92,26 @@ impl<R: Real> Springs<R> {
         rows: &[Spring],
         bodies: &[Range<usize>],
     ) -> (Slots, Springs<R>) {
-        let ends: Vec<[u32; 2]> = rows.iter().map(|s| s.ends.map(|end| end as u32)).collect();
-        let (slots, layout) = Layout::new(count, &ends, bodies);
-        let springs = rows.iter();
         let mut springs = Springs {
-            ends,
-            rest_lengths: springs.clone().map(|s| R::of(s.rest_length)).collect(),
-            stiffnesses: Values::collect(springs.clone().map(|s| R::of(s.stiffness))),
-            dampings: Values::collect(springs.map(|s| R::of(s.damping))),
+            ends: Vec::new(),
+            rest_lengths: Vec::new(),
+            stiffnesses: Values::Same(R::ZERO),
+            dampings: Values::Same(R::ZERO),
             cut: Vec::new(),
-            layout,
+            layout: Layout::default(),
             values: Aligned::default(),
             stiffness_sums: Aligned::default(),
         };
-        springs.renew();
-        (slots, springs)
+        (springs.add(count, rows, bodies), springs)
     }
 
-    /// Adds springs and orders all of them anew, as in [`Springs::new`].
+    /// Adds springs and orders all of them anew.
     pub(crate) fn add(&mut self, count: usize, rows: &[Spring], bodies: &[Range<usize>]) -> Slots {
-        let mut stiffnesses: Vec<R> = self.columns(|law| law.stiffness);
-        let mut dampings: Vec<R> = self.columns(|law| law.damping);
-        for spring in rows {
-            self.ends.push(spring.ends.map(|end| end as u32));
-            self.rest_lengths.push(R::of(spring.rest_length));
-            stiffnesses.push(R::of(spring.stiffness));
-            dampings.push(R::of(spring.damping));
-        }
-        self.stiffnesses = Values::collect(stiffnesses.iter().copied());
-        self.dampings = Values::collect(dampings.iter().copied());
+        let mut constants = self.constants();
+        self.ends.extend(rows.iter().map(|spring| spring.ends.map(|end| end as u32)));
+        self.rest_lengths.extend(rows.iter().map(|spring| R::of(spring.rest_length)));
+        constants.extend(rows.iter().map(|row| [row.stiffness, row.damping].map(R::of)));
+        self.set_constants(&constants);
         let cut = core::mem::take(&mut self.cut);
         let slots;
         (slots, self.layout) = Layout::new(count, &self.ends, bodies);
@@ -137,8 +122,15 @@ impl<R: Real> Springs<R> {
         slots
     }
 
-    fn columns(&self, value: impl Fn(Law<R>) -> R) -> Vec<R> {
-        (0..self.ends.len()).map(|spring| value(self.law(spring))).collect()
+    /// Stiffness and damping of each spring.
+    fn constants(&self) -> Vec<[R; 2]> {
+        let constants = |spring| [self.stiffnesses.get(spring), self.dampings.get(spring)];
+        (0..self.ends.len()).map(constants).collect()
+    }
+
+    fn set_constants(&mut self, constants: &[[R; 2]]) {
+        self.stiffnesses = Values::collect(constants.iter().map(|[stiffness, _]| *stiffness));
+        self.dampings = Values::collect(constants.iter().map(|[_, damping]| *damping));
     }
 
     /// The two particles of each spring, cut or not.
@@ -229,21 +221,11 @@ impl<R: Real> Springs<R> {
         self.stiffness_sums = Aligned::default();
     }
 
-    pub(crate) fn set_stiffness(&mut self, springs: Range<usize>, value: R) {
-        self.stiffnesses.set(springs, self.ends.len(), value);
-    }
-
-    pub(crate) fn set_damping(&mut self, springs: Range<usize>, value: R) {
-        self.dampings.set(springs, self.ends.len(), value);
-    }
-
     /// Changes stiffness and damping of a range of springs.
     pub(crate) fn change(&mut self, springs: Range<usize>, change: impl Fn([R; 2]) -> [R; 2]) {
-        let constants = |spring| [self.stiffnesses.get(spring), self.dampings.get(spring)];
-        let mut all: Vec<[R; 2]> = (0..self.ends.len()).map(constants).collect();
+        let mut all = self.constants();
         all[springs].iter_mut().for_each(|constants| *constants = change(*constants));
-        self.stiffnesses = Values::collect(all.iter().map(|[stiffness, _]| *stiffness));
-        self.dampings = Values::collect(all.iter().map(|[_, damping]| *damping));
+        self.set_constants(&all);
     }
 
     pub(crate) fn rest_lengths_mut(&mut self, springs: Range<usize>) -> &mut [R] {

@@ -105,20 +105,20 @@ impl<R: Real> Sweep<'_, R> {
     fn add_piece(&self, piece: &Piece, sums: Sums<'_, R>) {
         let Sweep { level, input, .. } = *self;
         let band = &input.layout.bands[piece.band];
-        let (rows, part) = ((band, piece), piece.is_part);
+        let (of, part) = ((band, piece), piece.is_part);
         if piece.rows.is_empty() {
             sums.power.fill(R::ZERO);
         } else if self.damped {
-            at_level!(level, simd => match band.halo {
-                None => add_named::<_, R, true>(simd, rows, input, sums),
-                Some(halo) if part => add_segments::<_, R, true, true>(simd, rows, halo, input, sums),
-                Some(halo) => add_segments::<_, R, true, false>(simd, rows, halo, input, sums),
+            at_level!(level, isa => match band.halo {
+                None => add_named::<_, R, true>(isa, of, input, sums),
+                Some(halo) if part => add_segments::<_, R, true, true>(isa, of, halo, input, sums),
+                Some(halo) => add_segments::<_, R, true, false>(isa, of, halo, input, sums),
             });
         } else {
-            at_level!(level, simd => match band.halo {
-                None => add_named::<_, R, false>(simd, rows, input, sums),
-                Some(halo) if part => add_segments::<_, R, false, true>(simd, rows, halo, input, sums),
-                Some(halo) => add_segments::<_, R, false, false>(simd, rows, halo, input, sums),
+            at_level!(level, isa => match band.halo {
+                None => add_named::<_, R, false>(isa, of, input, sums),
+                Some(halo) if part => add_segments::<_, R, false, true>(isa, of, halo, input, sums),
+                Some(halo) => add_segments::<_, R, false, false>(isa, of, halo, input, sums),
             });
         }
     }

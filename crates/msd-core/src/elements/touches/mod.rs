@@ -53,13 +53,6 @@ struct Bead {
 }
 
 impl Touches {
-    /// Adds rows, and pairs that do not touch, and makes the columns anew.
-    pub(crate) fn add(&mut self, (rows, exempt): (&[Touch], &[[usize; 2]]), joints: Joints<'_>) {
-        self.rows.extend_from_slice(rows);
-        self.exempt.extend_from_slice(exempt);
-        self.order(joints);
-    }
-
     fn order(&mut self, Joints { ends, slots }: Joints<'_>) {
         self.beads.clear();
         for (row, touch) in self.rows.iter().enumerate() {
@@ -186,27 +179,6 @@ impl Touches {
         (&self.rows, &self.exempt)
     }
 
-    /// Whether any pair may dissipate energy.
-    fn can_dissipate(&self) -> bool {
-        let takes = |number: Option<f64>| number.is_some_and(|number| number != 0.0);
-        let is_taking = |between: &Between| takes(between.damping) || takes(between.friction);
-        let is_damped = |row: &Touch| row.damping != 0.0 || row.friction != 0.0;
-        self.rows.iter().any(|row| is_damped(row) || row.between.iter().any(is_taking))
-    }
-
-    /// Takes away particles that were removed.
-    pub(crate) fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, joints: Joints<'_>) {
-        if !self.beads.iter().any(|bead| is_removed(bead.particle)) {
-            return;
-        }
-        for row in &mut self.rows {
-            row.particles.retain(|&particle| !is_removed(particle as u32));
-            row.triangles
-                .retain(|corners| !corners.iter().any(|&corner| is_removed(corner as u32)));
-        }
-        self.order(joints);
-    }
-
     /// The smallest and the largest sum of two radii, metres.
     fn reaches(&self) -> [f64; 2] {
         let radii = self.rows.iter().map(|row| row.radius);
@@ -260,8 +232,12 @@ impl<R: Real> Force<R> for Touches {
         self.beads.len()
     }
 
+    /// Whether any pair may dissipate energy.
     fn is_damped(&self) -> bool {
-        self.can_dissipate()
+        let takes = |number: Option<f64>| number.is_some_and(|number| number != 0.0);
+        let is_taking = |between: &Between| takes(between.damping) || takes(between.friction);
+        let is_damped = |row: &Touch| row.damping != 0.0 || row.friction != 0.0;
+        self.rows.iter().any(|row| is_damped(row) || row.between.iter().any(is_taking))
     }
 
     fn add_forces(&self, moment: &Moment<'_, R>, work: &mut ForceWork<R>, forces: &mut [R]) -> f64 {
@@ -324,7 +300,9 @@ impl<R: Real> Force<R> for Touches {
     }
 
     fn add(&mut self, rows: &Scene, joints: Joints<'_>) {
-        self.add((&rows.touches, &rows.exempt), joints);
+        self.rows.extend_from_slice(&rows.touches);
+        self.exempt.extend_from_slice(&rows.exempt);
+        self.order(joints);
     }
 
     fn write(&self, rows: &mut Scene) {
@@ -333,7 +311,15 @@ impl<R: Real> Force<R> for Touches {
     }
 
     fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, joints: Joints<'_>) {
-        self.remove(is_removed, joints);
+        if !self.beads.iter().any(|bead| is_removed(bead.particle)) {
+            return;
+        }
+        for row in &mut self.rows {
+            row.particles.retain(|&particle| !is_removed(particle as u32));
+            row.triangles
+                .retain(|corners| !corners.iter().any(|&corner| is_removed(corner as u32)));
+        }
+        self.order(joints);
     }
 }
 

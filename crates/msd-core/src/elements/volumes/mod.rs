@@ -4,7 +4,7 @@
 
 mod shape;
 
-use super::stencils::{Group, Stencil, StencilLaw, Stencils};
+use super::stencils::{Group, Stencil, StencilLaw, StencilSums, Stencils};
 use super::{Motion, Products, Projection, Resists};
 use crate::number::{Real, Vector};
 use crate::scene::{Scene, Volume};
@@ -17,7 +17,7 @@ use shape::{CellShape, DIAGONALS, Six, Triple, VolumeLaw, bilinear, corners, dot
 pub type Volumes<R> = Stencils<R, VolumeLaw<R>, 8>;
 
 /// A cell, and M of them of one law at once.
-type Cell<R> = Stencil<VolumeLaw<R>, 8>;
+type CellRow<R> = Stencil<VolumeLaw<R>, 8>;
 type Cells<R, const M: usize> = Group<R, VolumeLaw<R>, 8, M>;
 
 impl<R: Real> Volumes<R> {
@@ -27,7 +27,7 @@ impl<R: Real> Volumes<R> {
     }
 }
 
-fn to_scene<R: Real>(row: &Cell<R>) -> Volume {
+fn to_scene<R: Real>(row: &CellRow<R>) -> Volume {
     Volume {
         particles: from_fn(|corner| row.particle(corner)),
         rest_volume: row.law.rest.to_f64(),
@@ -41,7 +41,7 @@ fn diagonals<R: Real>(of: impl Fn(usize) -> R::Vec3) -> Six<R, 1> {
     DIAGONALS.map(|[from, to]| (of(to) - of(from)).components().map(|number| [number]))
 }
 
-impl<R: Real> Cell<R> {
+impl<R: Real> CellRow<R> {
     /// Its law and its shape in double precision.
     fn shape_f64(&self, motion: &Motion<'_, R>) -> (VolumeLaw<f64>, CellShape<f64, 1>) {
         let law = self.law.to_f64();
@@ -77,11 +77,11 @@ impl<R: Real, const M: usize> Cells<R, M> {
 impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
     const RESISTS: Resists = Resists::Stretching;
 
-    fn rows(scene: &Scene) -> Vec<Cell<R>> {
+    fn rows(scene: &Scene) -> Vec<CellRow<R>> {
         scene.volumes.iter().map(|row| Stencil::new(row.particles, VolumeLaw::new(row))).collect()
     }
 
-    fn write(row: &Cell<R>, scene: &mut Scene) {
+    fn write(row: &CellRow<R>, scene: &mut Scene) {
         scene.volumes.push(to_scene(row));
     }
 
@@ -98,38 +98,27 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
     }
 
     #[inline(always)]
-    fn pull<const M: usize>(
-        cells: &Cells<R, M>,
-        [x, v]: [&[R]; 2],
-        is_damped: bool,
-        forces: &mut [R],
-    ) -> [R; M] {
-        let shape = CellShape::new(&cells.law, cells.diagonals(x));
-        let rates = is_damped.then(|| cells.diagonals(v));
+    fn pull<const M: usize>(cells: &Cells<R, M>, to: &mut StencilSums<'_, R>) -> [R; M] {
+        let shape = CellShape::new(&cells.law, cells.diagonals(to.positions));
+        let rates = to.is_damped.then(|| cells.diagonals(to.ways));
         let (pulls, powers) = shape.pull(&cells.law, rates.as_ref());
-        cells.subtract_parts(&shape.gradient, &pulls, forces);
+        cells.subtract_parts(&shape.gradient, &pulls, to.sums);
         powers
     }
 
     /// See [`CellShape::factors`].
     #[inline(always)]
-    fn multiply<const M: usize>(
-        cells: &Cells<R, M>,
-        tau: R,
-        [x, direction]: [&[R]; 2],
-        _: bool,
-        products: &mut [R],
-    ) {
-        let shape = CellShape::new(&cells.law, cells.diagonals(x));
-        let rates = shape.rate(&cells.diagonals(direction));
+    fn multiply<const M: usize>(cells: &Cells<R, M>, tau: R, to: &mut StencilSums<'_, R>) {
+        let shape = CellShape::new(&cells.law, cells.diagonals(to.positions));
+        let rates = shape.rate(&cells.diagonals(to.ways));
         let factors = shape.factors(&cells.law, tau);
         // What is subtracted is the opposite.
         let pulls = from_fn(|lane| -(rates[lane] * factors[lane]));
-        cells.subtract_parts(&shape.gradient, &pulls, products);
+        cells.subtract_parts(&shape.gradient, &pulls, to.sums);
     }
 
     /// Without those of a negative Λ: what is left is as good for a solve, and positive for sure.
-    fn add_blocks(cell: &Cells<R, 1>, tau: R, positions: &[R], blocks: &mut [&mut [R]; 2]) {
+    fn add_blocks(cell: &Cells<R, 1>, (tau, positions): (R, &[R]), blocks: &mut [&mut [R]; 2]) {
         if cell.law.is_negative() {
             return;
         }
@@ -144,7 +133,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
 
     /// A constraint V = V0 of compliance V0/Λ. A negative Λ, which is no constraint, pushes away
     /// from it by at most as much.
-    fn project(row: &Cell<R>, projection: &mut Projection<'_, R>) {
+    fn project(row: &CellRow<R>, projection: &mut Projection<'_, R>) {
         let Projection { h, inverse_masses, starts, ways, .. } = projection;
         let (h, law) = (*h, &row.law);
         let moved = diagonals::<R>(|corner| ways[row.particle(corner)]);
@@ -169,7 +158,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
     }
 
     /// Rounding changes it by |Λ f' g| and |Λ f''| g²/V0, g being sums over corners.
-    fn energy_and_pulls(row: &Cell<R>, motion: &Motion<'_, R>) -> [f64; 3] {
+    fn energy_and_pulls(row: &CellRow<R>, motion: &Motion<'_, R>) -> [f64; 3] {
         let (law, shape) = row.shape_f64(motion);
         let [e] = shape.dilations;
         let slopes: f64 = corner_lengths(&shape).into_iter().sum();
@@ -179,7 +168,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
 
     /// No row of the second derivatives of the volume has more than about the longest diagonal of
     /// the cell. A negative Λ stiffens nothing at rest.
-    fn add_row_sums(row: &Cell<R>, motion: &Motion<'_, R>, sums: &mut [[f64; 2]]) {
+    fn add_row_sums(row: &CellRow<R>, motion: &Motion<'_, R>, sums: &mut [[f64; 2]]) {
         let (law, shape) = row.shape_f64(motion);
         let [e] = shape.dilations;
         let lengths = corner_lengths(&shape);
@@ -195,7 +184,7 @@ impl<R: Real> StencilLaw<R, 8> for VolumeLaw<R> {
     }
 
     fn add_products(
-        row: &Cell<R>,
+        row: &CellRow<R>,
         motion: &Motion<'_, R>,
         direction: &[DVec3],
         products: &mut Products<'_>,
