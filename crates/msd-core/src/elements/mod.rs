@@ -5,7 +5,7 @@
 //! energy, and multiplies a direction by its stiffness and its damping, as the implicit methods and
 //! the prediction of the stable step require.
 //!
-//! From the inside a kind of element is a [`Force`]: what all stages of a run ask of it. The kinds
+//! From the inside a kind of element is a `Force`: what all stages of a run ask of it. The kinds
 //! of a [`Model`](crate::Model) are listed there once; whoever asks them goes through that list.
 
 pub mod fields;
