@@ -289,7 +289,7 @@ const TOO_LARGE: [(Change<Scene>, &str); 5] = [
         |s| s.planes = vec![Plane { offset: -1e300, ..PLANE }],
         "offset of plane 0 is -1e300; it must be finite",
     ),
-    (|s| s.particles[1].velocity.z = 1e300, "velocity of particle 1 is NaN; it must be finite"),
+    (|s| s.particles[1].velocity.z = 1e300, "velocity of particle 1 is 1e300; it must be finite"),
 ];
 
 #[test]

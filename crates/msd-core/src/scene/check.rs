@@ -53,23 +53,12 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
         return Err(Error::Empty);
     }
     check_count("the number of particles", scene.particles.len(), MAX_PARTICLES)?;
-    check_count("the number of springs", scene.springs.len(), MAX_SPRINGS)?;
-    check_count("the number of bends", scene.bends.len(), MAX_SPRINGS)?;
-    check_count("the number of volumes", scene.volumes.len(), MAX_PARTICLES)?;
     check_world::<R>(scene)?;
     for (row, particle) in scene.particles.iter().enumerate() {
         check_particle::<R>(row, particle, scene.world.extent)?;
     }
     let count = scene.particles.len();
-    for (row, spring) in scene.springs.iter().enumerate() {
-        check_spring::<R>(row, spring, count)?;
-    }
-    for (row, bend) in scene.bends.iter().enumerate() {
-        check_bend::<R>(row, bend, count)?;
-    }
-    for (row, volume) in scene.volumes.iter().enumerate() {
-        check_volume::<R>(row, volume, count)?;
-    }
+    check_joints::<R>(scene, [0; 3], count)?;
     for (row, plane) in scene.planes.iter().enumerate() {
         check_plane::<R>(row, plane)?;
     }
@@ -83,6 +72,28 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     }
     for (row, body) in scene.bodies.iter().enumerate() {
         check_body(row, body, scene)?;
+    }
+    Ok(())
+}
+
+/// Checks the springs, bends and volumes of a scene that join `count` particles, after so many of
+/// each that are there.
+pub(crate) fn check_joints<R: Real>(
+    scene: &Scene,
+    [springs, bends, volumes]: [usize; 3],
+    count: usize,
+) -> Result<(), Error> {
+    check_count("the number of springs", springs + scene.springs.len(), MAX_SPRINGS)?;
+    check_count("the number of bends", bends + scene.bends.len(), MAX_SPRINGS)?;
+    check_count("the number of volumes", volumes + scene.volumes.len(), MAX_PARTICLES)?;
+    for (row, spring) in (springs..).zip(&scene.springs) {
+        check_spring::<R>(row, spring, count)?;
+    }
+    for (row, bend) in scene.bends.iter().enumerate() {
+        check_bend::<R>(row, bend, count)?;
+    }
+    for (row, volume) in scene.volumes.iter().enumerate() {
+        check_volume::<R>(row, volume, count)?;
     }
     Ok(())
 }

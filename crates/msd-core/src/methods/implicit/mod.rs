@@ -43,8 +43,7 @@ use super::StepContext;
 use super::context::{Failure, Way};
 use crate::columns::{LANES, RECORD, vector};
 use crate::contact::Evaluated;
-use crate::elements::Motion;
-use crate::elements::springs::matrix::Stage;
+use crate::elements::{Motion, Stage};
 use crate::number::{Real, Vector, at_level};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
@@ -207,7 +206,7 @@ fn improve<R: Real>(
     let Scratch { stage, tangent, solve, holds, wholes, first, unsettled, solved } = scratch;
     let Columns { positions, velocities } = stage;
     let motion = Motion { slots: &model.slots, positions, velocities: &*velocities, time };
-    let stage = Stage { level, motion, tau };
+    let stage = Stage { moment: model.moment(level, motion), tau };
     tangent.linearise(model, &stage, &mut step.scratch.work.near);
     solve.changes.fill(R::ZERO);
     let before = &*step.state.velocities;
@@ -218,7 +217,7 @@ fn improve<R: Real>(
     if !wholes.is_empty() {
         // Forces of springs cancel in a sum, except for their rounding.
         let (work, others) = (&mut step.scratch.work, &mut solve.products);
-        model.set_other_forces(level, &motion, work, others);
+        model.set_outer_forces(level, &motion, work, others);
         set_residuals(others, &mut solve.residuals);
         wholes.begin(level, &solve.residuals, tangent.diagonals());
     }
@@ -306,7 +305,7 @@ fn power_taken<R: Real>(step: &mut StepContext<'_, R>, time: f64, scratch: &mut 
     if model.is_damped() {
         model.set_forces(level, &motion, work, forces)
     } else {
-        model.set_other_forces(level, &motion, work, forces)
+        model.set_outer_forces(level, &motion, work, forces)
     }
 }
 
