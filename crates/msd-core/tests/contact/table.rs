@@ -1,0 +1,187 @@
+//! The table, what a scenario measures, and the check of a method.
+
+use crate::{corners, cubes, curved, slopes, turning};
+use msd_core::Integrator::ExplicitEuler as Explicit;
+use msd_core::{Error, Integrator, Real, Scene, Settings, Simulation};
+use std::fmt::Write;
+
+/// Gravity of the default world, metres per second squared.
+pub const G: f64 = 9.82;
+/// A substep of the default settings, seconds.
+pub const H: f64 = 1.0 / 480.0;
+
+/// A scenario: what it is, how it is run in single and in double precision, and what is known to be
+/// wrong.
+pub struct Scenario {
+    name: &'static str,
+    runs: [fn(Integrator) -> Measures; 2],
+    /// Quantities that a method gets wrong by its nature: they are asserted to exceed their bounds.
+    wrong: &'static [(Integrator, &'static str)],
+}
+
+macro_rules! scenario {
+    ($module:ident::$run:ident, $name:literal $(, wrong: $wrong:expr)?) => {
+        Scenario {
+            name: $name,
+            runs: [$module::$run::<f32>, $module::$run::<f64>],
+            wrong: scenario!(@ $($wrong)?),
+        }
+    };
+    (@) => { &[] };
+    (@ $wrong:expr) => { $wrong };
+}
+
+/// Explicit Euler moves by the velocity before the kick: what rests falls by g h² in every other
+/// substep, and is put back.
+const FALLS: &[(Integrator, &str)] =
+    &[(Explicit, "speed, m/s"), (Explicit, "moved, m"), (Explicit, "dissipated, J")];
+/// The same where it comes to rest.
+const NEVER_RESTS: &[(Integrator, &str)] =
+    &[(Explicit, "speed, m/s"), (Explicit, "from the foot, m"), (Explicit, "gain, J")];
+/// The same of a body, to whose vibrations explicit Euler adds energy.
+const VIBRATES: &[(Integrator, &str)] = &[(Explicit, "height varies, m"), (Explicit, "gain, J")];
+
+const TABLE: &[Scenario] = &[
+    scenario!(corners::grooves_hold, "a particle at rest in a groove", wrong: FALLS),
+    scenario!(corners::grooves_stop, "a particle dropped into a groove", wrong: NEVER_RESTS),
+    scenario!(corners::corners_hold, "a particle at rest in a corner", wrong: FALLS),
+    scenario!(corners::corners_stop, "a particle dropped into a corner", wrong: NEVER_RESTS),
+    scenario!(corners::valleys_hold, "a particle at rest between round solids", wrong: FALLS),
+    scenario!(corners::valleys_stop, "a particle dropped between round solids", wrong: NEVER_RESTS),
+    scenario!(slopes::slopes_slide, "a particle on a slope below the critical friction"),
+    scenario!(slopes::slopes_hold, "a particle on a slope above the critical friction"),
+    scenario!(
+        slopes::ramps_end,
+        "a particle slides down a ramp onto a floor",
+        wrong: &[(Explicit, "speed, m/s")]
+    ),
+    scenario!(
+        turning::smooth_turntables,
+        "a particle on a smooth solid that turns below it",
+        wrong: &[(Explicit, "speed, m/s"), (Explicit, "gain, J")]
+    ),
+    scenario!(
+        turning::rough_turntables,
+        "a particle carried by a rough solid that turns",
+        wrong: &[(Explicit, "gain, J")]
+    ),
+    scenario!(
+        turning::blocks_on_smooth,
+        "a block on a smooth solid that turns below it",
+        wrong: VIBRATES
+    ),
+    scenario!(
+        turning::blocks_on_rough,
+        "a block carried by a rough solid that turns",
+        wrong: &[(Explicit, "gain, J")]
+    ),
+    scenario!(curved::particles_slide_off, "a particle slides off a round solid"),
+    scenario!(curved::bodies_slide_off, "a body slides off a ball, by substeps"),
+    scenario!(
+        cubes::cubes_rest,
+        "a soft cube comes to rest between surfaces",
+        wrong: &[(Explicit, "speed, m/s"), (Explicit, "imbalance, J")]
+    ),
+    scenario!(
+        cubes::large_cube_settles,
+        "a large soft cube falls into a valley",
+        wrong: &[(Explicit, "error")]
+    ),
+];
+
+/// What a run measured beside what is allowed, the worst of each quantity.
+#[derive(Default)]
+pub struct Measures(Vec<Measure>);
+
+struct Measure {
+    quantity: &'static str,
+    measured: f64,
+    bound: f64,
+    /// The case in which it was the worst.
+    case: String,
+    /// How many cases exceed the bound, of how many.
+    over: [usize; 2],
+}
+
+impl Measure {
+    fn exceeds(&self) -> bool {
+        1.0 < self.fraction()
+    }
+
+    /// As a fraction of the bound; a NaN, and what a bound below zero does not allow, are as bad as can
+    /// be.
+    fn fraction(&self) -> f64 {
+        let fraction = self.measured / self.bound;
+        if 0.0 < self.bound && !fraction.is_nan() { fraction } else { f64::INFINITY }
+    }
+}
+
+impl Measures {
+    /// Keeps the worst, by fraction of the bound, of a quantity: its name ends with its unit.
+    pub fn see(&mut self, quantity: &'static str, (measured, bound): (f64, f64), case: &str) {
+        let mut new = Measure { quantity, measured, bound, case: case.to_owned(), over: [0, 1] };
+        new.over[0] = usize::from(new.exceeds());
+        let Some(old) = self.0.iter_mut().find(|old| old.quantity == quantity) else {
+            self.0.push(new);
+            return;
+        };
+        let over = [0, 1].map(|at| old.over[at] + new.over[at]);
+        if old.fraction() < new.fraction() {
+            *old = new;
+        }
+        old.over = over;
+    }
+
+    /// Keeps that a run ended in an error.
+    pub fn fail(&mut self, error: &Error, case: &str) {
+        self.see("error", (f64::INFINITY, 0.0), &format!("{case}: {error}"));
+    }
+}
+
+/// Runs the table under a method; panics with the rows that exceed their bounds.
+pub fn check(integrator: Integrator) {
+    let mut failures = String::new();
+    for Scenario { name, runs, wrong } in TABLE {
+        for (precision, run) in ["f32", "f64"].into_iter().zip(runs) {
+            for row in run(integrator).0 {
+                let is_wrong = wrong.contains(&(integrator, row.quantity));
+                if row.exceeds() != is_wrong {
+                    let Measure { quantity, measured, bound, case, over: [over, all] } = row;
+                    let note = if is_wrong { "is wrong no more" } else { "" };
+                    writeln!(
+                        failures,
+                        "{name} | {integrator} | {precision} | {quantity} | {measured:.2e} | \
+                         {bound:.2e} | {over} of {all}: {case} {note}"
+                    )
+                    .expect("memory");
+                }
+            }
+        }
+    }
+    let head = "scenario | method | precision | quantity | measured | bound | cases, and the worst";
+    assert!(failures.is_empty(), "{head}\n{failures}");
+}
+
+/// Whether the precision is double.
+pub fn is_double<R: Real>() -> bool {
+    R::EPSILON.to_f64() < 1e-9
+}
+
+/// A simulation of a scene with the default settings otherwise.
+pub fn start<R: Real>(scene: &Scene, integrator: Integrator) -> Simulation<R> {
+    Simulation::new(scene, Settings { integrator, ..Settings::default() }).expect("a valid scene")
+}
+
+/// Takes the steps of so many seconds, and looks at the simulation after each.
+pub fn run<R: Real>(
+    simulation: &mut Simulation<R>,
+    seconds: f64,
+    mut look: impl FnMut(&Simulation<R>),
+) -> Result<(), Error> {
+    let steps = (seconds / simulation.settings().step).round() as usize;
+    (0..steps).try_for_each(|_| {
+        simulation.step()?;
+        look(simulation);
+        Ok(())
+    })
+}
