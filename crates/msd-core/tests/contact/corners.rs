@@ -15,9 +15,10 @@ const FRICTIONS: [f64; 2] = [0.0, 0.3];
 struct Pit {
     walls: Scene,
     foot: DVec3,
-    /// The largest length that gaps are computed from, times what a rounding of a gap is worth along the
-    /// walls: a point is a gap / cos α from where walls of α meet, a gap / sin α aside.
+    /// The largest length that gaps are computed from, metres.
     reach: f64,
+    /// What a rounding of the gaps is worth where walls of α meet: 1 / cos α in height, 1 / sin α aside.
+    steep: f64,
     friction: f64,
     name: String,
 }
@@ -37,9 +38,9 @@ fn grooves() -> Vec<Pit> {
                     let normals = [sine, -sine].map(|x| DVec3::new(x, cosine, 0.0));
                     let mut walls = Scene::default();
                     add_walls(&mut walls, kind, (foot, &normals), friction);
-                    let reach = (foot.length() + kind.reach()) / sine.min(cosine);
+                    let (reach, steep) = (foot.length() + kind.reach(), 1.0 / sine.min(cosine));
                     let name = format!("{kind:?} of ±{degrees}°, friction {friction}, at {foot}");
-                    grooves.push(Pit { walls, foot, reach, friction, name });
+                    grooves.push(Pit { walls, foot, reach, steep, friction, name });
                 }
             }
         }
@@ -66,10 +67,10 @@ fn corners() -> Vec<Pit> {
             // The place of a corner follows three gaps by the inverse of its normals.
             let inverse =
                 DMat3::from_cols_array_2d(&normals.map(|normal| normal.to_array())).inverse();
-            let worst = inverse.to_cols_array().map(f64::abs).into_iter().fold(1.0, f64::max);
-            let reach = foot.length() * worst;
+            let steep = inverse.to_cols_array().map(f64::abs).into_iter().fold(1.0, f64::max);
+            let reach = foot.length();
             let name = format!("corner {number}, friction {friction}");
-            corners.push(Pit { walls, foot, reach, friction, name });
+            corners.push(Pit { walls, foot, reach, steep, friction, name });
         }
     }
     corners
@@ -105,8 +106,8 @@ fn valleys() -> Vec<Pit> {
                 let walls = Scene { solids, ..Scene::default() };
                 let foot = DVec3::Y * radius * cosine;
                 let name = format!("{kind} of ±{degrees}°, friction {friction}");
-                let reach = (radius + away) / sine.min(cosine);
-                valleys.push(Pit { walls, foot, reach, friction, name });
+                let (reach, steep) = (radius + away, 1.0 / sine.min(cosine));
+                valleys.push(Pit { walls, foot, reach, steep, friction, name });
             }
         }
     }
@@ -120,7 +121,7 @@ fn speed<R: Real>(simulation: &Simulation<R>) -> f64 {
 /// Starts at rest at the foot: stays there for two seconds, and nothing is booked.
 fn hold<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
     let (mut measures, seconds) = (Measures::default(), 2.0);
-    for Pit { walls, foot, reach, name, .. } in pits {
+    for Pit { walls, foot, reach, steep, name, .. } in pits {
         let scene = Scene { particles: particle(foot, DVec3::ZERO).particles, ..walls };
         let mut simulation = start::<R>(&scene, integrator);
         let before = simulation.position(0).to_f64();
@@ -130,10 +131,10 @@ fn hold<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
             moved = moved.max(now.position(0).to_f64().distance(before));
         });
         ended.unwrap_or_else(|error| measures.fail(&error, &name));
-        measures.see("speed, m/s", (fastest, still::<R>(reach)), &name);
-        measures.see("moved, m", (moved, unmoved::<R>(reach)), &name);
+        measures.see("speed, m/s", (fastest, still::<R>(steep * reach)), &name);
+        measures.see("moved, m", (moved, steep * unmoved::<R>(reach)), &name);
         // The weight, 1 kg, at the speed of what counts as still.
-        let booked = G * seconds * still::<R>(reach);
+        let booked = G * seconds * still::<R>(steep * reach);
         measures.see("dissipated, J", (simulation.dissipated().abs(), booked), &name);
         // What explicit Euler falls and is put back is booked with either sign.
         if integrator != Integrator::ExplicitEuler {
@@ -148,7 +149,7 @@ fn hold<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
 /// / (g sin 10°) each, sum to 1.1 s where the first has 6 cm/s, what is left of the fall.
 fn stop<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
-    for Pit { walls, foot, reach, friction, name } in pits {
+    for Pit { walls, foot, reach, steep, friction, name } in pits {
         let position = foot + DVec3::new(5e-4, 3e-3, 0.0);
         let scene = Scene { particles: particle(position, DVec3::ZERO).particles, ..walls };
         let mut simulation = start::<R>(&scene, integrator);
@@ -157,10 +158,10 @@ fn stop<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
         let ended = run(&mut simulation, 1.75, |_| {})
             .and_then(|()| run(&mut simulation, 0.25, |now| fastest = fastest.max(speed(now))));
         ended.unwrap_or_else(|error| measures.fail(&error, &name));
-        measures.see("speed, m/s", (fastest, still::<R>(reach)), &name);
+        measures.see("speed, m/s", (fastest, still::<R>(steep * reach)), &name);
         if friction == 0.0 {
             let moved = simulation.position(0).to_f64().distance(foot);
-            measures.see("from the foot, m", (moved, unmoved::<R>(reach)), &name);
+            measures.see("from the foot, m", (moved, steep * unmoved::<R>(reach)), &name);
         }
         // At stake is m g 3 mm. A ledger is off by what is found late in a substep, of a fall of 12
         // substeps: a fifth.

@@ -133,9 +133,9 @@ pub fn cubes_rest<R: Real>(integrator: Integrator) -> Measures {
             fastest = speeds.fold(fastest, f64::max);
         });
         ended.unwrap_or_else(|error| measures.fail(&error, &scene.1));
-        // In f32 springs round: 300 N/m times the rounding of 0.5 m, on 30 g, in a substep.
+        // In f32 springs round: 26 of 300 N/m by a rounding of 0.5 m, on 30 g, in a substep.
         let h = simulation.settings().substep();
-        let rounding = 8.0 * 300.0 * R::EPSILON.to_f64() * 0.5 / 0.03 * h;
+        let rounding = 26.0 * 300.0 * R::EPSILON.to_f64() * 0.5 / 0.03 * h;
         measures.see("speed, m/s", (fastest, 1e-9f64.max(rounding)), &scene.1);
     }
     measures

@@ -63,8 +63,9 @@ fn rounded<R: Real>(seconds: f64, reach: f64) -> f64 {
 pub fn slopes_slide<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, seconds) = (Measures::default(), 1.0);
     for slope in slopes() {
-        // 0.8 with the first normal is what the user wrote: a friction of 0.4120630029101704.
-        for part in [0.3, 0.6, 0.8, 0.9] {
+        // The user wrote 0.8 of the critical friction. At 1 − 0.2 and 1 − 0.2² the adaptive step, which
+        // shrinks to a fifth, may meet the times of a particle that has just begun to move.
+        for part in [0.3, 0.6, 0.8, 0.9, 0.96] {
             let name = slope.name(part);
             let mut simulation = start::<R>(&slope.scene(part), integrator);
             let before = simulation.position(0).to_f64();

@@ -77,6 +77,7 @@ const TABLE: &[Scenario] = &[
     ),
     scenario!(curved::particles_slide_off, "a particle slides off a round solid"),
     scenario!(curved::bodies_slide_off, "a body slides off a ball, by substeps"),
+    scenario!(curved::ropes_slip, "a rope slips over a drum"),
     scenario!(
         cubes::cubes_rest,
         "a soft cube comes to rest between surfaces",
