@@ -1,6 +1,6 @@
 //! The table, what a scenario measures, and the check of a method.
 
-use crate::{corners, cubes, curved, slopes, turning};
+use crate::{corners, cubes, curved, endurance, moving, slopes, turning};
 use msd_core::Integrator::ExplicitEuler as Explicit;
 use msd_core::{Error, Integrator, Real, Scene, Settings, Simulation};
 use std::fmt::Write;
@@ -41,7 +41,13 @@ const NEVER_RESTS: &[(Integrator, &str)] =
 /// The same of a body, to whose vibrations explicit Euler adds energy.
 const VIBRATES: &[(Integrator, &str)] = &[(Explicit, "height varies, m"), (Explicit, "gain, J")];
 
-const TABLE: &[Scenario] = &[
+/// The surface takes that, too.
+const FALLS_ON_A_BELT: &[(Integrator, &str)] = &[(Explicit, "off its loss, J")];
+/// It never lies still for the same reason.
+const MOVES: &[(Integrator, &str)] = &[(Explicit, "moved, m")];
+
+/// What a few seconds show.
+pub const TABLE: &[Scenario] = &[
     scenario!(corners::grooves_hold, "a particle at rest in a groove", wrong: FALLS),
     scenario!(corners::grooves_stop, "a particle dropped into a groove", wrong: NEVER_RESTS),
     scenario!(corners::corners_hold, "a particle at rest in a corner", wrong: FALLS),
@@ -75,6 +81,14 @@ const TABLE: &[Scenario] = &[
         "a block carried by a rough solid that turns",
         wrong: &[(Explicit, "gain, J")]
     ),
+    scenario!(moving::rises, "a particle on a half space that rises"),
+    scenario!(moving::comes, "a wall that comes drives what it hits"),
+    scenario!(moving::tilts, "a particle slides on a half space that tilts"),
+    scenario!(moving::lifts, "a half space lifts a particle by key frames"),
+    scenario!(moving::belt, "a belt speeds up a particle", wrong: FALLS_ON_A_BELT),
+    scenario!(moving::platform, "a platform lifts and shifts a particle"),
+    scenario!(moving::lifts_and_turns, "a plate lifts and turns a particle"),
+    scenario!(moving::turntable_flings, "a turntable holds a particle or flings it off"),
     scenario!(curved::particles_slide_off, "a particle slides off a round solid"),
     scenario!(curved::bodies_slide_off, "a body slides off a ball, by substeps"),
     scenario!(curved::ropes_slip, "a rope slips over a drum"),
@@ -88,6 +102,36 @@ const TABLE: &[Scenario] = &[
         "a large soft cube falls into a valley",
         wrong: &[(Explicit, "error")]
     ),
+];
+
+/// What takes minutes to show, in simulated time.
+pub const ENDURANCE: &[Scenario] = &[
+    scenario!(endurance::a_particle_sticks, "a particle sticks on slopes"),
+    scenario!(endurance::a_particle_slides, "a particle slides down slopes"),
+    scenario!(endurance::apexes_last, "apexes of 60 s of bounces, e = 1"),
+    scenario!(endurance::apexes_shrink, "apexes of bounces, e = 0.7"),
+    scenario!(endurance::a_corner_holds, "a particle comes to rest in a corner"),
+    scenario!(endurance::a_block_rests, "a block rests on slopes for 600 s", wrong: MOVES),
+    scenario!(
+        endurance::blocks_hold,
+        "blocks hold up to 0.9 of the critical slope at 0.9 of the stable substep",
+        wrong: MOVES
+    ),
+    scenario!(endurance::a_column_stands, "a column stands on slopes for 120 s", wrong: MOVES),
+    scenario!(endurance::a_force_presses, "a force holds a particle to a wall"),
+];
+
+/// What each of these may be off, in the words of docs/trade.md.
+const ALLOWED: [&str; 9] = [
+    "8 roundings of its place in 20 s",
+    "a h t, or rounding from order 2 on",
+    "g h²",
+    "2 g h²",
+    "16 roundings in 20 s",
+    "1e-5 of its size",
+    "1e-5 of their size in 60 s",
+    "1e-5 of its size",
+    "8 roundings in 20 s",
 ];
 
 /// What a run measured beside what is allowed, the worst of each quantity.
@@ -133,16 +177,21 @@ impl Measures {
         old.over = over;
     }
 
+    /// The largest fraction of a bound.
+    fn worst(&self) -> f64 {
+        self.0.iter().map(Measure::fraction).fold(0.0, f64::max)
+    }
+
     /// Keeps that a run ended in an error.
     pub fn fail(&mut self, error: &Error, case: &str) {
         self.see("error", (f64::INFINITY, 0.0), &format!("{case}: {error}"));
     }
 }
 
-/// Runs the table under a method; panics with the rows that exceed their bounds.
-pub fn check(integrator: Integrator) {
+/// Runs a table under a method; panics with the rows that exceed their bounds.
+pub fn check(table: &[Scenario], integrator: Integrator) {
     let mut failures = String::new();
-    for Scenario { name, runs, wrong } in TABLE {
+    for Scenario { name, runs, wrong } in table {
         for (precision, run) in ["f32", "f64"].into_iter().zip(runs) {
             for row in run(integrator).0 {
                 let is_wrong = wrong.contains(&(integrator, row.quantity));
@@ -161,6 +210,30 @@ pub fn check(integrator: Integrator) {
     }
     let head = "scenario | method | precision | quantity | measured | bound | cases, and the worst";
     assert!(failures.is_empty(), "{head}\n{failures}");
+}
+
+/// The table of docs/trade.md: the worst of each method in f32 and f64, as a fraction of its bound.
+pub fn page() -> String {
+    let mut page = String::from("| what | allowed |");
+    Integrator::ALL.iter().for_each(|integrator| write!(page, " {integrator} |").expect("memory"));
+    write!(page, "\n|---|---|{}", "---|".repeat(Integrator::ALL.len())).expect("memory");
+    for (scenario, allowed) in ENDURANCE.iter().zip(ALLOWED) {
+        write!(page, "\n| {} | {allowed} |", scenario.name).expect("memory");
+        for integrator in Integrator::ALL {
+            let [single, double] = scenario.runs.map(|run| short(run(integrator).worst()));
+            write!(page, " {single}, {double} |").expect("memory");
+        }
+    }
+    page + "\n"
+}
+
+/// Two digits of a fraction.
+fn short(value: f64) -> String {
+    match value {
+        value if value < 0.005 => "0".into(),
+        value if value < 10.0 => format!("{value:.2}"),
+        value => format!("{value:.0}"),
+    }
 }
 
 /// Whether the precision is double.
