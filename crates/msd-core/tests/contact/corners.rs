@@ -17,7 +17,8 @@ struct Pit {
     foot: DVec3,
     /// The largest length that gaps are computed from, metres.
     reach: f64,
-    /// What a rounding of the gaps is worth where walls of α meet: 1 / cos α in height, 1 / sin α aside.
+    /// What a rounding of the gaps is worth where walls of α meet: 1 / cos α in height, 1 / sin α
+    /// aside.
     steep: f64,
     friction: f64,
     name: String,
@@ -144,9 +145,10 @@ fn hold<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
     measures
 }
 
-/// Let go 3 mm above the foot and a little aside: comes to rest. Without friction it slides to and fro,
-/// and ends at the foot: walls of ±10° keep cos 20° of the speed at each pass, and the times of passes, 2 v
-/// / (g sin 10°) each, sum to 1.1 s where the first has 6 cm/s, what is left of the fall.
+/// Let go 3 mm above the foot and a little aside: comes to rest. Without friction it slides to and
+/// fro, and ends at the foot: walls of ±10° keep cos 20° of the speed at each pass, and the times
+/// of passes, 2 v / (g sin 10°) each, sum to 1.1 s where the first has 6 cm/s, what is left of the
+/// fall.
 fn stop<R: Real>(pits: Vec<Pit>, integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for Pit { walls, foot, reach, steep, friction, name } in pits {

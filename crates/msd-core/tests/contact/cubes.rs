@@ -81,8 +81,9 @@ fn mechanical<R: Real>(simulation: &Simulation<R>) -> f64 {
     energy.total() - energy.dissipated
 }
 
-/// The part of the energy of motions by which a ledger may be off, with the fastest mode of the body at
-/// w = 2 / (stable substep): in first order h w / 2, in second (h w)² / 8, and a hundredth for contact.
+/// The part of the energy of motions by which a ledger may be off, with the fastest mode of the
+/// body at w = 2 / (stable substep): in first order h w / 2, in second (h w)² / 8, and a hundredth
+/// for contact.
 fn part<R: Real>(simulation: &Simulation<R>, integrator: Integrator) -> f64 {
     let stable = simulation.stable_substep_of(Integrator::VelocityVerlet, 8);
     let along = simulation.settings().substep() / stable;
@@ -121,8 +122,8 @@ fn settle<R: Real>(
     simulation
 }
 
-/// After five seconds nothing is left of a motion: the slowest mode, in which the cube rocks, decays by
-/// a factor e in less than 0.2 s.
+/// After five seconds nothing is left of a motion: the slowest mode, in which the cube rocks,
+/// decays by a factor e in less than 0.2 s.
 pub fn cubes_rest<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for scene in scenes() {

@@ -1,4 +1,4 @@
-//! What slides off round solids with friction: the place it reaches, and how that converges.
+//! Slides off round solids with friction: the place reached, and how it converges.
 
 use crate::table::{G, Measures, is_double, run};
 use crate::walls::particle;
@@ -13,8 +13,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const RADIUS: f64 = 1.3;
 const SECONDS: f64 = 0.4;
 
-/// The angle from the top after a time, from rest at `angle`: θ'' = (g / R) (sin θ − μ cos θ) + μ θ'²
-/// by the classical Runge-Kutta method in steps of 10 µs, whose error is far below 1e-12.
+/// The angle from the top after a time, from rest at `angle`: θ'' = (g / R) (sin θ − μ cos θ) + μ
+/// θ'² by the classical Runge-Kutta method in steps of 10 µs, whose error is far below 1e-12.
 fn reference(friction: f64, angle: f64) -> [f64; 2] {
     let steps = 40_000;
     let h = SECONDS / f64::from(steps);
@@ -71,8 +71,9 @@ pub fn particles_slide_off<R: Real>(integrator: Integrator) -> Measures {
                 ended.unwrap_or_else(|error| measures.fail(&error, &name));
                 let h = settings.substep();
                 // Half a substep of the final speed for a method of first order, and as much for a
-                // surface that is met at the ends of substeps. Dormand-Prince follows the surface within
-                // its tolerance, 1e-6 of the size of the scene, in each of the tens of its steps.
+                // surface that is met at the ends of substeps. Dormand-Prince follows the surface
+                // within its tolerance, 1e-6 of the size of the scene, in each of the tens of its
+                // steps.
                 let late = match integrator {
                     Integrator::DormandPrince => 30.0 * 1e-6 * RADIUS,
                     _ => rate * RADIUS * h,
@@ -108,8 +109,8 @@ fn centre_after(scene: &Scene, settings: Settings) -> Result<DVec3, msd_core::Er
     Ok(simulation.centre_of_mass(0..scene.particles.len()))
 }
 
-/// The answer of every method tends to that of Dormand-Prince as substeps grow: sixteen times as many
-/// leave an eighth of the error, or less than a millimetre of the half metre of way.
+/// The answer of every method tends to that of Dormand-Prince as substeps grow: sixteen times as
+/// many leave an eighth of the error, or less than a millimetre of the half metre of way.
 pub fn bodies_slide_off<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     // Rounding adds nothing to a comparison of millimetres: in double precision only.
@@ -187,9 +188,9 @@ impl Rope {
         }
     }
 
-    /// The acceleration of a rope that slips, by Euler and Eytelwein with the mass of the rope: along the
-    /// arc dT/dφ = μ (T + λ R g sin φ) + λ R (g cos φ + a), from (m + λ L) (g + a) on the light side to
-    /// (m + λ L) (g − a) on the heavy one. Both sides are linear in a.
+    /// The acceleration of a rope that slips, by Euler and Eytelwein with the mass of the rope:
+    /// along the arc dT/dφ = μ (T + λ R g sin φ) + λ R (g cos φ + a), from (m + λ L) (g + a) on the
+    /// light side to (m + λ L) (g − a) on the heavy one. Both sides are linear in a.
     fn acceleration(&self) -> f64 {
         let density = BEAD * (self.count - 2) as f64 / (PI * DRUM + 2.0 * HANGS);
         let off = |a: f64| {
@@ -207,11 +208,13 @@ impl Rope {
     }
 }
 
-/// The heavy end goes down. The springs span 6° of the drum: what they press is off by the square of
-/// that, 1 %, as is the friction of the implicit methods, of the 2.6 times the weight that it holds: a
-/// tenth of the acceleration of 0.6 m/s², and as much again for measuring over a third of a second.
+/// The heavy end goes down. The springs span 6° of the drum: what they press is off by the square
+/// of that, 1 %, as is the friction of the implicit methods, of the 2.6 times the weight that it
+/// holds: a tenth of the acceleration of 0.6 m/s², and as much again for measuring over a third of
+/// a second.
 ///
-/// 1 MN/m on 1 g is for backward Euler alone: explicit methods need substeps of 30 µs, and implicit midpoint keeps the vibrations of a rope that is loaded at once.
+/// 1 MN/m on 1 g is for backward Euler alone: explicit methods need substeps of 30 µs, and implicit
+/// midpoint keeps the vibrations of a rope that is loaded at once.
 pub fn ropes_slip<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     // Rounding matters to nothing here: in double precision only.
@@ -246,7 +249,8 @@ fn the_reference_has_the_energy_of_a_smooth_slide() {
 
 #[test]
 fn the_reference_loses_what_friction_takes() {
-    // With u = R θ'² / g: du/dθ = 2 (sin θ − μ (cos θ − u)), solved by A e^(2 μ θ) + B cos θ + C sin θ.
+    // With u = R θ'² / g: du/dθ = 2 (sin θ − μ (cos θ − u)), solved by A e^(2 μ θ) + B cos θ + C
+    // sin θ.
     let (mu, start) = (0.3f64, 0.4f64);
     let d = 1.0 + 4.0 * mu * mu;
     let (b, c) = ((4.0 * mu * mu - 2.0) / d, -6.0 * mu / d);

@@ -1,4 +1,4 @@
-//! What lies on, meets and slides on surfaces that move, against closed forms.
+//! Surfaces that move: particles that lie on them, meet them and slide, against closed forms.
 
 use crate::table::{G, Measures, is_double, run};
 use msd_core::glam::DVec3;
@@ -39,8 +39,8 @@ fn after<R: Real>(
     simulation
 }
 
-/// What rounding makes of a length or a speed of so much in so many substeps: 1e-12 in f64, and in f32
-/// a rounding of it in each.
+/// What rounding makes of a length or a speed of so much in so many substeps: 1e-12 in f64, and in
+/// f32 a rounding of it in each.
 fn rounding<R: Real>(size: f64, substeps: u32) -> f64 {
     if is_double::<R>() { 1e-12 } else { f64::from(substeps) * R::EPSILON.to_f64() * size }
 }
@@ -65,8 +65,8 @@ pub fn rises<R: Real>(integrator: Integrator) -> Measures {
     let off = place(&simulation).distance(DVec3::new(3.0, speed, -2.0));
     measures.see("off its place, m", (off, rounding::<R>(1.0, 480)), name);
     let work = MASS * G * speed;
-    // Explicit Euler falls with the speed of a substep before, Runge-Kutta's method is off by less than
-    // a thousandth.
+    // Explicit Euler falls with the speed of a substep before, Runge-Kutta's method is off by less
+    // than a thousandth.
     let late = match integrator {
         Integrator::ExplicitEuler => MASS * G * G / 480.0,
         Integrator::Rk4 => 1e-3 * work,
@@ -81,8 +81,8 @@ pub fn rises<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// One that comes at 2 m/s returns what stands still at twice its speed. Its work, 8 m, is booked; not
-/// by Dormand-Prince.
+/// One that comes at 2 m/s returns what stands still at twice its speed. Its work, 8 m, is booked;
+/// not by Dormand-Prince.
 pub fn comes<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     let half_space = Solid {
@@ -110,8 +110,8 @@ pub fn comes<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Without friction, on one that tilts at w about its middle: r'' = w² r − g sin w t, so that r = r0
-/// cosh w t − g / (2 w²) (sinh w t − sin w t).
+/// Without friction, on one that tilts at w about its middle: r'' = w² r − g sin w t, so that r =
+/// r0 cosh w t − g / (2 w²) (sinh w t − sin w t).
 pub fn tilts<R: Real>(integrator: Integrator) -> Measures {
     let (mut measures, name) = (Measures::default(), "half space");
     let (w, r, substeps) = (0.5f64, 1.0, 100);

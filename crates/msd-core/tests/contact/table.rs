@@ -1,4 +1,4 @@
-//! The table, what a scenario measures, and the check of a method.
+//! The tables, the measures of a scenario, and the check of a method.
 
 use crate::{corners, cubes, curved, endurance, moving, slopes, turning};
 use msd_core::Integrator::ExplicitEuler as Explicit;
@@ -153,8 +153,8 @@ impl Measure {
         1.0 < self.fraction()
     }
 
-    /// As a fraction of the bound; a NaN, and what a bound below zero does not allow, are as bad as can
-    /// be.
+    /// As a fraction of the bound; a NaN, and what a bound below zero does not allow, are as bad as
+    /// can be.
     fn fraction(&self) -> f64 {
         let fraction = self.measured / self.bound;
         if 0.0 < self.bound && !fraction.is_nan() { fraction } else { f64::INFINITY }

@@ -1,4 +1,4 @@
-//! What lies on a box or a cylinder that turns about the vertical, by its spin or by key frames.
+//! Turntables: a box or a cylinder that turns about the vertical below a particle or a block.
 
 use crate::table::{G, H, Measures, run, start};
 use crate::walls::{particle, still};
@@ -130,8 +130,8 @@ fn watch<R: Real>(
     (ranges.into_iter().map(|(low, high)| high - low).fold(0.0, f64::max), simulation)
 }
 
-/// The energy at stake while the block settles, joules: its weight over the depth by which springs are
-/// compressed, less than a centimetre. A twentieth of it is the truncation of a method.
+/// The energy at stake while the block settles, joules: its weight over the depth by which springs
+/// are compressed, less than a centimetre. A twentieth of it is the truncation of a method.
 const SETTLES: f64 = 0.03 * 27.0 * G * 0.01;
 
 pub fn blocks_on_smooth<R: Real>(integrator: Integrator) -> Measures {
@@ -149,9 +149,9 @@ pub fn blocks_on_smooth<R: Real>(integrator: Integrator) -> Measures {
     measures
 }
 
-/// Friction carries it. Its sole goes straight on within a substep, is stretched by that, and slips back
-/// now and then: its height cannot stay within 1e-9. A thousandth of it is a sixtieth of what a contact
-/// did that was lost and found again.
+/// Friction carries it. Its sole goes straight on within a substep, is stretched by that, and slips
+/// back now and then: its height cannot stay within 1e-9. A thousandth of it is a sixtieth of what
+/// a contact did that was lost and found again.
 pub fn blocks_on_rough<R: Real>(integrator: Integrator) -> Measures {
     let mut measures = Measures::default();
     for (solid, name) in turntables(0.5).into_iter().filter(|(solid, _)| solid.keys.is_empty()) {
