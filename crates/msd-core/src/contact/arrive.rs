@@ -2,7 +2,7 @@
 //! time.
 
 use super::Radii;
-use super::held::Row;
+use super::held::{MOST, Row};
 use super::landing::{Arrival, is_squeezed, meet_surface, onto};
 use super::law::{Contacts, Evaluated, Outcome, Span, TURN, Touch, rounding};
 use super::passage::Passage;
@@ -433,19 +433,25 @@ impl<R: Real> Batch<R> {
         tally: &mut Tally,
     ) {
         let (place, radius) = self.at(lane);
+        let mut indices = [0; MOST];
         let mut arrival = Arrival::new(self.touch(lane, ([R::ZERO; 3], R::ZERO, R::ZERO)));
         for index in 0..obstacles.count() {
             let obstacle = obstacles.get(index);
             let depth = radius - obstacle.gap(place, time);
             let noise = rounding(obstacle.terms(place, time), radius);
-            if -noise <= depth {
+            if -noise <= depth && arrival.count() < MOST {
+                indices[arrival.count()] = index;
                 let normal = obstacle.normal(place, time);
                 let surface = obstacle.velocity(place, time);
                 let row = Row { normal, surface, least: R::ZERO, law: obstacle.law() };
                 arrival.add(row, (depth, noise), span);
             }
         }
-        let Some(landed) = arrival.land(span, self.masses[lane]) else { return };
+        if arrival.count() == 0 {
+            return;
+        }
+        let depth = |row: usize, at| radius - obstacles.get(indices[row]).gap(at, time);
+        let landed = arrival.land(span, self.masses[lane], depth);
         self.set(lane, landed.position, landed.velocity);
         tally.contacts += landed.contacts;
     }

@@ -1,6 +1,6 @@
 //! A particle that meets an obstacle of any form, and one that has no room between several.
 
-use super::held::{Row, Rows};
+use super::held::{Held, MOST, Row, Rows};
 use super::law::{Contacts, Span, Touch, rounding};
 use crate::number::{Real, Vector, dot};
 use crate::obstacles::{Obstacle, Obstacles, Placed};
@@ -44,17 +44,25 @@ pub(crate) struct Arrival<R: Real> {
     /// It, without a surface.
     touch: Touch<R>,
     rows: Rows<R>,
-    /// The same surfaces as limits of a displacement, metres.
-    lifts: Rows<R>,
+    /// How deep it is in each, metres, and the depth that counts as none.
+    depths: [(R, R); MOST],
     /// The part of its way since it met the last of them.
     since: R,
+    /// The acceleration by which each has borne it in the substep, metres per second squared.
+    borne: [R; MOST],
     bounces: bool,
 }
 
 impl<R: Real> Arrival<R> {
     pub(crate) fn new(touch: Touch<R>) -> Self {
-        let (rows, lifts) = (Rows::default(), Rows::default());
-        Arrival { touch, rows, lifts, since: R::ONE, bounces: false }
+        let (rows, depths) = (Rows::default(), [(R::ZERO, R::ZERO); MOST]);
+        let borne = [R::ZERO; MOST];
+        Arrival { touch, rows, depths, since: R::ONE, borne, bounces: false }
+    }
+
+    /// The number of surfaces.
+    pub(crate) fn count(&self) -> usize {
+        self.rows.rows().len()
     }
 
     /// Adds a surface that it is so deep in, metres, or on within some noise.
@@ -75,50 +83,93 @@ impl<R: Real> Arrival<R> {
         if noise < gap && way < R::ZERO {
             self.since = self.since.min(depth.max(R::ZERO) / -way);
         }
+        if span.settles() && gap.abs() <= noise {
+            self.borne[self.count()] = -dot(touch.normal, touch.pull).min(R::ZERO);
+        }
+        self.depths[self.count()] = (depth, noise);
         self.rows.push(row);
-        self.lifts.push(Row { normal: row.normal, least: depth, ..Row::default() });
     }
 
-    /// Where it is and how fast, once all of them have held it; none if there is no surface.
+    /// Where it is and how fast, once all of them have held it; `depth` is how deep a place is in
+    /// the surface of a number, metres.
     ///
-    /// As with a single one ([`crate::obstacles::ContactLaw::hold`]): what sticks goes back to where it met them, and
-    /// what slides goes back by the way that friction would have saved. Energy is that of the
-    /// motion at the start of the substep, by a constant force.
-    pub(crate) fn land(&self, span: &Span<R>, mass: R) -> Option<Landed<R>> {
-        self.rows.rows().first()?;
+    /// As with a single one ([`crate::obstacles::ContactLaw::hold`]): what sticks goes back to
+    /// where it met them, and what slides goes back by the way that friction would have saved.
+    /// Energy is that of the motion at the start of the substep, by a constant force.
+    pub(crate) fn land(
+        &self,
+        span: &Span<R>,
+        mass: R,
+        depth: impl Fn(usize, R::Vec3) -> R,
+    ) -> Landed<R> {
         let [position, velocity, start, pull] =
             [self.touch.position, self.touch.velocity, self.touch.start, self.touch.pull]
                 .map(R::Vec3::from_components);
-        let held = self.rows.hold(velocity);
-        let carried = self.rows.rows()[0].surface * span.h;
-        let (lift, depths) = self.lifts.push_out(R::Vec3::ZERO);
-        let to = if held.sticks {
-            let way = position - (start + carried);
-            let back = position - way * self.since;
-            let mut left = self.lifts;
-            for row in left.rows_mut() {
-                row.least -= row.normal.dot(back - position);
-            }
-            back + left.push_out(R::Vec3::ZERO).0
+        let held = self.hold(velocity, self.since * span.h);
+        let mut to = if held.sticks {
+            let way = position - (start + self.rows.rows()[0].surface * span.h);
+            position - way * self.since
         } else {
             let pushes = self.rows.rows().iter().zip(held.pushes);
             let normal = pushes.fold(R::Vec3::ZERO, |sum, (row, push)| sum + row.normal * push);
             let pushed = held.pushes.into_iter().fold(R::ZERO, R::add);
-            let deep = depths.into_iter().fold(R::ZERO, R::add);
+            let deep =
+                self.depths.iter().fold(R::ZERO, |sum, &(depth, _)| sum + depth.max(R::ZERO));
             let time = if R::ZERO < pushed { (deep / pushed).min(span.h) } else { R::ZERO };
-            position + lift + (held.velocity - velocity - normal) * time
+            let rubbed = held.velocity - velocity - normal;
+            let is_rough = self.rows.rows().iter().any(|row| row.law.friction != R::ZERO);
+            if is_rough { position + rubbed * time } else { position }
         };
-        let before = velocity - pull * span.h;
+        // Surfaces that bend take the square of the way each time.
+        for _ in 0..CORRECTIONS {
+            let mut lifts = Rows::default();
+            for (number, (row, &(_, noise))) in
+                self.rows.rows().iter().zip(&self.depths).enumerate()
+            {
+                let deep = depth(number, to);
+                let least = if deep <= noise { R::ZERO } else { deep };
+                lifts.push(Row { normal: row.normal, least, ..Row::default() });
+            }
+            let lift = lifts.push_out(R::Vec3::ZERO).0;
+            if lift == R::Vec3::ZERO {
+                break;
+            }
+            to += lift;
+        }
+        let borne = self.rows.rows().iter().zip(self.borne);
+        let slope = borne.fold(pull, |sum, (row, borne)| sum + row.normal * borne);
+        let before = velocity - slope * span.h;
         let slower = (before.dot(before) - held.velocity.dot(held.velocity)) * R::HALF;
         let taken = slower + pull.dot(to - start) + held.driven;
         let contacts = Contacts {
+            count: self.count() as u64,
             driven: (held.driven * mass).to_f64(),
-            count: self.rows.rows().len() as u64,
             bounced: self.bounces,
             ..Contacts::one((taken * mass).to_f64())
         };
         let [position, velocity] = [to, held.velocity].map(Vector::components);
-        Some(Landed { position, velocity, contacts })
+        Landed { position, velocity, contacts }
+    }
+
+    /// The velocity that the surfaces leave it, so many seconds after it met the last of them.
+    ///
+    /// A surface that it lay on, and that the new one pushes it off, has held it up for that long
+    /// in vain: without this what slides through the foot of a groove gains speed there.
+    fn hold(&self, velocity: R::Vec3, since: R) -> Held<R> {
+        let held = self.rows.hold(velocity);
+        let left = self.rows.rows().iter().zip(held.pushes).zip(self.borne);
+        let borne =
+            left.fold(
+                R::Vec3::ZERO,
+                |sum, ((row, push), borne)| {
+                    if push == R::ZERO { sum - row.normal * borne } else { sum }
+                },
+            );
+        if borne == R::Vec3::ZERO || self.since == R::ONE {
+            held
+        } else {
+            self.rows.hold(velocity + borne * since)
+        }
     }
 }
 

@@ -345,7 +345,8 @@ impl<R: Real> Hold<R> {
         } else {
             let along = velocity - normal * speed;
             let end = position + along * span.h;
-            let bend = (obstacle.gap(end, span.end) - radius - gap) / span.h;
+            let turn = obstacle.normal(end, span.end) - normal;
+            let bend = along.dot(turn) * R::HALF;
             let slip = along - surface;
             // It goes over an edge.
             if R::of(0.25) * slip.dot(slip).sqrt() + resting < bend {
