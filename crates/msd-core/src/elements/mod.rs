@@ -11,6 +11,7 @@ pub mod springs;
 mod bundles;
 pub mod bends;
 pub mod volumes;
+pub mod air;
 pub mod touches;
 
 use crate::columns::slots::Slots;

@@ -117,6 +117,7 @@ impl<R: Real> Simulation<R> {
         let pushes = progress.pushes.iter();
         model.pushes.0 = pushes.map(|&(row, force)| (row as u32, R::Vec3::of(force))).collect();
         progress.cut.iter().for_each(|&spring| model.springs.cut(spring));
+        model.tear_air(progress.cut.iter().copied());
         model.remove_particles(progress.removed.iter().copied());
         model.renew_masses();
         let mut simulation = Simulation::from_parts(model, &state, progress.settings)?;
@@ -193,6 +194,7 @@ fn rows<R: Real>(simulation: &Simulation<R>) -> Scene {
             gravity: model.gravity().to_f64(),
             force: model.force().to_f64(),
             drag: model.drag().to_f64(),
+            air: model.air().copied(),
             extent: model.extent.to_f64(),
         },
         particles: particles.collect(),

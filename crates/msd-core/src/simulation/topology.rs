@@ -182,6 +182,7 @@ impl<R: Real> Simulation<R> {
             state.velocities.push(R::Vec3::of(particle.velocity));
         }
         // Before the springs are put in order: a body has a block of its own.
+        self.model.air.iter_mut().zip(&body).for_each(|(air, body)| air.add(body));
         self.model.bodies.extend(body);
         self.order_anew(joints, &state);
         Ok(())

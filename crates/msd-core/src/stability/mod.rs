@@ -211,7 +211,7 @@ fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
     for grab in model.grabs() {
         others[grab.particle as usize].add(grab.stiffness.to_f64(), grab.damping.to_f64());
     }
-    if model.own.is_empty() {
+    if !model.is_driven() {
         return;
     }
     let count = others.len();
@@ -220,9 +220,9 @@ fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
     let [mut stiff, mut damp] = [0; 2].map(|_| vec![Block::default(); count]);
     let mut products = Products { stiffness: &mut stiffness, damping: &mut damping };
     let mut blocks = Blocks { stiffness: &mut stiff, damping: &mut damp };
-    for (_, own) in &model.own {
-        own.of::<R>().add_products(motion, &directions, &mut products);
-        own.of::<R>().add_blocks(motion, &mut blocks);
+    for element in model.drivers() {
+        element.add_products(motion, &directions, &mut products);
+        element.add_blocks(motion, &mut blocks);
     }
     // The products with a rough motion, for elements that couple particles or give no blocks.
     for (row, other) in others.iter_mut().enumerate() {

@@ -3,6 +3,7 @@
 use super::state::{Columns, State};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single};
+use crate::elements::air::AirLoads;
 use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
@@ -17,10 +18,10 @@ use crate::obstacles::rest::{Kick, Kicked, Places, is_any_on, settle};
 use crate::obstacles::springs::Points;
 use crate::obstacles::{Contacts, Obstacles, PlaneColumn, Radii};
 use crate::scene::check::{
-    check, check_bend, check_mass, check_not_negative, check_scene, check_vector, check_volume,
-    is_finite,
+    check, check_air, check_bend, check_mass, check_not_negative, check_scene, check_vector,
+    check_volume, is_finite,
 };
-use crate::scene::{Body, Particle, Scene, Solid};
+use crate::scene::{Air, Body, Particle, Scene, Solid};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -50,6 +51,8 @@ pub struct Model<R: Real> {
     pub(crate) touches: Touches,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
+    /// The air on surfaces; none in a scene without air.
+    pub(crate) air: Option<AirLoads>,
     /// User-defined elements, each with its handle.
     pub(crate) own: Vec<(usize, Own)>,
     pub(crate) obstacles: Obstacles<R>,
@@ -100,6 +103,7 @@ impl<R: Real> Model<R> {
             touches,
             grabs: Grabs::default(),
             pushes: Pushes::default(),
+            air: scene.world.air.as_ref().map(|air| AirLoads::new(air, &scene.bodies)),
             own: Vec::new(),
             obstacles: Obstacles {
                 planes: scene.planes.iter().map(PlaneColumn::new).collect(),
@@ -216,7 +220,7 @@ impl<R: Real> Model<R> {
         power + self.add_single_forces(motion, work, forces)
     }
 
-    /// Adds grabs, pushes and user-defined elements.
+    /// Adds grabs, pushes, the air and user-defined elements.
     fn add_single_forces(
         &self,
         motion: &Motion<'_, R>,
@@ -226,7 +230,7 @@ impl<R: Real> Model<R> {
         let mut forces = Vectors { slots: &self.slots, numbers };
         self.grabs.add_forces(motion, &mut forces);
         self.pushes.add_forces(motion, &mut forces);
-        let own = self.own.iter().map(|(_, own)| own.of::<R>().add_forces(motion, &mut forces));
+        let own = self.drivers().map(|element| element.add_forces(motion, &mut forces));
         work.own_power = own.sum();
         work.own_power
     }
@@ -316,13 +320,15 @@ impl<R: Real> Model<R> {
         for particle in particles {
             (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
         }
-        let Model { masses, slots, springs, bends, volumes, touches, grabs, pushes, .. } = self;
+        let Model { masses, slots, springs, bends, volumes, touches, grabs, pushes, air, .. } =
+            self;
         let is_removed = |particle: u32| masses[particle as usize] == R::ZERO;
         grabs.0.retain(|grab| !is_removed(grab.particle));
         pushes.0.retain(|push| !is_removed(push.0));
         bends.remove(is_removed);
         volumes.remove(is_removed);
         touches.remove(is_removed, springs.ends(), slots);
+        air.iter_mut().for_each(|air| air.remove(is_removed));
         for spring in 0..springs.ends().len() {
             if springs.ends()[spring].into_iter().any(is_removed) {
                 springs.cut(spring);
@@ -330,24 +336,42 @@ impl<R: Real> Model<R> {
         }
     }
 
-    /// Removes the bends and the volumes across springs that were cut.
+    /// Removes the bends, the volumes and the triangles in the air across springs that were cut.
     pub(crate) fn tear(&mut self, springs: impl Iterator<Item = usize>) {
         let torn = Torn::new(springs.map(|spring| self.springs.ends()[spring]));
         self.bends.tear(&torn);
         self.volumes.tear(&torn);
+        self.air.iter_mut().for_each(|air| air.tear(&torn));
     }
 
-    /// All elements but springs and touches: fields, bends, volumes, grabs, pushes and user-defined
-    /// ones.
+    /// Removes the triangles in the air across springs that were cut, as [`Model::tear`] does.
+    pub(crate) fn tear_air(&mut self, springs: impl Iterator<Item = usize>) {
+        let torn = Torn::new(springs.map(|spring| self.springs.ends()[spring]));
+        self.air.iter_mut().for_each(|air| air.tear(&torn));
+    }
+
+    /// The elements that may drive the motion: the air and user-defined ones.
+    pub(crate) fn drivers(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
+        let air = self.air.iter().filter(|air| air.acts()).map(|air| air as &dyn Element<R>);
+        air.chain(self.own.iter().map(|(_, own)| own.of::<R>()))
+    }
+
+    /// Whether there are elements that may drive the motion.
+    pub(crate) fn is_driven(&self) -> bool {
+        self.drivers().next().is_some()
+    }
+
+    /// All elements but springs and touches: fields, bends, volumes, grabs, pushes, the air and
+    /// user-defined ones.
     pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
         let Model { fields, bends, volumes, grabs, pushes, .. } = self;
         let built_in: [&dyn Element<R>; 5] = [fields, bends, volumes, grabs, pushes];
-        built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
+        built_in.into_iter().chain(self.drivers())
     }
 
     /// Whether a force depends on velocity, as far as is known.
     pub(crate) fn is_damped_at_all(&self) -> bool {
-        let by_hand = !self.grabs.0.is_empty() || !self.own.is_empty();
+        let by_hand = !self.grabs.0.is_empty() || self.is_driven();
         by_hand || self.is_damped() || self.fields.drag != R::ZERO
     }
 
@@ -467,6 +491,11 @@ impl<R: Real> Model<R> {
         self.fields.drag
     }
 
+    /// The air that acts on surfaces, if there is any.
+    pub fn air(&self) -> Option<&Air> {
+        self.air.as_ref().map(AirLoads::air)
+    }
+
     /// Bound of every coordinate, metres.
     pub fn extent(&self) -> R {
         self.extent
@@ -493,6 +522,7 @@ impl<R: Real> Model<R> {
         check_vector::<S>("gravity", world, self.gravity().to_f64())?;
         check_vector::<S>("force", world, self.force().to_f64())?;
         check_not_negative::<S>("drag", world, self.drag().to_f64())?;
+        self.air().into_iter().try_for_each(check_air::<S>)?;
         for (row, plane) in self.planes().iter().enumerate() {
             let offset = plane.offset.to_f64();
             check(is_finite::<S>(offset), "offset", ("plane", row), offset, "finite")?;
@@ -565,6 +595,7 @@ impl<R: Real> Model<R> {
             touches: self.touches.clone(),
             grabs: Grabs(self.grabs().iter().map(grab).collect()),
             pushes: Pushes(pushes.map(|&(particle, force)| (particle, vector(force))).collect()),
+            air: self.air.clone(),
             own: self.own.clone(),
             obstacles: Obstacles {
                 planes: self.planes().iter().map(plane).collect(),

@@ -191,6 +191,7 @@ fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, FileError> {
         gravity: source.vector(format_args!("world.gravity"), gravity)?,
         force: source.vector(format_args!("world.force"), force)?,
         drag: source.number(format_args!("world.drag"), row.drag.unwrap_or(default.drag))?,
+        air: None,
         extent,
     })
 }

@@ -15,7 +15,7 @@ use glam::DVec3;
 /// For springs see [`SpringMatrix`]. Bends add their products, which depend on the stage by their
 /// damping alone; volumes add theirs without the turn of their gradients, touches theirs without
 /// what buckles. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing at its largest
-/// force, which is taken as constant. User-defined elements supply their products.
+/// force, which is taken as constant. The air and user-defined elements supply their products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
     springs: SpringMatrix<R>,
@@ -28,7 +28,8 @@ pub(crate) struct Tangent<R: Real> {
     own: OwnWork,
 }
 
-/// Arguments and products of user-defined elements, in scene order; empty where there are none.
+/// Arguments and products of the air and of user-defined elements, in scene order; empty where
+/// there are none.
 #[derive(Clone, Debug, Default)]
 struct OwnWork {
     direction: Vec<DVec3>,
@@ -57,7 +58,7 @@ impl<R: Real> Tangent<R> {
         model.volumes.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
         model.set_touching(stage.level, &stage.motion, near, touching);
         touching.add_blocks::<R>(stage.tau, [upper, lower]);
-        if !model.own.is_empty() {
+        if model.is_driven() {
             own.add_blocks(model, stage, [upper, lower]);
         }
         let inverse_masses = &model.inverse_mass_column;
@@ -111,7 +112,7 @@ impl<R: Real> Tangent<R> {
         model.bends.add_column_products(by, positions, direction, products);
         model.volumes.add_column_products(by, positions, direction, products);
         self.touching.add_column_products(stage.tau, direction, products);
-        if !model.own.is_empty() {
+        if model.is_driven() {
             self.own.add_products(model, stage, direction, products);
         }
     }
@@ -129,8 +130,8 @@ impl OwnWork {
             blocks.clear();
             blocks.resize(model.particle_count(), Block::default());
         }
-        for (_, own) in &model.own {
-            own.of::<R>().add_blocks(&stage.motion, &mut Blocks { stiffness, damping });
+        for element in model.drivers() {
+            element.add_blocks(&stage.motion, &mut Blocks { stiffness, damping });
         }
         let tau = stage.tau.to_f64();
         for (at, (k, b)) in model.slots.places().zip(stiffness.iter().zip(&*damping)) {
@@ -155,9 +156,9 @@ impl OwnWork {
             column.clear();
             column.resize(asked.len(), DVec3::ZERO);
         }
-        for (_, own) in &model.own {
+        for element in model.drivers() {
             let mut sums = Products { stiffness, damping };
-            own.of::<R>().add_products(&stage.motion, asked, &mut sums);
+            element.add_products(&stage.motion, asked, &mut sums);
         }
         let tau = stage.tau.to_f64();
         for (at, (&k, &b)) in model.slots.places().zip(stiffness.iter().zip(&*damping)) {

@@ -75,8 +75,8 @@ impl Wholes {
             self.joints = joints;
             self.seek(model);
         }
-        // User-defined elements may join any particles.
-        let may_be_free = model.own.is_empty();
+        // The air and user-defined elements may join any particles.
+        let may_be_free = !model.is_driven();
         let records = model.inverse_mass_column.as_chunks::<RECORD>().0;
         let moves = |share: &RecordLanes| {
             let w = &records[share.record as usize];
