@@ -5,6 +5,7 @@
 
 pub mod state;
 pub mod model;
+mod elements;
 pub mod snapshot;
 pub mod hash;
 

@@ -10,7 +10,7 @@ use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::Springs;
 use crate::elements::touches::{self, Touches, near::Near, tangent::TouchTangents};
 use crate::elements::volumes::Volumes;
-use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
+use crate::elements::{Element, ForceWork, Motion, Own, Vectors, column};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::resolve::{Bodies, Substep, resolve};
@@ -21,7 +21,7 @@ use crate::scene::check::{
     check, check_air, check_bend, check_mass, check_not_negative, check_scene, check_vector,
     check_volume, is_finite,
 };
-use crate::scene::{Air, Body, Particle, Scene, Solid};
+use crate::scene::{Body, Particle, Scene, Solid};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -336,39 +336,6 @@ impl<R: Real> Model<R> {
         }
     }
 
-    /// Removes the bends, the volumes and the triangles in the air across springs that were cut.
-    pub(crate) fn tear(&mut self, springs: impl Iterator<Item = usize>) {
-        let torn = Torn::new(springs.map(|spring| self.springs.ends()[spring]));
-        self.bends.tear(&torn);
-        self.volumes.tear(&torn);
-        self.air.iter_mut().for_each(|air| air.tear(&torn));
-    }
-
-    /// Removes the triangles in the air across springs that were cut, as [`Model::tear`] does.
-    pub(crate) fn tear_air(&mut self, springs: impl Iterator<Item = usize>) {
-        let torn = Torn::new(springs.map(|spring| self.springs.ends()[spring]));
-        self.air.iter_mut().for_each(|air| air.tear(&torn));
-    }
-
-    /// The elements that may drive the motion: the air and user-defined ones.
-    pub(crate) fn drivers(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
-        let air = self.air.iter().filter(|air| air.acts()).map(|air| air as &dyn Element<R>);
-        air.chain(self.own.iter().map(|(_, own)| own.of::<R>()))
-    }
-
-    /// Whether there are elements that may drive the motion.
-    pub(crate) fn is_driven(&self) -> bool {
-        self.drivers().next().is_some()
-    }
-
-    /// All elements but springs and touches: fields, bends, volumes, grabs, pushes, the air and
-    /// user-defined ones.
-    pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
-        let Model { fields, bends, volumes, grabs, pushes, .. } = self;
-        let built_in: [&dyn Element<R>; 5] = [fields, bends, volumes, grabs, pushes];
-        built_in.into_iter().chain(self.drivers())
-    }
-
     /// Whether a force depends on velocity, as far as is known.
     pub(crate) fn is_damped_at_all(&self) -> bool {
         let by_hand = !self.grabs.0.is_empty() || self.is_driven();
@@ -489,11 +456,6 @@ impl<R: Real> Model<R> {
     /// Air drag, newton seconds per metre.
     pub fn drag(&self) -> R {
         self.fields.drag
-    }
-
-    /// The air that acts on surfaces, if there is any.
-    pub fn air(&self) -> Option<&Air> {
-        self.air.as_ref().map(AirLoads::air)
     }
 
     /// Bound of every coordinate, metres.
