@@ -283,3 +283,23 @@ fn a_grab_is_as_strong_in_a_twin_with_shorter_steps() {
     // A product more or less, in single precision.
     assert!((was - is).abs() <= 1e-6 * was, "{was} {is}");
 }
+
+#[test]
+fn a_run_in_gusts_happens_again_to_the_bit() {
+    let mut tape = Tape::of(&open("flag").expect("a built-in scene"));
+    tape.step(20);
+    tape.act(Interaction::Cut { spring: 700 });
+    tape.step(20);
+    let (recording, runner) = tape.end();
+    let replay = replayed(&recording, Changes::default());
+    assert_eq!(state_hash(&replay.runner().state()), state_hash(&runner.state()));
+    // A saved run, written and read, goes on alike.
+    let saved = runner.to_loaded("saved", "a flag");
+    let mut resumed = Runner::open(&saved).expect("a run");
+    let mut runner = runner;
+    for _ in 0..20 {
+        runner.step().expect("a step");
+        resumed.step().expect("a step");
+    }
+    assert_eq!(state_hash(&resumed.state()), state_hash(&runner.state()));
+}
