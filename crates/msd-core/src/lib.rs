@@ -204,9 +204,9 @@ pub use scene::lattice;
 pub use scene::shape;
 pub use scene::substance;
 pub use scene::{
-    Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, KeyFrame, Lattice,
-    Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle, Pattern, Pin, Plane,
-    Scene, Shape, Solid, Spring, Substance, Surface, Touch, Volume, World,
+    Air, Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, Gust, KeyFrame,
+    Lattice, Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle, Pattern, Pin,
+    Plane, Scene, Shape, Solid, Spring, Substance, Surface, Touch, Volume, World,
 };
 pub use simulation::{
     Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,

@@ -15,6 +15,7 @@ pub mod springs;
 mod stencils;
 pub mod bends;
 pub mod volumes;
+pub mod air;
 
 use crate::columns::slots::Slots;
 use crate::columns::{self, Aligned, LANES, RECORD};

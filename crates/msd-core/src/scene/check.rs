@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::scene::{
-    Bend, Body, DistanceGrid, Friction, Look, MOST_POINTS, Particle, Plane, Scene, Shape, Solid,
-    Spring, Touch, Volume,
+    Air, Bend, Body, DistanceGrid, Friction, Look, MOST_POINTS, Particle, Plane, Scene, Shape,
+    Solid, Spring, Touch, Volume,
 };
 use alloc::vec;
 use glam::{DMat3, DVec3};
@@ -199,9 +199,28 @@ fn check_world<R: Real>(scene: &Scene) -> Result<(), Error> {
     check_vector::<R>("gravity", at, world.gravity)?;
     check_vector::<R>("force", at, world.force)?;
     check_not_negative::<R>("drag", at, world.drag)?;
+    world.air.iter().try_for_each(check_air::<R>)?;
     // A bound, not `is_finite`: the square of a length overflows long before a position does.
     let in_domain = 0.0 < world.extent && world.extent <= 1e12;
     check(in_domain, "extent", at, world.extent, "positive and at most 1e12")
+}
+
+/// Checks the air.
+pub(crate) fn check_air<R: Real>(air: &Air) -> Result<(), Error> {
+    let at = ("air", 0);
+    check_not_negative::<R>("density", at, air.density)?;
+    check_vector::<R>("velocity", at, air.velocity)?;
+    check_not_negative::<R>("drag coefficient", at, air.drag)?;
+    let fits = 0.0 <= air.lift && air.lift <= air.drag;
+    check(fits, "lift coefficient", at, air.lift, "from 0 to the drag coefficient")?;
+    let gust = &air.gust;
+    check_not_negative::<R>("strength of gusts", at, gust.strength)?;
+    check_vector::<R>("origin of gusts", at, gust.origin)?;
+    for (quantity, value) in [("length of gusts", gust.length), ("time of gusts", gust.time)] {
+        let fits = 0.0 < value && value <= 1e12;
+        check(fits, quantity, at, value, "positive and at most 1e12")?;
+    }
+    Ok(())
 }
 
 pub(crate) fn check_plane<R: Real>(row: usize, plane: &Plane) -> Result<(), Error> {

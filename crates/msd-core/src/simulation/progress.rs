@@ -117,6 +117,10 @@ impl<R: Real> Simulation<R> {
         let pushes = progress.pushes.iter();
         model.pushes.0 = pushes.map(|&(row, force)| (row as u32, R::Vec3::of(force))).collect();
         progress.cut.iter().for_each(|&spring| model.springs.cut(spring));
+        if model.air.is_some() {
+            // Rows have been torn, the surfaces of bodies are whole.
+            model.tear(progress.cut.iter().copied());
+        }
         model.remove_particles(progress.removed.iter().copied());
         model.renew_masses();
         let mut simulation = Simulation::from_parts(model, &state, progress.settings)?;

@@ -164,6 +164,7 @@ impl<R: Real> Simulation<R> {
             state.velocities.push(R::Vec3::of(particle.velocity));
         }
         // Before the springs are put in order: a body has a block of its own.
+        model.air.iter_mut().zip(&body).for_each(|(air, body)| air.add(body));
         model.bodies.extend(body);
         let bodies: Vec<_> = model.bodies.iter().map(|body| body.particles.clone()).collect();
         model.slots = model.springs.add(model.masses.len(), &rows.springs, &bodies);

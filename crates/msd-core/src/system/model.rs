@@ -7,6 +7,7 @@ use crate::contact::after_kick::{Kick, Kicked, Places, is_any_on, settle};
 use crate::contact::arrive::{Bodies, Substep, resolve};
 use crate::contact::points::Points;
 use crate::contact::{Contacts, Radii};
+use crate::elements::air::AirLoads;
 use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
@@ -20,7 +21,7 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacles, PlaneColumn};
 use crate::scene::check::check_scene;
-use crate::scene::{Body, Particle, Scene, Solid};
+use crate::scene::{Air, Body, Particle, Scene, Solid};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -50,6 +51,8 @@ pub struct Model<R: Real> {
     pub(crate) touches: Touches,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
+    /// The air on surfaces; none in a scene without air.
+    pub(crate) air: Option<AirLoads>,
     pub(crate) own: Owns,
     pub(crate) obstacles: Obstacles<R>,
     pub(crate) extent: R,
@@ -91,6 +94,7 @@ impl<R: Real> Model<R> {
             touches: Touches::default(),
             grabs: Grabs::default(),
             pushes: Pushes::default(),
+            air: scene.world.air.as_ref().map(AirLoads::new),
             own: Owns::default(),
             obstacles: Obstacles {
                 planes: scene.planes.iter().map(PlaneColumn::new).collect(),
@@ -162,8 +166,8 @@ impl<R: Real> Model<R> {
     }
 
     /// The kinds that may do anything, known by their elements alone.
-    pub(crate) fn other(&self) -> [&dyn Force<R>; 1] {
-        [&self.own]
+    pub(crate) fn other(&self) -> [&dyn Force<R>; 2] {
+        [&self.air, &self.own]
     }
 
     /// All kinds, springs first.
@@ -174,9 +178,10 @@ impl<R: Real> Model<R> {
     /// Changes all kinds but springs, which have put the particles in order.
     fn each_beside_springs(&mut self, mut change: impl FnMut(&mut dyn Force<R>, Joints<'_>)) {
         let Model { slots, springs, bends, volumes, touches, .. } = self;
-        let Model { fields, grabs, pushes, own, .. } = self;
+        let Model { fields, grabs, pushes, air, own, .. } = self;
         let joints = Joints { ends: springs.ends(), slots };
-        let kinds: [&mut dyn Force<R>; 7] = [bends, volumes, touches, fields, grabs, pushes, own];
+        let kinds: [&mut dyn Force<R>; 8] =
+            [bends, volumes, touches, fields, grabs, pushes, air, own];
         kinds.into_iter().for_each(|kind| change(kind, joints));
     }
 
@@ -337,6 +342,11 @@ impl<R: Real> Model<R> {
     pub(crate) fn change(&mut self, rows: &Rows, change: &dyn Fn(Resists, [R; 2]) -> [R; 2]) {
         self.springs.change(rows.1.clone(), |constants| change(Resists::Stretching, constants));
         self.each_beside_springs(|kind, _| kind.change(rows, change));
+    }
+
+    /// The air that acts on surfaces, if there is any.
+    pub fn air(&self) -> Option<&Air> {
+        self.air.as_ref().map(AirLoads::air)
     }
 
     /// All elements but springs and touches: bends, volumes, fields, grabs, pushes and user-defined
