@@ -354,8 +354,10 @@ impl<R: Real> Batch<R> {
             }
         }
         let several = self.in_several(obstacles, &flat, (time, reach));
+        // Where the start is known the displacement needs no lag.
+        let lag = if substep.starts.is_some() { R::ZERO } else { lag };
         for lane in lanes(several) {
-            self.meet_several(obstacles, (&flat, time), lane, tally);
+            self.meet_several(obstacles, (&flat, time, lag), lane, tally);
         }
         let (mut met, mut again) = (0, 0);
         let mut note = |now: u32| (met, again) = (met | now, again | met & now);
@@ -381,7 +383,7 @@ impl<R: Real> Batch<R> {
         // What one surface has put into another is held by both.
         for lane in lanes(again) {
             self.pulls_nothing(lane);
-            self.meet_several(obstacles, (&flat, time), lane, tally);
+            self.meet_several(obstacles, (&flat, time, R::ZERO), lane, tally);
         }
         tally.contacts.squeezed |=
             lanes(again | several).any(|lane| is_squeezed(obstacles, self.at(lane), time));
@@ -428,7 +430,7 @@ impl<R: Real> Batch<R> {
     fn meet_several(
         &mut self,
         obstacles: &Obstacles<R>,
-        (span, time): (&Span<R>, f64),
+        (span, time, lag): (&Span<R>, f64, R),
         lane: usize,
         tally: &mut Tally,
     ) {
@@ -444,14 +446,14 @@ impl<R: Real> Batch<R> {
                 let normal = obstacle.normal(place, time);
                 let surface = obstacle.velocity(place, time);
                 let row = Row { normal, surface, least: R::ZERO, law: obstacle.law() };
-                arrival.add(row, (depth, noise), span);
+                arrival.add(row, (depth, noise));
             }
         }
         if arrival.count() == 0 {
             return;
         }
         let depth = |row: usize, at| radius - obstacles.get(indices[row]).gap(at, time);
-        let landed = arrival.land(span, self.masses[lane], depth);
+        let landed = arrival.land((span, lag), self.masses[lane], depth);
         self.set(lane, landed.position, landed.velocity);
         tally.contacts += landed.contacts;
     }

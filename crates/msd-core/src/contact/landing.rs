@@ -46,18 +46,11 @@ pub(crate) struct Arrival<R: Real> {
     rows: Rows<R>,
     /// How deep it is in each, metres, and the depth that counts as none.
     depths: [(R, R); MOST],
-    /// The part of its way since it met the last of them.
-    since: R,
-    /// The acceleration by which each has borne it in the substep, metres per second squared.
-    borne: [R; MOST],
-    bounces: bool,
 }
 
 impl<R: Real> Arrival<R> {
     pub(crate) fn new(touch: Touch<R>) -> Self {
-        let (rows, depths) = (Rows::default(), [(R::ZERO, R::ZERO); MOST]);
-        let borne = [R::ZERO; MOST];
-        Arrival { touch, rows, depths, since: R::ONE, borne, bounces: false }
+        Arrival { touch, rows: Rows::default(), depths: [(R::ZERO, R::ZERO); MOST] }
     }
 
     /// The number of surfaces.
@@ -66,28 +59,45 @@ impl<R: Real> Arrival<R> {
     }
 
     /// Adds a surface that it is so deep in, metres, or on within some noise.
-    pub(crate) fn add(&mut self, mut row: Row<R>, (depth, noise): (R, R), span: &Span<R>) {
-        let surface = row.surface.components();
-        let mut touch = Touch { normal: row.normal.components(), depth, noise, ..self.touch };
-        for (axis, &carried) in surface.iter().enumerate() {
-            touch.velocity[axis] -= carried;
-            touch.start[axis] += carried * span.h;
-        }
-        if !row.law.keeps(&touch, span) {
-            let (_, squared) = touch.impact(span);
-            row.least = row.law.restitution * squared.max(R::ZERO).sqrt();
-            self.bounces = true;
-        }
-        let way = dot(touch.normal, touch.way());
-        let gap = -(way + depth);
-        if noise < gap && way < R::ZERO {
-            self.since = self.since.min(depth.max(R::ZERO) / -way);
-        }
-        if span.settles() && gap.abs() <= noise {
-            self.borne[self.count()] = -dot(touch.normal, touch.pull).min(R::ZERO);
-        }
-        self.depths[self.count()] = (depth, noise);
+    pub(crate) fn add(&mut self, row: Row<R>, depth_and_noise: (R, R)) {
+        self.depths[self.count()] = depth_and_noise;
         self.rows.push(row);
+    }
+
+    /// Its acceleration on the surfaces that it lay on: where a method holds what lies after each
+    /// kick, those that it is on still, as one that met it within the substep is further off.
+    fn slope(&self, span: &Span<R>) -> R::Vec3 {
+        let mut lain = Rows::<R>::default();
+        for (row, (depth, noise)) in self.rows.rows().iter().zip(self.depths) {
+            if span.settles() && depth.abs() <= noise {
+                lain.push(Row { normal: row.normal, ..Row::default() });
+            }
+        }
+        let pull = R::Vec3::from_components(self.touch.pull);
+        if lain.rows().is_empty() { pull } else { lain.push_out(pull).0 }
+    }
+
+    /// Sets the speeds at which it bounces off surfaces, and returns the part of its way since it
+    /// met the last of them, and whether it bounces.
+    fn meet(&mut self, span: &Span<R>) -> (R, bool) {
+        let (mut since, mut bounces) = (R::ONE, false);
+        for (row, &(depth, noise)) in self.rows.rows_mut().iter_mut().zip(&self.depths) {
+            let mut touch = Touch { normal: row.normal.components(), depth, noise, ..self.touch };
+            for (axis, carried) in row.surface.components().into_iter().enumerate() {
+                touch.velocity[axis] -= carried;
+                touch.start[axis] += carried * span.h;
+            }
+            if !row.law.keeps(&touch, span) {
+                let (_, squared) = touch.impact(span);
+                row.least = row.law.restitution * squared.max(R::ZERO).sqrt();
+                bounces = true;
+            }
+            let way = dot(touch.normal, touch.way());
+            if noise < -(way + depth) && way < R::ZERO {
+                since = since.min(depth.max(R::ZERO) / -way);
+            }
+        }
+        (since, bounces)
     }
 
     /// Where it is and how fast, once all of them have held it; `depth` is how deep a place is in
@@ -97,18 +107,23 @@ impl<R: Real> Arrival<R> {
     /// where it met them, and what slides goes back by the way that friction would have saved.
     /// Energy is that of the motion at the start of the substep, by a constant force.
     pub(crate) fn land(
-        &self,
-        span: &Span<R>,
+        mut self,
+        (span, lag): (&Span<R>, R),
         mass: R,
         depth: impl Fn(usize, R::Vec3) -> R,
     ) -> Landed<R> {
-        let [position, velocity, start, pull] =
-            [self.touch.position, self.touch.velocity, self.touch.start, self.touch.pull]
+        let [position, velocity, pull] =
+            [self.touch.position, self.touch.velocity, self.touch.pull]
                 .map(R::Vec3::from_components);
-        let held = self.hold(velocity, self.since * span.h);
+        let slope = self.slope(span);
+        // Its displacement was that of the motion along what it lay on.
+        let start = R::Vec3::from_components(self.touch.start) + (slope - pull) * (lag * span.h);
+        self.touch.start = start.components();
+        let (since, bounces) = self.meet(span);
+        let held = self.hold(velocity, (slope - pull) * (since * span.h));
         let mut to = if held.sticks {
             let way = position - (start + self.rows.rows()[0].surface * span.h);
-            position - way * self.since
+            position - way * since
         } else {
             let pushes = self.rows.rows().iter().zip(held.pushes);
             let normal = pushes.fold(R::Vec3::ZERO, |sum, (row, push)| sum + row.normal * push);
@@ -136,40 +151,30 @@ impl<R: Real> Arrival<R> {
             }
             to += lift;
         }
-        let borne = self.rows.rows().iter().zip(self.borne);
-        let slope = borne.fold(pull, |sum, (row, borne)| sum + row.normal * borne);
         let before = velocity - slope * span.h;
         let slower = (before.dot(before) - held.velocity.dot(held.velocity)) * R::HALF;
         let taken = slower + pull.dot(to - start) + held.driven;
         let contacts = Contacts {
             count: self.count() as u64,
             driven: (held.driven * mass).to_f64(),
-            bounced: self.bounces,
+            bounced: bounces,
             ..Contacts::one((taken * mass).to_f64())
         };
         let [position, velocity] = [to, held.velocity].map(Vector::components);
         Landed { position, velocity, contacts }
     }
 
-    /// The velocity that the surfaces leave it, so many seconds after it met the last of them.
+    /// The velocity that the surfaces leave it, which have borne it by an impulse by mass since it
+    /// met the last of them.
     ///
-    /// A surface that it lay on, and that the new one pushes it off, has held it up for that long
-    /// in vain: without this what slides through the foot of a groove gains speed there.
-    fn hold(&self, velocity: R::Vec3, since: R) -> Held<R> {
+    /// A surface that the last one pushes it off has borne it in vain since then: without this what
+    /// slides through the foot of a groove gains speed there.
+    fn hold(&self, velocity: R::Vec3, borne: R::Vec3) -> Held<R> {
         let held = self.rows.hold(velocity);
-        let left = self.rows.rows().iter().zip(held.pushes).zip(self.borne);
-        let borne =
-            left.fold(
-                R::Vec3::ZERO,
-                |sum, ((row, push), borne)| {
-                    if push == R::ZERO { sum - row.normal * borne } else { sum }
-                },
-            );
-        if borne == R::Vec3::ZERO || self.since == R::ONE {
-            held
-        } else {
-            self.rows.hold(velocity + borne * since)
-        }
+        let pushes = held.pushes.iter().zip(self.depths);
+        let leaves =
+            |(&push, (depth, noise)): (&R, (R, R))| push == R::ZERO && depth.abs() <= noise;
+        if pushes.take(self.count()).any(leaves) { self.rows.hold(velocity - borne) } else { held }
     }
 }
 
