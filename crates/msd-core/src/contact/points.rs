@@ -150,6 +150,11 @@ impl<R: Real> Point<R> {
         a * self.parts[0] + b * self.parts[1]
     }
 
+    /// The mean of the numbers of its ends.
+    fn mean(&self, [a, b]: [R; 2]) -> R {
+        a * self.parts[0] + b * self.parts[1]
+    }
+
     /// Lets it meet a solid, and moves the ends of its spring for it.
     fn meet(
         &self,
@@ -160,14 +165,11 @@ impl<R: Real> Point<R> {
         let [w, u] = self.at.map(|at| bodies.inverse_masses[at]);
         let inverse_mass = first * first * w + last * last * u;
         let position = self.of(bodies.positions);
-        let radius = {
-            let [a, b] = self.at.map(|at| bodies.radii.at(at));
-            a * first + b * last
-        };
-        let substep = bodies.substep;
+        let radius = self.mean(self.at.map(|at| bodies.radii.at(at)));
         if inverse_mass == R::ZERO {
             return Contacts::default();
         }
+        let substep = bodies.substep;
         let pull = {
             let [a, b] = self.at.map(|at| vector::<R>(bodies.forces, at));
             a * (first * w) + b * (last * u)
@@ -180,10 +182,7 @@ impl<R: Real> Point<R> {
         };
         let inside = inside((placed, passage), (start, position), radius, substep.time);
         let Some(Entrance { normal, depth }) = inside else { return Contacts::default() };
-        let stiffness = {
-            let [a, b] = self.at.map(|at| single_of(bodies.stiffnesses, at));
-            (a * first + b * last) * inverse_mass
-        };
+        let stiffness = self.mean(self.at.map(|at| single_of(bodies.stiffnesses, at)));
         let touch = Touch {
             normal,
             depth,
@@ -194,12 +193,13 @@ impl<R: Real> Point<R> {
             start: start.components(),
             pull: pull.components(),
             before: before.components(),
-            stiffness,
+            stiffness: stiffness * inverse_mass,
         };
         // What lies is held by nothing but this.
         let evaluated = Evaluated::Nowhere;
-        let (h, turn) = (substep.h, R::of(TURN * placed.solid.shape.bend()));
-        let span = Span { h, shift: substep.lag - h * R::HALF, evaluated, turn };
+        let (h, lag) = (substep.h, substep.lag);
+        let turn = R::of(TURN * placed.solid.shape.bend());
+        let span = Span { h, shift: lag - h * R::HALF, evaluated, turn };
         let met = meet_surface(placed, touch, (&span, substep.time), R::ONE / inverse_mass);
         let moved = R::Vec3::from_components(met.position) - position;
         let kick = R::Vec3::from_components(met.velocity) - velocity;
