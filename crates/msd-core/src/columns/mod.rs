@@ -8,15 +8,11 @@ pub mod slots;
 pub(crate) mod threads;
 
 use crate::number::Real;
+pub use crate::number::{LANES, RECORD};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::{Deref, DerefMut};
 use fearless_simd::{Simd, SimdBase};
-
-/// Particles in a record.
-pub const LANES: usize = 16;
-/// Numbers in a record of vectors.
-pub const RECORD: usize = 3 * LANES;
 
 /// A register of at most sixteen numbers.
 pub(crate) type Pack<S, R> = <R as fearless_simd::SimdFloatElement>::Native<S>;

@@ -15,7 +15,7 @@ pub mod touches;
 
 use crate::columns::slots::Slots;
 use crate::columns::{self, Aligned, LANES, RECORD};
-use crate::number::{Real, Vector};
+use crate::number::{Real, Vector, of_type};
 use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
@@ -300,7 +300,7 @@ impl Own {
 
     /// The element for one precision.
     pub(crate) fn of<R: Real>(&self) -> &dyn Element<R> {
-        R::choose_element((&*self.single, &*self.double))
+        &**of_type::<Arc<dyn Element<R>>>(&self.single, &self.double)
     }
 }
 

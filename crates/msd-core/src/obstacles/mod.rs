@@ -24,7 +24,7 @@ pub(crate) use radii::Radii;
 use solid::Ball;
 pub use solid::Placed;
 
-use crate::number::{Real, Vector};
+use crate::number::{Real, Vector, of_type};
 use crate::scene::Solid;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -82,7 +82,7 @@ impl OwnObstacle {
     }
 
     pub(crate) fn of<R: Real>(&self) -> &dyn Obstacle<R> {
-        R::choose_obstacle((&*self.single, &*self.double))
+        &**of_type::<Arc<dyn Obstacle<R>>>(&self.single, &self.double)
     }
 }
 

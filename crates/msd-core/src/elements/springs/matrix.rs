@@ -5,13 +5,12 @@
 //! row.
 
 use super::Springs;
-use super::gather::{GATHERED, QUAD};
-use super::layout::{Band, Layout, POINT, Row};
+use super::layout::{Band, Layout, Row};
 use super::sweep::{add_column, add_to_quads, columns_of, motion, set_points, values, zip};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, Pack, RECORD, load, set_vector, store, vector};
 use crate::elements::Motion;
-use crate::number::{Real, Vector, at_level};
+use crate::number::{GATHERED, POINT, QUAD, Real, Vector, at_level};
 use alloc::vec::Vec;
 use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask};
 

@@ -1,10 +1,10 @@
 //! The pull of many springs at once: the fast twin of [`super::law::pull`], equal to the bit.
 
-use super::gather::{GATHERED, NEAR_BYTES, QUAD, prefetch};
+use super::gather::{NEAR_BYTES, prefetch};
 use super::law::Law;
-use super::layout::{Band, Extra, Layout, POINT, Piece, Row};
+use super::layout::{Band, Extra, Layout, Piece, Row};
 use crate::columns::{LANES, Pack, RECORD, load, single, store};
-use crate::number::Real;
+use crate::number::{GATHERED, POINT, QUAD, Real};
 use core::ops::Range;
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
 
@@ -369,5 +369,3 @@ pub(crate) fn pull<S: Simd, V: SimdFloat<S, Element = R>, R: Real, const DAMPED:
     };
     ([d[0] * scale, d[1] * scale, d[2] * scale], power)
 }
-
-const _: () = assert!(POINT == 8, "a point is a position and a velocity, three numbers of four");
