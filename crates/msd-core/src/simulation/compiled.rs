@@ -17,7 +17,7 @@ pub(super) struct Compiled<R: Real> {
     pub(super) start: fn(&Scene, Settings) -> Result<Simulation<R>, Error>,
     pub(super) step: fn(&mut Simulation<R>, bool) -> Result<bool, Error>,
     pub(super) predict: fn(&Simulation<R>, &mut Estimator) -> f64,
-    pub(super) predict_on: fn(&Simulation<R>, (Integrator, u32), &mut Estimator) -> Option<f64>,
+    pub(super) predict_on: fn(&Simulation<R>, Integrator, u32, &mut Estimator) -> Option<f64>,
     pub(super) measure: fn(&Simulation<R>) -> (Energy, f64),
 }
 

@@ -48,13 +48,14 @@ impl<R: Real> Simulation<R> {
         substeps: u32,
         estimator: &mut Estimator,
     ) -> Option<f64> {
-        (Compiled::of_precision().predict_on)(self, (integrator, substeps), estimator)
+        (Compiled::of_precision().predict_on)(self, integrator, substeps, estimator)
     }
 
     /// The body of [`Simulation::stable_substep_piecewise`].
     pub(super) fn predict_on(
         &self,
-        (integrator, substeps): (Integrator, u32),
+        integrator: Integrator,
+        substeps: u32,
         estimator: &mut Estimator,
     ) -> Option<f64> {
         let how = (Method::<R>::region(&integrator), substeps);
