@@ -176,6 +176,7 @@ compile_error!("msd-core needs a square root: enable the feature `std` (default)
 
 // In reading order: a file imports only from files above it (`tests/tidy/order.rs`).
 mod number;
+mod pack;
 mod error;
 mod columns;
 mod grid;
