@@ -15,6 +15,7 @@ moment() {
         curtain) echo 1.8 ;;
         dice) echo 0.9 ;;
         drape) echo 3 ;;
+        flag) echo 3 ;;
         foam) echo 0.9 ;;
         jelly) echo 1.65 ;;
         funnel) echo 0.55 ;;

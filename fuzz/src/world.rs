@@ -6,8 +6,8 @@ use core::ops::Range;
 use msd_core::glam::DVec3;
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Bend, Between, Body, Corner, DistanceGrid, Friction, Integrator, KeyFrame, Particle, Pin,
-    Plane, Scene, Settings, Shape, Solid, Spring, Surface, Touch, Volume, World,
+    Air, Bend, Between, Body, Corner, DistanceGrid, Friction, Gust, Integrator, KeyFrame, Particle,
+    Pin, Plane, Scene, Settings, Shape, Solid, Spring, Surface, Touch, Volume, World,
 };
 use std::sync::Arc;
 
@@ -56,6 +56,9 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
             ..Body::default()
         });
     }
+    if scene.world.air.is_some() {
+        scene.bodies.push(sail(u, particles as u32)?);
+    }
     if u.ratio(1, 3)? {
         touches(u, particles, &mut scene)?;
     }
@@ -81,6 +84,14 @@ pub fn scene(u: &mut Unstructured) -> Result<Scene> {
         scene.volumes.push(Volume { particles: cell, rest_volume, modulus, damping });
     }
     Ok(scene)
+}
+
+/// A body without particles of its own, whose surface is a strip of triangles.
+fn sail(u: &mut Unstructured, particles: u32) -> Result<Body> {
+    let corners = (0..particles).map(|particle| Corner { particle, uv: [0.0; 2] }).collect();
+    let triangles = (2..particles).map(|third| [third - 2, third - 1, third]).collect();
+    let surface = Surface { corners, triangles, two_sided: u.arbitrary()? };
+    Ok(Body { name: "sail".into(), surface, ..Body::default() })
 }
 
 /// Lets the first particles touch, in one row or two.
@@ -168,8 +179,17 @@ fn world(u: &mut Unstructured) -> Result<World> {
     Ok(match u.arbitrary::<u8>()? % 4 {
         0 => World { gravity: vector(u)?, force: vector(u)?, drag: positive(u)?, ..default },
         1 => World { extent: positive(u)?, drag: positive(u)?, ..default },
+        2 => World { air: Some(air(u)?), ..default },
         _ => default,
     })
+}
+
+fn air(u: &mut Unstructured) -> Result<Air> {
+    let mut number = || Ok(0.01 + f64::from(u.arbitrary::<u8>()?) / 64.0);
+    let (drag, part, strength) = (number()?, number()?, number()?);
+    let (length, time) = (number()?, number()?);
+    let gust = Gust { strength, length, time, seed: u.arbitrary()?, origin: DVec3::ZERO };
+    Ok(Air { density: decade(u)?, velocity: slow(u)?, drag, lift: drag * part.min(1.0), gust })
 }
 
 pub(crate) fn plane(u: &mut Unstructured) -> Result<Plane> {

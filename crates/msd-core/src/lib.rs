@@ -184,6 +184,7 @@ mod triangle;
 pub mod scene;
 pub mod elements;
 pub mod obstacles;
+mod contact;
 mod system;
 pub mod stability;
 pub mod methods;
@@ -191,20 +192,21 @@ pub mod energy;
 mod simulation;
 pub mod testing;
 
+pub use contact::Contacts;
 pub use elements::grabs::Grab;
 pub use energy::{Energy, Ledger, Moduli, Momentum};
 pub use error::{Divergence, Error};
 pub use glam;
 pub use methods::{Integrator, Settings};
 pub use number::{Instructions, Real, Vector};
-pub use obstacles::{Contacts, PlaneColumn};
+pub use obstacles::PlaneColumn;
 pub use scene::lattice;
 pub use scene::shape;
 pub use scene::substance;
 pub use scene::{
-    Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, KeyFrame, Lattice,
-    Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle, Pattern, Pin, Plane,
-    Scene, Shape, Solid, Spring, Substance, Surface, Touch, Volume, World,
+    Air, Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, Gust, KeyFrame,
+    Lattice, Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle, Pattern, Pin,
+    Plane, Scene, Shape, Solid, Spring, Substance, Surface, Touch, Volume, World,
 };
 pub use simulation::{
     Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,

@@ -81,6 +81,23 @@ pub fn forces(element: &dyn Element<f64>, state: &State<f64>) -> Vec<DVec3> {
     Bench::new(state).forces(element)
 }
 
+/// The products of stiffness and damping of an element with a direction at a state, N/m and N s/m
+/// times the direction.
+///
+/// # Panics
+/// If the columns differ in length.
+pub fn products(
+    element: &dyn Element<f64>,
+    state: &State<f64>,
+    direction: &[DVec3],
+) -> [Vec<DVec3>; 2] {
+    let count = state.positions.len();
+    let (mut stiffness, mut damping) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
+    let mut sums = Products { stiffness: &mut stiffness, damping: &mut damping };
+    element.add_products(&Bench::new(state).motion(), direction, &mut sums);
+    [stiffness, damping]
+}
+
 /// A state moved along a direction.
 fn moved(state: &State<f64>, direction: &[DVec3], [x, v]: [f64; 2]) -> State<f64> {
     let add = |column: &[DVec3], by: f64| {
@@ -149,10 +166,7 @@ pub fn check_products(element: &dyn Element<f64>, state: &State<f64>) -> Result<
     let count = state.positions.len();
     let state = State { velocities: vec![DVec3::ZERO; count], ..state.clone() };
     let direction = directions(count);
-    let bench = Bench::new(&state);
-    let (mut stiffness, mut damping) = (vec![DVec3::ZERO; count], vec![DVec3::ZERO; count]);
-    let mut products = Products { stiffness: &mut stiffness, damping: &mut damping };
-    element.add_products(&bench.motion(), &direction, &mut products);
+    let [stiffness, damping] = products(element, &state, &direction);
     let reach = REACH * size(&state);
     for (what, products, by) in
         [("stiffness", &stiffness, [reach, 0.0]), ("damping", &damping, [0.0, reach])]

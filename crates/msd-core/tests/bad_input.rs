@@ -5,8 +5,8 @@ mod common;
 use common::{simulation, two_masses};
 use msd_core::glam::DVec3;
 use msd_core::{
-    Body, Error, Friction, Integrator, Interaction, Material, Particle, Pin, Plane, Real, Scene,
-    Settings, Simulation, Spring, State, Vector, shape,
+    Air, Body, Error, Friction, Gust, Integrator, Interaction, Material, Particle, Pin, Plane,
+    Real, Scene, Settings, Simulation, Spring, State, Vector, shape,
 };
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ fn body(particles: Range<usize>) -> Body {
 }
 
 /// What single precision refuses, and in which words.
-const ROWS: [(Change<Scene>, &str); 27] = [
+const ROWS: [(Change<Scene>, &str); 30] = [
     (|s| s.particles[1].mass = 0.0, "mass of particle 1 is 0; it must be positive and finite"),
     (|s| s.particles[1].mass = -1.0, "mass of particle 1 is -1; it must be positive and finite"),
     (|s| s.particles[1].mass = NAN, "mass of particle 1 is NaN; it must be positive and finite"),
@@ -79,6 +79,21 @@ const ROWS: [(Change<Scene>, &str); 27] = [
     (|s| *s = Scene::default(), "the scene has no particles; give it at least one body"),
     (|s| s.world.gravity.x = NAN, "gravity of world 0 is NaN; it must be finite"),
     (|s| s.world.drag = -1.0, "drag of world 0 is -1; it must be finite and not negative"),
+    (
+        |s| s.world.air = Some(Air { density: -1.0, ..Air::default() }),
+        "density of air 0 is -1; it must be finite and not negative",
+    ),
+    (
+        |s| s.world.air = Some(Air { lift: 2.0, ..Air::default() }),
+        "lift coefficient of air 0 is 2; it must be from 0 to the drag coefficient",
+    ),
+    (
+        |s| {
+            let gust = Gust { length: 0.0, ..Gust::default() };
+            s.world.air = Some(Air { gust, ..Air::default() });
+        },
+        "length of gusts of air 0 is 0; it must be positive and at most 1e12",
+    ),
     (|s| s.world.extent = 0.0, "extent of world 0 is 0; it must be positive and at most 1e12"),
     (
         |s| s.planes = vec![Plane { normal: DVec3::ZERO, ..PLANE }],
@@ -289,7 +304,7 @@ const TOO_LARGE: [(Change<Scene>, &str); 5] = [
         |s| s.planes = vec![Plane { offset: -1e300, ..PLANE }],
         "offset of plane 0 is -1e300; it must be finite",
     ),
-    (|s| s.particles[1].velocity.z = 1e300, "velocity of particle 1 is NaN; it must be finite"),
+    (|s| s.particles[1].velocity.z = 1e300, "velocity of particle 1 is 1e300; it must be finite"),
 ];
 
 #[test]

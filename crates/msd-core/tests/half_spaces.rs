@@ -1,4 +1,4 @@
-//! Half spaces that move: what lies on them, meets them and slides on them.
+//! Half spaces: their normals, beside planes, without an end, and refused. What moves: `contact/`.
 
 mod common;
 
@@ -6,20 +6,11 @@ use common::Random;
 use msd_core::glam::{DMat3, DQuat, DVec3};
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Friction, Integrator, Interaction, KeyFrame, Material, Particle, Plane, Real, Scene, Settings,
-    Shape, Simulation, Solid, Vector, World, shape, testing,
+    Friction, Integrator, Interaction, Material, Particle, Plane, Real, Scene, Settings, Shape,
+    Simulation, Solid, Vector, shape, testing,
 };
 
-const G: f64 = 9.82;
 const MASS: f64 = 0.3;
-/// The methods that book in contacts what carries a particle; others have it in their solutions.
-const BOOKED: [Integrator; 5] = [
-    Integrator::ExplicitEuler,
-    Integrator::SymplecticEuler,
-    Integrator::VelocityVerlet,
-    Integrator::Rk4,
-    Integrator::Xpbd,
-];
 
 fn scene(position: DVec3, velocity: DVec3, floor: Solid) -> Scene {
     let particles = vec![Particle { position, velocity, mass: MASS }];
@@ -92,96 +83,6 @@ fn one_that_stands_still_is_a_plane() {
             // Positions of a metre, rounded 1200 times; solvers stop at a residual.
             assert!(off < 1e-11, "{integrator}, {restitution}: {off}");
         }
-    }
-}
-
-/// What lies on one that rises is carried at its speed, and the ledger has its work: m g v t.
-#[test]
-fn one_that_rises_carries_what_lies_on_it() {
-    let speed = 0.7;
-    for integrator in Integrator::ALL {
-        let floor = Solid { velocity: DVec3::Y * speed, ..Solid::new(Shape::HalfSpace) };
-        let start = scene(DVec3::new(3.0, 0.0, -2.0), DVec3::Y * speed, floor);
-        let mut run = simulation::<f64>(&start, integrator, 8);
-        let before = run.energy();
-        second(&mut run);
-        let off = run.position(0) - DVec3::new(3.0, speed, -2.0);
-        assert!(off.length() < 1e-12, "{integrator}: {off}");
-        let work = MASS * G * speed;
-        // Explicit Euler falls with the speed of a substep before, Runge-Kutta's method is off by
-        // less than a thousandth.
-        let bound = match integrator {
-            Integrator::ExplicitEuler => MASS * G * G / 480.0,
-            Integrator::Rk4 => 1e-3 * work,
-            _ => 1e-12,
-        };
-        let drift = run.energy().total() - before.total();
-        assert!(drift.abs() < bound, "{integrator}: {drift}");
-        if BOOKED.contains(&integrator) {
-            let driven = run.contacts().driven;
-            assert!((driven - work).abs() < 1e-12, "{integrator}: {driven}");
-        }
-    }
-}
-
-/// One that comes at 2 m/s returns what stands still at twice its speed. Its work, 8 m, is booked.
-#[test]
-fn one_that_comes_drives_what_it_hits() {
-    for integrator in Integrator::ALL {
-        let mut wall = Solid::new(Shape::HalfSpace);
-        wall.axes = rotation(DVec3::Z, -std::f64::consts::FRAC_PI_2);
-        (wall.position, wall.velocity) = (DVec3::X * -0.5, DVec3::X * 2.0);
-        wall.restitution = 1.0;
-        let mut start = scene(DVec3::new(0.0, 40.0, 0.0), DVec3::ZERO, wall);
-        start.world = World { gravity: DVec3::ZERO, ..World::default() };
-        let mut run = simulation::<f64>(&start, integrator, 8);
-        (0..30).for_each(|_| run.step().expect("a calm run"));
-        let off = run.velocity(0) - DVec3::X * 4.0;
-        assert!(off.length() < 1e-12, "{integrator}: {off}");
-        let energy = run.energy();
-        let driven = run.contacts().driven;
-        let is_booked = integrator != Integrator::DormandPrince;
-        assert!(!is_booked || (driven - 8.0 * MASS).abs() < 1e-12, "{integrator}: {driven}");
-        assert!((energy.kinetic - 8.0 * MASS).abs() < 1e-12, "{integrator}: {energy:?}");
-        assert!(energy.total().abs() < 1e-9, "{integrator}: {energy:?}");
-    }
-}
-
-/// Without friction, on one that tilts at w about its middle: r'' = w² r − g sin w t, so that
-/// r = r0 cosh w t − g/(2 w²) (sinh w t − sin w t).
-#[test]
-fn what_slides_on_one_that_tilts_follows_the_closed_form() {
-    let (w, r) = (0.5, 1.0);
-    let substeps = 100;
-    let way = r * f64::cosh(w) - G / (2.0 * w * w) * (f64::sinh(w) - f64::sin(w));
-    let end = DVec3::new(w.cos(), w.sin(), 0.0) * way;
-    for integrator in Integrator::ALL {
-        let floor = Solid { spin: DVec3::Z * w, ..Solid::new(Shape::HalfSpace) };
-        let start = scene(DVec3::X * r, DVec3::Y * (w * r), floor);
-        let mut run = simulation::<f64>(&start, integrator, substeps);
-        second(&mut run);
-        let off = (run.position(0) - end).length();
-        // A method of first order is late by less than two substeps at its last speed, 2.2 m/s.
-        assert!(off < 2.0 * 2.2 / (60.0 * f64::from(substeps)), "{integrator}: {off}");
-    }
-}
-
-/// Through key frames: what lies on it is lifted by half a metre, with 3 m/s² at most, and stays.
-#[test]
-fn key_frames_lift_what_lies_on_it() {
-    let key =
-        KeyFrame { time: 1.0, position: DVec3::Y * 0.5, axes: Solid::new(Shape::HalfSpace).axes };
-    for integrator in Integrator::ALL {
-        let floor = Solid { keys: vec![key], ..Solid::new(Shape::HalfSpace) };
-        let mut run = simulation::<f64>(&scene(DVec3::X, DVec3::ZERO, floor), integrator, 8);
-        second(&mut run);
-        second(&mut run);
-        let off = (run.position(0) - DVec3::new(1.0, 0.5, 0.0)).length();
-        assert!(off < 1e-9, "{integrator}: {off}");
-        // Explicit methods of first order are off by the speed of half a substep.
-        let (work, driven) = (MASS * G * 0.5, run.contacts().driven);
-        let is_booked = BOOKED.contains(&integrator);
-        assert!(!is_booked || (driven - work).abs() < 1e-3 * work, "{integrator}: {driven}");
     }
 }
 

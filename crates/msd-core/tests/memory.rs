@@ -3,8 +3,8 @@
 use allocation_counter::measure;
 use msd_core::glam::DVec3;
 use msd_core::{
-    Bend, Friction, Integrator, Interaction, Material, Particle, Pin, Plane, Real, Scene, Settings,
-    Simulation, Spring, shape,
+    Air, Bend, Friction, Gust, Integrator, Interaction, Material, Particle, Pin, Plane, Real,
+    Scene, Settings, Simulation, Spring, shape,
 };
 use std::fmt::Write;
 use std::path::Path;
@@ -13,13 +13,17 @@ fn plane(normal: DVec3, offset: f64, friction: Friction) -> Plane {
     Plane { normal, offset, restitution: 0.3, friction }
 }
 
-/// A block with drag and a pin just above a floor and beside a wall, on both of which it slides.
+/// A block with drag and a pin just above a floor and beside a wall, on both of which it slides;
+/// with dampers it is in gusty air too.
 fn busy_scene(damping: f64) -> Scene {
     let material = Material { mass: 1.0, stiffness: 2000.0, damping };
     let mut part = shape::block([4, 4, 4], 0.5, material).expect("a block");
     part.set_motion(DVec3::new(-1.0, -0.5, 0.3), DVec3::new(0.3, 1.0, -0.4));
     let mut scene = Scene::of("block", part);
     scene.world.drag = 0.05;
+    let gust = Gust { strength: 1.0, ..Gust::default() };
+    // Explicit Euler hardly bears it without dampers.
+    scene.world.air = (0.0 < damping).then(|| Air { gust, ..Air::default() });
     let lowest = |axis: DVec3| {
         let along = scene.particles.iter().map(|particle| particle.position.dot(axis));
         along.fold(f64::MAX, f64::min) - 0.2

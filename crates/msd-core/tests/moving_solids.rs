@@ -7,8 +7,8 @@ use common::Random;
 use msd_core::glam::{DMat3, DVec3};
 use msd_core::scene::solid::rotation;
 use msd_core::{
-    Friction, Integrator, KeyFrame, Material, Particle, Plane, Real, Scene, Settings, Shape,
-    Simulation, Solid, Vector, World, shape,
+    Friction, Integrator, Material, Particle, Plane, Real, Scene, Settings, Shape, Simulation,
+    Solid, Vector, World, shape,
 };
 
 const MASS: f64 = 0.3;
@@ -126,49 +126,6 @@ fn ways_through_a_box_end_where_they_went_in() {
         assert!(run.velocity(0).dot(normal).abs() < 1e-9 * velocity.length(), "{from} to {to}");
     }
     assert!(200 < hits && 200 < misses, "{hits} hits, {misses} misses");
-}
-
-/// A particle on a belt: friction speeds it up to that of the belt, which does twice the work that
-/// becomes motion.
-#[test]
-fn a_belt_does_twice_the_work_that_becomes_motion() {
-    let (speed, friction, g) = (1.0, 0.5, 9.82);
-    // Explicit Euler lets what lies fall, and the surface takes that too.
-    let all = Integrator::ALL.into_iter();
-    for integrator in all.filter(|&integrator| integrator != Integrator::ExplicitEuler) {
-        let mut belt = plate(0.4, 0.0);
-        (belt.velocity, belt.friction) = (DVec3::X * speed, Friction::Coulomb(friction));
-        let motion = (DVec3::Y * 0.2, DVec3::ZERO);
-        let mut run = start::<f64>(motion, belt, DVec3::Y * -g, (integrator, 8));
-        (0..30).for_each(|_| run.step().expect("a calm run"));
-        assert!((run.velocity(0).x - speed).abs() < 1e-9, "{integrator}: {}", run.velocity(0));
-        let contacts = run.contacts();
-        let work = MASS * speed * speed;
-        // By a substep of friction at most, at the speed of the belt.
-        let off = MASS * friction * g * speed / 480.0;
-        assert!((contacts.driven - work).abs() < off, "{integrator}: {contacts:?}");
-        let taken = contacts.taken - contacts.added;
-        assert!((taken - work * 0.5).abs() < off, "{integrator}: {contacts:?}");
-        assert!((run.given() - work).abs() < off, "{integrator}: {}", run.given());
-    }
-}
-
-/// A platform that lifts and shifts what friction holds on it, fast: it weighs a third at the end.
-#[test]
-fn a_platform_carries_what_friction_holds_however_fast_it_slows() {
-    for integrator in Integrator::ALL {
-        let mut platform = plate(0.4, 0.0);
-        platform.friction = Friction::Coulomb(1.0);
-        let key = |time, position| KeyFrame { time, position, axes: rotation(DVec3::Y, 0.0) };
-        let goal = DVec3::new(0.5, 1.0, 0.0);
-        platform.keys = vec![key(1.0, DVec3::ZERO), key(2.0, goal)];
-        let motion = (DVec3::Y * 0.2, DVec3::ZERO);
-        let mut run = start::<f64>(motion, platform, DVec3::Y * -9.82, (integrator, 50));
-        (0..150).for_each(|_| run.step().expect("a calm run"));
-        let off = run.position(0) - DVec3::Y * 0.2 - goal;
-        // Euler methods are off by h/2 of the speeds at most, which change by 1.5 m/s.
-        assert!(off.length() < 1.5 / 3000.0, "{integrator}: {off}");
-    }
 }
 
 /// The methods that hold by its velocity what lies on an obstacle.

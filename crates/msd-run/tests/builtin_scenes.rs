@@ -1,7 +1,7 @@
 //! The built-in scenes show what they promise.
 
 use msd_core::glam::DVec3;
-use msd_core::{Simulation, Vector};
+use msd_core::{Simulation, Vector, Witness};
 use msd_run::{Runner, on};
 use msd_scene::{BUILTINS, open};
 
@@ -54,8 +54,8 @@ macro_rules! ten_seconds {
 }
 
 ten_seconds! {
-    cube jelly bunny cloth drape pile dice foam mattress snake spinner waffle teapot chain square
-    square4
+    cube jelly bunny cloth drape pile flag dice foam mattress snake spinner waffle teapot chain
+    square square4
 }
 
 /// Scenes of which `touching_scenes.rs` asks the same.
@@ -67,6 +67,33 @@ fn every_built_in_scene_runs_for_ten_seconds() {
     let here: Vec<&str> = here.filter(|name| !ELSEWHERE.contains(name)).collect();
     assert_eq!(here, ten_seconds_of::NAMES);
     assert_eq!(BUILTINS.len(), here.len() + ELSEWHERE.len());
+}
+
+/// Its free edge stays up and swings to and fro, and the air is booked in the energy balance.
+#[test]
+fn the_flag_flies() {
+    let mut runner = runner("flag");
+    let mut witness = Witness::default();
+    let (rows, columns) = (21, 31);
+    let mut swings = Vec::new();
+    for step in 0..600 {
+        runner.step().expect("a stable run");
+        runner.show_to(&mut witness);
+        assert_eq!((witness.gain(), witness.surplus()), (0.0, 0.0), "{} s", runner.time());
+        // The wind has lifted it by then.
+        if 120 <= step {
+            let positions = positions(&runner);
+            let edge: DVec3 = (0..rows).map(|row| positions[row * columns + columns - 1]).sum();
+            let edge = edge / rows as f64;
+            assert!(1.7 < edge.y && 0.8 < edge.x, "{edge} at {} s", runner.time());
+            swings.push(edge.z);
+        }
+    }
+    let mean = swings.iter().sum::<f64>() / swings.len() as f64;
+    let squares: f64 = swings.iter().map(|z| (z - mean) * (z - mean)).sum();
+    let swing = (squares / swings.len() as f64).sqrt();
+    assert!(0.1 < swing, "{swing} m");
+    assert!(0.0 < single(&runner).given());
 }
 
 #[test]

@@ -42,7 +42,7 @@ const TOO_FINE: &str =
     "s.toml:6:11: bodies[0].spacing: bunny.obj: ... at most 2097152 fit: make the spacing larger";
 
 /// Lines after those of a rope of three particles, and what is told.
-const LINES: [(&str, &str); 82] = [
+const LINES: [(&str, &str); 85] = [
     (
         "rotation = [0, 1, 0]",
         "rotation is a list; it must be a table with the keys axis, angle_deg",
@@ -134,6 +134,9 @@ const LINES: [(&str, &str); 82] = [
         "[[pins]]\nparticle = 2\n[[pins]]\nat = [0, 2, 0]",
         "pins[1] and pins[0] hold the same particle, number 2 of the scene",
     ),
+    ("[world.air]\ndensity = -1", "world.air.density is -1; it must be finite and not negative"),
+    ("[world.air]\nlift = 1.3", "world.air.lift is 1.3; it must be at most world.air.drag, 1.2"),
+    ("[world.air.gust]\nlength = 0", "world.air.gust.length is 0; it must be positive and"),
     ("[world]\nextent = 0", "world.extent is 0; it must be positive"),
     ("[[world.planes]]\nnormal = [0, 0, 0]", "world.planes[0].normal is zero"),
     (

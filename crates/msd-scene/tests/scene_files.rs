@@ -202,6 +202,7 @@ fn the_documentation_has_every_key_of_the_schema() {
     let source = concat!(
         include_str!("../src/file/schema.rs"),
         include_str!("../src/file/schema/touch.rs"),
+        include_str!("../src/file/schema/air.rs"),
     );
     let field = |line: &str| {
         let rest = line.strip_prefix("    pub ")?;
@@ -223,6 +224,8 @@ fn documented_domains() -> BTreeMap<String, String> {
         ("The top", ""),
         ("[solver]", "solver."),
         ("[world]", "world."),
+        ("[world.air]", "world.air."),
+        ("[world.air.gust]", "world.air.gust."),
         ("[[world.planes]]", "world.planes."),
         ("[[world.solids]]", "world.solids."),
         ("key_frames of a solid", "world.solids.key_frames."),

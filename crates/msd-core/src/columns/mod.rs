@@ -87,6 +87,12 @@ pub fn set_vector<R: Real>(column: &mut [R], at: usize, value: R::Vec3) {
     [column[at], column[at + LANES], column[at + 2 * LANES]] = value.components();
 }
 
+/// Adds to the vector at a place of a column.
+#[inline(always)]
+pub(crate) fn add_vector<R: Real>(column: &mut [R], at: usize, value: R::Vec3) {
+    set_vector(column, at, vector::<R>(column, at) + value);
+}
+
 /// The place in a column of numbers that belongs to a place in a column of vectors.
 #[inline(always)]
 pub fn single(at: usize) -> usize {

@@ -1,10 +1,11 @@
 //! Fields: gravity, a uniform force and the drag of the air.
 
-use super::{Element, Motion, Products, Vectors};
+use super::{Derivatives, Element, Force, Motion, Products, Stage, Vectors};
 use crate::columns::threads::{for_each_share, merge_shares};
 use crate::columns::{Aligned, LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use crate::pack::Number;
+use crate::scene::{Scene, World};
 use fearless_simd::Level;
 use glam::DVec3;
 
@@ -37,6 +38,15 @@ fn pull<N: Number>(weight: N, velocity: N, drag: N) -> N {
 }
 
 impl<R: Real> Fields<R> {
+    pub(crate) fn new(world: &World) -> Self {
+        Fields {
+            gravity: R::Vec3::of(world.gravity),
+            force: R::Vec3::of(world.force),
+            drag: R::of(world.drag),
+            weights: Aligned::default(),
+        }
+    }
+
     /// Overwrites the weights from masses, a number for each slot.
     pub(crate) fn weigh(&mut self, masses: &[R]) {
         let (gravity, force) = (self.gravity.components(), self.force.components());
@@ -116,5 +126,35 @@ impl<R: Real> Element<R> for Fields<R> {
         for (product, direction) in products.damping.iter_mut().zip(direction) {
             *product += *direction * drag;
         }
+    }
+}
+
+/// The fields start every sum of forces, by [`Fields::set_forces`].
+impl<R: Real> Force<R> for Fields<R> {
+    fn element(&self) -> Option<&dyn Element<R>> {
+        Some(self)
+    }
+
+    fn count(&self) -> usize {
+        1
+    }
+
+    fn is_damped(&self) -> bool {
+        self.drag != R::ZERO
+    }
+
+    fn add_row_sums(&self, _: &Motion<'_, R>, _: &Derivatives, sums: &mut [[f64; 2]]) {
+        sums.iter_mut().for_each(|sum| sum[1] += self.drag.to_f64());
+    }
+
+    fn add_diagonals(&self, stage: &Stage<'_, R>, diagonals: &mut [R]) {
+        let add = stage.tau * self.drag;
+        diagonals.iter_mut().for_each(|diagonal| *diagonal += add);
+    }
+
+    fn write(&self, rows: &mut Scene) {
+        let World { gravity, force, drag, .. } = &mut rows.world;
+        (*gravity, *force) = (self.gravity.to_f64(), self.force.to_f64());
+        *drag = self.drag.to_f64();
     }
 }

@@ -1,6 +1,7 @@
 //! Grabs and pushes: user input that acts on single particles.
 
-use super::{Element, Motion, Products, Vectors};
+use super::{Derivatives, Element, Force, Joints, Motion, Products, Stage, Vectors};
+use crate::columns::LANES;
 use crate::number::{Real, Vector};
 use crate::pack::{Number, dot, zip};
 use alloc::vec::Vec;
@@ -115,4 +116,58 @@ impl<R: Real> Element<R> for Pushes<R> {
     }
 
     fn add_products(&self, _: &Motion<'_, R>, _: &[DVec3], _: &mut Products<'_>) {}
+}
+
+impl<R: Real> Force<R> for Grabs<R> {
+    fn element(&self) -> Option<&dyn Element<R>> {
+        Some(self)
+    }
+
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// In full also where the largest force caps it now.
+    fn add_row_sums(&self, _: &Motion<'_, R>, _: &Derivatives, sums: &mut [[f64; 2]]) {
+        for grab in &self.0 {
+            let sum = &mut sums[grab.particle as usize];
+            sum[0] += grab.stiffness.to_f64();
+            sum[1] += grab.damping.to_f64();
+        }
+    }
+
+    fn add_diagonals(&self, stage: &Stage<'_, R>, diagonals: &mut [R]) {
+        let (tau, motion) = (stage.tau, &stage.moment.motion);
+        for grab in &self.0 {
+            let particle = grab.particle as usize;
+            let tangent = grab.tangent(motion.position(particle), motion.velocity(particle));
+            let [stiffness, damping] = tangent.map(R::of);
+            let at = motion.slots.at(particle);
+            for axis in 0..3 {
+                diagonals[at + axis * LANES] += tau * (tau * stiffness + damping);
+            }
+        }
+    }
+
+    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, _: Joints<'_>) {
+        self.0.retain(|grab| !is_removed(grab.particle));
+    }
+}
+
+impl<R: Real> Force<R> for Pushes<R> {
+    fn element(&self) -> Option<&dyn Element<R>> {
+        Some(self)
+    }
+
+    fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    fn is_damped(&self) -> bool {
+        false
+    }
+
+    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, _: Joints<'_>) {
+        self.0.retain(|push| !is_removed(push.0));
+    }
 }

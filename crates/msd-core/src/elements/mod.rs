@@ -1,28 +1,38 @@
 //! Elements: the forces on particles, one type for each kind.
 //!
 //! Springs are an element, and so are the fields, grabs and pushes; a caller may add their own. An
-//! element adds its forces at a motion and returns the power that it dissipates, knows its energy,
-//! and multiplies a direction by its stiffness and its damping, as the implicit methods and the
-//! prediction of the stable step require. A new one is one file with this trait.
+//! [`Element`] adds its forces at a motion and returns the power that it dissipates, knows its
+//! energy, and multiplies a direction by its stiffness and its damping, as the implicit methods and
+//! the prediction of the stable step require.
+//!
+//! From the inside a kind of element is a `Force`: what all stages of a run ask of it. The kinds
+//! of a [`Model`](crate::Model) are listed there once; whoever asks them goes through that list.
 
 pub mod fields;
 pub mod grabs;
+pub mod touches;
 pub mod springs;
-mod bundles;
+mod stencils;
 pub mod bends;
 pub mod volumes;
-pub mod touches;
+pub mod air;
 
 use crate::columns::slots::Slots;
 use crate::columns::{self, Aligned, LANES, RECORD};
 use crate::number::{Real, Vector, of_type};
+use crate::scene::Scene;
 use alloc::sync::Arc;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::fmt::Debug;
+use core::ops::Range;
+use fearless_simd::Level;
 use glam::DVec3;
+use springs::law::Tangent;
+use springs::matrix::SpringMatrix;
 use springs::{SpringWork, Springs};
 use touches::near::Near;
+use touches::tangent::TouchTangents;
 
 /// A source of force on particles.
 ///
@@ -242,6 +252,139 @@ fn add_differences<R: Real, E: Element<R> + ?Sized>(
     difference(motion.velocities, false, products.damping);
 }
 
+/// A kind of element as the stages of a run see it.
+///
+/// Few kinds need all of this. What a kind does not do itself is done by its [`Element`]; one that
+/// has nothing to do with a stage has no method for it.
+pub(crate) trait Force<R: Real>: Debug {
+    /// The kind as an element; `None` where that would do nothing, or cannot.
+    fn element(&self) -> Option<&dyn Element<R>>;
+
+    /// The number of its rows.
+    fn count(&self) -> usize;
+
+    /// Whether its forces may depend on velocity.
+    fn is_damped(&self) -> bool {
+        0 < self.count()
+    }
+
+    /// Adds its forces in columns, newtons, and returns the power that they dissipate, watts.
+    fn add_forces(&self, moment: &Moment<'_, R>, _: &mut ForceWork<R>, forces: &mut [R]) -> f64 {
+        let motion = &moment.motion;
+        let mut forces = Vectors { slots: motion.slots, numbers: forces };
+        self.element().map_or(0.0, |element| element.add_forces(motion, &mut forces))
+    }
+
+    /// The elastic energy, joules, and the sums of the magnitudes of pulls and of stiffnesses, by
+    /// which rounding changes it.
+    fn energy_and_pulls(&self, _: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
+        [0.0; 3]
+    }
+
+    /// Takes the derivatives about a motion that the next two ask for many times.
+    fn differentiate(&self, _: &Moment<'_, R>, _: &mut Near<R>, _: &mut Derivatives) {}
+
+    /// Adds the products of its stiffness and damping with a displacement of each particle.
+    fn add_products(
+        &self,
+        (motion, _): (&Motion<'_, R>, &Derivatives),
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        if let Some(element) = self.element() {
+            element.add_products(motion, direction, products);
+        }
+    }
+
+    /// Adds the stiffness and the damping that each particle meets at most about a motion: row sums
+    /// of magnitudes of its matrices.
+    fn add_row_sums(&self, _: &Motion<'_, R>, _: &Derivatives, _: &mut [[f64; 2]]) {}
+
+    /// Adds τ (τ k + b) where that is a factor for each particle alone, three times each.
+    fn add_diagonals(&self, _: &Stage<'_, R>, _: &mut [R]) {}
+
+    /// Takes its matrix about a stage, τ (τ K + D), and adds the blocks of its diagonal.
+    fn linearise(&self, _: &Stage<'_, R>, _: &mut MatrixSums<'_, R>) {}
+
+    /// Adds the products of that matrix with a direction.
+    fn multiply(&self, _: &Stage<'_, R>, _: &mut ColumnProducts<'_, R>) {}
+
+    /// Moves the particles of each of its rows, in order, as XPBD does.
+    fn project(&self, _: &mut Projection<'_, R>) {}
+
+    /// Hands out pairs of particles by which those hang together that its rows join.
+    fn each_pair(&self, _: &mut dyn FnMut([u32; 2])) {}
+
+    /// Takes over its rows of a scene, beside those that it has, and puts all in order anew.
+    fn add(&mut self, _: &Scene, _: Joints<'_>) {}
+
+    /// Adds its rows, as they are now, to a scene.
+    fn write(&self, _: &mut Scene) {}
+
+    /// Removes the rows across springs that were cut.
+    fn tear(&mut self, _: &Torn) {}
+
+    /// Removes the rows of particles that were removed.
+    fn remove(&mut self, _: &dyn Fn(u32) -> bool, _: Joints<'_>) {}
+
+    /// Changes stiffness and damping of the rows of some bodies.
+    fn change(&mut self, _: &Rows, _: &dyn Fn(Resists, [R; 2]) -> [R; 2]) {}
+}
+
+/// The particles and the springs of some bodies.
+pub(crate) type Rows = (Range<usize>, Range<usize>);
+
+/// The deformation that a row resists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Resists {
+    /// Of length or volume.
+    Stretching,
+    /// Of curvature.
+    Bending,
+}
+
+/// A motion about which forces are asked for, and what else their laws depend on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Moment<'a, R> {
+    pub(crate) level: Level,
+    pub(crate) motion: Motion<'a, R>,
+    /// Reciprocal masses in the order of slots, three times each.
+    pub(crate) inverse_masses: &'a [R],
+}
+
+/// A stage of an implicit method: the motion about which its matrix is taken.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stage<'a, R> {
+    pub(crate) moment: Moment<'a, R>,
+    /// Length, seconds.
+    pub(crate) tau: R,
+}
+
+/// A substep of XPBD: what its projections move.
+pub(crate) struct Projection<'a, R: Real> {
+    pub(crate) level: Level,
+    pub(crate) slots: &'a Slots,
+    /// Length, seconds.
+    pub(crate) h: R,
+    /// Reciprocal masses in the order of the scene, as all of the following.
+    pub(crate) inverse_masses: &'a [R],
+    /// Positions at the start, metres.
+    pub(crate) starts: &'a [R::Vec3],
+    /// The displacements as projected so far, metres.
+    pub(crate) ways: &'a mut [R::Vec3],
+    /// A column of vectors to work with.
+    pub(crate) column: &'a mut [R],
+    pub(crate) near: &'a mut Near<R>,
+}
+
+/// The springs and the slots that rows refer to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Joints<'a> {
+    /// The two particles of each spring.
+    pub(crate) ends: &'a [[u32; 2]],
+    pub(crate) slots: &'a Slots,
+}
+
 /// Scratch of an evaluation of all forces.
 #[derive(Clone, Debug)]
 pub(crate) struct ForceWork<R: Real> {
@@ -260,6 +403,45 @@ impl<R: Real> ForceWork<R> {
             own_power: 0.0,
         }
     }
+}
+
+/// Scratch of the matrix of a stage.
+#[derive(Clone, Debug)]
+pub(crate) struct MatrixWork<R: Real> {
+    springs: SpringMatrix<R>,
+    touching: TouchTangents,
+}
+
+impl<R: Real> MatrixWork<R> {
+    pub(crate) fn new(springs: &Springs<R>, slots: &Slots) -> Self {
+        MatrixWork {
+            springs: SpringMatrix::new(springs, slots),
+            touching: TouchTangents::default(),
+        }
+    }
+}
+
+/// What a linearisation writes.
+pub(crate) struct MatrixSums<'a, R: Real> {
+    pub(crate) work: &'a mut MatrixWork<R>,
+    pub(crate) near: &'a mut Near<R>,
+    /// The blocks of particles: xx, xy and xz in one column, yy, yz and zz in another.
+    pub(crate) blocks: [&'a mut [R]; 2],
+}
+
+/// Products of a matrix with a direction, in columns.
+pub(crate) struct ColumnProducts<'a, R: Real> {
+    pub(crate) work: &'a mut MatrixWork<R>,
+    pub(crate) direction: &'a [R],
+    pub(crate) products: &'a mut [R],
+}
+
+/// Derivatives about a motion, of the kinds that keep them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Derivatives {
+    /// Of the springs that are not cut.
+    springs: Vec<Tangent<f64>>,
+    touching: TouchTangents,
 }
 
 /// The ends of springs that were cut, in order.
@@ -299,8 +481,51 @@ impl Own {
     }
 
     /// The element for one precision.
-    pub(crate) fn of<R: Real>(&self) -> &dyn Element<R> {
+    fn of<R: Real>(&self) -> &dyn Element<R> {
         &**of_type::<Arc<dyn Element<R>>>(&self.single, &self.double)
+    }
+}
+
+/// The user-defined elements of a model, each with its handle: one element as which they all act.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Owns(pub(crate) Vec<(usize, Own)>);
+
+impl Owns {
+    fn each<R: Real>(&self) -> impl Iterator<Item = &dyn Element<R>> {
+        self.0.iter().map(|(_, own)| own.of::<R>())
+    }
+}
+
+impl<R: Real> Element<R> for Owns {
+    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
+        self.each::<R>().map(|own| own.add_forces(motion, forces)).sum()
+    }
+
+    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
+        self.each::<R>().map(|own| own.energy(motion)).sum()
+    }
+
+    fn add_products(
+        &self,
+        motion: &Motion<'_, R>,
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        self.each::<R>().for_each(|own| own.add_products(motion, direction, products));
+    }
+
+    fn add_blocks(&self, motion: &Motion<'_, R>, blocks: &mut Blocks<'_>) {
+        self.each::<R>().for_each(|own| own.add_blocks(motion, blocks));
+    }
+}
+
+impl<R: Real> Force<R> for Owns {
+    fn element(&self) -> Option<&dyn Element<R>> {
+        (!self.0.is_empty()).then_some(self)
+    }
+
+    fn count(&self) -> usize {
+        self.0.len()
     }
 }
 

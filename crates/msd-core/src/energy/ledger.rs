@@ -8,7 +8,7 @@
 //! Energy that a user-defined element or surface drives in counts as negative dissipation; it is
 //! also counted separately, so that it is not mistaken for an error of the method.
 
-use crate::obstacles::Contacts;
+use crate::contact::Contacts;
 
 /// Energy dissipated and energy driven in, joules.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

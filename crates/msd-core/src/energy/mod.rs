@@ -9,9 +9,9 @@ mod moduli;
 pub use ledger::Ledger;
 pub use moduli::Moduli;
 
-use crate::columns::{self, LANES, RECORD};
-use crate::elements::springs::law;
-use crate::elements::touches::{self, near::Near};
+use crate::columns::{LANES, RECORD};
+use crate::elements::Element;
+use crate::elements::touches::near::Near;
 use crate::number::{Real, Vector};
 use crate::obstacles::Placed;
 use crate::system::{Columns, Model};
@@ -59,25 +59,14 @@ pub(crate) fn energy_and_rounding<R: Real>(
     (time, substep): (f64, f64),
     (level, near): (Level, &Near<R>),
 ) -> (Energy, f64) {
-    let motion = state.motion(&model.slots, time);
-    let own = model.own.iter().map(|(_, own)| own.of::<R>().energy(&motion)).sum();
+    let moment = model.moment(level, state.motion(&model.slots, time));
+    let own = model.own.energy(&moment.motion);
     let particles = particle_sums(model, state);
     let ParticleSums { kinetic, potential: gravitational, mass, count, far } = particles;
     let mut energy = Energy { kinetic, gravitational, own, ..Energy::default() };
     let (mut pull, mut total_stiffness) = (0.0, 0.0);
-    for (spring, ends) in model.springs.present() {
-        let law = model.springs.law(spring).to_f64();
-        let length = distance(model, state, ends);
-        energy.elastic += law::energy(length, law);
-        pull += law.stiffness * (length - law.rest).abs();
-        total_stiffness += law.stiffness;
-    }
-    let touches = near.see(level, &model.touches, &state.positions, |near| {
-        touches::energy_and_pulls(near, &state.positions)
-    });
-    let others =
-        [model.bends.energy_and_pulls(&motion), model.volumes.energy_and_pulls(&motion), touches];
-    for [stored, pulls, stiffness] in others {
+    for kind in model.inner() {
+        let [stored, pulls, stiffness] = kind.energy_and_pulls(&moment, near);
         energy.elastic += stored;
         pull += pulls;
         total_stiffness += stiffness;
@@ -191,17 +180,7 @@ pub(crate) fn centre_of_mass<R: Real>(
 
 /// The present length of a spring, metres.
 pub(crate) fn length<R: Real>(model: &Model<R>, state: &Columns<R>, spring: usize) -> f64 {
-    distance(model, state, model.springs.ends()[spring].map(|end| end as usize))
-}
-
-/// The distance of two particles, metres.
-#[inline(always)]
-fn distance<R: Real>(model: &Model<R>, state: &Columns<R>, [a, b]: [usize; 2]) -> f64 {
-    let across = position(model, state, b) - position(model, state, a);
+    let [a, b] = model.ends()[spring].map(|end| state.get(model.slots.at(end as usize)).0);
+    let across = b.to_f64() - a.to_f64();
     Real::sqrt(across.dot(across))
-}
-
-#[inline(always)]
-fn position<R: Real>(model: &Model<R>, state: &Columns<R>, particle: usize) -> DVec3 {
-    columns::vector::<R>(&state.positions, model.slots.at(particle)).to_f64()
 }

@@ -6,12 +6,12 @@ use super::implicit;
 use super::xpbd;
 use crate::columns::Aligned;
 use crate::columns::threads::Split;
+use crate::contact::after_kick::Kick;
+use crate::contact::arrive::Substep;
+use crate::contact::passage::fastest;
+use crate::contact::{Contacts, Evaluated};
 use crate::elements::{ForceWork, Motion, column};
 use crate::number::Real;
-use crate::obstacles::passage::fastest;
-use crate::obstacles::resolve::Substep;
-use crate::obstacles::rest::Kick;
-use crate::obstacles::{Contacts, Evaluated};
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
@@ -68,7 +68,8 @@ pub(crate) struct Done {
     pub(crate) given: f64,
     /// Pairs of particles that may have passed through each other in a substep.
     pub(crate) passes: u64,
-    /// Whether a solid turned or moved by too much in a substep in which it met a particle.
+    /// Whether a solid turned or moved by too much in a substep in which it met a particle, or
+    /// friction did not settle: a step of more substeps is needed.
     pub(crate) turned: bool,
     /// Why the method gave up, if it did.
     pub(crate) failure: Option<Failure>,

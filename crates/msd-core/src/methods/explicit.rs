@@ -10,9 +10,9 @@
 use super::StepContext;
 use super::context::{Pass, Way};
 use crate::columns::threads::for_each_share;
+use crate::contact::after_kick::{Drift, Kick};
+use crate::contact::{Contacts, Evaluated};
 use crate::number::{Real, at_level};
-use crate::obstacles::rest::{Drift, Kick};
-use crate::obstacles::{Contacts, Evaluated};
 
 /// x' = x + h v, v' = v + h a(x, v).
 pub(crate) fn explicit_euler<R: Real>(step: &mut StepContext<'_, R>) {
@@ -73,7 +73,7 @@ const PREDICTED: usize = 2;
 /// [`crate::stability::Region`]; Groot and Warren, 1997, extrapolate with a_n alone, which costs up
 /// to half of the stable step).
 ///
-/// What lies on an obstacle is held after each half kick: see [`crate::obstacles::rest`]. What
+/// What lies on an obstacle is held after each half kick: see [`crate::contact::after_kick`]. What
 /// arrives is inside where its dampers are evaluated; the real share of their power is known at the
 /// start of a step, where they are evaluated at the state, and in substeps with an arrival that
 /// share is booked.
@@ -246,7 +246,7 @@ const KICKS: usize = 4;
 
 /// The classical method of Runge and Kutta.
 ///
-/// What lies on an obstacle is held in each stage: see [`crate::obstacles::rest`].
+/// What lies on an obstacle is held in each stage: see [`crate::contact::after_kick`].
 pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     let (half, two, sixth) = (h * R::HALF, R::ONE + R::ONE, h / R::of(6.0));

@@ -3,9 +3,9 @@
 use super::StepContext;
 use super::context::Way;
 use crate::columns::{Aligned, set_vector, vector};
-use crate::elements::{column, touches};
+use crate::contact::Evaluated;
+use crate::elements::{Projection, column};
 use crate::number::{Real, Vector};
-use crate::obstacles::Evaluated;
 use crate::system::Model;
 use alloc::boxed::Box;
 use alloc::vec;
@@ -71,11 +71,9 @@ fn power_of_springs<R: Real>(step: &mut StepContext<'_, R>, pulls: &mut Aligned<
         return 0.0;
     }
     pulls.fill(R::ZERO);
-    let motion = step.state.motion(&model.slots, step.time());
-    let power = model.springs.add_all(step.level, &motion, &mut step.scratch.work.springs, pulls);
-    let power = power + model.bends.add_all(step.level, &motion, pulls);
-    let power = power + model.volumes.add_all(step.level, &motion, pulls);
-    power + model.add_touches(step.level, &motion, &mut step.scratch.work.near, pulls)
+    let moment = model.moment(step.level, step.state.motion(&model.slots, step.time()));
+    let work = &mut step.scratch.work;
+    model.inner().iter().map(|kind| kind.add_forces(&moment, work, pulls)).sum()
 }
 
 /// Advances by one substep and returns the power dissipated by other elements, watts.
@@ -84,7 +82,7 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
     let time = step.time();
     let motion = step.state.motion(&model.slots, time);
     let (work, forces) = (&mut step.scratch.work, &mut step.scratch.forces);
-    let power = model.set_other_forces(level, &motion, work, forces);
+    let power = model.set_outer_forces(level, &motion, work, forces);
     let Scratch { starts, ways, pulls } = scratch;
     let inverse_masses = model.inverse_masses();
     for (particle, at) in model.slots.places().enumerate() {
@@ -95,17 +93,17 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
         starts[particle] = position;
         ways[particle] = velocity * h;
     }
-    project(model, h, starts, ways);
-    model.bends.project(h, inverse_masses, starts, ways);
-    model.volumes.project(h, inverse_masses, starts, ways);
-    if !model.touches.is_empty() {
-        // Those that may touch where the springs have moved them.
-        for (particle, at) in model.slots.places().enumerate() {
-            set_vector(pulls, at, starts[particle] + ways[particle]);
-        }
-        let near = step.scratch.work.near.nearby(level, &model.touches, pulls);
-        touches::project((near, pulls), h, inverse_masses, (starts, ways));
-    }
+    let mut projection = Projection {
+        level,
+        slots: &model.slots,
+        h,
+        inverse_masses,
+        starts,
+        ways,
+        column: pulls,
+        near: &mut step.scratch.work.near,
+    };
+    model.inner().into_iter().for_each(|kind| kind.project(&mut projection));
     let per_h = R::ONE / h;
     for (particle, at) in model.slots.places().enumerate() {
         set_vector(&mut step.state.positions, at, starts[particle] + ways[particle]);
@@ -120,27 +118,4 @@ fn advance_substep<R: Real>(step: &mut StepContext<'_, R>, scratch: &mut Scratch
         }
     }
     power
-}
-
-fn project<R: Real>(model: &Model<R>, h: R, starts: &[R::Vec3], ways: &mut [R::Vec3]) {
-    let inverse_masses = model.inverse_masses();
-    for (spring, [a, b]) in model.springs.present() {
-        let parted = ways[b] - ways[a];
-        let across = (starts[b] - starts[a]) + parted;
-        let squared = across.dot(across);
-        if squared < R::SHORTEST_SQUARED {
-            continue;
-        }
-        let law = model.springs.law(spring);
-        let length = squared.sqrt();
-        let direction = across * (R::ONE / length);
-        let stiff = law.stiffness * h * h;
-        let damp = law.damping * h;
-        let moved = direction.dot(parted);
-        let stretch = length - law.rest;
-        let yielding = R::ONE + (stiff + damp) * (inverse_masses[a] + inverse_masses[b]);
-        let pull = direction * ((stiff * stretch + damp * moved) / yielding);
-        ways[a] += pull * inverse_masses[a];
-        ways[b] -= pull * inverse_masses[b];
-    }
 }

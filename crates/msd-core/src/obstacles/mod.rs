@@ -1,34 +1,42 @@
 //! Obstacles: solids that particles cannot enter.
 //!
-//! An obstacle knows the gap and the normal at a point, and the velocity of its surface. The gap of
-//! a particle is that of its middle, less its radius where that counts (`radii.rs`). One law of
-//! contact ([`ContactLaw`]) turns these into a new position and velocity; methods decide when:
-//! after a substep (explicit, XPBD), inside the solve (implicit), at the time of the impact
-//! (Dormand-Prince).
+//! An obstacle knows the gap and the normal at a point, the velocity of its surface and the law of
+//! contact there. What a particle does that meets it, [`crate::contact`] says.
 
-pub(crate) mod contact;
-mod motion;
+pub(crate) mod motion;
 mod plane;
-mod radii;
-mod solid;
-mod landing;
-pub(crate) mod passage;
-pub(crate) mod resolve;
-pub(crate) mod rest;
-pub(crate) mod springs;
+pub(crate) mod solid;
 
-pub(crate) use contact::Evaluated;
-pub use contact::{ContactLaw, Contacts};
 pub use plane::PlaneColumn;
-pub(crate) use radii::Radii;
-use solid::Ball;
 pub use solid::Placed;
 
 use crate::number::{Real, Vector, of_type};
-use crate::scene::Solid;
+use crate::scene::{Friction, Solid};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::fmt::Debug;
+
+/// Restitution and friction of a surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ContactLaw<R> {
+    /// Fraction of the normal speed that a bounce returns, 0 to 1.
+    pub(crate) restitution: R,
+    /// Coulomb's factor.
+    pub(crate) friction: R,
+    /// The fraction of the tangential velocity that each contact takes, 0 to 1.
+    pub(crate) loss: R,
+}
+
+impl<R: Real> ContactLaw<R> {
+    /// The law of a surface that returns a fraction of the normal speed, with some friction.
+    pub fn new(restitution: f64, friction: Friction) -> Self {
+        let (friction, loss) = match friction {
+            Friction::Coulomb(factor) => (factor, 0.0),
+            Friction::TangentialLoss(loss) => (0.0, loss),
+        };
+        ContactLaw { restitution: R::of(restitution), friction: R::of(friction), loss: R::of(loss) }
+    }
+}
 
 /// A solid that particles cannot enter.
 ///
@@ -60,6 +68,17 @@ pub trait Obstacle<R: Real>: Debug + Send + Sync {
     fn velocity(&self, position: R::Vec3, time: f64) -> R::Vec3 {
         let _ = (position, time);
         R::Vec3::ZERO
+    }
+
+    /// The sum of the lengths that the gap at a point is the difference of, metres.
+    ///
+    /// A particle lies on the surface if its gap is at most four roundings of this sum and its
+    /// radius. Default: the sum of the coordinates; say more if the gap is computed from larger
+    /// numbers.
+    fn terms(&self, position: R::Vec3, time: f64) -> R {
+        let _ = time;
+        let [x, y, z] = position.components();
+        x.abs() + y.abs() + z.abs()
     }
 
     /// Restitution and friction of the surface. Default: neither bounce nor friction.

@@ -14,20 +14,20 @@ use glam::{DMat3, DQuat, DVec3};
 
 /// Where a solid is and how it moves.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SolidMotion {
+pub(crate) struct SolidMotion {
     /// Its middle, metres.
-    pub(super) middle: DVec3,
+    pub(crate) middle: DVec3,
     /// Its own axes, as columns.
-    pub(super) axes: DMat3,
+    pub(crate) axes: DMat3,
     /// Velocity of its middle, metres per second.
-    pub(super) velocity: DVec3,
+    pub(crate) velocity: DVec3,
     /// Angular velocity, radians per second.
-    pub(super) spin: DVec3,
+    pub(crate) spin: DVec3,
 }
 
 impl SolidMotion {
     /// The motion of a solid at a time, seconds.
-    pub(super) fn at(solid: &Solid, time: f64) -> Self {
+    pub(crate) fn at(solid: &Solid, time: f64) -> Self {
         if !solid.keys.is_empty() {
             return SolidMotion::through_keys(solid, time);
         }
@@ -74,7 +74,7 @@ impl SolidMotion {
 }
 
 /// The middle of a solid at a time, seconds, in metres.
-pub(super) fn middle(solid: &Solid, time: f64) -> DVec3 {
+pub(crate) fn middle(solid: &Solid, time: f64) -> DVec3 {
     if solid.keys.is_empty() {
         steady_middle(solid, time)
     } else {
@@ -83,7 +83,7 @@ pub(super) fn middle(solid: &Solid, time: f64) -> DVec3 {
 }
 
 /// The longest way of a point of a solid in the h seconds up to a time, metres.
-pub(super) fn longest_way(solid: &Solid, (time, h): (f64, f64)) -> f64 {
+pub(crate) fn longest_way(solid: &Solid, (time, h): (f64, f64)) -> f64 {
     let length = |vector: DVec3| Real::sqrt(vector.dot(vector));
     let moved = |way: f64, spin: DVec3| {
         // The reach may be infinite.

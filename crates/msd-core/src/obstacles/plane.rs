@@ -1,7 +1,6 @@
 //! Planes: half spaces that particles cannot enter.
 
-use super::Obstacle;
-use super::contact::ContactLaw;
+use super::{ContactLaw, Obstacle};
 use crate::number::{Real, Vector};
 use crate::scene::{Friction, Plane};
 
@@ -43,6 +42,13 @@ impl<R: Real> PlaneColumn<R> {
         }
     }
 
+    /// As [`Obstacle::terms`].
+    #[inline(always)]
+    pub(crate) fn terms_of(&self, [x, y, z]: [R; 3]) -> R {
+        let [a, b, c] = self.normal.components();
+        (a * x).abs() + (b * y).abs() + (c * z).abs()
+    }
+
     /// Fraction of the normal speed returned, 0 to 1.
     pub fn restitution(&self) -> f64 {
         self.law.restitution.to_f64()
@@ -63,6 +69,11 @@ impl<R: Real> Obstacle<R> for PlaneColumn<R> {
     #[inline]
     fn normal(&self, _: R::Vec3, _: f64) -> R::Vec3 {
         self.normal
+    }
+
+    #[inline(always)]
+    fn terms(&self, position: R::Vec3, _: f64) -> R {
+        self.terms_of(position.components())
     }
 
     fn law(&self) -> ContactLaw<R> {

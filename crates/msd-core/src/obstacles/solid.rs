@@ -1,17 +1,17 @@
 //! Solids of a shape where they are at a time.
 
-use super::Obstacle;
-use super::contact::{ContactLaw, dot};
 use super::motion::{SolidMotion, longest_way, middle};
+use super::{ContactLaw, Obstacle};
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
+use crate::pack::dot;
 use crate::scene::Solid;
 use glam::{DMat3, DVec3};
 
 /// A solid at a time, seconds.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed<'s> {
-    pub(super) solid: &'s Solid,
+    pub(crate) solid: &'s Solid,
     /// Its middle, metres.
     pub middle: DVec3,
     /// Its own axes, as columns.
@@ -31,24 +31,24 @@ impl<'s> Placed<'s> {
 
     /// A point as seen from the solid.
     #[inline(always)]
-    pub(super) fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
+    pub(crate) fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
         self.axes.transpose() * (position.to_f64() - self.middle)
     }
 }
 
 /// The vector of a lane.
 #[inline(always)]
-pub(super) fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
+pub(crate) fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
     [record[lane], record[LANES + lane], record[2 * LANES + lane]]
 }
 
 /// The lanes of bits.
-pub(super) fn lanes(bits: u32) -> impl Iterator<Item = usize> {
+pub(crate) fn lanes(bits: u32) -> impl Iterator<Item = usize> {
     (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
 }
 
 /// An obstacle that is no plane, at the points of a record that some bits say.
-pub(super) trait Sampled<R: Real> {
+pub(crate) trait Sampled<R: Real> {
     /// The gaps, metres.
     fn gaps(&self, points: (&[R; RECORD], u32), time: f64) -> [R; LANES];
 
@@ -57,6 +57,9 @@ pub(super) trait Sampled<R: Real> {
 
     /// The velocities of the surface, metres per second, as a record.
     fn velocities(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD];
+
+    /// The terms of its gap at a point, as of [`Obstacle::terms`].
+    fn terms_at(&self, point: [R; 3], time: f64) -> R;
 
     /// What it is at a single point.
     fn single(&self) -> &dyn Obstacle<R>;
@@ -109,6 +112,11 @@ impl<R: Real> Sampled<R> for Placed<'_> {
         all
     }
 
+    #[inline(always)]
+    fn terms_at(&self, point: [R; 3], time: f64) -> R {
+        self.terms(R::Vec3::from_components(point), time)
+    }
+
     fn single(&self) -> &dyn Obstacle<R> {
         self
     }
@@ -129,6 +137,10 @@ impl<R: Real> Sampled<R> for &dyn Obstacle<R> {
 
     fn velocities(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD] {
         vectors(points, |point| self.velocity(point, time))
+    }
+
+    fn terms_at(&self, point: [R; 3], time: f64) -> R {
+        self.terms(R::Vec3::from_components(point), time)
     }
 
     fn single(&self) -> &dyn Obstacle<R> {
@@ -153,7 +165,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// A ball outside of which nothing touches a solid.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ball<R> {
+pub(crate) struct Ball<R> {
     middle: [R; 3],
     squared: R,
 }
@@ -161,13 +173,13 @@ pub(super) struct Ball<R> {
 impl<R: Real> Ball<R> {
     /// The ball around a solid at a time, seconds, however it has turned, for particles of up to a
     /// radius, metres: those that it may have run into in the h seconds before.
-    pub(super) fn behind(solid: &Solid, (time, h): (f64, R), radius: R) -> Self {
+    pub(crate) fn behind(solid: &Solid, (time, h): (f64, R), radius: R) -> Self {
         Ball::new(solid, time, radius + R::of(longest_way(solid, (time, h.to_f64()))))
     }
 
     /// The ball around a solid at a time, seconds, however it has turned, for particles of up to a
     /// radius, metres. That of what has no end is infinite, and holds any place.
-    pub(super) fn new(solid: &Solid, time: f64, radius: R) -> Self {
+    pub(crate) fn new(solid: &Solid, time: f64, radius: R) -> Self {
         let middle = middle(solid, time);
         // A part in a thousand is more than all rounding of a point at the solid.
         let reach =
@@ -179,7 +191,7 @@ impl<R: Real> Ball<R> {
     /// false only where none is inside, as the square of one component, rounded, is no more than
     /// the rounded sum. A third of the numbers are read.
     #[inline(always)]
-    pub(super) fn may_hold_any(&self, records: &[[R; RECORD]]) -> bool {
+    pub(crate) fn may_hold_any(&self, records: &[[R; RECORD]]) -> bool {
         let Some(some) = records.last() else { return false };
         // Most often the axis along which one place is farthest off decides.
         let off: [R; 3] =
@@ -203,14 +215,14 @@ impl<R: Real> Ball<R> {
 
     /// Whether a place is inside.
     #[inline(always)]
-    pub(super) fn holds(&self, position: R::Vec3) -> bool {
+    pub(crate) fn holds(&self, position: R::Vec3) -> bool {
         let way = position - R::Vec3::from_components(self.middle);
         way.dot(way) <= self.squared
     }
 
     /// The places of a record that are inside, a bit for each.
     #[inline(always)]
-    pub(super) fn inside(&self, record: &[R; RECORD]) -> u32 {
+    pub(crate) fn inside(&self, record: &[R; RECORD]) -> u32 {
         let mut bits = [0; LANES];
         for (lane, bit) in bits.iter_mut().enumerate() {
             let x = lane_of(record, lane);
@@ -235,6 +247,14 @@ impl<R: Real> Obstacle<R> for Placed<'_> {
         R::Vec3::of(self.velocity + self.spin.cross(position.to_f64() - self.middle))
     }
 
+    /// Its own coordinates, which it turns by numbers of one, and its place.
+    #[inline(always)]
+    fn terms(&self, position: R::Vec3, _: f64) -> R {
+        let [x, y, z] = (position - R::Vec3::of(self.middle)).components();
+        let middle = self.middle.abs();
+        x.abs() + y.abs() + z.abs() + R::of(middle.x + middle.y + middle.z)
+    }
+
     fn law(&self) -> ContactLaw<R> {
         ContactLaw::new(self.solid.restitution, self.solid.friction)
     }
@@ -251,6 +271,10 @@ impl<R: Real> Obstacle<R> for Solid {
 
     fn velocity(&self, position: R::Vec3, time: f64) -> R::Vec3 {
         Obstacle::<R>::velocity(&Placed::new(self, time), position, time)
+    }
+
+    fn terms(&self, position: R::Vec3, time: f64) -> R {
+        Obstacle::<R>::terms(&Placed::new(self, time), position, time)
     }
 
     fn law(&self) -> ContactLaw<R> {

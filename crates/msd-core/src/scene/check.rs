@@ -3,8 +3,8 @@
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::scene::{
-    Bend, Body, DistanceGrid, Friction, Look, MOST_POINTS, Particle, Plane, Scene, Shape, Solid,
-    Spring, Touch, Volume,
+    Air, Bend, Body, DistanceGrid, Friction, Look, MOST_POINTS, Particle, Plane, Scene, Shape,
+    Solid, Spring, Touch, Volume,
 };
 use alloc::vec;
 use glam::{DMat3, DVec3};
@@ -53,23 +53,12 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
         return Err(Error::Empty);
     }
     check_count("the number of particles", scene.particles.len(), MAX_PARTICLES)?;
-    check_count("the number of springs", scene.springs.len(), MAX_SPRINGS)?;
-    check_count("the number of bends", scene.bends.len(), MAX_SPRINGS)?;
-    check_count("the number of volumes", scene.volumes.len(), MAX_PARTICLES)?;
     check_world::<R>(scene)?;
     for (row, particle) in scene.particles.iter().enumerate() {
         check_particle::<R>(row, particle, scene.world.extent)?;
     }
     let count = scene.particles.len();
-    for (row, spring) in scene.springs.iter().enumerate() {
-        check_spring::<R>(row, spring, count)?;
-    }
-    for (row, bend) in scene.bends.iter().enumerate() {
-        check_bend::<R>(row, bend, count)?;
-    }
-    for (row, volume) in scene.volumes.iter().enumerate() {
-        check_volume::<R>(row, volume, count)?;
-    }
+    check_joints::<R>(scene, [0; 3], count)?;
     for (row, plane) in scene.planes.iter().enumerate() {
         check_plane::<R>(row, plane)?;
     }
@@ -83,6 +72,28 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
     }
     for (row, body) in scene.bodies.iter().enumerate() {
         check_body(row, body, scene)?;
+    }
+    Ok(())
+}
+
+/// Checks the springs, bends and volumes of a scene that join `count` particles, after so many of
+/// each that are there.
+pub(crate) fn check_joints<R: Real>(
+    scene: &Scene,
+    [springs, bends, volumes]: [usize; 3],
+    count: usize,
+) -> Result<(), Error> {
+    check_count("the number of springs", springs + scene.springs.len(), MAX_SPRINGS)?;
+    check_count("the number of bends", bends + scene.bends.len(), MAX_SPRINGS)?;
+    check_count("the number of volumes", volumes + scene.volumes.len(), MAX_PARTICLES)?;
+    for (row, spring) in (springs..).zip(&scene.springs) {
+        check_spring::<R>(row, spring, count)?;
+    }
+    for (row, bend) in scene.bends.iter().enumerate() {
+        check_bend::<R>(row, bend, count)?;
+    }
+    for (row, volume) in scene.volumes.iter().enumerate() {
+        check_volume::<R>(row, volume, count)?;
     }
     Ok(())
 }
@@ -188,9 +199,28 @@ fn check_world<R: Real>(scene: &Scene) -> Result<(), Error> {
     check_vector::<R>("gravity", at, world.gravity)?;
     check_vector::<R>("force", at, world.force)?;
     check_not_negative::<R>("drag", at, world.drag)?;
+    world.air.iter().try_for_each(check_air::<R>)?;
     // A bound, not `is_finite`: the square of a length overflows long before a position does.
     let in_domain = 0.0 < world.extent && world.extent <= 1e12;
     check(in_domain, "extent", at, world.extent, "positive and at most 1e12")
+}
+
+/// Checks the air.
+pub(crate) fn check_air<R: Real>(air: &Air) -> Result<(), Error> {
+    let at = ("air", 0);
+    check_not_negative::<R>("density", at, air.density)?;
+    check_vector::<R>("velocity", at, air.velocity)?;
+    check_not_negative::<R>("drag coefficient", at, air.drag)?;
+    let fits = 0.0 <= air.lift && air.lift <= air.drag;
+    check(fits, "lift coefficient", at, air.lift, "from 0 to the drag coefficient")?;
+    let gust = &air.gust;
+    check_not_negative::<R>("strength of gusts", at, gust.strength)?;
+    check_vector::<R>("origin of gusts", at, gust.origin)?;
+    for (quantity, value) in [("length of gusts", gust.length), ("time of gusts", gust.time)] {
+        let fits = 0.0 < value && value <= 1e12;
+        check(fits, quantity, at, value, "positive and at most 1e12")?;
+    }
+    Ok(())
 }
 
 pub(crate) fn check_plane<R: Real>(row: usize, plane: &Plane) -> Result<(), Error> {

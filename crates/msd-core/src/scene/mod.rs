@@ -3,6 +3,7 @@
 //! Rows are in `f64` whatever the precision of the run: precision is a setting, not a scene.
 
 pub(crate) mod check;
+mod air;
 pub mod surface;
 pub mod look;
 pub mod lattice;
@@ -14,6 +15,7 @@ pub mod solid;
 pub mod touch;
 mod origin;
 
+pub use air::{Air, Gust};
 pub use check::{MAX_PARTICLES, MAX_SPRINGS};
 pub use distances::{DistanceGrid, MOST_POINTS};
 pub use lattice::{Lattice, Neighbours};
@@ -215,7 +217,7 @@ pub struct Body {
     pub look: Look,
 }
 
-/// The world: gravity, a uniform force, drag and a bound.
+/// The world: gravity, a uniform force, drag, air and a bound.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct World {
@@ -225,13 +227,16 @@ pub struct World {
     pub force: DVec3,
     /// Air drag, newton seconds per metre: a force −drag · v on every particle. Default 0.
     pub drag: f64,
+    /// The air that acts on surfaces. Default none.
+    pub air: Option<Air>,
     /// Bound of every coordinate, metres; a particle beyond it has diverged. Default 1e6.
     pub extent: f64,
 }
 
 impl Default for World {
     fn default() -> Self {
-        Self { gravity: DVec3::new(0.0, -9.82, 0.0), force: DVec3::ZERO, drag: 0.0, extent: 1e6 }
+        let gravity = DVec3::new(0.0, -9.82, 0.0);
+        Self { gravity, force: DVec3::ZERO, drag: 0.0, air: None, extent: 1e6 }
     }
 }
 
@@ -239,7 +244,7 @@ impl Default for World {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scene {
-    /// Gravity, the uniform force, drag and the bound of the world.
+    /// Gravity, the uniform force, drag, air and the bound of the world.
     pub world: World,
     /// The particles, in the order of the state file.
     pub particles: Vec<Particle>,

@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use glam::DVec3;
 
 impl Scene {
-    /// The same scene elsewhere: particles and obstacles moved by `by`, metres.
+    /// The same scene elsewhere: particles, obstacles and gusts moved by `by`, metres.
     ///
     /// The world reaches as far from the new origin as from the old, and gravitational energy is
     /// zero at the new one.
@@ -17,6 +17,9 @@ impl Scene {
         let mut scene = self.clone();
         for particle in &mut scene.particles {
             particle.position += by;
+        }
+        if let Some(air) = &mut scene.world.air {
+            air.gust.origin += by;
         }
         for plane in &mut scene.planes {
             let largest = plane.normal.abs().max_element();

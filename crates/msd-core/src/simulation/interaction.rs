@@ -452,7 +452,7 @@ pub(crate) fn apply<R: Real>(
         }
         SetRelaxationTime { bodies, value } => {
             let rows = (particles_of(model, bodies), springs_of(model, bodies));
-            material::damp(model, rows, value);
+            material::damp(model, &rows, value);
         }
         SetLook { body, look } => model.bodies[body].look = look,
     }
@@ -467,8 +467,8 @@ fn set_springs<R: Real>(
 ) {
     use Interaction::*;
     match interaction {
-        SetStiffness { value, .. } => model.springs.set_stiffness(range, R::of(value)),
-        SetDamping { value, .. } => model.springs.set_damping(range, R::of(value)),
+        SetStiffness { value, .. } => model.springs.change(range, |[_, b]| [R::of(value), b]),
+        SetDamping { value, .. } => model.springs.change(range, |[k, _]| [k, R::of(value)]),
         SetRestLength { value, .. } => model.springs.rest_lengths_mut(range).fill(R::of(value)),
         ScaleRestLength { factor, .. } => {
             let longest = model.extent;

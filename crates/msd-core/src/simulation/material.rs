@@ -1,12 +1,9 @@
 //! Changes of the material of bodies while they move: springs, bends, volumes and masses at once.
 
+use crate::elements::{Resists, Rows};
 use crate::number::Real;
 use crate::scene::check::check_mass;
 use crate::system::Model;
-use core::ops::Range;
-
-/// The particles and the springs of bodies.
-type Rows = (Range<usize>, Range<usize>);
 
 /// A number of what a body is made of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +21,7 @@ pub enum MaterialNumber {
 /// Multiplies a number of what bodies are made of. A mass that would not fit stays as it is.
 pub(super) fn scale<R: Real>(
     model: &mut Model<R>,
-    (particles, rows): Rows,
+    rows: Rows,
     (number, factor): (MaterialNumber, f64),
 ) {
     let (springs, bends, masses) = match number {
@@ -33,13 +30,13 @@ pub(super) fn scale<R: Real>(
         MaterialNumber::Density => (1.0, 1.0, factor),
     };
     if springs != 1.0 {
-        model.springs.change(rows, |[k, b]| [k, b].map(|value| times(value, springs)));
-        let is_of = |particle: u32| particles.contains(&(particle as usize));
-        model.bends.change(is_of, |[k, b]| [k, b].map(|value| times(value, bends)));
-        model.volumes.change(is_of, |[k, b]| [k, b].map(|value| times(value, springs)));
+        model.change(&rows, &|resists, constants| {
+            let factor = if resists == Resists::Bending { bends } else { springs };
+            constants.map(|value| times(value, factor))
+        });
     }
     if masses != 1.0 {
-        for particle in particles {
+        for particle in rows.0 {
             let mass = model.masses[particle].to_f64() * masses;
             // One that was removed has none.
             if model.is_removed(particle) || check_mass::<R>(("interaction", 0), mass).is_err() {
@@ -54,12 +51,8 @@ pub(super) fn scale<R: Real>(
 }
 
 /// Damps springs, bends and volumes of bodies by their stiffness times a time, seconds.
-pub(super) fn damp<R: Real>(model: &mut Model<R>, (particles, rows): Rows, time: f64) {
-    let is_of = |particle: u32| particles.contains(&(particle as usize));
-    let damped = |[k, _]: [R; 2]| [k, times(k, time)];
-    model.springs.change(rows, damped);
-    model.bends.change(is_of, damped);
-    model.volumes.change(is_of, damped);
+pub(super) fn damp<R: Real>(model: &mut Model<R>, rows: &Rows, time: f64) {
+    model.change(rows, &|_, [k, _]| [k, times(k, time)]);
 }
 
 /// A product that stays finite.

@@ -21,6 +21,7 @@ pub use progress::{Held, Progress};
 pub use witness::Witness;
 
 use crate::columns::threads;
+use crate::contact::arrive::Substep;
 use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
@@ -29,7 +30,6 @@ use crate::methods::{
     Done, Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work,
 };
 use crate::number::{Instructions, Real};
-use crate::obstacles::resolve::Substep;
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::check::check_steps;
 use crate::scene::{Scene, Solid};
@@ -476,16 +476,16 @@ impl<R: Real> Simulation<R> {
     pub fn add_element(&mut self, element: impl Element<f32> + Element<f64> + 'static) -> usize {
         self.scratch.warm = false;
         let handle = self.new_handle();
-        self.model.own.push((handle, Own::new(element)));
+        self.model.own.0.push((handle, Own::new(element)));
         handle
     }
 
     /// Removes a user-defined element; returns whether there was one of that handle.
     pub fn remove_element(&mut self, handle: usize) -> bool {
         self.scratch.warm = false;
-        let before = self.model.own.len();
-        self.model.own.retain(|&(other, _)| other != handle);
-        self.model.own.len() < before
+        let before = self.model.own.0.len();
+        self.model.own.0.retain(|&(other, _)| other != handle);
+        self.model.own.0.len() < before
     }
 
     /// Adds a user-defined obstacle and moves out the particles inside it; returns its handle.
@@ -535,17 +535,14 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// The first number that the other precision cannot hold.
     pub fn convert<S: Real>(&self) -> Result<Simulation<S>, Error> {
-        let (model, state) = (self.model.convert::<S>()?, self.state().convert());
-        state.check(model.extent, "finite and inside the world")?;
-        let mut other = Simulation::from_parts(model, &state, self.settings)?;
-        self.queue.iter().try_for_each(|&interaction| other.queue(interaction))?;
+        let (scene, progress) = self.progress();
+        let mut other = Simulation::<S>::resume(&scene, &progress)?;
+        other.model.own = self.model.own.clone();
+        other.model.obstacles.own = self.model.obstacles.own.clone();
         other.own_method = self.own_method.clone();
         other.most_evaluations = self.most_evaluations;
         other.renew_scratch();
-        other.next_handle = self.next_handle;
-        other.ledger = self.ledger;
-        (other.steps, other.epoch) = (self.steps, self.epoch);
-        (other.touched, other.level) = (self.touched, self.level);
+        (other.next_handle, other.level) = (self.next_handle, self.level);
         Ok(other)
     }
 

@@ -14,7 +14,7 @@ use crate::methods::Settings;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::check::{check, check_index, check_not_negative, check_steps, check_vector};
-use crate::scene::{Particle, Pin, Scene, Spring, World};
+use crate::scene::{Particle, Pin, Scene, World};
 use crate::stability::Mode;
 use crate::system::Model;
 use alloc::vec::Vec;
@@ -117,6 +117,10 @@ impl<R: Real> Simulation<R> {
         let pushes = progress.pushes.iter();
         model.pushes.0 = pushes.map(|&(row, force)| (row as u32, R::Vec3::of(force))).collect();
         progress.cut.iter().for_each(|&spring| model.springs.cut(spring));
+        if model.air.is_some() {
+            // Rows have been torn, the surfaces of bodies are whole.
+            model.tear(progress.cut.iter().copied());
+        }
         model.remove_particles(progress.removed.iter().copied());
         model.renew_masses();
         let mut simulation = Simulation::from_parts(model, &state, progress.settings)?;
@@ -177,35 +181,19 @@ fn rows<R: Real>(simulation: &Simulation<R>) -> Scene {
         velocity: state.velocities[row].to_f64(),
         mass: mass(own),
     });
-    let springs = model.ends().iter().enumerate().map(|(row, ends)| {
-        let law = model.springs.law(row);
-        Spring {
-            ends: ends.map(|end| end as usize),
-            rest_length: law.rest.to_f64(),
-            stiffness: law.stiffness.to_f64(),
-            damping: law.damping.to_f64(),
-        }
-    });
     let pinned = |&particle: &usize| model.is_pinned(particle) && !model.is_removed(particle);
     let pin = |particle| Pin { particle, velocity: state.velocities[particle].to_f64() };
-    Scene {
-        world: World {
-            gravity: model.gravity().to_f64(),
-            force: model.force().to_f64(),
-            drag: model.drag().to_f64(),
-            extent: model.extent.to_f64(),
-        },
+    let mut scene = Scene {
+        world: World { extent: model.extent.to_f64(), ..World::default() },
         particles: particles.collect(),
-        springs: springs.collect(),
-        bends: model.bends.rows().collect(),
-        volumes: model.volumes.rows().collect(),
         planes: model.planes().iter().map(PlaneColumn::row).collect(),
         solids: model.solids().to_vec(),
-        touches: model.touches.rows().0.to_vec(),
-        exempt: model.touches.rows().1.to_vec(),
         pins: (0..model.particle_count()).filter(pinned).map(pin).collect(),
         bodies: model.bodies.clone(),
-    }
+        ..Scene::default()
+    };
+    model.kinds().for_each(|kind| kind.write(&mut scene));
+    scene
 }
 
 fn held<R: Real>(grab: &Grab<R>) -> Held {

@@ -3,12 +3,12 @@
 use super::Simulation;
 use super::compiled::Compiled;
 use crate::columns;
+use crate::contact::Contacts;
 use crate::elements::touches::near::Near;
 use crate::elements::{ForceWork, collected, column};
 use crate::energy::{self, Energy, Momentum};
 use crate::methods::{Integrator, Method};
 use crate::number::{Real, Vector};
-use crate::obstacles::Contacts;
 use crate::stability::{self, Estimator, Mode};
 use crate::system::{Columns, Snapshot, State};
 use alloc::vec::Vec;

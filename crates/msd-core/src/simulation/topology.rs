@@ -7,24 +7,18 @@
 use super::Simulation;
 use crate::elements::touches::Touches;
 use crate::elements::touches::near::Near;
+use crate::elements::{Force, Joints};
 use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
 use crate::scene::check::{
-    check_bend, check_body, check_count, check_index, check_particle, check_plane, check_spring,
-    check_touches, check_volume,
+    MAX_PARTICLES, check_body, check_count, check_index, check_joints, check_particle, check_plane,
+    check_touches,
 };
-use crate::scene::{Bend, Body, Part, Particle, Plane, Scene, Spring, Touch, Volume};
-use crate::scene::{MAX_PARTICLES, MAX_SPRINGS};
-use crate::system::{Columns, State};
-
-/// Rows that join particles.
-#[derive(Clone, Copy, Default)]
-struct Joints<'a> {
-    springs: &'a [Spring],
-    bends: &'a [Bend],
-    volumes: &'a [Volume],
-}
+use crate::scene::{Body, Part, Particle, Plane, Scene, Spring, Touch};
+use crate::system::Columns;
+use alloc::vec;
+use alloc::vec::Vec;
 
 impl<R: Real> Simulation<R> {
     /// Adds a particle; returns its number.
@@ -33,7 +27,8 @@ impl<R: Real> Simulation<R> {
     /// A number out of its domain; nothing is added then.
     pub fn add_particle(&mut self, particle: Particle) -> Result<usize, Error> {
         let number = self.model.particle_count();
-        self.add_rows(&[particle], Joints::default(), None)?;
+        let rows = Scene { particles: vec![particle], ..Scene::default() };
+        self.add_rows(&rows, None)?;
         Ok(number)
     }
 
@@ -43,7 +38,8 @@ impl<R: Real> Simulation<R> {
     /// An end that is out of range or a number out of its domain; nothing is added then.
     pub fn add_spring(&mut self, spring: Spring) -> Result<usize, Error> {
         let number = self.model.ends().len();
-        self.add_rows(&[], Joints { springs: &[spring], ..Joints::default() }, None)?;
+        let rows = Scene { springs: vec![spring], ..Scene::default() };
+        self.add_rows(&rows, None)?;
         Ok(number)
     }
 
@@ -64,9 +60,8 @@ impl<R: Real> Simulation<R> {
             .bodies
             .pop()
             .map(|body| Body { springs: springs..springs + scene.springs.len(), ..body });
-        let Scene { springs, bends, volumes, .. } = &scene;
-        let joints = Joints { springs, bends, volumes };
-        self.add_rows(&scene.particles[particles..], joints, body)?;
+        scene.particles.drain(..particles);
+        self.add_rows(&scene, body)?;
         Ok(self.model.bodies.len() - 1)
     }
 
@@ -123,9 +118,12 @@ impl<R: Real> Simulation<R> {
     /// nothing is changed then.
     pub fn set_touches(&mut self, rows: &[Touch], exempt: &[[usize; 2]]) -> Result<(), Error> {
         check_touches::<R>((rows, exempt), self.model.particle_count())?;
-        let (ends, slots) = (self.model.springs.ends(), &self.model.slots);
-        let mut touches = Touches::new(rows, exempt, ends, slots);
-        touches.remove(|particle| self.model.is_removed(particle as usize), ends, slots);
+        let joints = Joints { ends: self.model.springs.ends(), slots: &self.model.slots };
+        let scene = Scene { touches: rows.to_vec(), exempt: exempt.to_vec(), ..Scene::default() };
+        let (mut touches, is_removed) =
+            (Touches::default(), |particle: u32| self.model.is_removed(particle as usize));
+        Force::<R>::add(&mut touches, &scene, joints);
+        Force::<R>::remove(&mut touches, &is_removed, joints);
         Near::check(&touches, &self.state.positions)?;
         self.model.touches = touches;
         self.model.renew_radii();
@@ -145,60 +143,36 @@ impl<R: Real> Simulation<R> {
         self.scratch.warm = false;
     }
 
-    /// Adds rows, and puts all springs in order anew.
-    fn add_rows(
-        &mut self,
-        particles: &[Particle],
-        joints: Joints<'_>,
-        body: Option<Body>,
-    ) -> Result<(), Error> {
-        let Joints { springs, bends, volumes } = joints;
-        let count = self.model.particle_count() + particles.len();
+    /// Adds the particles, springs, bends and volumes of a scene, which name particles by the
+    /// numbers that they get here, and puts all springs in order anew.
+    fn add_rows(&mut self, rows: &Scene, body: Option<Body>) -> Result<(), Error> {
+        let (model, before) = (&self.model, self.model.particle_count());
+        let count = before + rows.particles.len();
         check_count("the number of particles", count, MAX_PARTICLES)?;
-        let spring_count = self.model.ends().len() + springs.len();
-        check_count("the number of springs", spring_count, MAX_SPRINGS)?;
-        for (row, particle) in particles.iter().enumerate() {
-            let row = self.model.particle_count() + row;
-            check_particle::<R>(row, particle, self.model.extent.to_f64())?;
-        }
-        for (row, spring) in springs.iter().enumerate() {
-            check_spring::<R>(self.model.ends().len() + row, spring, count)?;
-        }
-        check_count("the number of bends", self.model.bends.count() + bends.len(), MAX_SPRINGS)?;
-        for (row, bend) in bends.iter().enumerate() {
-            check_bend::<R>(row, bend, count)?;
-        }
-        let volume_count = self.model.volumes.count() + volumes.len();
-        check_count("the number of volumes", volume_count, MAX_PARTICLES)?;
-        for (row, volume) in volumes.iter().enumerate() {
-            check_volume::<R>(row, volume, count)?;
+        let joints = [model.springs.ends().len(), model.bends.count(), model.volumes.count()];
+        check_joints::<R>(rows, joints, count)?;
+        for (row, particle) in (before..).zip(&rows.particles) {
+            check_particle::<R>(row, particle, model.extent.to_f64())?;
         }
         let mut state = self.state();
-        for particle in particles {
+        let model = &mut self.model;
+        for particle in &rows.particles {
             let mass = R::of(particle.mass);
-            self.model.masses.push(mass);
-            self.model.inverse_masses.push(R::ONE / mass);
+            model.masses.push(mass);
+            model.inverse_masses.push(R::ONE / mass);
             state.positions.push(R::Vec3::of(particle.position));
             state.velocities.push(R::Vec3::of(particle.velocity));
         }
         // Before the springs are put in order: a body has a block of its own.
-        self.model.bodies.extend(body);
-        self.order_anew(joints, &state);
-        Ok(())
-    }
-
-    fn order_anew(&mut self, joints: Joints<'_>, state: &State<R>) {
-        let model = &mut self.model;
-        let bodies: alloc::vec::Vec<_> =
-            model.bodies.iter().map(|body| body.particles.clone()).collect();
-        model.slots = model.springs.add(model.masses.len(), joints.springs, &bodies);
-        model.bends.add(joints.bends, &model.slots);
-        model.volumes.add(joints.volumes, &model.slots);
-        model.touches.order(model.springs.ends(), &model.slots);
-        model.make_columns();
-        self.state = Columns::of(&self.model.slots, state, 0);
+        model.air.iter_mut().zip(&body).for_each(|(air, body)| air.add(body));
+        model.bodies.extend(body);
+        let bodies: Vec<_> = model.bodies.iter().map(|body| body.particles.clone()).collect();
+        model.slots = model.springs.add(model.masses.len(), &rows.springs, &bodies);
+        model.add_rows(rows);
+        self.state = Columns::of(&self.model.slots, &state, 0);
         self.good = Columns::new(&self.model.slots, 2);
         self.renew_scratch();
         self.leave_obstacles();
+        Ok(())
     }
 }

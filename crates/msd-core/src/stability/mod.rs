@@ -17,8 +17,7 @@ mod slowest;
 pub use region::{Mode, Region, is_stable};
 
 use crate::elements::touches::near::Near;
-use crate::elements::touches::tangent::TouchTangents;
-use crate::elements::{Block, Blocks, Motion, Products};
+use crate::elements::{Block, Blocks, Derivatives, Force, Motion, Products};
 use crate::number::Real;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
@@ -55,8 +54,8 @@ pub struct Estimator {
     basis: Box<Basis>,
     /// Sums over all elements at each particle.
     sums: Vec<Mode>,
-    /// The part of it that is not of springs.
-    others: Vec<Mode>,
+    /// Stiffness and damping of some elements at each particle.
+    rows: Vec<[f64; 2]>,
     /// How much of each particle is in a rough vector.
     weights: Vec<f64>,
     /// How far a prediction in pieces is, and the motions that it resolves.
@@ -124,7 +123,7 @@ pub(crate) fn guaranteed_limit<R: Real>(
     region: Region,
 ) -> f64 {
     let point = OperatingPoint { model, motion: state.motion(&model.slots, time) };
-    let bound = bound(&point, &mut Vec::new(), &mut Vec::new());
+    let bound = bound(&point, &point.derivatives(), &mut Vec::new(), &mut Vec::new());
     match region {
         Region::Everything => f64::INFINITY,
         Region::EXPLICIT_EULER if 0.0 < bound.stiffness => 0.0,
@@ -146,90 +145,69 @@ pub(crate) fn touching_mode<R: Real>(
     level: Level,
     near: &mut Near<R>,
 ) -> Mode {
-    let mut touching = TouchTangents::default();
-    model.set_touching(level, motion, near, &mut touching);
-    if touching.is_empty() {
-        return Mode::default();
-    }
-    let mut sums = vec![Mode::default(); model.particle_count()];
-    touching.add_row_sums(|particle, [stiffness, damping]| sums[particle].add(stiffness, damping));
+    let touches: &dyn Force<R> = &model.touches;
+    let mut derivatives = Derivatives::default();
+    touches.differentiate(&model.moment(level, *motion), near, &mut derivatives);
+    let mut sums = vec![[0.0; 2]; model.particle_count()];
+    touches.add_row_sums(motion, &derivatives, &mut sums);
     let rows = sums.iter().zip(&model.inverse_masses);
-    rows.fold(Mode::default(), |most, (sum, w)| most.larger(sum.times(w.to_f64())))
+    rows.fold(Mode::default(), |most, (&sum, w)| most.larger(Mode::of(sum).times(w.to_f64())))
 }
 
-/// A motion at least as stiff and as damped as any; `sums` becomes the same of each particle alone,
-/// and `others` the part of it that is not of springs.
+/// A motion at least as stiff and as damped as any; `sums` becomes the same of each particle alone.
 fn bound<R: Real>(
     point: &OperatingPoint<'_, R>,
+    derivatives: &Derivatives,
     sums: &mut Vec<Mode>,
-    others: &mut Vec<Mode>,
+    rows: &mut Vec<[f64; 2]>,
 ) -> Mode {
-    let model = point.model;
+    let OperatingPoint { model, motion } = point;
+    let mut kinds = model.kinds();
+    rows.clear();
+    rows.resize(model.particle_count(), [0.0; 2]);
+    kinds.by_ref().take(1).for_each(|springs| springs.add_row_sums(motion, derivatives, rows));
+    let weighed = |(&sum, w): (&[f64; 2], &R)| Mode::of(sum).times(w.to_f64());
     sums.clear();
-    sums.resize(model.particle_count(), Mode::default());
-    for (spring, ends) in model.springs.present() {
-        let law = model.springs.law(spring);
-        for end in ends {
-            sums[end].add(law.stiffness.to_f64(), law.damping.to_f64());
-        }
-    }
-    for (sum, w) in sums.iter_mut().zip(&model.inverse_masses) {
-        *sum = sum.times(w.to_f64());
-    }
+    sums.extend(rows.iter().zip(&model.inverse_masses).map(weighed));
     let mut bound = Mode::default();
     for (_, [a, b]) in model.springs.present() {
         let mut pair = sums[a];
         pair.add(sums[b].stiffness, sums[b].damping);
         bound = bound.larger(pair);
     }
-    set_others(point, others);
+    rows.fill([0.0; 2]);
+    kinds.for_each(|kind| kind.add_row_sums(motion, derivatives, rows));
+    add_others(point, rows);
     let mut most = Mode::default();
-    for ((sum, other), w) in sums.iter_mut().zip(others).zip(&model.inverse_masses) {
-        *other = other.times(w.to_f64());
+    for (sum, row) in sums.iter_mut().zip(rows.iter().zip(&model.inverse_masses)) {
+        let other = weighed(row);
         sum.add(other.stiffness, other.damping);
-        most = most.larger(*other);
+        most = most.larger(other);
     }
     bound.add(most.stiffness, most.damping);
     bound
 }
 
-/// Overwrites `others` with stiffness and damping of all elements but the springs, N/m and N s/m.
-fn set_others<R: Real>(point: &OperatingPoint<'_, R>, others: &mut Vec<Mode>) {
+/// Adds stiffness and damping of elements of which no more is known than their products, N/m and
+/// N s/m.
+fn add_others<R: Real>(point: &OperatingPoint<'_, R>, rows: &mut [[f64; 2]]) {
     let OperatingPoint { model, motion } = point;
-    let drag = Mode { stiffness: 0.0, damping: model.drag().to_f64() };
-    others.clear();
-    others.resize(model.particle_count(), drag);
-    let mut add = |particle: usize, [stiffness, damping]: [f64; 2]| {
-        others[particle].add(stiffness, damping);
-    };
-    model.bends.row_sums(motion, &mut add);
-    model.volumes.row_sums(motion, &mut add);
-    let mut touching = TouchTangents::default();
-    model.set_touching(Level::baseline(), motion, &mut Near::default(), &mut touching);
-    touching.add_row_sums(&mut add);
-    // In full also where the largest force caps it now.
-    for grab in model.grabs() {
-        others[grab.particle as usize].add(grab.stiffness.to_f64(), grab.damping.to_f64());
-    }
-    if model.own.is_empty() {
-        return;
-    }
-    let count = others.len();
-    let directions: Vec<DVec3> = Rough(0).take(count).collect();
-    let [mut stiffness, mut damping] = [0; 2].map(|_| vec![DVec3::ZERO; count]);
-    let [mut stiff, mut damp] = [0; 2].map(|_| vec![Block::default(); count]);
-    let mut products = Products { stiffness: &mut stiffness, damping: &mut damping };
-    let mut blocks = Blocks { stiffness: &mut stiff, damping: &mut damp };
-    for (_, own) in &model.own {
-        own.of::<R>().add_products(motion, &directions, &mut products);
-        own.of::<R>().add_blocks(motion, &mut blocks);
-    }
-    // The products with a rough motion, for elements that couple particles or give no blocks.
-    for (row, other) in others.iter_mut().enumerate() {
-        let length = |vector: DVec3| Real::sqrt(vector.dot(vector));
-        let met = |product: DVec3| length(product) / length(directions[row]);
-        let stiffness = largest_row(&stiff[row]).max(met(stiffness[row]));
-        other.add(stiffness, largest_row(&damp[row]).max(met(damping[row])));
+    for element in model.other().into_iter().filter_map(|kind| kind.element()) {
+        let count = rows.len();
+        let directions: Vec<DVec3> = Rough(0).take(count).collect();
+        let [mut stiffness, mut damping] = [0; 2].map(|_| vec![DVec3::ZERO; count]);
+        let [mut stiff, mut damp] = [0; 2].map(|_| vec![Block::default(); count]);
+        let mut products = Products { stiffness: &mut stiffness, damping: &mut damping };
+        let mut blocks = Blocks { stiffness: &mut stiff, damping: &mut damp };
+        element.add_products(motion, &directions, &mut products);
+        element.add_blocks(motion, &mut blocks);
+        // The products with a rough motion, for elements that couple particles or give no blocks.
+        for (row, sum) in rows.iter_mut().enumerate() {
+            let length = |vector: DVec3| Real::sqrt(vector.dot(vector));
+            let met = |product: DVec3| length(product) / length(directions[row]);
+            sum[0] += largest_row(&stiff[row]).max(met(stiffness[row]));
+            sum[1] += largest_row(&damp[row]).max(met(damping[row]));
+        }
     }
 }
 
@@ -293,7 +271,9 @@ impl Estimator {
         &mut self,
         point: &OperatingPoint<'_, R>,
     ) -> ControlFlow<Option<(f64, Matrix)>, Growth> {
-        let guess = bound(point, &mut self.sums, &mut self.others).scale();
+        self.basis.prepare(point);
+        let derivatives = self.basis.derivatives();
+        let guess = bound(point, derivatives, &mut self.sums, &mut self.rows).scale();
         if guess == f64::INFINITY {
             return ControlFlow::Break(None);
         }

@@ -34,6 +34,10 @@ pub struct Mode {
 }
 
 impl Mode {
+    pub(crate) fn of([stiffness, damping]: [f64; 2]) -> Mode {
+        Mode { stiffness, damping }
+    }
+
     pub(crate) fn add(&mut self, stiffness: f64, damping: f64) {
         self.stiffness += stiffness;
         self.damping += damping;

@@ -6,10 +6,8 @@
 //! below: within 0.3 % after 30 vectors, however large a lattice.
 
 use super::dense::{MOST, Matrix};
-use crate::elements::springs::law::Tangent;
 use crate::elements::touches::near::Near;
-use crate::elements::touches::tangent::TouchTangents;
-use crate::elements::{Motion, Products};
+use crate::elements::{Derivatives, Motion, Products};
 use crate::number::Real;
 use crate::system::Model;
 use alloc::vec::Vec;
@@ -31,13 +29,25 @@ pub(crate) struct OperatingPoint<'a, R: Real> {
     pub(crate) motion: Motion<'a, R>,
 }
 
+impl<R: Real> OperatingPoint<'_, R> {
+    fn differentiate(&self, derivatives: &mut Derivatives) {
+        let moment = self.model.moment(Level::baseline(), self.motion);
+        let kinds = self.model.kinds();
+        kinds.for_each(|kind| kind.differentiate(&moment, &mut Near::default(), derivatives));
+    }
+
+    /// The derivatives of all kinds of elements.
+    pub(super) fn derivatives(&self) -> Derivatives {
+        let mut derivatives = Derivatives::default();
+        self.differentiate(&mut derivatives);
+        derivatives
+    }
+}
+
 /// A basis of motions, and stiffness and damping between them. Its columns are allocated once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Basis {
-    /// The derivatives of the springs that are not cut.
-    tangents: Vec<Tangent>,
-    /// What touches.
-    touching: TouchTangents,
+    derivatives: Derivatives,
     /// Square roots of the reciprocal masses.
     roots: Vec<f64>,
     vectors: Vec<Vec<DVec3>>,
@@ -55,24 +65,24 @@ pub(crate) struct Basis {
 }
 
 impl Basis {
-    /// Begins anew about a state with a rough vector, weighted by particle: a fast motion of
-    /// a few particles must not be lost among those of all.
+    /// Begins anew about the state that it is prepared for with a rough vector, weighted by
+    /// particle: a fast motion of a few particles must not be lost among those of all.
     pub(crate) fn begin<R: Real>(&mut self, point: &OperatingPoint<'_, R>, weights: &[f64]) {
-        self.prepare(point);
         (self.stiffness.size, self.damping.size) = (0, 0);
         self.products.iter_mut().for_each(Vec::clear);
         self.push_rough(point, weights);
     }
 
-    /// Takes the derivatives of springs and the masses of a state.
+    /// Takes the derivatives and the masses of a state.
     pub(super) fn prepare<R: Real>(&mut self, point: &OperatingPoint<'_, R>) {
-        let OperatingPoint { model, motion } = point;
-        let springs = model.springs.present();
-        self.tangents.clear();
-        self.tangents.extend(springs.map(|(spring, _)| model.springs.tangent(motion, spring)));
-        model.set_touching(Level::baseline(), motion, &mut Near::default(), &mut self.touching);
+        point.differentiate(&mut self.derivatives);
         self.roots.clear();
-        self.roots.extend(model.inverse_masses.iter().map(|w| Real::sqrt(w.to_f64())));
+        self.roots.extend(point.model.inverse_masses.iter().map(|w| Real::sqrt(w.to_f64())));
+    }
+
+    /// The derivatives of the state that it is prepared for.
+    pub(super) fn derivatives(&self) -> &Derivatives {
+        &self.derivatives
     }
 
     /// Square roots of the reciprocal masses.
@@ -220,27 +230,16 @@ impl Basis {
     /// Sets the products with M^(−1/2) K M^(−1/2) and M^(−1/2) D M^(−1/2), those of all elements.
     fn multiply<R: Real>(&mut self, point: &OperatingPoint<'_, R>, x: &[DVec3]) {
         let OperatingPoint { model, motion } = point;
-        let Basis { tangents, touching, roots, displacements, products: [stiff, damp], .. } = self;
+        let Basis { derivatives, roots, displacements, products: [stiff, damp], .. } = self;
         displacements.clear();
         displacements.extend(x.iter().zip(&*roots).map(|(&x, &root)| x * root));
         for product in [&mut *stiff, &mut *damp] {
             product.clear();
             product.resize(x.len(), DVec3::ZERO);
         }
-        let is_damped = model.springs.is_damped();
-        for ((_, [a, b]), tangent) in model.springs.present().zip(&*tangents) {
-            let [pull, drag] = tangent.products(displacements[b] - displacements[a]);
-            stiff[a] -= pull;
-            stiff[b] += pull;
-            if is_damped {
-                damp[a] -= drag;
-                damp[b] += drag;
-            }
-        }
         let mut products = Products { stiffness: stiff, damping: damp };
-        touching.add_products(displacements, &mut products);
-        for element in model.elements_beside_springs() {
-            element.add_products(motion, displacements, &mut products);
+        for kind in model.kinds() {
+            kind.add_products((motion, derivatives), displacements, &mut products);
         }
         for product in [stiff, damp] {
             product.iter_mut().zip(&*roots).for_each(|(product, &root)| *product *= root);

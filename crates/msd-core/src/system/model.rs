@@ -3,24 +3,25 @@
 use super::state::{Columns, State};
 use crate::columns::slots::Slots;
 use crate::columns::{Aligned, LANES, single};
+use crate::contact::after_kick::{Kick, Kicked, Places, is_any_on, settle};
+use crate::contact::arrive::{Bodies, Substep, resolve};
+use crate::contact::points::Points;
+use crate::contact::{Contacts, Radii};
+use crate::elements::air::AirLoads;
 use crate::elements::bends::Bends;
 use crate::elements::fields::Fields;
 use crate::elements::grabs::{Grab, Grabs, Pushes};
 use crate::elements::springs::Springs;
-use crate::elements::touches::{self, Touches, near::Near, tangent::TouchTangents};
+use crate::elements::touches::{Touches, near::Near};
 use crate::elements::volumes::Volumes;
-use crate::elements::{Element, ForceWork, Motion, Own, Torn, Vectors, column};
+use crate::elements::{
+    Element, Force, ForceWork, Joints, Moment, Motion, Owns, Resists, Rows, Torn, column,
+};
 use crate::error::Error;
 use crate::number::{Real, Vector};
-use crate::obstacles::resolve::{Bodies, Substep, resolve};
-use crate::obstacles::rest::{Kick, Kicked, Places, is_any_on, settle};
-use crate::obstacles::springs::Points;
-use crate::obstacles::{Contacts, Obstacles, PlaneColumn, Radii};
-use crate::scene::check::{
-    check, check_bend, check_mass, check_not_negative, check_scene, check_vector, check_volume,
-    is_finite,
-};
-use crate::scene::{Body, Particle, Scene, Solid};
+use crate::obstacles::{Obstacles, PlaneColumn};
+use crate::scene::check::check_scene;
+use crate::scene::{Air, Body, Particle, Scene, Solid};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -50,8 +51,9 @@ pub struct Model<R: Real> {
     pub(crate) touches: Touches,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
-    /// User-defined elements, each with its handle.
-    pub(crate) own: Vec<(usize, Own)>,
+    /// The air on surfaces; none in a scene without air.
+    pub(crate) air: Option<AirLoads>,
+    pub(crate) own: Owns,
     pub(crate) obstacles: Obstacles<R>,
     pub(crate) extent: R,
     pub(crate) size: f64,
@@ -78,9 +80,6 @@ impl<R: Real> Model<R> {
         }
         let bodies: Vec<_> = scene.bodies.iter().map(|body| body.particles.clone()).collect();
         let (slots, springs) = Springs::new(masses.len(), &scene.springs, &bodies);
-        let bends = Bends::new(&scene.bends, &slots);
-        let volumes = Volumes::new(&scene.volumes, &slots);
-        let touches = Touches::new(&scene.touches, &scene.exempt, springs.ends(), &slots);
         let mut model = Model {
             masses,
             inverse_masses,
@@ -88,19 +87,15 @@ impl<R: Real> Model<R> {
             inverse_mass_column: Aligned::default(),
             radii: (Aligned::default(), R::ZERO),
             points: Points::default(),
-            fields: Fields {
-                gravity: R::Vec3::of(scene.world.gravity),
-                force: R::Vec3::of(scene.world.force),
-                drag: R::of(scene.world.drag),
-                weights: Aligned::default(),
-            },
+            fields: Fields::new(&scene.world),
             springs,
-            bends,
-            volumes,
-            touches,
+            bends: Bends::default(),
+            volumes: Volumes::default(),
+            touches: Touches::default(),
             grabs: Grabs::default(),
             pushes: Pushes::default(),
-            own: Vec::new(),
+            air: scene.world.air.as_ref().map(AirLoads::new),
+            own: Owns::default(),
             obstacles: Obstacles {
                 planes: scene.planes.iter().map(PlaneColumn::new).collect(),
                 solids: scene.solids.clone(),
@@ -111,7 +106,7 @@ impl<R: Real> Model<R> {
             bodies: scene.bodies.clone(),
             slots,
         };
-        model.make_columns();
+        model.add_rows(scene);
         if !model.touches.is_empty() {
             let columns = Columns::of(&model.slots, &state, 0);
             Near::check(&model.touches, &columns.positions)?;
@@ -125,8 +120,10 @@ impl<R: Real> Model<R> {
         &self.slots
     }
 
-    /// Makes the columns in the order of slots.
-    pub(crate) fn make_columns(&mut self) {
+    /// Takes over the rows of a scene that elements have, beside those that are there, and makes
+    /// the columns in the order of slots.
+    pub(crate) fn add_rows(&mut self, rows: &Scene) {
+        self.each_beside_springs(|kind, joints| kind.add(rows, joints));
         self.mass_column = Aligned::new(self.slots.record_count() * LANES, 12);
         self.inverse_mass_column = column(&self.slots, 13);
         self.fields.weights = column(&self.slots, 14);
@@ -157,6 +154,42 @@ impl<R: Real> Model<R> {
         self.fields.weigh(&self.mass_column);
     }
 
+    /// The kinds of elements that only join particles to each other, in the order of their sums:
+    /// none of them pushes a body as a whole.
+    pub(crate) fn inner(&self) -> [&dyn Force<R>; 4] {
+        [&self.springs, &self.bends, &self.volumes, &self.touches]
+    }
+
+    /// The kinds that act on each particle alone. Fields start all sums of forces.
+    pub(crate) fn single(&self) -> [&dyn Force<R>; 3] {
+        [&self.fields, &self.grabs, &self.pushes]
+    }
+
+    /// The kinds that may do anything, known by their elements alone.
+    pub(crate) fn other(&self) -> [&dyn Force<R>; 2] {
+        [&self.air, &self.own]
+    }
+
+    /// All kinds, springs first.
+    pub(crate) fn kinds(&self) -> impl Iterator<Item = &dyn Force<R>> {
+        self.inner().into_iter().chain(self.single()).chain(self.other())
+    }
+
+    /// Changes all kinds but springs, which have put the particles in order.
+    fn each_beside_springs(&mut self, mut change: impl FnMut(&mut dyn Force<R>, Joints<'_>)) {
+        let Model { slots, springs, bends, volumes, touches, .. } = self;
+        let Model { fields, grabs, pushes, air, own, .. } = self;
+        let joints = Joints { ends: springs.ends(), slots };
+        let kinds: [&mut dyn Force<R>; 8] =
+            [bends, volumes, touches, fields, grabs, pushes, air, own];
+        kinds.into_iter().for_each(|kind| change(kind, joints));
+    }
+
+    /// What the laws of forces depend on at a motion.
+    pub(crate) fn moment<'a>(&'a self, level: Level, motion: Motion<'a, R>) -> Moment<'a, R> {
+        Moment { level, motion, inverse_masses: &self.inverse_mass_column }
+    }
+
     /// Overwrites `forces` with all forces at a motion, newtons, and returns the power dissipated,
     /// watts.
     pub(crate) fn set_forces(
@@ -167,45 +200,16 @@ impl<R: Real> Model<R> {
         forces: &mut [R],
     ) -> f64 {
         let power = self.fields.set_forces(level, motion.velocities, forces);
-        let power = power + self.springs.add_all(level, motion, &mut work.springs, forces);
-        let power = power + self.bends.add_all(level, motion, forces);
-        let power = power + self.volumes.add_all(level, motion, forces);
-        let power = power + self.add_touches(level, motion, &mut work.near, forces);
-        power + self.add_single_forces(motion, work, forces)
+        let moment = self.moment(level, *motion);
+        let power = self
+            .inner()
+            .iter()
+            .fold(power, |sum, kind| sum + kind.add_forces(&moment, work, forces));
+        power + self.add_outer_forces(&moment, work, forces)
     }
 
-    /// Adds the forces of particles that touch, and returns the power that they dissipate.
-    pub(crate) fn add_touches(
-        &self,
-        level: Level,
-        motion: &Motion<'_, R>,
-        near: &mut Near<R>,
-        forces: &mut [R],
-    ) -> f64 {
-        if self.touches.is_empty() {
-            return 0.0;
-        }
-        let listed = near.nearby(level, &self.touches, motion.positions);
-        touches::add_forces(listed, motion, &self.inverse_mass_column, forces)
-    }
-
-    /// Overwrites `to` with the derivatives of what touches.
-    pub(crate) fn set_touching(
-        &self,
-        level: Level,
-        motion: &Motion<'_, R>,
-        near: &mut Near<R>,
-        to: &mut TouchTangents,
-    ) {
-        to.clear();
-        if !self.touches.is_empty() {
-            let listed = near.nearby(level, &self.touches, motion.positions);
-            touches::add_tangents(listed, motion, &self.inverse_mass_column, to);
-        }
-    }
-
-    /// Overwrites `forces` with all forces but those of springs, bends, volumes and touches.
-    pub(crate) fn set_other_forces(
+    /// Overwrites `forces` with those that may push bodies as a whole.
+    pub(crate) fn set_outer_forces(
         &self,
         level: Level,
         motion: &Motion<'_, R>,
@@ -213,21 +217,22 @@ impl<R: Real> Model<R> {
         forces: &mut [R],
     ) -> f64 {
         let power = self.fields.set_forces(level, motion.velocities, forces);
-        power + self.add_single_forces(motion, work, forces)
+        power + self.add_outer_forces(&self.moment(level, *motion), work, forces)
     }
 
-    /// Adds grabs, pushes and user-defined elements.
-    fn add_single_forces(
+    /// Adds the forces of grabs and pushes and of all that may do anything.
+    fn add_outer_forces(
         &self,
-        motion: &Motion<'_, R>,
+        moment: &Moment<'_, R>,
         work: &mut ForceWork<R>,
-        numbers: &mut [R],
+        forces: &mut [R],
     ) -> f64 {
-        let mut forces = Vectors { slots: &self.slots, numbers };
-        self.grabs.add_forces(motion, &mut forces);
-        self.pushes.add_forces(motion, &mut forces);
-        let own = self.own.iter().map(|(_, own)| own.of::<R>().add_forces(motion, &mut forces));
-        work.own_power = own.sum();
+        let [_, single @ ..] = self.single();
+        for kind in single {
+            kind.add_forces(moment, work, forces);
+        }
+        let powers = self.other().map(|kind| kind.add_forces(moment, work, forces));
+        work.own_power = powers.into_iter().sum();
         work.own_power
     }
 
@@ -316,39 +321,43 @@ impl<R: Real> Model<R> {
         for particle in particles {
             (self.masses[particle], self.inverse_masses[particle]) = (R::ZERO, R::ZERO);
         }
-        let Model { masses, slots, springs, bends, volumes, touches, grabs, pushes, .. } = self;
+        let masses = core::mem::take(&mut self.masses);
         let is_removed = |particle: u32| masses[particle as usize] == R::ZERO;
-        grabs.0.retain(|grab| !is_removed(grab.particle));
-        pushes.0.retain(|push| !is_removed(push.0));
-        bends.remove(is_removed);
-        volumes.remove(is_removed);
-        touches.remove(is_removed, springs.ends(), slots);
-        for spring in 0..springs.ends().len() {
-            if springs.ends()[spring].into_iter().any(is_removed) {
-                springs.cut(spring);
+        self.each_beside_springs(|kind, joints| kind.remove(&is_removed, joints));
+        for spring in 0..self.ends().len() {
+            if self.ends()[spring].into_iter().any(is_removed) {
+                self.springs.cut(spring);
             }
         }
+        self.masses = masses;
     }
 
-    /// Removes the bends and the volumes across springs that were cut.
+    /// Removes the rows across springs that were cut.
     pub(crate) fn tear(&mut self, springs: impl Iterator<Item = usize>) {
         let torn = Torn::new(springs.map(|spring| self.springs.ends()[spring]));
-        self.bends.tear(&torn);
-        self.volumes.tear(&torn);
+        self.each_beside_springs(|kind, _| kind.tear(&torn));
     }
 
-    /// All elements but springs and touches: fields, bends, volumes, grabs, pushes and user-defined
+    /// Changes stiffness and damping of all that some bodies are made of.
+    pub(crate) fn change(&mut self, rows: &Rows, change: &dyn Fn(Resists, [R; 2]) -> [R; 2]) {
+        self.springs.change(rows.1.clone(), |constants| change(Resists::Stretching, constants));
+        self.each_beside_springs(|kind, _| kind.change(rows, change));
+    }
+
+    /// The air that acts on surfaces, if there is any.
+    pub fn air(&self) -> Option<&Air> {
+        self.air.as_ref().map(AirLoads::air)
+    }
+
+    /// All elements but springs and touches: bends, volumes, fields, grabs, pushes and user-defined
     /// ones.
     pub fn elements_beside_springs(&self) -> impl Iterator<Item = &dyn Element<R>> + '_ {
-        let Model { fields, bends, volumes, grabs, pushes, .. } = self;
-        let built_in: [&dyn Element<R>; 5] = [fields, bends, volumes, grabs, pushes];
-        built_in.into_iter().chain(self.own.iter().map(|(_, own)| own.of::<R>()))
+        self.kinds().skip(1).filter_map(|kind| kind.element())
     }
 
     /// Whether a force depends on velocity, as far as is known.
     pub(crate) fn is_damped_at_all(&self) -> bool {
-        let by_hand = !self.grabs.0.is_empty() || !self.own.is_empty();
-        by_hand || self.is_damped() || self.fields.drag != R::ZERO
+        self.kinds().any(|kind| kind.is_damped())
     }
 
     /// The number of particles, removed ones included.
@@ -413,8 +422,7 @@ impl<R: Real> Model<R> {
 
     /// Whether any spring, bend or volume has a damper, or any touch one or friction.
     pub fn is_damped(&self) -> bool {
-        let is_bound = self.springs.is_damped() || self.bends.is_damped();
-        is_bound || self.volumes.is_damped() || self.touches.is_damped()
+        self.inner().into_iter().any(|kind| kind.is_damped())
     }
 
     /// The bends.
@@ -482,101 +490,6 @@ impl<R: Real> Model<R> {
     /// The named parts.
     pub fn bodies(&self) -> &[Body] {
         &self.bodies
-    }
-
-    /// Refuses the first number that another precision cannot hold.
-    fn check_fits<S: Real>(&self) -> Result<(), Error> {
-        for (row, mass) in self.masses.iter().enumerate().filter(|row| *row.1 != R::ZERO) {
-            check_mass::<S>(("particle", row), mass.to_f64())?;
-        }
-        let world = ("world", 0);
-        check_vector::<S>("gravity", world, self.gravity().to_f64())?;
-        check_vector::<S>("force", world, self.force().to_f64())?;
-        check_not_negative::<S>("drag", world, self.drag().to_f64())?;
-        for (row, plane) in self.planes().iter().enumerate() {
-            let offset = plane.offset.to_f64();
-            check(is_finite::<S>(offset), "offset", ("plane", row), offset, "finite")?;
-        }
-        for (row, grab) in self.grabs().iter().enumerate() {
-            let at = ("grab", row);
-            check_vector::<S>("target", at, grab.target.to_f64())?;
-            check_not_negative::<S>("stiffness", at, grab.stiffness.to_f64())?;
-            check_not_negative::<S>("damping", at, grab.damping.to_f64())?;
-        }
-        for (row, (_, force)) in self.pushes.0.iter().enumerate() {
-            check_vector::<S>("force", ("push", row), force.to_f64())?;
-        }
-        for row in 0..self.ends().len() {
-            let (at, law) = (("spring", row), self.springs.law(row));
-            check_not_negative::<S>("rest length", at, law.rest.to_f64())?;
-            check_not_negative::<S>("stiffness", at, law.stiffness.to_f64())?;
-            check_not_negative::<S>("damping", at, law.damping.to_f64())?;
-        }
-        for (row, bend) in self.bends.rows().enumerate() {
-            check_bend::<S>(row, &bend, self.particle_count())?;
-        }
-        for (row, volume) in self.volumes.rows().enumerate() {
-            check_volume::<S>(row, &volume, self.particle_count())?;
-        }
-        Ok(())
-    }
-
-    /// The same model in another precision, each number rounded once.
-    ///
-    /// # Errors
-    /// The first number that the other precision cannot hold.
-    pub(crate) fn convert<S: Real>(&self) -> Result<Model<S>, Error> {
-        self.check_fits::<S>()?;
-        let scalar = |value: R| S::of(value.to_f64());
-        let vector = |value: R::Vec3| S::Vec3::of(value.to_f64());
-        let grab = |grab: &Grab<R>| Grab {
-            particle: grab.particle,
-            target: vector(grab.target),
-            stiffness: scalar(grab.stiffness),
-            damping: scalar(grab.damping),
-            max_force: scalar(grab.max_force),
-        };
-        let plane = |plane: &PlaneColumn<R>| PlaneColumn {
-            normal: vector(plane.normal),
-            ..PlaneColumn::new(&plane.row())
-        };
-        let pushes = self.pushes.0.iter();
-        // From the mass, as everywhere: a reciprocal rounded before would not fit it.
-        let reciprocal = |(&w, &mass): (&R, &R)| {
-            if w == R::ZERO { S::ZERO } else { S::ONE / scalar(mass) }
-        };
-        let mut model = Model {
-            slots: self.slots.clone(),
-            masses: self.masses.iter().map(|&mass| scalar(mass)).collect(),
-            inverse_masses: self.inverse_masses.iter().zip(&self.masses).map(reciprocal).collect(),
-            mass_column: Aligned::default(),
-            inverse_mass_column: Aligned::default(),
-            radii: (Aligned::default(), S::ZERO),
-            points: Points::default(),
-            fields: Fields {
-                gravity: vector(self.gravity()),
-                force: vector(self.force()),
-                drag: scalar(self.drag()),
-                weights: Aligned::default(),
-            },
-            springs: self.springs.convert(),
-            bends: self.bends.convert(&self.slots),
-            volumes: self.volumes.convert(&self.slots),
-            touches: self.touches.clone(),
-            grabs: Grabs(self.grabs().iter().map(grab).collect()),
-            pushes: Pushes(pushes.map(|&(particle, force)| (particle, vector(force))).collect()),
-            own: self.own.clone(),
-            obstacles: Obstacles {
-                planes: self.planes().iter().map(plane).collect(),
-                solids: self.solids().to_vec(),
-                own: self.obstacles.own.clone(),
-            },
-            extent: scalar(self.extent),
-            size: self.size,
-            bodies: self.bodies.clone(),
-        };
-        model.make_columns();
-        Ok(model)
     }
 }
 

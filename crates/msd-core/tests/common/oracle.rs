@@ -1,9 +1,11 @@
 //! Explicit methods and contact with planes in plain loops, as a measure of the fast ones.
 
-use msd_core::elements::springs::plain;
+use msd_core::elements::springs::Sum;
+use msd_core::elements::springs::law::pull;
 use msd_core::{
     Friction, Integrator, Model, PlaneColumn, Real, Settings, Simulation, State, Vector,
 };
+use std::collections::BTreeMap;
 
 /// Explicit methods and contact with planes in plain loops over particles: the oracle.
 pub struct Oracle<'a, R: Real> {
@@ -26,7 +28,7 @@ impl<R: Real> Oracle<'_, R> {
         let motion = State { positions: state.positions.clone(), velocities };
         let mut power = set_fields(model, &motion, forces);
         let columns = [&motion.positions[..], &motion.velocities];
-        power += plain::add_forces(model.springs(), model.slots(), columns, forces);
+        power += add_springs(model, columns, forces);
         for grab in model.grabs() {
             let particle = grab.particle as usize;
             forces[particle] += grab.pull(motion.positions[particle], motion.velocities[particle]);
@@ -341,5 +343,43 @@ fn set_fields<R: Real>(model: &Model<R>, motion: &State<R>, forces: &mut [R::Vec
             power += (model.drag() * v.dot(v)).to_f64();
         }
     }
+    power
+}
+
+/// Adds the pull of every spring to `forces`, newtons, and returns the power that their dampers
+/// dissipate, watts. All columns are in the order of the scene.
+///
+/// Springs pull in the order of their rows, on sums that are added to the forces in the order of
+/// [`Sum`]; then the extras of the layout.
+fn add_springs<R: Real>(
+    model: &Model<R>,
+    [positions, velocities]: [&[R::Vec3]; 2],
+    forces: &mut [R::Vec3],
+) -> f64 {
+    let springs = model.springs();
+    let motion = |end: u32| [positions, velocities].map(|column| column[end as usize].components());
+    let extras = springs.extras().map(|spring| {
+        let [a, b] = springs.ends()[spring as usize];
+        (spring, [a.min(b), a.max(b)], [Sum::Forces; 2])
+    });
+    let mut power = 0.0;
+    let mut add = |turns: &mut dyn Iterator<Item = (u32, [u32; 2], [Sum; 2])>| {
+        let mut sums: BTreeMap<(Sum, u32), R::Vec3> = BTreeMap::new();
+        for (spring, ends, [here, there]) in turns {
+            let (law, is_there) = (springs.law(spring as usize), !springs.is_cut(spring as usize));
+            let (pull, burns) = pull::<R, true>(motion(ends[0]), motion(ends[1]), law, is_there);
+            let pull = R::Vec3::from_components(pull);
+            for (sum, end, pull) in [(here, ends[0], -pull), (there, ends[1], pull)] {
+                match sum {
+                    Sum::Forces => forces[end as usize] += pull,
+                    sum => *sums.entry((sum, end)).or_default() += pull,
+                }
+            }
+            power += burns.to_f64();
+        }
+        sums.into_iter().for_each(|((_, end), sum)| forces[end as usize] += sum);
+    };
+    add(&mut springs.turns(model.slots()));
+    add(&mut { extras });
     power
 }

@@ -7,7 +7,7 @@ use crate::file::decode::decode;
 use crate::file::domain::Domain;
 use crate::file::look::{look, viewpoint};
 use crate::file::obstacles::{Solids, plane};
-use crate::file::schema::{SceneFile, SolverRow, StepLength, Substeps, WorldRow};
+use crate::file::schema::{AirRow, GustRow, SceneFile, SolverRow, StepLength, Substeps, WorldRow};
 use crate::file::sets::NamedSets;
 use crate::file::sets::links::links;
 use crate::file::sets::materials::set_materials;
@@ -19,7 +19,7 @@ use crate::precision::Precision;
 use crate::rounding::Rounding;
 use crate::shown::tame;
 use crate::viewpoint::Viewpoint;
-use msd_core::{Integrator, Scene, Settings, World};
+use msd_core::{Air, Gust, Integrator, Scene, Settings, World};
 
 /// A scene file that has been understood.
 pub(crate) struct Understood {
@@ -191,6 +191,41 @@ fn world(source: &Source<'_>, row: &WorldRow) -> Result<World, FileError> {
         gravity: source.vector(format_args!("world.gravity"), gravity)?,
         force: source.vector(format_args!("world.force"), force)?,
         drag: source.number(format_args!("world.drag"), row.drag.unwrap_or(default.drag))?,
+        air: row.air.as_ref().map(|row| air(source, row)).transpose()?,
         extent,
+    })
+}
+
+fn air(source: &Source<'_>, row: &AirRow) -> Result<Air, FileError> {
+    let default = Air::default();
+    let velocity = row.velocity.unwrap_or(default.velocity.to_array());
+    let density = row.density.unwrap_or(default.density);
+    let drag = row.drag.unwrap_or(default.drag);
+    let drag = source.number(format_args!("world.air.drag"), drag)?;
+    let lift = row.lift.unwrap_or(Air::LIFT_OF_DRAG * drag);
+    let lift = source.number(format_args!("world.air.lift"), lift)?;
+    if drag < lift {
+        let expected = format!("at most world.air.drag, {}", plain(drag));
+        return Err(source.out_of_domain(format_args!("world.air.lift"), plain(lift), expected));
+    }
+    Ok(Air {
+        density: source.number(format_args!("world.air.density"), density)?,
+        velocity: source.vector(format_args!("world.air.velocity"), velocity)?,
+        drag,
+        lift,
+        gust: row.gust.as_ref().map_or(Ok(default.gust), |row| gust(source, row))?,
+    })
+}
+
+/// Gusts; those of a scene that has a table of them are not still by default.
+fn gust(source: &Source<'_>, row: &GustRow) -> Result<Gust, FileError> {
+    let default = Gust { strength: 1.0, ..Gust::default() };
+    let number = |key: &str, value: f64| source.number(format_args!("world.air.gust.{key}"), value);
+    Ok(Gust {
+        strength: number("strength", row.strength.unwrap_or(default.strength))?,
+        length: number("length", row.length.unwrap_or(default.length))?,
+        time: number("time", row.time.unwrap_or(default.time))?,
+        seed: row.seed.unwrap_or(default.seed),
+        origin: default.origin,
     })
 }

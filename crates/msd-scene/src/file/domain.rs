@@ -51,7 +51,7 @@ pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12"
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 85] = [
+pub const DOMAINS: [(&str, Domain); 92] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -60,6 +60,13 @@ pub const DOMAINS: [(&str, Domain); 85] = [
     ("world.gravity", Domain::Vector),
     ("world.force", Domain::Vector),
     ("world.drag", Domain::NotNegative),
+    ("world.air.density", Domain::NotNegative),
+    ("world.air.velocity", Domain::Vector),
+    ("world.air.drag", Domain::NotNegative),
+    ("world.air.lift", Domain::NotNegative),
+    ("world.air.gust.strength", Domain::NotNegative),
+    ("world.air.gust.length", LENGTH),
+    ("world.air.gust.time", LENGTH),
     ("world.extent", LENGTH),
     ("world.planes.normal", Domain::Direction),
     ("world.planes.offset", Domain::Finite),

@@ -12,10 +12,12 @@ use serde::ser::Serializer;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
+mod air;
 mod look;
 mod sets;
 mod touch;
 
+pub use air::{AirRow, GustRow};
 pub use look::{CameraRow, Finish, LookRow};
 pub use sets::{BodyKey, BoxRow, EndRow, LinkRow, MassRow, MaterialRow, PinRow, SetRow, SphereRow};
 pub use touch::{TouchRow, WithRow};
@@ -200,7 +202,7 @@ impl Visitor<'_> for SubstepsVisitor {
     }
 }
 
-/// What acts on every particle.
+/// What acts on every particle and on every surface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WorldRow {
@@ -213,6 +215,9 @@ pub struct WorldRow {
     /// Air drag, newton seconds per metre. Default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drag: Option<f64>,
+    /// The air that acts on surfaces. Default none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub air: Option<AirRow>,
     /// Bound of every coordinate, metres. Default 1e6.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extent: Option<f64>,

@@ -336,13 +336,14 @@ fn perturb(scene: &Scene, distance: f64) -> Scene {
     scene
 }
 
-/// Free fall: without springs, bends, volumes, obstacles, touches and drag each particle follows
-/// its parabola.
+/// Free fall: without springs, bends, volumes, obstacles, touches, drag and air each particle
+/// follows its parabola.
 fn in_closed_form(scene: &Scene, frames: &[u64]) -> Option<Vec<Sample>> {
     let is_joined =
         !scene.springs.is_empty() || !scene.bends.is_empty() || !scene.volumes.is_empty();
     let is_stopped = !scene.planes.is_empty() || !scene.solids.is_empty();
-    if is_joined || is_stopped || !scene.touches.is_empty() || scene.world.drag != 0.0 {
+    let is_dragged = scene.world.drag != 0.0 || scene.world.air.is_some();
+    if is_joined || is_stopped || !scene.touches.is_empty() || is_dragged {
         return None;
     }
     let start = Simulation::<f64>::new(scene, Settings::default()).ok()?.state();

@@ -100,6 +100,7 @@ pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
         pins
     };
     world(a) == world(b)
+        && a.world.air == b.world.air
         && a.particles.len() == b.particles.len()
         && a.particles.iter().zip(&b.particles).all(|(a, b)| round(a.mass) == round(b.mass))
         && a.springs.len() == b.springs.len()

@@ -1,511 +1,429 @@
 //! Bends: stencils of particles that resist bending.
 //!
-//! [`Bend`] is the law of one. They stand in the order in which they are evaluated, which depends
-//! on them and on the slots of particles alone: first those that fit bundles of up to sixteen,
-//! whose particles are in the same lane of records, as most of a lattice are; then the others, one
-//! by one. A bundle adds what its bends would add one after the other, to the bit. Those that are
-//! curved at rest have a law of their own, in `curved.rs`, and are always evaluated one by one.
+//! [`Bend`] is the law of one. Those that are curved at rest have a law of their own, in
+//! `curved.rs`, and are always evaluated one by one.
 
 mod curved;
-mod stencil;
 
-use super::bundles::{self, record};
-use super::{Element, Motion, Products, Torn, Vectors};
-use crate::columns::slots::Slots;
-use crate::columns::{LANES, RECORD, set_vector, vector};
-use crate::number::{Real, Vector, at_level};
-use crate::scene::Bend;
+use super::stencils::{Group, Stencil, StencilLaw, StencilSums, Stencils};
+use super::{Motion, Products, Projection, Resists};
+use crate::number::{Real, Vector};
+use crate::scene::{Bend, Scene};
 use alloc::vec::Vec;
-use fearless_simd::Level;
+use core::array::from_fn;
+use curved::Curved;
 use glam::DVec3;
-use stencil::{Stencil, add_curved_blocks, dot_parts, is_straight, subtract, subtract_parts};
 
 /// The bends of a model.
-#[derive(Clone, Debug)]
-pub struct Bends<R: Real> {
-    /// In the order of evaluation.
-    rows: Vec<Stencil<R>>,
-    bundles: Vec<Bundle<R>>,
-    /// How many of the rows are in bundles: the first ones.
-    bundled: usize,
-    /// Numbers of a column of vectors.
-    numbers: usize,
-    is_damped: bool,
+pub type Bends<R> = Stencils<R, BendLaw<R>, 4>;
+
+/// The law of a bend.
+#[derive(Clone, Copy, Debug)]
+pub struct BendLaw<R> {
+    weights: [R; 4],
+    /// The sum at rest; 0 for one that is straight.
+    rest: R,
+    stiffness: R,
+    damping: R,
 }
 
-/// Straight bends of the same weights, each in a lane of its own; `at` is where their numbers
-/// start.
-#[derive(Clone, Debug)]
-struct Bundle<R> {
-    at: [u32; 4],
-    weights: [R; 4],
-    stiffnesses: [R; LANES],
-    dampings: [R; LANES],
-    is_there: [bool; LANES],
-    /// Whether all lanes have a bend.
-    is_full: bool,
-}
+/// A bend, and M of them at once.
+type Row<R> = Stencil<BendLaw<R>, 4>;
+type BendGroup<R, const M: usize> = Group<R, BendLaw<R>, 4, M>;
+/// Vectors of some bends, by component.
+type Triple<R, const M: usize> = [[R; M]; 3];
 
 impl<R: Real> Bends<R> {
-    /// Puts bends in order.
-    pub(crate) fn new(rows: &[Bend], slots: &Slots) -> Self {
-        let mut bends = Bends {
-            rows: Vec::new(),
-            bundles: Vec::new(),
-            bundled: 0,
-            numbers: 0,
-            is_damped: false,
-        };
-        bends.add(rows, slots);
-        bends
+    /// The bends as rows of a scene, in the order in which they are evaluated.
+    pub fn rows(&self) -> impl Iterator<Item = Bend> + '_ {
+        self.all.iter().map(to_scene)
+    }
+}
+
+fn to_scene<R: Real>(row: &Row<R>) -> Bend {
+    Bend {
+        particles: from_fn(|end| row.particle(end)),
+        weights: row.law.weights.map(R::to_f64),
+        rest: row.law.rest.to_f64(),
+        stiffness: row.law.stiffness.to_f64(),
+        damping: row.law.damping.to_f64(),
+    }
+}
+
+impl<R: Real> BendLaw<R> {
+    /// The weighted sum of what a function says of its particles, 0 to 3.
+    ///
+    /// Of differences: positions far from the origin would leave their rounding.
+    fn sum(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
+        let first = of(0);
+        let mut sum = R::Vec3::ZERO;
+        for end in (1..4).filter(|&end| self.weights[end] != R::ZERO) {
+            sum += (of(end) - first) * self.weights[end];
+        }
+        sum
     }
 
-    /// Adds bends, and puts all in order anew: the slots may have changed.
-    pub(crate) fn add(&mut self, rows: &[Bend], slots: &Slots) {
-        self.rows.extend(rows.iter().map(|bend| Stencil {
-            particles: bend.particles.map(|particle| particle as u32),
-            at: [0; 4],
+    /// The same law in double precision.
+    fn to_f64(self) -> BendLaw<f64> {
+        BendLaw {
+            weights: self.weights.map(R::to_f64),
+            rest: self.rest.to_f64(),
+            stiffness: self.stiffness.to_f64(),
+            damping: self.damping.to_f64(),
+        }
+    }
+
+    /// How it is bent, by positions, if it is curved at rest.
+    #[inline(always)]
+    fn curved(&self, of: impl Fn(usize) -> R::Vec3) -> Option<Curved<R>> {
+        (self.rest != R::ZERO).then(|| Curved::new(self.weights, self.rest, of))
+    }
+
+    /// The particles that take part, each with its weight.
+    fn terms(self) -> impl Iterator<Item = (usize, R)> {
+        let takes_part = move |&(end, _): &(usize, R)| self.takes_part(end);
+        self.weights.into_iter().enumerate().filter(takes_part)
+    }
+}
+
+impl<R: Real, const M: usize> BendGroup<R, M> {
+    /// The weighted sums of a column.
+    #[inline(always)]
+    fn sums(&self, column: &[R]) -> Triple<R, M> {
+        [0, 1, 2].map(|axis| {
+            let first = self.numbers(column, 0, axis);
+            let mut sums = [R::ZERO; M];
+            for end in (1..4).filter(|&end| self.law.weights[end] != R::ZERO) {
+                let (other, weight) = (self.numbers(column, end, axis), self.law.weights[end]);
+                for lane in 0..M {
+                    sums[lane] += (other[lane] - first[lane]) * weight;
+                }
+            }
+            sums
+        })
+    }
+
+    /// First edges.
+    #[inline(always)]
+    fn edges(&self, column: &[R]) -> Triple<R, M> {
+        [0, 1, 2].map(|axis| {
+            let [first, second] = [0, 1].map(|end| self.numbers(column, end, axis));
+            from_fn(|lane| second[lane] - first[lane])
+        })
+    }
+
+    /// Subtracts pulls, each times the weights, from what is summed.
+    #[inline(always)]
+    fn subtract_pulls(&self, pulls: &Triple<R, M>, sums: &mut [R]) {
+        for (axis, pulls) in pulls.iter().enumerate() {
+            for end in (0..4).filter(|&end| self.law.weights[end] != R::ZERO) {
+                let weight = self.law.weights[end];
+                self.subtract((end, axis), |lane| pulls[lane] * weight, sums);
+            }
+        }
+    }
+
+    /// Subtracts the parts of the particles of one that is curved.
+    #[inline(always)]
+    fn subtract_parts(&self, parts: [R::Vec3; 4], sums: &mut [R]) {
+        for (end, part) in parts.map(R::Vec3::components).into_iter().enumerate() {
+            (0..3).for_each(|axis| self.subtract((end, axis), |_| part[axis], sums));
+        }
+    }
+
+    /// Gᵀ k d + p b (p·v) of one that is curved; returns the power of its damper.
+    #[inline(always)]
+    fn pull_curved(&self, curved: &Curved<R>, v: &[R], forces: &mut [R]) -> R {
+        let elastic = curved.parts(curved.off * self.law.stiffness);
+        if self.law.damping == R::ZERO {
+            self.subtract_parts(elastic, forces);
+            return R::ZERO;
+        }
+        let along = curved.gradient();
+        let rate = dot_parts::<R>(&along, self.first(v));
+        let drag = rate * self.law.damping;
+        self.subtract_parts(from_fn(|end| elastic[end] + along[end] * drag), forces);
+        rate * drag
+    }
+
+    /// The products of τ (τ k + b ŝ ŝᵀ) with sums, bent by `bent`; see [`is_straight`].
+    #[inline(always)]
+    fn products(
+        &self,
+        (tau, is_damped): (R, bool),
+        [bent, edges]: [&Triple<R, M>; 2],
+        of: &Triple<R, M>,
+    ) -> Triple<R, M> {
+        let [stiffnesses, dampings] = &self.constants;
+        let mut pulls = of.map(|of| product(of, stiffnesses.map(|k| tau * tau * k)));
+        if !is_damped {
+            return pulls;
+        }
+        let (squares, lengths, alongs) = (dots(bent, bent), dots(edges, edges), dots(bent, of));
+        for lane in 0..M {
+            let damping = tau * dampings[lane];
+            let straight = is_straight::<R>(squares[lane], lengths[lane]);
+            let along = damping * alongs[lane] * (R::ONE / squares[lane]);
+            for axis in 0..3 {
+                let (all, one) = (of[axis][lane] * damping, bent[axis][lane] * along);
+                pulls[axis][lane] += if straight { all } else { one };
+            }
+        }
+        pulls
+    }
+}
+
+impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
+    const RESISTS: Resists = Resists::Bending;
+
+    fn rows(scene: &Scene) -> Vec<Row<R>> {
+        let law = |bend: &Bend| BendLaw {
             weights: bend.weights.map(R::of),
             rest: R::of(bend.rest),
             stiffness: R::of(bend.stiffness),
             damping: R::of(bend.damping),
-        }));
-        for row in &mut self.rows {
-            row.at = row.particles.map(|particle| slots.at(particle as usize) as u32);
-        }
-        self.numbers = slots.record_count() * RECORD;
-        self.bundle();
-    }
-
-    /// Puts bends in order and makes bundles of them.
-    fn bundle(&mut self) {
-        let is_straight = |row: &Stencil<R>| row.rest == R::ZERO;
-        let is_alike = |a: &Stencil<R>, b: &Stencil<R>| {
-            a.weights == b.weights && is_straight(a) && is_straight(b)
         };
-        let bundles = bundles::order(&mut self.rows, self.numbers, |row| row.at, is_alike);
-        self.bundled = bundles.last().map_or(0, |last| last.end);
-        self.bundles = bundles.into_iter().map(|rows| Bundle::new(&self.rows[rows])).collect();
-        self.is_damped = self.rows.iter().any(|row| row.damping != R::ZERO);
+        scene.bends.iter().map(|bend| Stencil::new(bend.particles, law(bend))).collect()
     }
 
-    /// The number of bends.
-    pub fn count(&self) -> usize {
-        self.rows.len()
+    fn write(row: &Row<R>, scene: &mut Scene) {
+        scene.bends.push(to_scene(row));
     }
 
-    /// Whether any bend has a damper.
-    pub fn is_damped(&self) -> bool {
-        self.is_damped
+    fn constants(&mut self) -> [&mut R; 2] {
+        [&mut self.stiffness, &mut self.damping]
     }
 
-    /// The bends as rows of a scene, in the order in which they are evaluated.
-    pub fn rows(&self) -> impl Iterator<Item = Bend> + '_ {
-        self.rows.iter().map(|row| Bend {
-            particles: row.particles.map(|particle| particle as usize),
-            weights: row.weights.map(R::to_f64),
-            rest: row.rest.to_f64(),
-            stiffness: row.stiffness.to_f64(),
-            damping: row.damping.to_f64(),
-        })
+    fn is_alike(&self, other: &Self) -> bool {
+        self.weights == other.weights && self.rest == R::ZERO && other.rest == R::ZERO
     }
 
-    /// Removes the bends of which both ends of a spring that was cut are a part: what is torn does
-    /// not go on bending.
-    pub(crate) fn tear(&mut self, torn: &Torn) {
-        self.retain(|row| !torn.crosses(&row.particles));
+    fn takes_part(&self, end: usize) -> bool {
+        self.weights[end] != R::ZERO || self.rest != R::ZERO
     }
 
-    /// Removes the bends of particles that were removed.
-    pub(crate) fn remove(&mut self, is_removed: impl Fn(u32) -> bool) {
-        self.retain(|row| !row.terms().any(|(particle, _)| is_removed(particle as u32)));
-    }
-
-    fn retain(&mut self, is_left: impl Fn(&Stencil<R>) -> bool) {
-        let before = self.rows.len();
-        self.rows.retain(is_left);
-        if self.rows.len() < before {
-            self.bundle();
-        }
-    }
-
-    /// Changes stiffness and damping of the bends of some particles.
-    pub(crate) fn change(
-        &mut self,
-        is_of: impl Fn(u32) -> bool,
-        change: impl Fn([R; 2]) -> [R; 2],
-    ) {
-        for row in self.rows.iter_mut().filter(|row| is_of(row.particles[0])) {
-            [row.stiffness, row.damping] = change([row.stiffness, row.damping]);
-        }
-        self.bundle();
-    }
-
-    /// The same bends in another precision, each number rounded once.
-    pub(crate) fn convert<S: Real>(&self, slots: &Slots) -> Bends<S> {
-        let rows: Vec<Bend> = self.rows().collect();
-        Bends::new(&rows, slots)
-    }
-
-    /// Adds the forces of all bends, newtons, and returns the power that they dissipate, watts.
-    pub(crate) fn add_all(&self, level: Level, motion: &Motion<'_, R>, forces: &mut [R]) -> f64 {
-        if self.rows.is_empty() {
-            return 0.0;
-        }
-        let Motion { positions, velocities, .. } = *motion;
-        at_level!(level, _simd => add_forces(self, positions, velocities, forces))
-    }
-
-    /// Adds the products of τ (τ k + b) about positions with a direction, in columns.
-    pub(crate) fn add_column_products(
-        &self,
-        (level, tau): (Level, R),
-        positions: &[R],
-        direction: &[R],
-        products: &mut [R],
-    ) {
-        if !self.rows.is_empty() {
-            at_level!(level, _simd => add_products(self, tau, (positions, direction), products));
-        }
-    }
-
-    /// Adds the diagonal blocks of τ (τ k + b) about positions to those of particles.
-    pub(crate) fn add_blocks(&self, tau: R, positions: &[R], [upper, lower]: [&mut [R]; 2]) {
-        for row in &self.rows {
-            let position = |end: usize| vector::<R>(positions, row.at[end] as usize);
-            if let Some(curved) = row.curved(position) {
-                add_curved_blocks(row, &curved, tau, [&mut *upper, &mut *lower]);
-                continue;
-            }
-            let bent = row.bent(position);
-            let axis = |row: [R; 3]| R::Vec3::from_components(row);
-            let [zero, one] = [R::ZERO, R::ONE];
-            let [x, y, z] = [[one, zero, zero], [zero, one, zero], [zero, zero, one]]
-                .map(|unit| row.product(tau, bent, axis(unit)).components());
-            for (&at, &weight) in row.at.iter().zip(&row.weights) {
-                let (at, square) = (at as usize, weight * weight);
-                for (column, numbers) in [(&mut *upper, x), (&mut *lower, [y[1], y[2], z[2]])] {
-                    let sum = vector::<R>(column, at) + axis(numbers) * square;
-                    set_vector(column, at, sum);
-                }
-            }
-        }
-    }
-
-    /// Moves the particles of each bend, in order, as XPBD moves those of a spring: a bend is a
-    /// constraint |s| = 0 of compliance 1/k, of one that is curved |d| = 0.
-    pub(crate) fn project(
-        &self,
-        h: R,
-        inverse_masses: &[R],
-        starts: &[R::Vec3],
-        ways: &mut [R::Vec3],
-    ) {
-        for row in &self.rows {
-            let [stiff, damp] = [row.stiffness * h * h, row.damping * h];
-            let particle = |end: usize| row.particles[end] as usize;
-            if let Some(curved) = row.curved(|end| starts[particle(end)] + ways[particle(end)]) {
-                row.project_curved(&curved, [stiff, damp], inverse_masses, ways);
-                continue;
-            }
-            let moved = row.sum(|end| ways[particle(end)]);
-            let bent = row.sum(|end| starts[particle(end)]) + moved;
-            let square = bent.dot(bent);
-            if square < R::SHORTEST_SQUARED {
-                continue;
-            }
-            let squares = row.terms().map(|(end, weight)| weight * weight * inverse_masses[end]);
-            let yielding = R::ONE + (stiff + damp) * squares.fold(R::ZERO, |sum, add| sum + add);
-            let drag = damp * bent.dot(moved) * (R::ONE / square);
-            let pull = bent * ((stiff + drag) * (R::ONE / yielding));
-            for (end, weight) in row.terms() {
-                ways[end] -= pull * (weight * inverse_masses[end]);
-            }
-        }
-    }
-
-    /// The energy of all bends, joules; the sums of |k s| and of k, each times the weights, by
-    /// which rounding changes it.
-    pub(crate) fn energy_and_pulls(&self, motion: &Motion<'_, R>) -> [f64; 3] {
-        let mut sums = [0.0; 3];
-        for row in &self.rows {
-            let position = |end: usize| motion.position(row.particles[end] as usize).to_f64();
-            let curved = row.curved_f64(position);
-            let bent = curved.map_or_else(|| row.sum_f64(position), |curved| curved.off);
-            let weight: f64 = row.weights.iter().map(|weight| weight.abs().to_f64()).sum();
-            let (stiffness, square) = (row.stiffness.to_f64(), bent.dot(bent));
-            sums[0] += 0.5 * stiffness * square;
-            sums[1] += stiffness * weight * Real::sqrt(square);
-            sums[2] += stiffness * weight * weight;
-        }
-        sums
-    }
-
-    /// The stiffness and the damping that each particle meets at most about a motion, by a
-    /// function: the row sums of magnitudes of their matrices.
-    pub(crate) fn row_sums(&self, motion: &Motion<'_, R>, mut add: impl FnMut(usize, [f64; 2])) {
-        for row in &self.rows {
-            let position = |end: usize| motion.position(row.particles[end] as usize).to_f64();
-            if let Some(curved) = row.curved_f64(position) {
-                let [stiffness, damping] = [row.stiffness, row.damping].map(R::to_f64);
-                let (bounds, along) = (curved.bounds(), curved.gradient());
-                let lengths = along.map(|part| Real::sqrt(part.dot(part)));
-                let all: f64 = bounds.iter().map(|bound| bound[0]).sum();
-                let total: f64 = lengths.iter().sum();
-                let pull = stiffness * Real::sqrt(curved.off.dot(curved.off));
-                for (end, [own, turning]) in bounds.into_iter().enumerate() {
-                    let met = stiffness * own * all + pull * turning;
-                    let damped = damping * lengths[end] * total;
-                    add(row.particles[end] as usize, [met, damped]);
-                }
-                continue;
-            }
-            let all: f64 = row.weights.iter().map(|weight| weight.abs().to_f64()).sum();
-            for (particle, weight) in row.terms() {
-                let weight = weight.abs().to_f64() * all;
-                add(particle, [row.stiffness, row.damping].map(|value| value.to_f64() * weight));
-            }
-        }
-    }
-
-    /// Pairs of particles that bends join.
-    pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.rows.iter().flat_map(|row| {
-            let (ahead, behind) = (row.terms(), row.terms().skip(1));
-            ahead.zip(behind).map(|((a, _), (b, _))| [a as u32, b as u32])
-        })
-    }
-}
-
-impl<R: Real> Bundle<R> {
-    fn new(rows: &[Stencil<R>]) -> Self {
-        let lane = |at: u32| at as usize % RECORD;
-        let first = &rows[0];
-        let mut bundle = Bundle {
-            at: first.at.map(|at| at - lane(first.at[0]) as u32),
-            weights: first.weights,
-            stiffnesses: [R::ZERO; LANES],
-            dampings: [R::ZERO; LANES],
-            is_there: [false; LANES],
-            is_full: rows.len() == LANES,
-        };
-        for row in rows {
-            let lane = lane(row.at[0]);
-            bundle.stiffnesses[lane] = row.stiffness;
-            bundle.dampings[lane] = row.damping;
-            bundle.is_there[lane] = true;
-        }
-        bundle
-    }
-
-    /// The weighted sums along an axis.
+    /// k s + b ŝ (ŝ·s'), along the direction ŝ of the sum alone: against all of s' a damper would
+    /// brake a bent body that turns.
     #[inline(always)]
-    fn sums(&self, column: &[R], axis: usize) -> [R; LANES] {
-        let first = record(column, self.at[0], axis);
-        let mut sums = [R::ZERO; LANES];
-        for end in (1..4).filter(|&end| self.weights[end] != R::ZERO) {
-            let (other, weight) = (record(column, self.at[end], axis), self.weights[end]);
-            for lane in 0..LANES {
-                sums[lane] += (other[lane] - first[lane]) * weight;
-            }
+    fn pull<const M: usize>(group: &BendGroup<R, M>, to: &mut StencilSums<'_, R>) -> [R; M] {
+        let StencilSums { positions: x, ways: v, is_damped, sums: forces } = to;
+        if let Some(curved) = group.law.curved(group.first(x)) {
+            return [group.pull_curved(&curved, v, forces); M];
         }
-        sums
-    }
-
-    /// The components of first edges along an axis.
-    #[inline(always)]
-    fn edges(&self, column: &[R], axis: usize) -> [R; LANES] {
-        let [first, second] = [0, 1].map(|end| record(column, self.at[end], axis));
-        let mut edges = [R::ZERO; LANES];
-        for lane in 0..LANES {
-            edges[lane] = second[lane] - first[lane];
-        }
-        edges
-    }
-
-    /// Subtracts pulls along an axis, each times the weights, from what is summed.
-    #[inline(always)]
-    fn subtract(&self, pulls: [R; LANES], axis: usize, sums: &mut [R]) {
-        for end in (0..4).filter(|&end| self.weights[end] != R::ZERO) {
-            let (at, weight) = (self.at[end] as usize + axis * LANES, self.weights[end]);
-            let record = sums[at..].first_chunk_mut::<LANES>().expect("a record of the column");
-            for lane in 0..LANES {
-                let less = record[lane] - pulls[lane] * weight;
-                let is_there = self.is_full | self.is_there[lane];
-                record[lane] = if is_there { less } else { record[lane] };
-            }
-        }
-    }
-}
-
-/// Adds the forces of all bends and returns the power that they dissipate.
-#[inline(always)]
-fn add_forces<R: Real>(bends: &Bends<R>, x: &[R], v: &[R], forces: &mut [R]) -> f64 {
-    let mut powers = [0.0; LANES];
-    for bundle in &bends.bundles {
-        let sums = [0, 1, 2].map(|axis| bundle.sums(x, axis));
-        let mut factors = bundle.stiffnesses;
-        if bends.is_damped {
-            let rates = [0, 1, 2].map(|axis| bundle.sums(v, axis));
+        let sums = group.sums(x);
+        let ([mut factors, dampings], mut powers) = (group.constants, [R::ZERO; M]);
+        if *is_damped {
+            let rates = group.sums(v);
             let (squares, alongs) = (dots(&sums, &sums), dots(&sums, &rates));
-            for lane in 0..LANES {
-                let drag = alongs[lane] * bundle.dampings[lane] * (R::ONE / squares[lane]);
+            for lane in 0..M {
+                let drag = alongs[lane] * dampings[lane] * (R::ONE / squares[lane]);
                 // A select: without a direction the quotient is NaN.
                 let drag = if R::SHORTEST_SQUARED <= squares[lane] { drag } else { R::ZERO };
                 factors[lane] += drag;
-                powers[lane] += (alongs[lane] * drag).to_f64();
+                powers[lane] = alongs[lane] * drag;
             }
         }
-        for (axis, sums) in sums.into_iter().enumerate() {
-            bundle.subtract(product(sums, factors), axis, forces);
-        }
+        group.subtract_pulls(&sums.map(|sums| product(sums, factors)), forces);
+        powers
     }
-    let mut power: f64 = powers.iter().sum();
-    for row in &bends.rows[bends.bundled..] {
-        let in_x = |end: usize| vector::<R>(x, row.at[end] as usize);
-        if let Some(curved) = row.curved(in_x) {
-            let in_v = |end: usize| vector::<R>(v, row.at[end] as usize);
-            let (parts, taken) = row.curved_pull(&curved, in_v);
-            subtract_parts(row, parts, forces);
-            power += taken.to_f64();
-            continue;
-        }
-        let of = |column: &[R]| row.sum(|end| vector::<R>(column, row.at[end] as usize));
-        let (pull, taken) = row.pull(of(x), of(v));
-        subtract(row, pull, forces);
-        power += taken.to_f64();
-    }
-    power
-}
 
-/// Subtracts from products: what is summed is the opposite of a force.
-#[inline(always)]
-fn add_products<R: Real>(
-    bends: &Bends<R>,
-    tau: R,
-    (x, direction): (&[R], &[R]),
-    products: &mut [R],
-) {
-    for bundle in &bends.bundles {
-        let sums = [0, 1, 2].map(|axis| bundle.sums(direction, axis));
-        let mut pulls = sums.map(|sums| product(sums, bundle.stiffnesses.map(|k| tau * tau * k)));
-        if bends.is_damped {
-            let bent = [0, 1, 2].map(|axis| bundle.sums(x, axis));
-            let edges = [0, 1, 2].map(|axis| bundle.edges(x, axis));
-            let (squares, lengths) = (dots(&bent, &bent), dots(&edges, &edges));
-            let alongs = dots(&bent, &sums);
-            for lane in 0..LANES {
-                let damping = tau * bundle.dampings[lane];
-                let straight = is_straight::<R>(squares[lane], lengths[lane]);
-                let along = damping * alongs[lane] * (R::ONE / squares[lane]);
-                for axis in 0..3 {
-                    let (all, one) = (sums[axis][lane] * damping, bent[axis][lane] * along);
-                    pulls[axis][lane] += if straight { all } else { one };
-                }
-            }
-        }
-        for (axis, pulls) in pulls.into_iter().enumerate() {
-            bundle.subtract(pulls.map(|pull| -pull), axis, products);
-        }
-    }
-    for row in &bends.rows[bends.bundled..] {
-        let in_x = |end: usize| vector::<R>(x, row.at[end] as usize);
-        let in_direction = |end: usize| vector::<R>(direction, row.at[end] as usize);
-        if let Some(curved) = row.curved(in_x) {
-            let pull = curved.change(in_direction) * (tau * tau * row.stiffness);
-            subtract_parts(row, curved.parts(-pull), products);
-            if row.damping != R::ZERO {
+    #[inline(always)]
+    fn multiply<const M: usize>(group: &BendGroup<R, M>, tau: R, to: &mut StencilSums<'_, R>) {
+        let StencilSums { positions: x, ways: direction, is_damped, sums: products } = to;
+        // What is summed is the opposite of a force.
+        if let Some(curved) = group.law.curved(group.first(x)) {
+            let pull = curved.change(group.first(direction)) * (tau * tau * group.law.stiffness);
+            group.subtract_parts(curved.parts(-pull), products);
+            if group.law.damping != R::ZERO {
                 let along = curved.gradient();
-                let drag = dot_parts::<R>(&along, in_direction) * (tau * row.damping);
-                subtract_parts(row, along.map(|part| part * -drag), products);
+                let rate = dot_parts::<R>(&along, group.first(direction));
+                let drag = rate * (tau * group.law.damping);
+                group.subtract_parts(along.map(|part| part * -drag), products);
             }
-            continue;
+            return;
         }
-        let bent = row.bent(in_x);
-        let of = row.sum(in_direction);
-        subtract(row, -row.product(tau, bent, of), products);
+        let none = [[R::ZERO; M]; 3];
+        let [bent, edges] = if *is_damped { [group.sums(x), group.edges(x)] } else { [none; 2] };
+        let of = group.sums(direction);
+        let pulls = group.products((tau, *is_damped), [&bent, &edges], &of);
+        group.subtract_pulls(&pulls.map(|pulls| pulls.map(|pull| -pull)), products);
     }
-}
 
-/// The scalar products of vectors in lanes.
-#[inline(always)]
-fn dots<R: Real>(a: &[[R; LANES]; 3], b: &[[R; LANES]; 3]) -> [R; LANES] {
-    let mut dots = [R::ZERO; LANES];
-    for lane in 0..LANES {
-        dots[lane] = a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane];
-    }
-    dots
-}
-
-/// The products of numbers, lane by lane.
-#[inline(always)]
-fn product<R: Real>(a: [R; LANES], b: [R; LANES]) -> [R; LANES] {
-    let mut products = [R::ZERO; LANES];
-    for lane in 0..LANES {
-        products[lane] = a[lane] * b[lane];
-    }
-    products
-}
-
-impl<R: Real> Element<R> for Bends<R> {
-    fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
-        let mut power = 0.0;
-        for row in &self.rows {
-            let particle = |end: usize| row.particles[end] as usize;
-            if let Some(curved) = row.curved(|end| motion.position(particle(end))) {
-                let (parts, taken) = row.curved_pull(&curved, |end| motion.velocity(particle(end)));
-                for (end, part) in parts.into_iter().enumerate() {
-                    forces.add(particle(end), R::Vec3::ZERO - part);
-                }
-                power += taken.to_f64();
-                continue;
+    fn add_blocks(
+        single: &BendGroup<R, 1>,
+        (tau, positions): (R, &[R]),
+        blocks: &mut [&mut [R]; 2],
+    ) {
+        let (zero, one, law) = (R::ZERO, R::ONE, &single.law);
+        let units = [[one, zero, zero], [zero, one, zero], [zero, zero, one]];
+        if let Some(curved) = law.curved(single.first(positions)) {
+            let along = curved.gradient();
+            for (end, part) in along.map(R::Vec3::components).into_iter().enumerate() {
+                // The columns of G for this particle.
+                let columns = units.map(R::Vec3::from_components).map(|unit| {
+                    curved.change(|other| if other == end { unit } else { R::Vec3::ZERO })
+                });
+                let number = |(a, b): (usize, usize)| {
+                    let elastic = columns[a].dot(columns[b]) * (tau * tau * law.stiffness);
+                    elastic + part[a] * part[b] * (tau * law.damping)
+                };
+                let rows = [[(0, 0), (0, 1), (0, 2)], [(1, 1), (1, 2), (2, 2)]];
+                single.add_block(end, rows.map(|row| row.map(number)), blocks);
             }
-            let sum = row.sum(|end| motion.position(particle(end)));
-            let (pull, taken) = row.pull(sum, row.sum(|end| motion.velocity(particle(end))));
-            for (end, weight) in row.terms() {
-                forces.add(end, R::Vec3::ZERO - pull * weight);
-            }
-            power += taken.to_f64();
+            return;
         }
-        power
+        let about = [&single.sums(positions), &single.edges(positions)];
+        let how = (tau, law.damping != zero);
+        let [x, y, z] = units.map(|unit| {
+            single.products(how, about, &unit.map(|number| [number])).map(|[number]| number)
+        });
+        for (end, &weight) in law.weights.iter().enumerate() {
+            let block = [x, [y[1], y[2], z[2]]].map(|row| row.map(|x| x * (weight * weight)));
+            single.add_block(end, block, blocks);
+        }
     }
 
-    fn energy(&self, motion: &Motion<'_, R>) -> f64 {
-        self.energy_and_pulls(motion)[0]
+    /// A bend is a constraint |s| = 0 of compliance 1/k, of one that is curved |d| = 0.
+    fn project(row: &Row<R>, projection: &mut Projection<'_, R>) {
+        let Projection { h, inverse_masses, starts, ways, .. } = projection;
+        let (law, particle) = (&row.law, |end: usize| row.particle(end));
+        let [stiff, damp] = [law.stiffness * *h * *h, law.damping * *h];
+        if let Some(curved) = law.curved(|end| starts[particle(end)] + ways[particle(end)]) {
+            project_curved(row, &curved, [stiff, damp], (inverse_masses, ways));
+            return;
+        }
+        let moved = law.sum(|end| ways[particle(end)]);
+        let bent = law.sum(|end| starts[particle(end)]) + moved;
+        let square = bent.dot(bent);
+        if square < R::SHORTEST_SQUARED {
+            return;
+        }
+        let squares =
+            law.terms().map(|(end, weight)| weight * weight * inverse_masses[particle(end)]);
+        let yielding = R::ONE + (stiff + damp) * squares.fold(R::ZERO, |sum, add| sum + add);
+        let drag = damp * bent.dot(moved) * (R::ONE / square);
+        let pull = bent * ((stiff + drag) * (R::ONE / yielding));
+        for (end, weight) in law.terms() {
+            ways[particle(end)] -= pull * (weight * inverse_masses[particle(end)]);
+        }
+    }
+
+    fn energy_and_pulls(row: &Row<R>, motion: &Motion<'_, R>) -> [f64; 3] {
+        let (law, position) =
+            (row.law.to_f64(), |end: usize| motion.position(row.particle(end)).to_f64());
+        let bent = law.curved(position).map_or_else(|| law.sum(position), |curved| curved.off);
+        let weight: f64 = law.weights.iter().map(|weight| weight.abs()).sum();
+        let (stiffness, square) = (law.stiffness, bent.dot(bent));
+        let pull = stiffness * weight * Real::sqrt(square);
+        [0.5 * stiffness * square, pull, stiffness * weight * weight]
+    }
+
+    fn add_row_sums(row: &Row<R>, motion: &Motion<'_, R>, sums: &mut [[f64; 2]]) {
+        let law = row.law.to_f64();
+        let mut add = |end: usize, [stiffness, damping]: [f64; 2]| {
+            let sum = &mut sums[row.particle(end)];
+            *sum = [sum[0] + stiffness, sum[1] + damping];
+        };
+        if let Some(curved) = law.curved(|end| motion.position(row.particle(end)).to_f64()) {
+            let (bounds, along) = (curved.bounds(), curved.gradient());
+            let lengths = along.map(|part| Real::sqrt(part.dot(part)));
+            let all: f64 = bounds.iter().map(|bound| bound[0]).sum();
+            let total: f64 = lengths.iter().sum();
+            let pull = law.stiffness * Real::sqrt(curved.off.dot(curved.off));
+            for (end, [own, turning]) in bounds.into_iter().enumerate() {
+                let damped = law.damping * lengths[end] * total;
+                add(end, [law.stiffness * own * all + pull * turning, damped]);
+            }
+            return;
+        }
+        let all: f64 = law.weights.iter().map(|weight| weight.abs()).sum();
+        for (end, weight) in law.terms() {
+            add(end, [law.stiffness, law.damping].map(|value| value * (weight.abs() * all)));
+        }
     }
 
     fn add_products(
-        &self,
+        row: &Row<R>,
         motion: &Motion<'_, R>,
         direction: &[DVec3],
         products: &mut Products<'_>,
     ) {
-        for row in &self.rows {
-            let particle = |end: usize| row.particles[end] as usize;
-            let position = |end: usize| motion.position(particle(end)).to_f64();
-            let way = |end: usize| direction[particle(end)];
-            if let Some(curved) = row.curved_f64(position) {
-                let elastic = curved.product(row.stiffness.to_f64(), way);
-                let along = curved.gradient();
-                let drag = dot_parts::<f64>(&along, way) * row.damping.to_f64();
-                let damped = along.map(|part| part * drag);
-                for (end, (elastic, damped)) in elastic.into_iter().zip(damped).enumerate() {
-                    products.add(particle(end), [elastic, damped]);
-                }
-                continue;
+        let law = row.law.to_f64();
+        let position = |end: usize| motion.position(row.particle(end)).to_f64();
+        let way = |end: usize| direction[row.particle(end)];
+        if let Some(curved) = law.curved(position) {
+            let (elastic, along) = (curved.product(law.stiffness, way), curved.gradient());
+            let drag = dot_parts::<f64>(&along, way) * law.damping;
+            for (end, elastic) in elastic.into_iter().enumerate() {
+                products.add(row.particle(end), [elastic, along[end] * drag]);
             }
-            let of = row.sum_f64(way);
-            let bent = row.sum_f64(position);
-            let edge = (motion.position(particle(1)) - motion.position(particle(0))).to_f64();
-            let square = bent.dot(bent);
-            let along = match is_straight::<f64>(square, edge.dot(edge)) {
-                true => of,
-                false => bent * (bent.dot(of) / square),
-            };
-            for (end, weight) in row.terms() {
-                let by = [row.stiffness, row.damping].map(|value| (value * weight).to_f64());
-                products.add(end, [of * by[0], along * by[1]]);
-            }
+            return;
+        }
+        let (of, bent, edge) = (law.sum(way), law.sum(position), position(1) - position(0));
+        let square = bent.dot(bent);
+        let along = match is_straight::<f64>(square, edge.dot(edge)) {
+            true => of,
+            false => bent * (bent.dot(of) / square),
+        };
+        for (end, weight) in row.law.terms() {
+            let [k, b] = [row.law.stiffness, row.law.damping].map(|x| (x * weight).to_f64());
+            products.add(row.particle(end), [of * k, along * b]);
         }
     }
+}
+
+/// Moves the particles of one that is curved, by h² k and h b: first to where it is off its rest by
+/// less, then against the change of its sum along the normal.
+fn project_curved<R: Real>(
+    row: &Row<R>,
+    curved: &Curved<R>,
+    [stiff, damp]: [R; 2],
+    (inverse_masses, ways): (&[R], &mut [R::Vec3]),
+) {
+    let mass = |end: usize| inverse_masses[row.particle(end)];
+    let push = |ways: &mut [R::Vec3], parts: [R::Vec3; 4], [stiff, by]: [R; 2]| {
+        let square = |end: usize| parts[end].dot(parts[end]) * mass(end);
+        let squares = (0..4).map(square).fold(R::ZERO, |sum, add| sum + add);
+        let pull = stiff * by * (R::ONE / (R::ONE + stiff * squares));
+        for (end, part) in parts.into_iter().enumerate() {
+            ways[row.particle(end)] -= part * (pull * mass(end));
+        }
+    };
+    let square = curved.off.dot(curved.off);
+    if R::SHORTEST_SQUARED <= square {
+        let length = square.sqrt();
+        push(ways, curved.parts(curved.off * (R::ONE / length)), [stiff, length]);
+    }
+    if damp != R::ZERO {
+        let along = curved.gradient();
+        let moved = dot_parts::<R>(&along, |end| ways[row.particle(end)]);
+        push(ways, along, [damp, moved]);
+    }
+}
+
+/// Whether a bend is all but straight, by the squares of its sum and of an edge: its direction is
+/// not known yet, as any motion would give it one. Its damping is then taken to act in all.
+#[inline(always)]
+fn is_straight<R: Real>(square: R, edge: R) -> bool {
+    let bent = edge * R::of(1e-6) < square && R::SHORTEST_SQUARED <= square;
+    !bent
+}
+
+/// The sum of scalar products of the parts of particles with what a function says of them.
+#[inline(always)]
+fn dot_parts<R: Real>(parts: &[R::Vec3; 4], of: impl Fn(usize) -> R::Vec3) -> R {
+    let [a, b, c, d] = from_fn(|end| parts[end].dot(of(end)));
+    (a + b) + (c + d)
+}
+
+/// The scalar products of vectors in lanes.
+#[inline(always)]
+fn dots<R: Real, const M: usize>(a: &Triple<R, M>, b: &Triple<R, M>) -> [R; M] {
+    from_fn(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+}
+
+/// The products of numbers, lane by lane.
+#[inline(always)]
+fn product<R: Real, const M: usize>(a: [R; M], b: [R; M]) -> [R; M] {
+    from_fn(|lane| a[lane] * b[lane])
 }

@@ -1,8 +1,7 @@
 //! The law of a spring and a damper in parallel: its force, its energy and its derivative.
 
-use crate::number::Real;
+use crate::number::{Real, Vector};
 use crate::pack::{Number, dot, zip};
-use glam::DVec3;
 
 /// Rest length, metres, stiffness, newtons per metre, and damping, newton seconds per metre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,38 +70,40 @@ pub fn energy(length: f64, law: Law<f64>) -> f64 {
 /// The derivative of the force of a spring about a motion.
 ///
 /// A small displacement w of here as seen from there changes the force by k u (u·w) + (T/L) (w − u
-/// (u·w)), T = k (L − rest) being the tension of the spring: stretched, it also resists a sideways
+/// (u·w)), T being the tension of the spring and its damper: stretched, it also resists a sideways
 /// motion, as a string does. A small velocity changes it by b u (u·w). How a damper turns with its
-/// spring is left out: that part is not symmetric.
+/// spring is left out: that part is not symmetric. The fast twin is in `matrix.rs`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tangent {
+pub struct Tangent<R: Real> {
     /// Unit vector of the spring; zero where it has no direction.
-    pub direction: DVec3,
+    pub direction: R::Vec3,
     /// Stiffness along the spring, newtons per metre.
-    pub along: f64,
+    pub along: R,
     /// Stiffness across it, newtons per metre; negative where it pushes.
-    pub across: f64,
+    pub across: R,
     /// Damping along it, newton seconds per metre.
-    pub damping: f64,
+    pub damping: R,
 }
 
-impl Tangent {
-    /// The derivative about the vector `across` from one end to the other, metres.
-    pub fn new(apart: DVec3, law: Law<f64>) -> Self {
-        let length = Real::sqrt(apart.dot(apart));
-        if length == 0.0 {
+impl<R: Real> Tangent<R> {
+    /// The derivative about the way from there to here, metres, and a velocity of here as seen from
+    /// there, metres per second.
+    pub fn new([d, v]: [R::Vec3; 2], law: Law<R>) -> Self {
+        let square = d.dot(d);
+        let has_direction = R::SHORTEST_SQUARED <= square;
+        if !has_direction {
             return Tangent::default();
         }
-        Tangent {
-            direction: apart / length,
-            along: law.stiffness,
-            across: law.stiffness * (1.0 - law.rest / length),
-            damping: law.damping,
-        }
+        let length = Real::sqrt(square);
+        let inverse = R::ONE / length;
+        let direction = d * inverse;
+        let tension = law.stiffness * (length - law.rest) + law.damping * direction.dot(v);
+        let (across, damping) = (tension * inverse, law.damping);
+        Tangent { direction, along: law.stiffness, across, damping }
     }
 
     /// The products of stiffness and damping with a relative motion.
-    pub fn products(&self, relative: DVec3) -> [DVec3; 2] {
+    pub fn products(&self, relative: R::Vec3) -> [R::Vec3; 2] {
         let along = self.direction * self.direction.dot(relative);
         [along * self.along + (relative - along) * self.across, along * self.damping]
     }

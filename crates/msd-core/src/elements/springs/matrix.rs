@@ -5,25 +5,16 @@
 //! row.
 
 use super::Springs;
-use super::law::Law;
+use super::law::{Law, Tangent};
 use super::layout::{Band, Layout, Row};
 use super::sweep::{add_column, add_to_quads, columns_of, laws, motion, set_points};
 use crate::columns::slots::Slots;
-use crate::columns::{Aligned, LANES, RECORD, load, set_vector, store, vector};
-use crate::elements::Motion;
+use crate::columns::{Aligned, LANES, RECORD, add_vector, load, store, vector};
+use crate::elements::{Motion, Stage};
 use crate::number::{GATHERED, POINT, QUAD, Real, Vector, at_level};
 use crate::pack::{Number, Pack, zip};
 use alloc::vec::Vec;
 use fearless_simd::{Level, Simd};
-
-/// A stage of an implicit method: the motion about which its matrix is taken.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Stage<'a, R> {
-    pub(crate) level: Level,
-    pub(crate) motion: Motion<'a, R>,
-    /// Length, seconds.
-    pub(crate) tau: R,
-}
 
 /// The terms of springs in the matrix, kilograms.
 ///
@@ -85,30 +76,37 @@ impl<R: Real> SpringMatrix<R> {
         &mut self,
         springs: &Springs<R>,
         stage: &Stage<'_, R>,
-        blocks: [&mut [R]; 2],
+        blocks: &mut [&mut [R]; 2],
     ) {
         let Springs { layout, values, .. } = springs;
-        let Stage { level, tau, motion: Motion { positions, velocities, .. } } = *stage;
+        let (tau, level) = (stage.tau, stage.moment.level);
+        let Motion { positions, velocities, .. } = stage.moment.motion;
         if !layout.others.is_empty() {
             let points = &mut self.points[layout.reach() * LANES * POINT..];
             at_level!(level, simd => set_points(simd, [positions, velocities], points));
         }
         let SpringMatrix { rows, extras, ahead, points, named } = self;
         let mut sweep = Linearise { positions, velocities, points, table: values, tau, rows };
-        let mut sums =
-            RowSums { columns: blocks, ahead: ahead.each_mut().map(|a| &mut **a), named };
+        let mut sums = RowSums {
+            columns: blocks.each_mut().map(|block| &mut **block),
+            ahead: ahead.each_mut().map(|a| &mut **a),
+            named,
+        };
         at_level!(level, simd => walk(simd, layout, &mut sweep, &mut sums));
         extras.clear();
         let [upper, lower] = sums.columns;
         for extra in &layout.extras {
             let ends = extra.at.map(|at| at as usize);
-            let motion = |at| [vector::<R>(positions, at), vector::<R>(velocities, at)];
-            let weights =
-                SpringProduct::new(ends.map(motion), springs.law(extra.spring as usize), tau);
+            let [d, v] = [positions, velocities].map(|column| {
+                let [here, there] = ends.map(|at| vector::<R>(column, at));
+                here - there
+            });
+            let law = springs.law(extra.spring as usize);
+            let weights = SpringProduct::new(Tangent::new([d, v], law), tau);
             for at in ends {
                 let [a, b] = weights.block();
-                set_vector(upper, at, vector::<R>(upper, at) + a);
-                set_vector(lower, at, vector::<R>(lower, at) + b);
+                add_vector::<R>(upper, at, a);
+                add_vector::<R>(lower, at, b);
             }
             extras.push(weights);
         }
@@ -137,29 +135,18 @@ impl<R: Real> SpringMatrix<R> {
             let d = vector::<R>(direction, here) - vector::<R>(direction, there);
             let along = weights.along * weights.direction.dot(d);
             let product = d * weights.across + weights.direction * along;
-            set_vector(products, here, vector::<R>(products, here) + product);
-            set_vector(products, there, vector::<R>(products, there) - product);
+            add_vector::<R>(products, here, product);
+            add_vector::<R>(products, there, -product);
         }
     }
 }
 
 impl<R: Real> SpringProduct<R> {
-    /// The weights between two ends, each a position and a velocity.
-    fn new([here, there]: [[R::Vec3; 2]; 2], law: super::law::Law<R>, tau: R) -> Self {
-        let (d, v) = (here[0] - there[0], here[1] - there[1]);
-        let square = d.dot(d);
-        let has_direction = R::SHORTEST_SQUARED <= square;
-        if !has_direction {
-            // Without direction, without force, as in the law.
-            return SpringProduct { direction: R::Vec3::ZERO, along: R::ZERO, across: R::ZERO };
-        }
-        let length = Real::sqrt(square);
-        let inverse = R::ONE / length;
-        let direction = d * inverse;
-        let tension = law.stiffness * (length - law.rest) + law.damping * direction.dot(v);
-        let across = tau * tau * Real::max(tension * inverse, R::ZERO);
-        let along = tau * (tau * law.stiffness + law.damping) - across;
-        SpringProduct { direction, along, across }
+    /// The weights of a derivative.
+    fn new(tangent: Tangent<R>, tau: R) -> Self {
+        let across = tau * tau * Real::max(tangent.across, R::ZERO);
+        let along = tau * (tau * tangent.along + tangent.damping) - across;
+        SpringProduct { direction: tangent.direction, along, across }
     }
 
     /// Its term in the block of either end: xx, xy and xz, and yy, yz and zz.

@@ -1,35 +1,36 @@
 //! Springs with dampers, nearly all of the work of a step.
 //!
-//! [`law`] is the force of one spring; [`plain`] sums it over all springs in one loop, and is the
-//! reference for `sweep`, which takes sixteen at a time in the order that `layout` has found;
-//! `share` gives these to threads.
+//! [`law`] is the force of one spring. `sweep` takes sixteen at a time in the order that `layout`
+//! has found; `share` gives these to threads.
 
 pub mod law;
 mod unstructured;
 pub(crate) mod layout;
 mod table;
-#[doc(hidden)]
-pub mod plain;
 pub(crate) mod gather;
 mod sweep;
 mod share;
 pub(crate) mod matrix;
 
 use crate::columns::slots::Slots;
+use crate::columns::threads::merge_shares;
 use crate::columns::{Aligned, LANES, single};
-use crate::elements::{Element, Motion, Products, Vectors};
-use crate::number::{Real, Vector};
-use crate::scene::Spring;
+use crate::elements::touches::near::Near;
+use crate::elements::{
+    ColumnProducts, Derivatives, Element, Force, ForceWork, MatrixSums, Moment, Motion, Products,
+    Projection, Stage, Vectors,
+};
+use crate::number::{Instructions, Real, Vector, at_level};
+use crate::scene::{Scene, Spring};
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::Range;
-use fearless_simd::Level;
 use glam::DVec3;
 use law::{Law, Tangent};
 pub use layout::Sum;
 use layout::{Layout, Turn};
 pub(crate) use share::SpringWork;
-use share::Sweep;
+use share::{Share, Sweep, sum};
 use sweep::Input;
 use table::Table;
 
@@ -55,29 +56,13 @@ impl<R: Real> Values<R> {
         *self == Values::Same(R::ZERO)
     }
 
+    /// A column has one form only.
     fn collect(values: impl ExactSizeIterator<Item = R> + Clone) -> Self {
         let first = values.clone().next().unwrap_or(R::ZERO);
         if values.clone().all(|value| value == first) {
             Values::Same(first)
         } else {
             Values::Each(values.collect())
-        }
-    }
-
-    /// Sets the values of a range of springs out of `count`; a column has one form only.
-    fn set(&mut self, range: Range<usize>, count: usize, value: R) {
-        let mut values: Vec<R> = (0..count).map(|spring| self.get(spring)).collect();
-        values[range].fill(value);
-        *self = Values::collect(values.iter().copied());
-    }
-
-    fn convert<S: Real>(&self, count: usize) -> Values<S> {
-        match self {
-            Values::Same(value) => Values::Same(S::of(value.to_f64())),
-            Values::Each(_) => {
-                let values: Vec<S> = (0..count).map(|row| S::of(self.get(row).to_f64())).collect();
-                Values::collect(values.iter().copied())
-            }
         }
     }
 }
@@ -107,35 +92,26 @@ impl<R: Real> Springs<R> {
         rows: &[Spring],
         bodies: &[Range<usize>],
     ) -> (Slots, Springs<R>) {
-        let ends: Vec<[u32; 2]> = rows.iter().map(|s| s.ends.map(|end| end as u32)).collect();
-        let (slots, layout) = Layout::new(count, &ends, bodies);
-        let springs = rows.iter();
         let mut springs = Springs {
-            ends,
-            rest_lengths: springs.clone().map(|s| R::of(s.rest_length)).collect(),
-            stiffnesses: Values::collect(springs.clone().map(|s| R::of(s.stiffness))),
-            dampings: Values::collect(springs.map(|s| R::of(s.damping))),
+            ends: Vec::new(),
+            rest_lengths: Vec::new(),
+            stiffnesses: Values::Same(R::ZERO),
+            dampings: Values::Same(R::ZERO),
             cut: Vec::new(),
-            layout,
+            layout: Layout::default(),
             values: Aligned::default(),
             stiffness_sums: Aligned::default(),
         };
-        springs.renew();
-        (slots, springs)
+        (springs.add(count, rows, bodies), springs)
     }
 
-    /// Adds springs and orders all of them anew, as in [`Springs::new`].
+    /// Adds springs and orders all of them anew.
     pub(crate) fn add(&mut self, count: usize, rows: &[Spring], bodies: &[Range<usize>]) -> Slots {
-        let mut stiffnesses: Vec<R> = self.columns(|law| law.stiffness);
-        let mut dampings: Vec<R> = self.columns(|law| law.damping);
-        for spring in rows {
-            self.ends.push(spring.ends.map(|end| end as u32));
-            self.rest_lengths.push(R::of(spring.rest_length));
-            stiffnesses.push(R::of(spring.stiffness));
-            dampings.push(R::of(spring.damping));
-        }
-        self.stiffnesses = Values::collect(stiffnesses.iter().copied());
-        self.dampings = Values::collect(dampings.iter().copied());
+        let mut constants = self.constants();
+        self.ends.extend(rows.iter().map(|spring| spring.ends.map(|end| end as u32)));
+        self.rest_lengths.extend(rows.iter().map(|spring| R::of(spring.rest_length)));
+        constants.extend(rows.iter().map(|row| [row.stiffness, row.damping].map(R::of)));
+        self.set_constants(&constants);
         let cut = core::mem::take(&mut self.cut);
         let slots;
         (slots, self.layout) = Layout::new(count, &self.ends, bodies);
@@ -146,8 +122,15 @@ impl<R: Real> Springs<R> {
         slots
     }
 
-    fn columns(&self, value: impl Fn(Law<R>) -> R) -> Vec<R> {
-        (0..self.ends.len()).map(|spring| value(self.law(spring))).collect()
+    /// Stiffness and damping of each spring.
+    fn constants(&self) -> Vec<[R; 2]> {
+        let constants = |spring| [self.stiffnesses.get(spring), self.dampings.get(spring)];
+        (0..self.ends.len()).map(constants).collect()
+    }
+
+    fn set_constants(&mut self, constants: &[[R; 2]]) {
+        self.stiffnesses = Values::collect(constants.iter().map(|[stiffness, _]| *stiffness));
+        self.dampings = Values::collect(constants.iter().map(|[_, damping]| *damping));
     }
 
     /// The two particles of each spring, cut or not.
@@ -238,42 +221,15 @@ impl<R: Real> Springs<R> {
         self.stiffness_sums = Aligned::default();
     }
 
-    pub(crate) fn set_stiffness(&mut self, springs: Range<usize>, value: R) {
-        self.stiffnesses.set(springs, self.ends.len(), value);
-    }
-
-    pub(crate) fn set_damping(&mut self, springs: Range<usize>, value: R) {
-        self.dampings.set(springs, self.ends.len(), value);
-    }
-
     /// Changes stiffness and damping of a range of springs.
     pub(crate) fn change(&mut self, springs: Range<usize>, change: impl Fn([R; 2]) -> [R; 2]) {
-        let constants = |spring| [self.stiffnesses.get(spring), self.dampings.get(spring)];
-        let mut all: Vec<[R; 2]> = (0..self.ends.len()).map(constants).collect();
+        let mut all = self.constants();
         all[springs].iter_mut().for_each(|constants| *constants = change(*constants));
-        self.stiffnesses = Values::collect(all.iter().map(|[stiffness, _]| *stiffness));
-        self.dampings = Values::collect(all.iter().map(|[_, damping]| *damping));
+        self.set_constants(&all);
     }
 
     pub(crate) fn rest_lengths_mut(&mut self, springs: Range<usize>) -> &mut [R] {
         &mut self.rest_lengths[springs]
-    }
-
-    /// The same springs in another precision, each number rounded once.
-    pub(crate) fn convert<S: Real>(&self) -> Springs<S> {
-        let count = self.ends.len();
-        let mut springs = Springs {
-            ends: self.ends.clone(),
-            rest_lengths: self.rest_lengths.iter().map(|rest| S::of(rest.to_f64())).collect(),
-            stiffnesses: self.stiffnesses.convert(count),
-            dampings: self.dampings.convert(count),
-            cut: self.cut.clone(),
-            layout: self.layout.clone(),
-            values: Aligned::default(),
-            stiffness_sums: Aligned::default(),
-        };
-        springs.renew();
-        springs
     }
 
     /// Takes over numbers of springs that have changed into the rows.
@@ -308,39 +264,57 @@ impl<R: Real> Springs<R> {
         self.stiffness_sums = sums;
     }
 
-    /// Adds the pull of every spring, newtons, and returns the power that dampers dissipate, watts.
-    pub(crate) fn add_all(
-        &self,
-        level: Level,
-        motion: &Motion<'_, R>,
-        work: &mut SpringWork<R>,
-        forces: &mut [R],
-    ) -> f64 {
-        let Springs { layout, values, .. } = self;
-        let Motion { positions, velocities, .. } = *motion;
-        let input = Input { layout, values, positions, velocities };
-        Sweep { springs: self, level, damped: self.is_damped(), input }.run(work, forces)
+    /// The derivative of the force of a spring.
+    fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent<f64> {
+        let [a, b] = self.ends[spring].map(|end| motion.position(end as usize).to_f64());
+        Tangent::new([b - a, DVec3::ZERO], self.law(spring).to_f64())
     }
 
-    /// The derivative of the force of a spring.
-    pub(crate) fn tangent(&self, motion: &Motion<'_, R>, spring: usize) -> Tangent {
-        let [a, b] = self.ends[spring].map(|end| motion.position(end as usize).to_f64());
-        Tangent::new(b - a, self.law(spring).to_f64())
+    /// Adds the products of the derivatives of all springs that are there.
+    fn add_products_of(
+        &self,
+        tangents: impl Iterator<Item = Tangent<f64>>,
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        let is_damped = self.is_damped();
+        for ((_, [a, b]), tangent) in self.present().zip(tangents) {
+            let [pull, drag] = tangent.products(direction[b] - direction[a]);
+            products.stiffness[a] -= pull;
+            products.stiffness[b] += pull;
+            if is_damped {
+                products.damping[a] -= drag;
+                products.damping[b] += drag;
+            }
+        }
+    }
+
+    /// The energy of all springs, joules; the sums of |k stretch| and of k, by which rounding
+    /// changes it.
+    fn stored(&self, motion: &Motion<'_, R>) -> [f64; 3] {
+        let mut sums = [0.0; 3];
+        for (spring, ends) in self.present() {
+            let law = self.law(spring).to_f64();
+            let [a, b] = ends.map(|end| motion.position(end).to_f64());
+            let length = Real::sqrt((b - a).dot(b - a));
+            sums[0] += law::energy(length, law);
+            sums[1] += law.stiffness * (length - law.rest).abs();
+            sums[2] += law.stiffness;
+        }
+        sums
     }
 }
 
 impl<R: Real> Element<R> for Springs<R> {
     fn add_forces(&self, motion: &Motion<'_, R>, forces: &mut Vectors<'_, R>) -> f64 {
-        let mut work = SpringWork::new(self, motion.slots);
-        self.add_all(crate::number::Instructions::best().level(), motion, &mut work, forces.numbers)
+        let mut work = ForceWork::new(self, motion.slots);
+        let level = Instructions::best().level();
+        let moment = Moment { level, motion: *motion, inverse_masses: &[] };
+        Force::add_forces(self, &moment, &mut work, forces.numbers)
     }
 
     fn energy(&self, motion: &Motion<'_, R>) -> f64 {
-        let energy = |(spring, ends): (usize, [usize; 2])| {
-            let [a, b] = ends.map(|end| motion.position(end).to_f64());
-            law::energy(Real::sqrt((b - a).dot(b - a)), self.law(spring).to_f64())
-        };
-        self.present().map(energy).sum()
+        self.stored(motion)[0]
     }
 
     fn add_products(
@@ -349,9 +323,119 @@ impl<R: Real> Element<R> for Springs<R> {
         direction: &[DVec3],
         products: &mut Products<'_>,
     ) {
-        for (spring, [a, b]) in self.present() {
-            let tangent = self.tangent(motion, spring);
-            products.add_between([a, b], tangent.products(direction[b] - direction[a]));
+        let tangents = self.present().map(|(spring, _)| self.tangent(motion, spring));
+        self.add_products_of(tangents, direction, products);
+    }
+}
+
+impl<R: Real> Force<R> for Springs<R> {
+    fn element(&self) -> Option<&dyn Element<R>> {
+        Some(self)
+    }
+
+    fn count(&self) -> usize {
+        self.count()
+    }
+
+    fn is_damped(&self) -> bool {
+        self.is_damped()
+    }
+
+    fn add_forces(&self, moment: &Moment<'_, R>, work: &mut ForceWork<R>, forces: &mut [R]) -> f64 {
+        let Springs { layout, values, .. } = self;
+        let Motion { positions, velocities, .. } = moment.motion;
+        let input = Input { layout, values, positions, velocities };
+        let (level, damped) = (moment.level, self.is_damped());
+        let sweep = Sweep { springs: self, level, damped, input };
+        let SpringWork { power, groups: work } = &mut work.springs;
+        let sums = (&mut *forces, &mut **power);
+        let groups = &layout.groups[..];
+        sweep.add_groups(Share { groups, work, first: 0, forces: sums.0, power: sums.1 });
+        sweep.add_late_sums(work, (&mut *forces, &mut *power));
+        sweep.add_extras((forces, power));
+        if !damped {
+            return 0.0;
         }
+        let sum_share = |power: &[R]| at_level!(level, _simd => sum(power));
+        merge_shares(&**power, &sum_share, &|low, high| low + high)
+    }
+
+    fn energy_and_pulls(&self, moment: &Moment<'_, R>, _: &Near<R>) -> [f64; 3] {
+        self.stored(&moment.motion)
+    }
+
+    fn differentiate(&self, moment: &Moment<'_, R>, _: &mut Near<R>, to: &mut Derivatives) {
+        let springs = self.present();
+        to.springs.clear();
+        to.springs.extend(springs.map(|(spring, _)| self.tangent(&moment.motion, spring)));
+    }
+
+    fn add_products(
+        &self,
+        (_, derivatives): (&Motion<'_, R>, &Derivatives),
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        self.add_products_of(derivatives.springs.iter().copied(), direction, products);
+    }
+
+    fn add_row_sums(&self, _: &Motion<'_, R>, _: &Derivatives, sums: &mut [[f64; 2]]) {
+        for (spring, ends) in self.present() {
+            let law = self.law(spring);
+            for end in ends {
+                sums[end][0] += law.stiffness.to_f64();
+                sums[end][1] += law.damping.to_f64();
+            }
+        }
+    }
+
+    fn linearise(&self, stage: &Stage<'_, R>, to: &mut MatrixSums<'_, R>) {
+        to.work.springs.linearise(self, stage, &mut to.blocks);
+    }
+
+    fn multiply(&self, stage: &Stage<'_, R>, to: &mut ColumnProducts<'_, R>) {
+        let ColumnProducts { work, direction, products } = to;
+        work.springs.add_products(stage.moment.level, self, direction, products);
+    }
+
+    /// A spring is a constraint of compliance 1/k.
+    fn project(&self, projection: &mut Projection<'_, R>) {
+        let Projection { h, inverse_masses, starts, ways, .. } = projection;
+        let h = *h;
+        for (spring, [a, b]) in self.present() {
+            let parted = ways[b] - ways[a];
+            let across = (starts[b] - starts[a]) + parted;
+            let squared = across.dot(across);
+            if squared < R::SHORTEST_SQUARED {
+                continue;
+            }
+            let law = self.law(spring);
+            let length = squared.sqrt();
+            let direction = across * (R::ONE / length);
+            let stiff = law.stiffness * h * h;
+            let damp = law.damping * h;
+            let moved = direction.dot(parted);
+            let stretch = length - law.rest;
+            let yielding = R::ONE + (stiff + damp) * (inverse_masses[a] + inverse_masses[b]);
+            let pull = direction * ((stiff * stretch + damp * moved) / yielding);
+            ways[a] += pull * inverse_masses[a];
+            ways[b] -= pull * inverse_masses[b];
+        }
+    }
+
+    fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {
+        self.present().for_each(|(_, ends)| join(ends.map(|end| end as u32)));
+    }
+
+    fn write(&self, rows: &mut Scene) {
+        rows.springs.extend(self.ends.iter().enumerate().map(|(row, ends)| {
+            let law = self.law(row).to_f64();
+            Spring {
+                ends: ends.map(|end| end as usize),
+                rest_length: law.rest,
+                stiffness: law.stiffness,
+                damping: law.damping,
+            }
+        }));
     }
 }

@@ -3,10 +3,10 @@
 //! Forces between parts of a block are added when all parts are done.
 
 use super::Springs;
-use super::layout::Band;
-use super::sweep::{Input, Sums, add_column, add_extras, add_springs};
+use super::layout::{Band, Piece};
+use super::sweep::{Input, Sums, add_column, add_extras, add_named, add_segments};
 use crate::columns::slots::Slots;
-use crate::columns::threads::{are_several, for_each_share, join, merge_shares};
+use crate::columns::threads::{are_several, for_each_share, join};
 use crate::columns::{Aligned, LANES, RECORD};
 use crate::number::{POINT, QUAD, Real, at_level};
 use alloc::vec::Vec;
@@ -16,14 +16,14 @@ use fearless_simd::Level;
 /// Scratch of an evaluation of springs.
 #[derive(Clone, Debug)]
 pub(crate) struct SpringWork<R: Real> {
-    power: Aligned<R>,
+    pub(super) power: Aligned<R>,
     /// For each group of pieces.
-    groups: Vec<GroupWork<R>>,
+    pub(super) groups: Vec<GroupWork<R>>,
 }
 
 /// Scratch of the evaluation of a group of pieces; see [`Sums`].
 #[derive(Clone, Debug)]
-struct GroupWork<R: Real> {
+pub(super) struct GroupWork<R: Real> {
     ahead: Aligned<R>,
     burnt: Aligned<R>,
     later: Aligned<R>,
@@ -47,6 +47,13 @@ impl<R: Real> SpringWork<R> {
     }
 }
 
+impl<R: Real> GroupWork<R> {
+    fn sums<'a>(&'a mut self, forces: &'a mut [R], power: &'a mut [R]) -> Sums<'a, R> {
+        let GroupWork { ahead, burnt, later, points } = self;
+        Sums { forces, power, ahead, burnt, later, points }
+    }
+}
+
 /// An evaluation of all springs.
 #[derive(Clone, Copy)]
 pub(super) struct Sweep<'a, R: Real> {
@@ -57,38 +64,27 @@ pub(super) struct Sweep<'a, R: Real> {
 }
 
 /// Groups of pieces, with what they write: numbers that are theirs alone.
-struct Share<'a, R: Real> {
-    groups: &'a [Range<usize>],
-    work: &'a mut [GroupWork<R>],
+pub(super) struct Share<'a, R: Real> {
+    pub(super) groups: &'a [Range<usize>],
+    pub(super) work: &'a mut [GroupWork<R>],
     /// The first number in the columns of vectors.
-    first: usize,
-    forces: &'a mut [R],
-    power: &'a mut [R],
+    pub(super) first: usize,
+    pub(super) forces: &'a mut [R],
+    pub(super) power: &'a mut [R],
 }
 
 impl<R: Real> Sweep<'_, R> {
-    /// Adds the pull of every spring and returns the power that dampers dissipate, watts.
-    pub(super) fn run(&self, work: &mut SpringWork<R>, forces: &mut [R]) -> f64 {
-        let SpringWork { power, groups: work, .. } = work;
-        let groups = &self.input.layout.groups[..];
-        let sums = (&mut *forces, &mut **power);
-        self.add_groups(Share { groups, work, first: 0, forces: sums.0, power: sums.1 });
-        self.add_late_sums(work, (&mut *forces, &mut *power));
-        self.add_extras((forces, power));
-        if !self.damped {
-            return 0.0;
-        }
-        let sum_share = |power: &[R]| at_level!(self.level, _simd => sum(power));
-        merge_shares(&**power, &sum_share, &|low, high| low + high)
-    }
-
     /// Adds the pull of all springs of a share that fit rows, half of the groups at a time.
-    fn add_groups(&self, share: Share<'_, R>) {
+    pub(super) fn add_groups(&self, share: Share<'_, R>) {
         let Share { groups, work, first, forces, power } = share;
         let half = groups.len() / 2;
         if half == 0 || !are_several() {
             for (group, work) in groups.iter().zip(work) {
-                self.add_group(group.clone(), work, first, (&mut *forces, &mut *power));
+                for piece in &self.input.layout.pieces[group.clone()] {
+                    let numbers = piece.numbers.start - first..piece.numbers.end - first;
+                    let power = &mut power[numbers.start / 3..numbers.end / 3];
+                    self.add_piece(piece, work.sums(&mut forces[numbers], power));
+                }
             }
             return;
         }
@@ -104,33 +100,34 @@ impl<R: Real> Sweep<'_, R> {
         join(|| self.add_groups(low), || self.add_groups(high));
     }
 
-    /// Adds the pull of the springs of a group to columns that start at a number.
-    fn add_group(
-        &self,
-        group: Range<usize>,
-        work: &mut GroupWork<R>,
-        first: usize,
-        (forces, power): (&mut [R], &mut [R]),
-    ) {
+    /// Adds the pull of the springs of a piece.
+    fn add_piece(&self, piece: &Piece, sums: Sums<'_, R>) {
         let Sweep { level, input, .. } = *self;
-        for piece in &input.layout.pieces[group] {
-            let numbers = piece.numbers.start - first..piece.numbers.end - first;
-            let power = &mut power[numbers.start / 3..numbers.end / 3];
-            let forces = &mut forces[numbers];
-            let GroupWork { ahead, burnt, later, points } = &mut *work;
-            let sums = Sums { forces, power, ahead, burnt, later, points };
-            if piece.rows.is_empty() {
-                sums.power.fill(R::ZERO);
-            } else if self.damped {
-                at_level!(level, simd => add_springs::<_, R, true>(simd, piece, input, sums));
-            } else {
-                at_level!(level, simd => add_springs::<_, R, false>(simd, piece, input, sums));
-            }
+        let band = &input.layout.bands[piece.band];
+        let (of, part) = ((band, piece), piece.is_part);
+        if piece.rows.is_empty() {
+            sums.power.fill(R::ZERO);
+        } else if self.damped {
+            at_level!(level, isa => match band.halo {
+                None => add_named::<_, R, true>(isa, of, input, sums),
+                Some(halo) if part => add_segments::<_, R, true, true>(isa, of, halo, input, sums),
+                Some(halo) => add_segments::<_, R, true, false>(isa, of, halo, input, sums),
+            });
+        } else {
+            at_level!(level, isa => match band.halo {
+                None => add_named::<_, R, false>(isa, of, input, sums),
+                Some(halo) if part => add_segments::<_, R, false, true>(isa, of, halo, input, sums),
+                Some(halo) => add_segments::<_, R, false, false>(isa, of, halo, input, sums),
+            });
         }
     }
 
     /// Adds what parts have kept: forces on later parts, then those on the ends of segments.
-    fn add_late_sums(&self, work: &[GroupWork<R>], (forces, power): (&mut [R], &mut [R])) {
+    pub(super) fn add_late_sums(
+        &self,
+        work: &[GroupWork<R>],
+        (forces, power): (&mut [R], &mut [R]),
+    ) {
         let layout = self.input.layout;
         let parts = || {
             let groups = layout.groups.iter().zip(work);
@@ -169,7 +166,7 @@ impl<R: Real> Sweep<'_, R> {
     }
 
     /// Adds the pull of the springs that fit no row.
-    fn add_extras(&self, sums: (&mut [R], &mut [R])) {
+    pub(super) fn add_extras(&self, sums: (&mut [R], &mut [R])) {
         let Sweep { level, input, springs, .. } = *self;
         if input.layout.extras.is_empty() {
             return;
@@ -185,7 +182,7 @@ impl<R: Real> Sweep<'_, R> {
 
 /// The sum of a column of numbers: one sum for each lane, then theirs.
 #[inline(always)]
-fn sum<R: Real>(column: &[R]) -> f64 {
+pub(super) fn sum<R: Real>(column: &[R]) -> f64 {
     let mut sums = [0.0; LANES];
     for record in column.as_chunks::<LANES>().0 {
         for (sum, number) in sums.iter_mut().zip(record) {

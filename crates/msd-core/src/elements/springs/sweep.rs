@@ -49,29 +49,12 @@ pub(super) fn laws<S: Simd, R: Real>(
     (law, Pack::<S, R>::mask(simd, u64::from(row.mask >> part)))
 }
 
-/// Adds the pull of every spring of a piece that fits a row.
-#[inline(always)]
-pub(crate) fn add_springs<S: Simd, R: Real, const DAMPED: bool>(
-    simd: S,
-    piece: &Piece,
-    input: Input<'_, R>,
-    sums: Sums<'_, R>,
-) {
-    let band = &input.layout.bands[piece.band];
-    match band.halo {
-        Some(halo) if piece.is_part => {
-            add_segments::<S, R, DAMPED, true>(simd, (band, halo, piece), input, sums);
-        }
-        Some(halo) => add_segments::<S, R, DAMPED, false>(simd, (band, halo, piece), input, sums),
-        None => add_named::<S, R, DAMPED>(simd, (band, piece), input, sums),
-    }
-}
-
 /// Adds the springs between records, each evaluated once.
 #[inline(always)]
-fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
+pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: bool>(
     simd: S,
-    (band, halo, piece): (&Band, usize, &Piece),
+    (band, piece): (&Band, &Piece),
+    halo: usize,
     input: Input<'_, R>,
     Sums { forces, power, ahead, burnt, later, .. }: Sums<'_, R>,
 ) {
@@ -145,7 +128,7 @@ const TOGETHER: usize = 8;
 /// Adds the springs whose other ends are named one by one, each evaluated once: the forces on those
 /// ends are summed in quads, one for each slot, and added to the forces at the end.
 #[inline(always)]
-fn add_named<S: Simd, R: Real, const DAMPED: bool>(
+pub(super) fn add_named<S: Simd, R: Real, const DAMPED: bool>(
     simd: S,
     (band, piece): (&Band, &Piece),
     input: Input<'_, R>,

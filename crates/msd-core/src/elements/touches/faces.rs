@@ -12,8 +12,9 @@
 //! Of a row that is folded inwards the nearest point jumps from one side to the other, and with it
 //! the direction of the force; its energy does not.
 
+use super::Touches;
+use super::law::{Closed, PairLaw};
 use super::tangent::Touching;
-use super::{Closed, PairLaw, Touches};
 use crate::columns::{set_vector, vector};
 use crate::elements::Motion;
 use crate::grid::Grid;

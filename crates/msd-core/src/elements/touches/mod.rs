@@ -1,26 +1,31 @@
 //! Touches: particles with a radius, which push each other where they overlap.
 //!
-//! `PairLaw` is the push of a pair. A force is the sum over pairs in ascending order of their
+//! `law.rs` is the push of a pair. A force is the sum over pairs in ascending order of their
 //! particles, and a pair that does not touch adds nothing at all: so its bits do not depend on
 //! which pairs were looked at. `near` lists those that may touch. `faces` is what particles have
 //! with triangles, by the same law.
 
 pub(crate) mod tangent;
+mod law;
 mod faces;
 pub(crate) mod near;
 
-use super::Motion;
+use super::{
+    ColumnProducts, Derivatives, Element, Force, ForceWork, Joints, MatrixSums, Moment, Motion,
+    Products, Projection, Stage,
+};
 use crate::columns::slots::Slots;
-use crate::columns::{Aligned, LANES, set_vector, single, vector};
+use crate::columns::{Aligned, LANES, add_vector, set_vector, single, vector};
 use crate::number::{Real, Vector};
-use crate::scene::{Between, Touch, do_touch};
+use crate::scene::{Between, Scene, Touch, do_touch};
 use alloc::vec::Vec;
 use glam::DVec3;
-use near::{Listed, Pair};
-use tangent::{TouchTangents, Touching};
+use law::PairLaw;
+use near::{Listed, Near};
+use tangent::TouchTangents;
 
 /// The touches of a model.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Touches {
     /// As written, less particles that were removed.
     rows: Vec<Touch>,
@@ -47,176 +52,8 @@ struct Bead {
     is_corner: bool,
 }
 
-/// The law of a pair: the sum of its radii, metres, and the numbers of [`Touch`].
-#[derive(Clone, Copy, Debug)]
-struct PairLaw<R> {
-    reach: R,
-    stiffness: R,
-    damping: R,
-    friction: R,
-}
-
-/// The touch of a pair at a motion.
-#[derive(Clone, Copy, Debug)]
-struct Closed<R: Real> {
-    /// From the first particle to the second, of length one.
-    normal: R::Vec3,
-    distance: R,
-    /// How much closer they are than the sum of their radii, metres.
-    overlap: R,
-    /// The speed at which they part, metres per second.
-    rate: R,
-    /// Velocity of the second across the normal, as seen from the first.
-    slip: R::Vec3,
-    /// The push, newtons.
-    push: R,
-    /// The factor of friction, newton seconds per metre.
-    grip: R,
-}
-
-impl<R: Real> PairLaw<R> {
-    /// The law of two rows, and what stands between them.
-    fn new(a: &Touch, b: &Touch, between: Option<&Between>) -> Self {
-        let between = between.copied().unwrap_or_default();
-        let friction = || Real::sqrt(a.friction) * Real::sqrt(b.friction);
-        PairLaw {
-            reach: R::of(a.radius + b.radius),
-            stiffness: R::of(between.stiffness_of([a, b])),
-            damping: R::of(between.damping_of([a, b])),
-            friction: R::of(between.friction.unwrap_or_else(friction)),
-        }
-    }
-
-    /// The touch of two particles, by the position and the velocity of the second as seen from the
-    /// first and the sum of their reciprocal masses; `None` where they do not touch, or have no
-    /// direction.
-    #[inline(always)]
-    fn close(&self, [apart, relative]: [R::Vec3; 2], inverse_masses: R) -> Option<Closed<R>> {
-        let square = apart.dot(apart);
-        let touches = R::SHORTEST_SQUARED <= square && square < self.reach * self.reach;
-        if !touches || inverse_masses == R::ZERO {
-            return None;
-        }
-        let distance = square.sqrt();
-        let normal = apart * (R::ONE / distance);
-        let (overlap, rate) = (self.reach - distance, normal.dot(relative));
-        let push = R::max(overlap * self.stiffness - rate * self.damping, R::ZERO);
-        let slip = relative - normal * rate;
-        let mut grip = R::ZERO;
-        if self.friction != R::ZERO {
-            grip = (self.stiffness / inverse_masses).sqrt();
-            let (speed, most) = (slip.dot(slip).sqrt(), push * self.friction);
-            if most < grip * speed {
-                grip = most / speed;
-            }
-        }
-        Some(Closed { normal, distance, overlap, rate, slip, push, grip })
-    }
-
-    /// The impulse on the second of two particles in a substep, in kilogram metres, by where XPBD
-    /// has moved it to as seen from the first, by how much it has, and the sum of their reciprocal
-    /// masses; `None` where they do not touch.
-    #[inline(always)]
-    fn project(&self, [apart, moved]: [R::Vec3; 2], w: R, h: R) -> Option<R::Vec3> {
-        let square = apart.dot(apart);
-        let touches = R::SHORTEST_SQUARED <= square && square < self.reach * self.reach;
-        if !touches || w == R::ZERO {
-            return None;
-        }
-        let distance = square.sqrt();
-        let normal = apart * (R::ONE / distance);
-        let [stiff, damp] = [self.stiffness * h * h, self.damping * h];
-        let along = normal.dot(moved);
-        let yielding = R::ONE + (stiff + damp) * w;
-        let asked = stiff * (self.reach - distance) - damp * along;
-        let push = R::max(asked / yielding, R::ZERO);
-        let slip = moved - normal * along;
-        let mut drag = R::ZERO;
-        if self.friction != R::ZERO {
-            let grip = (self.stiffness / w).sqrt() * h;
-            drag = grip / (R::ONE + grip * w);
-            let (length, most) = (slip.dot(slip).sqrt(), push * self.friction);
-            if most < drag * length {
-                drag = most / length;
-            }
-        }
-        Some(normal * push - slip * drag)
-    }
-}
-
-impl<R: Real> Pair<R> {
-    /// Its touch at a motion, in columns.
-    #[inline(always)]
-    fn closed(&self, [x, v]: [&[R]; 2], inverse_masses: &[R]) -> Option<Closed<R>> {
-        let at = self.at.map(|at| at as usize);
-        let places = at.map(|at| vector::<R>(x, at));
-        // Most pairs of the list do not touch: no more than this is read of them.
-        let apart = places[1] - places[0];
-        if self.law.reach * self.law.reach <= apart.dot(apart) {
-            return None;
-        }
-        let masses = inverse_masses[at[0]] + inverse_masses[at[1]];
-        let velocities = at.map(|at| vector::<R>(v, at));
-        self.law.close([apart, velocities[1] - velocities[0]], masses)
-    }
-}
-
-impl<R: Real> Closed<R> {
-    /// The force on the second particle, newtons, and the power that is dissipated, watts.
-    #[inline(always)]
-    fn pull(&self, law: &PairLaw<R>) -> (R::Vec3, R) {
-        let force = self.normal * self.push - self.slip * self.grip;
-        let lost = (self.overlap * law.stiffness - self.push) * self.rate;
-        (force, lost + self.slip.dot(self.slip) * self.grip)
-    }
-
-    /// Its derivative, with the part of each particle in the motion of the second side as seen from
-    /// the first.
-    fn tangent<const N: usize>(
-        &self,
-        law: &PairLaw<R>,
-        particles: [u32; N],
-        at: [u32; N],
-        weights: [R; N],
-    ) -> Touching<N> {
-        let pushes = R::ZERO < self.push;
-        let number = |value: R| if pushes { value.to_f64() } else { 0.0 };
-        Touching {
-            particles: particles.map(|particle| particle as usize),
-            at: at.map(|at| at as usize),
-            weights: weights.map(R::to_f64),
-            normal: self.normal.to_f64(),
-            slide: DVec3::ZERO,
-            along: number(law.stiffness),
-            across: -number(law.stiffness * self.overlap / self.distance),
-            damping: number(law.damping),
-            grip: number(self.grip),
-        }
-    }
-}
-
 impl Touches {
-    /// Makes columns of rows.
-    pub(crate) fn new(
-        rows: &[Touch],
-        exempt: &[[usize; 2]],
-        ends: &[[u32; 2]],
-        slots: &Slots,
-    ) -> Self {
-        let mut touches = Touches {
-            rows: rows.to_vec(),
-            exempt: exempt.to_vec(),
-            beads: Vec::new(),
-            spared: Vec::new(),
-            spared_starts: Vec::new(),
-            triangles: Vec::new(),
-        };
-        touches.order(ends, slots);
-        touches
-    }
-
-    /// Makes the columns anew, for other slots or springs.
-    pub(crate) fn order(&mut self, ends: &[[u32; 2]], slots: &Slots) {
+    fn order(&mut self, Joints { ends, slots }: Joints<'_>) {
         self.beads.clear();
         for (row, touch) in self.rows.iter().enumerate() {
             let bead = |&particle: &usize| Bead {
@@ -332,11 +169,6 @@ impl Touches {
         (radii, largest)
     }
 
-    /// Pairs of particles by which all with a radius hang together.
-    pub(crate) fn pairs(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
-        self.beads.windows(2).map(|pair| [pair[0].particle, pair[1].particle])
-    }
-
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.beads.is_empty()
@@ -345,32 +177,6 @@ impl Touches {
     /// The rows of a scene, and the pairs that do not touch.
     pub fn rows(&self) -> (&[Touch], &[[usize; 2]]) {
         (&self.rows, &self.exempt)
-    }
-
-    /// Whether any pair may dissipate energy.
-    pub(crate) fn is_damped(&self) -> bool {
-        let takes = |number: Option<f64>| number.is_some_and(|number| number != 0.0);
-        let is_taking = |between: &Between| takes(between.damping) || takes(between.friction);
-        let is_damped = |row: &Touch| row.damping != 0.0 || row.friction != 0.0;
-        self.rows.iter().any(|row| is_damped(row) || row.between.iter().any(is_taking))
-    }
-
-    /// Takes away particles that were removed.
-    pub(crate) fn remove(
-        &mut self,
-        is_removed: impl Fn(u32) -> bool,
-        ends: &[[u32; 2]],
-        slots: &Slots,
-    ) {
-        if !self.beads.iter().any(|bead| is_removed(bead.particle)) {
-            return;
-        }
-        for row in &mut self.rows {
-            row.particles.retain(|&particle| !is_removed(particle as u32));
-            row.triangles
-                .retain(|corners| !corners.iter().any(|&corner| is_removed(corner as u32)));
-        }
-        self.order(ends, slots);
     }
 
     /// The smallest and the largest sum of two radii, metres.
@@ -416,14 +222,127 @@ impl Touches {
     }
 }
 
+impl<R: Real> Force<R> for Touches {
+    /// What touches depends on masses, which an element does not see.
+    fn element(&self) -> Option<&dyn Element<R>> {
+        None
+    }
+
+    fn count(&self) -> usize {
+        self.beads.len()
+    }
+
+    /// Whether any pair may dissipate energy.
+    fn is_damped(&self) -> bool {
+        let takes = |number: Option<f64>| number.is_some_and(|number| number != 0.0);
+        let is_taking = |between: &Between| takes(between.damping) || takes(between.friction);
+        let is_damped = |row: &Touch| row.damping != 0.0 || row.friction != 0.0;
+        self.rows.iter().any(|row| is_damped(row) || row.between.iter().any(is_taking))
+    }
+
+    fn add_forces(&self, moment: &Moment<'_, R>, work: &mut ForceWork<R>, forces: &mut [R]) -> f64 {
+        if self.is_empty() {
+            return 0.0;
+        }
+        let listed = work.near.nearby(moment.level, self, moment.motion.positions);
+        add_forces(listed, moment, forces)
+    }
+
+    fn energy_and_pulls(&self, moment: &Moment<'_, R>, near: &Near<R>) -> [f64; 3] {
+        let positions = moment.motion.positions;
+        near.see(moment.level, self, positions, |near| energy_and_pulls(near, positions))
+    }
+
+    fn differentiate(&self, moment: &Moment<'_, R>, near: &mut Near<R>, to: &mut Derivatives) {
+        self.set_tangents(moment, near, &mut to.touching);
+    }
+
+    fn add_products(
+        &self,
+        (_, derivatives): (&Motion<'_, R>, &Derivatives),
+        direction: &[DVec3],
+        products: &mut Products<'_>,
+    ) {
+        derivatives.touching.add_products(direction, products);
+    }
+
+    fn add_row_sums(&self, _: &Motion<'_, R>, of: &Derivatives, sums: &mut [[f64; 2]]) {
+        of.touching.add_row_sums(sums);
+    }
+
+    fn linearise(&self, stage: &Stage<'_, R>, to: &mut MatrixSums<'_, R>) {
+        let MatrixSums { work, near, blocks } = to;
+        self.set_tangents(&stage.moment, near, &mut work.touching);
+        work.touching.add_blocks(stage.tau, blocks);
+    }
+
+    fn multiply(&self, stage: &Stage<'_, R>, to: &mut ColumnProducts<'_, R>) {
+        let ColumnProducts { work, direction, products } = to;
+        work.touching.add_column_products(stage.tau, direction, products);
+    }
+
+    /// Those may touch that are near where the others have moved them.
+    fn project(&self, projection: &mut Projection<'_, R>) {
+        if self.is_empty() {
+            return;
+        }
+        let Projection { level, slots, h, inverse_masses, starts, ways, column, near } = projection;
+        for (at, (start, way)) in slots.places().zip(starts.iter().zip(&**ways)) {
+            set_vector(column, at, *start + *way);
+        }
+        let near = near.nearby(*level, self, column);
+        project((near, column), *h, inverse_masses, (starts, ways));
+    }
+
+    /// What may touch hangs together: which pairs do is not known before a solve.
+    fn each_pair(&self, join: &mut dyn FnMut([u32; 2])) {
+        self.beads.windows(2).for_each(|pair| join([pair[0].particle, pair[1].particle]));
+    }
+
+    fn add(&mut self, rows: &Scene, joints: Joints<'_>) {
+        self.rows.extend_from_slice(&rows.touches);
+        self.exempt.extend_from_slice(&rows.exempt);
+        self.order(joints);
+    }
+
+    fn write(&self, rows: &mut Scene) {
+        rows.touches.extend_from_slice(&self.rows);
+        rows.exempt.extend_from_slice(&self.exempt);
+    }
+
+    fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, joints: Joints<'_>) {
+        if !self.beads.iter().any(|bead| is_removed(bead.particle)) {
+            return;
+        }
+        for row in &mut self.rows {
+            row.particles.retain(|&particle| !is_removed(particle as u32));
+            row.triangles
+                .retain(|corners| !corners.iter().any(|&corner| is_removed(corner as u32)));
+        }
+        self.order(joints);
+    }
+}
+
+impl Touches {
+    /// Overwrites the derivatives of what touches.
+    fn set_tangents<R: Real>(
+        &self,
+        moment: &Moment<'_, R>,
+        near: &mut Near<R>,
+        to: &mut TouchTangents,
+    ) {
+        to.clear();
+        if !self.is_empty() {
+            let listed = near.nearby(moment.level, self, moment.motion.positions);
+            add_tangents(listed, moment, to);
+        }
+    }
+}
+
 /// Adds the forces of what is near each other in columns, newtons, and returns the power that they
 /// dissipate, watts.
-pub(crate) fn add_forces<R: Real>(
-    near: Listed<'_, R>,
-    motion: &Motion<'_, R>,
-    inverse_masses: &[R],
-    forces: &mut [R],
-) -> f64 {
+fn add_forces<R: Real>(near: Listed<'_, R>, moment: &Moment<'_, R>, forces: &mut [R]) -> f64 {
+    let Moment { motion, inverse_masses, .. } = moment;
     let Motion { positions, velocities, .. } = *motion;
     let mut power = 0.0;
     for pair in near.pairs {
@@ -432,7 +351,7 @@ pub(crate) fn add_forces<R: Real>(
         let (force, taken) = closed.pull(&pair.law);
         let [a, b] = pair.at.map(|at| at as usize);
         set_vector(forces, a, vector::<R>(forces, a) - force);
-        set_vector(forces, b, vector::<R>(forces, b) + force);
+        add_vector::<R>(forces, b, force);
         power += taken.to_f64();
     }
     if near.facings.is_empty() {
@@ -442,12 +361,8 @@ pub(crate) fn add_forces<R: Real>(
 }
 
 /// Adds the derivatives of what touches.
-pub(crate) fn add_tangents<R: Real>(
-    near: Listed<'_, R>,
-    motion: &Motion<'_, R>,
-    inverse_masses: &[R],
-    to: &mut TouchTangents,
-) {
+fn add_tangents<R: Real>(near: Listed<'_, R>, moment: &Moment<'_, R>, to: &mut TouchTangents) {
+    let Moment { motion, inverse_masses, .. } = moment;
     let Motion { positions, velocities, .. } = *motion;
     to.pairs.extend(near.pairs.iter().filter_map(|pair| {
         let closed = pair.closed([positions, velocities], inverse_masses)?;
@@ -459,7 +374,7 @@ pub(crate) fn add_tangents<R: Real>(
 /// Moves the particles of each pair, in order, as XPBD moves those of a spring: a touch is a
 /// constraint of compliance 1/k, which only pushes, with friction along its surface. Those take
 /// part that touch at the positions given in a column, before any of them is moved.
-pub(crate) fn project<R: Real>(
+fn project<R: Real>(
     (near, positions): (Listed<'_, R>, &[R]),
     h: R,
     inverse_masses: &[R],
@@ -485,7 +400,7 @@ pub(crate) fn project<R: Real>(
 }
 
 /// The energy of what touches, joules; the sums of k δ and of k, by which rounding changes it.
-pub(crate) fn energy_and_pulls<R: Real>(near: Listed<'_, R>, positions: &[R]) -> [f64; 3] {
+fn energy_and_pulls<R: Real>(near: Listed<'_, R>, positions: &[R]) -> [f64; 3] {
     let mut sums = [0.0; 3];
     let mut add = |law: &PairLaw<R>, distance: f64| {
         let overlap = law.reach.to_f64() - distance;

@@ -7,8 +7,9 @@
 //! velocities alone, the boxes around these are added up instead, as long as that leaves no doubt:
 //! a third of the numbers are read.
 
+use super::Touches;
 use super::faces::{self, Facing};
-use super::{PairLaw, Touches};
+use super::law::{Closed, PairLaw};
 use crate::columns::{LANES, RECORD, load, store, vector};
 use crate::error::Error;
 use crate::grid::Grid;
@@ -26,6 +27,23 @@ pub(crate) struct Pair<R: Real> {
     /// Where the numbers of both are in a column of vectors.
     pub(crate) at: [u32; 2],
     pub(super) law: PairLaw<R>,
+}
+
+impl<R: Real> Pair<R> {
+    /// Its touch at a motion, in columns.
+    #[inline(always)]
+    pub(super) fn closed(&self, [x, v]: [&[R]; 2], inverse_masses: &[R]) -> Option<Closed<R>> {
+        let at = self.at.map(|at| at as usize);
+        let places = at.map(|at| vector::<R>(x, at));
+        // Most pairs of the list do not touch: no more than this is read of them.
+        let apart = places[1] - places[0];
+        if self.law.reach * self.law.reach <= apart.dot(apart) {
+            return None;
+        }
+        let masses = inverse_masses[at[0]] + inverse_masses[at[1]];
+        let velocities = at.map(|at| vector::<R>(v, at));
+        self.law.close([apart, velocities[1] - velocities[0]], masses)
+    }
 }
 
 /// What may touch: pairs, and beads and triangles, each in order.

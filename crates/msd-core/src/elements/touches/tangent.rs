@@ -1,6 +1,6 @@
 //! Derivatives of the forces of touches, for the implicit methods and for the spectrum.
 
-use crate::columns::{set_vector, vector};
+use crate::columns::{add_vector, vector};
 use crate::elements::Products;
 use crate::number::{Real, Vector};
 use alloc::vec::Vec;
@@ -51,16 +51,16 @@ impl<const N: usize> Touching<N> {
         }
         let product = R::Vec3::of(self.product(tau.to_f64(), motion.to_f64()));
         for (at, weight) in self.at.into_iter().zip(self.weights) {
-            set_vector(products, at, vector::<R>(products, at) + product * R::of(weight));
+            add_vector::<R>(products, at, product * R::of(weight));
         }
     }
 
-    fn add_blocks<R: Real>(&self, tau: R, [upper, lower]: [&mut [R]; 2]) {
+    fn add_blocks<R: Real>(&self, tau: R, [upper, lower]: &mut [&mut [R]; 2]) {
         let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|d| self.product(tau.to_f64(), d));
         for (at, weight) in self.at.into_iter().zip(self.weights) {
-            for (column, numbers) in [(&mut *upper, x), (&mut *lower, DVec3::new(y.y, y.z, z.z))] {
-                let numbers = R::Vec3::of(numbers * (weight * weight));
-                set_vector(column, at, vector::<R>(column, at) + numbers);
+            for (column, numbers) in [(&mut **upper, x), (&mut **lower, DVec3::new(y.y, y.z, z.z))]
+            {
+                add_vector::<R>(column, at, R::Vec3::of(numbers * (weight * weight)));
             }
         }
     }
@@ -72,12 +72,13 @@ impl<const N: usize> Touching<N> {
         rows.for_each(|(particle, weight)| products.add(particle, both.map(|by| by * weight)));
     }
 
-    fn add_row_sums(&self, add: &mut impl FnMut(usize, [f64; 2])) {
+    fn add_row_sums(&self, sums: &mut [[f64; 2]]) {
         let largest = [self.along.max(-self.across), self.damping.max(self.grip)];
         // Those of the other side move against it: all weights count.
         let all: f64 = self.weights.iter().map(|weight| weight.abs()).sum();
         for (particle, weight) in self.particles.into_iter().zip(self.weights) {
-            add(particle, largest.map(|value| value * all * weight.abs()));
+            let sums = sums[particle].iter_mut().zip(largest);
+            sums.for_each(|(sum, value)| *sum += value * all * weight.abs());
         }
     }
 }
@@ -95,28 +96,17 @@ impl TouchTangents {
         self.faces.clear();
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.pairs.is_empty() && self.faces.is_empty()
-    }
-
     /// Adds the products of τ (τ k + b) with a direction in columns, without what buckles.
     pub(crate) fn add_column_products<R: Real>(&self, tau: R, direction: &[R], products: &mut [R]) {
-        for touching in &self.pairs {
-            touching.add_column_product(tau, direction, products);
-        }
-        for touching in &self.faces {
-            touching.add_column_product(tau, direction, products);
-        }
+        let (pairs, faces) = (self.pairs.iter(), self.faces.iter());
+        pairs.for_each(|touching| touching.add_column_product(tau, direction, products));
+        faces.for_each(|touching| touching.add_column_product(tau, direction, products));
     }
 
     /// Adds the diagonal blocks of those products to those of particles.
-    pub(crate) fn add_blocks<R: Real>(&self, tau: R, [upper, lower]: [&mut [R]; 2]) {
-        for touching in &self.pairs {
-            touching.add_blocks(tau, [&mut *upper, &mut *lower]);
-        }
-        for touching in &self.faces {
-            touching.add_blocks(tau, [&mut *upper, &mut *lower]);
-        }
+    pub(crate) fn add_blocks<R: Real>(&self, tau: R, blocks: &mut [&mut [R]; 2]) {
+        self.pairs.iter().for_each(|touching| touching.add_blocks(tau, blocks));
+        self.faces.iter().for_each(|touching| touching.add_blocks(tau, blocks));
     }
 
     /// Adds the products of stiffness and damping with a displacement of each particle.
@@ -126,8 +116,8 @@ impl TouchTangents {
     }
 
     /// Adds the largest row sums of stiffness and damping of each particle.
-    pub(crate) fn add_row_sums(&self, mut add: impl FnMut(usize, [f64; 2])) {
-        self.pairs.iter().for_each(|touching| touching.add_row_sums(&mut add));
-        self.faces.iter().for_each(|touching| touching.add_row_sums(&mut add));
+    pub(crate) fn add_row_sums(&self, sums: &mut [[f64; 2]]) {
+        self.pairs.iter().for_each(|touching| touching.add_row_sums(sums));
+        self.faces.iter().for_each(|touching| touching.add_row_sums(sums));
     }
 }

@@ -22,7 +22,7 @@ pub(super) type Six<R, const N: usize> = [Triple<R, N>; 6];
 /// f = e²/(2 q), q = 1 + 2/3 e + e²: to third order that is 9/2 ((V/V0)^⅓ − 1)², which in a uniform
 /// dilation goes as the springs do, and it stays finite however far a cell is pulled.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct VolumeLaw<R> {
+pub struct VolumeLaw<R> {
     pub(super) rest: R,
     pub(super) modulus: R,
     pub(super) damping: R,

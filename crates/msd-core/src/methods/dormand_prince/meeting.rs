@@ -89,10 +89,24 @@ impl<R: Real> Meeting<'_, R> {
             self.spot.position -= normal * height;
             let bounced = law.bounced(normal, self.spot.velocity - velocity);
             self.kick(velocity + bounced, velocity);
+            self.leave();
             self.met = true;
             return true;
         }
         false
+    }
+
+    /// Lets go of obstacles that an impact on another one throws it off.
+    fn leave(&mut self) {
+        let (obstacles, count) = (self.hold.obstacles, self.hold.count);
+        self.hold.count = 0;
+        let still = self.hop * self.pull.dot(self.pull).sqrt();
+        for &obstacle in &obstacles[..count] {
+            let speed = self.spot.speed_off(self.model.obstacles.get(obstacle as usize));
+            if speed <= R::ZERO || speed * speed <= still + still {
+                self.hold.keep(obstacle);
+            }
+        }
     }
 
     /// The acceleration left by the obstacles that hold it already, as seen by another one that

@@ -16,9 +16,9 @@ mod events;
 use super::{Failure, StepContext, context};
 use crate::columns::LANES;
 use crate::columns::slots::Slots;
+use crate::contact::Contacts;
+use crate::contact::arrive::Substep;
 use crate::number::{Real, at_level};
-use crate::obstacles::Contacts;
-use crate::obstacles::resolve::Substep;
 use crate::stability::{Mode, Region};
 use alloc::boxed::Box;
 use core::ops::AddAssign;
@@ -127,7 +127,8 @@ impl<R: Real> Scratch<R> {
             if step.most_evaluations <= self.work.evaluations - taken {
                 return Err(Failure::Evaluations(1.0 - left / whole));
             }
-            let length = Real::min(pace.attempt(left), Real::min(self.holds.longest(), calm));
+            let most = Real::min(self.holds.longest(), calm);
+            let length = pace.attempt_within(left, most);
             self.stages.start(step.state, time, length);
             self.run_stages(step);
             let error = self.stages.error(level, slots, allowance);

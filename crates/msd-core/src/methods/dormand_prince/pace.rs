@@ -49,6 +49,13 @@ impl Pace {
         }
     }
 
+    /// The same for substeps that must not be longer than `most`: one that would leave but rounding
+    /// takes that too, as a substep as short as that has no error to go by.
+    pub(crate) fn attempt_within(&mut self, left: f64, most: f64) -> f64 {
+        let length = Real::min(self.attempt(left), most);
+        if left - length < SHORTEST * self.step { left } else { length }
+    }
+
     /// Notes an accepted substep of `length` and its error.
     pub(crate) fn accept(&mut self, length: f64, error: f64) {
         let root = fifth_root(error);

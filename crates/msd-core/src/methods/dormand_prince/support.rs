@@ -1,11 +1,12 @@
 //! Constrained accelerations: the part that obstacles leave to a particle that they hold.
 
+use crate::contact::held::{MOST, Row, Rows};
 use crate::number::{Real, Vector};
 use crate::obstacles::{ContactLaw, Obstacle};
 use crate::system::Model;
 
-/// Obstacles that hold one particle at a time; three independent ones leave it nowhere to go.
-pub(crate) const MOST_OBSTACLES: usize = 4;
+/// Obstacles that hold one particle at a time.
+pub(crate) const MOST_OBSTACLES: usize = MOST;
 /// Sweeps over the obstacles of a corner. At right angles two are exact.
 const MOST_SWEEPS: usize = 100;
 /// The longest time over which the motion of an obstacle is taken as smooth, seconds.
@@ -189,18 +190,33 @@ impl<R: Real> Bearings<R> {
     }
 
     /// Changes a vector until its part along each normal has the wanted value, in a direction for
-    /// each, by the method of Gauss and Seidel; returns the changes as well.
+    /// each, and returns the changes as well: those along the normals first, and from there by the
+    /// method of Gauss and Seidel.
     fn fit(
         &self,
-        mut vector: R::Vec3,
+        vector: R::Vec3,
         constraint: Constraint,
         wanted: impl Fn(&Bearing<R>) -> (R, R::Vec3),
     ) -> (R::Vec3, [R; MOST_OBSTACLES]) {
+        let rows = &self.rows[..self.count];
         let mut pressures = [R::ZERO; MOST_OBSTACLES];
+        if 1 < self.count {
+            let mut held = Rows::default();
+            for touch in rows {
+                let least = wanted(touch).0;
+                held.push(Row { normal: touch.normal, least, ..Row::default() });
+            }
+            pressures = match constraint {
+                Constraint::Unilateral => held.push_out(vector).1,
+                Constraint::Bilateral => held.pull_to(vector),
+            };
+        }
+        let pulled = rows.iter().zip(pressures);
+        let mut vector = pulled.fold(vector, |sum, (row, push)| sum + wanted(row).1 * push);
         let close = vector.extent() * R::EPSILON;
         for _ in 0..MOST_SWEEPS {
             let mut largest = R::ZERO;
-            for (pressure, touch) in pressures.iter_mut().zip(&self.rows[..self.count]) {
+            for (pressure, touch) in pressures.iter_mut().zip(rows) {
                 let (part, direction) = wanted(touch);
                 let lacks = part - vector.dot(touch.normal);
                 let change = match constraint {

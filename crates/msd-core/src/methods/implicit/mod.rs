@@ -31,7 +31,7 @@
 //!
 //! # Contact
 //! A particle on an obstacle is held in the solve, with Coulomb friction: a block at rest is in
-//! balance at any step, where [`crate::obstacles::contact`] alone would let it sag by some g h² per
+//! balance at any step, where [`crate::contact::law`] alone would let it sag by some g h² per
 //! substep.
 
 mod conjugate;
@@ -42,10 +42,9 @@ mod whole;
 use super::StepContext;
 use super::context::{Failure, Way};
 use crate::columns::{LANES, RECORD, vector};
-use crate::elements::Motion;
-use crate::elements::springs::matrix::Stage;
+use crate::contact::Evaluated;
+use crate::elements::{Motion, Stage};
 use crate::number::{Real, Vector, at_level};
-use crate::obstacles::Evaluated;
 use crate::system::{Columns, Model};
 use alloc::boxed::Box;
 use conjugate::{End, Goal, Solve};
@@ -65,6 +64,8 @@ pub(crate) struct Scratch<R: Real> {
     wholes: Wholes,
     /// The square of the largest residual that a solve of the substep started with.
     first: f64,
+    /// Substeps of the step in which friction did not settle within the passes.
+    unsettled: u32,
     /// How far the solves of the step got.
     solved: Solved,
 }
@@ -105,6 +106,7 @@ impl<R: Real> Scratch<R> {
             holds: Holds::new(model),
             wholes: Wholes::default(),
             first: 0.0,
+            unsettled: 0,
             solved: Solved::default(),
         }
     }
@@ -144,7 +146,7 @@ pub(crate) fn midpoint<R: Real>(step: &mut StepContext<'_, R>) {
 fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
     let scratch = step.scratch.implicit.take();
     let mut scratch = scratch.unwrap_or_else(|| Box::new(Scratch::new(step.model)));
-    scratch.solved = Solved::default();
+    (scratch.solved, scratch.unsettled) = (Solved::default(), 0);
     scratch.wholes.find(step.model);
     for _ in 0..step.substeps() {
         match advance_substep(step, rule, &mut scratch) {
@@ -159,6 +161,8 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
         let lag = if rule.mirrors { 0.5 } else { 0.0 };
         step.finish(Way::Kicked(lag), Evaluated::Nowhere);
     }
+    // Friction that goes back and forth holds what should slip. A start may take a few substeps.
+    step.done.turned |= step.substeps() < 2 * scratch.unsettled;
     step.scratch.implicit = Some(scratch);
 }
 
@@ -187,7 +191,7 @@ fn advance_substep<R: Real>(
     let Scratch { stage, holds, .. } = scratch;
     let contacts = holds.contacts(&stage.velocities, rule.fraction);
     at_level!(level, _simd => finish(step.state, stage, h, rule.mirrors));
-    step.done.meet(contacts + holds.settle(model, span.end, step.state));
+    step.done.meet(contacts + holds.settle(model, (h, span.end, rule.mirrors), step.state));
     Ok(power * length)
 }
 
@@ -199,10 +203,10 @@ fn improve<R: Real>(
     scratch: &mut Scratch<R>,
 ) -> Result<(), Failure> {
     let (model, level) = (step.model, step.level);
-    let Scratch { stage, tangent, solve, holds, wholes, first, solved } = scratch;
+    let Scratch { stage, tangent, solve, holds, wholes, first, unsettled, solved } = scratch;
     let Columns { positions, velocities } = stage;
     let motion = Motion { slots: &model.slots, positions, velocities: &*velocities, time };
-    let stage = Stage { level, motion, tau };
+    let stage = Stage { moment: model.moment(level, motion), tau };
     tangent.linearise(model, &stage, &mut step.scratch.work.near);
     solve.changes.fill(R::ZERO);
     let before = &*step.state.velocities;
@@ -213,7 +217,7 @@ fn improve<R: Real>(
     if !wholes.is_empty() {
         // Forces of springs cancel in a sum, except for their rounding.
         let (work, others) = (&mut step.scratch.work, &mut solve.products);
-        model.set_other_forces(level, &motion, work, others);
+        model.set_outer_forces(level, &motion, work, others);
         set_residuals(others, &mut solve.residuals);
         wholes.begin(level, &solve.residuals, tangent.diagonals());
     }
@@ -237,7 +241,11 @@ fn improve<R: Real>(
         let residual = judge(model, (level, tau), solve, (&end, *first))?;
         let (iterations, tolerance) = (end.iterations as u64, goal.tolerance);
         solved.note(Solved { iterations, residual, tolerance });
-        if pass == PASSES || !holds.review(velocities, solve) {
+        if pass == PASSES {
+            *unsettled += 1;
+            break;
+        }
+        if !holds.review(velocities, solve) {
             break;
         }
         holds.precondition(tangent.inverses(), solve);
@@ -297,7 +305,7 @@ fn power_taken<R: Real>(step: &mut StepContext<'_, R>, time: f64, scratch: &mut 
     if model.is_damped() {
         model.set_forces(level, &motion, work, forces)
     } else {
-        model.set_other_forces(level, &motion, work, forces)
+        model.set_outer_forces(level, &motion, work, forces)
     }
 }
 

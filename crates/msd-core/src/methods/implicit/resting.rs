@@ -11,14 +11,16 @@
 //! impulse, the weight of everything above included: a particle that sticks is held along the
 //! surface too, as long as that takes no more than μ times the pressure; one that slides gets that
 //! much against its velocity, as a force in the solve. Slowing a particle after the solve, as
-//! [`crate::obstacles::contact`] does, would compare the momentum of one particle with the weight
+//! [`crate::contact::law`] does, would compare the momentum of one particle with the weight
 //! of all above it, and hold a stiff block too well.
 
 use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
+use crate::contact::Contacts;
+use crate::contact::held::{self, Corner};
+use crate::contact::law::{coulomb, resting_speed};
 use crate::number::{Real, Vector};
-use crate::obstacles::contact::resting_speed;
-use crate::obstacles::{ContactLaw, Contacts, Obstacle, PlaneColumn};
+use crate::obstacles::{ContactLaw, Obstacle, PlaneColumn};
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
 use core::ops::Add;
@@ -37,10 +39,9 @@ struct Face<R: Real> {
     near: R,
     /// The speed at which a gap beyond that closes in the substep, metres per second.
     closing: R,
-    /// The normal made orthogonal to those of the faces before, and the part of the normal along
-    /// it.
-    axis: R::Vec3,
-    slope: R,
+    /// How fast what slides along it leaves it in the substep, as it bends, metres per second;
+    /// negative where it runs into it. Half of what it turns the velocity by.
+    bend: R,
 }
 
 /// A particle that lies on one face, in an edge of two or in a corner of three.
@@ -49,7 +50,7 @@ struct Hold<R: Real> {
     /// Its place in the columns.
     at: usize,
     faces: [Face<R>; 3],
-    count: usize,
+    corner: Corner<R>,
     /// Velocity of the surface, metres per second; of several faces, along the normal of each.
     surface: R::Vec3,
     /// Velocity towards the faces that are not touched yet, metres per second.
@@ -97,7 +98,7 @@ impl<R: Real> Holds<R> {
     /// Lists the particles that lie on an obstacle and neither leave it nor hit it.
     ///
     /// A particle is at rest if it moves along the normal slower than the speed that gravity adds
-    /// in two substeps, as in [`crate::obstacles::contact`].
+    /// in two substeps, as in [`crate::contact::law`].
     pub(crate) fn find(&mut self, model: &Model<R>, span: &Span<R>, state: &Columns<R>) {
         self.rows.clear();
         let obstacles = &model.obstacles;
@@ -116,7 +117,7 @@ impl<R: Real> Holds<R> {
                 let terms = R::of(model.size) + motion.0.extent() * R::of(3.0);
                 hold.meet(model, (index, curved, terms), span, motion);
             }
-            if 0 < hold.count {
+            if !hold.faces().is_empty() {
                 self.rows.push(hold);
             }
         }
@@ -134,7 +135,10 @@ impl<R: Real> Holds<R> {
     /// on it, newton seconds.
     pub(crate) fn directions(&self) -> impl Iterator<Item = (usize, [DVec3; 3], DVec3)> + '_ {
         self.rows.iter().map(|hold| {
-            let axes = hold.faces.map(|face| face.axis.to_f64());
+            let mut axes = [DVec3::ZERO; 3];
+            for (axis, face) in axes.iter_mut().zip(hold.corner.faces()) {
+                *axis = face.axis.to_f64();
+            }
             let axes = if hold.stuck { [DVec3::X, DVec3::Y, DVec3::Z] } else { axes };
             (hold.at, axes, hold.friction.to_f64())
         })
@@ -174,7 +178,7 @@ impl<R: Real> Holds<R> {
             (hold.stuck, hold.friction, hold.held) = (false, R::Vec3::ZERO, R::Vec3::ZERO);
             if hold.is_rough() {
                 let velocity = vector::<R>(velocities, hold.at) - hold.surface;
-                let (pushes, along) = hold.pushes(-residual);
+                let (pushes, along) = hold.corner.pushes(-residual);
                 hold.decide(along - hold.free(velocity) * hold.weight, hold.budget(pushes));
             }
             let left = hold.set_aside(residual + hold.friction);
@@ -223,7 +227,7 @@ impl<R: Real> Holds<R> {
             let step = hold.friction - before;
             unrest += step.dot(step);
         }
-        self.rows.retain(|hold| 0 < hold.count);
+        self.rows.retain(|hold| !hold.faces().is_empty());
         // A body yields to what turns or shifts it as a whole far more than the block of one
         // particle says: a weight that is too large makes friction swing from pass to pass.
         if R::of(0.25) * self.unrest < unrest {
@@ -247,22 +251,33 @@ impl<R: Real> Holds<R> {
 
     /// Puts held particles on their obstacles, just outside, and slows them where each contact
     /// takes a part of the velocity.
-    pub(crate) fn settle(&self, model: &Model<R>, end: f64, state: &mut Columns<R>) -> Contacts {
+    pub(crate) fn settle(
+        &self,
+        model: &Model<R>,
+        (h, end, mirrors): (R, f64, bool),
+        state: &mut Columns<R>,
+    ) -> Contacts {
         let mut contacts = Contacts::default();
         for hold in &self.rows {
             let (mut position, velocity) = state.get(hold.at);
             let surface = hold.surface_at(model, position, end);
             let mut slowed = surface + hold.project(velocity - surface);
-            for face in &hold.faces[..hold.count] {
+            for face in hold.faces() {
                 slowed = surface + (slowed - surface) * (R::ONE - face.law.loss);
                 // Outside, so that it is not taken for a second contact, and near. A particle
                 // further out has left a curved surface.
-                let gap = model.obstacles.get(face.obstacle).gap(position, end);
-                let gap = gap - model.radii().at(hold.at);
+                let obstacle = model.obstacles.get(face.obstacle);
+                let gap = obstacle.gap(position, end) - model.radii().at(hold.at);
                 let lift = face.near * R::HALF - gap;
-                let is_off = face.near * R::of(0.25) < lift.abs() && gap < face.near + face.near;
-                if is_off {
+                let most = face.near + face.near + face.bend.abs() * (h + h);
+                if face.near * R::of(0.25) < lift.abs() && gap < most {
                     position += face.normal * lift;
+                }
+                if face.bend != R::ZERO && gap < most {
+                    let normal = obstacle.normal(position, end);
+                    // The velocity of a midpoint is that of the chord, between two of tangents.
+                    let off = if mirrors { R::ZERO } else { face.bend };
+                    slowed += normal * (off - normal.dot(slowed - surface));
                 }
             }
             state.put(hold.at, (position, slowed));
@@ -277,22 +292,12 @@ impl<R: Real> Holds<R> {
     }
 }
 
-impl<R: Real> Face<R> {
-    /// The velocity that the surface of the faces before and this one, so many after the first, has
-    /// where this one moves at a velocity: along an axis of its own, which leaves those before as
-    /// they are.
-    fn carry(&self, surface: R::Vec3, velocity: R::Vec3, number: usize) -> R::Vec3 {
-        let missing = self.normal.dot(velocity - surface) / self.slope;
-        if number == 0 { velocity } else { surface + self.axis * missing }
-    }
-}
-
 impl<R: Real> Hold<R> {
     fn new(at: usize) -> Self {
         Hold {
             at,
             faces: [Face::default(); 3],
-            count: 0,
+            corner: Corner::default(),
             surface: R::Vec3::ZERO,
             closing: R::Vec3::ZERO,
             stuck: false,
@@ -335,34 +340,41 @@ impl<R: Real> Hold<R> {
         let resting = resting + rounding * (velocity.extent() + surface.extent());
         let speed = (velocity - surface).dot(normal);
         let falls = speed + span.h * model.gravity().dot(normal).min(R::ZERO);
-        if speed.abs() <= resting && gap + span.h * falls <= near {
-            let closing = if near < gap { (near * R::HALF - gap) / span.h } else { R::ZERO };
-            let law = obstacle.law();
-            let face = Face {
-                obstacle: index,
-                normal,
-                velocity: surface,
-                law,
-                near,
-                closing,
-                ..Face::default()
-            };
-            self.add(face);
+        let bend = if index < model.obstacles.planes.len() {
+            R::ZERO
+        } else {
+            let along = velocity - normal * speed;
+            let end = position + along * span.h;
+            let turn = obstacle.normal(end, span.end) - normal;
+            let bend = along.dot(turn) * R::HALF;
+            let slip = along - surface;
+            // It goes over an edge.
+            if R::of(0.25) * slip.dot(slip).sqrt() + resting < bend {
+                return;
+            }
+            bend
+        };
+        let bends = bend.abs() + bend.abs();
+        if speed.abs() <= resting + bends && gap + span.h * (falls - bends) <= near {
+            let off = if near < gap { (near * R::HALF - gap) / span.h } else { R::ZERO };
+            let (closing, law) = (off - bend, obstacle.law());
+            self.add(Face { obstacle: index, normal, velocity: surface, law, near, closing, bend });
         }
+    }
+
+    /// The faces that it lies on.
+    fn faces(&self) -> &[Face<R>] {
+        &self.faces[..self.corner.faces().len()]
     }
 
     /// Adds a face unless its normal is a combination of those there.
     fn add(&mut self, face: Face<R>) {
-        let rest = self.remove_axes(face.normal);
-        let slope = rest.dot(rest).sqrt();
-        if self.count < 3 && R::of(1e-3) < slope {
-            let axis = rest * (R::ONE / slope);
-            let face = Face { axis, slope, ..face };
-            self.surface = face.carry(self.surface, face.velocity, self.count);
-            let missing = (face.closing - face.normal.dot(self.closing)) / slope;
-            self.closing += axis * missing;
-            self.faces[self.count] = face;
-            self.count += 1;
+        let number = self.faces().len();
+        if let Some(own) = self.corner.add(face.normal) {
+            self.surface = carry(&own, self.surface, face.velocity, number);
+            let missing = (face.closing - face.normal.dot(self.closing)) / own.slope;
+            self.closing += own.axis * missing;
+            self.faces[number] = face;
         }
     }
 
@@ -370,21 +382,16 @@ impl<R: Real> Hold<R> {
     /// start of the next substep, from which that of a stage half a substep ago would be off by as
     /// much as the surface speeds up in between.
     fn surface_at(&self, model: &Model<R>, position: R::Vec3, time: f64) -> R::Vec3 {
-        let faces = self.faces[..self.count].iter().enumerate();
-        faces.fold(R::Vec3::ZERO, |surface, (number, face)| {
+        let faces = self.faces().iter().zip(self.corner.faces()).enumerate();
+        faces.fold(R::Vec3::ZERO, |surface, (number, (face, own))| {
             let velocity = model.obstacles.get(face.obstacle).velocity(position, time);
-            face.carry(surface, velocity, number)
+            carry(own, surface, velocity, number)
         })
-    }
-
-    fn remove_axes(&self, vector: R::Vec3) -> R::Vec3 {
-        let faces = self.faces[..self.count].iter();
-        faces.fold(vector, |rest, face| rest - face.axis * face.axis.dot(rest))
     }
 
     /// The part of a vector along the faces.
     fn free(&self, vector: R::Vec3) -> R::Vec3 {
-        if self.count == 3 { R::Vec3::ZERO } else { self.remove_axes(vector) }
+        self.corner.free(vector)
     }
 
     /// The part of a vector in the directions that are not held.
@@ -398,32 +405,20 @@ impl<R: Real> Hold<R> {
     }
 
     fn is_rough(&self) -> bool {
-        self.faces[..self.count].iter().any(|face| R::ZERO < face.law.friction)
-    }
-
-    /// The pushes of the faces along their normals that make up an impulse, newton seconds, and the
-    /// rest along the faces.
-    fn pushes(&self, impulse: R::Vec3) -> ([R; 3], R::Vec3) {
-        let (mut pushes, mut rest) = ([R::ZERO; 3], impulse);
-        // Backwards: the last axis belongs to the last normal alone.
-        for (face, push) in self.faces[..self.count].iter().zip(&mut pushes).rev() {
-            *push = rest.dot(face.axis) / face.slope;
-            rest -= face.normal * *push;
-        }
-        (pushes, rest)
+        self.faces().iter().any(|face| R::ZERO < face.law.friction)
     }
 
     /// The largest impulse of friction, newton seconds.
     fn budget(&self, pushes: [R; 3]) -> R {
-        let faces = self.faces[..self.count].iter().zip(pushes);
+        let faces = self.faces().iter().zip(pushes);
         faces.fold(R::ZERO, |sum, (face, push)| sum + face.law.friction * push.max(R::ZERO))
     }
 
     /// Decides for one particle, from its velocity along the faces and the impulse that these would
     /// need to give.
     fn review(&mut self, velocity: R::Vec3) -> bool {
-        let (pushes, along) = self.pushes(-self.held);
-        if pushes[..self.count].iter().any(|&push| push < R::ZERO) {
+        let (pushes, along) = self.corner.pushes(-self.held);
+        if pushes[..self.faces().len()].iter().any(|&push| push < R::ZERO) {
             self.release(pushes);
             return true;
         }
@@ -452,17 +447,16 @@ impl<R: Real> Hold<R> {
     /// Alart and Curnier, 1991. With the weight of its block a solution is found for each particle
     /// alone.)
     fn decide(&mut self, wanted: R::Vec3, budget: R) {
-        let size = wanted.dot(wanted).sqrt();
-        self.stuck = size < budget;
-        let slides = !self.stuck && R::ZERO < size;
-        self.friction = if slides { wanted * (budget / size) } else { R::Vec3::ZERO };
+        let (left, _) = coulomb(wanted.dot(wanted).sqrt(), budget);
+        self.stuck = left == R::ZERO && R::ZERO < budget;
+        self.friction = if self.stuck { R::Vec3::ZERO } else { wanted * (R::ONE - left) };
     }
 
     /// Leaves the faces that pull.
     fn release(&mut self, pushes: [R; 3]) {
         let before = *self;
         *self = Hold { weight: before.weight, ..Hold::new(before.at) };
-        for (&face, push) in before.faces[..before.count].iter().zip(pushes) {
+        for (&face, push) in before.faces().iter().zip(pushes) {
             if R::ZERO <= push {
                 self.add(face);
             }
@@ -475,6 +469,19 @@ fn terms<R: Real>(plane: &PlaneColumn<R>, position: R::Vec3) -> R {
     let [x, y, z] = position.components();
     let [a, b, c] = plane.normal.components();
     (a * x).abs() + (b * y).abs() + (c * z).abs() + plane.offset.abs()
+}
+
+/// The velocity that the surface of the faces before and this one, so many after the first, has
+/// where this one moves at a velocity: along an axis of its own, which leaves those before as they
+/// are.
+fn carry<R: Real>(
+    own: &held::Face<R>,
+    surface: R::Vec3,
+    velocity: R::Vec3,
+    number: usize,
+) -> R::Vec3 {
+    let missing = own.normal.dot(velocity - surface) / own.slope;
+    if number == 0 { velocity } else { surface + own.axis * missing }
 }
 
 fn transpose<R: Real>(columns: [R::Vec3; 3]) -> [R::Vec3; 3] {

@@ -1,10 +1,10 @@
 //! The matrix of an implicit stage, A = M − τ ∂f/∂v − τ² ∂f/∂x, and the inverses of its blocks.
 
-use crate::columns::{Aligned, LANES, RECORD, set_vector, vector};
-use crate::elements::springs::matrix::{SpringMatrix, Stage};
+use crate::columns::{Aligned, LANES, RECORD, add_vector, vector};
 use crate::elements::touches::near::Near;
-use crate::elements::touches::tangent::TouchTangents;
-use crate::elements::{Block, Blocks, Products, column};
+use crate::elements::{
+    Block, Blocks, ColumnProducts, Element, MatrixSums, MatrixWork, Products, Stage, column,
+};
 use crate::number::{Real, Vector, at_level};
 use crate::system::Model;
 use alloc::vec::Vec;
@@ -12,25 +12,26 @@ use glam::DVec3;
 
 /// The matrix about a stage, kilograms.
 ///
-/// For springs see [`SpringMatrix`]. Bends add their products, which depend on the stage by their
-/// damping alone; volumes add theirs without the turn of their gradients, touches theirs without
-/// what buckles. Drag adds its factor times τ. A grab adds τ² k + τ b, but nothing at its largest
-/// force, which is taken as constant. User-defined elements supply their products.
+/// For springs see [`SpringMatrix`](crate::elements::springs::matrix::SpringMatrix). Bends add
+/// their products, which depend on the stage by their damping alone; volumes add theirs without the
+/// turn of their gradients, touches theirs without what buckles. Drag adds its factor times τ. A
+/// grab adds τ² k + τ b, but nothing at its largest force, which is taken as constant. User-defined
+/// elements supply their products.
 #[derive(Clone, Debug)]
 pub(crate) struct Tangent<R: Real> {
-    springs: SpringMatrix<R>,
+    inner: MatrixWork<R>,
     /// Mass, drag and grabs of each particle, kilograms, three times each.
     diagonals: Aligned<R>,
     /// Inverses of the blocks of particles, xx, xy and xz in one column, yy, yz and zz in another;
     /// zero where a particle is pinned.
     inverses: [Aligned<R>; 2],
-    touching: TouchTangents,
-    own: OwnWork,
+    other: OtherWork,
 }
 
-/// Arguments and products of user-defined elements, in scene order; empty where there are none.
+/// Arguments and products of elements that know no columns, in scene order; empty where there are
+/// none.
 #[derive(Clone, Debug, Default)]
-struct OwnWork {
+struct OtherWork {
     direction: Vec<DVec3>,
     products: [Vec<DVec3>; 2],
     blocks: [Vec<Block>; 2],
@@ -39,50 +40,30 @@ struct OwnWork {
 impl<R: Real> Tangent<R> {
     pub(crate) fn new(model: &Model<R>) -> Self {
         Tangent {
-            springs: SpringMatrix::new(&model.springs, &model.slots),
+            inner: MatrixWork::new(&model.springs, &model.slots),
             diagonals: column(&model.slots, 25),
             inverses: [26, 27].map(|place| column(&model.slots, place)),
-            touching: TouchTangents::default(),
-            own: OwnWork::default(),
+            other: OtherWork::default(),
         }
     }
 
     /// Overwrites the matrix with that about a stage.
     pub(crate) fn linearise(&mut self, model: &Model<R>, stage: &Stage<'_, R>, near: &mut Near<R>) {
-        self.set_diagonals(model, stage);
-        let Tangent { springs, diagonals, inverses: [upper, lower], touching, own } = self;
-        at_level!(stage.level, _simd => set_blocks(diagonals, upper, lower));
-        springs.linearise(&model.springs, stage, [upper, lower]);
-        model.bends.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
-        model.volumes.add_blocks(stage.tau, stage.motion.positions, [upper, lower]);
-        model.set_touching(stage.level, &stage.motion, near, touching);
-        touching.add_blocks::<R>(stage.tau, [upper, lower]);
-        if !model.own.is_empty() {
-            own.add_blocks(model, stage, [upper, lower]);
+        let Tangent { inner, diagonals, inverses: [upper, lower], other } = self;
+        let level = stage.moment.level;
+        let records = diagonals.as_chunks_mut::<RECORD>().0.iter_mut();
+        for (diagonals, masses) in records.zip(model.mass_column.as_chunks::<LANES>().0) {
+            diagonals.as_chunks_mut::<LANES>().0.fill(*masses);
+        }
+        model.single().into_iter().for_each(|kind| kind.add_diagonals(stage, diagonals));
+        at_level!(level, _simd => set_blocks(diagonals, upper, lower));
+        let mut sums = MatrixSums { work: inner, near, blocks: [&mut **upper, &mut **lower] };
+        model.inner().into_iter().for_each(|kind| kind.linearise(stage, &mut sums));
+        for element in model.other().into_iter().filter_map(|kind| kind.element()) {
+            other.add_blocks(element, stage, [upper, lower]);
         }
         let inverse_masses = &model.inverse_mass_column;
-        at_level!(stage.level, _simd => invert_blocks::<R>(inverse_masses, upper, lower));
-    }
-
-    fn set_diagonals(&mut self, model: &Model<R>, stage: &Stage<'_, R>) {
-        let Stage { tau, motion, .. } = *stage;
-        let add = tau * model.fields.drag;
-        let records = self.diagonals.as_chunks_mut::<RECORD>().0.iter_mut();
-        for (diagonals, masses) in records.zip(model.mass_column.as_chunks::<LANES>().0) {
-            for diagonals in diagonals.as_chunks_mut::<LANES>().0 {
-                for (diagonal, &mass) in diagonals.iter_mut().zip(masses) {
-                    *diagonal = mass + add;
-                }
-            }
-        }
-        for grab in model.grabs() {
-            let at = model.slots.at(grab.particle as usize);
-            let here = [motion.positions, motion.velocities].map(|column| vector(column, at));
-            let [stiffness, damping] = grab.tangent(here[0], here[1]).map(R::of);
-            for axis in 0..3 {
-                self.diagonals[at + axis * LANES] += tau * (tau * stiffness + damping);
-            }
-        }
+        at_level!(level, _simd => invert_blocks::<R>(inverse_masses, upper, lower));
     }
 
     /// Mass, drag and grabs of each particle, kilograms, three times each: the product of the
@@ -104,65 +85,58 @@ impl<R: Real> Tangent<R> {
         direction: &[R],
         products: &mut [R],
     ) {
-        let (level, diagonals) = (stage.level, &self.diagonals);
-        at_level!(level, _simd => multiply::<R>(diagonals, direction, products));
-        self.springs.add_products(level, &model.springs, direction, products);
-        let (by, positions) = ((level, stage.tau), stage.motion.positions);
-        model.bends.add_column_products(by, positions, direction, products);
-        model.volumes.add_column_products(by, positions, direction, products);
-        self.touching.add_column_products(stage.tau, direction, products);
-        if !model.own.is_empty() {
-            self.own.add_products(model, stage, direction, products);
+        let Tangent { inner, diagonals, other, .. } = self;
+        at_level!(stage.moment.level, _simd => multiply::<R>(diagonals, direction, products));
+        let mut sums = ColumnProducts { work: inner, direction, products: &mut *products };
+        model.inner().into_iter().for_each(|kind| kind.multiply(stage, &mut sums));
+        for element in model.other().into_iter().filter_map(|kind| kind.element()) {
+            other.add_products(element, stage, direction, products);
         }
     }
 }
 
-impl OwnWork {
+impl OtherWork {
     fn add_blocks<R: Real>(
         &mut self,
-        model: &Model<R>,
+        element: &dyn Element<R>,
         stage: &Stage<'_, R>,
         [upper, lower]: [&mut [R]; 2],
     ) {
+        let motion = &stage.moment.motion;
         let [stiffness, damping] = &mut self.blocks;
         for blocks in [&mut *stiffness, damping] {
             blocks.clear();
-            blocks.resize(model.particle_count(), Block::default());
+            blocks.resize(motion.particle_count(), Block::default());
         }
-        for (_, own) in &model.own {
-            own.of::<R>().add_blocks(&stage.motion, &mut Blocks { stiffness, damping });
-        }
+        element.add_blocks(motion, &mut Blocks { stiffness, damping });
         let tau = stage.tau.to_f64();
-        for (at, (k, b)) in model.slots.places().zip(stiffness.iter().zip(&*damping)) {
+        for (at, (k, b)) in motion.slots.places().zip(stiffness.iter().zip(&*damping)) {
             let number = |i: usize| tau * (tau * k[i] + b[i]);
             let adds = [[0, 1, 2], [3, 4, 5]].map(|row| DVec3::from_array(row.map(number)));
-            set_vector(upper, at, vector::<R>(upper, at) + R::Vec3::of(adds[0]));
-            set_vector(lower, at, vector::<R>(lower, at) + R::Vec3::of(adds[1]));
+            add_vector::<R>(upper, at, R::Vec3::of(adds[0]));
+            add_vector::<R>(lower, at, R::Vec3::of(adds[1]));
         }
     }
 
     fn add_products<R: Real>(
         &mut self,
-        model: &Model<R>,
+        element: &dyn Element<R>,
         stage: &Stage<'_, R>,
         direction: &[R],
         products: &mut [R],
     ) {
-        let OwnWork { direction: asked, products: [stiffness, damping], .. } = self;
+        let motion = &stage.moment.motion;
+        let OtherWork { direction: asked, products: [stiffness, damping], .. } = self;
         asked.clear();
-        asked.extend(model.slots.places().map(|at| vector::<R>(direction, at).to_f64()));
+        asked.extend(motion.slots.places().map(|at| vector::<R>(direction, at).to_f64()));
         for column in [&mut *stiffness, damping] {
             column.clear();
             column.resize(asked.len(), DVec3::ZERO);
         }
-        for (_, own) in &model.own {
-            let mut sums = Products { stiffness, damping };
-            own.of::<R>().add_products(&stage.motion, asked, &mut sums);
-        }
+        element.add_products(motion, asked, &mut Products { stiffness, damping });
         let tau = stage.tau.to_f64();
-        for (at, (&k, &b)) in model.slots.places().zip(stiffness.iter().zip(&*damping)) {
-            let product = R::Vec3::of((k * tau + b) * tau);
-            set_vector(products, at, vector::<R>(products, at) + product);
+        for (at, (&k, &b)) in motion.slots.places().zip(stiffness.iter().zip(&*damping)) {
+            add_vector::<R>(products, at, R::Vec3::of((k * tau + b) * tau));
         }
     }
 }

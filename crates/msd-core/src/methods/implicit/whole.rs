@@ -55,7 +55,7 @@ pub(crate) struct Wholes {
     shares: Vec<RecordLanes>,
     /// The row of each particle, by the number of its slot.
     row_of: Vec<u32>,
-    /// Springs, bends, volumes and particles with a radius that there were when bodies were sought.
+    /// The rows of each kind that there were when bodies were sought.
     joints: Option<[usize; 4]>,
     /// Whether the changes are zero yet.
     is_fresh: bool,
@@ -69,14 +69,13 @@ const NONE: u32 = u32::MAX;
 impl Wholes {
     /// Updates the bodies for cuts and pins since the step before.
     pub(crate) fn find<R: Real>(&mut self, model: &Model<R>) {
-        let Model { springs, bends, volumes, touches, .. } = model;
-        let joints = Some([springs.count(), bends.count(), volumes.count(), touches.count()]);
+        let joints = Some(model.inner().map(|kind| kind.count()));
         if self.joints != joints {
             self.joints = joints;
             self.seek(model);
         }
-        // User-defined elements may join any particles.
-        let may_be_free = model.own.is_empty();
+        // Others may push a body as a whole by any matrix.
+        let may_be_free = model.other().into_iter().all(|kind| kind.count() == 0);
         let records = model.inverse_mass_column.as_chunks::<RECORD>().0;
         let moves = |share: &RecordLanes| {
             let w = &records[share.record as usize];
@@ -96,14 +95,7 @@ impl Wholes {
             let [a, b] = ends.map(|end| first_of(&mut lower, end));
             lower[a.max(b) as usize] = a.min(b);
         };
-        for (spring, &ends) in model.ends().iter().enumerate() {
-            if !model.is_cut(spring) {
-                join(ends);
-            }
-        }
-        let pairs = model.bends.pairs().chain(model.volumes.pairs());
-        // What may touch is a whole: which pairs do is not known before the solve.
-        pairs.chain(model.touches.pairs()).for_each(join);
+        model.inner().into_iter().for_each(|kind| kind.each_pair(&mut join));
         let mut is_joined = vec![false; count];
         for particle in 0..count as u32 {
             let first = first_of(&mut lower, particle);

@@ -16,7 +16,7 @@ pub(crate) struct Radii<'a, R> {
 }
 
 impl<R: Real> Radii<'_, R> {
-    pub(super) fn split(self, numbers: usize) -> (Self, Self) {
+    pub(crate) fn split(self, numbers: usize) -> (Self, Self) {
         let (low, high) = split_singles(self.column, numbers);
         (Radii { column: low, ..self }, Radii { column: high, ..self })
     }
@@ -29,7 +29,7 @@ impl<R: Real> Radii<'_, R> {
 
     /// Those of a record.
     #[inline(always)]
-    pub(super) fn of_record(&self, record: usize) -> [R; LANES] {
+    pub(crate) fn of_record(&self, record: usize) -> [R; LANES] {
         singles_of(self.column, record)
     }
 }

@@ -5,17 +5,17 @@
 //! other side, or be there already. So the way of such a particle, as seen from the solid, is
 //! followed from where it was, from gap to gap (sphere tracing: Hart, 1996).
 
-use super::Placed;
-use super::contact::dot;
-use super::motion::longest_way;
-use super::solid::lane_of;
 use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
+use crate::obstacles::Placed;
+use crate::obstacles::motion::longest_way;
+use crate::obstacles::solid::lane_of;
+use crate::pack::dot;
 use fearless_simd::Level;
 
 /// A solid at the end of a substep, and when it started.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Passage<'a, 's> {
+pub(crate) struct Passage<'a, 's> {
     /// Simulated time, seconds.
     start: f64,
     end: &'a Placed<'s>,
@@ -42,11 +42,11 @@ fn largest_square<R: Real>(velocities: &[R]) -> R {
 
 /// Where a particle went in, as a plane there.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Entrance<R> {
+pub(crate) struct Entrance<R> {
     /// The direction out.
-    pub(super) normal: [R; 3],
+    pub(crate) normal: [R; 3],
     /// How deep the particle is below it, metres.
-    pub(super) depth: R,
+    pub(crate) depth: R,
 }
 
 /// Gaps that are followed at most: along a surface they get ever shorter.
@@ -54,26 +54,26 @@ const GAPS: usize = 256;
 
 impl<'a, 's> Passage<'a, 's> {
     /// The passage of a solid in a substep of h seconds that ends at a time, seconds.
-    pub(super) fn new(end: &'a Placed<'s>, (time, h): (f64, f64)) -> Self {
+    pub(crate) fn new(end: &'a Placed<'s>, (time, h): (f64, f64)) -> Self {
         let short = end.solid.shape.thickness() * 0.5 - longest_way(end.solid, (time, h));
         Passage { start: time - h, end, short }
     }
 
     /// Whether the solid itself moves by more than half of its thickness in the substep.
-    pub(super) fn is_fast(&self) -> bool {
+    pub(crate) fn is_fast(&self) -> bool {
         self.short < 0.0
     }
 
     /// Whether a way may go beyond the middle.
     #[inline(always)]
-    pub(super) fn is_long<R: Real>(&self, way: [R; 3]) -> bool {
+    pub(crate) fn is_long<R: Real>(&self, way: [R; 3]) -> bool {
         let short = R::of(self.short);
         (short < R::ZERO) | (short * short < dot(way, way))
     }
 
     /// Where a particle of some radius went in. One that lay on the surface and is on the same side
     /// of it has not: it goes along.
-    pub(super) fn entrance<R: Real>(
+    pub(crate) fn entrance<R: Real>(
         &self,
         (from, to): ([R; 3], [R; 3]),
         radius: R,

@@ -6,15 +6,16 @@
 //! the same weights. So it meets a solid as a particle does, of the reciprocal mass
 //! (1 − s)²/m_a + s²/m_b: momentum and energy are those of any other contact.
 
-use super::contact::{Contacts, Evaluated, Span, TURN, Touch};
+use super::arrive::{Bodies, Substep};
 use super::landing::meet_surface;
+use super::law::{Contacts, Evaluated, Span, TURN, Touch, rounding};
 use super::passage::{Entrance, Passage};
-use super::resolve::{Bodies, Substep};
-use super::{Ball, Obstacle, Placed};
 use crate::columns::slots::Slots;
 use crate::columns::{RECORD, set_vector, single_of, vector};
 use crate::elements::springs::Springs;
 use crate::number::{Real, Vector};
+use crate::obstacles::solid::Ball;
+use crate::obstacles::{Obstacle, Placed};
 use crate::scene::Solid;
 use alloc::vec::Vec;
 
@@ -188,6 +189,7 @@ impl<R: Real> Point<R> {
             depth,
             position: position.components(),
             radius,
+            noise: rounding(Obstacle::<R>::terms(placed, position, substep.time), radius),
             velocity: velocity.components(),
             start: start.components(),
             pull: pull.components(),

@@ -1,14 +1,17 @@
 //! Contact at the end of a substep: the particles inside an obstacle, and the law for sixteen at a
 //! time.
 
-use super::contact::{Contacts, Evaluated, Outcome, Span, TURN, Touch, dot};
-use super::landing::{is_squeezed, meet_surface, onto};
+use super::Radii;
+use super::held::{MOST, Row};
+use super::landing::{Arrival, is_squeezed, meet_surface, onto};
+use super::law::{Contacts, Evaluated, Outcome, Span, TURN, Touch, rounding};
 use super::passage::Passage;
-use super::solid::{Sampled, lane_of, lanes};
-use super::{Ball, Obstacles, Placed, PlaneColumn, Radii};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
 use crate::number::{Real, Vector, at_level};
+use crate::obstacles::solid::{Ball, Sampled, lane_of, lanes};
+use crate::obstacles::{Obstacles, Placed, PlaneColumn};
+use crate::pack::dot;
 use core::ops::{Add, Range};
 use fearless_simd::Level;
 
@@ -163,10 +166,10 @@ fn meet_record<R: Real>(
 
 /// Records that are compared with a solid at once, groups of [`AT_ONCE`]: where a solid is takes a
 /// while to compute.
-pub(super) const TOGETHER: usize = 32;
+pub(crate) const TOGETHER: usize = 32;
 
 /// Records whose particles are compared with an obstacle before anything is decided.
-pub(super) const AT_ONCE: usize = 4;
+pub(crate) const AT_ONCE: usize = 4;
 
 /// The groups of [`AT_ONCE`] of these records, a bit for each, that have a particle inside a plane
 /// or near a solid; all where there are other obstacles.
@@ -351,15 +354,21 @@ impl<R: Real> Batch<R> {
                 self.starts[i] = self.positions[i] - mean * h;
             }
         }
+        let several = self.in_several(obstacles, &flat, (time, reach));
+        // Where the start is known the displacement needs no lag.
+        let lag = if substep.starts.is_some() { R::ZERO } else { lag };
+        for lane in lanes(several) {
+            self.meet_several(obstacles, (&flat, time, lag), lane, tally);
+        }
         let (mut met, mut again) = (0, 0);
         let mut note = |now: u32| (met, again) = (met | now, again | met & now);
         for plane in &obstacles.planes {
-            note(self.meet_plane(plane, &flat, tally));
+            note(self.meet_plane(plane, &flat, !several, tally));
         }
         for solid in &obstacles.solids {
             let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
             let ball = Ball::behind(solid, (time, h), largest + reach);
-            let near = ball.inside(&self.positions);
+            let near = ball.inside(&self.positions) & !several;
             if near != 0 {
                 let placed = Placed::new(solid, time);
                 let span = Span { turn: R::of(TURN * solid.shape.bend()), ..flat };
@@ -369,11 +378,94 @@ impl<R: Real> Batch<R> {
             }
         }
         for (_, own) in &obstacles.own {
-            let moving = self.moving();
+            let moving = self.moving() & !several;
             note(self.meet_curved(&own.of::<R>(), (&flat, time, moving), &mut tally.contacts));
         }
+        // What one surface has put into another is held by both.
+        for lane in lanes(again) {
+            self.pulls_nothing(lane);
+            self.meet_several(obstacles, (&flat, time, R::ZERO), lane, tally);
+        }
         tally.contacts.squeezed |=
-            lanes(again).any(|lane| is_squeezed(obstacles, self.at(lane), time));
+            lanes(again | several).any(|lane| is_squeezed(obstacles, self.at(lane), time));
+    }
+
+    /// The particles that are inside an obstacle and in or on another, a bit for each.
+    #[inline(always)]
+    fn in_several(&self, obstacles: &Obstacles<R>, span: &Span<R>, (time, reach): (f64, R)) -> u32 {
+        if obstacles.count() < 2 {
+            return 0;
+        }
+        let (mut once, mut twice) = (0, 0);
+        let mut note = |now: u32| (once, twice) = (once | now, twice | once & now);
+        for plane in &obstacles.planes {
+            let mut bits = [0; LANES];
+            for (lane, bit) in bits.iter_mut().enumerate() {
+                let noise = rounding(self.terms(plane, lane), self.radii[lane]);
+                *bit = u32::from(-noise <= self.depth(plane, lane)) << lane;
+            }
+            note(bits.iter().fold(0, |all, bit| all | bit));
+        }
+        let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
+        for solid in &obstacles.solids {
+            note(Ball::behind(solid, (time, span.h), largest + reach).inside(&self.positions));
+        }
+        obstacles.own.iter().for_each(|_| note((1 << LANES) - 1));
+        let is_in_several = |&lane: &usize| {
+            let (place, radius) = self.at(lane);
+            let (mut near, mut is_in) = (0, false);
+            for obstacle in (0..obstacles.count()).map(|index| obstacles.get(index)) {
+                let depth = radius - obstacle.gap(place, time);
+                let noise = rounding(obstacle.terms(place, time), radius);
+                near += u32::from(-noise <= depth);
+                is_in |= if span.settles() { noise < depth } else { R::ZERO < depth };
+            }
+            is_in && 1 < near
+        };
+        let may = twice & self.moving();
+        lanes(may).filter(is_in_several).fold(0, |bits, lane| bits | 1 << lane)
+    }
+
+    /// Lets a particle meet all obstacles that it is in or on at once.
+    #[cold]
+    fn meet_several(
+        &mut self,
+        obstacles: &Obstacles<R>,
+        (span, time, lag): (&Span<R>, f64, R),
+        lane: usize,
+        tally: &mut Tally,
+    ) {
+        let (place, radius) = self.at(lane);
+        let mut indices = [0; MOST];
+        let mut arrival = Arrival::new(self.touch(lane, ([R::ZERO; 3], R::ZERO, R::ZERO)));
+        for index in 0..obstacles.count() {
+            let obstacle = obstacles.get(index);
+            let depth = radius - obstacle.gap(place, time);
+            let noise = rounding(obstacle.terms(place, time), radius);
+            if -noise <= depth && arrival.count() < MOST {
+                indices[arrival.count()] = index;
+                let normal = obstacle.normal(place, time);
+                let surface = obstacle.velocity(place, time);
+                let row = Row { normal, surface, least: R::ZERO, law: obstacle.law() };
+                arrival.add(row, (depth, noise));
+            }
+        }
+        if arrival.count() == 0 {
+            return;
+        }
+        let depth = |row: usize, at| radius - obstacles.get(indices[row]).gap(at, time);
+        let landed = arrival.land((span, lag), self.masses[lane], depth);
+        self.set(lane, landed.position, landed.velocity);
+        tally.contacts += landed.contacts;
+    }
+
+    /// Forgets how a particle moved in the substep, once that has been booked.
+    fn pulls_nothing(&mut self, lane: usize) {
+        for axis in 0..3 {
+            let at = axis * LANES + lane;
+            self.starts[at] = self.positions[at];
+            self.pulls[at] = R::ZERO;
+        }
     }
 
     /// Where a particle is, and its radius.
@@ -389,12 +481,13 @@ impl<R: Real> Batch<R> {
     }
 
     #[inline(always)]
-    fn touch(&self, lane: usize, normal: [R; 3], depth: R) -> Touch<R> {
+    fn touch(&self, lane: usize, (normal, depth, terms): ([R; 3], R, R)) -> Touch<R> {
         Touch {
             normal,
             depth,
             position: lane_of(&self.positions, lane),
             radius: self.radii[lane],
+            noise: rounding(terms, self.radii[lane]),
             velocity: lane_of(&self.velocities, lane),
             start: lane_of(&self.starts, lane),
             pull: lane_of(&self.pulls, lane),
@@ -409,6 +502,11 @@ impl<R: Real> Batch<R> {
         depth(plane, &self.positions, lane) + self.radii[lane]
     }
 
+    #[inline(always)]
+    fn terms(&self, plane: &PlaneColumn<R>, lane: usize) -> R {
+        plane.terms_of(lane_of(&self.positions, lane))
+    }
+
     fn set(&mut self, lane: usize, position: [R; 3], velocity: [R; 3]) {
         for axis in 0..3 {
             self.positions[axis * LANES + lane] = position[axis];
@@ -419,15 +517,22 @@ impl<R: Real> Batch<R> {
     /// Meets a plane: those that it keeps all at once, the few others one by one. Which were
     /// inside.
     #[inline(always)]
-    fn meet_plane(&mut self, plane: &PlaneColumn<R>, span: &Span<R>, tally: &mut Tally) -> u32 {
+    fn meet_plane(
+        &mut self,
+        plane: &PlaneColumn<R>,
+        span: &Span<R>,
+        which: u32,
+        tally: &mut Tally,
+    ) -> u32 {
         let (normal, law) = (plane.normal.components(), plane.law);
         let (mut energies, mut insides) = ([R::ZERO; LANES], [0u32; LANES]);
         let mut bounces = [0u32; LANES];
         let (mut x, mut v) = (self.positions, self.velocities);
         for lane in 0..LANES {
             let depth = self.depth(plane, lane);
-            let touch = self.touch(lane, normal, depth);
-            let inside = touch.is_inside(span) & (self.inverse_masses[lane] != R::ZERO);
+            let touch = self.touch(lane, (normal, depth, self.terms(plane, lane)));
+            let may = (which >> lane & 1 != 0) & (self.inverse_masses[lane] != R::ZERO);
+            let inside = touch.is_inside(span) & may;
             let keeps = law.keeps(&touch, span);
             let held = law.hold(&touch, span);
             let on = inside & keeps;
@@ -452,7 +557,8 @@ impl<R: Real> Batch<R> {
             return met;
         }
         for lane in (0..LANES).filter(|&lane| bounces[lane] != 0) {
-            let touch = self.touch(lane, normal, self.depth(plane, lane));
+            let (depth, terms) = (self.depth(plane, lane), self.terms(plane, lane));
+            let touch = self.touch(lane, (normal, depth, terms));
             let Outcome { position, velocity, taken } = law.bounce(&touch, span);
             self.set(lane, position, velocity);
             let taken = (taken * self.masses[lane]).to_f64();
@@ -481,7 +587,8 @@ impl<R: Real> Batch<R> {
         lanes(long).fold(0, |met, lane| {
             let way = (lane_of(&self.starts, lane), lane_of(&self.positions, lane));
             let Some(entrance) = passage.entrance(way, self.radii[lane]) else { return met };
-            let touch = self.touch(lane, entrance.normal, entrance.depth);
+            let terms = solid.terms_at(way.1, time);
+            let touch = self.touch(lane, (entrance.normal, entrance.depth, terms));
             let landed = meet_surface(solid, touch, (span, time), self.masses[lane]);
             self.set(lane, landed.position, landed.velocity);
             *contacts += landed.contacts;
@@ -511,7 +618,8 @@ impl<R: Real> Batch<R> {
         for lane in lanes(near & bits.iter().fold(0, |all, bit| all | bit)) {
             let position = R::Vec3::from_components(lane_of(&self.positions, lane));
             let normal = obstacle.normal(position, time).components();
-            let touch = self.touch(lane, normal, self.radii[lane] - gaps[lane]);
+            let terms = obstacle.terms(position, time);
+            let touch = self.touch(lane, (normal, self.radii[lane] - gaps[lane], terms));
             if touch.is_inside(span) {
                 let mut landed = meet_surface(obstacle, touch, (span, time), self.masses[lane]);
                 if span.settles() {

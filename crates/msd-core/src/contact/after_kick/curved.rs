@@ -7,46 +7,39 @@
 //! leaves where the pull no longer makes up v²/R. (RATTLE ends its drifts on the constraint:
 //! Andersen, 1983.)
 
-use super::super::contact::{ContactLaw, Contacts, dot, rounding};
-use super::super::solid::{Sampled, lane_of, lanes};
-use super::{Drift, Kick, Kicked};
+use super::super::law::{Contacts, rounding};
+use super::{Drift, Holder, Kick, Kicked, holder, settle_in_corner};
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
+use crate::obstacles::solid::{Sampled, lane_of, lanes};
+use crate::obstacles::{ContactLaw, Obstacles};
+use crate::pack::dot;
 
 /// The particles of a record, of these radii, on an obstacle, a bit for each, and the normals
 /// there; the bits say which may be.
 #[inline(always)]
-pub(super) fn on_curved<R: Real>(
+pub(crate) fn on_curved<R: Real>(
     obstacle: &impl Sampled<R>,
     (x, radii, which): (&[R; RECORD], &[R; LANES], u32),
     time: f64,
 ) -> (u32, [R; RECORD]) {
-    let mut gaps = obstacle.gaps((x, which), time);
+    let gaps = obstacle.gaps((x, which), time);
     let mut bits = [0; LANES];
     for lane in 0..LANES {
-        let [x, y, z] = lane_of(x, lane).map(R::abs);
-        gaps[lane] = (gaps[lane] - radii[lane]).abs();
-        // No normal has components beyond one.
-        let most = R::of(8.0) * R::EPSILON * (x + y + z + radii[lane]);
-        bits[lane] = u32::from(gaps[lane] <= most) << lane;
+        let gap = (gaps[lane] - radii[lane]).abs();
+        let terms = obstacle.terms_at(lane_of(x, lane), time);
+        bits[lane] = u32::from(gap <= rounding(terms, radii[lane])) << lane;
     }
-    let close = which & bits.iter().fold(0, |all, bit| all | bit);
-    if close == 0 {
-        return (0, [R::ZERO; RECORD]);
-    }
-    let normals = obstacle.normals((x, close), time);
-    for lane in 0..LANES {
-        let rounding = rounding(lane_of(&normals, lane), lane_of(x, lane), radii[lane]);
-        bits[lane] = u32::from(gaps[lane] <= rounding) << lane;
-    }
-    (close & bits.iter().fold(0, |all, bit| all | bit), normals)
+    let on = which & bits.iter().fold(0, |all, bit| all | bit);
+    let normals = if on == 0 { [R::ZERO; RECORD] } else { obstacle.normals((x, on), time) };
+    (on, normals)
 }
 
 /// Holds the particles of a record that lie on an obstacle which is no plane; the bits say which
 /// may. The obstacle is given where it is and where it will be after a drift.
 #[inline(always)]
-pub(super) fn settle_on_curved<R: Real>(
-    (obstacle, moved): (&impl Sampled<R>, &impl Sampled<R>),
+pub(crate) fn settle_on_curved<R: Real>(
+    (obstacles, index, obstacle, moved): (&Obstacles<R>, usize, &impl Sampled<R>, &impl Sampled<R>),
     kicked: &mut Kicked<'_, R>,
     (record, x, which): (usize, &[R; RECORD], u32),
     contacts: &mut Contacts,
@@ -55,6 +48,7 @@ pub(super) fn settle_on_curved<R: Real>(
     let radii = kicked.places.radii.of_record(record);
     let which = which & kicked.places.moving_of(record);
     let (on, normals) = on_curved(obstacle, (x, &radii, which), kick.time);
+    let on = alone_on(obstacles, index, (on, x, &radii), (kicked, record), contacts);
     if on == 0 {
         return;
     }
@@ -67,7 +61,7 @@ pub(super) fn settle_on_curved<R: Real>(
     if kick.drift == Drift::Ahead {
         for _ in 0..BENDS {
             let drifting = (x, &rest.velocities, on & rest.lie);
-            if !bend(moved, drifting, (&kick, &radii, &normals), &mut bends) {
+            if !bend(moved, drifting, (&kick, &radii), &mut bends) {
                 break;
             }
             rest = Rest::new(&kick, &law, (&normals, &v, &a, &surface), &bends);
@@ -86,9 +80,33 @@ pub(super) fn settle_on_curved<R: Real>(
     }
 }
 
+/// Which of the particles of a record that lie on an obstacle lie on no other; those of which it is
+/// the first of several are held by all.
+#[inline(always)]
+fn alone_on<R: Real>(
+    obstacles: &Obstacles<R>,
+    index: usize,
+    (on, x, radii): (u32, &[R; RECORD], &[R; LANES]),
+    (kicked, record): (&mut Kicked<'_, R>, usize),
+    contacts: &mut Contacts,
+) -> u32 {
+    if obstacles.count() == 1 {
+        return on;
+    }
+    let time = kicked.kick.time;
+    lanes(on).fold(on, |alone, lane| {
+        let place = (R::Vec3::from_components(lane_of(x, lane)), radii[lane]);
+        let holder = holder(obstacles, index, place, time);
+        if holder == Holder::First {
+            settle_in_corner(obstacles, kicked, (record, lane), contacts);
+        }
+        if holder == Holder::Alone { alone } else { alone & !(1 << lane) }
+    })
+}
+
 /// Iterations that find how particles bend with a surface, at most. Each leaves of a gap the angle
 /// by which the surface turns in a substep, squared, and times the friction.
-const BENDS: usize = 8;
+pub(crate) const BENDS: usize = 8;
 
 /// Turns the velocities of particles that lie, so that they do so after a drift: lowers their
 /// speeds along the normals by the gaps that the drift would leave. Whether there were any.
@@ -96,7 +114,7 @@ const BENDS: usize = 8;
 fn bend<R: Real>(
     moved: &impl Sampled<R>,
     (x, velocities, lie): (&[R; RECORD], &[R; RECORD], u32),
-    (kick, radii, normals): (&Kick<R>, &[R; LANES], &[R; RECORD]),
+    (kick, radii): (&Kick<R>, &[R; LANES]),
     bends: &mut [R; LANES],
 ) -> bool {
     let moving = (0..LANES)
@@ -114,7 +132,7 @@ fn bend<R: Real>(
     let mut is_any = false;
     for lane in lanes(which) {
         let gap = gaps[lane] - radii[lane];
-        let noise = rounding(lane_of(normals, lane), lane_of(&ends, lane), radii[lane]);
+        let noise = rounding(moved.terms_at(lane_of(&ends, lane), kick.time), radii[lane]);
         if noise * R::HALF < gap.abs() {
             bends[lane] -= gap / kick.substep;
             is_any = true;

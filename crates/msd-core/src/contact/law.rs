@@ -13,33 +13,24 @@
 //!   under gravity, less what the springs at the particle have given it since: see
 //!   [`Touch::impact`].
 //!
-//! Everything is as seen from the surface. What lies on it already is [`super::rest`]'s, under the
-//! methods that need it.
+//! Everything is as seen from the surface. What lies on it already is [`super::after_kick`]'s,
+//! under the methods that need it.
 
 use crate::number::{Real, Vector};
-use crate::scene::Friction;
+use crate::obstacles::ContactLaw;
+use crate::pack::dot;
 
-/// Restitution and friction of a surface.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ContactLaw<R> {
-    /// Fraction of the normal speed that a bounce returns, 0 to 1.
-    pub(crate) restitution: R,
-    /// Coulomb's factor.
-    pub(crate) friction: R,
-    /// The fraction of the tangential velocity that each contact takes, 0 to 1.
-    pub(crate) loss: R,
+/// Coulomb's law: the fraction of a slip that friction leaves which can take so much of it at most,
+/// and the reciprocal of the slip, 0 where friction holds it.
+#[inline(always)]
+pub(crate) fn coulomb<R: Real>(slip: R, most: R) -> (R, R) {
+    let held = slip <= most;
+    let per_slip = R::ONE / slip;
+    let left = if held { R::ZERO } else { R::ONE - most * per_slip };
+    (left, if held { R::ZERO } else { per_slip })
 }
 
 impl<R: Real> ContactLaw<R> {
-    /// The law of a surface that returns a fraction of the normal speed, with some friction.
-    pub fn new(restitution: f64, friction: Friction) -> Self {
-        let (friction, loss) = match friction {
-            Friction::Coulomb(factor) => (factor, 0.0),
-            Friction::TangentialLoss(loss) => (0.0, loss),
-        };
-        ContactLaw { restitution: R::of(restitution), friction: R::of(friction), loss: R::of(loss) }
-    }
-
     /// The velocity after a bounce that takes no time, metres per second.
     ///
     /// Source: algorithm 1 of the source report (2014), with Coulomb's law beside its factor.
@@ -54,12 +45,9 @@ impl<R: Real> ContactLaw<R> {
     /// The fraction of a slip that friction leaves at a push, both in metres per second, and the
     /// reciprocal of the slip, 0 where friction holds it.
     #[inline(always)]
-    pub(super) fn rub(&self, slip: R, push: R) -> (R, R) {
-        let loss = self.friction * push;
-        let held = slip <= loss;
-        let per_slip = R::ONE / slip;
-        let left = if held { R::ZERO } else { R::ONE - loss * per_slip };
-        (left * (R::ONE - self.loss), if held { R::ZERO } else { per_slip })
+    pub(crate) fn rub(&self, slip: R, push: R) -> (R, R) {
+        let (left, per_slip) = coulomb(slip, self.friction * push);
+        (left * (R::ONE - self.loss), per_slip)
     }
 
     /// Whether the surface keeps the particle for the rest of the substep.
@@ -69,7 +57,7 @@ impl<R: Real> ContactLaw<R> {
     /// substeps: a bounce would be over before it could be resolved, and a particle at rest would
     /// buzz.
     #[inline(always)]
-    pub(super) fn keeps(&self, touch: &Touch<R>, span: &Span<R>) -> bool {
+    pub(crate) fn keeps(&self, touch: &Touch<R>, span: &Span<R>) -> bool {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
         let (real, squared) = touch.impact(span);
         let limit = (span.h + span.h) * pull;
@@ -83,7 +71,7 @@ impl<R: Real> ContactLaw<R> {
     /// The energy along the normal is that at the start of the substep, which is 0 at rest: gains
     /// and losses of a method within a substep, while a surface holds the particle, are undone.
     #[inline(always)]
-    pub(super) fn hold(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
+    pub(crate) fn hold(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
         let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
         let push = if speed < R::ZERO { -speed } else { R::ZERO };
         let (before, after) = (speed - pull * span.h, speed + push);
@@ -99,7 +87,7 @@ impl<R: Real> ContactLaw<R> {
     /// before. It is put there and leaves at e u: with as much energy as at the impact for e = 1, a
     /// part of a substep late. Letting it fly on would move it against its springs once more, which
     /// adds energy to a stiff body.
-    pub(super) fn bounce(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
+    pub(crate) fn bounce(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
         let (real, squared) = touch.impact(span);
         let impact = squared.max(R::ZERO).sqrt();
         let after = self.restitution * impact;
@@ -128,7 +116,7 @@ impl<R: Real> ContactLaw<R> {
         let (kept, per_slip) = self.rub(slip, push.push);
         let sticks = (slip <= grip) & (R::ZERO < grip);
         // A gap within rounding counts as zero: small steps out of it would add up to a drift.
-        let (gap, noise) = (-(way + depth), touch.rounding());
+        let (gap, noise) = (-(way + depth), touch.noise);
         let since = if gap <= noise { R::ONE } else { depth / -way };
         let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
         let slid = self.friction * push.reach * per_slip;
@@ -151,17 +139,11 @@ impl<R: Real> ContactLaw<R> {
     }
 }
 
-/// The rounding of the gap of a particle of some radius, metres.
+/// The gap up to which a particle of some radius lies on a surface, metres: four roundings of what
+/// its gap is the difference of, see [`crate::obstacles::Obstacle::terms`].
 #[inline(always)]
-pub(super) fn rounding<R: Real>(normal: [R; 3], position: [R; 3], radius: R) -> R {
-    let (n, x) = (normal, position);
-    let sum = (n[0] * x[0]).abs() + (n[1] * x[1]).abs() + (n[2] * x[2]).abs();
-    (sum + radius) * (R::EPSILON * R::of(4.0))
-}
-
-#[inline(always)]
-pub(super) fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+pub(crate) fn rounding<R: Real>(terms: R, radius: R) -> R {
+    (terms + radius) * (R::EPSILON * R::of(4.0))
 }
 
 /// The speed towards a surface below which a contact rests, metres per second: the speed that
@@ -172,28 +154,30 @@ pub(crate) fn resting_speed<R: Real>(normal: R::Vec3, gravity: R::Vec3, h: R) ->
 
 /// A particle inside an obstacle at the end of a substep, as seen from the surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Touch<R> {
-    pub(super) normal: [R; 3],
+pub(crate) struct Touch<R> {
+    pub(crate) normal: [R; 3],
     /// How far inside, metres; positive.
-    pub(super) depth: R,
-    pub(super) position: [R; 3],
+    pub(crate) depth: R,
+    pub(crate) position: [R; 3],
     /// Its radius, metres; 0 of a point.
-    pub(super) radius: R,
-    pub(super) velocity: [R; 3],
+    pub(crate) radius: R,
+    /// The gap up to which it lies on the surface, metres.
+    pub(crate) noise: R,
+    pub(crate) velocity: [R; 3],
     /// Where it was at the start of the substep.
-    pub(super) start: [R; 3],
+    pub(crate) start: [R; 3],
     /// Its acceleration without the surface, metres per second squared.
-    pub(super) pull: [R; 3],
+    pub(crate) pull: [R; 3],
     /// That at the start of the substep; the same where it is not known.
-    pub(super) before: [R; 3],
+    pub(crate) before: [R; 3],
     /// Stiffness of all springs at it by its mass, per second squared.
-    pub(super) stiffness: R,
+    pub(crate) stiffness: R,
 }
 
 impl<R: Real> Touch<R> {
     /// How it moved in the substep, metres.
     #[inline(always)]
-    pub(super) fn way(&self) -> [R; 3] {
+    pub(crate) fn way(&self) -> [R; 3] {
         let (to, from) = (self.position, self.start);
         [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
     }
@@ -209,7 +193,7 @@ impl<R: Real> Touch<R> {
     /// rather takes energy out of a stiff body than adds some; both fall with the square of the
     /// substep.
     #[inline(always)]
-    fn impact(&self, span: &Span<R>) -> (R, R) {
+    pub(crate) fn impact(&self, span: &Span<R>) -> (R, R) {
         let pull = self.along_normal(self.pull);
         let real = self.along_normal(self.velocity) - span.shift * pull;
         let stored = self.strain(span) * self.distance(span);
@@ -220,7 +204,7 @@ impl<R: Real> Touch<R> {
     /// says, joules per kilogram: with one that changes by a₁ − a₀ along the way w, all the way to
     /// the depth d, they push back by what they were pressed together there.
     #[inline(always)]
-    pub(super) fn eased(&self) -> R {
+    pub(crate) fn eased(&self) -> R {
         let eased = self.along_normal(self.before) - self.along_normal(self.pull);
         let way = self.along_normal(self.way()).abs().max(self.depth);
         eased * R::HALF * self.depth * self.depth / way
@@ -243,14 +227,8 @@ impl<R: Real> Touch<R> {
 
     /// Whether it is inside: what lies may be so by rounding.
     #[inline(always)]
-    pub(super) fn is_inside(&self, span: &Span<R>) -> bool {
-        let noise = self.rounding();
-        (if span.settles() { noise } else { R::ZERO }) < self.depth
-    }
-
-    #[inline(always)]
-    fn rounding(&self) -> R {
-        rounding(self.normal, self.position, self.radius)
+    pub(crate) fn is_inside(&self, span: &Span<R>) -> bool {
+        (if span.settles() { self.noise } else { R::ZERO }) < self.depth
     }
 
     #[inline(always)]
@@ -261,24 +239,24 @@ impl<R: Real> Touch<R> {
 
 /// A substep, in seconds.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Span<R> {
-    pub(super) h: R,
+pub(crate) struct Span<R> {
+    pub(crate) h: R,
     /// By how much the velocities of the method are ahead of its positions.
-    pub(super) shift: R,
+    pub(crate) shift: R,
     /// Where the acceleration is from.
-    pub(super) evaluated: Evaluated,
+    pub(crate) evaluated: Evaluated,
     /// A way, metres, on which the surface turns by [`TURN`].
-    pub(super) turn: R,
+    pub(crate) turn: R,
 }
 
 /// The most that a surface may turn on the way of a particle in a substep, radians: a larger angle
 /// pushes it to where it would not have slid, and a small ball parts a cloth without much work.
-pub(super) const TURN: f64 = 0.1;
+pub(crate) const TURN: f64 = 0.1;
 
 impl<R> Span<R> {
-    /// Whether the method holds by [`super::rest`] what lies on an obstacle.
+    /// Whether the method holds by [`super::after_kick`] what lies on an obstacle.
     #[inline(always)]
-    pub(super) fn settles(&self) -> bool {
+    pub(crate) fn settles(&self) -> bool {
         matches!(self.evaluated, Evaluated::AtEnd)
     }
 }
@@ -288,7 +266,7 @@ impl<R> Span<R> {
 pub(crate) enum Evaluated {
     /// At the positions of its start.
     AtStart,
-    /// At those of its end, by a method that holds by [`super::rest`] what lies on an obstacle.
+    /// At those of its end, by a method that holds by [`super::after_kick`] what lies on an obstacle.
     AtEnd,
     /// Nowhere: the method solves for them, or projects.
     Nowhere,
@@ -307,11 +285,11 @@ struct Push<R> {
 }
 
 /// A particle after contact.
-pub(super) struct Outcome<R> {
-    pub(super) position: [R; 3],
-    pub(super) velocity: [R; 3],
+pub(crate) struct Outcome<R> {
+    pub(crate) position: [R; 3],
+    pub(crate) velocity: [R; 3],
     /// Energy dissipated per mass, joules per kilogram.
-    pub(super) taken: R,
+    pub(crate) taken: R,
 }
 
 /// The effect of obstacles.

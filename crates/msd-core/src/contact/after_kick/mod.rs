@@ -11,16 +11,19 @@
 
 mod curved;
 
-use super::contact::{ContactLaw, Contacts, dot, rounding};
-use super::resolve::{AT_ONCE, TOGETHER};
-use super::solid::{Sampled, lane_of};
-use super::{Ball, Obstacles, OwnObstacle, Placed, PlaneColumn, Radii};
+use super::Radii;
+use super::arrive::{AT_ONCE, TOGETHER};
+use super::held::{self, Held, Row, Rows};
+use super::law::{Contacts, rounding};
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, set_vector, vector};
 use crate::number::{Real, Vector, at_level};
+use crate::obstacles::solid::{Ball, Sampled, lane_of};
+use crate::obstacles::{ContactLaw, Obstacles, OwnObstacle, Placed, PlaneColumn};
+use crate::pack::dot;
 use crate::scene::Solid;
 use core::ops::{Add, Range};
-use curved::{on_curved, settle_on_curved};
+use curved::{BENDS, on_curved, settle_on_curved};
 use fearless_simd::Level;
 
 /// A state that has just been kicked: v' = v + a t.
@@ -243,7 +246,7 @@ fn is_one_on_solid<R: Real>(solid: &Solid, places: &Places<'_, R>, time: f64) ->
 #[inline(always)]
 fn is_on<R: Real>(plane: &PlaneColumn<R>, x: [R; 3], radius: R) -> bool {
     let normal = plane.normal.components();
-    (dot(normal, x) - plane.offset - radius).abs() <= rounding(normal, x, radius)
+    (dot(normal, x) - plane.offset - radius).abs() <= rounding(plane.terms_of(x), radius)
 }
 
 /// Holds the particles that lie on an obstacle after a kick.
@@ -260,38 +263,28 @@ pub(crate) fn settle<R: Real>(
 #[inline(always)]
 fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) -> Contacts {
     let mut contacts = Contacts::default();
-    for record in 0..kicked.places.positions.len() / RECORD {
-        let positions = kicked.places.positions;
-        let x: &[R; RECORD] = positions[record * RECORD..].first_chunk().expect("a record");
-        let radii = kicked.places.radii.of_record(record);
-        let mut counts = [0; LANES];
-        for plane in &obstacles.planes {
-            for (lane, count) in counts.iter_mut().enumerate() {
-                *count += u32::from(is_on(plane, lane_of(x, lane), radii[lane]));
-            }
+    let records = kicked.places.records();
+    let (time, radius) = (kicked.kick.time, kicked.places.radii.largest);
+    for (block, some) in records.chunks(TOGETHER).enumerate() {
+        if obstacles.planes.is_empty() {
+            break;
         }
-        if counts.iter().fold(0, |any, count| any | count) != 0 {
-            for plane in &obstacles.planes {
-                settle_on_plane(plane, &mut kicked, (record, x, &counts), &mut contacts);
-            }
-            for lane in (0..LANES).filter(|&lane| 1 < counts[lane]) {
-                settle_in_corner(&obstacles.planes, &mut kicked, (record, lane), &mut contacts);
-            }
-        }
-        for (_, own) in &obstacles.own {
-            let own = own.of::<R>();
-            settle_on_curved((&own, &own), &mut kicked, (record, x, ALL), &mut contacts);
+        let mut is_near = None;
+        for (record, x) in (block * TOGETHER..).zip(some) {
+            let mut is_near = || {
+                *is_near.get_or_insert_with(|| is_any_near_curved(obstacles, time, radius, some))
+            };
+            settle_on_planes(obstacles, &mut kicked, (record, x, &mut is_near), &mut contacts);
         }
     }
+    let mut index = obstacles.planes.len();
     for solid in &obstacles.solids {
-        let time = kicked.kick.time;
-        let ball = Ball::<R>::new(solid, time, kicked.places.radii.largest);
+        let ball = Ball::<R>::new(solid, time, radius);
         let placed = Placed::new(solid, time);
         let moved = match kicked.kick.drift {
             Drift::Ahead => Placed::new(solid, time + kicked.kick.substep.to_f64()),
             Drift::Behind | Drift::Absent => placed,
         };
-        let records = kicked.places.positions.as_chunks::<RECORD>().0;
         for (block, some) in records.chunks(TOGETHER).enumerate() {
             if !ball.may_hold_any(some) {
                 continue;
@@ -299,17 +292,80 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
             for (record, x) in (block * TOGETHER..).zip(some) {
                 let near = ball.inside(x);
                 if near != 0 {
-                    settle_on_curved(
-                        (&placed, &moved),
-                        &mut kicked,
-                        (record, x, near),
-                        &mut contacts,
-                    );
+                    let which = (record, x, near);
+                    let curved = (obstacles, index, &placed, &moved);
+                    settle_on_curved(curved, &mut kicked, which, &mut contacts);
                 }
             }
         }
+        index += 1;
+    }
+    for (_, own) in &obstacles.own {
+        let own = own.of::<R>();
+        for (record, x) in records.iter().enumerate() {
+            let curved = (obstacles, index, &own, &own);
+            settle_on_curved(curved, &mut kicked, (record, x, ALL), &mut contacts);
+        }
+        index += 1;
     }
     contacts
+}
+
+/// Whether one of these places may be on an obstacle that is no plane.
+#[inline(always)]
+fn is_any_near_curved<R: Real>(
+    obstacles: &Obstacles<R>,
+    time: f64,
+    radius: R,
+    records: &[[R; RECORD]],
+) -> bool {
+    let is_near = |solid: &Solid| {
+        let ball = Ball::<R>::new(solid, time, radius);
+        ball.may_hold_any(records) && records.iter().any(|x| ball.inside(x) != 0)
+    };
+    !obstacles.own.is_empty() || obstacles.solids.iter().any(is_near)
+}
+
+/// Holds the particles of a record that lie on planes. `is_near`: one may lie on something else
+/// too.
+#[inline(always)]
+fn settle_on_planes<R: Real>(
+    obstacles: &Obstacles<R>,
+    kicked: &mut Kicked<'_, R>,
+    (record, x, is_near): (usize, &[R; RECORD], &mut dyn FnMut() -> bool),
+    contacts: &mut Contacts,
+) {
+    let radii = kicked.places.radii.of_record(record);
+    let (mut counts, mut lain_on) = ([0; LANES], 0u64);
+    for (number, plane) in obstacles.planes.iter().enumerate() {
+        let mut on = [0; LANES];
+        for (lane, on) in on.iter_mut().enumerate() {
+            *on = u32::from(is_on(plane, lane_of(x, lane), radii[lane]));
+            counts[lane] += *on;
+        }
+        let is_any = on.iter().fold(0, |any, on| any | on) != 0;
+        // Planes beyond the last bit share it.
+        lain_on |= u64::from(is_any) << number.min(63);
+    }
+    if lain_on == 0 {
+        return;
+    }
+    if is_near() {
+        let curved = obstacles.planes.len()..obstacles.count();
+        for (lane, count) in counts.iter_mut().enumerate().filter(|(_, count)| **count == 1) {
+            let place = (R::Vec3::from_components(lane_of(x, lane)), radii[lane]);
+            let is_on = |index| is_on_obstacle(obstacles, index, place, kicked.kick.time);
+            *count += u32::from(curved.clone().any(is_on));
+        }
+    }
+    for (number, plane) in obstacles.planes.iter().enumerate() {
+        if lain_on >> number.min(63) & 1 != 0 {
+            settle_on_plane(plane, kicked, (record, x, &counts), contacts);
+        }
+    }
+    for lane in (0..LANES).filter(|&lane| 1 < counts[lane]) {
+        settle_in_corner(obstacles, kicked, (record, lane), contacts);
+    }
 }
 
 /// Holds the particles of a record that lie on this plane and on no other.
@@ -346,55 +402,151 @@ fn settle_on_plane<R: Real>(
     }
 }
 
-/// Sweeps over the planes of a corner, at most. One over two planes leaves the square of the cosine
-/// between their normals of a speed into them.
-const SWEEPS: usize = 128;
-
-/// Holds a particle that lies on several planes, in sweeps over them until none moves it.
+/// Holds a particle that lies on several obstacles, by all of them at once.
 fn settle_in_corner<R: Real>(
-    planes: &[PlaneColumn<R>],
+    obstacles: &Obstacles<R>,
     kicked: &mut Kicked<'_, R>,
     (record, lane): (usize, usize),
     contacts: &mut Contacts,
 ) {
-    let (at, kick) = (record * RECORD, kicked.kick);
-    if kicked.places.inverse_masses[at + lane] == R::ZERO {
+    let (at, kick) = (record * RECORD + lane, kicked.kick);
+    if kicked.places.inverse_masses[at] == R::ZERO {
         return;
     }
-    let of = |column: &[R]| vector::<R>(column, at + lane).components();
-    let (x, kicked_to, a) =
-        (of(kicked.places.positions), of(kicked.velocities), of(kicked.accelerations));
-    let radius = kicked.places.radii.at(at + lane);
-    let start: [R; 3] = core::array::from_fn(|axis| kicked_to[axis] - a[axis] * kick.length);
-    let limit = (kick.substep + kick.substep) * dot(a, a).sqrt();
-    let mut v = kicked_to;
-    for _ in 0..SWEEPS {
-        let before = v;
-        for plane in planes.iter().filter(|plane| is_on(plane, x, radius)) {
-            let (n, law) = (plane.normal.components(), kick.law(plane.law));
-            if dot(n, v) < R::ZERO && law.lay(dot(n, start), -limit, start) {
-                v = slowed(&law, n, v, -dot(n, v)).0;
+    let place = (vector::<R>(kicked.places.positions, at), kicked.places.radii.at(at));
+    let v = vector::<R>(kicked.velocities, at);
+    let a = vector::<R>(kicked.accelerations, at);
+    let start = v - a * kick.length;
+    let limit = (kick.substep + kick.substep) * a.dot(a).sqrt();
+    let (mut rows, mut indices) = (Rows::default(), [0; held::MOST]);
+    for index in 0..obstacles.count() {
+        let Some(row) = row_of(obstacles, index, place, &kick) else { continue };
+        let seen = start - row.surface;
+        let lay = row.law.lay(row.normal.dot(seen), -limit, seen.components());
+        if kick.drift == Drift::Behind || lay {
+            if let Some(to) = indices.get_mut(rows.rows().len()) {
+                *to = index;
             }
-        }
-        if v == before {
-            break;
+            rows.push(row);
         }
     }
-    let rounding = R::EPSILON * R::EPSILON * R::of(64.0) * dot(kicked_to, kicked_to);
-    if dot(v, v) <= rounding {
-        v = [R::ZERO; 3];
+    let mut held = rows.hold(v);
+    if kick.drift == Drift::Ahead {
+        for _ in 0..BENDS {
+            if !bend_in_corner(obstacles, (&mut rows, &indices), (place, &held), &kick) {
+                break;
+            }
+            held = rows.hold(v);
+        }
     }
-    if v == kicked_to {
+    if held.pushes.iter().all(|&push| push == R::ZERO) {
         return;
     }
-    set_vector(kicked.velocities, at + lane, R::Vec3::from_components(v));
-    let taken = if v == [R::ZERO; 3] {
-        dot(start, start) * R::HALF
+    set_vector(kicked.velocities, at, held.velocity);
+    let mass = kicked.masses[record * LANES + lane];
+    let taken = if held.sticks {
+        let seen = start - held.velocity;
+        seen.dot(seen) * R::HALF
     } else {
-        let work = |axis: usize| (kicked_to[axis] - v[axis]) * (start[axis] + v[axis]);
-        (work(0) + work(1) + work(2)) * R::HALF
+        (v - held.velocity).dot(start + held.velocity) * R::HALF + held.driven
     };
-    *contacts += Contacts::one((taken * kicked.masses[record * LANES + lane]).to_f64());
+    *contacts += Contacts {
+        driven: (held.driven * mass).to_f64(),
+        ..Contacts::one((taken * mass).to_f64())
+    };
+}
+
+/// Turns the velocity that a particle may have on each surface of a corner, so that it lies on it
+/// after the drift, as [`curved`] does on one; whether any was off.
+fn bend_in_corner<R: Real>(
+    obstacles: &Obstacles<R>,
+    (rows, indices): (&mut Rows<R>, &[usize; held::MOST]),
+    ((position, radius), held): ((R::Vec3, R), &Held<R>),
+    kick: &Kick<R>,
+) -> bool {
+    let end = position + held.velocity * kick.substep;
+    let time = kick.time + kick.substep.to_f64();
+    let mut is_any = false;
+    for ((row, &index), push) in rows.rows_mut().iter_mut().zip(indices).zip(held.pushes) {
+        if index < obstacles.planes.len() {
+            continue;
+        }
+        let obstacle = obstacles.get(index);
+        let gap = obstacle.gap(end, time) - radius;
+        let noise = rounding(obstacle.terms(end, time), radius) * R::HALF;
+        if noise < -gap || R::ZERO < push && noise < gap {
+            row.least -= gap / kick.substep;
+            is_any = true;
+        }
+    }
+    is_any
+}
+
+/// The surface of an obstacle that a particle of some radius lies on.
+fn row_of<R: Real>(
+    obstacles: &Obstacles<R>,
+    index: usize,
+    (position, radius): (R::Vec3, R),
+    kick: &Kick<R>,
+) -> Option<Row<R>> {
+    let time = kick.time;
+    if !is_on_obstacle(obstacles, index, (position, radius), time) {
+        return None;
+    }
+    let obstacle = obstacles.get(index);
+    Some(Row {
+        normal: obstacle.normal(position, time),
+        surface: obstacle.velocity(position, time),
+        least: R::ZERO,
+        law: kick.law(obstacle.law()),
+    })
+}
+
+/// Whether a particle of some radius lies on an obstacle.
+fn is_on_obstacle<R: Real>(
+    obstacles: &Obstacles<R>,
+    index: usize,
+    (position, radius): (R::Vec3, R),
+    time: f64,
+) -> bool {
+    if let Some(plane) = obstacles.planes.get(index) {
+        return is_on(plane, position.components(), radius);
+    }
+    let solid = obstacles.solids.get(index - obstacles.planes.len());
+    if solid.is_some_and(|solid| !Ball::<R>::new(solid, time, radius).holds(position)) {
+        return false;
+    }
+    let obstacle = obstacles.get(index);
+    let gap = obstacle.gap(position, time) - radius;
+    gap.abs() <= rounding(obstacle.terms(position, time), radius)
+}
+
+/// Who holds a particle that lies on an obstacle which is no plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Holder {
+    /// This obstacle alone.
+    Alone,
+    /// Several, of which this one is the first.
+    First,
+    /// Several, and another is the first.
+    Other,
+}
+
+/// Who holds a particle that lies on the obstacle of this number.
+fn holder<R: Real>(
+    obstacles: &Obstacles<R>,
+    index: usize,
+    place: (R::Vec3, R),
+    time: f64,
+) -> Holder {
+    let is_on = |other: usize| is_on_obstacle(obstacles, other, place, time);
+    if (0..index).any(is_on) {
+        Holder::Other
+    } else if (index + 1..obstacles.count()).any(is_on) {
+        Holder::First
+    } else {
+        Holder::Alone
+    }
 }
 
 /// Speed away from a surface below which a particle has not left, as a part of what the pull makes
