@@ -88,7 +88,7 @@ impl<R: Real> Rows<R> {
                 let lost = row.slip(v) * row.law.loss;
                 (v, *rub) = (v - lost, *rub - lost);
             }
-            driven = driven + (row.normal * push + *rub).dot(row.surface);
+            driven += (row.normal * push + *rub).dot(row.surface);
         }
         let carried = self.rows[0].surface;
         let same = self.rows().iter().all(|row| row.surface == carried && row.least == R::ZERO);

@@ -70,10 +70,12 @@ struct Flow<R: Real> {
 }
 
 impl AirLoads {
-    /// Air that acts on nothing yet.
-    pub(crate) fn new(air: &Air) -> Self {
+    /// The air on the surfaces of bodies.
+    pub fn new(air: &Air, bodies: &[Body]) -> Self {
         let waves = (air.gust.strength != 0.0).then(|| Waves::new(&air.gust, air.velocity));
-        AirLoads { air: *air, waves, triangles: Vec::new() }
+        let mut loads = AirLoads { air: *air, waves, triangles: Vec::new() };
+        bodies.iter().for_each(|body| loads.add(body));
+        loads
     }
 
     /// The air.

@@ -94,7 +94,7 @@ impl<R: Real> Model<R> {
             touches: Touches::default(),
             grabs: Grabs::default(),
             pushes: Pushes::default(),
-            air: scene.world.air.as_ref().map(AirLoads::new),
+            air: scene.world.air.as_ref().map(|air| AirLoads::new(air, &[])),
             own: Owns::default(),
             obstacles: Obstacles {
                 planes: scene.planes.iter().map(PlaneColumn::new).collect(),
