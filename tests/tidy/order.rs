@@ -9,9 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Modules that name one below them, with its name or that of a folder around it.
-const KNOTS: [(&str, &str); 5] = [
-    // Its hooks have the loops compiled in the core, for f32 and f64, whoever calls them.
-    ("msd-core::number", "msd-core"),
+const KNOTS: [(&str, &str); 4] = [
     // A step context owns the scratch of every method, a type of that method.
     ("msd-core::methods::context", "msd-core::methods::dormand_prince"),
     ("msd-core::methods::context", "msd-core::methods::implicit"),

@@ -7,7 +7,7 @@ use alloc::string::String;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A number outside its domain.
-    #[error("{quantity} of {item} {row} is {}; it must be {expected}", Number(*value))]
+    #[error("{quantity} of {item} {row} is {}; it must be {expected}", Digits(*value))]
     OutOfDomain {
         /// The quantity that the number measures.
         quantity: &'static str,
@@ -80,7 +80,7 @@ pub enum Error {
         "tolerance {} is out of reach in step {step} (t = {time:.6} s), first for particle \
          {particle}; the last good state is kept. Use a larger tolerance or f64, or look for a \
          stiffness, force or speed too large",
-        Number(*tolerance)
+        Digits(*tolerance)
     )]
     Unreachable {
         /// The tolerance asked for.
@@ -99,7 +99,7 @@ pub enum Error {
          step may take here, at tolerance {}: {:.1} % of it was done; the last good state is kept. \
          Use another method or a larger tolerance, or look for a stiffness, force or speed too \
          large",
-        Number(*tolerance), 100.0 * done
+        Digits(*tolerance), 100.0 * done
     )]
     TooManyEvaluations {
         /// The most that a step may take.
@@ -148,11 +148,11 @@ impl Error {
 }
 
 /// A number as a message prints it, never in three hundred digits.
-struct Number(f64);
+struct Digits(f64);
 
-impl core::fmt::Display for Number {
+impl core::fmt::Display for Digits {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        let Number(value) = self;
+        let Digits(value) = self;
         if *value == 0.0 || !value.is_finite() || (1e-6..1e15).contains(&value.abs()) {
             write!(f, "{value}")
         } else {

@@ -174,9 +174,9 @@ extern crate std;
 #[cfg(not(any(feature = "std", feature = "libm")))]
 compile_error!("msd-core needs a square root: enable the feature `std` (default) or `libm`");
 
-// In reading order: a file imports only from files above it, but for the hooks in `number` that
-// have the loops compiled here (`tests/tidy/order.rs`).
+// In reading order: a file imports only from files above it (`tests/tidy/order.rs`).
 mod number;
+mod pack;
 mod error;
 mod columns;
 mod grid;

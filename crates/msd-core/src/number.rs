@@ -1,19 +1,22 @@
 //! The numbers of a simulation: `f32` or `f64` behind one sealed trait, and the instructions that
 //! compute with sixteen of them at a time.
 
-use crate::elements::Element;
-use crate::elements::springs::gather::Transpose;
-use crate::energy::Energy;
-use crate::error::Error;
-use crate::methods::{Integrator, Method, Settings};
-use crate::obstacles::Obstacle;
-use crate::scene::Scene;
-use crate::simulation::Simulation;
-use crate::stability::Estimator;
+use core::any::Any;
 use core::fmt::{Debug, Display};
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd, SimdFloatElement};
 use glam::{DVec3, Vec3, Vec3A};
+
+/// Particles in a record, whose numbers are computed with at a time.
+pub const LANES: usize = 16;
+/// Numbers in a record of vectors.
+pub const RECORD: usize = 3 * LANES;
+/// Numbers of a vector among points: x, y, z and nothing.
+pub(crate) const QUAD: usize = 4;
+/// Numbers of a particle among points: position, nothing, velocity, nothing.
+pub(crate) const POINT: usize = 2 * QUAD;
+/// A record of positions and one of velocities.
+pub(crate) const GATHERED: usize = 2 * RECORD;
 
 mod sealed {
     pub trait Sealed {}
@@ -82,38 +85,6 @@ pub trait Real:
     fn abs(self) -> Self;
     /// The bits, lowest byte first on every machine.
     fn to_le_bytes(self) -> Self::Bytes;
-    /// [`Simulation::new`] for this scalar, compiled in this crate; so are the next four.
-    #[doc(hidden)]
-    fn start(scene: &Scene, settings: Settings) -> Result<Simulation<Self>, Error>;
-    /// [`Simulation::step`], or [`Simulation::step_unless_passing`].
-    #[doc(hidden)]
-    fn step(simulation: &mut Simulation<Self>, may_pass: bool) -> Result<bool, Error>;
-    /// [`Simulation::stable_substep_by`].
-    #[doc(hidden)]
-    fn predict(simulation: &Simulation<Self>, estimator: &mut Estimator) -> f64;
-    /// [`Simulation::stable_substep_piecewise`].
-    #[doc(hidden)]
-    fn predict_on(
-        simulation: &Simulation<Self>,
-        how: (Integrator, u32),
-        estimator: &mut Estimator,
-    ) -> Option<f64>;
-    /// Energy and rounding of a simulation.
-    #[doc(hidden)]
-    fn measure(simulation: &Simulation<Self>) -> (Energy, f64);
-    /// The element for this scalar, of two.
-    #[doc(hidden)]
-    fn choose_element<'a>(
-        both: (&'a dyn Element<f32>, &'a dyn Element<f64>),
-    ) -> &'a dyn Element<Self>;
-    /// The obstacle for this scalar, of two.
-    #[doc(hidden)]
-    fn choose_obstacle<'a>(
-        both: (&'a dyn Obstacle<f32>, &'a dyn Obstacle<f64>),
-    ) -> &'a dyn Obstacle<Self>;
-    /// The method for this scalar, of two.
-    #[doc(hidden)]
-    fn choose_method<'a>(both: (&'a dyn Method<f32>, &'a dyn Method<f64>)) -> &'a dyn Method<Self>;
     /// The smaller of two numbers.
     fn min(self, other: Self) -> Self {
         if other < self { other } else { self }
@@ -166,16 +137,9 @@ pub trait Vector:
     fn extent(self) -> Self::Scalar;
 }
 
-/// The scalar product of components, summed in their order.
-#[inline(always)]
-pub(crate) fn dot<R: Real>(a: [R; 3], b: [R; 3]) -> R {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
 macro_rules! impl_real {
     (
-        $scalar:ident, $vector:ident, $shortest:expr, $faintest:expr, $sqrt:ident, $as_f32:expr,
-        $which:tt
+        $scalar:ident, $vector:ident, $shortest:expr, $faintest:expr, $sqrt:ident, $as_f32:expr
     ) => {
         impl Real for $scalar {
             type Vec3 = $vector;
@@ -211,40 +175,6 @@ macro_rules! impl_real {
             #[inline]
             fn to_le_bytes(self) -> Self::Bytes {
                 $scalar::to_le_bytes(self)
-            }
-            fn start(scene: &Scene, settings: Settings) -> Result<Simulation<Self>, Error> {
-                Simulation::start(scene, settings)
-            }
-            fn step(simulation: &mut Simulation<Self>, may_pass: bool) -> Result<bool, Error> {
-                simulation.advance(may_pass)
-            }
-            fn predict(simulation: &Simulation<Self>, estimator: &mut Estimator) -> f64 {
-                simulation.predict(estimator)
-            }
-            fn predict_on(
-                simulation: &Simulation<Self>,
-                how: (Integrator, u32),
-                estimator: &mut Estimator,
-            ) -> Option<f64> {
-                simulation.predict_on(how, estimator)
-            }
-            fn measure(simulation: &Simulation<Self>) -> (Energy, f64) {
-                simulation.measure()
-            }
-            fn choose_element<'a>(
-                both: (&'a dyn Element<f32>, &'a dyn Element<f64>),
-            ) -> &'a dyn Element<Self> {
-                both.$which
-            }
-            fn choose_obstacle<'a>(
-                both: (&'a dyn Obstacle<f32>, &'a dyn Obstacle<f64>),
-            ) -> &'a dyn Obstacle<Self> {
-                both.$which
-            }
-            fn choose_method<'a>(
-                both: (&'a dyn Method<f32>, &'a dyn Method<f64>),
-            ) -> &'a dyn Method<Self> {
-                both.$which
             }
         }
 
@@ -298,8 +228,37 @@ macro_rules! impl_real {
     };
 }
 
-impl_real!(f32, Vec3A, 1e-24, 1e-18, sqrtf, |v: Vec3A| Vec3::from(v), 0);
-impl_real!(f64, DVec3, 1e-200, 1e-153, sqrt, |v: DVec3| v.as_vec3(), 1);
+impl_real!(f32, Vec3A, 1e-24, 1e-18, sqrtf, |v: Vec3A| Vec3::from(v));
+impl_real!(f64, DVec3, 1e-200, 1e-153, sqrt, |v: DVec3| v.as_vec3());
+
+/// The one of two values, of single and of double precision, that is of a type.
+///
+/// # Panics
+/// If neither is.
+#[inline]
+pub(crate) fn of_type<'a, T: 'static>(single: &'a dyn Any, double: &'a dyn Any) -> &'a T {
+    let found = single.downcast_ref().or_else(|| double.downcast_ref());
+    found.expect("a number is f32 or f64")
+}
+
+/// Transposes between points, the numbers of a particle side by side, and the columns of a record.
+pub trait Transpose: SimdFloatElement {
+    /// Overwrites the first lanes of a record of positions and of one of velocities by those of
+    /// as many particles.
+    #[doc(hidden)]
+    fn gather<S: Simd>(
+        simd: S,
+        points: &[[Self; POINT]],
+        others: &[u32],
+        columns: &mut [Self; GATHERED],
+    );
+    /// The vectors of a record, one by one.
+    #[doc(hidden)]
+    fn to_quads<S: Simd>(simd: S, columns: &[Self; RECORD]) -> [[Self; QUAD]; LANES];
+    /// The record of vectors.
+    #[doc(hidden)]
+    fn to_columns<S: Simd>(simd: S, quads: &[[Self; QUAD]; LANES]) -> [Self; RECORD];
+}
 
 /// Instruction sets, from the one that every target has to the one that few have. All of them give
 /// the same bits.

@@ -10,6 +10,7 @@
 //! goes a tenth of a radian round a solid that it meets, or such a solid moves by more than half of
 //! its thickness, is taken again with twice as many, and these stay until the next renewal.
 
+use Automatic::{Begun, Chosen, Due, Wanted};
 use msd_core::stability::{Estimator, Mode};
 use msd_core::{Error, Integrator, Interaction, Model, Real, Settings, Simulation};
 
@@ -45,23 +46,39 @@ pub struct Substeps {
     pub(crate) is_lazy: bool,
 }
 
-/// The state of automatic substeps, all of which follows from the run that they belong to.
+/// What is known of the last choice of substeps.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Automatic {
+pub(crate) struct Choice {
     /// Steps from one renewal to the next.
     every: u64,
-    /// Whether something was queued that moves the limit.
-    is_due: bool,
-    /// Whether they are to be chosen from anew before the next step.
-    is_open: bool,
-    /// Whether a choice is under way.
-    is_begun: bool,
-    /// The number of steps at which they were chosen last, if nothing was changed since.
-    chosen_at: Option<u64>,
-    /// What touched at the last choice.
+    /// What touched then.
     touched: Mode,
-    /// Whether what touches since may have used up what that left of the limit.
-    is_grown: bool,
+}
+
+/// Why substeps are chosen before the next step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Cause {
+    /// The run was opened or changed: they are chosen from anew.
+    Change,
+    /// What touches since may have used up what the last choice left of the limit: a renewal.
+    Touches,
+    /// So many steps were taken: a renewal.
+    Time,
+}
+
+/// The states of automatic substeps, all of which follow from the run that they belong to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Automatic {
+    /// They stay until it is time to renew them; `at` is the number of steps at which they were
+    /// chosen, if nothing was changed since.
+    Chosen { last: Choice, at: Option<u64> },
+    /// They are chosen before the next step.
+    Wanted { last: Choice, cause: Cause },
+    /// The same, and a prediction for that is under way.
+    Begun { last: Choice, cause: Cause },
+    /// Something queued moves the limit: it is applied before the next step, and they are chosen
+    /// from anew. `was_open` is whether they were to be without it.
+    Due { last: Choice, was_open: bool },
 }
 
 impl Automatic {
@@ -72,81 +89,106 @@ impl Automatic {
         queue: &[Interaction],
         touched: Mode,
     ) -> Self {
-        let is_due = queue.iter().any(|interaction| moves_limit(simulation.model(), interaction));
-        let every = steps_between(simulation, SHARE);
-        let is_grown = has_grown(simulation, touched);
-        Automatic {
-            every,
-            is_due,
-            is_open: false,
-            is_begun: false,
-            chosen_at: None,
-            touched,
-            is_grown,
+        let last = Choice { every: steps_between(simulation, SHARE), touched };
+        if queue.iter().any(|interaction| moves_limit(simulation.model(), interaction)) {
+            return Due { last, was_open: false };
         }
+        Chosen { last, at: None }.looked(simulation, touched)
     }
 
     /// Those of a run that are to be chosen before its next step.
-    pub(crate) fn open<R: Real>(simulation: &mut Simulation<R>) -> Self {
-        Automatic { is_open: true, ..Automatic::resumed(simulation, &[], Mode::default()) }
+    pub(crate) fn open<R: Real>(simulation: &Simulation<R>) -> Self {
+        let last = Choice { every: steps_between(simulation, SHARE), touched: Mode::default() };
+        Wanted { last, cause: Cause::Change }
     }
 
     /// Looks at what touches, by what touched at the last choice.
-    pub(crate) fn look<R: Real>(&mut self, simulation: &mut Simulation<R>, touched: Mode) {
-        (self.touched, self.is_grown) = (touched, has_grown(simulation, touched));
+    pub(crate) fn looked<R: Real>(self, simulation: &mut Simulation<R>, touched: Mode) -> Self {
+        let last = Choice { touched, ..self.last() };
+        match self {
+            Wanted { cause: Cause::Change, .. } => Wanted { last, cause: Cause::Change },
+            Begun { cause: Cause::Change, .. } => Begun { last, cause: Cause::Change },
+            Due { was_open, .. } => Due { last, was_open },
+            _ if has_grown(simulation, touched) => Wanted { last, cause: Cause::Touches },
+            Chosen { at, .. } => Chosen { last, at },
+            Wanted { .. } | Begun { .. } => Chosen { last, at: None },
+        }
+    }
+
+    fn last(self) -> Choice {
+        let (Chosen { last, .. } | Wanted { last, .. } | Begun { last, .. } | Due { last, .. }) =
+            self;
+        last
     }
 
     /// What touched at the last choice.
     pub(crate) fn touched(self) -> Mode {
-        self.touched
+        self.last().touched
     }
 
     /// Notes that something is queued for the next step.
-    pub(crate) fn queue<R: Real>(&mut self, model: &Model<R>, interaction: &Interaction) {
-        self.is_due |= moves_limit(model, interaction);
+    pub(crate) fn queued<R: Real>(self, model: &Model<R>, interaction: &Interaction) -> Self {
+        if moves_limit(model, interaction) {
+            return Due { last: self.last(), was_open: self.is_open() };
+        }
         let effects = interaction.effects();
         let is_felt = effects.springs || effects.masses || effects.state || effects.grabs;
-        if is_felt && !is_motion(model, interaction) {
-            self.forget();
-        }
+        if is_felt && !is_motion(model, interaction) { self.forgotten() } else { self }
     }
 
     /// Whether what is queued moves the limit.
     pub(crate) fn is_due(self) -> bool {
-        self.is_due
+        matches!(self, Due { .. })
     }
 
     /// Whether they are to be chosen from anew before the next step.
     pub(crate) fn is_open(self) -> bool {
-        self.is_open
+        match self {
+            Chosen { .. } => false,
+            Wanted { cause, .. } | Begun { cause, .. } => cause == Cause::Change,
+            Due { was_open, .. } => was_open,
+        }
     }
 
     /// Forgets what was predicted, as something was changed.
-    pub(crate) fn forget(&mut self) {
-        (self.is_begun, self.chosen_at) = (false, None);
+    pub(crate) fn forgotten(self) -> Self {
+        match self {
+            Chosen { last, .. } | Begun { last, cause: Cause::Time } => Chosen { last, at: None },
+            Begun { last, cause } => Wanted { last, cause },
+            Wanted { .. } | Due { .. } => self,
+        }
     }
 
-    /// Whether the next step of a run that has taken so many begins with a choice from anew, or
-    /// with a renewal.
-    pub(crate) fn is_wanting(self, steps: u64) -> bool {
-        let is_time = 0 < steps && steps.is_multiple_of(self.every);
-        self.is_open || self.is_grown || is_time && self.chosen_at != Some(steps)
+    /// Why the next step of a run that has taken so many begins with a choice, if it does; what is
+    /// due is applied before that.
+    pub(crate) fn cause(self, steps: u64) -> Option<Cause> {
+        match self {
+            Chosen { last, at } => {
+                let is_time = 0 < steps && steps.is_multiple_of(last.every) && at != Some(steps);
+                is_time.then_some(Cause::Time)
+            }
+            Wanted { cause, .. } | Begun { cause, .. } => Some(cause),
+            Due { .. } => None,
+        }
     }
 
-    /// Does a piece of that.
-    pub(crate) fn prepare<R: Real>(
-        mut self,
+    /// Does a piece of a choice for this cause.
+    pub(crate) fn prepared<R: Real>(
+        self,
+        cause: Cause,
         simulation: &mut Simulation<R>,
         estimator: &mut Estimator,
     ) -> Result<Self, Error> {
-        if !std::mem::replace(&mut self.is_begun, true) {
+        if !matches!(self, Begun { .. }) {
             estimator.restart();
         }
-        let Some(stable) = predict(simulation, estimator) else { return Ok(self) };
-        set(simulation, stable, if self.is_open { needed } else { needed_or_near })?;
+        let Some(stable) = predict(simulation, estimator) else {
+            return Ok(Begun { last: self.last(), cause });
+        };
+        set(simulation, stable, if cause == Cause::Change { needed } else { needed_or_near })?;
         let touched = simulation.touching_mode();
-        let resumed = Automatic::resumed(simulation, &[], touched);
-        Ok(Automatic { chosen_at: Some(simulation.steps()), ..resumed })
+        let last = Choice { every: steps_between(simulation, SHARE), touched };
+        Ok(Chosen { last, at: Some(simulation.steps()) })
     }
 }
 

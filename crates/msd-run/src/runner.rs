@@ -1,6 +1,6 @@
 //! Simulations whose precision is only known at run time.
 
-use crate::automatic::{Automatic, Substeps, divided, longest_automatic};
+use crate::automatic::{Automatic, Cause, Substeps, divided, longest_automatic};
 use crate::crossings::crossings;
 use msd_core::elements::Element;
 use msd_core::methods::Solved;
@@ -263,17 +263,17 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::set_settings`].
     pub fn prepare(&mut self, estimator: &mut Estimator) -> Result<bool, Error> {
-        let Some(automatic) = self.wanting() else { return Ok(false) };
-        let prepared = on!(&mut *self, simulation => automatic.prepare(simulation, estimator))?;
+        let Some((automatic, cause)) = self.wanting() else { return Ok(false) };
+        let prepared =
+            on!(&mut *self, simulation => automatic.prepared(cause, simulation, estimator))?;
         self.substeps_mut().automatic = Some(prepared);
         Ok(true)
     }
 
-    /// Automatic substeps, where the next step begins with a choice of them; what is queued is
-    /// applied before that.
-    fn wanting(&self) -> Option<Automatic> {
-        let is_wanting = |now: &Automatic| !now.is_due() && now.is_wanting(self.steps());
-        self.automatic().filter(is_wanting)
+    /// Automatic substeps, where the next step begins with a choice of them, and why.
+    fn wanting(&self) -> Option<(Automatic, Cause)> {
+        let automatic = self.automatic()?;
+        Some((automatic, automatic.cause(self.steps())?))
     }
 
     /// Chooses automatic substeps, where the next step begins with that.
@@ -305,9 +305,9 @@ impl Runner {
     /// Looks whether automatic substeps, chosen where this touched, are to be chosen anew for what
     /// touches now.
     fn look_at_touches(&mut self, touched: Mode) {
-        if let Some(mut automatic) = self.automatic() {
-            on!(&mut *self, simulation => automatic.look(simulation, touched));
-            self.substeps_mut().automatic = Some(automatic);
+        if let Some(automatic) = self.automatic() {
+            let looked = on!(&mut *self, simulation => automatic.looked(simulation, touched));
+            self.substeps_mut().automatic = Some(looked);
         }
     }
 
@@ -318,9 +318,7 @@ impl Runner {
 
     /// Forgets what was predicted, as something was changed.
     fn forget(&mut self) {
-        if let Some(automatic) = &mut self.substeps_mut().automatic {
-            automatic.forget();
-        }
+        self.substeps_mut().automatic = self.automatic().map(Automatic::forgotten);
     }
 
     fn substeps(&self) -> &Substeps {
@@ -359,13 +357,12 @@ impl Runner {
     /// # Errors
     /// See [`Simulation::queue`].
     pub fn queue(&mut self, interaction: Interaction) -> Result<(), Error> {
-        if let Some(mut automatic) = self.automatic() {
-            on!(&*self, simulation => automatic.queue(simulation.model(), &interaction));
-            on!(&mut *self, simulation => simulation.queue(interaction))?;
-            self.substeps_mut().automatic = Some(automatic);
-            return Ok(());
-        }
-        on!(self, simulation => simulation.queue(interaction))
+        let automatic = self
+            .automatic()
+            .map(|now| on!(&*self, simulation => now.queued(simulation.model(), &interaction)));
+        on!(&mut *self, simulation => simulation.queue(interaction))?;
+        self.substeps_mut().automatic = automatic;
+        Ok(())
     }
 
     /// Applies what is queued without stepping; automatic substeps are chosen anew where that moves

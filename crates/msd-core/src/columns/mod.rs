@@ -8,18 +8,12 @@ pub mod slots;
 pub(crate) mod threads;
 
 use crate::number::Real;
+pub use crate::number::{LANES, RECORD};
+use crate::pack::Pack;
 use alloc::vec;
 use alloc::vec::Vec;
 use core::ops::{Deref, DerefMut};
-use fearless_simd::{Simd, SimdBase};
-
-/// Particles in a record.
-pub const LANES: usize = 16;
-/// Numbers in a record of vectors.
-pub const RECORD: usize = 3 * LANES;
-
-/// A register of at most sixteen numbers.
-pub(crate) type Pack<S, R> = <R as fearless_simd::SimdFloatElement>::Native<S>;
+use fearless_simd::Simd;
 
 /// Bytes of a cache line, and of a page.
 const LINE: usize = 64;
@@ -123,18 +117,19 @@ pub(crate) fn singles_of<R: Real>(column: &[R], record: usize) -> [R; LANES] {
 
 /// A part of the vectors of the first record of a column, axis by axis.
 #[inline(always)]
-pub(crate) fn load<S: Simd, V: SimdBase<S>>(simd: S, from: &[V::Element], part: usize) -> [V; 3] {
-    let record: &[V::Element; RECORD] = from.first_chunk().expect("a record");
-    let column = |c: usize| V::from_slice(simd, &record[c + part..c + part + V::LEN]);
+pub(crate) fn load<S: Simd, R: Real>(simd: S, from: &[R], part: usize) -> [Pack<S, R>; 3] {
+    let record: &[R; RECORD] = from.first_chunk().expect("a record");
+    let lanes = Pack::<S, R>::LEN;
+    let column = |c: usize| Pack::from_slice(simd, &record[c + part..c + part + lanes]);
     [column(0), column(LANES), column(2 * LANES)]
 }
 
 /// Overwrites such a part.
 #[inline(always)]
-pub(crate) fn store<S: Simd, V: SimdBase<S>>(values: [V; 3], to: &mut [V::Element], part: usize) {
-    let record: &mut [V::Element; RECORD] = to.first_chunk_mut().expect("a record");
+pub(crate) fn store<S: Simd, R: Real>(values: [Pack<S, R>; 3], to: &mut [R], part: usize) {
+    let record: &mut [R; RECORD] = to.first_chunk_mut().expect("a record");
     for (axis, value) in values.into_iter().enumerate() {
         let at = axis * LANES + part;
-        value.store_slice(&mut record[at..at + V::LEN]);
+        value.store_slice(&mut record[at..at + Pack::<S, R>::LEN]);
     }
 }

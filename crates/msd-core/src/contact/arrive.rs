@@ -8,9 +8,10 @@ use super::law::{Contacts, Evaluated, Outcome, Span, TURN, Touch, rounding};
 use super::passage::Passage;
 use crate::columns::threads::{Split, merge_shares, split_singles};
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
-use crate::number::{Real, Vector, at_level, dot};
+use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of, lanes};
 use crate::obstacles::{Obstacles, Placed, PlaneColumn};
+use crate::pack::dot;
 use core::ops::{Add, Range};
 use fearless_simd::Level;
 

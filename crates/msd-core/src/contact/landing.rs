@@ -2,8 +2,9 @@
 
 use super::held::{Held, MOST, Row, Rows};
 use super::law::{Contacts, Span, Touch, rounding};
-use crate::number::{Real, Vector, dot};
+use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacle, Obstacles, Placed};
+use crate::pack::dot;
 
 /// A particle that has met an obstacle.
 pub(crate) struct Landed<R> {

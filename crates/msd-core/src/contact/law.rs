@@ -16,8 +16,9 @@
 //! Everything is as seen from the surface. What lies on it already is [`super::after_kick`]'s,
 //! under the methods that need it.
 
-use crate::number::{Real, Vector, dot};
+use crate::number::{Real, Vector};
 use crate::obstacles::ContactLaw;
+use crate::pack::dot;
 
 /// Coulomb's law: the fraction of a slip that friction leaves which can take so much of it at most,
 /// and the reciprocal of the slip, 0 where friction holds it.

@@ -6,10 +6,11 @@
 //! followed from where it was, from gap to gap (sphere tracing: Hart, 1996).
 
 use crate::columns::{LANES, RECORD};
-use crate::number::{Real, Vector, at_level, dot};
+use crate::number::{Real, Vector, at_level};
 use crate::obstacles::Placed;
 use crate::obstacles::motion::longest_way;
 use crate::obstacles::solid::lane_of;
+use crate::pack::dot;
 use fearless_simd::Level;
 
 /// A solid at the end of a substep, and when it started.

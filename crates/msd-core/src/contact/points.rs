@@ -11,7 +11,7 @@ use super::landing::meet_surface;
 use super::law::{Contacts, Evaluated, Span, TURN, Touch, rounding};
 use super::passage::{Entrance, Passage};
 use crate::columns::slots::Slots;
-use crate::columns::{RECORD, set_vector, single_of, vector};
+use crate::columns::{RECORD, add_vector, single_of, vector};
 use crate::elements::springs::Springs;
 use crate::number::{Real, Vector};
 use crate::obstacles::solid::Ball;
@@ -205,10 +205,8 @@ impl<R: Real> Point<R> {
         let kick = R::Vec3::from_components(met.velocity) - velocity;
         for (at, share) in self.at.into_iter().zip([first * w, last * u]) {
             let share = share / inverse_mass;
-            let x = vector::<R>(bodies.positions, at) + moved * share;
-            set_vector(bodies.positions, at, x);
-            let v = vector::<R>(bodies.velocities, at) + kick * share;
-            set_vector(bodies.velocities, at, v);
+            add_vector::<R>(bodies.positions, at, moved * share);
+            add_vector::<R>(bodies.velocities, at, kick * share);
         }
         let turned = met.contacts.turned | passage.is_fast();
         let contacts = Contacts { turned, ..met.contacts };

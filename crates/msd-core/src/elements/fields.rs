@@ -4,6 +4,7 @@ use super::{Derivatives, Element, Force, Motion, Products, Stage, Vectors};
 use crate::columns::threads::{for_each_share, merge_shares};
 use crate::columns::{Aligned, LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
+use crate::pack::Number;
 use crate::scene::{Scene, World};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -19,6 +20,21 @@ pub struct Fields<R: Real> {
     pub(crate) drag: R,
     /// Gravity and uniform force on each particle, newtons.
     pub(crate) weights: Aligned<R>,
+}
+
+/// Gravity and a uniform force on a mass along an axis, newtons; 0 where there is no mass.
+#[inline(always)]
+fn weight<N: Number>(gravity: N, force: N, mass: N) -> N {
+    let zero = mass.splat(N::Scalar::ZERO);
+    // Plus zero: a sum that starts at minus zero would differ from one that starts at zero where
+    // nothing pulls.
+    N::select(zero.is_less(mass), gravity * mass + force + zero, zero)
+}
+
+/// The force on a particle along an axis, of its weight and the drag of the air, newtons.
+#[inline(always)]
+fn pull<N: Number>(weight: N, velocity: N, drag: N) -> N {
+    weight - velocity * drag
 }
 
 impl<R: Real> Fields<R> {
@@ -37,12 +53,8 @@ impl<R: Real> Fields<R> {
         let records = self.weights.as_chunks_mut::<RECORD>().0;
         for (weights, masses) in records.iter_mut().zip(masses.as_chunks::<LANES>().0) {
             for (lane, &mass) in masses.iter().enumerate() {
-                let is_there = mass != R::ZERO;
                 for axis in 0..3 {
-                    // Plus zero: a sum that starts at minus zero would differ from one that starts
-                    // at zero where nothing pulls.
-                    let weight = gravity[axis] * mass + force[axis] + R::ZERO;
-                    weights[axis * LANES + lane] = if is_there { weight } else { R::ZERO };
+                    weights[axis * LANES + lane] = weight(gravity[axis], force[axis], mass);
                 }
             }
         }
@@ -83,7 +95,7 @@ fn set_dragged<R: Real>(weights: &[R], drag: R, velocities: &[R], forces: &mut [
     let others = weights.as_chunks::<RECORD>().0.iter().zip(velocities.as_chunks::<RECORD>().0);
     for (forces, (weights, velocities)) in records.zip(others) {
         for number in 0..RECORD {
-            forces[number] = weights[number] - velocities[number] * drag;
+            forces[number] = pull(weights[number], velocities[number], drag);
         }
         for (lane, sum) in squares.iter_mut().enumerate() {
             let [x, y, z] = [0, 1, 2].map(|axis| velocities[axis * LANES + lane]);
@@ -98,7 +110,7 @@ impl<R: Real> Element<R> for Fields<R> {
         let mut power = 0.0;
         for (at, (force, weight)) in forces.numbers.iter_mut().zip(&*self.weights).enumerate() {
             let velocity = motion.velocities[at];
-            *force += *weight - velocity * self.drag;
+            *force += pull(*weight, velocity, self.drag);
             power += (self.drag * (velocity * velocity)).to_f64();
         }
         power

@@ -3,6 +3,7 @@
 use super::{Derivatives, Element, Force, Joints, Motion, Products, Stage, Vectors};
 use crate::columns::LANES;
 use crate::number::{Real, Vector};
+use crate::pack::{Number, dot, zip};
 use alloc::vec::Vec;
 use glam::DVec3;
 
@@ -21,18 +22,28 @@ pub struct Grab<R: Real> {
     pub max_force: R,
 }
 
+/// The force of a grab before it is capped, newtons: k times the way to its target, less b v.
+fn wish<N: Number>(way: [N; 3], velocity: [N; 3], [stiffness, damping]: [N; 2]) -> [N; 3] {
+    zip(way, velocity, |way, velocity| way * stiffness - velocity * damping)
+}
+
+/// A force, at most so strong, newtons.
+fn capped<N: Number>(force: [N; 3], most: N) -> [N; 3] {
+    let strength = dot(force, force).sqrt();
+    let one = most.splat(N::Scalar::ONE);
+    let scale = N::select(most.is_less(strength), most / strength, one);
+    force.map(|force| force * scale)
+}
+
 impl<R: Real> Grab<R> {
-    /// The force before it is capped, newtons.
-    fn wish(&self, position: R::Vec3, velocity: R::Vec3) -> R::Vec3 {
-        (self.target - position) * self.stiffness - velocity * self.damping
+    fn wish(&self, position: R::Vec3, velocity: R::Vec3) -> [R; 3] {
+        let way = (self.target - position).components();
+        wish(way, velocity.components(), [self.stiffness, self.damping])
     }
 
     /// The force on the particle, newtons.
     pub fn pull(&self, position: R::Vec3, velocity: R::Vec3) -> R::Vec3 {
-        let wish = self.wish(position, velocity);
-        let strength = wish.dot(wish).sqrt();
-        let scale = if self.max_force < strength { self.max_force / strength } else { R::ONE };
-        wish * scale
+        R::Vec3::from_components(capped(self.wish(position, velocity), self.max_force))
     }
 
     /// The energy stored, joules: k d² / 2, and from the largest force on that force times d.
@@ -47,7 +58,7 @@ impl<R: Real> Grab<R> {
     /// Stiffness and damping at a motion: both 0 at the largest force, which is taken as constant.
     pub(crate) fn tangent(&self, position: R::Vec3, velocity: R::Vec3) -> [f64; 2] {
         let wish = self.wish(position, velocity);
-        let is_free = wish.dot(wish) <= self.max_force * self.max_force;
+        let is_free = dot(wish, wish) <= self.max_force * self.max_force;
         [self.stiffness, self.damping].map(|value| if is_free { value.to_f64() } else { 0.0 })
     }
 }

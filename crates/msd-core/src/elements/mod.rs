@@ -19,7 +19,7 @@ pub mod air;
 
 use crate::columns::slots::Slots;
 use crate::columns::{self, Aligned, LANES, RECORD};
-use crate::number::{Real, Vector};
+use crate::number::{Real, Vector, of_type};
 use crate::scene::Scene;
 use alloc::sync::Arc;
 use alloc::vec;
@@ -482,7 +482,7 @@ impl Own {
 
     /// The element for one precision.
     fn of<R: Real>(&self) -> &dyn Element<R> {
-        R::choose_element((&*self.single, &*self.double))
+        &**of_type::<Arc<dyn Element<R>>>(&self.single, &self.double)
     }
 }
 

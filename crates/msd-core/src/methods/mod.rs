@@ -30,7 +30,7 @@ pub use implicit::Solved;
 pub use integrator::Integrator;
 pub use settings::Settings;
 
-use crate::number::Real;
+use crate::number::{Real, of_type};
 use crate::stability::Region;
 use alloc::sync::Arc;
 use core::fmt::Debug;
@@ -133,6 +133,6 @@ impl OwnMethod {
     }
 
     pub(crate) fn of<R: Real>(&self) -> &dyn Method<R> {
-        R::choose_method((&*self.single, &*self.double))
+        &**of_type::<Arc<dyn Method<R>>>(&self.single, &self.double)
     }
 }

@@ -10,7 +10,7 @@ pub(crate) mod solid;
 pub use plane::PlaneColumn;
 pub use solid::Placed;
 
-use crate::number::{Real, Vector};
+use crate::number::{Real, Vector, of_type};
 use crate::scene::{Friction, Solid};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -101,7 +101,7 @@ impl OwnObstacle {
     }
 
     pub(crate) fn of<R: Real>(&self) -> &dyn Obstacle<R> {
-        R::choose_obstacle((&*self.single, &*self.double))
+        &**of_type::<Arc<dyn Obstacle<R>>>(&self.single, &self.double)
     }
 }
 

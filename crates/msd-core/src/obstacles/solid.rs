@@ -3,7 +3,8 @@
 use super::motion::{SolidMotion, longest_way, middle};
 use super::{ContactLaw, Obstacle};
 use crate::columns::{LANES, RECORD, set_vector};
-use crate::number::{Real, Vector, dot};
+use crate::number::{Real, Vector};
+use crate::pack::dot;
 use crate::scene::Solid;
 use glam::{DMat3, DVec3};
 

@@ -3,8 +3,10 @@
 //! `interaction.rs` holds user input between two steps, `material.rs` that which makes another
 //! material of a body, `topology.rs` additions and removals,
 //! `progress.rs` the checkpoint from which a run resumes to the bit, `guard.rs` the stop of a run
-//! that diverges, `readings.rs` the measurements, and `witness.rs` the drift detector.
+//! that diverges, `readings.rs` the measurements, `witness.rs` the drift detector, and
+//! `compiled.rs` the functions that a caller's debug build runs optimised.
 
+mod compiled;
 mod guard;
 mod material;
 pub(crate) mod interaction;
@@ -35,6 +37,7 @@ use crate::stability::Region;
 use crate::system::{Columns, Model, State};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
+use compiled::Compiled;
 use fearless_simd::Level;
 
 /// A system that runs.
@@ -79,11 +82,11 @@ impl<R: Real> Simulation<R> {
     /// # Errors
     /// The first row or setting that is out of its domain.
     pub fn new(scene: &Scene, settings: Settings) -> Result<Self, Error> {
-        R::start(scene, settings)
+        (Compiled::of_precision().start)(scene, settings)
     }
 
-    /// [`Simulation::new`], compiled in this crate.
-    pub(crate) fn start(scene: &Scene, settings: Settings) -> Result<Self, Error> {
+    /// The body of [`Simulation::new`].
+    fn start(scene: &Scene, settings: Settings) -> Result<Self, Error> {
         let (model, state) = Model::new(scene)?;
         let mut simulation = Simulation::from_parts(model, &state, settings)?;
         // A scene may start inside an obstacle; it never runs there.
@@ -152,14 +155,15 @@ impl<R: Real> Simulation<R> {
     }
 
     fn enter_step(&mut self, may_pass: bool) -> Result<bool, Error> {
+        let step = Compiled::of_precision().step;
         if !self.model.springs.is_shared() {
-            return R::step(self, may_pass);
+            return step(self, may_pass);
         }
-        threads::enter(|| R::step(self, may_pass))
+        threads::enter(|| step(self, may_pass))
     }
 
-    /// [`Simulation::step`], compiled in this crate: its loops are fast however a caller is built.
-    pub(crate) fn advance(&mut self, may_pass: bool) -> Result<bool, Error> {
+    /// The body of [`Simulation::step`] and [`Simulation::step_unless_passing`].
+    fn step_or_refuse(&mut self, may_pass: bool) -> Result<bool, Error> {
         check_steps("number", ("step", 0), self.steps + 1)?;
         self.good.copy_from(&self.state);
         let kept = self.keep_model();

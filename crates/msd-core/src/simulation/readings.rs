@@ -1,6 +1,7 @@
 //! Readings of a simulation: stability, positions, forces, energy, momentum and strain.
 
 use super::Simulation;
+use super::compiled::Compiled;
 use crate::columns;
 use crate::contact::Contacts;
 use crate::elements::touches::near::Near;
@@ -23,11 +24,11 @@ impl<R: Real> Simulation<R> {
 
     /// Predicts like [`Simulation::stable_substep`], with columns that are kept for the next call.
     pub fn stable_substep_by(&self, estimator: &mut Estimator) -> f64 {
-        R::predict(self, estimator)
+        (Compiled::of_precision().predict)(self, estimator)
     }
 
-    /// [`Simulation::stable_substep_by`], compiled in this crate.
-    pub(crate) fn predict(&self, estimator: &mut Estimator) -> f64 {
+    /// The body of [`Simulation::stable_substep_by`].
+    pub(super) fn predict(&self, estimator: &mut Estimator) -> f64 {
         self.largest_substep_at(&self.state, estimator)
     }
 
@@ -47,13 +48,14 @@ impl<R: Real> Simulation<R> {
         substeps: u32,
         estimator: &mut Estimator,
     ) -> Option<f64> {
-        R::predict_on(self, (integrator, substeps), estimator)
+        (Compiled::of_precision().predict_on)(self, integrator, substeps, estimator)
     }
 
-    /// [`Simulation::stable_substep_piecewise`], compiled in this crate.
-    pub(crate) fn predict_on(
+    /// The body of [`Simulation::stable_substep_piecewise`].
+    pub(super) fn predict_on(
         &self,
-        (integrator, substeps): (Integrator, u32),
+        integrator: Integrator,
+        substeps: u32,
         estimator: &mut Estimator,
     ) -> Option<f64> {
         let how = (Method::<R>::region(&integrator), substeps);
@@ -179,12 +181,12 @@ impl<R: Real> Simulation<R> {
     /// The energy of the system, and the most by which rounding every coordinate and speed once can
     /// change it, joules.
     pub fn energy_and_rounding(&self) -> (Energy, f64) {
-        let (energy, rounding) = R::measure(self);
+        let (energy, rounding) = (Compiled::of_precision().measure)(self);
         (Energy { dissipated: self.dissipated(), ..energy }, rounding)
     }
 
-    /// Energy and rounding without the energy dissipated, compiled in this crate.
-    pub(crate) fn measure(&self) -> (Energy, f64) {
+    /// Energy and rounding without the energy dissipated.
+    pub(super) fn measure(&self) -> (Energy, f64) {
         energy::energy_and_rounding(
             &self.model,
             &self.state,

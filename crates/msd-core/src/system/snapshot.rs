@@ -7,6 +7,7 @@ use crate::elements::grabs::Grab;
 use crate::elements::springs::{Springs, law};
 use crate::number::{Real, Vector};
 use crate::obstacles::PlaneColumn;
+use crate::pack::{dot, zip};
 use crate::scene::{Body, Solid, Touch};
 use glam::DVec3;
 
@@ -133,13 +134,16 @@ impl<'a, R: Real> Snapshot<'a, R> {
     /// # Panics
     /// If there is no such spring, or no position of one of its ends.
     pub fn tension(&self, spring: usize) -> f64 {
-        if self.springs.is_cut(spring) {
+        let (length, law) = (self.length(spring), self.springs.law(spring).to_f64());
+        if self.springs.is_cut(spring) || length == 0.0 {
             return 0.0;
         }
-        let [a, b] = self.springs.ends()[spring]
-            .map(|end| [self.position(end as usize).to_f64(), self.velocity(end as usize)]);
-        let pull = law::pull::<f64>(b, a, self.springs.law(spring).to_f64());
-        pull.map_or(0.0, |(force, _)| force.dot(b[0] - a[0]) / self.length(spring))
+        let [a, b] = self.springs.ends()[spring].map(|end| {
+            [self.position(end as usize).to_f64(), self.velocity(end as usize)]
+                .map(Vector::components)
+        });
+        let (force, _) = law::pull::<_, true>(b, a, law, true);
+        dot(force, zip(b[0], a[0], |b, a| b - a)) / length
     }
 
     /// The elastic energy of a spring, joules; 0 where it is cut.

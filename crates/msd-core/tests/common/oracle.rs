@@ -357,7 +357,7 @@ fn add_springs<R: Real>(
     forces: &mut [R::Vec3],
 ) -> f64 {
     let springs = model.springs();
-    let motion = |end: u32| [positions[end as usize], velocities[end as usize]];
+    let motion = |end: u32| [positions, velocities].map(|column| column[end as usize].components());
     let extras = springs.extras().map(|spring| {
         let [a, b] = springs.ends()[spring as usize];
         (spring, [a.min(b), a.max(b)], [Sum::Forces; 2])
@@ -366,10 +366,9 @@ fn add_springs<R: Real>(
     let mut add = |turns: &mut dyn Iterator<Item = (u32, [u32; 2], [Sum; 2])>| {
         let mut sums: BTreeMap<(Sum, u32), R::Vec3> = BTreeMap::new();
         for (spring, ends, [here, there]) in turns {
-            let pull = pull(motion(ends[0]), motion(ends[1]), springs.law(spring as usize));
-            let Some((pull, burns)) = pull.filter(|_| !springs.is_cut(spring as usize)) else {
-                continue;
-            };
+            let (law, is_there) = (springs.law(spring as usize), !springs.is_cut(spring as usize));
+            let (pull, burns) = pull::<R, true>(motion(ends[0]), motion(ends[1]), law, is_there);
+            let pull = R::Vec3::from_components(pull);
             for (sum, end, pull) in [(here, ends[0], -pull), (there, ends[1], pull)] {
                 match sum {
                     Sum::Forces => forces[end as usize] += pull,

@@ -10,9 +10,10 @@
 use super::super::law::{Contacts, rounding};
 use super::{Drift, Holder, Kick, Kicked, holder, settle_in_corner};
 use crate::columns::{LANES, RECORD, set_vector};
-use crate::number::{Real, Vector, dot};
+use crate::number::{Real, Vector};
 use crate::obstacles::solid::{Sampled, lane_of, lanes};
 use crate::obstacles::{ContactLaw, Obstacles};
+use crate::pack::dot;
 
 /// The particles of a record, of these radii, on an obstacle, a bit for each, and the normals
 /// there; the bits say which may be.

@@ -4,15 +4,8 @@
 //! points, and what they feel is summed in points.
 #![allow(unsafe_code)]
 
-use super::layout::POINT;
-use crate::columns::{LANES, RECORD};
-use fearless_simd::{Simd, SimdBase, SimdFloatElement, SimdInterleaved, f32x4, f64x2};
-
-/// A record of positions and one of velocities.
-pub(crate) const GATHERED: usize = 2 * RECORD;
-
-/// Numbers of a vector among points: x, y, z and nothing.
-pub(crate) const QUAD: usize = 4;
+use crate::number::{GATHERED, LANES, POINT, QUAD, RECORD, Transpose};
+use fearless_simd::{Simd, SimdBase, SimdInterleaved, f32x4, f64x2};
 
 /// Bytes of points that the near caches hold beside what a sweep streams through them.
 pub(crate) const NEAR_BYTES: usize = 1 << 19;
@@ -21,25 +14,6 @@ pub(crate) const NEAR_BYTES: usize = 1 << 19;
 /// and no more than the nearest cache holds.
 #[cfg(target_arch = "x86_64")]
 const AHEAD: usize = 64;
-
-/// Transposes between points and columns.
-pub trait Transpose: SimdFloatElement {
-    /// Overwrites the first lanes of a record of positions and of one of velocities by those of
-    /// as many particles.
-    #[doc(hidden)]
-    fn gather<S: Simd>(
-        simd: S,
-        points: &[[Self; POINT]],
-        others: &[u32],
-        columns: &mut [Self; GATHERED],
-    );
-    /// The vectors of a record, one by one.
-    #[doc(hidden)]
-    fn to_quads<S: Simd>(simd: S, columns: &[Self; RECORD]) -> [[Self; QUAD]; LANES];
-    /// The record of vectors.
-    #[doc(hidden)]
-    fn to_columns<S: Simd>(simd: S, quads: &[[Self; QUAD]; LANES]) -> [Self; RECORD];
-}
 
 macro_rules! impl_transpose {
     ($scalar:ident, $block:ident, $lanes:literal, $gather_x86:path) => {

@@ -1,6 +1,7 @@
 //! The law of a spring and a damper in parallel: its force, its energy and its derivative.
 
 use crate::number::{Real, Vector};
+use crate::pack::{Number, dot, zip};
 
 /// Rest length, metres, stiffness, newtons per metre, and damping, newton seconds per metre.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,23 +29,36 @@ impl<R: Real> Law<R> {
 /// With d from there to here, L = |d|, u = d/L and v the velocity of here as seen from there:
 /// f = (k (L − rest) + b v·u) u. A spring whose ends coincide has no direction and pulls nothing.
 /// A damper takes no notice of motions so slow that the numbers would be subnormal, see
-/// [`Real::FAINTEST`]. Each argument is a position and a velocity. The fast twin is in `sweep.rs`.
+/// [`Real::FAINTEST`]. Each end is a position and a velocity.
+///
+/// A difference is taken from here to there, since a processor reads what it subtracts, not what it
+/// subtracts from, on the way. One select serves springs that are absent, cut or without direction.
+/// A position that is NaN or infinite gets past it; such a step is undone as a whole.
 #[inline(always)]
-pub fn pull<R: Real>(here: [R::Vec3; 2], there: [R::Vec3; 2], law: Law<R>) -> Option<(R::Vec3, R)> {
-    let (d, u) = (here[0] - there[0], here[1] - there[1]);
-    let square = d.dot(d);
-    // Written so that a NaN has no direction.
-    let has_direction = R::SHORTEST_SQUARED <= square;
-    if !has_direction {
-        return None;
-    }
+pub fn pull<N: Number, const DAMPED: bool>(
+    [x, v]: [[N; 3]; 2],
+    [x_there, v_there]: [[N; 3]; 2],
+    law: Law<N>,
+    is_there: N::Mask,
+) -> ([N; 3], N) {
+    let d = zip(x, x_there, |a, b| a - b);
+    let square = dot(d, d);
+    let constant = |value| square.splat(value);
+    let zero = constant(N::Scalar::ZERO);
     let length = square.sqrt();
-    let inverse = R::ONE / length;
-    let motion = d.dot(u);
-    let along = if motion.abs() < R::FAINTEST { R::ZERO } else { motion };
-    let drag = (along * law.damping) * (inverse * inverse);
-    let scale = (length - law.rest) * law.stiffness * inverse + drag;
-    Some((d * scale, along * drag))
+    let inverse = constant(N::Scalar::ONE) / length;
+    let tension = (length - law.rest) * law.stiffness * inverse;
+    let on = constant(N::Scalar::SHORTEST_SQUARED).is_at_most(square) & is_there;
+    let (scale, power) = if DAMPED {
+        let motion = dot(d, zip(v, v_there, |a, b| a - b));
+        let is_faint = motion.abs().is_less(constant(N::Scalar::FAINTEST));
+        let along = N::select(is_faint, zero, motion);
+        let drag = (along * law.damping) * (inverse * inverse);
+        (N::select(on, tension + drag, zero), N::select(on, along * drag, zero))
+    } else {
+        (N::select(on, tension, zero), zero)
+    };
+    ([d[0] * scale, d[1] * scale, d[2] * scale], power)
 }
 
 /// The elastic energy of a spring of some length, joules: k (length − rest)² / 2.
@@ -80,7 +94,7 @@ impl<R: Real> Tangent<R> {
         if !has_direction {
             return Tangent::default();
         }
-        let length = square.sqrt();
+        let length = Real::sqrt(square);
         let inverse = R::ONE / length;
         let direction = d * inverse;
         let tension = law.stiffness * (length - law.rest) + law.damping * direction.dot(v);

@@ -23,9 +23,6 @@ use alloc::vec::Vec;
 use core::cmp::Reverse;
 use core::ops::Range;
 
-/// Numbers of a particle that other ends are read from: position, nothing, velocity, nothing.
-pub(crate) const POINT: usize = 8;
-
 /// Up to sixteen springs, one for each lane in `mask`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Row {

@@ -5,16 +5,16 @@
 //! row.
 
 use super::Springs;
-use super::gather::{GATHERED, QUAD};
-use super::law::Tangent;
-use super::layout::{Band, Layout, POINT, Row};
-use super::sweep::{add_column, add_to_quads, columns_of, motion, set_points, values, zip};
+use super::law::{Law, Tangent};
+use super::layout::{Band, Layout, Row};
+use super::sweep::{add_column, add_to_quads, columns_of, laws, motion, set_points};
 use crate::columns::slots::Slots;
-use crate::columns::{Aligned, LANES, Pack, RECORD, add_vector, load, store, vector};
+use crate::columns::{Aligned, LANES, RECORD, add_vector, load, store, vector};
 use crate::elements::{Motion, Stage};
-use crate::number::{Real, Vector, at_level};
+use crate::number::{GATHERED, POINT, QUAD, Real, Vector, at_level};
+use crate::pack::{Number, Pack, zip};
 use alloc::vec::Vec;
-use fearless_simd::{Level, Select, Simd, SimdBase, SimdFloat, SimdMask};
+use fearless_simd::{Level, Simd};
 
 /// The terms of springs in the matrix, kilograms.
 ///
@@ -144,7 +144,7 @@ impl<R: Real> SpringMatrix<R> {
 impl<R: Real> SpringProduct<R> {
     /// The weights of a derivative.
     fn new(tangent: Tangent<R>, tau: R) -> Self {
-        let across = tau * tau * tangent.across.max(R::ZERO);
+        let across = tau * tau * Real::max(tangent.across, R::ZERO);
         let along = tau * (tau * tangent.along + tangent.damping) - across;
         SpringProduct { direction: tangent.direction, along, across }
     }
@@ -223,7 +223,7 @@ fn walk_segments<S: Simd, R: Real, W: RowPass<S, R, N>, const N: usize>(
     sweep: &mut W,
     RowSums { columns, ahead, .. }: &mut RowSums<'_, R, N>,
 ) {
-    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let lanes = Pack::<S, R>::LEN;
     let (first, rows) = (band.numbers.start, &layout.rows[band.rows.clone()]);
     let mut next = 0;
     for (number, step) in layout.steps[band.steps.clone()].iter().enumerate() {
@@ -232,7 +232,7 @@ fn walk_segments<S: Simd, R: Real, W: RowPass<S, R, N>, const N: usize>(
         next += step.rows as usize;
         for part in (0..LANES).step_by(lanes) {
             let here = sweep.end(simd, at, part);
-            let mut sums = [[<Pack<S, R>>::splat(simd, R::ZERO); 3]; N];
+            let mut sums = [[Pack::new(simd, R::ZERO); 3]; N];
             for (sum, ahead) in sums.iter_mut().zip(&*ahead) {
                 *sum = load(simd, &ahead[carry..], part);
             }
@@ -266,7 +266,7 @@ fn walk_named<S: Simd, R: Real, W: RowPass<S, R, N>, const N: usize>(
     sweep: &mut W,
     RowSums { columns, named, .. }: &mut RowSums<'_, R, N>,
 ) {
-    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let lanes = Pack::<S, R>::LEN;
     // Where the record of the first number is in the tables.
     let (first, records) =
         (layout.reach() + band.numbers.start / RECORD, band.numbers.len() / RECORD);
@@ -366,9 +366,9 @@ impl<S: Simd, R: Real> RowPass<S, R, 2> for Linearise<'_, R> {
         (number, part): (usize, usize),
         [[x, v], [x_there, v_there]]: [Self::End; 2],
     ) -> [[Pack<S, R>; 3]; 2] {
-        let splat = |value| <Pack<S, R>>::splat(simd, value);
+        let splat = |value| Pack::<S, R>::new(simd, value);
         let (zero, tau) = (splat(R::ZERO), splat(self.tau));
-        let [rest, stiffness, damping]: [Pack<S, R>; 3] = values(simd, self.table, row, part);
+        let (Law { rest, stiffness, damping }, is_there) = laws(simd, self.table, row, part);
         let (d, w) = (zip(x, x_there, |a, b| a - b), zip(v, v_there, |a, b| a - b));
         let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         let length = square.sqrt();
@@ -376,16 +376,14 @@ impl<S: Simd, R: Real> RowPass<S, R, 2> for Linearise<'_, R> {
         let u = d.map(|d| d * inverse);
         let rate = u[0] * w[0] + u[1] * w[1] + u[2] * w[2];
         let tension = (stiffness * (length - rest) + damping * rate) * inverse;
-        let across = tau * tau * tension.simd_lt(zero).select(zero, tension);
+        let across = tau * tau * tension.max(zero);
         let along = tau * (tau * stiffness + damping) - across;
-        let mask = u64::from(row.mask >> part);
-        let on = square.simd_ge(splat(R::SHORTEST_SQUARED))
-            & <Pack<S, R> as SimdBase<S>>::Mask::from_bitmask(simd, mask);
-        let [x, y, z] = u.map(|u| on.select(u, zero));
-        let (along, across) = (on.select(along, zero), on.select(across, zero));
+        let on = splat(R::SHORTEST_SQUARED).is_at_most(square) & is_there;
+        let or_zero = |number| Number::select(on, number, zero);
+        let ([x, y, z], along, across) = (u.map(or_zero), or_zero(along), or_zero(across));
         let numbers = &mut self.rows[number * WEIGHTS * LANES..][..WEIGHTS * LANES];
         let sixteens = numbers.as_chunks_mut::<LANES>().0;
-        let lanes = part..part + <Pack<S, R> as SimdBase<S>>::LEN;
+        let lanes = part..part + Pack::<S, R>::LEN;
         for (sixteen, value) in sixteens.iter_mut().zip([x, y, z, along, across]) {
             value.store_slice(&mut sixteen[lanes.clone()]);
         }
@@ -432,9 +430,9 @@ impl<S: Simd, R: Real> RowPass<S, R, 1> for Multiply<'_, R> {
         let numbers = &self.rows[number * WEIGHTS * LANES..][..WEIGHTS * LANES];
         let u: [Pack<S, R>; 3] = load(simd, numbers, part);
         let weights = &numbers[RECORD + part..];
-        let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
-        let along = <Pack<S, R>>::from_slice(simd, &weights[..lanes]);
-        let across = <Pack<S, R>>::from_slice(simd, &weights[LANES..LANES + lanes]);
+        let lanes = Pack::<S, R>::LEN;
+        let along = Pack::from_slice(simd, &weights[..lanes]);
+        let across = Pack::from_slice(simd, &weights[LANES..LANES + lanes]);
         let d = zip(here, there, |a, b| a - b);
         let along = along * (u[0] * d[0] + u[1] * d[1] + u[2] * d[2]);
         [zip(d, u, |d, u| d * across + u * along)]

@@ -3,13 +3,12 @@
 //! Forces between parts of a block are added when all parts are done.
 
 use super::Springs;
-use super::gather::QUAD;
-use super::layout::{Band, POINT, Piece};
+use super::layout::{Band, Piece};
 use super::sweep::{Input, Sums, add_column, add_extras, add_named, add_segments};
 use crate::columns::slots::Slots;
 use crate::columns::threads::{are_several, for_each_share, join};
 use crate::columns::{Aligned, LANES, RECORD};
-use crate::number::{Real, at_level};
+use crate::number::{POINT, QUAD, Real, at_level};
 use alloc::vec::Vec;
 use core::ops::Range;
 use fearless_simd::Level;

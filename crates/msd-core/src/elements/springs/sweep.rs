@@ -1,12 +1,13 @@
-//! The pull of many springs at once: the fast twin of [`super::law::pull`], equal to the bit.
+//! The pull of many springs at once, as many as a register holds, by [`super::law::pull`].
 
-use super::gather::{GATHERED, NEAR_BYTES, QUAD, prefetch};
-use super::law::Law;
-use super::layout::{Band, Extra, Layout, POINT, Piece, Row};
-use crate::columns::{LANES, Pack, RECORD, load, single, store};
-use crate::number::Real;
+use super::gather::{NEAR_BYTES, prefetch};
+use super::law::{Law, pull};
+use super::layout::{Band, Extra, Layout, Piece, Row};
+use crate::columns::{LANES, RECORD, load, single, store};
+use crate::number::{GATHERED, POINT, QUAD, Real};
+use crate::pack::{Pack, PackMask, zip};
 use core::ops::Range;
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdMask};
+use fearless_simd::Simd;
 
 /// Input of a sweep: a motion, and the numbers of rows in sixteens.
 #[derive(Clone, Copy)]
@@ -33,23 +34,19 @@ pub(crate) struct Sums<'a, R> {
     pub(crate) points: &'a mut [R],
 }
 
+/// The law of each spring of a row, and which of them are there.
 #[inline(always)]
-pub(super) fn zip<A: Copy, B: Copy, C>(a: [A; 3], b: [B; 3], f: impl Fn(A, B) -> C) -> [C; 3] {
-    [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
-}
-
-/// The numbers of a row: rest lengths, stiffnesses and dampings.
-#[inline(always)]
-pub(super) fn values<S: Simd, V: SimdBase<S>>(
+pub(super) fn laws<S: Simd, R: Real>(
     simd: S,
-    table: &[V::Element],
+    table: &[R],
     row: &Row,
     part: usize,
-) -> [V; 3] {
-    let sixteens = table.as_chunks::<LANES>().0;
-    let at = |place: u32| V::from_slice(simd, &sixteens[place as usize][part..part + V::LEN]);
+) -> (Law<Pack<S, R>>, PackMask<S, R>) {
+    let (sixteens, lanes) = (table.as_chunks::<LANES>().0, part..part + Pack::<S, R>::LEN);
+    let at = |place: u32| Pack::from_slice(simd, &sixteens[place as usize][lanes.clone()]);
     let [rest, stiffness, damping] = row.values;
-    [at(rest), at(stiffness), at(damping)]
+    let law = Law { rest: at(rest), stiffness: at(stiffness), damping: at(damping) };
+    (law, Pack::<S, R>::mask(simd, u64::from(row.mask >> part)))
 }
 
 /// Adds the springs between records, each evaluated once.
@@ -61,7 +58,7 @@ pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: boo
     input: Input<'_, R>,
     Sums { forces, power, ahead, burnt, later, .. }: Sums<'_, R>,
 ) {
-    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let lanes = Pack::<S, R>::LEN;
     let Input { layout, values: table, .. } = input;
     let (x, v) = (&input.positions[band.numbers.clone()], &input.velocities[band.numbers.clone()]);
     let f = forces;
@@ -82,13 +79,12 @@ pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: boo
             let here: [[Pack<S, R>; 3]; 2] = motion::<S, R, DAMPED>(simd, x, v, at, part);
             let mut sum: [Pack<S, R>; 3] = load(simd, &ahead[carry..], part);
             let from = carry / 3 + carry % 3 + part;
-            let mut heat = <Pack<S, R>>::from_slice(simd, &burnt[from..from + lanes]);
+            let mut heat = Pack::from_slice(simd, &burnt[from..from + lanes]);
             for row in &rows[start..next] {
                 let other = row.other as usize;
                 let there = motion::<S, R, DAMPED>(simd, x, v, other, part);
-                let law = values(simd, table, row, part);
-                let mask = u64::from(row.mask >> part);
-                let (pull, burns) = pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, mask);
+                let (law, is_there) = laws(simd, table, row, part);
+                let (pull, burns) = pull::<_, DAMPED>(here, there, law, is_there);
                 let to = if PART && end <= other {
                     &mut later[other - end..]
                 } else {
@@ -98,7 +94,7 @@ pub(super) fn add_segments<S: Simd, R: Real, const DAMPED: bool, const PART: boo
                 store(zip(pull, far, |p, f| p + f), to, part);
                 sum = zip(sum, pull, |s, p| s - p);
                 if DAMPED {
-                    heat += burns;
+                    heat = heat + burns;
                 }
             }
             if number < halo {
@@ -138,7 +134,7 @@ pub(super) fn add_named<S: Simd, R: Real, const DAMPED: bool>(
     input: Input<'_, R>,
     Sums { forces, power, later, points, .. }: Sums<'_, R>,
 ) {
-    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let lanes = Pack::<S, R>::LEN;
     let Input { layout, values: table, positions, velocities } = input;
     let first = piece.numbers.start;
     let [front, behind] = layout.outside(piece);
@@ -173,16 +169,14 @@ pub(super) fn add_named<S: Simd, R: Real, const DAMPED: bool>(
                     let mut there = [R::ZERO; GATHERED];
                     R::gather(simd, points, &others[part..part + lanes], &mut there);
                     let there = motion::<S, R, DAMPED>(simd, &there, &there[RECORD..], 0, 0);
-                    let law = values(simd, table, row, part);
-                    let mask = u64::from(row.mask >> part);
-                    let (pull, burns) =
-                        pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, mask);
+                    let (law, is_there) = laws(simd, table, row, part);
+                    let (pull, burns) = pull::<_, DAMPED>(here, there, law, is_there);
                     store(pull, pulls, part);
                     let sum: [Pack<S, R>; 3] = load(simd, &own, part);
                     store(zip(sum, pull, |s, p| s - p), &mut own, part);
                     if DAMPED {
                         let heat = &mut heat[part..part + lanes];
-                        (Pack::<S, R>::from_slice(simd, heat) + burns).store_slice(heat);
+                        (Pack::from_slice(simd, heat) + burns).store_slice(heat);
                     }
                 }
             }
@@ -263,7 +257,7 @@ pub(crate) fn add_extras<S: Simd, R: Real, const DAMPED: bool>(
     input: Input<'_, R>,
     (forces, power): (&mut [R], &mut [R]),
 ) {
-    let lanes = <Pack<S, R> as SimdBase<S>>::LEN;
+    let lanes = Pack::<S, R>::LEN;
     for extras in extras.chunks(LANES) {
         // Positions and velocities here and there, and the law of each spring.
         let mut ends = [[R::ZERO; RECORD]; 4];
@@ -286,9 +280,11 @@ pub(crate) fn add_extras<S: Simd, R: Real, const DAMPED: bool>(
         for part in (0..LANES).step_by(lanes) {
             let here = motion::<S, R, DAMPED>(simd, &ends[0], &ends[1], 0, part);
             let there = motion::<S, R, DAMPED>(simd, &ends[2], &ends[3], 0, part);
-            let law =
-                laws.each_ref().map(|law| Pack::<S, R>::from_slice(simd, &law[part..part + lanes]));
-            let (pull, burn) = pull::<S, Pack<S, R>, R, DAMPED>(simd, here, there, law, u64::MAX);
+            let [rest, stiffness, damping] =
+                laws.each_ref().map(|law| Pack::from_slice(simd, &law[part..part + lanes]));
+            let law = Law { rest, stiffness, damping };
+            let all = Pack::<S, R>::mask(simd, u64::MAX);
+            let (pull, burn) = pull::<_, DAMPED>(here, there, law, all);
             store(pull, &mut pulls, part);
             burn.store_slice(&mut burns[part..part + lanes]);
         }
@@ -319,38 +315,3 @@ pub(super) fn motion<S: Simd, R: Real, const DAMPED: bool>(
     let positions = load(simd, &x[at..], part);
     [positions, if DAMPED { load(simd, &v[at..], part) } else { positions }]
 }
-
-/// The force on the ends `there` and the power of the dampers, of the springs in a mask.
-///
-/// A difference is taken from here to there, since a processor reads what it subtracts, not what it
-/// subtracts from, on the way. One select serves springs that are absent, cut or without direction.
-/// A position that is NaN or infinite gets past it; such a step is undone as a whole.
-#[inline(always)]
-pub(crate) fn pull<S: Simd, V: SimdFloat<S, Element = R>, R: Real, const DAMPED: bool>(
-    simd: S,
-    [x, v]: [[V; 3]; 2],
-    [x_there, v_there]: [[V; 3]; 2],
-    [rest, stiffness, damping]: [V; 3],
-    mask: u64,
-) -> ([V; 3], V) {
-    let zero = V::splat(simd, R::ZERO);
-    let d = zip(x, x_there, |a, b| a - b);
-    let square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-    let length = square.sqrt();
-    let inverse = V::splat(simd, R::ONE) / length;
-    let tension = (length - rest) * stiffness * inverse;
-    let on =
-        square.simd_ge(V::splat(simd, R::SHORTEST_SQUARED)) & V::Mask::from_bitmask(simd, mask);
-    let (scale, power) = if DAMPED {
-        let u = zip(v, v_there, |a, b| a - b);
-        let motion = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
-        let along = motion.abs().simd_lt(V::splat(simd, R::FAINTEST)).select(zero, motion);
-        let drag = (along * damping) * (inverse * inverse);
-        (on.select(tension + drag, zero), on.select(along * drag, zero))
-    } else {
-        (on.select(tension, zero), zero)
-    };
-    ([d[0] * scale, d[1] * scale, d[2] * scale], power)
-}
-
-const _: () = assert!(POINT == 8, "a point is a position and a velocity, three numbers of four");

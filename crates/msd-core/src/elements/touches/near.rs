@@ -10,14 +10,15 @@
 use super::Touches;
 use super::faces::{self, Facing};
 use super::law::{Closed, PairLaw};
-use crate::columns::{LANES, Pack, RECORD, load, store, vector};
+use crate::columns::{LANES, RECORD, load, store, vector};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::number::{Real, Vector, at_level};
+use crate::pack::{Number, Pack, zip};
 use crate::scene::touch::check_pairs;
 use alloc::vec::Vec;
 use core::convert::Infallible;
-use fearless_simd::{Level, Select, Simd, SimdBase};
+use fearless_simd::{Level, Simd};
 
 /// A pair that may touch.
 #[derive(Clone, Copy, Debug)]
@@ -462,19 +463,16 @@ fn diagonal<S: Simd, R: Real, const LESS: bool>(
     }
     let lanes = Pack::<S, R>::LEN;
     for part in (0..LANES).step_by(lanes) {
-        let mut low = [Pack::<S, R>::splat(simd, R::LARGEST); 3];
-        let mut high = [Pack::<S, R>::splat(simd, -R::LARGEST); 3];
+        let mut low = [Pack::<S, R>::new(simd, R::LARGEST); 3];
+        let mut high = [Pack::<S, R>::new(simd, -R::LARGEST); 3];
         for &record in &records.full {
             let first = record as usize * RECORD;
-            let mut here: [Pack<S, R>; 3] = load(simd, &to[first..], part);
-            let there: [Pack<S, R>; 3] = if LESS { load(simd, &from[first..], part) } else { here };
-            for axis in 0..3 {
-                if LESS {
-                    here[axis] -= there[axis];
-                }
-                low[axis] = here[axis].simd_lt(low[axis]).select(here[axis], low[axis]);
-                high[axis] = high[axis].simd_lt(here[axis]).select(here[axis], high[axis]);
+            let mut here = load(simd, &to[first..], part);
+            if LESS {
+                here = zip(here, load(simd, &from[first..], part), |a, b| a - b);
             }
+            low = zip(low, here, Number::min);
+            high = zip(high, here, Number::max);
         }
         let mut bounds = [[R::ZERO; RECORD]; 2];
         store(low, &mut bounds[0], 0);

@@ -1,0 +1,179 @@
+//! Numbers of laws. A law of physics is a function over [`Number`] without branches: the same
+//! function computes with one number and with a [`Pack`] of them, to the same bits.
+
+use crate::number::Real;
+use core::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Sub};
+use fearless_simd::{ExtractToken, Select, Simd, SimdBase, SimdFloat, SimdMask};
+
+/// A number of a law: one, or as many as a register holds.
+///
+/// Every operation is a single IEEE 754 operation, correctly rounded, on each of them.
+pub trait Number:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// One of the numbers.
+    type Scalar: Real;
+    /// An answer for each of the numbers.
+    type Mask: Copy + BitAnd<Output = Self::Mask> + BitOr<Output = Self::Mask>;
+
+    /// As many numbers that are all this one.
+    fn splat(self, value: Self::Scalar) -> Self;
+    /// The square root.
+    fn sqrt(self) -> Self;
+    /// The absolute value.
+    fn abs(self) -> Self;
+    /// Whether it is less than another; a NaN never is.
+    fn is_less(self, other: Self) -> Self::Mask;
+    /// Whether it is less than another or equal; a NaN never is.
+    fn is_at_most(self, other: Self) -> Self::Mask;
+    /// One number where the answer is yes, another where it is no.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// The smaller of two numbers.
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(other.is_less(self), other, self)
+    }
+    /// The larger of two numbers.
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(self.is_less(other), other, self)
+    }
+}
+
+impl<R: Real> Number for R {
+    type Scalar = R;
+    type Mask = bool;
+
+    #[inline(always)]
+    fn splat(self, value: R) -> R {
+        value
+    }
+    #[inline(always)]
+    fn sqrt(self) -> R {
+        Real::sqrt(self)
+    }
+    #[inline(always)]
+    fn abs(self) -> R {
+        Real::abs(self)
+    }
+    #[inline(always)]
+    fn is_less(self, other: R) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn is_at_most(self, other: R) -> bool {
+        self <= other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: R, no: R) -> R {
+        if mask { yes } else { no }
+    }
+}
+
+/// A register of at most sixteen numbers.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Pack<S: Simd, R: Real>(R::Native<S>);
+
+/// An answer for each number of a register.
+pub(crate) type PackMask<S, R> = <Pack<S, R> as Number>::Mask;
+
+impl<S: Simd, R: Real> Pack<S, R> {
+    /// How many numbers it has.
+    pub(crate) const LEN: usize = <R::Native<S> as SimdBase<S>>::LEN;
+
+    /// Numbers that are all one.
+    #[inline(always)]
+    pub(crate) fn new(simd: S, value: R) -> Self {
+        Pack(R::Native::<S>::splat(simd, value))
+    }
+
+    /// Reads as many numbers as it has.
+    #[inline(always)]
+    pub(crate) fn from_slice(simd: S, from: &[R]) -> Self {
+        Pack(R::Native::<S>::from_slice(simd, from))
+    }
+
+    /// Overwrites as many numbers as it has.
+    #[inline(always)]
+    pub(crate) fn store_slice(self, to: &mut [R]) {
+        self.0.store_slice(to);
+    }
+
+    /// Answers from bits, that of the first number lowest.
+    #[inline(always)]
+    pub(crate) fn mask(simd: S, bits: u64) -> PackMask<S, R> {
+        PackMask::<S, R>::from_bitmask(simd, bits)
+    }
+}
+
+macro_rules! impl_operator {
+    ($operator:ident, $function:ident) => {
+        impl<S: Simd, R: Real> $operator for Pack<S, R> {
+            type Output = Self;
+            #[inline(always)]
+            fn $function(self, other: Self) -> Self {
+                Pack($operator::$function(self.0, other.0))
+            }
+        }
+    };
+}
+
+impl_operator!(Add, add);
+impl_operator!(Sub, sub);
+impl_operator!(Mul, mul);
+impl_operator!(Div, div);
+
+impl<S: Simd, R: Real> Neg for Pack<S, R> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Pack(-self.0)
+    }
+}
+
+impl<S: Simd, R: Real> Number for Pack<S, R> {
+    type Scalar = R;
+    type Mask = <R::Native<S> as SimdBase<S>>::Mask;
+
+    #[inline(always)]
+    fn splat(self, value: R) -> Self {
+        Pack::new(self.0.token(), value)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Pack(self.0.sqrt())
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Pack(self.0.abs())
+    }
+    #[inline(always)]
+    fn is_less(self, other: Self) -> Self::Mask {
+        self.0.simd_lt(other.0)
+    }
+    #[inline(always)]
+    fn is_at_most(self, other: Self) -> Self::Mask {
+        self.0.simd_le(other.0)
+    }
+    #[inline(always)]
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self {
+        Pack(mask.select(yes.0, no.0))
+    }
+}
+
+/// A vector made of two, component by component.
+#[inline(always)]
+pub(crate) fn zip<A: Copy, B: Copy, C>(a: [A; 3], b: [B; 3], f: impl Fn(A, B) -> C) -> [C; 3] {
+    [f(a[0], b[0]), f(a[1], b[1]), f(a[2], b[2])]
+}
+
+/// The scalar product, summed in the order of the components.
+#[inline(always)]
+pub(crate) fn dot<N: Number>(a: [N; 3], b: [N; 3]) -> N {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
