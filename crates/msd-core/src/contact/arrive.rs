@@ -1,12 +1,12 @@
 //! Contact at the end of a substep: the particles inside an obstacle, and the law for sixteen at a
 //! time.
 
-use super::Radii;
-use super::held::{MOST, Row};
+use super::ending::{Bodies, Substep};
+use super::held::{Limit, MOST};
 use super::landing::{Arrival, is_squeezed, meet_surface, onto};
-use super::law::{Contacts, Evaluated, Outcome, Span, TURN, Touch, rounding};
+use super::law::{Contacts, Outcome, Span, TURN, Touch, bounce, hold, keeps, rounding};
 use super::passage::Passage;
-use crate::columns::threads::{Split, merge_shares, split_singles};
+use crate::columns::threads::merge_shares;
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of, lanes};
@@ -14,93 +14,6 @@ use crate::obstacles::{Obstacles, Placed, PlaneColumn};
 use crate::pack::dot;
 use core::ops::{Add, Range};
 use fearless_simd::Level;
-
-/// The state at the end of a substep, as contact needs it.
-#[derive(Debug)]
-pub(crate) struct Bodies<'a, R: Real> {
-    /// Masses, a number for each slot, and their reciprocals, three for each.
-    pub(crate) masses: &'a [R],
-    pub(crate) inverse_masses: &'a [R],
-    /// Stiffness of all springs at each slot, newtons per metre; empty where that does not matter.
-    pub(crate) stiffnesses: &'a [R],
-    pub(crate) radii: Radii<'a, R>,
-    /// Forces of the last evaluation, newtons.
-    pub(crate) forces: &'a [R],
-    pub(crate) positions: &'a mut [R],
-    pub(crate) velocities: &'a mut [R],
-    pub(crate) substep: Substep<'a, R>,
-}
-
-/// A substep that ends.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Substep<'a, R> {
-    /// Its length, seconds.
-    pub(crate) h: R,
-    /// Simulated time at its end, seconds.
-    pub(crate) time: f64,
-    /// How far velocities are ahead of those that made the displacement, seconds: under an
-    /// acceleration a it was h (v − lag a).
-    pub(crate) lag: R,
-    /// A way that no particle has gone beyond in it, metres.
-    pub(crate) reach: R,
-    /// Positions at its start, metres, where the displacement was another.
-    pub(crate) starts: Option<&'a [R]>,
-    /// Accelerations at its start, metres per second squared, where the method keeps them.
-    pub(crate) before: Option<&'a [R]>,
-    /// Where the last forces were evaluated.
-    pub(crate) evaluated: Evaluated,
-}
-
-impl<R: Real> Substep<'_, R> {
-    /// One that takes no time.
-    pub(crate) fn instant(time: f64) -> Self {
-        let [h, lag, reach] = [R::ZERO; 3];
-        let evaluated = Evaluated::Nowhere;
-        Substep { h, time, lag, reach, starts: None, before: None, evaluated }
-    }
-}
-
-impl<R: Real> Split for Bodies<'_, R> {
-    fn numbers(&self) -> usize {
-        self.positions.len()
-    }
-    fn split(self, numbers: usize) -> (Self, Self) {
-        let (low_masses, masses) = split_singles(self.masses, numbers);
-        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
-        let (low_stiffnesses, stiffnesses) = split_singles(self.stiffnesses, numbers);
-        let (low_radii, radii) = self.radii.split(numbers);
-        let (low_forces, forces) = self.forces.split_at(numbers);
-        let (low_positions, positions) = self.positions.split_at_mut(numbers);
-        let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
-        let (low_starts, starts) =
-            self.substep.starts.map(|column| column.split_at(numbers)).unzip();
-        let (low_before, before) =
-            self.substep.before.map(|column| column.split_at(numbers)).unzip();
-        let low_substep = Substep { starts: low_starts, before: low_before, ..self.substep };
-        let substep = Substep { starts, before, ..self.substep };
-        let low = Bodies {
-            masses: low_masses,
-            inverse_masses: low_inverse_masses,
-            stiffnesses: low_stiffnesses,
-            radii: low_radii,
-            forces: low_forces,
-            positions: low_positions,
-            velocities: low_velocities,
-            substep: low_substep,
-        };
-        let high = Bodies {
-            masses,
-            inverse_masses,
-            stiffnesses,
-            radii,
-            forces,
-            positions,
-            velocities,
-            substep,
-        };
-        (low, high)
-    }
-}
 
 /// Lets every particle that has come into an obstacle meet it.
 pub(crate) fn resolve<R: Real>(
@@ -446,7 +359,7 @@ impl<R: Real> Batch<R> {
                 indices[arrival.count()] = index;
                 let normal = obstacle.normal(place, time);
                 let surface = obstacle.velocity(place, time);
-                let row = Row { normal, surface, least: R::ZERO, law: obstacle.law() };
+                let row = Limit { normal, surface, least: R::ZERO, law: obstacle.law() };
                 arrival.add(row, (depth, noise));
             }
         }
@@ -533,8 +446,8 @@ impl<R: Real> Batch<R> {
             let touch = self.touch(lane, (normal, depth, self.terms(plane, lane)));
             let may = (which >> lane & 1 != 0) & (self.inverse_masses[lane] != R::ZERO);
             let inside = touch.is_inside(span) & may;
-            let keeps = law.keeps(&touch, span);
-            let held = law.hold(&touch, span);
+            let keeps = keeps(&law, &touch, span);
+            let held = hold(&law, &touch, span);
             let on = inside & keeps;
             energies[lane] = if on { held.taken * self.masses[lane] } else { R::ZERO };
             insides[lane] = u32::from(inside);
@@ -559,7 +472,7 @@ impl<R: Real> Batch<R> {
         for lane in (0..LANES).filter(|&lane| bounces[lane] != 0) {
             let (depth, terms) = (self.depth(plane, lane), self.terms(plane, lane));
             let touch = self.touch(lane, (normal, depth, terms));
-            let Outcome { position, velocity, taken } = law.bounce(&touch, span);
+            let Outcome { position, velocity, taken } = bounce(&law, &touch, span);
             self.set(lane, position, velocity);
             let taken = (taken * self.masses[lane]).to_f64();
             tally.contacts += Contacts { count: 0, bounced: true, ..Contacts::one(taken) };

@@ -16,7 +16,7 @@ pub(crate) const MOST: usize = 4;
 
 /// A surface that holds a particle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Row<R: Real> {
+pub(crate) struct Limit<R: Real> {
     /// Direction out of the obstacle, length one.
     pub(crate) normal: R::Vec3,
     /// Velocity of the surface, metres per second.
@@ -29,8 +29,8 @@ pub(crate) struct Row<R: Real> {
 
 /// The surfaces that hold a particle.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rows<R: Real> {
-    rows: [Row<R>; MOST],
+pub(crate) struct Limits<R: Real> {
+    rows: [Limit<R>; MOST],
     count: usize,
 }
 
@@ -54,23 +54,23 @@ const SWEEPS: usize = 64;
 /// Roundings of a velocity below which what is left of it counts as none.
 const ROUNDINGS: f64 = 64.0;
 
-impl<R: Real> Default for Rows<R> {
+impl<R: Real> Default for Limits<R> {
     fn default() -> Self {
-        Rows { rows: [Row::default(); MOST], count: 0 }
+        Limits { rows: [Limit::default(); MOST], count: 0 }
     }
 }
 
-impl<R: Real> Rows<R> {
-    pub(crate) fn rows(&self) -> &[Row<R>] {
+impl<R: Real> Limits<R> {
+    pub(crate) fn rows(&self) -> &[Limit<R>] {
         &self.rows[..self.count]
     }
 
-    pub(crate) fn rows_mut(&mut self) -> &mut [Row<R>] {
+    pub(crate) fn rows_mut(&mut self) -> &mut [Limit<R>] {
         &mut self.rows[..self.count]
     }
 
     /// Adds a surface; one beyond the most is left out.
-    pub(crate) fn push(&mut self, row: Row<R>) {
+    pub(crate) fn push(&mut self, row: Limit<R>) {
         if self.count < MOST {
             self.rows[self.count] = row;
             self.count += 1;
@@ -147,7 +147,7 @@ impl<R: Real> Rows<R> {
         self.push_out_of(all, velocity).map_or([R::ZERO; MOST], |(_, pushes)| pushes)
     }
 
-    fn of(&self, set: u32) -> impl Iterator<Item = &Row<R>> {
+    fn of(&self, set: u32) -> impl Iterator<Item = &Limit<R>> {
         self.rows()
             .iter()
             .enumerate()
@@ -176,7 +176,7 @@ impl<R: Real> Rows<R> {
     }
 }
 
-impl<R: Real> Row<R> {
+impl<R: Real> Limit<R> {
     /// The speed off the surface, metres per second.
     fn speed(&self, velocity: R::Vec3) -> R {
         self.normal.dot(velocity - self.surface)
@@ -190,7 +190,7 @@ impl<R: Real> Row<R> {
 
 /// A face of a corner.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Face<R: Real> {
+pub(crate) struct Facet<R: Real> {
     pub(crate) normal: R::Vec3,
     /// The normal made orthogonal to those of the faces before, of length one.
     pub(crate) axis: R::Vec3,
@@ -202,28 +202,28 @@ pub(crate) struct Face<R: Real> {
 /// impulse along the axis of one leaves those before as they are.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Corner<R: Real> {
-    faces: [Face<R>; 3],
+    faces: [Facet<R>; 3],
     count: usize,
 }
 
 impl<R: Real> Default for Corner<R> {
     fn default() -> Self {
-        Corner { faces: [Face::default(); 3], count: 0 }
+        Corner { faces: [Facet::default(); 3], count: 0 }
     }
 }
 
 impl<R: Real> Corner<R> {
-    pub(crate) fn faces(&self) -> &[Face<R>] {
+    pub(crate) fn faces(&self) -> &[Facet<R>] {
         &self.faces[..self.count]
     }
 
     /// Adds a face unless there are three or its normal is a combination of those there.
-    pub(crate) fn add(&mut self, normal: R::Vec3) -> Option<Face<R>> {
+    pub(crate) fn add(&mut self, normal: R::Vec3) -> Option<Facet<R>> {
         let rest = self.remove_axes(normal);
         let slope = rest.dot(rest).sqrt();
         let is_new = self.count < 3 && R::of(1e-3) < slope;
         is_new.then(|| {
-            let face = Face { normal, axis: rest * (R::ONE / slope), slope };
+            let face = Facet { normal, axis: rest * (R::ONE / slope), slope };
             self.faces[self.count] = face;
             self.count += 1;
             face

@@ -1,7 +1,7 @@
 //! A particle that meets an obstacle of any form, and one that has no room between several.
 
-use super::held::{Held, MOST, Row, Rows};
-use super::law::{Contacts, Span, Touch, rounding};
+use super::held::{Held, Limit, Limits, MOST};
+use super::law::{Contacts, Span, Touch, bounce, hold, keeps, rounding};
 use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacle, Obstacles, Placed};
 use crate::pack::dot;
@@ -27,8 +27,8 @@ pub(crate) fn meet_surface<R: Real>(
         touch.start[axis] += carried * span.h;
     }
     let way = touch.way();
-    let keeps = law.keeps(&touch, span);
-    let outcome = if keeps { law.hold(&touch, span) } else { law.bounce(&touch, span) };
+    let keeps = keeps(&law, &touch, span);
+    let outcome = if keeps { hold(&law, &touch, span) } else { bounce(&law, &touch, span) };
     let after = core::array::from_fn(|axis| outcome.velocity[axis] + surface[axis]);
     let kick = core::array::from_fn(|axis| after[axis] - before[axis]);
     let contacts = Contacts {
@@ -44,14 +44,14 @@ pub(crate) fn meet_surface<R: Real>(
 pub(crate) struct Arrival<R: Real> {
     /// It, without a surface.
     touch: Touch<R>,
-    rows: Rows<R>,
+    rows: Limits<R>,
     /// How deep it is in each, metres, and the depth that counts as none.
     depths: [(R, R); MOST],
 }
 
 impl<R: Real> Arrival<R> {
     pub(crate) fn new(touch: Touch<R>) -> Self {
-        Arrival { touch, rows: Rows::default(), depths: [(R::ZERO, R::ZERO); MOST] }
+        Arrival { touch, rows: Limits::default(), depths: [(R::ZERO, R::ZERO); MOST] }
     }
 
     /// The number of surfaces.
@@ -60,7 +60,7 @@ impl<R: Real> Arrival<R> {
     }
 
     /// Adds a surface that it is so deep in, metres, or on within some noise.
-    pub(crate) fn add(&mut self, row: Row<R>, depth_and_noise: (R, R)) {
+    pub(crate) fn add(&mut self, row: Limit<R>, depth_and_noise: (R, R)) {
         self.depths[self.count()] = depth_and_noise;
         self.rows.push(row);
     }
@@ -68,10 +68,10 @@ impl<R: Real> Arrival<R> {
     /// Its acceleration on the surfaces that it lay on: where a method holds what lies after each
     /// kick, those that it is on still, as one that met it within the substep is further off.
     fn slope(&self, span: &Span<R>) -> R::Vec3 {
-        let mut lain = Rows::<R>::default();
+        let mut lain = Limits::<R>::default();
         for (row, (depth, noise)) in self.rows.rows().iter().zip(self.depths) {
             if span.settles() && depth.abs() <= noise {
-                lain.push(Row { normal: row.normal, ..Row::default() });
+                lain.push(Limit { normal: row.normal, ..Limit::default() });
             }
         }
         let pull = R::Vec3::from_components(self.touch.pull);
@@ -88,7 +88,7 @@ impl<R: Real> Arrival<R> {
                 touch.velocity[axis] -= carried;
                 touch.start[axis] += carried * span.h;
             }
-            if !row.law.keeps(&touch, span) {
+            if !keeps(&row.law, &touch, span) {
                 let (_, squared) = touch.impact(span);
                 row.least = row.law.restitution * squared.max(R::ZERO).sqrt();
                 bounces = true;
@@ -104,7 +104,7 @@ impl<R: Real> Arrival<R> {
     /// Where it is and how fast, once all of them have held it; `depth` is how deep a place is in
     /// the surface of a number, metres.
     ///
-    /// As with a single one ([`crate::obstacles::ContactLaw::hold`]): what sticks goes back to
+    /// As with a single one ([`hold`]): what sticks goes back to
     /// where it met them, and what slides goes back by the way that friction would have saved.
     /// Energy is that of the motion at the start of the substep, by a constant force.
     pub(crate) fn land(
@@ -138,13 +138,13 @@ impl<R: Real> Arrival<R> {
         };
         // Surfaces that bend take the square of the way each time.
         for _ in 0..CORRECTIONS {
-            let mut lifts = Rows::default();
+            let mut lifts = Limits::default();
             for (number, (row, &(_, noise))) in
                 self.rows.rows().iter().zip(&self.depths).enumerate()
             {
                 let deep = depth(number, to);
                 let least = if deep <= noise { R::ZERO } else { deep };
-                lifts.push(Row { normal: row.normal, least, ..Row::default() });
+                lifts.push(Limit { normal: row.normal, least, ..Limit::default() });
             }
             let lift = lifts.push_out(R::Vec3::ZERO).0;
             if lift == R::Vec3::ZERO {

@@ -30,113 +30,115 @@ pub(crate) fn coulomb<R: Real>(slip: R, most: R) -> (R, R) {
     (left, if held { R::ZERO } else { per_slip })
 }
 
-impl<R: Real> ContactLaw<R> {
-    /// The velocity after a bounce that takes no time, metres per second.
-    ///
-    /// Source: algorithm 1 of the source report (2014), with Coulomb's law beside its factor.
-    pub(crate) fn bounced(&self, normal: R::Vec3, velocity: R::Vec3) -> R::Vec3 {
-        let speed = velocity.dot(normal);
-        let along = velocity - normal * speed;
-        let push = -speed * (R::ONE + self.restitution);
-        let (kept, _) = self.rub(along.dot(along).sqrt(), push);
-        normal * (speed + push) + along * kept
-    }
+/// The velocity after a bounce that takes no time, metres per second.
+///
+/// Source: algorithm 1 of the source report (2014), with Coulomb's law beside its factor.
+pub(crate) fn bounced<R: Real>(law: &ContactLaw<R>, normal: R::Vec3, velocity: R::Vec3) -> R::Vec3 {
+    let speed = velocity.dot(normal);
+    let along = velocity - normal * speed;
+    let push = -speed * (R::ONE + law.restitution);
+    let (kept, _) = rub(law, along.dot(along).sqrt(), push);
+    normal * (speed + push) + along * kept
+}
 
-    /// The fraction of a slip that friction leaves at a push, both in metres per second, and the
-    /// reciprocal of the slip, 0 where friction holds it.
-    #[inline(always)]
-    pub(crate) fn rub(&self, slip: R, push: R) -> (R, R) {
-        let (left, per_slip) = coulomb(slip, self.friction * push);
-        (left * (R::ONE - self.loss), per_slip)
-    }
+/// The fraction of a slip that friction leaves at a push, both in metres per second, and the
+/// reciprocal of the slip, 0 where friction holds it.
+#[inline(always)]
+pub(crate) fn rub<R: Real>(law: &ContactLaw<R>, slip: R, push: R) -> (R, R) {
+    let (left, per_slip) = coulomb(slip, law.friction * push);
+    (left * (R::ONE - law.loss), per_slip)
+}
 
-    /// Whether the surface keeps the particle for the rest of the substep.
-    ///
-    /// It does where the restitution is 0, and where the particle is on its way out already. It
-    /// also does where the pull into the surface makes up the speed of the impact within two
-    /// substeps: a bounce would be over before it could be resolved, and a particle at rest would
-    /// buzz.
-    #[inline(always)]
-    pub(crate) fn keeps(&self, touch: &Touch<R>, span: &Span<R>) -> bool {
-        let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
-        let (real, squared) = touch.impact(span);
-        let limit = (span.h + span.h) * pull;
-        let is_slow = squared < limit * limit;
-        let is_free = (R::ZERO <= speed) | (R::ZERO <= real);
-        (self.restitution == R::ZERO) | is_free | ((pull < R::ZERO) & is_slow)
-    }
+/// Whether the surface keeps the particle for the rest of the substep.
+///
+/// It does where the restitution is 0, and where the particle is on its way out already. It
+/// also does where the pull into the surface makes up the speed of the impact within two
+/// substeps: a bounce would be over before it could be resolved, and a particle at rest would
+/// buzz.
+#[inline(always)]
+pub(crate) fn keeps<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span<R>) -> bool {
+    let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
+    let (real, squared) = touch.impact(span);
+    let limit = (span.h + span.h) * pull;
+    let is_slow = squared < limit * limit;
+    let is_free = (R::ZERO <= speed) | (R::ZERO <= real);
+    (law.restitution == R::ZERO) | is_free | ((pull < R::ZERO) & is_slow)
+}
 
-    /// The outcome for a particle that the surface keeps.
-    ///
-    /// The energy along the normal is that at the start of the substep, which is 0 at rest: gains
-    /// and losses of a method within a substep, while a surface holds the particle, are undone.
-    #[inline(always)]
-    pub(crate) fn hold(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
-        let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
-        let push = if speed < R::ZERO { -speed } else { R::ZERO };
-        let (before, after) = (speed - pull * span.h, speed + push);
-        let moved = touch.along_normal(touch.way()) + touch.depth;
-        let taken = (before * before - after * after) * R::HALF + pull * moved + touch.eased();
-        let push = Push { push, lift: touch.depth, reach: touch.depth, taken };
-        self.finish((touch, span), push)
-    }
+/// The outcome for a particle that the surface keeps.
+///
+/// The energy along the normal is that at the start of the substep, which is 0 at rest: gains
+/// and losses of a method within a substep, while a surface holds the particle, are undone.
+#[inline(always)]
+pub(crate) fn hold<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
+    let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
+    let push = if speed < R::ZERO { -speed } else { R::ZERO };
+    let (before, after) = (speed - pull * span.h, speed + push);
+    let moved = touch.along_normal(touch.way()) + touch.depth;
+    let taken = (before * before - after * after) * R::HALF + pull * moved + touch.eased();
+    let push = Push { push, lift: touch.depth, reach: touch.depth, taken };
+    finish(law, (touch, span), push)
+}
 
-    /// The outcome for a particle that bounces.
-    ///
-    /// The particle went through the surface at u, see [`Touch::impact`], 2 d / (U + u) seconds
-    /// before. It is put there and leaves at e u: with as much energy as at the impact for e = 1, a
-    /// part of a substep late. Letting it fly on would move it against its springs once more, which
-    /// adds energy to a stiff body.
-    pub(crate) fn bounce(&self, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
-        let (real, squared) = touch.impact(span);
-        let impact = squared.max(R::ZERO).sqrt();
-        let after = self.restitution * impact;
-        let time = ((touch.depth + touch.depth) / (impact - real)).min(span.h);
-        let mut push = after - real;
-        if let Evaluated::AtStart = span.evaluated {
-            // The next acceleration is that at the surface.
-            push -= touch.strain(span) * span.h * R::HALF;
-        }
-        let taken = (impact * impact - after * after) * R::HALF;
-        let (lift, reach) = (touch.depth, push * time);
-        self.finish((touch, span), Push { push, lift, reach, taken })
+/// The outcome for a particle that bounces.
+///
+/// The particle went through the surface at u, see [`Touch::impact`], 2 d / (U + u) seconds
+/// before. It is put there and leaves at e u: with as much energy as at the impact for e = 1, a
+/// part of a substep late. Letting it fly on would move it against its springs once more, which
+/// adds energy to a stiff body.
+pub(crate) fn bounce<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
+    let (real, squared) = touch.impact(span);
+    let impact = squared.max(R::ZERO).sqrt();
+    let after = law.restitution * impact;
+    let time = ((touch.depth + touch.depth) / (impact - real)).min(span.h);
+    let mut push = after - real;
+    if let Evaluated::AtStart = span.evaluated {
+        // The next acceleration is that at the surface.
+        push -= touch.strain(span) * span.h * R::HALF;
     }
+    let taken = (impact * impact - after * after) * R::HALF;
+    let (lift, reach) = (touch.depth, push * time);
+    finish(law, (touch, span), Push { push, lift, reach, taken })
+}
 
-    /// Adds friction and returns the outcome.
-    ///
-    /// A particle that sticks goes back by the part of its path since it met the surface. One that
-    /// slides goes back by the distance that it would not have gone at the velocity it has now.
-    #[inline(always)]
-    fn finish(&self, (touch, span): (&Touch<R>, &Span<R>), push: Push<R>) -> Outcome<R> {
-        let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
-        let [speed, way, pressing] = [v, moved, pull].map(|vector| touch.along_normal(vector));
-        let along = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
-        let squared = dot(along, along);
-        let (slip, grip) = (squared.sqrt(), self.friction * push.push);
-        let (kept, per_slip) = self.rub(slip, push.push);
-        let sticks = (slip <= grip) & (R::ZERO < grip);
-        // A gap within rounding counts as zero: small steps out of it would add up to a drift.
-        let (gap, noise) = (-(way + depth), touch.noise);
-        let since = if gap <= noise { R::ONE } else { depth / -way };
-        let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
-        let slid = self.friction * push.reach * per_slip;
-        let mut outcome = Outcome { position: touch.position, velocity: v, taken: R::ZERO };
-        for axis in 0..3 {
-            // From where it was: going back and forth would accumulate rounding.
-            let before = (moved[axis] - n[axis] * way) * (R::ONE - since);
-            let stuck = touch.start[axis] + (n[axis] * lift + before);
-            let slides = touch.position[axis] + (n[axis] * push.lift - along[axis] * slid);
-            outcome.position[axis] = if sticks { stuck } else { slides };
-            outcome.velocity[axis] = n[axis] * (speed + push.push) + along[axis] * kept;
-        }
-        let drive = dot(pull, v) - pressing * speed;
-        let still = (dot(pull, pull) - pressing * pressing) * span.h - (drive + drive);
-        let stuck = (squared + still * span.h) * R::HALF
-            + (dot(pull, moved) - pressing * way) * (R::ONE - since);
-        let slowed = squared * (R::ONE - kept * kept) * R::HALF - drive * slid;
-        outcome.taken = push.taken + if sticks { stuck } else { slowed };
-        outcome
+/// Adds friction and returns the outcome.
+///
+/// A particle that sticks goes back by the part of its path since it met the surface. One that
+/// slides goes back by the distance that it would not have gone at the velocity it has now.
+#[inline(always)]
+fn finish<R: Real>(
+    law: &ContactLaw<R>,
+    (touch, span): (&Touch<R>, &Span<R>),
+    push: Push<R>,
+) -> Outcome<R> {
+    let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
+    let [speed, way, pressing] = [v, moved, pull].map(|vector| touch.along_normal(vector));
+    let along = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
+    let squared = dot(along, along);
+    let (slip, grip) = (squared.sqrt(), law.friction * push.push);
+    let (kept, per_slip) = rub(law, slip, push.push);
+    let sticks = (slip <= grip) & (R::ZERO < grip);
+    // A gap within rounding counts as zero: small steps out of it would add up to a drift.
+    let (gap, noise) = (-(way + depth), touch.noise);
+    let since = if gap <= noise { R::ONE } else { depth / -way };
+    let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
+    let slid = law.friction * push.reach * per_slip;
+    let mut outcome = Outcome { position: touch.position, velocity: v, taken: R::ZERO };
+    for axis in 0..3 {
+        // From where it was: going back and forth would accumulate rounding.
+        let before = (moved[axis] - n[axis] * way) * (R::ONE - since);
+        let stuck = touch.start[axis] + (n[axis] * lift + before);
+        let slides = touch.position[axis] + (n[axis] * push.lift - along[axis] * slid);
+        outcome.position[axis] = if sticks { stuck } else { slides };
+        outcome.velocity[axis] = n[axis] * (speed + push.push) + along[axis] * kept;
     }
+    let drive = dot(pull, v) - pressing * speed;
+    let still = (dot(pull, pull) - pressing * pressing) * span.h - (drive + drive);
+    let stuck = (squared + still * span.h) * R::HALF
+        + (dot(pull, moved) - pressing * way) * (R::ONE - since);
+    let slowed = squared * (R::ONE - kept * kept) * R::HALF - drive * slid;
+    outcome.taken = push.taken + if sticks { stuck } else { slowed };
+    outcome
 }
 
 /// The gap up to which a particle of some radius lies on a surface, metres: four roundings of what
@@ -266,7 +268,8 @@ impl<R> Span<R> {
 pub(crate) enum Evaluated {
     /// At the positions of its start.
     AtStart,
-    /// At those of its end, by a method that holds by [`super::after_kick`] what lies on an obstacle.
+    /// At those of its end, by a method that holds what lies on an obstacle by
+    /// [`super::after_kick`].
     AtEnd,
     /// Nowhere: the method solves for them, or projects.
     Nowhere,

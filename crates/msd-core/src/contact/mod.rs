@@ -11,6 +11,7 @@ mod radii;
 pub(crate) mod law;
 pub(crate) mod held;
 pub(crate) mod passage;
+pub(crate) mod ending;
 mod landing;
 pub(crate) mod arrive;
 pub(crate) mod after_kick;

@@ -6,7 +6,7 @@
 //! the same weights. So it meets a solid as a particle does, of the reciprocal mass
 //! (1 − s)²/m_a + s²/m_b: momentum and energy are those of any other contact.
 
-use super::arrive::{Bodies, Substep};
+use super::ending::{Bodies, Substep};
 use super::landing::meet_surface;
 use super::law::{Contacts, Evaluated, Span, TURN, Touch, rounding};
 use super::passage::{Entrance, Passage};

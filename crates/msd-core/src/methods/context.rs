@@ -7,7 +7,7 @@ use super::xpbd;
 use crate::columns::Aligned;
 use crate::columns::threads::Split;
 use crate::contact::after_kick::Kick;
-use crate::contact::arrive::Substep;
+use crate::contact::ending::Substep;
 use crate::contact::passage::fastest;
 use crate::contact::{Contacts, Evaluated};
 use crate::elements::{ForceWork, Motion, column};

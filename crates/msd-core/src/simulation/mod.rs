@@ -21,7 +21,7 @@ pub use progress::{Held, Progress};
 pub use witness::Witness;
 
 use crate::columns::threads;
-use crate::contact::arrive::Substep;
+use crate::contact::ending::Substep;
 use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;

@@ -8,7 +8,8 @@
 //! Andersen, 1983.)
 
 use super::super::law::{Contacts, rounding};
-use super::{Drift, Holder, Kick, Kicked, holder, settle_in_corner};
+use super::corner::{BENDS, Holder, holder, settle_in_corner};
+use super::{Drift, Kick, Kicked};
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
 use crate::obstacles::solid::{Sampled, lane_of, lanes};
@@ -103,10 +104,6 @@ fn alone_on<R: Real>(
         if holder == Holder::Alone { alone } else { alone & !(1 << lane) }
     })
 }
-
-/// Iterations that find how particles bend with a surface, at most. Each leaves of a gap the angle
-/// by which the surface turns in a substep, squared, and times the friction.
-pub(crate) const BENDS: usize = 8;
 
 /// Turns the velocities of particles that lie, so that they do so after a drift: lowers their
 /// speeds along the normals by the gaps that the drift would leave. Whether there were any.

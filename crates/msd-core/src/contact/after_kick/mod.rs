@@ -9,21 +9,22 @@
 //! forces are evaluated where it lies. (RATTLE projects velocities for the same reason: Andersen,
 //! 1983.)
 
+mod corner;
 mod curved;
 
 use super::Radii;
 use super::arrive::{AT_ONCE, TOGETHER};
-use super::held::{self, Held, Row, Rows};
-use super::law::{Contacts, rounding};
+use super::law::{Contacts, rounding, rub};
 use crate::columns::threads::{Split, merge_shares, split_singles};
-use crate::columns::{LANES, RECORD, set_vector, vector};
+use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of};
 use crate::obstacles::{ContactLaw, Obstacles, OwnObstacle, Placed, PlaneColumn};
 use crate::pack::dot;
 use crate::scene::Solid;
 use core::ops::{Add, Range};
-use curved::{BENDS, on_curved, settle_on_curved};
+use corner::{is_on_obstacle, settle_in_corner};
+use curved::{on_curved, settle_on_curved};
 use fearless_simd::Level;
 
 /// A state that has just been kicked: v' = v + a t.
@@ -402,166 +403,17 @@ fn settle_on_plane<R: Real>(
     }
 }
 
-/// Holds a particle that lies on several obstacles, by all of them at once.
-fn settle_in_corner<R: Real>(
-    obstacles: &Obstacles<R>,
-    kicked: &mut Kicked<'_, R>,
-    (record, lane): (usize, usize),
-    contacts: &mut Contacts,
-) {
-    let (at, kick) = (record * RECORD + lane, kicked.kick);
-    if kicked.places.inverse_masses[at] == R::ZERO {
-        return;
-    }
-    let place = (vector::<R>(kicked.places.positions, at), kicked.places.radii.at(at));
-    let v = vector::<R>(kicked.velocities, at);
-    let a = vector::<R>(kicked.accelerations, at);
-    let start = v - a * kick.length;
-    let limit = (kick.substep + kick.substep) * a.dot(a).sqrt();
-    let (mut rows, mut indices) = (Rows::default(), [0; held::MOST]);
-    for index in 0..obstacles.count() {
-        let Some(row) = row_of(obstacles, index, place, &kick) else { continue };
-        let seen = start - row.surface;
-        let lay = row.law.lay(row.normal.dot(seen), -limit, seen.components());
-        if kick.drift == Drift::Behind || lay {
-            if let Some(to) = indices.get_mut(rows.rows().len()) {
-                *to = index;
-            }
-            rows.push(row);
-        }
-    }
-    let mut held = rows.hold(v);
-    if kick.drift == Drift::Ahead {
-        for _ in 0..BENDS {
-            if !bend_in_corner(obstacles, (&mut rows, &indices), (place, &held), &kick) {
-                break;
-            }
-            held = rows.hold(v);
-        }
-    }
-    if held.pushes.iter().all(|&push| push == R::ZERO) {
-        return;
-    }
-    set_vector(kicked.velocities, at, held.velocity);
-    let mass = kicked.masses[record * LANES + lane];
-    let taken = if held.sticks {
-        let seen = start - held.velocity;
-        seen.dot(seen) * R::HALF
-    } else {
-        (v - held.velocity).dot(start + held.velocity) * R::HALF + held.driven
-    };
-    *contacts += Contacts {
-        driven: (held.driven * mass).to_f64(),
-        ..Contacts::one((taken * mass).to_f64())
-    };
-}
-
-/// Turns the velocity that a particle may have on each surface of a corner, so that it lies on it
-/// after the drift, as [`curved`] does on one; whether any was off.
-fn bend_in_corner<R: Real>(
-    obstacles: &Obstacles<R>,
-    (rows, indices): (&mut Rows<R>, &[usize; held::MOST]),
-    ((position, radius), held): ((R::Vec3, R), &Held<R>),
-    kick: &Kick<R>,
-) -> bool {
-    let end = position + held.velocity * kick.substep;
-    let time = kick.time + kick.substep.to_f64();
-    let mut is_any = false;
-    for ((row, &index), push) in rows.rows_mut().iter_mut().zip(indices).zip(held.pushes) {
-        if index < obstacles.planes.len() {
-            continue;
-        }
-        let obstacle = obstacles.get(index);
-        let gap = obstacle.gap(end, time) - radius;
-        let noise = rounding(obstacle.terms(end, time), radius) * R::HALF;
-        if noise < -gap || R::ZERO < push && noise < gap {
-            row.least -= gap / kick.substep;
-            is_any = true;
-        }
-    }
-    is_any
-}
-
-/// The surface of an obstacle that a particle of some radius lies on.
-fn row_of<R: Real>(
-    obstacles: &Obstacles<R>,
-    index: usize,
-    (position, radius): (R::Vec3, R),
-    kick: &Kick<R>,
-) -> Option<Row<R>> {
-    let time = kick.time;
-    if !is_on_obstacle(obstacles, index, (position, radius), time) {
-        return None;
-    }
-    let obstacle = obstacles.get(index);
-    Some(Row {
-        normal: obstacle.normal(position, time),
-        surface: obstacle.velocity(position, time),
-        least: R::ZERO,
-        law: kick.law(obstacle.law()),
-    })
-}
-
-/// Whether a particle of some radius lies on an obstacle.
-fn is_on_obstacle<R: Real>(
-    obstacles: &Obstacles<R>,
-    index: usize,
-    (position, radius): (R::Vec3, R),
-    time: f64,
-) -> bool {
-    if let Some(plane) = obstacles.planes.get(index) {
-        return is_on(plane, position.components(), radius);
-    }
-    let solid = obstacles.solids.get(index - obstacles.planes.len());
-    if solid.is_some_and(|solid| !Ball::<R>::new(solid, time, radius).holds(position)) {
-        return false;
-    }
-    let obstacle = obstacles.get(index);
-    let gap = obstacle.gap(position, time) - radius;
-    gap.abs() <= rounding(obstacle.terms(position, time), radius)
-}
-
-/// Who holds a particle that lies on an obstacle which is no plane.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Holder {
-    /// This obstacle alone.
-    Alone,
-    /// Several, of which this one is the first.
-    First,
-    /// Several, and another is the first.
-    Other,
-}
-
-/// Who holds a particle that lies on the obstacle of this number.
-fn holder<R: Real>(
-    obstacles: &Obstacles<R>,
-    index: usize,
-    place: (R::Vec3, R),
-    time: f64,
-) -> Holder {
-    let is_on = |other: usize| is_on_obstacle(obstacles, other, place, time);
-    if (0..index).any(is_on) {
-        Holder::Other
-    } else if (index + 1..obstacles.count()).any(is_on) {
-        Holder::First
-    } else {
-        Holder::Alone
-    }
-}
-
 /// Speed away from a surface below which a particle has not left, as a part of what the pull makes
 /// up within two substeps: without it ever shorter hops would not end.
 const HOP: f64 = 0.01;
 
-impl<R: Real> ContactLaw<R> {
-    /// Whether a particle on the surface lay there, by its velocity and the part of it along the
-    /// normal: it did not leave, and came so slowly that a bounce would be over within two
-    /// substeps, as in [`ContactLaw::keeps`]. The limit is that of such a speed, negative.
-    #[inline(always)]
-    fn lay(&self, speed: R, limit: R, velocity: [R; 3]) -> bool {
-        let rounding = R::EPSILON * R::of(8.0) * dot(velocity, velocity).sqrt();
-        (speed <= rounding - limit * R::of(HOP)) & ((self.restitution == R::ZERO) | (limit < speed))
-    }
+/// Whether a particle on a surface lay there, by its velocity and the part of it along the normal:
+/// it did not leave, and came so slowly that a bounce would be over within two substeps, as in
+/// [`super::law::keeps`]. The limit is that of such a speed, negative.
+#[inline(always)]
+fn lay<R: Real>(law: &ContactLaw<R>, speed: R, limit: R, velocity: [R; 3]) -> bool {
+    let rounding = R::EPSILON * R::of(8.0) * Real::sqrt(dot(velocity, velocity));
+    (speed <= rounding - limit * R::of(HOP)) & ((law.restitution == R::ZERO) | (limit < speed))
 }
 
 /// The velocity along a surface that friction leaves at a push, and the reciprocal of the slip, 0
@@ -570,7 +422,7 @@ impl<R: Real> ContactLaw<R> {
 fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3], push: R) -> ([R; 3], R) {
     let speed = dot(n, v);
     let along: [R; 3] = core::array::from_fn(|axis| v[axis] - n[axis] * speed);
-    let (kept, per_slip) = law.rub(dot(along, along).sqrt(), push);
+    let (kept, per_slip) = rub(law, dot(along, along).sqrt(), push);
     (along.map(|number| number * kept), per_slip)
 }
 
@@ -596,7 +448,7 @@ impl<R: Real> Kick<R> {
     /// acceleration of the kick, as seen from the surface.
     ///
     /// It lies where the kick presses it to the surface and it lay there before, see
-    /// [`ContactLaw::lay`]. A surface that holds it takes the energy of its motion before the kick,
+    /// [`lay`]. A surface that holds it takes the energy of its motion before the kick,
     /// one that it slides on the work of friction: force times mean velocity.
     ///
     /// It goes on at the speed `bend` along the normal, 0 on a plane: see [`bend`].
@@ -612,7 +464,7 @@ impl<R: Real> Kick<R> {
         let before = speed - pull * self.length;
         let limit = (self.substep + self.substep) * pull;
         let was = core::array::from_fn(|axis| v[axis] - a[axis] * self.length);
-        let lay = (self.drift == Drift::Behind) | law.lay(before, limit, was);
+        let lay = (self.drift == Drift::Behind) | lay(law, before, limit, was);
         let lies = (speed < bend) & (pull < R::ZERO) & lay;
         let (velocity, per_slip) = slowed(law, n, v, bend - speed);
         let sum = |term: [R; 3]| term[0] + term[1] + term[2];

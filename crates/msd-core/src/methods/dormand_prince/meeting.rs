@@ -2,6 +2,7 @@
 
 use super::holds::{Along, Hold};
 use super::support::{Bearing, Bearings, Constraint, MOST_OBSTACLES, Spot, Support};
+use crate::contact::law::bounced;
 use crate::number::{Real, Vector};
 use crate::system::Model;
 
@@ -87,7 +88,7 @@ impl<R: Real> Meeting<'_, R> {
         }
         if speed < R::ZERO && height <= self.slack {
             self.spot.position -= normal * height;
-            let bounced = law.bounced(normal, self.spot.velocity - velocity);
+            let bounced = bounced(&law, normal, self.spot.velocity - velocity);
             self.kick(velocity + bounced, velocity);
             self.leave();
             self.met = true;

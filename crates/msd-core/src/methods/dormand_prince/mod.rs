@@ -17,7 +17,7 @@ use super::{Failure, StepContext, context};
 use crate::columns::LANES;
 use crate::columns::slots::Slots;
 use crate::contact::Contacts;
-use crate::contact::arrive::Substep;
+use crate::contact::ending::Substep;
 use crate::number::{Real, at_level};
 use crate::stability::{Mode, Region};
 use alloc::boxed::Box;

@@ -1,6 +1,6 @@
 //! Constrained accelerations: the part that obstacles leave to a particle that they hold.
 
-use crate::contact::held::{MOST, Row, Rows};
+use crate::contact::held::{Limit, Limits, MOST};
 use crate::number::{Real, Vector};
 use crate::obstacles::{ContactLaw, Obstacle};
 use crate::system::Model;
@@ -201,10 +201,10 @@ impl<R: Real> Bearings<R> {
         let rows = &self.rows[..self.count];
         let mut pressures = [R::ZERO; MOST_OBSTACLES];
         if 1 < self.count {
-            let mut held = Rows::default();
+            let mut held = Limits::default();
             for touch in rows {
                 let least = wanted(touch).0;
-                held.push(Row { normal: touch.normal, least, ..Row::default() });
+                held.push(Limit { normal: touch.normal, least, ..Limit::default() });
             }
             pressures = match constraint {
                 Constraint::Unilateral => held.push_out(vector).1,

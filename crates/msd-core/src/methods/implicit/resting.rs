@@ -475,7 +475,7 @@ fn terms<R: Real>(plane: &PlaneColumn<R>, position: R::Vec3) -> R {
 /// where this one moves at a velocity: along an axis of its own, which leaves those before as they
 /// are.
 fn carry<R: Real>(
-    own: &held::Face<R>,
+    own: &held::Facet<R>,
     surface: R::Vec3,
     velocity: R::Vec3,
     number: usize,
