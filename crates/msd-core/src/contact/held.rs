@@ -4,7 +4,7 @@
 //! pushes. To stop a particle surface by surface is wrong: where two meet at an obtuse angle, the
 //! second gives the velocity that it takes a part away from the first, and a particle in a groove
 //! is thrown out of it. So pushes are sums that the next surface may lower again: those without
-//! friction are found exactly ([`Corner`]), and friction in sweeps from there (Gauss-Seidel with
+//! friction are found exactly ([`Facets`]), and friction in sweeps from there (Gauss-Seidel with
 //! accumulated impulses: Moreau, 1988; Jean, 1999).
 
 use super::law::coulomb;
@@ -125,7 +125,7 @@ impl<R: Real> Limits<R> {
     /// The velocity at which a particle is at its least speed off each surface of a set, a bit for
     /// each, and their pushes; none where their normals depend on each other.
     fn push_out_of(&self, set: u32, velocity: R::Vec3) -> Option<(R::Vec3, [R; MOST])> {
-        let mut corner = Corner::default();
+        let mut corner = Facets::default();
         let mut v = velocity;
         for row in self.of(set) {
             let face = corner.add(row.normal)?;
@@ -201,18 +201,18 @@ pub(crate) struct Facet<R: Real> {
 /// A face, an edge of two or a corner of three, with axes of their own (Gram and Schmidt): an
 /// impulse along the axis of one leaves those before as they are.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Corner<R: Real> {
+pub(crate) struct Facets<R: Real> {
     faces: [Facet<R>; 3],
     count: usize,
 }
 
-impl<R: Real> Default for Corner<R> {
+impl<R: Real> Default for Facets<R> {
     fn default() -> Self {
-        Corner { faces: [Facet::default(); 3], count: 0 }
+        Facets { faces: [Facet::default(); 3], count: 0 }
     }
 }
 
-impl<R: Real> Corner<R> {
+impl<R: Real> Facets<R> {
     pub(crate) fn faces(&self) -> &[Facet<R>] {
         &self.faces[..self.count]
     }

@@ -17,7 +17,7 @@
 use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
 use crate::contact::Contacts;
-use crate::contact::held::{self, Corner};
+use crate::contact::held::{self, Facets};
 use crate::contact::law::{coulomb, resting_speed};
 use crate::number::{Real, Vector};
 use crate::obstacles::{ContactLaw, Obstacle, PlaneColumn};
@@ -50,7 +50,7 @@ struct Hold<R: Real> {
     /// Its place in the columns.
     at: usize,
     faces: [Face<R>; 3],
-    corner: Corner<R>,
+    corner: Facets<R>,
     /// Velocity of the surface, metres per second; of several faces, along the normal of each.
     surface: R::Vec3,
     /// Velocity towards the faces that are not touched yet, metres per second.
@@ -297,7 +297,7 @@ impl<R: Real> Hold<R> {
         Hold {
             at,
             faces: [Face::default(); 3],
-            corner: Corner::default(),
+            corner: Facets::default(),
             surface: R::Vec3::ZERO,
             closing: R::Vec3::ZERO,
             stuck: false,
