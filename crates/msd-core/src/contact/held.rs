@@ -36,7 +36,7 @@ pub(crate) struct Limits<R: Real> {
 
 /// A particle that surfaces hold.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Held<R: Real> {
+pub(crate) struct Stopped<R: Real> {
     /// Metres per second.
     pub(crate) velocity: R::Vec3,
     /// The push of each surface by mass, metres per second.
@@ -78,7 +78,7 @@ impl<R: Real> Limits<R> {
     }
 
     /// The velocity that the surfaces leave a particle, metres per second.
-    pub(crate) fn hold(&self, velocity: R::Vec3) -> Held<R> {
+    pub(crate) fn hold(&self, velocity: R::Vec3) -> Stopped<R> {
         let (mut v, mut pushes) = self.push_out(velocity);
         let mut rubs = [R::Vec3::ZERO; MOST];
         self.rub(&mut v, &mut pushes, &mut rubs);
@@ -95,7 +95,7 @@ impl<R: Real> Limits<R> {
         let (left, before) = (v - carried, velocity - carried);
         let rounding = R::EPSILON * R::of(ROUNDINGS);
         let stops = same && left.dot(left) <= rounding * rounding * before.dot(before);
-        Held { velocity: if stops { carried } else { v }, pushes, driven, sticks: stops }
+        Stopped { velocity: if stops { carried } else { v }, pushes, driven, sticks: stops }
     }
 
     /// The nearest velocity that the surfaces allow without friction, and their pushes.

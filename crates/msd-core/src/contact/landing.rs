@@ -1,6 +1,6 @@
 //! A particle that meets an obstacle of any form, and one that has no room between several.
 
-use super::held::{Held, Limit, Limits, MOST};
+use super::held::{Limit, Limits, MOST, Stopped};
 use super::law::{Contacts, Span, Touch, bounce, hold, keeps, rounding};
 use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacle, Obstacles, Placed};
@@ -170,7 +170,7 @@ impl<R: Real> Arrival<R> {
     ///
     /// A surface that the last one pushes it off has borne it in vain since then: without this what
     /// slides through the foot of a groove gains speed there.
-    fn hold(&self, velocity: R::Vec3, borne: R::Vec3) -> Held<R> {
+    fn hold(&self, velocity: R::Vec3, borne: R::Vec3) -> Stopped<R> {
         let held = self.rows.hold(velocity);
         let pushes = held.pushes.iter().zip(self.depths);
         let leaves =

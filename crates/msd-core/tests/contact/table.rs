@@ -47,8 +47,8 @@ const FALLS_ON_A_BELT: &[(Integrator, &str)] = &[(Explicit, "off its loss, J")];
 /// It never lies still for the same reason.
 const MOVES: &[(Integrator, &str)] = &[(Explicit, "moved, m")];
 
-/// Faults that are known and not mended: scenario, method, precision and quantity. They are asserted
-/// to exceed their bounds still, so that one which is mended is taken off.
+/// Faults that are known and not mended: scenario, method, precision and quantity. They are
+/// asserted to exceed their bounds still, so that one which is mended is taken off.
 ///
 /// What is dropped into a groove without friction comes to rest in ever shorter slides through its
 /// foot. Dormand-Prince neglects hops up to its tolerance there; velocity Verlet and RK4 locate an

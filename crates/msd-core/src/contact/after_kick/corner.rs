@@ -1,6 +1,6 @@
 //! Contact at rest on several obstacles.
 
-use super::super::held::{self, Held, Limit, Limits};
+use super::super::held::{self, Limit, Limits, Stopped};
 use super::super::law::{Contacts, rounding};
 use super::{Drift, Kick, Kicked, is_on, lay};
 use crate::columns::{LANES, RECORD, set_vector, vector};
@@ -71,7 +71,7 @@ pub(super) fn settle_in_corner<R: Real>(
 fn bend_in_corner<R: Real>(
     obstacles: &Obstacles<R>,
     (rows, indices): (&mut Limits<R>, &[usize; held::MOST]),
-    ((position, radius), held): ((R::Vec3, R), &Held<R>),
+    ((position, radius), held): ((R::Vec3, R), &Stopped<R>),
     kick: &Kick<R>,
 ) -> bool {
     let end = position + held.velocity * kick.substep;
