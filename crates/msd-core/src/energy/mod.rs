@@ -30,7 +30,7 @@ pub struct Energy {
     pub elastic: f64,
     /// In the uniform fields, gravity and the uniform force: −Σ (m g + f)·x; zero at the origin.
     pub gravitational: f64,
-    /// Of user-defined elements, by [`Element::energy`](crate::elements::Element::energy).
+    /// Of user-defined elements, by [`Element::energy`].
     #[cfg_attr(feature = "serde", serde(default))]
     pub own: f64,
     /// Dissipated since the start by dampers, drag and contact, less what user-defined elements

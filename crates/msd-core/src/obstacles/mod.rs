@@ -1,7 +1,7 @@
 //! Obstacles: solids that particles cannot enter.
 //!
 //! An obstacle knows the gap and the normal at a point, the velocity of its surface and the law of
-//! contact there. What a particle does that meets it, [`crate::contact`] says.
+//! contact there; `contact/` holds what a particle does that meets it.
 
 pub(crate) mod motion;
 mod plane;
