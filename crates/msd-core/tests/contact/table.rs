@@ -118,6 +118,9 @@ const KNOWN: &[(&str, Integrator, &str, &str)] = &[
     ("a turntable holds a particle or flings it off", BackwardEuler, "f64", "stays, 1/m"),
     ("a turntable holds a particle or flings it off", ImplicitMidpoint, "f32", "stays, 1/m"),
     ("a turntable holds a particle or flings it off", ImplicitMidpoint, "f64", "stays, 1/m"),
+    ("a particle dropped into a groove", ExplicitEuler, "f64", "from the foot, m"),
+    ("a particle dropped into a corner", ExplicitEuler, "f64", "from the foot, m"),
+    ("a particle dropped between round solids", ExplicitEuler, "f64", "from the foot, m"),
 ];
 
 /// What a few seconds show.
