@@ -5,7 +5,7 @@ use super::{ContactLaw, Obstacle};
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
 use crate::pack::dot;
-use crate::scene::Solid;
+use crate::scene::{Shape, Solid};
 use glam::{DMat3, DVec3};
 
 /// A solid at a time, seconds.
@@ -247,12 +247,20 @@ impl<R: Real> Obstacle<R> for Placed<'_> {
         R::Vec3::of(self.velocity + self.spin.cross(position.to_f64() - self.middle))
     }
 
-    /// Its own coordinates, which it turns by numbers of one, and its place.
+    /// Its own coordinates, which it turns by numbers of one, and its place; of a half space, which
+    /// has no end, as of a plane.
     #[inline(always)]
     fn terms(&self, position: R::Vec3, _: f64) -> R {
         let [x, y, z] = (position - R::Vec3::of(self.middle)).components();
-        let middle = self.middle.abs();
-        x.abs() + y.abs() + z.abs() + R::of(middle.x + middle.y + middle.z)
+        let (weights, middle) = match self.solid.shape {
+            Shape::HalfSpace => {
+                let normal = (self.axes * self.solid.shape.normal(DVec3::ZERO)).abs();
+                (normal, self.middle.abs() * normal)
+            }
+            _ => (DVec3::ONE, self.middle.abs()),
+        };
+        let [a, b, c] = weights.to_array().map(R::of);
+        x.abs() * a + y.abs() * b + z.abs() * c + R::of(middle.x + middle.y + middle.z)
     }
 
     fn law(&self) -> ContactLaw<R> {
