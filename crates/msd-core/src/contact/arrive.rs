@@ -271,7 +271,8 @@ impl<R: Real> Batch<R> {
         // Where the start is known the displacement needs no lag.
         let lag = if substep.starts.is_some() { R::ZERO } else { lag };
         for lane in lanes(several) {
-            self.meet_several(obstacles, (&flat, time, lag), lane, tally);
+            tally.contacts.squeezed |= is_squeezed(obstacles, self.at(lane), time);
+            tally.contacts += self.meet_several(obstacles, (&flat, time, lag), lane);
         }
         let (mut met, mut again) = (0, 0);
         let mut note = |now: u32| (met, again) = (met | now, again | met & now);
@@ -296,11 +297,12 @@ impl<R: Real> Batch<R> {
         }
         // What one surface has put into another is held by both.
         for lane in lanes(again) {
+            tally.contacts.squeezed |= is_squeezed(obstacles, self.at(lane), time);
             self.pulls_nothing(lane);
-            self.meet_several(obstacles, (&flat, time, R::ZERO), lane, tally);
+            let held = self.meet_several(obstacles, (&flat, time, R::ZERO), lane);
+            // Each surface has been counted.
+            tally.contacts += Contacts { count: 0, ..held };
         }
-        tally.contacts.squeezed |=
-            lanes(again | several).any(|lane| is_squeezed(obstacles, self.at(lane), time));
     }
 
     /// The particles that are inside an obstacle and in or on another, a bit for each.
@@ -346,8 +348,7 @@ impl<R: Real> Batch<R> {
         obstacles: &Obstacles<R>,
         (span, time, lag): (&Span<R>, f64, R),
         lane: usize,
-        tally: &mut Tally,
-    ) {
+    ) -> Contacts {
         let (place, radius) = self.at(lane);
         let mut indices = [0; MOST];
         let mut arrival = Arrival::new(self.touch(lane, ([R::ZERO; 3], R::ZERO, R::ZERO)));
@@ -364,12 +365,12 @@ impl<R: Real> Batch<R> {
             }
         }
         if arrival.count() == 0 {
-            return;
+            return Contacts::default();
         }
         let depth = |row: usize, at| radius - obstacles.get(indices[row]).gap(at, time);
         let landed = arrival.land((span, lag), self.masses[lane], depth);
         self.set(lane, landed.position, landed.velocity);
-        tally.contacts += landed.contacts;
+        landed.contacts
     }
 
     /// Forgets how a particle moved in the substep, once that has been booked.

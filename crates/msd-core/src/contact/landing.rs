@@ -104,9 +104,9 @@ impl<R: Real> Arrival<R> {
     /// Where it is and how fast, once all of them have held it; `depth` is how deep a place is in
     /// the surface of a number, metres.
     ///
-    /// As with a single one ([`hold`]): what sticks goes back to
-    /// where it met them, and what slides goes back by the way that friction would have saved.
-    /// Energy is that of the motion at the start of the substep, by a constant force.
+    /// As with a single one ([`hold`]), a particle that sticks goes back to where it met them, and
+    /// one that slides goes back by the way that friction would have saved. Energy is that of the
+    /// motion at the start of the substep, by a constant force.
     pub(crate) fn land(
         mut self,
         (span, lag): (&Span<R>, R),

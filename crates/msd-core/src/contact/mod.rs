@@ -3,7 +3,7 @@
 //! A particle that has met an obstacle, or lies on some, is put where their surfaces leave it, and
 //! gets the velocity that they leave it: that is one law (`law.rs`, of a single surface; `held.rs`,
 //! of several at a time). Methods ask for it at moments of their own: at the end of a substep
-//! (`arrive.rs`), after each kick (`after_kick.rs`), inside the solve (`methods/implicit`), at the
+//! (`arrive.rs`), after each kick (`after_kick/`), inside the solve (`methods/implicit`), at the
 //! time of an impact (`methods/dormand_prince`). The gap of a particle is that of its middle, less
 //! its radius where that counts (`radii.rs`).
 

@@ -50,8 +50,8 @@ const MOVES: &[(Integrator, &str)] = &[(Explicit, "moved, m")];
 /// Faults that are known and not mended: scenario, method, precision and quantity. They are
 /// asserted to exceed their bounds still, so that one which is mended is taken off.
 ///
-/// What is dropped into a groove without friction comes to rest in ever shorter slides through its
-/// foot. Dormand-Prince neglects hops up to its tolerance there; velocity Verlet and RK4 locate an
+/// A particle dropped into a groove without friction comes to rest in ever shorter slides through
+/// its foot. Dormand-Prince neglects hops up to its tolerance there; velocity Verlet and RK4 locate an
 /// impact to the first order. The implicit methods hit steep walls, and hold a particle on a
 /// turntable, by the law of the start of a substep.
 const KNOWN: &[(&str, Integrator, &str, &str)] = &[

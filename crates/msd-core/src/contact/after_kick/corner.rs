@@ -131,7 +131,7 @@ pub(super) fn is_on_obstacle<R: Real>(
     gap.abs() <= rounding(obstacle.terms(position, time), radius)
 }
 
-/// Who holds a particle that lies on an obstacle which is no plane.
+/// The obstacles that hold a particle which lies on a curved one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Holder {
     /// This obstacle alone.

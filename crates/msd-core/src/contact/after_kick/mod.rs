@@ -312,7 +312,7 @@ fn settle_records<R: Real>(obstacles: &Obstacles<R>, mut kicked: Kicked<'_, R>) 
     contacts
 }
 
-/// Whether one of these places may be on an obstacle that is no plane.
+/// Whether one of these places may be on a curved obstacle.
 #[inline(always)]
 fn is_any_near_curved<R: Real>(
     obstacles: &Obstacles<R>,
