@@ -51,8 +51,8 @@ const MOVES: &[(Integrator, &str)] = &[(Explicit, "moved, m")];
 /// asserted to exceed their bounds still, so that one which is mended is taken off.
 ///
 /// A particle dropped into a groove without friction comes to rest in ever shorter slides through
-/// its foot. Dormand-Prince neglects hops up to its tolerance there; velocity Verlet and RK4 locate an
-/// impact to the first order. The implicit methods hit steep walls, and hold a particle on a
+/// its foot. Dormand-Prince neglects hops up to its tolerance there; velocity Verlet and RK4 locate
+/// an impact to the first order. The implicit methods hit steep walls, and hold a particle on a
 /// turntable, by the law of the start of a substep.
 const KNOWN: &[(&str, Integrator, &str, &str)] = &[
     ("a block carried by a rough solid that turns", ExplicitEuler, "f64", "height varies, m"),
