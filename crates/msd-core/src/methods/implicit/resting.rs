@@ -447,9 +447,10 @@ impl<R: Real> Hold<R> {
     /// Alart and Curnier, 1991. With the weight of its block a solution is found for each particle
     /// alone.)
     fn decide(&mut self, wanted: R::Vec3, budget: R) {
-        let (left, _) = coulomb(wanted.dot(wanted).sqrt(), budget);
+        let (left, per_slip) = coulomb(wanted.dot(wanted).sqrt(), budget);
         self.stuck = left == R::ZERO && R::ZERO < budget;
-        self.friction = if self.stuck { R::Vec3::ZERO } else { wanted * (R::ONE - left) };
+        // Not 1 - left, which cancels: a block near the critical slope would creep.
+        self.friction = wanted * (budget * per_slip);
     }
 
     /// Leaves the faces that pull.
