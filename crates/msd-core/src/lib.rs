@@ -193,6 +193,7 @@ mod simulation;
 pub mod testing;
 
 pub use contact::Contacts;
+pub use contact::shells::RowImpulse;
 pub use elements::grabs::Grab;
 pub use energy::{Energy, Ledger, Moduli, Momentum};
 pub use error::{Divergence, Error};
@@ -206,7 +207,7 @@ pub use scene::substance;
 pub use scene::{
     Air, Bend, Bending, Between, Body, Corner, DistanceGrid, Elasticity, Friction, Gust, KeyFrame,
     Lattice, Look, MAX_PARTICLES, MAX_SPRINGS, Material, Neighbours, Part, Particle, Pattern, Pin,
-    Plane, Scene, Shape, Solid, Spring, Substance, Surface, Touch, Volume, World,
+    Plane, Scene, Shape, Shell, Solid, Spring, Substance, Surface, Touch, Volume, World,
 };
 pub use simulation::{
     Effects, Held, Interaction, MaterialNumber, Progress, Select, Simulation, Witness,

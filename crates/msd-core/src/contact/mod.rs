@@ -16,6 +16,7 @@ mod landing;
 pub(crate) mod arrive;
 pub(crate) mod after_kick;
 pub(crate) mod points;
+pub(crate) mod shells;
 
 pub use law::Contacts;
 pub(crate) use law::Evaluated;

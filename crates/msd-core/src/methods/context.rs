@@ -9,6 +9,7 @@ use crate::columns::threads::Split;
 use crate::contact::after_kick::Kick;
 use crate::contact::ending::Substep;
 use crate::contact::passage::fastest;
+use crate::contact::shells::{At, Rows};
 use crate::contact::{Contacts, Evaluated};
 use crate::elements::{ForceWork, Motion, column};
 use crate::number::Real;
@@ -126,6 +127,8 @@ pub struct StepContext<'a, R: Real> {
     pub(crate) finished: u32,
     pub(crate) state: &'a mut Columns<R>,
     pub(crate) scratch: &'a mut Scratch<R>,
+    /// The rows of shells, and the impulses from which they start.
+    pub(crate) rows: &'a mut Rows<R>,
     pub(crate) done: Done,
 }
 
@@ -276,6 +279,42 @@ impl<'a, R: Real> StepContext<'a, R> {
         let two = columns.get_disjoint_mut([velocities, accelerations]);
         let [velocities, accelerations] = two.expect("two columns");
         model.settle(self.level, (positions, velocities), accelerations, kick)
+    }
+
+    /// Whether there are shells.
+    pub(crate) fn has_shells(&self) -> bool {
+        !self.model.shells.is_empty()
+    }
+
+    /// Lets shells meet after a kick of `length` seconds by the forces of the last evaluation,
+    /// before a drift of a substep.
+    pub(crate) fn meet_shells(&mut self, length: R) {
+        let (h, time) = (self.substep(), self.time());
+        let Columns { positions, velocities } = &mut *self.state;
+        let at = At {
+            shells: &self.model.shells,
+            obstacles: &self.model.obstacles,
+            inverse_masses: &self.model.inverse_mass_column,
+            time,
+        };
+        let state: [&mut [R]; 2] = [positions, velocities];
+        let (contacts, is_fast) = self.rows.meet(&at, state, &self.scratch.forces, (length, h));
+        self.done.meet(contacts);
+        self.done.turned |= is_fast;
+    }
+
+    /// Lets the rows of shells hold after a kick that no drift follows.
+    pub(crate) fn hold_shells(&mut self, length: R) {
+        let velocities = &mut *self.state.velocities;
+        let kick = (&*self.scratch.forces, length);
+        let contacts = self.rows.hold(&self.model.inverse_mass_column, velocities, kick);
+        self.done.meet(contacts);
+    }
+
+    /// Adds the impulses of the rows of shells to the velocities in a work column.
+    pub(crate) fn give_to(&mut self, velocities: usize) {
+        let column = &mut self.scratch.columns[velocities];
+        self.rows.give(column, &self.model.inverse_mass_column);
     }
 
     /// Takes note of a drift x' = x + h v of all particles by their present velocities, after the

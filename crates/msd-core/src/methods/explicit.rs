@@ -41,9 +41,31 @@ pub(crate) fn symplectic_euler<R: Real>(step: &mut StepContext<'_, R>) {
     let h = step.substep();
     for _ in 0..step.substeps() {
         let (power, level) = (step.set_forces(step.time()), step.level);
-        for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
+        if step.has_shells() {
+            kick_meet_drift(step, h);
+        } else {
+            for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_drift(pass, h)));
+        }
         step.drifted(true);
         step.finish_substep(power * h.to_f64());
+    }
+}
+
+/// The same, with what shells that meet do in between.
+fn kick_meet_drift<R: Real>(step: &mut StepContext<'_, R>, h: R) {
+    let level = step.level;
+    for_each_share(step.pass(), |pass| at_level!(level, _simd => kick(pass, h)));
+    step.meet_shells(h);
+    for_each_share(step.pass(), |pass| at_level!(level, _simd => drift(pass, h)));
+}
+
+#[inline(always)]
+fn kick<R: Real>(pass: Pass<'_, R, 0>, h: R) {
+    let Pass { velocities: v, forces: f, inverse_masses: w, .. } = pass;
+    let n = v.len();
+    let (f, w) = (&f[..n], &w[..n]);
+    for i in 0..n {
+        v[i] += f[i] * (w[i] * h);
     }
 }
 
@@ -92,7 +114,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         }
         let before = step.scratch.power;
         let lies = step.is_any_on(are_far);
-        if lies {
+        if lies || step.has_shells() {
             kick_settle_drift(step, is_damped);
         } else if is_damped {
             let advance = |pass: Pass<'_, R, VERLET_COLUMNS>| {
@@ -111,6 +133,9 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         step.scratch.power = power;
         step.scratch.columns.swap(NOW, BEFORE);
         for_each_share(step.pass(), |pass| at_level!(level, _simd => half_kick(pass, h)));
+        if step.has_shells() {
+            step.hold_shells(h * R::HALF);
+        }
         if lies {
             let kick = half_of(step, step.settings.substep(), false, Drift::Behind);
             let contacts = step.settle(None, NOW, kick);
@@ -146,8 +171,14 @@ fn kick_settle_drift<R: Real>(step: &mut StepContext<'_, R>, is_damped: bool) {
     for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_by_half(pass, h)));
     let contacts = step.settle(None, NOW, kick);
     step.done.meet(contacts);
+    if step.has_shells() {
+        step.meet_shells(kick.length);
+    }
     if is_damped {
         for_each_share(step.pass(), |pass| at_level!(level, _simd => predict(pass, h)));
+        if step.has_shells() {
+            step.give_to(PREDICTED);
+        }
         step.settle(Some(PREDICTED), NOW, Kick { loses: false, drift: Drift::Absent, ..kick });
     }
     for_each_share(step.pass(), |pass| at_level!(level, _simd => drift(pass, h)));

@@ -99,6 +99,11 @@ impl Integrator {
         self == Integrator::DormandPrince
     }
 
+    /// Whether it lets shells meet, see [`crate::scene::Shell`].
+    pub fn lets_shells_meet(self) -> bool {
+        matches!(self, Integrator::SymplecticEuler | Integrator::VelocityVerlet)
+    }
+
     /// Whether it solves a linear system in each substep.
     pub fn is_implicit(self) -> bool {
         matches!(self, Integrator::BackwardEuler | Integrator::ImplicitMidpoint)

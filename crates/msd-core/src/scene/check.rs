@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::scene::{
     Air, Bend, Body, DistanceGrid, Friction, Look, MOST_POINTS, Particle, Plane, Scene, Shape,
-    Solid, Spring, Touch, Volume,
+    Shell, Solid, Spring, Touch, Volume,
 };
 use alloc::vec;
 use glam::{DMat3, DVec3};
@@ -66,6 +66,7 @@ pub(crate) fn check_scene<R: Real>(scene: &Scene) -> Result<(), Error> {
         check_solid::<R>(row, solid)?;
     }
     check_touches::<R>((&scene.touches, &scene.exempt), count)?;
+    check_shells(&scene.shells, count)?;
     for (row, pin) in scene.pins.iter().enumerate() {
         check_index(("pin", row), "particle", pin.particle, count)?;
         check_vector::<R>("velocity", ("pin", row), pin.velocity)?;
@@ -306,6 +307,39 @@ fn check_grid(at: (&'static str, usize), grid: &DistanceGrid) -> Result<(), Erro
     }
     let mut corners = grid.triangles.iter().flatten();
     corners.try_for_each(|&corner| check_index(at, "corner", corner as usize, grid.corners.len()))
+}
+
+/// Checks the shells of so many particles.
+fn check_shells(shells: &[Shell], count: usize) -> Result<(), Error> {
+    let mut shell_of = vec![None; if shells.is_empty() { 0 } else { count }];
+    for (row, shell) in shells.iter().enumerate() {
+        let at = ("shell", row);
+        let is_thick = 0.0 < shell.thickness && shell.thickness.is_finite();
+        check(is_thick, "thickness", at, shell.thickness, "positive and finite")?;
+        check_not_negative::<f32>("friction", at, shell.friction)?;
+        check_count("the number of triangles of shells", shell.triangles.len(), MAX_SPRINGS)?;
+        check_count("the number of edges of shells", shell.edges.len(), MAX_SPRINGS)?;
+        let mut see = |what, number: usize, particles: &[usize]| -> Result<(), Error> {
+            for (place, &particle) in particles.iter().enumerate() {
+                check_index(at, "particle", particle, count)?;
+                let is_new = !particles[..place].contains(&particle);
+                check(is_new, what, at, number as f64, "between different particles")?;
+                let is_own = *shell_of[particle].get_or_insert(row) == row;
+                check(is_own, "particle", at, particle as f64, "in one shell")?;
+            }
+            Ok(())
+        };
+        for (number, corners) in shell.triangles.iter().enumerate() {
+            see("triangle", number, corners)?;
+        }
+        for (number, ends) in shell.edges.iter().enumerate() {
+            see("edge", number, ends)?;
+        }
+        for &other in &shell.ignored {
+            check_index(at, "shell before it", other, row)?;
+        }
+    }
+    Ok(())
 }
 
 /// Checks how so many particles touch: the rows, and the pairs that do not.

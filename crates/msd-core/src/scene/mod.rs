@@ -13,6 +13,7 @@ pub mod shape;
 pub mod distances;
 pub mod solid;
 pub mod touch;
+pub mod shell;
 mod origin;
 
 pub use air::{Air, Gust};
@@ -21,6 +22,7 @@ pub use distances::{DistanceGrid, MOST_POINTS};
 pub use lattice::{Lattice, Neighbours};
 pub use look::{Look, Pattern};
 pub use part::{Material, Part};
+pub use shell::Shell;
 pub use solid::{KeyFrame, Shape, Solid};
 pub use substance::{Bending, Elasticity, Substance};
 pub use surface::{Corner, Surface};
@@ -262,6 +264,8 @@ pub struct Scene {
     pub touches: Vec<Touch>,
     /// Pairs of particles that do not touch, beside those that a spring joins.
     pub exempt: Vec<[usize; 2]>,
+    /// Surfaces and ropes that do not cross each other.
+    pub shells: Vec<Shell>,
     /// The pins.
     pub pins: Vec<Pin>,
     /// Named parts; a particle need not belong to one.

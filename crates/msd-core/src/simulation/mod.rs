@@ -22,12 +22,13 @@ pub use witness::Witness;
 
 use crate::columns::threads;
 use crate::contact::ending::Substep;
+use crate::contact::shells::{RowImpulse, Rows};
 use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
 use crate::methods::{
-    Done, Failure, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work,
+    Done, Failure, Integrator, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work,
 };
 use crate::number::{Instructions, Real};
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
@@ -36,6 +37,7 @@ use crate::scene::{Scene, Solid};
 use crate::stability::Region;
 use crate::system::{Columns, Model, State};
 use alloc::boxed::Box;
+use alloc::string::ToString;
 use alloc::vec::Vec;
 use compiled::Compiled;
 use fearless_simd::Level;
@@ -52,6 +54,9 @@ pub struct Simulation<R: Real = f32> {
     own_method: Option<OwnMethod>,
     level: Level,
     scratch: Scratch<R>,
+    /// The rows of shells; their impulses are a part of the state.
+    rows: Rows<R>,
+    good_impulses: Vec<RowImpulse>,
     /// The state at the start of the step, to fall back on.
     good: Columns<R>,
     /// The grabs at the start of the step, before the queue was applied.
@@ -102,6 +107,7 @@ impl<R: Real> Simulation<R> {
         settings: Settings,
     ) -> Result<Self, Error> {
         settings.check::<R>()?;
+        check_method(&model, settings.integrator)?;
         model.prepare_bounces();
         let columns = Method::<R>::columns(&settings.integrator);
         Ok(Simulation {
@@ -109,6 +115,8 @@ impl<R: Real> Simulation<R> {
             good: Columns::new(&model.slots, 2),
             good_grabs: Vec::new(),
             state: Columns::of(&model.slots, state, 0),
+            rows: Rows::default(),
+            good_impulses: Vec::new(),
             model,
             settings,
             most_evaluations: u64::MAX,
@@ -166,6 +174,7 @@ impl<R: Real> Simulation<R> {
     fn step_or_refuse(&mut self, may_pass: bool) -> Result<bool, Error> {
         check_steps("number", ("step", 0), self.steps + 1)?;
         self.good.copy_from(&self.state);
+        self.rows.keep(&mut self.good_impulses);
         let kept = self.keep_model();
         self.apply_queue();
         self.model.prepare_bounces();
@@ -184,6 +193,7 @@ impl<R: Real> Simulation<R> {
             finished: 0,
             state: &mut self.state,
             scratch: &mut self.scratch,
+            rows: &mut self.rows,
             done: Default::default(),
         };
         step.count_passes();
@@ -266,6 +276,7 @@ impl<R: Real> Simulation<R> {
     /// Goes back to the last good state.
     fn go_back(&mut self) {
         self.state.copy_from(&self.good);
+        self.rows.set_impulses(&self.good_impulses);
         // The scratch of an evaluation may hold NaN.
         let adaptive = self.scratch.dormand_prince.take();
         self.renew_scratch();
@@ -349,6 +360,7 @@ impl<R: Real> Simulation<R> {
             return Ok(());
         }
         self.good.copy_from(&self.state);
+        self.rows.keep(&mut self.good_impulses);
         self.apply_queue();
         for interaction in self.queue.drain(..) {
             // A pinned particle stays pinned, and keeps its velocity.
@@ -416,6 +428,8 @@ impl<R: Real> Simulation<R> {
     /// A step or a number of substeps out of its domain; nothing changes then.
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), Error> {
         settings.check::<R>()?;
+        check_method(&self.model, settings.integrator)?;
+        self.rows.scale(settings.substep() / self.settings.substep());
         if settings.step != self.settings.step {
             self.epoch = (self.steps, self.time());
         }
@@ -594,4 +608,17 @@ impl<R: Real> Simulation<R> {
 /// Time at the start of a step, seconds.
 fn step_start((steps, time): (u64, f64), taken: u64, step: f64) -> f64 {
     time + (taken - steps) as f64 * step
+}
+
+/// Refuses a method that does not let shells meet.
+fn check_method<R: Real>(model: &Model<R>, integrator: Integrator) -> Result<(), Error> {
+    if model.shells().is_empty() || integrator.lets_shells_meet() {
+        return Ok(());
+    }
+    let able = Integrator::ALL.into_iter().filter(|other| other.lets_shells_meet());
+    Err(Error::UnknownName {
+        what: "integrator of a scene with shells",
+        name: integrator.to_string(),
+        expected: able.map(Integrator::name).collect::<Vec<_>>().join(", "),
+    })
 }

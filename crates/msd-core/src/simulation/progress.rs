@@ -7,6 +7,7 @@
 //! sums follows from all of them. User-defined elements, obstacles and methods are not kept.
 
 use super::{Interaction, Simulation};
+use crate::contact::shells::RowImpulse;
 use crate::elements::grabs::Grab;
 use crate::energy::Ledger;
 use crate::error::Error;
@@ -47,6 +48,8 @@ pub struct Progress {
     pub cut: Vec<usize>,
     /// The particles that were removed.
     pub removed: Vec<usize>,
+    /// The impulses from which the shells start the next substep, in the order of their keys.
+    pub impulses: Vec<RowImpulse>,
     /// What touched where the substeps were chosen last, for whoever chooses them: see
     /// [`Simulation::touching_mode`].
     pub chosen_for: Mode,
@@ -87,6 +90,7 @@ impl<R: Real> Simulation<R> {
             removed: (0..self.model.particle_count())
                 .filter(|&row| self.model.is_removed(row))
                 .collect(),
+            impulses: self.rows.impulses(),
             chosen_for: Mode::default(),
         };
         (rows(self), progress)
@@ -129,6 +133,7 @@ impl<R: Real> Simulation<R> {
         }
         simulation.ledger = progress.ledger;
         simulation.touched = progress.touched;
+        simulation.rows.set_impulses(&progress.impulses);
         (simulation.steps, simulation.epoch) = (progress.steps, progress.epoch);
         Ok(simulation)
     }
@@ -167,6 +172,13 @@ fn check_progress<R: Real>(
     for (row, &particle) in progress.removed.iter().enumerate() {
         check_index(("removed", row), "particle", particle, particles)?;
     }
+    for (row, impulse) in progress.impulses.iter().enumerate() {
+        let at = ("impulse", row);
+        let is_sorted = row == 0 || progress.impulses[row - 1].key < impulse.key;
+        check(is_sorted, "key", at, impulse.key as f64, "above that of the row before")?;
+        check_not_negative::<R>("push", at, impulse.push)?;
+        check_vector::<R>("friction", at, impulse.rub)?;
+    }
     Ok(())
 }
 
@@ -189,6 +201,7 @@ fn rows<R: Real>(simulation: &Simulation<R>) -> Scene {
         planes: model.planes().iter().map(PlaneColumn::row).collect(),
         solids: model.solids().to_vec(),
         pins: (0..model.particle_count()).filter(pinned).map(pin).collect(),
+        shells: model.shells().to_vec(),
         bodies: model.bodies.clone(),
         ..Scene::default()
     };

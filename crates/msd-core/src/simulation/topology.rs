@@ -5,6 +5,7 @@
 //! there, and the springs are put in order anew; a removed one leaves a gap.
 
 use super::Simulation;
+use crate::contact::shells::Rows;
 use crate::elements::touches::Touches;
 use crate::elements::touches::near::Near;
 use crate::elements::{Force, Joints};
@@ -139,6 +140,7 @@ impl<R: Real> Simulation<R> {
             self.state.put(at, (position, R::Vec3::ZERO));
         }
         self.model.renew_masses();
+        self.rows = Rows::default();
         self.scratch.work.near.forget();
         self.scratch.warm = false;
     }
@@ -171,6 +173,7 @@ impl<R: Real> Simulation<R> {
         model.add_rows(rows);
         self.state = Columns::of(&self.model.slots, &state, 0);
         self.good = Columns::new(&self.model.slots, 2);
+        self.rows.forget();
         self.renew_scratch();
         self.leave_obstacles();
         Ok(())

@@ -7,6 +7,7 @@ use crate::contact::after_kick::{Kick, Kicked, Places, is_any_on, settle};
 use crate::contact::arrive::resolve;
 use crate::contact::ending::{Bodies, Substep};
 use crate::contact::points::Points;
+use crate::contact::shells::Shells;
 use crate::contact::{Contacts, Radii};
 use crate::elements::air::AirLoads;
 use crate::elements::bends::Bends;
@@ -22,7 +23,7 @@ use crate::error::Error;
 use crate::number::{Real, Vector};
 use crate::obstacles::{Obstacles, PlaneColumn};
 use crate::scene::check::check_scene;
-use crate::scene::{Air, Body, Particle, Scene, Solid};
+use crate::scene::{Air, Body, Particle, Scene, Shell, Solid};
 use alloc::vec::Vec;
 use fearless_simd::Level;
 use glam::DVec3;
@@ -50,6 +51,7 @@ pub struct Model<R: Real> {
     pub(crate) bends: Bends<R>,
     pub(crate) volumes: Volumes<R>,
     pub(crate) touches: Touches,
+    pub(crate) shells: Shells,
     pub(crate) grabs: Grabs<R>,
     pub(crate) pushes: Pushes<R>,
     /// The air on surfaces; none in a scene without air.
@@ -93,6 +95,7 @@ impl<R: Real> Model<R> {
             bends: Bends::default(),
             volumes: Volumes::default(),
             touches: Touches::default(),
+            shells: Shells::default(),
             grabs: Grabs::default(),
             pushes: Pushes::default(),
             air: scene.world.air.as_ref().map(|air| AirLoads::new(air, &[])),
@@ -130,6 +133,8 @@ impl<R: Real> Model<R> {
         self.fields.weights = column(&self.slots, 14);
         self.renew_masses();
         self.renew_radii();
+        let shells = self.shells.rows().iter().chain(&rows.shells).cloned().collect();
+        self.shells = Shells::new(shells, &self.slots);
         self.points = Points::new(&self.obstacles.solids, &self.springs, &self.slots);
     }
 
@@ -330,6 +335,7 @@ impl<R: Real> Model<R> {
                 self.springs.cut(spring);
             }
         }
+        self.shells.remove(&is_removed, &self.slots);
         self.masses = masses;
     }
 
@@ -439,6 +445,11 @@ impl<R: Real> Model<R> {
     /// The touches.
     pub fn touches(&self) -> &Touches {
         &self.touches
+    }
+
+    /// The surfaces and ropes that do not cross each other.
+    pub fn shells(&self) -> &[Shell] {
+        self.shells.rows()
     }
 
     /// The planes.

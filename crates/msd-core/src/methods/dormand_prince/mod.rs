@@ -385,6 +385,7 @@ fn sum_of_squares<R: Real>(column: &[R]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{Scratch, StepContext};
+    use crate::contact::shells::Rows;
     use crate::methods::{self, Settings};
     use crate::number::Instructions;
     use crate::scene::{Material, Scene, World, shape};
@@ -420,6 +421,7 @@ mod tests {
                 finished: 0,
                 state: &mut columns,
                 scratch: &mut scratch,
+                rows: &mut Rows::default(),
                 done: Default::default(),
             };
             own.run(&mut step).unwrap();

@@ -1,0 +1,167 @@
+//! Features of shells: their vertices, edges and faces, and which of them hang together.
+
+use crate::columns::slots::Slots;
+use crate::columns::vector;
+use crate::number::Real;
+use crate::scene::shell::{Shell, do_meet};
+use alloc::collections::BTreeMap;
+use alloc::vec::Vec;
+
+/// No face.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A particle of a shell.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    /// Where its numbers are in a column of vectors.
+    pub(super) at: u32,
+    pub(super) shell: u32,
+    particle: u32,
+}
+
+/// An edge, by its vertices, the lower first, and the faces beside it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Edge {
+    pub(super) ends: [u32; 2],
+    pub(super) faces: [u32; 2],
+}
+
+/// A triangle, by its vertices and the edges from each to the next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Face {
+    pub(super) corners: [u32; 3],
+    pub(super) edges: [u32; 3],
+}
+
+/// The shells of a model and their features. A feature keeps its number as others are added.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Shells {
+    rows: Vec<Shell>,
+    pub(super) vertices: Vec<Vertex>,
+    pub(super) edges: Vec<Edge>,
+    pub(super) faces: Vec<Face>,
+    /// The vertices that edges join to each, one vertex after the other, and where those of each
+    /// start and the last ones end.
+    joined: Vec<u32>,
+    joined_starts: Vec<u32>,
+}
+
+impl Shells {
+    /// The features of some rows.
+    pub(crate) fn new(rows: Vec<Shell>, slots: &Slots) -> Self {
+        let mut shells = Shells { rows, ..Shells::default() };
+        let rows = core::mem::take(&mut shells.rows);
+        let (mut numbers, mut edges) = (BTreeMap::new(), BTreeMap::new());
+        for (number, row) in rows.iter().enumerate() {
+            let particles = row.triangles.as_flattened().iter().chain(row.edges.as_flattened());
+            for &particle in particles {
+                numbers.entry(particle).or_insert_with(|| {
+                    let (at, shell) = (slots.at(particle) as u32, number as u32);
+                    shells.vertices.push(Vertex { at, shell, particle: particle as u32 });
+                    shells.vertices.len() as u32 - 1
+                });
+            }
+            for corners in &row.triangles {
+                let corners = corners.map(|corner| numbers[&corner]);
+                let face = shells.faces.len() as u32;
+                let sides = [0, 1, 2].map(|at| [corners[at], corners[(at + 1) % 3]]);
+                let edges = sides.map(|side| {
+                    let edge = shells.edge(side, &mut edges);
+                    let faces = &mut shells.edges[edge as usize].faces;
+                    if let Some(free) = faces.iter_mut().find(|face| **face == NONE) {
+                        *free = face;
+                    }
+                    edge
+                });
+                shells.faces.push(Face { corners, edges });
+            }
+            for ends in &row.edges {
+                shells.edge(ends.map(|end| numbers[&end]), &mut edges);
+            }
+        }
+        shells.rows = rows;
+        shells.join();
+        shells
+    }
+
+    /// Takes out the faces and edges of removed particles; the features left are numbered anew.
+    pub(crate) fn remove(&mut self, is_removed: &dyn Fn(u32) -> bool, slots: &Slots) {
+        if !self.vertices.iter().any(|vertex| is_removed(vertex.particle)) {
+            return;
+        }
+        let mut rows = core::mem::take(&mut self.rows);
+        for row in &mut rows {
+            row.triangles.retain(|corners| !corners.iter().any(|&at| is_removed(at as u32)));
+            row.edges.retain(|ends| !ends.iter().any(|&at| is_removed(at as u32)));
+        }
+        *self = Shells::new(rows, slots);
+    }
+
+    fn edge(&mut self, [a, b]: [u32; 2], known: &mut BTreeMap<[u32; 2], u32>) -> u32 {
+        let ends = [a.min(b), a.max(b)];
+        *known.entry(ends).or_insert_with(|| {
+            self.edges.push(Edge { ends, faces: [NONE; 2] });
+            self.edges.len() as u32 - 1
+        })
+    }
+
+    fn join(&mut self) {
+        let both = self.edges.iter().flat_map(|edge| [edge.ends, [edge.ends[1], edge.ends[0]]]);
+        let mut pairs: Vec<_> = both.collect();
+        pairs.sort_unstable();
+        let start = |vertex: u32| pairs.partition_point(|pair| pair[0] < vertex) as u32;
+        self.joined_starts = (0..=self.vertices.len() as u32).map(start).collect();
+        self.joined = pairs.into_iter().map(|pair| pair[1]).collect();
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.vertices.is_empty()
+    }
+
+    /// The rows as written.
+    pub(crate) fn rows(&self) -> &[Shell] {
+        &self.rows
+    }
+
+    /// The vertices that edges join to one.
+    pub(super) fn joined_to(&self, vertex: u32) -> &[u32] {
+        let ends = [0, 1].map(|by| self.joined_starts[vertex as usize + by] as usize);
+        &self.joined[ends[0]..ends[1]]
+    }
+
+    /// Whether the shells of two vertices stop each other.
+    pub(super) fn do_meet(&self, a: u32, b: u32) -> bool {
+        do_meet(&self.rows, [a, b].map(|vertex| self.shell_of(vertex)))
+    }
+
+    pub(super) fn shell_of(&self, vertex: u32) -> usize {
+        self.vertices[vertex as usize].shell as usize
+    }
+
+    /// The distance at which the shells of two vertices stop each other, metres, and their
+    /// friction.
+    pub(super) fn law_of<R: Real>(&self, a: u32, b: u32) -> (R, R) {
+        let [a, b] = [a, b].map(|vertex| &self.rows[self.shell_of(vertex)]);
+        let friction = Real::sqrt(a.friction) * Real::sqrt(b.friction);
+        (R::of(a.thickness) + R::of(b.thickness), R::of(friction))
+    }
+
+    /// The largest distance at which two shells stop each other, metres.
+    pub(super) fn reach(&self) -> f64 {
+        2.0 * self.rows.iter().map(|row| row.thickness).fold(0.0, f64::max)
+    }
+
+    /// Where a vertex is, metres.
+    pub(super) fn point<R: Real>(&self, positions: &[R], vertex: u32) -> R::Vec3 {
+        vector::<R>(positions, self.vertices[vertex as usize].at as usize)
+    }
+
+    /// Where some vertices are, metres.
+    pub(super) fn points<R: Real, const N: usize>(
+        &self,
+        positions: &[R],
+        vertices: [u32; N],
+    ) -> [R::Vec3; N] {
+        vertices.map(|vertex| self.point(positions, vertex))
+    }
+}

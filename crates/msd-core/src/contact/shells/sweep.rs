@@ -1,0 +1,134 @@
+//! The sweep: impulses of rows, one after the other, each as if it were alone.
+
+use super::find::Row;
+use crate::columns::{add_vector, vector};
+use crate::contact::Contacts;
+use crate::contact::law::coulomb;
+use crate::number::{Real, Vector};
+
+/// How long it takes to undo an overlap, seconds: by as much as is left of it in each such time.
+const UNDOING: f64 = 0.05;
+
+impl<R: Real> Row<R> {
+    /// A vector of one side as seen from the other.
+    #[inline(always)]
+    pub(super) fn relative(&self, column: &[R]) -> R::Vec3 {
+        self.sum(|at| vector::<R>(column, at))
+    }
+
+    /// The sum of a vector of each particle, by the weights.
+    #[inline(always)]
+    fn sum(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
+        let rows = self.at.iter().zip(self.weights).take(self.count);
+        rows.fold(R::Vec3::ZERO, |sum, (&at, weight)| sum + of(at as usize) * weight)
+    }
+
+    /// The velocity of one side as seen from the other, metres per second.
+    #[inline(always)]
+    fn velocity(&self, velocities: &[R]) -> R::Vec3 {
+        self.relative(velocities) - self.carried
+    }
+
+    /// Gives both sides an impulse, newton seconds; or, of a column of positions, a way of theirs
+    /// times the mass.
+    #[inline(always)]
+    fn give(&self, column: &mut [R], inverse_masses: &[R], impulse: R::Vec3) {
+        for (&at, weight) in self.at.iter().zip(self.weights).take(self.count) {
+            let at = at as usize;
+            add_vector::<R>(column, at, impulse * (weight * inverse_masses[at]));
+        }
+    }
+
+    /// The impulse that it has given, newton seconds.
+    pub(super) fn impulse(&self) -> R::Vec3 {
+        self.normal * self.push + self.rub
+    }
+
+    /// Corrects its impulse so that the sides do not come closer than they may at a speed, metres
+    /// per second, and Coulomb's law holds.
+    #[inline(always)]
+    fn correct(&mut self, velocities: &mut [R], inverse_masses: &[R], may_close: R) {
+        let velocity = self.velocity(velocities);
+        let speed = velocity.dot(self.normal);
+        let push = (self.push - (speed + may_close) * self.mass).max(R::ZERO);
+        if push == R::ZERO && self.push == R::ZERO {
+            return;
+        }
+        let slip = velocity - self.normal * speed;
+        let wanted = self.rub - slip * self.mass;
+        let (_, per_size) = coulomb(wanted.dot(wanted).sqrt(), self.friction * push);
+        let kept = if per_size == R::ZERO { R::ONE } else { self.friction * push * per_size };
+        let rub = wanted * kept;
+        let change = self.normal * (push - self.push) + (rub - self.rub);
+        (self.push, self.rub) = (push, rub);
+        self.give(velocities, inverse_masses, change);
+    }
+}
+
+/// Adds the impulses that rows have given to velocities.
+pub(super) fn give<R: Real>(rows: &[Row<R>], velocities: &mut [R], inverse_masses: &[R]) {
+    for row in rows.iter().filter(|row| row.push != R::ZERO) {
+        row.give(velocities, inverse_masses, row.impulse());
+    }
+}
+
+/// Notes the velocities before a kick by some forces of so many seconds.
+pub(super) fn note<R: Real>(
+    rows: &mut [Row<R>],
+    [velocities, forces, inverse_masses]: [&[R]; 3],
+    length: R,
+) {
+    for row in rows {
+        let kicked = row.sum(|at| vector::<R>(forces, at) * inverse_masses[at]);
+        row.before = row.velocity(velocities) - kicked * length;
+    }
+}
+
+/// Corrects the impulses of all rows in their order. For a drift of h seconds a gap may close; with
+/// none, those that have given an impulse alone do not close any more.
+pub(super) fn sweep<R: Real>(
+    rows: &mut [Row<R>],
+    velocities: &mut [R],
+    inverse_masses: &[R],
+    drift: Option<R>,
+) {
+    for row in rows {
+        match drift {
+            Some(h) => {
+                row.correct(velocities, inverse_masses, row.gap.max(R::ZERO) / h);
+            }
+            None if row.push != R::ZERO => row.correct(velocities, inverse_masses, R::ZERO),
+            None => {}
+        }
+    }
+}
+
+/// Books the work of impulses: each acted at the mean of the velocities before the kick and now.
+pub(super) fn work<R: Real>(rows: &[Row<R>], velocities: &[R]) -> Contacts {
+    let mut contacts = Contacts::default();
+    for row in rows.iter().filter(|row| row.push != R::ZERO) {
+        let mean = (row.before + row.velocity(velocities)) * R::HALF;
+        let impulse = row.impulse();
+        let driven = impulse.dot(row.carried).to_f64();
+        let taken = -impulse.dot(mean).to_f64();
+        contacts += Contacts { count: 0, driven, ..Contacts::one(taken) };
+    }
+    contacts
+}
+
+/// Undoes a part of overlaps by moving particles, without giving them a velocity.
+pub(super) fn part<R: Real>(
+    rows: &mut [Row<R>],
+    positions: &mut [R],
+    inverse_masses: &[R],
+    h: R,
+) {
+    let fraction = (h * R::of(1.0 / UNDOING)).min(R::ONE);
+    for row in rows.iter().filter(|row| 1 < row.count && row.gap < R::ZERO) {
+        let way = row.relative(positions).dot(row.normal) - row.stop - row.gap;
+        let missing = -row.gap * fraction - way;
+        if R::ZERO < missing {
+            row.give(positions, inverse_masses, row.normal * (missing * row.mass));
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Bodies that meet: they bear, stick, slide by Coulomb's law, keep their momentum and do not cross.
+
+mod bodies;
+
+use bodies::{Stuff, add_block, add_cloth};
+use msd_core::glam::{DVec3, dvec3};
+use msd_core::{
+    Error, Friction, Integrator, Pin, Plane, Real, Scene, Settings, Shell, Simulation, Vector, World,
+};
+use std::ops::Range;
+
+const BOTH: [Integrator; 2] = [Integrator::SymplecticEuler, Integrator::VelocityVerlet];
+const G: f64 = 9.82;
+
+fn shell(thickness: f64, friction: f64) -> Shell {
+    Shell { thickness, friction, ..Shell::default() }
+}
+
+fn floor() -> Plane {
+    let friction = Friction::Coulomb(0.5);
+    Plane { normal: DVec3::Y, offset: 0.0, restitution: 0.0, friction }
+}
+
+fn start<R: Real>(scene: &Scene, integrator: Integrator, substeps: u32) -> Simulation<R> {
+    let settings = Settings { integrator, substeps, ..Settings::default() };
+    Simulation::new(scene, settings).expect("a valid scene")
+}
+
+fn run<R: Real>(simulation: &mut Simulation<R>, seconds: f64) {
+    for _ in 0..(seconds * 60.0).round() as usize {
+        simulation.step().expect("a step");
+    }
+}
+
+/// The centre of mass of some particles and its velocity.
+fn centre<R: Real>(simulation: &Simulation<R>, particles: Range<usize>) -> (DVec3, DVec3) {
+    let masses = simulation.model().masses();
+    let mut sums = (DVec3::ZERO, DVec3::ZERO, 0.0);
+    for particle in particles {
+        let mass = masses[particle].to_f64();
+        sums.0 += simulation.position(particle).to_f64() * mass;
+        sums.1 += simulation.velocity(particle).to_f64() * mass;
+        sums.2 += mass;
+    }
+    (sums.0 / sums.2, sums.1 / sums.2)
+}
+
+/// Two cubes of gelatine, 6 cm, the upper 1 cm above the lower, which stands on the floor.
+fn cubes() -> (Scene, [Range<usize>; 2]) {
+    let mut scene = Scene { planes: vec![floor()], ..Scene::default() };
+    let stuff = Stuff { young: 2e4, density: 1000.0, damping: 2e-3 };
+    let (a, n) = (0.01, [7, 7, 7]);
+    let low = add_block(&mut scene, n, (a, dvec3(0.0, 0.0, 0.0)), stuff, shell(1e-3, 0.5));
+    let corner = dvec3(0.002, 0.06 + 0.002 + 0.01, 0.0013);
+    let high = add_block(&mut scene, n, (a, corner), stuff, shell(1e-3, 0.5));
+    (scene, [low, high])
+}
+
+#[test]
+fn a_cube_on_its_twin_stays_on_it() {
+    let (scene, [low, high]) = cubes();
+    for integrator in BOTH {
+        for substeps in [32, 64] {
+            let mut simulation = start::<f64>(&scene, integrator, substeps);
+            let before = simulation.energy().total();
+            run(&mut simulation, 3.0);
+            let [below, above] = [low.clone(), high.clone()].map(|all| centre(&simulation, all));
+            let apart = above.0.y - below.0.y;
+            let gain = simulation.energy().total() - before;
+            println!("{integrator} {substeps}: {:.4} mm, {:.2e} m/s, imbalance {gain:.3e} J", apart * 1e3, above.1.length());
+            // 60 mm: the sides of the cubes and both thicknesses, less what weight presses them
+            // together by.
+            assert!((0.0590..0.0620).contains(&apart), "{integrator} {substeps}: {apart}");
+        }
+    }
+}
+
+/// A block on a plate that is tilted by 10 degrees: gravity is turned instead.
+fn slope(friction: f64) -> (Scene, Range<usize>) {
+    let (sine, cosine) = 10f64.to_radians().sin_cos();
+    let gravity = dvec3(G * sine, -G * cosine, 0.0);
+    let mut scene = Scene { world: World { gravity, ..World::default() }, ..Scene::default() };
+    let stuff = Stuff { young: 2e4, density: 300.0, damping: 5e-3 };
+    let thick = shell(2e-3, friction);
+    let plate = add_block(&mut scene, [26, 3, 6], (0.05, DVec3::ZERO), stuff, thick.clone());
+    let corner = dvec3(0.11, 0.1 + 4e-3 + 1e-4, 0.03);
+    let block = add_block(&mut scene, [4, 4, 4], (0.05, corner), stuff, thick);
+    let lowest = plate.filter(|&particle| scene.particles[particle].position.y == 0.0);
+    scene.pins = lowest.map(|particle| Pin { particle, velocity: DVec3::ZERO }).collect();
+    (scene, block)
+}
+
+#[test]
+fn friction_holds_a_block_on_a_slope() {
+    let (scene, block) = slope(0.5);
+    for integrator in BOTH {
+        let mut simulation = start::<f64>(&scene, integrator, 16);
+        run(&mut simulation, 12.0);
+        let fastest = block.clone().map(|at| simulation.velocity(at).length()).fold(0.0, f64::max);
+        println!("{integrator}: {fastest:.2e} m/s");
+        assert!(fastest < 1e-9, "{integrator}: {fastest}");
+    }
+}
+
+#[test]
+fn a_block_slides_down_a_slope_by_coulombs_law() {
+    let (scene, block) = slope(0.1);
+    for (integrator, substeps) in [(BOTH[0], 16), (BOTH[1], 32)] {
+        let mut simulation = start::<f64>(&scene, integrator, substeps);
+        run(&mut simulation, 1.6);
+        // Least squares over the last 0.9 s.
+        let mut rows = Vec::new();
+        for frame in 0..54 {
+            run(&mut simulation, 1.0 / 60.0);
+            rows.push((f64::from(frame) / 60.0, centre(&simulation, block.clone()).1.x));
+        }
+        let count = rows.len() as f64;
+        let mean = |of: fn(&(f64, f64)) -> f64| rows.iter().map(of).sum::<f64>() / count;
+        let (time, speed) = (mean(|row| row.0), mean(|row| row.1));
+        let slope = rows.iter().map(|row| (row.0 - time) * (row.1 - speed)).sum::<f64>()
+            / rows.iter().map(|row| (row.0 - time).powi(2)).sum::<f64>();
+        let (sine, cosine) = 10f64.to_radians().sin_cos();
+        let right = G * (sine - 0.1 * cosine);
+        println!("{integrator}: {:+.2} %", (slope / right - 1.0) * 100.0);
+        assert!((slope / right - 1.0).abs() < 0.02, "{integrator}: {slope} instead of {right}");
+    }
+}
+
+#[test]
+fn what_collides_in_free_space_keeps_its_momentum() {
+    let world = World { gravity: DVec3::ZERO, ..World::default() };
+    let mut scene = Scene { world, ..Scene::default() };
+    let stuff = Stuff { young: 2e4, density: 200.0, damping: 5e-4 };
+    let (n, a) = ([5, 5, 5], 0.05);
+    let one = add_block(&mut scene, n, (a, dvec3(-0.25, 0.0, 0.0)), stuff, shell(2e-3, 0.5));
+    let other = add_block(&mut scene, n, (a, dvec3(0.02, 0.033, 0.02)), stuff, shell(2e-3, 0.5));
+    for (body, speed) in [(one.clone(), 1.0), (other.clone(), -1.0)] {
+        scene.particles[body].iter_mut().for_each(|row| row.velocity = DVec3::X * speed);
+    }
+    for integrator in BOTH {
+        let mut simulation = start::<f64>(&scene, integrator, 64);
+        let before = simulation.momentum();
+        let total = simulation.energy();
+        run(&mut simulation, 0.8);
+        let after = simulation.momentum();
+        let size = centre(&simulation, one.clone()).1.length() * 200.0 * 0.2f64.powi(3);
+        let off = [(after.linear - before.linear).length(), (after.angular - before.angular).length()];
+        let apart = centre(&simulation, other.clone()).1.x - centre(&simulation, one.clone()).1.x;
+        println!("{integrator}: {off:?} of {size}, apart at {apart}, {:?} of {:?}", simulation.energy(), total);
+        assert!(off.iter().all(|off| *off < 1e-11 * size), "{integrator}: {off:?} of {size}");
+        assert!(1.0 < apart, "{integrator}: {apart}");
+    }
+}
+
+/// Two strips across each other, whose vertices do not meet: edges alone hold them.
+#[test]
+fn strips_whose_edges_alone_meet_hold_each_other() {
+    let mut scene = Scene::default();
+    let places = [dvec3(-0.2, 0.0, -0.015), DVec3::X * 0.05, DVec3::Z * 0.03];
+    let low = add_cloth(&mut scene, [9, 2], places, (1e-3, 100.0), shell(2e-3, 0.5));
+    let places = [dvec3(0.012, 0.1, -0.217), DVec3::Z * 0.05, DVec3::X * 0.03];
+    let high = add_cloth(&mut scene, [9, 2], places, (1e-3, 100.0), shell(2e-3, 0.5));
+    for end in [0, 1, 16, 17] {
+        scene.pins.push(Pin { particle: low.start + end, velocity: DVec3::ZERO });
+        scene.particles[high.start + end].mass *= 5.0;
+    }
+    for integrator in BOTH {
+        for substeps in [16, 32, 64] {
+            let mut simulation = start::<f64>(&scene, integrator, substeps);
+            run(&mut simulation, 3.0);
+            let apart = centre(&simulation, high.clone()).0.y;
+            println!("{integrator} {substeps}: {apart}");
+            assert!(-0.25 < apart, "{integrator} {substeps}: {apart}");
+        }
+    }
+}
+
+#[test]
+fn a_method_that_does_not_let_shells_meet_is_refused_by_name() {
+    let settings = Settings { integrator: Integrator::Xpbd, ..Settings::default() };
+    let refused = Simulation::<f32>::new(&cubes().0, settings);
+    assert!(matches!(refused, Err(Error::UnknownName { .. })), "{refused:?}");
+}
