@@ -305,16 +305,17 @@ impl<'a, R: Real> StepContext<'a, R> {
 
     /// Lets the rows of shells hold after a kick that no drift follows.
     pub(crate) fn hold_shells(&mut self, length: R) {
-        let velocities = &mut *self.state.velocities;
+        let Columns { positions, velocities } = &mut *self.state;
         let kick = (&*self.scratch.forces, length);
-        let contacts = self.rows.hold(&self.model.inverse_mass_column, velocities, kick);
+        let w = &self.model.inverse_mass_column;
+        let contacts = self.rows.hold(w, (positions, velocities), kick);
         self.done.meet(contacts);
     }
 
-    /// Adds the impulses of the rows of shells to the velocities in a work column.
-    pub(crate) fn give_to(&mut self, velocities: usize) {
+    /// Lets the rows of shells hold the velocities in a work column, which are predicted.
+    pub(crate) fn hold_predicted(&mut self, velocities: usize) {
         let column = &mut self.scratch.columns[velocities];
-        self.rows.give(column, &self.model.inverse_mass_column);
+        self.rows.hold_predicted(column, &self.model.inverse_mass_column);
     }
 
     /// Takes note of a drift x' = x + h v of all particles by their present velocities, after the

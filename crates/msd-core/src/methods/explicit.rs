@@ -177,7 +177,7 @@ fn kick_settle_drift<R: Real>(step: &mut StepContext<'_, R>, is_damped: bool) {
     if is_damped {
         for_each_share(step.pass(), |pass| at_level!(level, _simd => predict(pass, h)));
         if step.has_shells() {
-            step.give_to(PREDICTED);
+            step.hold_predicted(PREDICTED);
         }
         step.settle(Some(PREDICTED), NOW, Kick { loses: false, drift: Drift::Absent, ..kick });
     }

@@ -44,6 +44,9 @@ pub(crate) struct Shells {
     /// start and the last ones end.
     joined: Vec<u32>,
     joined_starts: Vec<u32>,
+    /// The faces at each vertex, in the same way.
+    faces_at: Vec<u32>,
+    faces_starts: Vec<u32>,
 }
 
 impl Shells {
@@ -112,6 +115,13 @@ impl Shells {
         let start = |vertex: u32| pairs.partition_point(|pair| pair[0] < vertex) as u32;
         self.joined_starts = (0..=self.vertices.len() as u32).map(start).collect();
         self.joined = pairs.into_iter().map(|pair| pair[1]).collect();
+        let faces = (0..).zip(&self.faces);
+        let both = faces.flat_map(|(face, row)| row.corners.map(|corner| [corner, face]));
+        let mut pairs: Vec<[u32; 2]> = both.collect();
+        pairs.sort_unstable();
+        let start = |vertex: u32| pairs.partition_point(|pair| pair[0] < vertex) as u32;
+        self.faces_starts = (0..=self.vertices.len() as u32).map(start).collect();
+        self.faces_at = pairs.into_iter().map(|pair| pair[1]).collect();
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -127,6 +137,12 @@ impl Shells {
     pub(super) fn joined_to(&self, vertex: u32) -> &[u32] {
         let ends = [0, 1].map(|by| self.joined_starts[vertex as usize + by] as usize);
         &self.joined[ends[0]..ends[1]]
+    }
+
+    /// The faces at a vertex.
+    pub(super) fn faces_at(&self, vertex: u32) -> &[u32] {
+        let ends = [0, 1].map(|by| self.faces_starts[vertex as usize + by] as usize);
+        &self.faces_at[ends[0]..ends[1]]
     }
 
     /// Whether the shells of two vertices stop each other.

@@ -24,6 +24,11 @@ pub(super) struct Row<R: Real> {
     pub(super) count: usize,
     /// Direction from the second side to the first, length one.
     pub(super) normal: R::Vec3,
+    /// A face that takes the couple of friction: whether there is one, where the numbers of its
+    /// corners are, and the distance of both sides times the gradient of their weights.
+    pub(super) turns: bool,
+    pub(super) turning: [u32; 3],
+    pub(super) turns_by: [R::Vec3; 3],
     /// The distance at which it stops them, and by how much they are farther apart, metres.
     pub(super) stop: R,
     pub(super) gap: R,
@@ -170,23 +175,29 @@ impl<R: Real> Rows<R> {
         (sweep::work(rows, velocities), is_fast)
     }
 
-    /// Lets the rows of the substep hold after a kick that no drift follows.
+    /// Lets the rows of the substep hold after a kick that no drift follows, where their particles
+    /// are now.
     pub(crate) fn hold(
         &mut self,
         inverse_masses: &[R],
-        velocities: &mut [R],
+        (positions, velocities): (&[R], &mut [R]),
         (forces, length): (&[R], R),
     ) -> Contacts {
         let rows = &mut self.rows;
+        rows.iter_mut().filter(|row| row.push != R::ZERO).for_each(|row| row.follow(positions));
         sweep::note(rows, [velocities, forces, inverse_masses], length);
         sweep::give(rows, velocities, inverse_masses);
         sweep::sweep(rows, velocities, inverse_masses, None);
         sweep::work(rows, velocities)
     }
 
-    /// Adds the impulses that rows have given to velocities.
-    pub(crate) fn give(&self, velocities: &mut [R], inverse_masses: &[R]) {
-        sweep::give(&self.rows, velocities, inverse_masses);
+    /// Lets the rows of the substep hold velocities that are predicted for its end; they keep their
+    /// impulses.
+    pub(crate) fn hold_predicted(&mut self, velocities: &mut [R], inverse_masses: &[R]) {
+        self.last.clear();
+        self.last.extend_from_slice(&self.rows);
+        sweep::give(&self.last, velocities, inverse_masses);
+        sweep::sweep(&mut self.last, velocities, inverse_masses, None);
     }
 
     /// Finds the rows at a state that drifts for h seconds, each with the impulse that it gave
@@ -322,6 +333,9 @@ impl<R: Real> Default for Row<R> {
             weights: [R::ZERO; 4],
             count: 0,
             normal: R::Vec3::ZERO,
+            turns: false,
+            turning: [0; 3],
+            turns_by: [R::Vec3::ZERO; 3],
             stop: R::ZERO,
             gap: R::ZERO,
             carried: R::Vec3::ZERO,
@@ -330,6 +344,38 @@ impl<R: Real> Default for Row<R> {
             push: R::ZERO,
             rub: R::Vec3::ZERO,
             before: R::Vec3::ZERO,
+        }
+    }
+}
+
+/// The distance of both sides of a row times the gradient of the weights of a face, as seen along
+/// the normal of the row.
+fn turns_by<R: Real>([a, b, c]: [R::Vec3; 3], (normal, distance): (R::Vec3, R)) -> [R::Vec3; 3] {
+    let by = distance / (b - a).cross(c - a).dot(normal);
+    [c - b, a - c, b - a].map(|side| normal.cross(side) * by)
+}
+
+impl<R: Real> Row<R> {
+    /// Takes over where its particles are now. The points of a row that hold each other stay the
+    /// same points of their features.
+    fn follow(&mut self, positions: &[R]) {
+        if self.count == 1 {
+            return;
+        }
+        let each = self.at.iter().zip(self.weights).take(self.count);
+        let way = each.fold(R::Vec3::ZERO, |way, (&at, weight)| {
+            way + vector::<R>(positions, at as usize) * weight
+        });
+        let square = way.dot(way);
+        if square < R::SHORTEST_SQUARED {
+            return;
+        }
+        let distance = square.sqrt();
+        self.normal = way * (R::ONE / distance);
+        self.rub -= self.normal * self.normal.dot(self.rub);
+        if self.turns {
+            let corners = self.turning.map(|at| vector::<R>(positions, at as usize));
+            self.turns_by = turns_by::<R>(corners, (self.normal, distance));
         }
     }
 }
@@ -418,7 +464,12 @@ impl<R: Real> Found<'_, R> {
     }
 
     /// Adds a row between vertices: the first has a positive weight, the last a negative one.
-    fn add<const N: usize>(&mut self, key: u64, vertices: [u32; N], weights: [R; N]) {
+    fn add<const N: usize>(
+        &mut self,
+        key: u64,
+        (vertices, weights): ([u32; N], [R; N]),
+        faces: impl Iterator<Item = u32>,
+    ) {
         let shells = self.at.shells;
         let (stop, friction) = shells.law_of::<R>(vertices[0], vertices[N - 1]);
         let mut row = Row { key, count: N, stop, friction, ..Row::default() };
@@ -435,9 +486,32 @@ impl<R: Real> Found<'_, R> {
         let distance = square.sqrt();
         row.normal = way * (R::ONE / distance);
         row.gap = distance - stop;
+        if R::ZERO < friction {
+            self.turn(&mut row, distance, faces);
+        }
         if let Some(mass) = self.mass(&row) {
             self.rows.push(Row { mass, ..row });
             self.used.extend(vertices);
+        }
+    }
+
+    /// Lets the face that faces the normal most of some take the couple of friction. One that a
+    /// normal is nearly along would be turned by much for little.
+    fn turn(&self, row: &mut Row<R>, distance: R, faces: impl Iterator<Item = u32>) {
+        let mut best = R::of(LEAST_FACING);
+        for face in faces.filter(|&face| face != NONE) {
+            let corners = self.at.shells.faces[face as usize].corners;
+            let [a, b, c] = corners.map(|corner| self.point(corner));
+            let across = (b - a).cross(c - a);
+            let area = across.dot(row.normal);
+            let facing = area * area / across.dot(across);
+            if facing <= best {
+                continue;
+            }
+            best = facing;
+            row.turns = true;
+            row.turning = corners.map(|corner| self.at.shells.vertices[corner as usize].at);
+            row.turns_by = turns_by::<R>([a, b, c], (row.normal, distance));
         }
     }
 
@@ -470,7 +544,8 @@ impl<R: Real> Found<'_, R> {
             0 => {
                 let [a, b, c] = face.corners;
                 let [u, v, w] = met.weights;
-                self.add(key(FACE, vertex, number), [vertex, a, b, c], [R::ONE, -u, -v, -w]);
+                let sides = ([vertex, a, b, c], [R::ONE, -u, -v, -w]);
+                self.add(key(FACE, vertex, number), sides, [number].into_iter());
             }
             1 => {
                 let side = match zeros {
@@ -518,7 +593,9 @@ impl<R: Real> Found<'_, R> {
         let way = to - from;
         let along = (self.point(vertex) - from).dot(way) / way.dot(way);
         let part = along.max(R::ZERO).min(R::ONE);
-        self.add(key(EDGE, vertex, edge), [vertex, a, b], [R::ONE, part - R::ONE, -part]);
+        let sides = ([vertex, a, b], [R::ONE, part - R::ONE, -part]);
+        let faces = self.at.shells.edges[edge as usize].faces;
+        self.add(key(EDGE, vertex, edge), sides, faces.into_iter());
     }
 
     /// Adds the row of two vertices unless one is nearer to an edge at the other.
@@ -535,7 +612,8 @@ impl<R: Real> Found<'_, R> {
             return;
         }
         let (a, b) = (vertex.min(corner), vertex.max(corner));
-        self.add(key(VERTEX, a, b), [a, b], [R::ONE, -R::ONE]);
+        let faces = shells.faces_at(a).iter().chain(shells.faces_at(b)).copied();
+        self.add(key(VERTEX, a, b), ([a, b], [R::ONE, -R::ONE]), faces);
     }
 
     /// Finds the row of two edges whose nearest points are inside of both.
@@ -574,7 +652,9 @@ impl<R: Real> Found<'_, R> {
             }
         }
         let ends = [own[0], own[1], other[0], other[1]];
-        self.add(key(EDGES, a, b), ends, [R::ONE - s, s, t - R::ONE, -t]);
+        let faces = [a, b].map(|edge| shells.edges[edge as usize].faces);
+        let sides = (ends, [R::ONE - s, s, t - R::ONE, -t]);
+        self.add(key(EDGES, a, b), sides, faces.into_iter().flatten());
     }
 
     /// Adds the rows of obstacles and of vertices that are in a row: one that lies on an obstacle
@@ -615,6 +695,9 @@ impl<R: Real> Found<'_, R> {
         self.used = used;
     }
 }
+
+/// The square of the cosine between a normal and that of a face, from which on it takes couples.
+const LEAST_FACING: f64 = 0.1;
 
 /// The part by which a face must be nearer than an edge of it to count instead of it: where both
 /// lie in flat surface they would take turns.

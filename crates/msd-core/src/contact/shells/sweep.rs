@@ -16,11 +16,17 @@ impl<R: Real> Row<R> {
         self.sum(|at| vector::<R>(column, at))
     }
 
-    /// The sum of a vector of each particle, by the weights.
+    /// The sum of a vector of each particle, by the weights, and of what the turning face adds
+    /// across the normal.
     #[inline(always)]
     fn sum(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
-        let rows = self.at.iter().zip(self.weights).take(self.count);
-        rows.fold(R::Vec3::ZERO, |sum, (&at, weight)| sum + of(at as usize) * weight)
+        let each = self.at.iter().zip(self.weights).take(self.count);
+        let sum = each.fold(R::Vec3::ZERO, |sum, (&at, weight)| sum + of(at as usize) * weight);
+        if !self.turns {
+            return sum;
+        }
+        let each = self.turning.iter().zip(self.turns_by);
+        each.fold(sum, |sum, (&at, by)| sum + by * self.normal.dot(of(at as usize)))
     }
 
     /// The velocity of one side as seen from the other, metres per second.
@@ -31,11 +37,21 @@ impl<R: Real> Row<R> {
 
     /// Gives both sides an impulse, newton seconds; or, of a column of positions, a way of theirs
     /// times the mass.
+    ///
+    /// Friction acts on both sides at the same place, half way between them or not: a face takes
+    /// the couple of the two forces, which are some distance apart.
     #[inline(always)]
     fn give(&self, column: &mut [R], inverse_masses: &[R], impulse: R::Vec3) {
         for (&at, weight) in self.at.iter().zip(self.weights).take(self.count) {
             let at = at as usize;
             add_vector::<R>(column, at, impulse * (weight * inverse_masses[at]));
+        }
+        if self.turns {
+            for (&at, by) in self.turning.iter().zip(self.turns_by) {
+                let at = at as usize;
+                let part = impulse.dot(by) * inverse_masses[at];
+                add_vector::<R>(column, at, self.normal * part);
+            }
         }
     }
 
@@ -116,7 +132,11 @@ pub(super) fn work<R: Real>(rows: &[Row<R>], velocities: &[R]) -> Contacts {
     contacts
 }
 
-/// Undoes a part of overlaps by moving particles, without giving them a velocity.
+/// The part of a distance by which an overlap is left as it is: all that a run makes by itself.
+const SLOP: f64 = 0.1;
+
+/// Undoes a part of overlaps with which a scene started, by moving particles without giving them a
+/// velocity.
 pub(super) fn part<R: Real>(
     rows: &mut [Row<R>],
     positions: &mut [R],
@@ -124,9 +144,10 @@ pub(super) fn part<R: Real>(
     h: R,
 ) {
     let fraction = (h * R::of(1.0 / UNDOING)).min(R::ONE);
-    for row in rows.iter().filter(|row| 1 < row.count && row.gap < R::ZERO) {
+    let allowed = |row: &Row<R>| -row.stop * R::of(SLOP);
+    for row in rows.iter().filter(|row| 1 < row.count && row.gap < allowed(row)) {
         let way = row.relative(positions).dot(row.normal) - row.stop - row.gap;
-        let missing = -row.gap * fraction - way;
+        let missing = (allowed(row) - row.gap) * fraction - way;
         if R::ZERO < missing {
             row.give(positions, inverse_masses, row.normal * (missing * row.mass));
         }
