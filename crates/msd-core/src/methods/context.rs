@@ -312,6 +312,41 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.done.meet(contacts);
     }
 
+    /// Evaluates all forces as [`StepContext::set_forces`] does, and the impulses of shells as
+    /// forces.
+    pub(crate) fn set_stage_forces(&mut self, time: f64) -> f64 {
+        let (power, h) = (self.set_forces(time), self.substep());
+        if self.has_shells() {
+            self.rows.add_forces(&mut self.scratch.forces, h);
+        }
+        power
+    }
+
+    /// Finds the rows of shells at the start of a substep, after an evaluation of forces.
+    pub(crate) fn begin_shells(&mut self) {
+        let (h, time) = (self.substep(), self.time());
+        let at = At {
+            shells: &self.model.shells,
+            obstacles: &self.model.obstacles,
+            inverse_masses: &self.model.inverse_mass_column,
+            time,
+        };
+        let Columns { positions, velocities } = &*self.state;
+        let columns: [&[R]; 3] = [positions, velocities, &self.scratch.forces];
+        self.done.turned |= self.rows.begin(&at, columns, h);
+        self.rows.add_forces(&mut self.scratch.forces, h);
+    }
+
+    /// Corrects the outcome of a substep whose stages had the impulses of shells as forces; its
+    /// mean velocities are in a work column.
+    pub(crate) fn end_shells(&mut self, means: usize) {
+        let h = self.substep();
+        let Columns { positions, velocities } = &mut *self.state;
+        let columns: [&mut [R]; 3] = [positions, velocities, &mut self.scratch.columns[means]];
+        let contacts = self.rows.end(&self.model.inverse_mass_column, columns, h);
+        self.done.meet(contacts);
+    }
+
     /// Lets the rows of shells hold the velocities in a work column, which are predicted.
     pub(crate) fn hold_predicted(&mut self, velocities: usize) {
         let column = &mut self.scratch.columns[velocities];

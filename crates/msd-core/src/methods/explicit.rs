@@ -169,11 +169,12 @@ fn kick_settle_drift<R: Real>(step: &mut StepContext<'_, R>, is_damped: bool) {
     let (h, level) = (step.substep(), step.level);
     let kick = half_of(step, 0.0, true, Drift::Ahead);
     for_each_share(step.pass(), |pass| at_level!(level, _simd => kick_by_half(pass, h)));
-    let contacts = step.settle(None, NOW, kick);
-    step.done.meet(contacts);
+    // Before obstacles: a row of its own bears what lies on both.
     if step.has_shells() {
         step.meet_shells(kick.length);
     }
+    let contacts = step.settle(None, NOW, kick);
+    step.done.meet(contacts);
     if is_damped {
         for_each_share(step.pass(), |pass| at_level!(level, _simd => predict(pass, h)));
         if step.has_shells() {
@@ -285,6 +286,9 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
     for _ in 0..step.substeps() {
         let (time, length) = (step.time(), step.settings.substep());
         let mut energy = step.set_forces(time);
+        if step.has_shells() {
+            step.begin_shells();
+        }
         let lies = step.is_any_on(false);
         for_each_share(step.pass(), start);
         for (weight, reach, at) in [(R::ONE, half, 0.5), (two, half, 0.5), (two, h, 1.0)] {
@@ -295,13 +299,17 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
             if lies {
                 settle_stage(step, reach, false);
             }
-            let power = step.set_forces(time + at * length);
+            let power = step.set_stage_forces(time + at * length);
             energy += if at < 1.0 { 2.0 * power } else { power };
         }
         for_each_share(step.pass(), |pass| at_level!(level, _simd => last_stage(pass, sixth)));
         if lies {
             let contacts = settle_stage(step, h, true);
             step.done.meet(contacts);
+        }
+        if step.has_shells() {
+            for_each_share(step.pass(), |pass| set_means(pass, h));
+            step.end_shells(KICKS);
         }
         step.done.counted += energy * sixth.to_f64();
         step.finish(Way::Kept, Evaluated::AtEnd);
@@ -322,6 +330,13 @@ fn set_kicks<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>, reach: R) {
     let [_, starts, _, _, kicks] = pass.work;
     for (kick, (&v, &start)) in kicks.iter_mut().zip(pass.velocities.iter().zip(&*starts)) {
         *kick = (v - start) / reach;
+    }
+}
+
+fn set_means<R: Real>(pass: Pass<'_, R, RK4_COLUMNS>, h: R) {
+    let [starts, _, _, _, means] = pass.work;
+    for (mean, (&x, &start)) in means.iter_mut().zip(pass.positions.iter().zip(&*starts)) {
+        *mean = (x - start) / h;
     }
 }
 

@@ -101,7 +101,8 @@ impl Integrator {
 
     /// Whether it lets shells meet, see [`crate::scene::Shell`].
     pub fn lets_shells_meet(self) -> bool {
-        matches!(self, Integrator::SymplecticEuler | Integrator::VelocityVerlet)
+        use Integrator::{Rk4, SymplecticEuler, VelocityVerlet};
+        matches!(self, SymplecticEuler | VelocityVerlet | Rk4)
     }
 
     /// Whether it solves a linear system in each substep.

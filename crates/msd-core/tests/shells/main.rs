@@ -11,7 +11,8 @@ use msd_core::{
 };
 use std::ops::Range;
 
-const BOTH: [Integrator; 2] = [Integrator::SymplecticEuler, Integrator::VelocityVerlet];
+const ALL: [Integrator; 3] =
+    [Integrator::SymplecticEuler, Integrator::VelocityVerlet, Integrator::Rk4];
 const G: f64 = 9.82;
 
 fn shell(thickness: f64, friction: f64) -> Shell {
@@ -61,7 +62,7 @@ fn cubes() -> (Scene, [Range<usize>; 2]) {
 #[test]
 fn a_cube_on_its_twin_stays_on_it() {
     let (scene, [low, high]) = cubes();
-    for integrator in BOTH {
+    for integrator in ALL {
         for substeps in [32, 64] {
             let mut simulation = start::<f64>(&scene, integrator, substeps);
             let before = simulation.energy().total();
@@ -95,7 +96,7 @@ fn slope(friction: f64) -> (Scene, Range<usize>) {
 #[test]
 fn friction_holds_a_block_on_a_slope() {
     let (scene, block) = slope(0.5);
-    for integrator in BOTH {
+    for integrator in ALL {
         let mut simulation = start::<f64>(&scene, integrator, 16);
         run(&mut simulation, 12.0);
         let fastest = block.clone().map(|at| simulation.velocity(at).length()).fold(0.0, f64::max);
@@ -107,7 +108,7 @@ fn friction_holds_a_block_on_a_slope() {
 #[test]
 fn a_block_slides_down_a_slope_by_coulombs_law() {
     let (scene, block) = slope(0.1);
-    for (integrator, substeps) in [(BOTH[0], 16), (BOTH[1], 32)] {
+    for (integrator, substeps) in [(ALL[0], 16), (ALL[1], 32), (ALL[2], 16)] {
         let mut simulation = start::<f64>(&scene, integrator, substeps);
         run(&mut simulation, 0.6);
         // Least squares over the last 0.9 s.
@@ -115,6 +116,7 @@ fn a_block_slides_down_a_slope_by_coulombs_law() {
         for frame in 0..54 {
             run(&mut simulation, 1.0 / 60.0);
             rows.push((f64::from(frame) / 60.0, centre(&simulation, block.clone()).1.x));
+            if integrator == Integrator::Rk4 { println!("{frame} {:?} {:?}", centre(&simulation, block.clone()), crossings(&simulation)); }
         }
         let count = rows.len() as f64;
         let mean = |of: fn(&(f64, f64)) -> f64| rows.iter().map(of).sum::<f64>() / count;
@@ -139,7 +141,7 @@ fn what_collides_in_free_space_keeps_its_momentum() {
     for (body, speed) in [(one.clone(), 1.0), (other.clone(), -1.0)] {
         scene.particles[body].iter_mut().for_each(|row| row.velocity = DVec3::X * speed);
     }
-    for integrator in BOTH {
+    for integrator in ALL {
         let mut simulation = start::<f64>(&scene, integrator, 64);
         let before = simulation.momentum();
         let total = simulation.energy();
@@ -167,7 +169,7 @@ fn strips_whose_edges_alone_meet_hold_each_other() {
         scene.pins.push(Pin { particle: low.start + end, velocity: DVec3::ZERO });
         scene.particles[high.start + end].mass *= 5.0;
     }
-    for integrator in BOTH {
+    for integrator in ALL {
         for substeps in [16, 32, 64] {
             let mut simulation = start::<f64>(&scene, integrator, substeps);
             let mut most = 0;
@@ -178,6 +180,70 @@ fn strips_whose_edges_alone_meet_hold_each_other() {
             println!("{integrator} {substeps}: {most}");
             assert_eq!(most, 0, "{integrator} {substeps}");
         }
+    }
+}
+
+/// A cloth on the floor, and another that falls on it.
+#[test]
+fn a_cloth_lies_on_a_cloth_on_the_floor() {
+    let mut scene = Scene { planes: vec![floor()], ..Scene::default() };
+    let along = [DVec3::X * 0.04, DVec3::Z * 0.04];
+    let low = [dvec3(0.0, 0.0, 0.0), along[0], along[1]];
+    add_cloth(&mut scene, [9, 9], low, (1e-3, 40.0), shell(2e-3, 0.5));
+    let high = [dvec3(0.05, 0.02, 0.07), along[0], along[1]];
+    let upper = add_cloth(&mut scene, [5, 5], high, (1e-3, 40.0), shell(2e-3, 0.5));
+    for integrator in ALL {
+        let mut simulation = start::<f64>(&scene, integrator, 16);
+        run(&mut simulation, 3.0);
+        let fastest = upper.clone().map(|at| simulation.velocity(at).length()).fold(0.0, f64::max);
+        let heights = upper.clone().map(|at| simulation.position(at).y);
+        let [low, high] = heights.fold([1.0f64, 0.0], |[a, b], y| [a.min(y), b.max(y)]);
+        println!("{integrator}: {low} to {high}, {fastest:.2e} m/s, {}", crossings(&simulation));
+        assert!(0.0039 < low && high < 0.0041, "{integrator}: {low} to {high}");
+        assert!(fastest < 1e-6, "{integrator}: {fastest} m/s");
+        assert_eq!(crossings(&simulation), 0, "{integrator}");
+    }
+}
+
+/// A run that was saved and resumed where cubes lie on each other, and one that was not.
+#[test]
+fn a_resumed_run_has_the_same_bits() {
+    let (scene, _) = cubes();
+    for integrator in ALL {
+        let mut straight = start::<f32>(&scene, integrator, 32);
+        run(&mut straight, 0.4);
+        let (rows, progress) = straight.progress();
+        assert!(!progress.impulses.is_empty());
+        let mut resumed = Simulation::<f32>::resume(&rows, &progress).expect("a run");
+        for simulation in [&mut straight, &mut resumed] {
+            run(simulation, 0.2);
+        }
+        let [a, b] = [&straight, &resumed].map(|simulation| simulation.state());
+        assert_eq!(a, b, "{integrator}");
+        assert_eq!(straight.ledger(), resumed.ledger(), "{integrator}");
+    }
+}
+
+/// Errors halve with the substep.
+#[test]
+fn contact_of_bodies_is_of_first_order() {
+    let (scene, [_, high]) = cubes();
+    let path = |integrator, substeps: u32| -> Vec<DVec3> {
+        let mut simulation = start::<f64>(&scene, integrator, substeps);
+        let mut see = || {
+            simulation.step().expect("a step");
+            centre(&simulation, high.clone()).0
+        };
+        (0..15).map(|_| see()).collect()
+    };
+    for integrator in ALL {
+        let reference = path(integrator, 1024);
+        let errors = [32, 64, 128, 256].map(|substeps| {
+            let pairs = reference.iter().zip(path(integrator, substeps));
+            pairs.map(|(a, b)| (*a - b).length()).fold(0.0, f64::max)
+        });
+        println!("{integrator}: {errors:?}");
+        assert!(6.0 * errors[3] < errors[0], "{integrator}: {errors:?}");
     }
 }
 

@@ -40,8 +40,10 @@ pub(super) struct Row<R: Real> {
     /// The impulse given along the normal and across it, newton seconds.
     pub(super) push: R,
     pub(super) rub: R::Vec3,
-    /// The velocity of one side as seen from the other before the last kick, metres per second.
+    /// The velocity of one side as seen from the other before the last kick, metres per second, and
+    /// the impulse that has been booked already.
     pub(super) before: R::Vec3,
+    pub(super) booked: R::Vec3,
 }
 
 /// The impulse of a row, from which the next substep starts.
@@ -166,7 +168,7 @@ impl<R: Real> Rows<R> {
         forces: &[R],
         (length, h): (R, R),
     ) -> (Contacts, bool) {
-        let is_fast = self.find(at, [positions, velocities], h);
+        let is_fast = self.find(at, [positions, velocities, &[]], h);
         let (rows, w) = (&mut self.rows, at.inverse_masses);
         sweep::note(rows, [velocities, forces, w], length);
         sweep::give(rows, velocities, w);
@@ -191,6 +193,46 @@ impl<R: Real> Rows<R> {
         sweep::work(rows, velocities)
     }
 
+    /// Finds the rows at the start of a substep of h seconds, in the stages of which their last
+    /// impulses act as constant forces, and returns whether particles are so fast that some may
+    /// cross.
+    pub(crate) fn begin(&mut self, at: &At<'_, R>, columns: [&[R]; 3], h: R) -> bool {
+        self.find(at, columns, h)
+    }
+
+    /// Adds the impulses as forces that act for h seconds.
+    pub(crate) fn add_forces(&self, forces: &mut [R], h: R) {
+        sweep::add_forces(&self.rows, forces, R::ONE / h);
+    }
+
+    /// Corrects the outcome of such a substep by its mean velocities, and then its last ones.
+    pub(crate) fn end(
+        &mut self,
+        inverse_masses: &[R],
+        [positions, velocities, means]: [&mut [R]; 3],
+        h: R,
+    ) -> Contacts {
+        let (rows, w) = (&mut self.rows, inverse_masses);
+        rows.iter_mut().for_each(|row| row.booked = row.impulse());
+        sweep::sweep(rows, means, w, Some(h));
+        for row in rows.iter_mut() {
+            let change = row.impulse() - row.booked;
+            if change != R::Vec3::ZERO {
+                row.give(velocities, w, change);
+                row.give(positions, w, change * h);
+            }
+            (row.before, row.booked) = (row.velocity(means), R::Vec3::ZERO);
+        }
+        let contacts = sweep::work(rows, means);
+        sweep::part(rows, positions, w, h);
+        for row in rows.iter_mut().filter(|row| row.push != R::ZERO) {
+            row.follow(positions);
+            (row.before, row.booked) = (row.velocity(velocities), row.impulse());
+        }
+        sweep::sweep(rows, velocities, w, None);
+        contacts + sweep::work(rows, velocities)
+    }
+
     /// Lets the rows of the substep hold velocities that are predicted for its end; they keep their
     /// impulses.
     pub(crate) fn hold_predicted(&mut self, velocities: &mut [R], inverse_masses: &[R]) {
@@ -202,9 +244,16 @@ impl<R: Real> Rows<R> {
 
     /// Finds the rows at a state that drifts for h seconds, each with the impulse that it gave
     /// last.
-    fn find(&mut self, at: &At<'_, R>, [positions, velocities]: [&[R]; 2], h: R) -> bool {
+    ///
+    /// Forces count where the drift is faster than the velocities by them; empty where they do not.
+    fn find(&mut self, at: &At<'_, R>, [positions, velocities, forces]: [&[R]; 3], h: R) -> bool {
         let shells = at.shells;
-        let margin = self.margin(shells, velocities, h);
+        let mut margin = self.margin(shells, velocities, h);
+        if !forces.is_empty() {
+            let kick = |place: usize| vector::<R>(forces, place) * (at.inverse_masses[place] * h);
+            let kicks = shells.vertices.iter().map(|vertex| kick(vertex.at as usize));
+            margin += diagonal::<R>(kicks.chain([R::Vec3::ZERO])) * h;
+        }
         let most = R::of(MOST_MARGIN) * R::of(longest_edge(shells, positions));
         let (is_fast, margin) = (most < margin, margin.min(most));
         if self.skin < margin + self.worn(shells, positions) {
@@ -344,6 +393,7 @@ impl<R: Real> Default for Row<R> {
             push: R::ZERO,
             rub: R::Vec3::ZERO,
             before: R::Vec3::ZERO,
+            booked: R::Vec3::ZERO,
         }
     }
 }

@@ -31,7 +31,7 @@ impl<R: Real> Row<R> {
 
     /// The velocity of one side as seen from the other, metres per second.
     #[inline(always)]
-    fn velocity(&self, velocities: &[R]) -> R::Vec3 {
+    pub(super) fn velocity(&self, velocities: &[R]) -> R::Vec3 {
         self.relative(velocities) - self.carried
     }
 
@@ -41,15 +41,21 @@ impl<R: Real> Row<R> {
     /// Friction acts on both sides at the same place, half way between them or not: a face takes
     /// the couple of the two forces, which are some distance apart.
     #[inline(always)]
-    fn give(&self, column: &mut [R], inverse_masses: &[R], impulse: R::Vec3) {
+    pub(super) fn give(&self, column: &mut [R], inverse_masses: &[R], impulse: R::Vec3) {
+        self.share(column, impulse, |at| inverse_masses[at]);
+    }
+
+    /// Adds a vector to both sides, by the weights and a number of each particle.
+    #[inline(always)]
+    fn share(&self, column: &mut [R], vector: R::Vec3, by: impl Fn(usize) -> R) {
         for (&at, weight) in self.at.iter().zip(self.weights).take(self.count) {
             let at = at as usize;
-            add_vector::<R>(column, at, impulse * (weight * inverse_masses[at]));
+            add_vector::<R>(column, at, vector * (weight * by(at)));
         }
         if self.turns {
-            for (&at, by) in self.turning.iter().zip(self.turns_by) {
+            for (&at, turn) in self.turning.iter().zip(self.turns_by) {
                 let at = at as usize;
-                let part = impulse.dot(by) * inverse_masses[at];
+                let part = vector.dot(turn) * by(at);
                 add_vector::<R>(column, at, self.normal * part);
             }
         }
@@ -88,6 +94,13 @@ pub(super) fn give<R: Real>(rows: &[Row<R>], velocities: &mut [R], inverse_masse
     }
 }
 
+/// Adds the impulses that rows have given to forces, times a number per second.
+pub(super) fn add_forces<R: Real>(rows: &[Row<R>], forces: &mut [R], per_second: R) {
+    for row in rows.iter().filter(|row| row.push != R::ZERO) {
+        row.share(forces, row.impulse() * per_second, |_| R::ONE);
+    }
+}
+
 /// Notes the velocities before a kick by some forces of so many seconds.
 pub(super) fn note<R: Real>(
     rows: &mut [Row<R>],
@@ -97,6 +110,7 @@ pub(super) fn note<R: Real>(
     for row in rows {
         let kicked = row.sum(|at| vector::<R>(forces, at) * inverse_masses[at]);
         row.before = row.velocity(velocities) - kicked * length;
+        row.booked = R::Vec3::ZERO;
     }
 }
 
@@ -122,9 +136,10 @@ pub(super) fn sweep<R: Real>(
 /// Books the work of impulses: each acted at the mean of the velocities before the kick and now.
 pub(super) fn work<R: Real>(rows: &[Row<R>], velocities: &[R]) -> Contacts {
     let mut contacts = Contacts::default();
-    for row in rows.iter().filter(|row| row.push != R::ZERO) {
+    let acts = |row: &&Row<R>| row.push != R::ZERO || row.booked != R::Vec3::ZERO;
+    for row in rows.iter().filter(acts) {
         let mean = (row.before + row.velocity(velocities)) * R::HALF;
-        let impulse = row.impulse();
+        let impulse = row.impulse() - row.booked;
         let driven = impulse.dot(row.carried).to_f64();
         let taken = -impulse.dot(mean).to_f64();
         contacts += Contacts { count: 0, driven, ..Contacts::one(taken) };
