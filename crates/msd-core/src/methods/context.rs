@@ -286,17 +286,17 @@ impl<'a, R: Real> StepContext<'a, R> {
         !self.model.shells.is_empty()
     }
 
+    /// What the rows of shells depend on at a time, seconds.
+    fn rows_at(&self, time: f64) -> At<'a, R> {
+        let Model { shells, obstacles, inverse_mass_column, .. } = self.model;
+        At { shells, obstacles, inverse_masses: inverse_mass_column, time }
+    }
+
     /// Lets shells meet after a kick of `length` seconds by the forces of the last evaluation,
     /// before a drift of a substep.
     pub(crate) fn meet_shells(&mut self, length: R) {
-        let (h, time) = (self.substep(), self.time());
+        let (h, at) = (self.substep(), self.rows_at(self.time()));
         let Columns { positions, velocities } = &mut *self.state;
-        let at = At {
-            shells: &self.model.shells,
-            obstacles: &self.model.obstacles,
-            inverse_masses: &self.model.inverse_mass_column,
-            time,
-        };
         let state: [&mut [R]; 2] = [positions, velocities];
         let (contacts, is_fast) = self.rows.meet(&at, state, &self.scratch.forces, (length, h));
         self.done.meet(contacts);
@@ -305,11 +305,17 @@ impl<'a, R: Real> StepContext<'a, R> {
 
     /// Lets the rows of shells hold after a kick that no drift follows.
     pub(crate) fn hold_shells(&mut self, length: R) {
+        let at = self.rows_at(self.time());
         let Columns { positions, velocities } = &mut *self.state;
         let kick = (&*self.scratch.forces, length);
-        let w = &self.model.inverse_mass_column;
-        let contacts = self.rows.hold(w, (positions, velocities), kick);
+        let contacts = self.rows.hold(&at, (positions, velocities), kick);
         self.done.meet(contacts);
+    }
+
+    /// Lets the rows of shells hold the velocities in a work column, which are predicted.
+    pub(crate) fn hold_predicted(&mut self, velocities: usize) {
+        let column = &mut self.scratch.columns[velocities];
+        self.rows.hold_predicted(column, &self.model.inverse_mass_column);
     }
 
     /// Evaluates all forces as [`StepContext::set_forces`] does, and the impulses of shells as
@@ -324,13 +330,7 @@ impl<'a, R: Real> StepContext<'a, R> {
 
     /// Finds the rows of shells at the start of a substep, after an evaluation of forces.
     pub(crate) fn begin_shells(&mut self) {
-        let (h, time) = (self.substep(), self.time());
-        let at = At {
-            shells: &self.model.shells,
-            obstacles: &self.model.obstacles,
-            inverse_masses: &self.model.inverse_mass_column,
-            time,
-        };
+        let (h, at) = (self.substep(), self.rows_at(self.time()));
         let Columns { positions, velocities } = &*self.state;
         let columns: [&[R]; 3] = [positions, velocities, &self.scratch.forces];
         self.done.turned |= self.rows.begin(&at, columns, h);
@@ -340,17 +340,11 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// Corrects the outcome of a substep whose stages had the impulses of shells as forces; its
     /// mean velocities are in a work column.
     pub(crate) fn end_shells(&mut self, means: usize) {
-        let h = self.substep();
+        let (h, at) = (self.substep(), self.rows_at(self.time()));
         let Columns { positions, velocities } = &mut *self.state;
         let columns: [&mut [R]; 3] = [positions, velocities, &mut self.scratch.columns[means]];
-        let contacts = self.rows.end(&self.model.inverse_mass_column, columns, h);
+        let contacts = self.rows.end(&at, columns, h);
         self.done.meet(contacts);
-    }
-
-    /// Lets the rows of shells hold the velocities in a work column, which are predicted.
-    pub(crate) fn hold_predicted(&mut self, velocities: usize) {
-        let column = &mut self.scratch.columns[velocities];
-        self.rows.hold_predicted(column, &self.model.inverse_mass_column);
     }
 
     /// Takes note of a drift x' = x + h v of all particles by their present velocities, after the

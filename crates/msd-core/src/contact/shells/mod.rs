@@ -3,20 +3,23 @@
 //! A contact is a row: up to four particles with weights, a normal, a gap, and the impulse that it
 //! has given. There is a row for each pair of features that are closest to each other, a vertex or
 //! an edge of each shell (`features.rs`), found anew in every substep from the positions alone
-//! (`find.rs`). The impulses of the last substep start the sweep of the next one (`sweep.rs`): what
-//! rests is at rest from the first row on, and friction holds it where it is.
+//! (`find.rs`). The impulses of the last substep start the sweep of the next one (`sweep.rs`): a
+//! body at rest is at rest from the first row on, and friction holds it where it is.
 //!
-//! Which features are compared is a matter of lists that serve for many substeps. A row depends on
-//! positions and features alone, rows are sorted, and one without an impulse does nothing: so the
-//! bits do not depend on when lists were made.
+//! Lists of features that may be near each other serve for many substeps (`lists.rs`). A row
+//! depends on positions and features alone, rows are sorted, and one without an impulse does
+//! nothing: so the bits do not depend on when lists were made. Methods ask `rows.rs`.
 //!
 //! Sources: Moreau, 1988, and Jean, 1999 (nonsmooth contact dynamics); Catto, 2005 (accumulated
 //! impulses).
 
 mod features;
+mod lists;
+mod row;
 mod find;
 mod sweep;
+mod rows;
 
 pub(crate) use features::Shells;
-pub use find::RowImpulse;
-pub(crate) use find::{At, Rows};
+pub use row::RowImpulse;
+pub(crate) use rows::{At, Rows};

@@ -1,0 +1,195 @@
+//! Lists of features that may be near each other, which serve for many substeps.
+
+use super::features::{Edge, NONE, Shells};
+use crate::columns::vector;
+use crate::grid::Grid;
+use crate::number::{Real, Vector};
+use crate::scene::shell::do_meet;
+use crate::triangle::around;
+use alloc::vec::Vec;
+use core::convert::Infallible;
+use glam::DVec3;
+
+/// Features that may be near each other.
+#[derive(Clone, Debug)]
+pub(super) struct Lists<R: Real> {
+    /// Vertices and faces, vertices and edges of no face, and edges.
+    pub(super) facing: Vec<[u32; 2]>,
+    pub(super) ending: Vec<[u32; 2]>,
+    pub(super) crossing: Vec<[u32; 2]>,
+    /// Positions where these were listed; empty where there is no list.
+    from: Vec<R>,
+    /// How far beyond their reach listed features may have been, metres.
+    skin: R,
+    grid: Grid,
+}
+
+impl<R: Real> Default for Lists<R> {
+    fn default() -> Self {
+        Lists {
+            facing: Vec::new(),
+            ending: Vec::new(),
+            crossing: Vec::new(),
+            from: Vec::new(),
+            skin: R::ZERO,
+            grid: Grid::default(),
+        }
+    }
+}
+
+impl<R: Real> Lists<R> {
+    /// Discards the lists: features are other ones.
+    pub(super) fn forget(&mut self) {
+        self.from.clear();
+    }
+
+    /// Lists features anew unless the lists hold all that are within their reach and a margin,
+    /// metres.
+    pub(super) fn serve(&mut self, shells: &Shells, positions: &[R], margin: R) {
+        if !self.from.is_empty() && margin + self.worn(shells, positions) <= self.skin {
+            return;
+        }
+        let edge = longest_edge(shells, positions);
+        self.skin = (R::of(edge) * R::HALF).max(margin + margin);
+        self.from.clear();
+        self.from.extend_from_slice(positions);
+        let reach = shells.reach() + self.skin.to_f64();
+        let span = Span { reach, edge, boxes: Boxes::new(shells, positions, reach) };
+        self.list_vertices(shells, positions, &span);
+        self.list_edges(shells, positions, &span);
+    }
+
+    /// How much closer two particles can have come since features were listed, metres.
+    fn worn(&self, shells: &Shells, positions: &[R]) -> R {
+        diagonal::<R>(shells.vertices.iter().map(|vertex| {
+            let at = vertex.at as usize;
+            vector::<R>(positions, at) - vector::<R>(&self.from, at)
+        }))
+    }
+
+    /// Lists what is near vertices: faces, and edges of no face.
+    fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Span) {
+        let at = |vertex: u32| shells.point(positions, vertex).to_f64();
+        self.grid.fill(span.reach + span.edge, (0..shells.vertices.len() as u32).map(at));
+        self.facing.clear();
+        for (number, face) in (0u32..).zip(&shells.faces) {
+            let corners = around(face.corners.map(at), span.reach);
+            if !span.boxes.meet(shells, face.corners[0], corners) {
+                continue;
+            }
+            each_in(&self.grid, corners, |vertex| {
+                let is_other = !face.corners.contains(&vertex);
+                if is_other && shells.do_meet(vertex, face.corners[0]) {
+                    self.facing.push([vertex, number]);
+                }
+            });
+        }
+        self.ending.clear();
+        let is_bare = |edge: &Edge| edge.faces == [NONE; 2];
+        for (number, edge) in (0u32..).zip(&shells.edges).filter(|(_, edge)| is_bare(edge)) {
+            let [a, b] = edge.ends.map(at);
+            each_in(&self.grid, around([a, b, b], span.reach), |vertex| {
+                if !edge.ends.contains(&vertex) && shells.do_meet(vertex, edge.ends[0]) {
+                    self.ending.push([vertex, number]);
+                }
+            });
+        }
+    }
+
+    /// Lists edges that are near each other.
+    fn list_edges(&mut self, shells: &Shells, positions: &[R], span: &Span) {
+        let ends = |edge: &Edge| edge.ends.map(|end| shells.point(positions, end).to_f64());
+        let middles = shells.edges.iter().map(|edge| {
+            let [a, b] = ends(edge);
+            (a + b) * 0.5
+        });
+        self.grid.fill(span.reach + span.edge, middles);
+        self.crossing.clear();
+        for (number, own) in (0u32..).zip(&shells.edges) {
+            let [a, b] = ends(own);
+            let corners = around([a, b, b], span.reach);
+            if !span.boxes.meet(shells, own.ends[0], corners) {
+                continue;
+            }
+            each_in(&self.grid, around([a, b, b], span.reach + 0.5 * span.edge), |other| {
+                let edge = &shells.edges[other as usize];
+                let is_other = number < other && !own.ends.iter().any(|at| edge.ends.contains(at));
+                if !is_other || !shells.do_meet(own.ends[0], edge.ends[0]) {
+                    return;
+                }
+                let ([low, high], [a, b]) = (corners, ends(edge));
+                if a.min(b).cmple(high).all() && low.cmple(a.max(b)).all() {
+                    self.crossing.push([number, other]);
+                }
+            });
+        }
+    }
+}
+
+/// How far features are looked for.
+struct Span {
+    /// The distance up to which they are listed, and the length of the longest edge, metres.
+    reach: f64,
+    edge: f64,
+    boxes: Boxes,
+}
+
+/// The diagonal of the box around some vectors.
+pub(super) fn diagonal<R: Real>(mut vectors: impl Iterator<Item = R::Vec3>) -> R {
+    let Some(first) = vectors.next() else { return R::ZERO };
+    let first = first.components();
+    let (low, high) = vectors.fold((first, first), |(low, high), vector| {
+        let vector = vector.components();
+        let pick = |a: [R; 3], of: fn(R, R) -> R| {
+            [of(a[0], vector[0]), of(a[1], vector[1]), of(a[2], vector[2])]
+        };
+        (pick(low, R::min), pick(high, R::max))
+    });
+    let sides = R::Vec3::from_components(high) - R::Vec3::from_components(low);
+    sides.dot(sides).sqrt()
+}
+
+fn longest_edge<R: Real>(shells: &Shells, positions: &[R]) -> f64 {
+    let square = |ends| {
+        let [a, b]: [R::Vec3; 2] = shells.points(positions, ends);
+        (b - a).dot(b - a)
+    };
+    let longest = shells.edges.iter().map(|edge| square(edge.ends)).fold(R::ZERO, R::max);
+    longest.sqrt().to_f64()
+}
+
+/// Sees every point of a grid in the cells that a box touches.
+fn each_in(grid: &Grid, corners: [DVec3; 2], mut see: impl FnMut(u32)) {
+    let never: Result<(), Infallible> = grid.each_in(corners, |point| {
+        see(point as u32);
+        Ok(())
+    });
+    let Ok(()) = never;
+}
+
+/// The boxes around shells: most of a body is far from all others.
+struct Boxes(Vec<[DVec3; 2]>);
+
+impl Boxes {
+    fn new<R: Real>(shells: &Shells, positions: &[R], reach: f64) -> Self {
+        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let mut boxes = alloc::vec![none; shells.rows().len()];
+        for vertex in 0..shells.vertices.len() as u32 {
+            let place = shells.point(positions, vertex).to_f64();
+            let [low, high] = &mut boxes[shells.shell_of(vertex)];
+            (*low, *high) = (low.min(place), high.max(place));
+        }
+        for [low, high] in &mut boxes {
+            (*low, *high) = (*low - reach, *high + reach);
+        }
+        Boxes(boxes)
+    }
+
+    /// Whether a feature with this box, of the shell of a vertex, may be near one that it meets.
+    fn meet(&self, shells: &Shells, vertex: u32, [low, high]: [DVec3; 2]) -> bool {
+        let own = shells.shell_of(vertex);
+        self.0.iter().enumerate().any(|(other, [from, to])| {
+            do_meet(shells.rows(), [own, other]) && low.cmple(*to).all() && from.cmple(high).all()
+        })
+    }
+}

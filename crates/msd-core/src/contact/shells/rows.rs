@@ -1,0 +1,245 @@
+//! The rows of a model, and the moments at which methods ask them.
+
+use super::find::Found;
+use super::lists::{Lists, diagonal};
+use super::row::{Row, RowImpulse};
+use super::{Shells, sweep};
+use crate::columns::vector;
+use crate::contact::Contacts;
+use crate::number::{Real, Vector};
+use crate::obstacles::Obstacles;
+use alloc::vec::Vec;
+
+/// The rows of a model.
+#[derive(Clone, Debug)]
+pub(crate) struct Rows<R: Real> {
+    rows: Vec<Row<R>>,
+    /// The rows of the substep before.
+    last: Vec<Row<R>>,
+    lists: Lists<R>,
+    /// Vertices in rows.
+    used: Vec<u32>,
+}
+
+impl<R: Real> Default for Rows<R> {
+    fn default() -> Self {
+        let (rows, last, used) = (Vec::new(), Vec::new(), Vec::new());
+        Rows { rows, last, lists: Lists::default(), used }
+    }
+}
+
+/// A state in columns, and what the rows of it depend on.
+pub(crate) struct At<'a, R: Real> {
+    pub(crate) shells: &'a Shells,
+    pub(crate) obstacles: &'a Obstacles<R>,
+    pub(crate) inverse_masses: &'a [R],
+    /// Simulated time, seconds.
+    pub(crate) time: f64,
+}
+
+impl<R: Real> Rows<R> {
+    /// Discards the lists: features are other ones.
+    pub(crate) fn forget(&mut self) {
+        self.lists.forget();
+    }
+
+    /// The impulses from which the next substep starts.
+    pub(crate) fn impulses(&self) -> Vec<RowImpulse> {
+        let mut impulses = Vec::new();
+        self.keep(&mut impulses);
+        impulses
+    }
+
+    /// Overwrites `impulses` with those from which the next substep starts.
+    pub(crate) fn keep(&self, impulses: &mut Vec<RowImpulse>) {
+        impulses.clear();
+        let given = self.rows.iter().filter(|row| row.push != R::ZERO);
+        let impulse = |row: &Row<R>| RowImpulse {
+            key: row.key,
+            push: row.push.to_f64(),
+            rub: row.rub.to_f64(),
+        };
+        impulses.extend(given.map(impulse));
+    }
+
+    /// Scales these impulses to another substep.
+    pub(crate) fn scale(&mut self, factor: f64) {
+        let factor = R::of(factor);
+        for row in &mut self.rows {
+            (row.push, row.rub) = (row.push * factor, row.rub * factor);
+        }
+    }
+
+    /// Replaces these impulses, in the order of their keys.
+    pub(crate) fn set_impulses(&mut self, impulses: &[RowImpulse]) {
+        let row = |impulse: &RowImpulse| Row {
+            key: impulse.key,
+            push: R::of(impulse.push),
+            rub: R::Vec3::of(impulse.rub),
+            ..Row::default()
+        };
+        self.rows.clear();
+        self.rows.extend(impulses.iter().map(row));
+    }
+
+    /// Lets shells meet after a kick of `length` seconds by some forces, before a drift of `h` seconds, and
+    /// returns whether particles are so fast that some may have crossed.
+    pub(crate) fn meet(
+        &mut self,
+        at: &At<'_, R>,
+        [positions, velocities]: [&mut [R]; 2],
+        forces: &[R],
+        (length, h): (R, R),
+    ) -> (Contacts, bool) {
+        let is_fast = self.find(at, [positions, velocities, &[]], h);
+        let (rows, w) = (&mut self.rows, at.inverse_masses);
+        sweep::note(rows, [velocities, forces, w], length);
+        sweep::give(rows, velocities, w);
+        sweep::sweep(rows, velocities, w, Some(h));
+        sweep::part(rows, positions, w, h);
+        (sweep::work(rows, velocities), is_fast)
+    }
+
+    /// Lets the rows of the substep hold after a kick that no drift follows, where their particles
+    /// are now.
+    pub(crate) fn hold(
+        &mut self,
+        at: &At<'_, R>,
+        (positions, velocities): (&[R], &mut [R]),
+        (forces, length): (&[R], R),
+    ) -> Contacts {
+        self.follow(at, positions);
+        let (rows, w) = (&mut self.rows, at.inverse_masses);
+        sweep::note(rows, [velocities, forces, w], length);
+        sweep::give(rows, velocities, w);
+        sweep::sweep(rows, velocities, w, None);
+        sweep::work(rows, velocities)
+    }
+
+    /// Finds the rows at the start of a substep of h seconds, in the stages of which their last
+    /// impulses act as constant forces, and returns whether particles are so fast that some may
+    /// cross.
+    pub(crate) fn begin(&mut self, at: &At<'_, R>, columns: [&[R]; 3], h: R) -> bool {
+        self.find(at, columns, h)
+    }
+
+    /// Adds the impulses as forces that act for h seconds.
+    pub(crate) fn add_forces(&self, forces: &mut [R], h: R) {
+        sweep::add_forces(&self.rows, forces, R::ONE / h);
+    }
+
+    /// Corrects the outcome of such a substep by its mean velocities, and then its last ones.
+    pub(crate) fn end(
+        &mut self,
+        at: &At<'_, R>,
+        [positions, velocities, means]: [&mut [R]; 3],
+        h: R,
+    ) -> Contacts {
+        let (rows, w) = (&mut self.rows, at.inverse_masses);
+        rows.iter_mut().for_each(|row| row.booked = row.impulse());
+        sweep::sweep(rows, means, w, Some(h));
+        for row in rows.iter_mut() {
+            let change = row.impulse() - row.booked;
+            if change != R::Vec3::ZERO {
+                row.give(velocities, w, change);
+                row.give(positions, w, change * h);
+            }
+            (row.before, row.booked) = (row.velocity(means), R::Vec3::ZERO);
+        }
+        let contacts = sweep::work(rows, means);
+        sweep::part(rows, positions, w, h);
+        self.follow(at, positions);
+        let rows = &mut self.rows;
+        for row in rows.iter_mut().filter(|row| row.push != R::ZERO) {
+            (row.before, row.booked) = (row.velocity(velocities), row.impulse());
+        }
+        sweep::sweep(rows, velocities, w, None);
+        contacts + sweep::work(rows, velocities)
+    }
+
+    /// Lets the rows of the substep hold velocities that are predicted for its end; they keep their
+    /// impulses.
+    pub(crate) fn hold_predicted(&mut self, velocities: &mut [R], inverse_masses: &[R]) {
+        self.last.clear();
+        self.last.extend_from_slice(&self.rows);
+        sweep::give(&self.last, velocities, inverse_masses);
+        sweep::sweep(&mut self.last, velocities, inverse_masses, None);
+    }
+
+    /// Finds the rows at a state that drifts for h seconds, each with the impulse that it gave
+    /// last.
+    ///
+    /// Forces count where the drift is faster than the velocities by them; empty where they do not.
+    fn find(&mut self, at: &At<'_, R>, [positions, velocities, forces]: [&[R]; 3], h: R) -> bool {
+        let shells = at.shells;
+        let mut margin = self.margin(shells, velocities, h);
+        if !forces.is_empty() {
+            let kick = |place: usize| vector::<R>(forces, place) * (at.inverse_masses[place] * h);
+            let kicks = shells.vertices.iter().map(|vertex| kick(vertex.at as usize));
+            margin += diagonal::<R>(kicks.chain([R::Vec3::ZERO])) * h;
+        }
+        let most = R::of(MOST_MARGIN * shells.reach());
+        let (is_fast, margin) = (most < margin, margin.min(most));
+        self.lists.serve(shells, positions, margin);
+        core::mem::swap(&mut self.rows, &mut self.last);
+        self.rows.clear();
+        let mut found = Found {
+            at,
+            positions,
+            margin,
+            rows: core::mem::take(&mut self.rows),
+            used: core::mem::take(&mut self.used),
+        };
+        found.used.clear();
+        self.lists.facing.iter().for_each(|&pair| found.face(pair));
+        self.lists.ending.iter().for_each(|&pair| found.end(pair));
+        self.lists.crossing.iter().for_each(|&pair| found.edges(pair));
+        found.rows.sort_unstable_by_key(|row| row.key);
+        found.rows.dedup_by_key(|row| row.key);
+        found.obstacles();
+        (self.rows, self.used) = (found.rows, found.used);
+        self.warm();
+        is_fast
+    }
+
+    /// Lets the rows that have given an impulse follow their features to where these are now.
+    fn follow(&mut self, at: &At<'_, R>, positions: &[R]) {
+        let found = Found {
+            at,
+            positions,
+            margin: R::LARGEST.sqrt() * R::HALF,
+            rows: Vec::new(),
+            used: Vec::new(),
+        };
+        for row in self.rows.iter_mut().filter(|row| 1 < row.count && row.push != R::ZERO) {
+            if let Some((new, _)) = found.row(row.key) {
+                *row = Row { push: row.push, rub: row.rub, ..new };
+                row.rub -= row.normal * row.normal.dot(row.rub);
+            }
+        }
+    }
+
+    /// Gives each row the impulse of that of the substep before between the same features.
+    fn warm(&mut self) {
+        let mut last = self.last.iter().peekable();
+        for row in &mut self.rows {
+            while last.next_if(|before| before.key < row.key).is_some() {}
+            if let Some(before) = last.next_if(|before| before.key == row.key) {
+                row.push = before.push;
+                row.rub = before.rub - row.normal * row.normal.dot(before.rub);
+            }
+        }
+    }
+
+    /// How much closer two particles of shells, or one and an obstacle that stands still, can come
+    /// in h seconds, metres.
+    fn margin(&self, shells: &Shells, velocities: &[R], h: R) -> R {
+        let each = shells.vertices.iter().map(|vertex| vector::<R>(velocities, vertex.at as usize));
+        diagonal::<R>(each.chain([R::Vec3::ZERO])) * h * R::of(SPARE)
+    }
+}
+
+/// More than the part by which particles get faster in a sweep.
+const SPARE: f64 = 1.1;
+/// The largest margin of a row, in reaches: beyond it lists would be of no use.
+const MOST_MARGIN: f64 = 20.0;
