@@ -66,18 +66,12 @@ fn a_cube_on_its_twin_stays_on_it() {
     for integrator in ALL {
         for substeps in [32, 64] {
             let mut simulation = start::<f64>(&scene, integrator, substeps);
-            let before = simulation.energy().total();
-            run(&mut simulation, 3.0);
-            let [below, above] = [low.clone(), high.clone()].map(|all| centre(&simulation, all));
-            let apart = above.0.y - below.0.y;
-            let gain = simulation.energy().total() - before;
-            println!(
-                "{integrator} {substeps}: {:.4} mm, {:.2e} m/s, imbalance {gain:.3e} J",
-                apart * 1e3,
-                above.1.length()
-            );
-            // 60 mm: the sides of the cubes and both thicknesses, less what weight presses them
-            // together by.
+            run(&mut simulation, 1.5);
+            let [below, above] =
+                [low.clone(), high.clone()].map(|all| centre(&simulation, all).0.y);
+            let apart = above - below;
+            // The sides of the cubes and both thicknesses, 62 mm, less what weight presses together:
+            // ρ g L²/(2 E) of each, 0.9 mm.
             assert!((0.0590..0.0620).contains(&apart), "{integrator} {substeps}: {apart}");
         }
     }
@@ -105,7 +99,6 @@ fn friction_holds_a_block_on_a_slope() {
         let mut simulation = start::<f64>(&scene, integrator, 16);
         run(&mut simulation, 12.0);
         let fastest = block.clone().map(|at| simulation.velocity(at).length()).fold(0.0, f64::max);
-        println!("{integrator}: {fastest:.2e} m/s");
         assert!(fastest < 1e-9, "{integrator}: {fastest}");
     }
 }
@@ -129,7 +122,6 @@ fn a_block_slides_down_a_slope_by_coulombs_law() {
             / rows.iter().map(|row| (row.0 - time).powi(2)).sum::<f64>();
         let (sine, cosine) = 10f64.to_radians().sin_cos();
         let right = G * (sine - 0.1 * cosine);
-        println!("{integrator}: {:+.2} %", (slope / right - 1.0) * 100.0);
         assert!((slope / right - 1.0).abs() < 0.02, "{integrator}: {slope} instead of {right}");
     }
 }
@@ -148,18 +140,12 @@ fn what_collides_in_free_space_keeps_its_momentum() {
     for integrator in ALL {
         let mut simulation = start::<f64>(&scene, integrator, 64);
         let before = simulation.momentum();
-        let total = simulation.energy();
         run(&mut simulation, 0.8);
         let after = simulation.momentum();
         let size = centre(&simulation, one.clone()).1.length() * 200.0 * 0.2f64.powi(3);
         let off =
             [(after.linear - before.linear).length(), (after.angular - before.angular).length()];
         let apart = centre(&simulation, other.clone()).1.x - centre(&simulation, one.clone()).1.x;
-        println!(
-            "{integrator}: {off:?} of {size}, apart at {apart}, {:?} of {:?}",
-            simulation.energy(),
-            total
-        );
         // The impulses that act in the stages of RK4 are central at their start alone.
         let turned = if integrator == Integrator::Rk4 { 1e-5 } else { 1e-13 };
         let [linear, angular] = off.map(|off| off / size);
@@ -189,7 +175,6 @@ fn strips_whose_edges_alone_meet_hold_each_other() {
                 simulation.step().expect("a step");
                 most = most.max(crossings(&simulation));
             }
-            println!("{integrator} {substeps}: {most}");
             assert_eq!(most, 0, "{integrator} {substeps}");
         }
     }
@@ -210,7 +195,6 @@ fn a_cloth_lies_on_a_cloth_on_the_floor() {
         let fastest = upper.clone().map(|at| simulation.velocity(at).length()).fold(0.0, f64::max);
         let heights = upper.clone().map(|at| simulation.position(at).y);
         let [low, high] = heights.fold([1.0f64, 0.0], |[a, b], y| [a.min(y), b.max(y)]);
-        println!("{integrator}: {low} to {high}, {fastest:.2e} m/s, {}", crossings(&simulation));
         assert!(0.0039 < low && high < 0.0041, "{integrator}: {low} to {high}");
         assert!(fastest < 1e-5, "{integrator}: {fastest} m/s");
         assert_eq!(crossings(&simulation), 0, "{integrator}");
@@ -236,7 +220,7 @@ fn a_resumed_run_has_the_same_bits() {
     }
 }
 
-/// Errors halve with the substep.
+/// Errors halve with the substep, or fall faster.
 #[test]
 fn contact_of_bodies_is_of_first_order() {
     let (scene, [_, high]) = cubes();
@@ -249,13 +233,13 @@ fn contact_of_bodies_is_of_first_order() {
         (0..15).map(|_| see()).collect()
     };
     for integrator in ALL {
-        let reference = path(integrator, 1024);
-        let errors = [32, 64, 128, 256].map(|substeps| {
+        let reference = path(integrator, 512);
+        let errors = [32, 128].map(|substeps| {
             let pairs = reference.iter().zip(path(integrator, substeps));
             pairs.map(|(a, b)| (*a - b).length()).fold(0.0, f64::max)
         });
-        println!("{integrator}: {errors:?}");
-        assert!(6.0 * errors[3] < errors[0], "{integrator}: {errors:?}");
+        // Against a reference that is four times as fine, 1/32 - 1/512 and 1/128 - 1/512: by 5.
+        assert!(3.5 * errors[1] < errors[0], "{integrator}: {errors:?}");
     }
 }
 

@@ -156,9 +156,6 @@ impl<R: Real> Found<'_, R> {
         let corners = face.corners.map(|corner| self.point(corner) - here);
         let (stop, _) = shells.law_of::<R>(vertex, face.corners[0]);
         let most = stop + self.margin;
-        if are_beyond::<R>(corners, most) {
-            return;
-        }
         let met = nearest::<R>(corners);
         if most * most <= met.square {
             return;
@@ -226,6 +223,8 @@ impl<R: Real> Found<'_, R> {
     pub(super) fn edges(&mut self, [a, b]: [u32; 2]) {
         let shells = self.at.shells;
         let [own, other] = [a, b].map(|edge| shells.edges[edge as usize].ends);
+        let (stop, _) = shells.law_of::<R>(own[0], other[0]);
+        let most = stop + self.margin;
         let Some([s, t]) = self.parts([own, other]) else { return };
         let is_inside = |part: R| R::ZERO < part && part < R::ONE;
         if !is_inside(s) || !is_inside(t) {
@@ -237,8 +236,6 @@ impl<R: Real> Found<'_, R> {
         };
         let (here, there) = (between(own, s), between(other, t));
         let square = (here - there).dot(here - there);
-        let (stop, _) = shells.law_of::<R>(own[0], other[0]);
-        let most = stop + self.margin;
         if most * most <= square {
             return;
         }
@@ -300,17 +297,6 @@ const LEAST_FACING: f64 = 0.1;
 /// The part by which a face must be nearer than an edge of it to count instead of it: where both
 /// lie in flat surface they would take turns.
 const FLAT: f64 = 2e-3;
-
-/// Whether the box around a triangle is farther from the origin than this along an axis.
-#[inline(always)]
-fn are_beyond<R: Real>(corners: [R::Vec3; 3], most: R) -> bool {
-    let [a, b, c] = corners.map(Vector::components);
-    (0..3).any(|axis| {
-        let low = a[axis].min(b[axis]).min(c[axis]);
-        let high = a[axis].max(b[axis]).max(c[axis]);
-        most < low || high < -most
-    })
-}
 
 /// Two sides of a row, by vertices with weights.
 struct Sides<R> {

@@ -5,73 +5,110 @@ use crate::columns::vector;
 use crate::grid::Grid;
 use crate::number::{Real, Vector};
 use crate::scene::shell::do_meet;
-use crate::triangle::around;
+use crate::triangle::{around, nearest};
 use alloc::vec::Vec;
 use core::convert::Infallible;
 use glam::DVec3;
 
-/// Features that may be near each other.
-#[derive(Clone, Debug)]
-pub(super) struct Lists<R: Real> {
-    /// Vertices and faces, vertices and edges of no face, and edges.
+/// Pairs of features: vertices and faces, vertices and edges of no face, and edges.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pairs {
     pub(super) facing: Vec<[u32; 2]>,
     pub(super) ending: Vec<[u32; 2]>,
     pub(super) crossing: Vec<[u32; 2]>,
-    /// Positions where these were listed; empty where there is no list.
-    from: Vec<R>,
-    /// How far beyond their reach listed features may have been, metres.
-    skin: R,
-    grid: Grid,
 }
 
-impl<R: Real> Default for Lists<R> {
-    fn default() -> Self {
-        Lists {
-            facing: Vec::new(),
-            ending: Vec::new(),
-            crossing: Vec::new(),
-            from: Vec::new(),
-            skin: R::ZERO,
-            grid: Grid::default(),
-        }
+/// Where features were listed, and how far beyond their reach they may have been.
+#[derive(Clone, Debug, Default)]
+struct Since<R> {
+    /// Positions, metres; empty where nothing is listed.
+    from: Vec<R>,
+    /// Metres.
+    skin: R,
+}
+
+impl<R: Real> Since<R> {
+    fn set(&mut self, positions: &[R], skin: R) {
+        self.skin = skin;
+        self.from.clear();
+        self.from.extend_from_slice(positions);
     }
+
+    /// How much of the skin is left at most, metres; less than none where nothing is listed.
+    fn left(&self, shells: &Shells, positions: &[R]) -> R {
+        if self.from.is_empty() {
+            return -R::ONE;
+        }
+        self.skin
+            - diagonal::<R>(shells.vertices.iter().map(|vertex| {
+                let at = vertex.at as usize;
+                vector::<R>(positions, at) - vector::<R>(&self.from, at)
+            }))
+    }
+}
+
+/// Features that may be near each other, and those of them that are closer.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lists<R: Real> {
+    pub(super) close: Pairs,
+    near: Pairs,
+    close_since: Since<R>,
+    near_since: Since<R>,
+    grid: Grid,
 }
 
 impl<R: Real> Lists<R> {
     /// Discards the lists: features are other ones.
     pub(super) fn forget(&mut self) {
-        self.from.clear();
+        self.close_since.from.clear();
+        self.near_since.from.clear();
     }
 
-    /// Lists features anew unless the lists hold all that are within their reach and a margin,
+    /// Lists features anew unless the close ones hold all that are within their reach and a margin,
     /// metres.
     pub(super) fn serve(&mut self, shells: &Shells, positions: &[R], margin: R) {
-        if !self.from.is_empty() && margin + self.worn(shells, positions) <= self.skin {
+        if margin <= self.close_since.left(shells, positions) {
             return;
         }
-        let edge = longest_edge(shells, positions);
-        self.skin = (R::of(edge) * R::HALF).max(margin + margin);
-        self.from.clear();
-        self.from.extend_from_slice(positions);
-        let reach = shells.reach() + self.skin.to_f64();
-        let span = Span { reach, edge, boxes: Boxes::new(shells, positions, reach) };
-        self.list_vertices(shells, positions, &span);
-        self.list_edges(shells, positions, &span);
-    }
-
-    /// How much closer two particles can have come since features were listed, metres.
-    fn worn(&self, shells: &Shells, positions: &[R]) -> R {
-        diagonal::<R>(shells.vertices.iter().map(|vertex| {
-            let at = vertex.at as usize;
-            vector::<R>(positions, at) - vector::<R>(&self.from, at)
-        }))
+        let mut left = self.near_since.left(shells, positions);
+        if left < margin {
+            let edge = longest_edge(shells, positions);
+            left = (R::of(edge) * R::HALF).max(margin + margin);
+            self.near_since.set(positions, left);
+            let reach = shells.reach() + left.to_f64();
+            let span = Span { reach, edge, boxes: Boxes::new(shells, positions, reach) };
+            self.list_vertices(shells, positions, &span);
+            self.list_edges(shells, positions, &span);
+        }
+        let reach = R::of(shells.reach());
+        let skin = left.min(margin + margin + reach * R::HALF);
+        self.close_since.set(positions, skin);
+        let most = (reach + skin) * (reach + skin);
+        let Lists { close: Pairs { facing, ending, crossing }, near, .. } = self;
+        let point = |vertex: u32| shells.point::<R>(positions, vertex);
+        let ends = |edge: u32| shells.edges[edge as usize].ends.map(point);
+        let faces = |&&[vertex, face]: &&[u32; 2]| {
+            let (here, corners) = (point(vertex), shells.faces[face as usize].corners.map(point));
+            nearest::<R>(corners.map(|corner| corner - here)).square < most
+        };
+        facing.clear();
+        facing.extend(near.facing.iter().filter(faces));
+        let meets = |&&[vertex, edge]: &&[u32; 2]| {
+            let here = point(vertex);
+            square_between::<R>([here, here], ends(edge)) < most
+        };
+        ending.clear();
+        ending.extend(near.ending.iter().filter(meets));
+        let cross = |&&[a, b]: &&[u32; 2]| square_between::<R>(ends(a), ends(b)) < most;
+        crossing.clear();
+        crossing.extend(near.crossing.iter().filter(cross));
     }
 
     /// Lists what is near vertices: faces, and edges of no face.
     fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Span) {
         let at = |vertex: u32| shells.point(positions, vertex).to_f64();
         self.grid.fill(span.reach + span.edge, (0..shells.vertices.len() as u32).map(at));
-        self.facing.clear();
+        self.near.facing.clear();
         for (number, face) in (0u32..).zip(&shells.faces) {
             let corners = around(face.corners.map(at), span.reach);
             if !span.boxes.meet(shells, face.corners[0], corners) {
@@ -80,17 +117,17 @@ impl<R: Real> Lists<R> {
             each_in(&self.grid, corners, |vertex| {
                 let is_other = !face.corners.contains(&vertex);
                 if is_other && shells.do_meet(vertex, face.corners[0]) {
-                    self.facing.push([vertex, number]);
+                    self.near.facing.push([vertex, number]);
                 }
             });
         }
-        self.ending.clear();
+        self.near.ending.clear();
         let is_bare = |edge: &Edge| edge.faces == [NONE; 2];
         for (number, edge) in (0u32..).zip(&shells.edges).filter(|(_, edge)| is_bare(edge)) {
             let [a, b] = edge.ends.map(at);
             each_in(&self.grid, around([a, b, b], span.reach), |vertex| {
                 if !edge.ends.contains(&vertex) && shells.do_meet(vertex, edge.ends[0]) {
-                    self.ending.push([vertex, number]);
+                    self.near.ending.push([vertex, number]);
                 }
             });
         }
@@ -104,7 +141,7 @@ impl<R: Real> Lists<R> {
             (a + b) * 0.5
         });
         self.grid.fill(span.reach + span.edge, middles);
-        self.crossing.clear();
+        self.near.crossing.clear();
         for (number, own) in (0u32..).zip(&shells.edges) {
             let [a, b] = ends(own);
             let corners = around([a, b, b], span.reach);
@@ -119,11 +156,26 @@ impl<R: Real> Lists<R> {
                 }
                 let ([low, high], [a, b]) = (corners, ends(edge));
                 if a.min(b).cmple(high).all() && low.cmple(a.max(b)).all() {
-                    self.crossing.push([number, other]);
+                    self.near.crossing.push([number, other]);
                 }
             });
         }
     }
+}
+
+/// The square of the distance between two edges, or an edge and a point (Ericson, Real-Time
+/// Collision Detection, 2005, section 5.1.9).
+fn square_between<R: Real>([p, p_end]: [R::Vec3; 2], [q, q_end]: [R::Vec3; 2]) -> R {
+    let clamp = |part: R| part.max(R::ZERO).min(R::ONE);
+    let (d, e, r) = (p_end - p, q_end - q, p - q);
+    let [dd, ee, de, dr, er] = [d.dot(d), e.dot(e), d.dot(e), d.dot(r), e.dot(r)];
+    let sine = dd * ee - de * de;
+    let is_slanted = R::of(1e-6) * (dd * ee) < sine;
+    let s = if is_slanted { clamp((de * er - dr * ee) / sine) } else { R::HALF };
+    let t = clamp((de * s + er) / ee);
+    let s = if R::ZERO < dd { clamp((de * t - dr) / dd) } else { R::ZERO };
+    let way = r + d * s - e * t;
+    way.dot(way)
 }
 
 /// How far features are looked for.

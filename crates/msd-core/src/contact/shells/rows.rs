@@ -191,9 +191,9 @@ impl<R: Real> Rows<R> {
             used: core::mem::take(&mut self.used),
         };
         found.used.clear();
-        self.lists.facing.iter().for_each(|&pair| found.face(pair));
-        self.lists.ending.iter().for_each(|&pair| found.end(pair));
-        self.lists.crossing.iter().for_each(|&pair| found.edges(pair));
+        self.lists.close.facing.iter().for_each(|&pair| found.face(pair));
+        self.lists.close.ending.iter().for_each(|&pair| found.end(pair));
+        self.lists.close.crossing.iter().for_each(|&pair| found.edges(pair));
         found.rows.sort_unstable_by_key(|row| row.key);
         found.rows.dedup_by_key(|row| row.key);
         found.obstacles();
