@@ -52,8 +52,8 @@ const MOVES: &[(Integrator, &str)] = &[(Explicit, "moved, m")];
 ///
 /// A particle dropped into a groove without friction comes to rest in ever shorter slides through
 /// its foot. Dormand-Prince neglects hops up to its tolerance there; velocity Verlet and RK4 locate
-/// an impact to the first order. The implicit methods hit steep walls, and hold a particle on a
-/// turntable, by the law of the start of a substep.
+/// an impact to the first order. The implicit methods hit steep walls by the law of the start
+/// of a substep.
 const KNOWN: &[(&str, Integrator, &str, &str)] = &[
     ("a block carried by a rough solid that turns", ExplicitEuler, "f64", "height varies, m"),
     ("a large soft cube falls into a valley", Rk4, "f32", "imbalance, J"),
@@ -114,10 +114,6 @@ const KNOWN: &[(&str, Integrator, &str, &str)] = &[
     ("a soft cube comes to rest between surfaces", Rk4, "f32", "speed, m/s"),
     ("a soft cube comes to rest between surfaces", Rk4, "f64", "imbalance, J"),
     ("a soft cube comes to rest between surfaces", Rk4, "f64", "speed, m/s"),
-    ("a turntable holds a particle or flings it off", BackwardEuler, "f32", "stays, 1/m"),
-    ("a turntable holds a particle or flings it off", BackwardEuler, "f64", "stays, 1/m"),
-    ("a turntable holds a particle or flings it off", ImplicitMidpoint, "f32", "stays, 1/m"),
-    ("a turntable holds a particle or flings it off", ImplicitMidpoint, "f64", "stays, 1/m"),
     ("a particle dropped into a groove", ExplicitEuler, "f64", "from the foot, m"),
     ("a particle dropped into a corner", ExplicitEuler, "f64", "from the foot, m"),
     ("a particle dropped between round solids", ExplicitEuler, "f64", "from the foot, m"),

@@ -175,7 +175,7 @@ fn advance_substep<R: Real>(
     let (h, start, length) = (step.substep(), step.time(), step.settings.substep());
     let (tau, time) = (h * R::of(rule.fraction), start + rule.fraction * length);
     let (model, level) = (step.model, step.level);
-    let span = Span { h, start, stage: time, end: start + length };
+    let span = Span { h, tau, start, stage: time, end: start + length };
     scratch.holds.find(model, &span, step.state);
     scratch.stage.velocities.copy_from_slice(&step.state.velocities);
     scratch.holds.restrict(&mut scratch.stage.velocities);

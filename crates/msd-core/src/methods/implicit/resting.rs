@@ -81,8 +81,9 @@ const NEAR: f64 = 8.0;
 /// The substep for which holds are sought.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span<R> {
-    /// Its length, seconds.
+    /// Its length and that of its stage, seconds.
     pub(crate) h: R,
+    pub(crate) tau: R,
     /// Its start, the time of the stage, and its end, seconds.
     pub(crate) start: f64,
     pub(crate) stage: f64,
@@ -336,6 +337,9 @@ impl<R: Real> Hold<R> {
         }
         let normal = obstacle.normal(position, span.start);
         let surface = obstacle.velocity(position, span.stage);
+        // Friction is along the surface, where the stage takes it; its way off is that of a chord.
+        let there = obstacle.velocity(position + velocity * span.tau, span.stage);
+        let surface = there + normal * normal.dot(surface - there);
         let resting = resting_speed::<R>(normal, model.gravity(), span.h);
         let resting = resting + rounding * (velocity.extent() + surface.extent());
         let speed = (velocity - surface).dot(normal);
