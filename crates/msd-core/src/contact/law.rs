@@ -217,8 +217,11 @@ impl<R: Real> Touch<R> {
     fn distance(&self, span: &Span<R>) -> R {
         // Without a branch, as `is_inside`: sixteen are computed at once.
         let at_start = (self.along_normal(self.way()) + self.depth).abs();
-        let at_end = if span.settles() { self.depth } else { R::ZERO };
-        if let Evaluated::AtStart = span.evaluated { at_start } else { at_end }
+        match span.evaluated {
+            Evaluated::AtStart => at_start,
+            Evaluated::AtEnd => self.depth,
+            Evaluated::Solved | Evaluated::Nowhere => R::ZERO,
+        }
     }
 
     /// By how much the springs pull less at the surface than there, metres per second squared.
@@ -256,10 +259,10 @@ pub(crate) struct Span<R> {
 pub(crate) const TURN: f64 = 0.1;
 
 impl<R> Span<R> {
-    /// Whether the method holds by [`super::after_kick`] what lies on an obstacle.
+    /// Whether the method holds what lies on an obstacle.
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {
-        matches!(self.evaluated, Evaluated::AtEnd)
+        matches!(self.evaluated, Evaluated::AtEnd | Evaluated::Solved)
     }
 }
 
@@ -271,7 +274,9 @@ pub(crate) enum Evaluated {
     /// At those of its end, by a method that holds what lies on an obstacle by
     /// [`super::after_kick`].
     AtEnd,
-    /// Nowhere: the method solves for them, or projects.
+    /// At those of a stage, by a method that solves for what lies on an obstacle.
+    Solved,
+    /// Nowhere: the method projects.
     Nowhere,
 }
 
