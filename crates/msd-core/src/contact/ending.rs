@@ -1,5 +1,6 @@
 //! A substep that ends: the state as contact needs it.
 
+use super::found::Found;
 use super::{Evaluated, Radii};
 use crate::columns::threads::{Split, split_singles};
 use crate::number::Real;
@@ -18,6 +19,8 @@ pub(crate) struct Bodies<'a, R: Real> {
     pub(crate) positions: &'a mut [R],
     pub(crate) velocities: &'a mut [R],
     pub(crate) substep: Substep<'a, R>,
+    /// Their contacts at its end.
+    pub(crate) found: Found<'a>,
 }
 
 /// A substep that ends.
@@ -49,6 +52,19 @@ impl<R: Real> Substep<'_, R> {
     }
 }
 
+impl<R: Real> Bodies<'_, R> {
+    /// A coordinate at the start of the substep, by its number in a column, metres.
+    #[inline(always)]
+    pub(crate) fn start(&self, i: usize) -> R {
+        let Substep { h, lag, starts, .. } = self.substep;
+        let pull = || self.forces[i] * self.inverse_masses[i];
+        starts.map_or_else(
+            || self.positions[i] - (self.velocities[i] - pull() * lag) * h,
+            |column| column[i],
+        )
+    }
+}
+
 impl<R: Real> Split for Bodies<'_, R> {
     fn numbers(&self) -> usize {
         self.positions.len()
@@ -61,6 +77,7 @@ impl<R: Real> Split for Bodies<'_, R> {
         let (low_forces, forces) = self.forces.split_at(numbers);
         let (low_positions, positions) = self.positions.split_at_mut(numbers);
         let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
+        let (low_found, found) = self.found.split(numbers);
         let (low_starts, starts) =
             self.substep.starts.map(|column| column.split_at(numbers)).unzip();
         let (low_before, before) =
@@ -76,6 +93,7 @@ impl<R: Real> Split for Bodies<'_, R> {
             positions: low_positions,
             velocities: low_velocities,
             substep: low_substep,
+            found: low_found,
         };
         let high = Bodies {
             masses,
@@ -86,6 +104,7 @@ impl<R: Real> Split for Bodies<'_, R> {
             positions,
             velocities,
             substep,
+            found,
         };
         (low, high)
     }

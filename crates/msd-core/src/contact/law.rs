@@ -259,7 +259,7 @@ impl<R> Span<R> {
     /// Whether the method holds by [`super::after_kick`] what lies on an obstacle.
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {
-        matches!(self.evaluated, Evaluated::AtEnd)
+        self.evaluated.settles()
     }
 }
 
@@ -273,6 +273,14 @@ pub(crate) enum Evaluated {
     AtEnd,
     /// Nowhere: the method solves for them, or projects.
     Nowhere,
+}
+
+impl Evaluated {
+    /// As of [`Span::settles`].
+    #[inline(always)]
+    pub(crate) fn settles(self) -> bool {
+        matches!(self, Evaluated::AtEnd)
+    }
 }
 
 /// The push of a surface along its normal.
@@ -317,9 +325,6 @@ pub struct Contacts {
     /// Whether one of them gave speed back; of a single substep.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) bounced: bool,
-    /// Whether a particle was inside a plane or near another obstacle; of a single substep.
-    #[cfg_attr(feature = "serde", serde(skip))]
-    pub(crate) near: bool,
     /// Whether a surface turned by too much on the way of one, or moved by more than half of the
     /// thickness of its solid, in a substep.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -350,7 +355,6 @@ impl core::ops::AddAssign for Contacts {
         self.added += other.added;
         self.driven += other.driven;
         self.bounced |= other.bounced;
-        self.near |= other.near;
         self.turned |= other.turned;
         self.squeezed |= other.squeezed;
     }

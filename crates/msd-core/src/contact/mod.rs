@@ -3,12 +3,14 @@
 //! A particle that has met an obstacle, or lies on some, is put where their surfaces leave it, and
 //! gets the velocity that they leave it: that is one law (`law.rs`, of a single surface; `held.rs`,
 //! of several at a time). Methods ask for it at moments of their own: at the end of a substep
-//! (`arrive.rs`), after each kick (`after_kick/`), inside the solve (`methods/implicit`), at the
+//! (`arrive.rs`), after each kick (`after_kick/`), both of which ask what was found at those places
+//! (`found.rs`), inside the solve (`methods/implicit`), at the
 //! time of an impact (`methods/dormand_prince`). The gap of a particle is that of its middle, less
 //! its radius where that counts (`radii.rs`).
 
 mod radii;
 pub(crate) mod law;
+pub(crate) mod found;
 pub(crate) mod held;
 pub(crate) mod passage;
 pub(crate) mod ending;

@@ -54,7 +54,7 @@ pub(crate) fn lanes(bits: u32) -> impl Iterator<Item = usize> {
 }
 
 /// An obstacle that is no plane, at the points of a record that some bits say.
-pub(crate) trait Sampled<R: Real> {
+pub(crate) trait Sampled<R: Real>: Obstacle<R> {
     /// The gaps, metres.
     fn gaps(&self, points: (&[R; RECORD], u32), time: f64) -> [R; LANES];
 
@@ -63,12 +63,6 @@ pub(crate) trait Sampled<R: Real> {
 
     /// The velocities of the surface, metres per second, as a record.
     fn velocities(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD];
-
-    /// The terms of its gap at a point, as of [`Obstacle::terms`].
-    fn terms_at(&self, point: [R; 3], time: f64) -> R;
-
-    /// What it is at a single point.
-    fn single(&self) -> &dyn Obstacle<R>;
 }
 
 impl<R: Real> Sampled<R> for Placed<'_> {
@@ -99,18 +93,9 @@ impl<R: Real> Sampled<R> for Placed<'_> {
         }
         all
     }
-
-    #[inline(always)]
-    fn terms_at(&self, point: [R; 3], time: f64) -> R {
-        self.terms(R::Vec3::from_components(point), time)
-    }
-
-    fn single(&self) -> &dyn Obstacle<R> {
-        self
-    }
 }
 
-impl<R: Real> Sampled<R> for &dyn Obstacle<R> {
+impl<R: Real> Sampled<R> for dyn Obstacle<R> + '_ {
     fn gaps(&self, (x, which): (&[R; RECORD], u32), time: f64) -> [R; LANES] {
         let mut gaps = [R::ZERO; LANES];
         for lane in lanes(which) {
@@ -125,14 +110,6 @@ impl<R: Real> Sampled<R> for &dyn Obstacle<R> {
 
     fn velocities(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD] {
         vectors(points, |point| self.velocity(point, time))
-    }
-
-    fn terms_at(&self, point: [R; 3], time: f64) -> R {
-        self.terms(R::Vec3::from_components(point), time)
-    }
-
-    fn single(&self) -> &dyn Obstacle<R> {
-        *self
     }
 }
 
