@@ -61,17 +61,16 @@ fn meet_record<R: Real>(
 ) {
     let near = bodies.found.of(record).iter().map(|contact| u32::from(contact.near));
     let several = inside & twice(near);
-    let mut left = inside | far;
+    let left = inside | far;
     if MANY <= left.count_ones() {
         let mut batch = Batch::of_record(bodies, record, several);
         batch.meet(obstacles, &bodies.substep, tally);
         batch.leave(bodies);
         return;
     }
-    while left != 0 {
-        let lane = left.trailing_zeros();
-        few.add(bodies, record * RECORD + lane as usize, several >> lane & 1);
-        left &= left - 1;
+    let starts = bodies.starts_of(record);
+    for lane in lanes(left) {
+        few.add(bodies, &starts, (record * RECORD + lane, several >> lane & 1));
         if few.count == LANES {
             few.meet(obstacles, &bodies.substep, tally);
             few.leave(bodies);
@@ -101,8 +100,7 @@ fn gone_far<R: Real>(
         for ((row, record), far) in rows.iter().zip(records.clone()).zip(&mut all) {
             let near = ball.inside(row);
             if near != 0 {
-                let start = |i| bodies.start(record * RECORD + i);
-                *far |= near & passage.long_ways(row, start);
+                *far |= near & passage.long_ways(&bodies.starts_of(record), row);
             }
         }
     }
@@ -162,10 +160,6 @@ impl<R: Real> Batch<R> {
     #[inline(always)]
     fn of_record(bodies: &Bodies<'_, R>, record: usize, several: u32) -> Self {
         let at = record * RECORD;
-        let mut starts = [R::ZERO; RECORD];
-        for (i, start) in starts.iter_mut().enumerate() {
-            *start = bodies.start(at + i);
-        }
         let of = |column: &[R]| *column[at..].first_chunk().expect("a record");
         Batch {
             count: LANES,
@@ -173,7 +167,7 @@ impl<R: Real> Batch<R> {
             several,
             positions: of(bodies.positions),
             velocities: of(bodies.velocities),
-            starts,
+            starts: bodies.starts_of(record),
             pulls: of(bodies.forces),
             before: bodies.substep.before.map_or([R::ZERO; RECORD], of),
             inverse_masses: *bodies.inverse_masses[at..].first_chunk().expect("a record"),
@@ -184,7 +178,12 @@ impl<R: Real> Batch<R> {
     }
 
     #[inline(always)]
-    fn add(&mut self, bodies: &Bodies<'_, R>, at: usize, is_in_several: u32) {
+    fn add(
+        &mut self,
+        bodies: &Bodies<'_, R>,
+        starts: &[R; RECORD],
+        (at, is_in_several): (usize, u32),
+    ) {
         let lane = self.count;
         for axis in 0..3 {
             let (to, from) = (axis * LANES + lane, axis * LANES + at);
@@ -192,7 +191,7 @@ impl<R: Real> Batch<R> {
             self.velocities[to] = bodies.velocities[from];
             self.pulls[to] = bodies.forces[from];
             self.before[to] = bodies.substep.before.map_or(R::ZERO, |column| column[from]);
-            self.starts[to] = bodies.start(from);
+            self.starts[to] = starts[from % RECORD];
         }
         self.inverse_masses[lane] = bodies.inverse_masses[at];
         self.masses[lane] = bodies.masses[single(at)];
@@ -413,7 +412,7 @@ impl<R: Real> Batch<R> {
         contacts: &mut Contacts,
     ) -> u32 {
         let passage = Passage::new(solid, (time, span.h.to_f64()));
-        let long = near & self.moving() & passage.long_ways(&self.positions, |i| self.starts[i]);
+        let long = near & self.moving() & passage.long_ways(&self.starts, &self.positions);
         lanes(long).fold(0, |met, lane| {
             let way = (lane_of(&self.starts, lane), lane_of(&self.positions, lane));
             let Some(entrance) = passage.entrance(way, self.radii[lane]) else { return met };

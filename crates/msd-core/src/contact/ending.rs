@@ -2,6 +2,7 @@
 
 use super::found::Found;
 use super::{Evaluated, Radii};
+use crate::columns::RECORD;
 use crate::columns::threads::{Split, split_singles};
 use crate::number::Real;
 
@@ -53,15 +54,21 @@ impl<R: Real> Substep<'_, R> {
 }
 
 impl<R: Real> Bodies<'_, R> {
-    /// A coordinate at the start of the substep, by its number in a column, metres.
+    /// Where the particles of a record were at the start of the substep, metres.
     #[inline(always)]
-    pub(crate) fn start(&self, i: usize) -> R {
+    pub(crate) fn starts_of(&self, record: usize) -> [R; RECORD] {
         let Substep { h, lag, starts, .. } = self.substep;
-        let pull = || self.forces[i] * self.inverse_masses[i];
-        starts.map_or_else(
-            || self.positions[i] - (self.velocities[i] - pull() * lag) * h,
-            |column| column[i],
-        )
+        let of =
+            |column: &[R]| *column[record * RECORD..].first_chunk::<RECORD>().expect("a record");
+        if let Some(starts) = starts {
+            return of(starts);
+        }
+        let (mut x, v) = (of(self.positions), of(self.velocities));
+        let (f, w) = (of(self.forces), of(self.inverse_masses));
+        for i in 0..RECORD {
+            x[i] = x[i] - (v[i] - f[i] * w[i] * lag) * h;
+        }
+        x
     }
 }
 

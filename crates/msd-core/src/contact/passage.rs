@@ -71,13 +71,13 @@ impl<'a, 's> Passage<'a, 's> {
         (short < R::ZERO) | (short * short < dot(way, way))
     }
 
-    /// The particles of a record with such ways, a bit for each, by the numbers of their starts.
+    /// The particles of a record with such ways, a bit for each.
     #[inline(always)]
-    pub(crate) fn long_ways<R: Real>(&self, to: &[R; RECORD], start: impl Fn(usize) -> R) -> u32 {
+    pub(crate) fn long_ways<R: Real>(&self, from: &[R; RECORD], to: &[R; RECORD]) -> u32 {
         let mut bits = [0; LANES];
         for (lane, bit) in bits.iter_mut().enumerate() {
-            let way = |i: usize| to[i] - start(i);
-            let way = [way(lane), way(LANES + lane), way(2 * LANES + lane)];
+            let (from, to) = (lane_of(from, lane), lane_of(to, lane));
+            let way = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];
             *bit = u32::from(self.is_long(way)) << lane;
         }
         bits.iter().fold(0, |all, bit| all | bit)

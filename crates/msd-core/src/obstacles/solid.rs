@@ -49,8 +49,12 @@ pub(crate) fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
 }
 
 /// The lanes of bits.
-pub(crate) fn lanes(bits: u32) -> impl Iterator<Item = usize> {
-    (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
+pub(crate) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
 }
 
 /// An obstacle that is no plane, at the points of a record that some bits say.

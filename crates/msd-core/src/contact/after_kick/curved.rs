@@ -65,10 +65,12 @@ fn bend<R: Real>(
     (kick, radii): (&Kick<R>, &[R; LANES]),
     bends: &mut [R; LANES],
 ) -> bool {
-    let moving = (0..LANES)
-        .filter(|&lane| lane_of(velocities, lane) != [R::ZERO; 3])
-        .fold(0, |bits, lane| bits | 1 << lane);
-    let which = lie & moving;
+    let mut moving = [0; LANES];
+    for (lane, moving) in moving.iter_mut().enumerate() {
+        let [x, y, z] = lane_of(velocities, lane).map(|number| number != R::ZERO);
+        *moving = u32::from(x | y | z) << lane;
+    }
+    let which = lie & moving.iter().fold(0, |all, bit| all | bit);
     if which == 0 {
         return false;
     }
