@@ -66,7 +66,7 @@ impl<R: Real> Bodies<'_, R> {
         let (mut x, v) = (of(self.positions), of(self.velocities));
         let (f, w) = (of(self.forces), of(self.inverse_masses));
         for i in 0..RECORD {
-            x[i] = x[i] - (v[i] - f[i] * w[i] * lag) * h;
+            x[i] -= (v[i] - f[i] * w[i] * lag) * h;
         }
         x
     }

@@ -296,12 +296,12 @@ mod tests {
                     let at = (&x, u32::MAX);
                     let (gaps, normals) =
                         at_level!(level, _simd => (placed.gaps(at, 0.0), placed.normals(at, 0.0)));
-                    for lane in 0..LANES {
+                    for (lane, sixteenth) in gaps.into_iter().enumerate() {
                         let point = R::Vec3::from_components(lane_of(&x, lane));
                         let gap: R = placed.gap(point, 0.0);
                         let normal = Obstacle::<R>::normal(&placed, point, 0.0);
                         let bits = |number: R| number.to_f64().to_bits();
-                        assert_eq!(bits(gaps[lane]), bits(gap), "{shape:?} {point:?}");
+                        assert_eq!(bits(sixteenth), bits(gap), "{shape:?} {point:?}");
                         let normals = lane_of(&normals, lane).map(bits);
                         assert_eq!(normals, normal.components().map(bits), "{shape:?} {point:?}");
                     }
