@@ -262,7 +262,7 @@ impl<R> Span<R> {
     /// Whether the method holds what lies on an obstacle.
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {
-        matches!(self.evaluated, Evaluated::AtEnd | Evaluated::Solved)
+        self.evaluated.settles()
     }
 }
 
@@ -278,6 +278,14 @@ pub(crate) enum Evaluated {
     Solved,
     /// Nowhere: the method projects.
     Nowhere,
+}
+
+impl Evaluated {
+    /// As of [`Span::settles`].
+    #[inline(always)]
+    pub(crate) fn settles(self) -> bool {
+        matches!(self, Evaluated::AtEnd | Evaluated::Solved)
+    }
 }
 
 /// The push of a surface along its normal.
@@ -322,9 +330,6 @@ pub struct Contacts {
     /// Whether one of them gave speed back; of a single substep.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) bounced: bool,
-    /// Whether a particle was inside a plane or near another obstacle; of a single substep.
-    #[cfg_attr(feature = "serde", serde(skip))]
-    pub(crate) near: bool,
     /// Whether a surface turned by too much on the way of one, or moved by more than half of the
     /// thickness of its solid, in a substep.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -355,7 +360,6 @@ impl core::ops::AddAssign for Contacts {
         self.added += other.added;
         self.driven += other.driven;
         self.bounced |= other.bounced;
-        self.near |= other.near;
         self.turned |= other.turned;
         self.squeezed |= other.squeezed;
     }
