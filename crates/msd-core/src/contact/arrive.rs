@@ -2,6 +2,7 @@
 //! time.
 
 use super::ending::{Bodies, Substep};
+use super::found::{TOGETHER, twice};
 use super::held::{Limit, MOST};
 use super::landing::{Arrival, is_squeezed, meet_surface, onto};
 use super::law::{Contacts, Outcome, Span, TURN, Touch, bounce, hold, keeps, rounding};
@@ -10,7 +11,7 @@ use crate::columns::threads::merge_shares;
 use crate::columns::{LANES, RECORD, single, single_of, singles_of};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of, lanes};
-use crate::obstacles::{Obstacles, Placed, PlaneColumn};
+use crate::obstacles::{Obstacle, Obstacles, Placed, PlaneColumn};
 use crate::pack::dot;
 use core::ops::{Add, Range};
 use fearless_simd::Level;
@@ -32,15 +33,14 @@ fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>)
     let mut few = Batch::default();
     let records = bodies.positions.len() / RECORD;
     for first in (0..records).step_by(TOGETHER) {
-        let last = records.min(first + TOGETHER);
-        let mut near = near_groups(obstacles, &bodies, first..last);
-        tally.contacts.near |= near != 0;
-        while near != 0 {
-            let group = first + AT_ONCE * near.trailing_zeros() as usize;
-            for record in group..last.min(group + AT_ONCE) {
-                meet_record(obstacles, (&mut bodies, &mut few), record, &mut tally);
+        let some = first..records.min(first + TOGETHER);
+        let far = gone_far(obstacles, &bodies, some.clone());
+        for (record, far) in some.zip(far) {
+            let found = bodies.found.of(record).iter();
+            let inside = found.fold(0, |all, contact| all | u32::from(contact.inside));
+            if inside | far != 0 {
+                meet_record(obstacles, (&mut bodies, &mut few), (record, inside, far), &mut tally);
             }
-            near &= near - 1;
         }
     }
     if 0 < few.count {
@@ -50,25 +50,27 @@ fn resolve_records<R: Real>(obstacles: &Obstacles<R>, mut bodies: Bodies<'_, R>)
     tally.contacts()
 }
 
-/// Lets the particles of a record that are inside an obstacle meet it, or gathers them with the few
-/// of other records.
+/// Lets the particles of a record that are inside an obstacle or have gone far meet it, or gathers
+/// them with the few of other records.
 #[inline(always)]
 fn meet_record<R: Real>(
     obstacles: &Obstacles<R>,
     (bodies, few): (&mut Bodies<'_, R>, &mut Batch<R>),
-    record: usize,
+    (record, inside, far): (usize, u32, u32),
     tally: &mut Tally,
 ) {
-    let mut left = inside(obstacles, bodies, record);
+    let near = bodies.found.of(record).iter().map(|contact| u32::from(contact.near));
+    let several = inside & twice(near);
+    let left = inside | far;
     if MANY <= left.count_ones() {
-        let mut batch = Batch::of_record(bodies, record);
+        let mut batch = Batch::of_record(bodies, record, several);
         batch.meet(obstacles, &bodies.substep, tally);
         batch.leave(bodies);
         return;
     }
-    while left != 0 {
-        few.add(bodies, record * RECORD + left.trailing_zeros() as usize);
-        left &= left - 1;
+    let starts = bodies.starts_of(record);
+    for lane in lanes(left) {
+        few.add(bodies, &starts, (record * RECORD + lane, several >> lane & 1));
         if few.count == LANES {
             few.meet(obstacles, &bodies.substep, tally);
             few.leave(bodies);
@@ -77,85 +79,36 @@ fn meet_record<R: Real>(
     }
 }
 
-/// Records that are compared with a solid at once, groups of [`AT_ONCE`]: where a solid is takes a
-/// while to compute.
-pub(crate) const TOGETHER: usize = 32;
-
-/// Records whose particles are compared with an obstacle before anything is decided.
-pub(crate) const AT_ONCE: usize = 4;
-
-/// The groups of [`AT_ONCE`] of these records, a bit for each, that have a particle inside a plane
-/// or near a solid; all where there are other obstacles.
+/// The particles of some records that may have gone through a solid, or beyond its middle, a bit
+/// for each.
 #[inline(always)]
-fn near_groups<R: Real>(
+fn gone_far<R: Real>(
     obstacles: &Obstacles<R>,
     bodies: &Bodies<'_, R>,
     records: Range<usize>,
-) -> u32 {
-    let rows = &bodies.positions.as_chunks::<RECORD>().0[records];
-    let all = (1 << rows.len().div_ceil(AT_ONCE)) - 1;
-    if !obstacles.own.is_empty() {
-        return all;
-    }
-    let mut near = 0;
+) -> [u32; TOGETHER] {
+    let mut all = [0; TOGETHER];
+    let rows = &bodies.positions.as_chunks::<RECORD>().0[records.clone()];
+    let Substep { h, time, reach, .. } = bodies.substep;
     for solid in &obstacles.solids {
-        let Substep { h, time, reach, .. } = bodies.substep;
         let ball = Ball::<R>::behind(solid, (time, h), bodies.radii.largest + reach);
-        if near == all || !ball.may_hold_any(rows) {
+        if !ball.may_hold_any(rows) {
             continue;
         }
-        for (record, row) in rows.iter().enumerate() {
-            near |= u32::from(ball.inside(row) != 0) << (record / AT_ONCE);
+        let placed = Placed::new(solid, time);
+        let passage = Passage::new(&placed, (time, h.to_f64()));
+        for ((row, record), far) in rows.iter().zip(records.clone()).zip(&mut all) {
+            let near = ball.inside(row);
+            if near != 0 {
+                *far |= near & passage.long_ways(&bodies.starts_of(record), row);
+            }
         }
     }
-    if obstacles.planes.is_empty() {
-        return near;
-    }
-    for (record, row) in rows.iter().enumerate() {
-        let is_any = is_any_below(&obstacles.planes, bodies.radii.largest, row);
-        near |= u32::from(is_any) << (record / AT_ONCE);
-    }
-    near
-}
-
-/// Whether a particle of this radius would be inside a plane at a place of a record.
-#[inline(always)]
-fn is_any_below<R: Real>(planes: &[PlaneColumn<R>], radius: R, row: &[R; RECORD]) -> bool {
-    let mut any = [0; LANES];
-    for plane in planes {
-        for (lane, any) in any.iter_mut().enumerate() {
-            *any |= u32::from(-radius < depth(plane, row, lane));
-        }
-    }
-    any.iter().fold(0, |all, any| all | any) != 0
-}
-
-#[inline(always)]
-fn record_of<'a, R: Real>(bodies: &'a Bodies<'_, R>, record: usize) -> &'a [R; RECORD] {
-    bodies.positions[record * RECORD..].first_chunk().expect("a record")
+    all
 }
 
 /// The number of particles inside from which on the whole record is computed.
 const MANY: u32 = 8;
-
-/// Which particles of a record may be inside a plane, a bit for each; all where there are other
-/// obstacles.
-#[inline(always)]
-fn inside<R: Real>(obstacles: &Obstacles<R>, bodies: &Bodies<'_, R>, record: usize) -> u32 {
-    if !obstacles.is_flat() {
-        return (1 << LANES) - 1;
-    }
-    let x = record_of(bodies, record);
-    let mut bits = 0;
-    for plane in &obstacles.planes {
-        let mut below = [0u32; LANES];
-        for (lane, below) in below.iter_mut().enumerate() {
-            *below = u32::from(-bodies.radii.largest < depth(plane, x, lane)) << lane;
-        }
-        bits |= below.iter().fold(0, |bits, bit| bits | bit);
-    }
-    bits
-}
 
 /// How deep a point is inside a plane, metres.
 #[inline(always)]
@@ -168,9 +121,11 @@ struct Batch<R> {
     count: usize,
     /// Their places in the columns.
     places: [usize; LANES],
+    /// Those that are inside an obstacle and in or on another, a bit for each.
+    several: u32,
     positions: [R; RECORD],
     velocities: [R; RECORD],
-    /// Where they were at the start of the substep, if that is known already.
+    /// Where they were at the start of the substep.
     starts: [R; RECORD],
     /// Accelerations; forces at first.
     pulls: [R; RECORD],
@@ -187,6 +142,7 @@ impl<R: Real> Default for Batch<R> {
         Batch {
             count: 0,
             places: [0; LANES],
+            several: 0,
             positions: [R::ZERO; RECORD],
             velocities: [R::ZERO; RECORD],
             starts: [R::ZERO; RECORD],
@@ -202,15 +158,16 @@ impl<R: Real> Default for Batch<R> {
 
 impl<R: Real> Batch<R> {
     #[inline(always)]
-    fn of_record(bodies: &Bodies<'_, R>, record: usize) -> Self {
+    fn of_record(bodies: &Bodies<'_, R>, record: usize, several: u32) -> Self {
         let at = record * RECORD;
         let of = |column: &[R]| *column[at..].first_chunk().expect("a record");
         Batch {
             count: LANES,
             places: core::array::from_fn(|lane| at + lane),
+            several,
             positions: of(bodies.positions),
             velocities: of(bodies.velocities),
-            starts: bodies.substep.starts.map_or([R::ZERO; RECORD], of),
+            starts: bodies.starts_of(record),
             pulls: of(bodies.forces),
             before: bodies.substep.before.map_or([R::ZERO; RECORD], of),
             inverse_masses: *bodies.inverse_masses[at..].first_chunk().expect("a record"),
@@ -221,7 +178,12 @@ impl<R: Real> Batch<R> {
     }
 
     #[inline(always)]
-    fn add(&mut self, bodies: &Bodies<'_, R>, at: usize) {
+    fn add(
+        &mut self,
+        bodies: &Bodies<'_, R>,
+        starts: &[R; RECORD],
+        (at, is_in_several): (usize, u32),
+    ) {
         let lane = self.count;
         for axis in 0..3 {
             let (to, from) = (axis * LANES + lane, axis * LANES + at);
@@ -229,13 +191,14 @@ impl<R: Real> Batch<R> {
             self.velocities[to] = bodies.velocities[from];
             self.pulls[to] = bodies.forces[from];
             self.before[to] = bodies.substep.before.map_or(R::ZERO, |column| column[from]);
-            self.starts[to] = bodies.substep.starts.map_or(R::ZERO, |column| column[from]);
+            self.starts[to] = starts[from % RECORD];
         }
         self.inverse_masses[lane] = bodies.inverse_masses[at];
         self.masses[lane] = bodies.masses[single(at)];
         self.stiffnesses[lane] = single_of(bodies.stiffnesses, at);
         self.radii[lane] = bodies.radii.at(at);
         self.places[lane] = at;
+        self.several |= is_in_several << lane;
         self.count += 1;
     }
 
@@ -261,13 +224,7 @@ impl<R: Real> Batch<R> {
         if substep.before.is_none() {
             self.before = self.pulls;
         }
-        if substep.starts.is_none() {
-            for i in 0..RECORD {
-                let mean = self.velocities[i] - self.pulls[i] * lag;
-                self.starts[i] = self.positions[i] - mean * h;
-            }
-        }
-        let several = self.in_several(obstacles, &flat, (time, reach));
+        let several = self.several;
         // Where the start is known the displacement needs no lag.
         let lag = if substep.starts.is_some() { R::ZERO } else { lag };
         for lane in lanes(several) {
@@ -293,7 +250,7 @@ impl<R: Real> Batch<R> {
         }
         for (_, own) in &obstacles.own {
             let moving = self.moving() & !several;
-            note(self.meet_curved(&own.of::<R>(), (&flat, time, moving), &mut tally.contacts));
+            note(self.meet_curved(own.of::<R>(), (&flat, time, moving), &mut tally.contacts));
         }
         // What one surface has put into another is held by both.
         for lane in lanes(again) {
@@ -303,42 +260,6 @@ impl<R: Real> Batch<R> {
             // Each surface has been counted.
             tally.contacts += Contacts { count: 0, ..held };
         }
-    }
-
-    /// The particles that are inside an obstacle and in or on another, a bit for each.
-    #[inline(always)]
-    fn in_several(&self, obstacles: &Obstacles<R>, span: &Span<R>, (time, reach): (f64, R)) -> u32 {
-        if obstacles.count() < 2 {
-            return 0;
-        }
-        let (mut once, mut twice) = (0, 0);
-        let mut note = |now: u32| (once, twice) = (once | now, twice | once & now);
-        for plane in &obstacles.planes {
-            let mut bits = [0; LANES];
-            for (lane, bit) in bits.iter_mut().enumerate() {
-                let noise = rounding(self.terms(plane, lane), self.radii[lane]);
-                *bit = u32::from(-noise <= self.depth(plane, lane)) << lane;
-            }
-            note(bits.iter().fold(0, |all, bit| all | bit));
-        }
-        let largest = self.radii.iter().copied().fold(R::ZERO, R::max);
-        for solid in &obstacles.solids {
-            note(Ball::behind(solid, (time, span.h), largest + reach).inside(&self.positions));
-        }
-        obstacles.own.iter().for_each(|_| note((1 << LANES) - 1));
-        let is_in_several = |&lane: &usize| {
-            let (place, radius) = self.at(lane);
-            let (mut near, mut is_in) = (0, false);
-            for obstacle in (0..obstacles.count()).map(|index| obstacles.get(index)) {
-                let depth = radius - obstacle.gap(place, time);
-                let noise = rounding(obstacle.terms(place, time), radius);
-                near += u32::from(-noise <= depth);
-                is_in |= if span.settles() { noise < depth } else { R::ZERO < depth };
-            }
-            is_in && 1 < near
-        };
-        let may = twice & self.moving();
-        lanes(may).filter(is_in_several).fold(0, |bits, lane| bits | 1 << lane)
     }
 
     /// Lets a particle meet all obstacles that it is in or on at once.
@@ -491,17 +412,11 @@ impl<R: Real> Batch<R> {
         contacts: &mut Contacts,
     ) -> u32 {
         let passage = Passage::new(solid, (time, span.h.to_f64()));
-        let mut bits = [0; LANES];
-        for (lane, bit) in bits.iter_mut().enumerate() {
-            let [to, from] = [&self.positions, &self.starts].map(|column| lane_of(column, lane));
-            let way = core::array::from_fn(|axis| to[axis] - from[axis]);
-            *bit = u32::from(passage.is_long(way)) << lane;
-        }
-        let long = near & self.moving() & bits.iter().fold(0, |all, bit| all | bit);
+        let long = near & self.moving() & passage.long_ways(&self.starts, &self.positions);
         lanes(long).fold(0, |met, lane| {
             let way = (lane_of(&self.starts, lane), lane_of(&self.positions, lane));
             let Some(entrance) = passage.entrance(way, self.radii[lane]) else { return met };
-            let terms = solid.terms_at(way.1, time);
+            let terms = solid.terms(R::Vec3::from_components(way.1), time);
             let touch = self.touch(lane, (entrance.normal, entrance.depth, terms));
             let landed = meet_surface(solid, touch, (span, time), self.masses[lane]);
             self.set(lane, landed.position, landed.velocity);
@@ -516,7 +431,7 @@ impl<R: Real> Batch<R> {
     #[inline(always)]
     fn meet_curved(
         &mut self,
-        obstacle: &impl Sampled<R>,
+        obstacle: &(impl Sampled<R> + ?Sized),
         (span, time, near): (&Span<R>, f64, u32),
         contacts: &mut Contacts,
     ) -> u32 {
@@ -527,13 +442,16 @@ impl<R: Real> Batch<R> {
                 (gaps[lane] < self.radii[lane]) & (self.inverse_masses[lane] != R::ZERO);
             bits[lane] = u32::from(is_inside) << lane;
         }
-        let obstacle = obstacle.single();
-        let mut met = 0;
-        for lane in lanes(near & bits.iter().fold(0, |all, bit| all | bit)) {
+        let (inside, mut met) = (near & bits.iter().fold(0, |all, bit| all | bit), 0);
+        if inside == 0 {
+            return 0;
+        }
+        let normals = obstacle.normals((&self.positions, inside), time);
+        for lane in lanes(inside) {
             let position = R::Vec3::from_components(lane_of(&self.positions, lane));
-            let normal = obstacle.normal(position, time).components();
             let terms = obstacle.terms(position, time);
-            let touch = self.touch(lane, (normal, self.radii[lane] - gaps[lane], terms));
+            let touch =
+                self.touch(lane, (lane_of(&normals, lane), self.radii[lane] - gaps[lane], terms));
             if touch.is_inside(span) {
                 let mut landed = meet_surface(obstacle, touch, (span, time), self.masses[lane]);
                 if span.settles() {

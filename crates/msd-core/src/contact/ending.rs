@@ -1,6 +1,8 @@
 //! A substep that ends: the state as contact needs it.
 
+use super::found::Found;
 use super::{Evaluated, Radii};
+use crate::columns::RECORD;
 use crate::columns::threads::{Split, split_singles};
 use crate::number::Real;
 
@@ -18,6 +20,8 @@ pub(crate) struct Bodies<'a, R: Real> {
     pub(crate) positions: &'a mut [R],
     pub(crate) velocities: &'a mut [R],
     pub(crate) substep: Substep<'a, R>,
+    /// Their contacts at its end.
+    pub(crate) found: Found<'a>,
 }
 
 /// A substep that ends.
@@ -49,6 +53,25 @@ impl<R: Real> Substep<'_, R> {
     }
 }
 
+impl<R: Real> Bodies<'_, R> {
+    /// Where the particles of a record were at the start of the substep, metres.
+    #[inline(always)]
+    pub(crate) fn starts_of(&self, record: usize) -> [R; RECORD] {
+        let Substep { h, lag, starts, .. } = self.substep;
+        let of =
+            |column: &[R]| *column[record * RECORD..].first_chunk::<RECORD>().expect("a record");
+        if let Some(starts) = starts {
+            return of(starts);
+        }
+        let (mut x, v) = (of(self.positions), of(self.velocities));
+        let (f, w) = (of(self.forces), of(self.inverse_masses));
+        for i in 0..RECORD {
+            x[i] -= (v[i] - f[i] * w[i] * lag) * h;
+        }
+        x
+    }
+}
+
 impl<R: Real> Split for Bodies<'_, R> {
     fn numbers(&self) -> usize {
         self.positions.len()
@@ -61,6 +84,7 @@ impl<R: Real> Split for Bodies<'_, R> {
         let (low_forces, forces) = self.forces.split_at(numbers);
         let (low_positions, positions) = self.positions.split_at_mut(numbers);
         let (low_velocities, velocities) = self.velocities.split_at_mut(numbers);
+        let (low_found, found) = self.found.split(numbers);
         let (low_starts, starts) =
             self.substep.starts.map(|column| column.split_at(numbers)).unzip();
         let (low_before, before) =
@@ -76,6 +100,7 @@ impl<R: Real> Split for Bodies<'_, R> {
             positions: low_positions,
             velocities: low_velocities,
             substep: low_substep,
+            found: low_found,
         };
         let high = Bodies {
             masses,
@@ -86,6 +111,7 @@ impl<R: Real> Split for Bodies<'_, R> {
             positions,
             velocities,
             substep,
+            found,
         };
         (low, high)
     }

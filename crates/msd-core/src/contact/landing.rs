@@ -14,8 +14,9 @@ pub(crate) struct Landed<R> {
 }
 
 /// Lets a particle of some mass inside an obstacle meet it; the obstacle may move.
+#[inline(always)]
 pub(crate) fn meet_surface<R: Real>(
-    obstacle: &dyn Obstacle<R>,
+    obstacle: &(impl Obstacle<R> + ?Sized),
     mut touch: Touch<R>,
     (span, time): (&Span<R>, f64),
     mass: R,
@@ -185,7 +186,7 @@ const CORRECTIONS: usize = 3;
 /// Puts a particle back on the surface that it left along a tangent, as friction takes back some
 /// of its way. What hovers over a surface is not held there by [`super::after_kick`].
 pub(crate) fn onto<R: Real>(
-    obstacle: &dyn Obstacle<R>,
+    obstacle: &(impl Obstacle<R> + ?Sized),
     touch: &Touch<R>,
     landed: &mut Landed<R>,
     time: f64,

@@ -217,8 +217,11 @@ impl<R: Real> Touch<R> {
     fn distance(&self, span: &Span<R>) -> R {
         // Without a branch, as `is_inside`: sixteen are computed at once.
         let at_start = (self.along_normal(self.way()) + self.depth).abs();
-        let at_end = if span.settles() { self.depth } else { R::ZERO };
-        if let Evaluated::AtStart = span.evaluated { at_start } else { at_end }
+        match span.evaluated {
+            Evaluated::AtStart => at_start,
+            Evaluated::AtEnd => self.depth,
+            Evaluated::Solved | Evaluated::Nowhere => R::ZERO,
+        }
     }
 
     /// By how much the springs pull less at the surface than there, metres per second squared.
@@ -256,10 +259,10 @@ pub(crate) struct Span<R> {
 pub(crate) const TURN: f64 = 0.1;
 
 impl<R> Span<R> {
-    /// Whether the method holds by [`super::after_kick`] what lies on an obstacle.
+    /// Whether the method holds what lies on an obstacle.
     #[inline(always)]
     pub(crate) fn settles(&self) -> bool {
-        matches!(self.evaluated, Evaluated::AtEnd)
+        self.evaluated.settles()
     }
 }
 
@@ -271,8 +274,18 @@ pub(crate) enum Evaluated {
     /// At those of its end, by a method that holds what lies on an obstacle by
     /// [`super::after_kick`].
     AtEnd,
-    /// Nowhere: the method solves for them, or projects.
+    /// At those of a stage, by a method that solves for what lies on an obstacle.
+    Solved,
+    /// Nowhere: the method projects.
     Nowhere,
+}
+
+impl Evaluated {
+    /// As of [`Span::settles`].
+    #[inline(always)]
+    pub(crate) fn settles(self) -> bool {
+        matches!(self, Evaluated::AtEnd | Evaluated::Solved)
+    }
 }
 
 /// The push of a surface along its normal.
@@ -317,9 +330,6 @@ pub struct Contacts {
     /// Whether one of them gave speed back; of a single substep.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) bounced: bool,
-    /// Whether a particle was inside a plane or near another obstacle; of a single substep.
-    #[cfg_attr(feature = "serde", serde(skip))]
-    pub(crate) near: bool,
     /// Whether a surface turned by too much on the way of one, or moved by more than half of the
     /// thickness of its solid, in a substep.
     #[cfg_attr(feature = "serde", serde(skip))]
@@ -350,7 +360,6 @@ impl core::ops::AddAssign for Contacts {
         self.added += other.added;
         self.driven += other.driven;
         self.bounced |= other.bounced;
-        self.near |= other.near;
         self.turned |= other.turned;
         self.squeezed |= other.squeezed;
     }

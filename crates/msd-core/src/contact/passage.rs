@@ -71,6 +71,18 @@ impl<'a, 's> Passage<'a, 's> {
         (short < R::ZERO) | (short * short < dot(way, way))
     }
 
+    /// The particles of a record with such ways, a bit for each.
+    #[inline(always)]
+    pub(crate) fn long_ways<R: Real>(&self, from: &[R; RECORD], to: &[R; RECORD]) -> u32 {
+        let mut bits = [0; LANES];
+        for (lane, bit) in bits.iter_mut().enumerate() {
+            let (from, to) = (lane_of(from, lane), lane_of(to, lane));
+            let way = [to[0] - from[0], to[1] - from[1], to[2] - from[2]];
+            *bit = u32::from(self.is_long(way)) << lane;
+        }
+        bits.iter().fold(0, |all, bit| all | bit)
+    }
+
     /// Where a particle of some radius went in. One that lay on the surface and is on the same side
     /// of it has not: it goes along.
     pub(crate) fn entrance<R: Real>(

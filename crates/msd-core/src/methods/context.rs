@@ -8,6 +8,7 @@ use crate::columns::Aligned;
 use crate::columns::threads::Split;
 use crate::contact::after_kick::Kick;
 use crate::contact::ending::Substep;
+use crate::contact::found::{Contact, When};
 use crate::contact::passage::fastest;
 use crate::contact::shells::{At, Rows};
 use crate::contact::{Contacts, Evaluated};
@@ -26,6 +27,8 @@ pub(crate) struct Scratch<R: Real> {
     pub(crate) work: ForceWork<R>,
     /// Work columns of the method.
     pub(crate) columns: Vec<Aligned<R>>,
+    /// The contacts of the positions at which they were found last.
+    pub(crate) contacts: Vec<Contact>,
     /// The largest speed after the first substep of the step where there are solids, metres per
     /// second.
     pub(crate) fastest: R,
@@ -46,6 +49,7 @@ impl<R: Real> Scratch<R> {
             forces: column(&model.slots, 4),
             work: ForceWork::new(&model.springs, &model.slots),
             columns: (0..columns).map(|number| column(&model.slots, 16 + number)).collect(),
+            contacts: Vec::new(),
             fastest: R::ZERO,
             power: 0.0,
             warm: false,
@@ -97,7 +101,7 @@ impl Done {
         self.given += contacts.driven.max(0.0);
         self.touched |= 0 < contacts.count;
         self.turned |= contacts.turned;
-        self.contacts += Contacts { bounced: false, near: false, turned: false, ..contacts };
+        self.contacts += Contacts { bounced: false, turned: false, ..contacts };
     }
 }
 
@@ -107,7 +111,7 @@ pub(crate) enum Way {
     /// By h (v' − s h a), with v' the velocity at its end, a the last acceleration, and s given.
     Kicked(f64),
     /// By h (v' − h a/2), between half kicks; the acceleration of the first is in the second work
-    /// column.
+    /// column. Contacts have been found.
     BetweenKicks,
     /// From positions that are kept in the first work column.
     Kept,
@@ -200,6 +204,11 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.start + f64::from(self.finished) * self.settings.substep()
     }
 
+    /// Simulated time at its end, seconds.
+    pub(crate) fn end(&self) -> f64 {
+        self.start + f64::from(self.finished + 1) * self.settings.substep()
+    }
+
     /// The columns of the step.
     pub fn parts(&mut self) -> Parts<'_, R> {
         Parts {
@@ -256,11 +265,12 @@ impl<'a, R: Real> StepContext<'a, R> {
         self.finish(Way::Kicked(0.0), Evaluated::AtStart);
     }
 
-    /// Whether particles are on obstacles at the present positions.
-    ///
-    /// `are_far`: it is known that none is near a solid.
-    pub(crate) fn is_any_on(&self, are_far: bool) -> bool {
-        self.model.is_any_on(self.level, (&self.state.positions, are_far), self.time())
+    /// Finds the contacts of the present positions at a time, seconds; whether particles lie on
+    /// obstacles, for a method that holds them there.
+    pub(crate) fn find(&mut self, time: f64, evaluated: Evaluated) -> bool {
+        let (positions, contacts) = (&self.state.positions, &mut self.scratch.contacts);
+        let when = When { time, settles: evaluated.settles() };
+        self.model.find(self.level, positions, when, contacts)
     }
 
     /// Holds what lies on an obstacle after a kick with the accelerations in a work column: the
@@ -272,13 +282,15 @@ impl<'a, R: Real> StepContext<'a, R> {
         kick: Kick<R>,
     ) -> Contacts {
         let Columns { positions, velocities: present } = &mut *self.state;
-        let (model, columns) = (self.model, &mut self.scratch.columns);
+        let Scratch { columns, contacts, .. } = &mut *self.scratch;
+        let model = self.model;
         let Some(velocities) = velocities else {
-            return model.settle(self.level, (positions, present), &columns[accelerations], kick);
+            let pulls = (&*columns[accelerations], &**contacts);
+            return model.settle(self.level, (positions, present), pulls, kick);
         };
         let two = columns.get_disjoint_mut([velocities, accelerations]);
         let [velocities, accelerations] = two.expect("two columns");
-        model.settle(self.level, (positions, velocities), accelerations, kick)
+        model.settle(self.level, (positions, velocities), (accelerations, contacts), kick)
     }
 
     /// Whether there are shells.
@@ -373,9 +385,9 @@ impl<'a, R: Real> StepContext<'a, R> {
     /// Ends a substep, the displacement of which was made as `way` says; returns what obstacles
     /// did.
     pub(crate) fn finish(&mut self, way: Way, evaluated: Evaluated) -> Contacts {
-        self.finished += 1;
         self.done.given -= self.scratch.work.own_power.min(0.0) * self.settings.substep();
         let contacts = self.meet_obstacles(way, evaluated);
+        self.finished += 1;
         if self.finished < self.settings.substeps {
             self.count_passes();
         }
@@ -387,21 +399,24 @@ impl<'a, R: Real> StepContext<'a, R> {
             return Contacts::default();
         }
         let length = self.settings.substep();
-        if self.finished == 1 && !self.model.obstacles.solids.is_empty() {
+        if self.finished == 0 && !self.model.obstacles.solids.is_empty() {
             self.scratch.fastest = fastest(self.level, &self.state.velocities);
         }
-        let Scratch { forces, columns, fastest, .. } = &*self.scratch;
+        let time = self.end();
+        if !matches!(way, Way::BetweenKicks) {
+            self.find(time, evaluated);
+        }
+        let Scratch { forces, columns, contacts, fastest, .. } = &*self.scratch;
         let (lag, starts, before) = match way {
             Way::Kicked(lag) => (lag, None, None),
             Way::BetweenKicks => (0.5, None, Some(&*columns[1])),
             Way::Kept => (0.5, Some(&*columns[0]), None),
         };
         let h = R::of(length);
-        let time = self.start + f64::from(self.finished) * length;
         // Nothing gets twice as fast within a step unless it diverges.
         let reach = (*fastest + *fastest) * h;
         let substep = Substep { h, time, lag: h * R::of(lag), reach, starts, before, evaluated };
-        let contacts = self.model.resolve(self.level, self.state, forces, substep);
+        let contacts = self.model.resolve(self.level, self.state, (forces, contacts), substep);
         if 0 < contacts.count {
             self.scratch.work.near.disturb();
         }

@@ -106,14 +106,15 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
     let (h, level) = (step.substep(), step.level);
     let is_damped = step.model.is_damped_at_all();
     let (mut real, mut met) = (1.0, false);
-    let mut are_far = false;
+    // Whether particles lie on obstacles, where that is known.
+    let mut lie = None;
     for _ in 0..step.substeps() {
         if !step.scratch.warm {
             step.scratch.power = step.set_forces(step.time());
             for_each_share(step.pass(), |pass| at_level!(level, _simd => set_accelerations(pass)));
         }
         let before = step.scratch.power;
-        let lies = step.is_any_on(are_far);
+        let lies = lie.unwrap_or_else(|| step.find(step.time(), Evaluated::AtEnd));
         if lies || step.has_shells() {
             kick_settle_drift(step, is_damped);
         } else if is_damped {
@@ -136,6 +137,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         if step.has_shells() {
             step.hold_shells(h * R::HALF);
         }
+        lie = Some(step.find(step.end(), Evaluated::AtEnd));
         if lies {
             let kick = half_of(step, step.settings.substep(), false, Drift::Behind);
             let contacts = step.settle(None, NOW, kick);
@@ -149,7 +151,7 @@ pub(crate) fn velocity_verlet<R: Real>(step: &mut StepContext<'_, R>) {
         step.scratch.warm = !contacts.bounced;
         met = 0 < contacts.count;
         // The next substep begins where this one ends.
-        are_far = !contacts.near;
+        lie = lie.filter(|_| !met);
         let taken = 0.5 * (before + power) * h.to_f64();
         step.done.counted += if met { taken * real } else { taken };
     }
@@ -289,7 +291,7 @@ pub(crate) fn rk4<R: Real>(step: &mut StepContext<'_, R>) {
         if step.has_shells() {
             step.begin_shells();
         }
-        let lies = step.is_any_on(false);
+        let lies = step.find(time, Evaluated::AtEnd);
         for_each_share(step.pass(), start);
         for (weight, reach, at) in [(R::ONE, half, 0.5), (two, half, 0.5), (two, h, 1.0)] {
             for_each_share(
@@ -323,6 +325,7 @@ fn settle_stage<R: Real>(step: &mut StepContext<'_, R>, reach: R, is_last: bool)
     let time = step.time() + reach.to_f64();
     let kick =
         Kick { length: reach, substep: step.substep(), time, loses: is_last, drift: Drift::Absent };
+    step.find(time, Evaluated::AtEnd);
     step.settle(None, KICKS, kick)
 }
 

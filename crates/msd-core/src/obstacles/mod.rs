@@ -137,11 +137,6 @@ impl<R: Real> Obstacles<R> {
         solids.chain(self.own.iter().map(|(_, own)| own.of::<R>()))
     }
 
-    /// Whether there are planes alone.
-    pub(crate) fn is_flat(&self) -> bool {
-        self.solids.is_empty() && self.own.is_empty()
-    }
-
     /// An obstacle by its place among all.
     ///
     /// # Panics

@@ -34,6 +34,12 @@ impl<'s> Placed<'s> {
     pub(crate) fn own<R: Real>(&self, position: R::Vec3) -> DVec3 {
         self.axes.transpose() * (position.to_f64() - self.middle)
     }
+
+    /// The point in a lane of a record as seen from the solid.
+    #[inline(always)]
+    fn own_of<R: Real>(&self, x: &[R; RECORD], lane: usize) -> DVec3 {
+        self.own::<R>(R::Vec3::from_components(lane_of(x, lane)))
+    }
 }
 
 /// The vector of a lane.
@@ -43,12 +49,16 @@ pub(crate) fn lane_of<R: Real>(record: &[R; RECORD], lane: usize) -> [R; 3] {
 }
 
 /// The lanes of bits.
-pub(crate) fn lanes(bits: u32) -> impl Iterator<Item = usize> {
-    (0..LANES).filter(move |lane| bits >> lane & 1 != 0)
+pub(crate) fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        bits &= bits.wrapping_sub(1);
+        (lane < LANES).then_some(lane)
+    })
 }
 
 /// An obstacle that is no plane, at the points of a record that some bits say.
-pub(crate) trait Sampled<R: Real> {
+pub(crate) trait Sampled<R: Real>: Obstacle<R> {
     /// The gaps, metres.
     fn gaps(&self, points: (&[R; RECORD], u32), time: f64) -> [R; LANES];
 
@@ -57,48 +67,24 @@ pub(crate) trait Sampled<R: Real> {
 
     /// The velocities of the surface, metres per second, as a record.
     fn velocities(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD];
-
-    /// The terms of its gap at a point, as of [`Obstacle::terms`].
-    fn terms_at(&self, point: [R; 3], time: f64) -> R;
-
-    /// What it is at a single point.
-    fn single(&self) -> &dyn Obstacle<R>;
 }
 
 impl<R: Real> Sampled<R> for Placed<'_> {
     #[inline(always)]
     fn gaps(&self, (x, which): (&[R; RECORD], u32), _: f64) -> [R; LANES] {
-        let own = |lane| self.own::<R>(R::Vec3::from_components(lane_of(x, lane)));
         let mut gaps = [R::ZERO; LANES];
-        if let Some(rod) = self.solid.shape.rod() {
-            for (lane, gap) in gaps.iter_mut().enumerate() {
-                *gap = R::of(rod.gap(own(lane)));
-            }
-            return gaps;
-        }
-        for lane in lanes(which) {
-            gaps[lane] = R::of(self.solid.shape.gap(own(lane)));
-        }
+        let own = |lane| self.own_of(x, lane);
+        self.solid.shape.each_gap::<LANES>(which, own, |lane, gap| gaps[lane] = R::of(gap));
         gaps
     }
 
     #[inline(always)]
     fn normals(&self, (x, which): (&[R; RECORD], u32), _: f64) -> [R; RECORD] {
-        let own = |lane| self.own::<R>(R::Vec3::from_components(lane_of(x, lane)));
         let mut normals = [R::ZERO; RECORD];
-        if let Some(rod) = self.solid.shape.rod() {
-            for lane in 0..LANES {
-                let normal = (self.axes * rod.normal(own(lane))).to_array();
-                for axis in 0..3 {
-                    normals[axis * LANES + lane] = R::of(normal[axis]);
-                }
-            }
-            return normals;
-        }
-        for lane in lanes(which) {
-            let normal = self.axes * self.solid.shape.normal(own(lane));
-            set_vector(&mut normals, lane, R::Vec3::of(normal));
-        }
+        let own = |lane| self.own_of(x, lane);
+        self.solid.shape.each_normal::<LANES>(which, own, |lane, normal| {
+            set_vector(&mut normals, lane, R::Vec3::of(self.axes * normal));
+        });
         normals
     }
 
@@ -111,18 +97,9 @@ impl<R: Real> Sampled<R> for Placed<'_> {
         }
         all
     }
-
-    #[inline(always)]
-    fn terms_at(&self, point: [R; 3], time: f64) -> R {
-        self.terms(R::Vec3::from_components(point), time)
-    }
-
-    fn single(&self) -> &dyn Obstacle<R> {
-        self
-    }
 }
 
-impl<R: Real> Sampled<R> for &dyn Obstacle<R> {
+impl<R: Real> Sampled<R> for dyn Obstacle<R> + '_ {
     fn gaps(&self, (x, which): (&[R; RECORD], u32), time: f64) -> [R; LANES] {
         let mut gaps = [R::ZERO; LANES];
         for lane in lanes(which) {
@@ -137,14 +114,6 @@ impl<R: Real> Sampled<R> for &dyn Obstacle<R> {
 
     fn velocities(&self, points: (&[R; RECORD], u32), time: f64) -> [R; RECORD] {
         vectors(points, |point| self.velocity(point, time))
-    }
-
-    fn terms_at(&self, point: [R; 3], time: f64) -> R {
-        self.terms(R::Vec3::from_components(point), time)
-    }
-
-    fn single(&self) -> &dyn Obstacle<R> {
-        *self
     }
 }
 
@@ -287,5 +256,75 @@ impl<R: Real> Obstacle<R> for Solid {
 
     fn law(&self) -> ContactLaw<R> {
         ContactLaw::new(self.restitution, self.friction)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::{Instructions, at_level};
+    use crate::scene::solid::rotation;
+    use alloc::vec::Vec;
+
+    /// Points inside and outside, on faces, edges, corners and axes, and a rounding beside them.
+    fn points(sides: DVec3) -> Vec<DVec3> {
+        let mut state = 7u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 33) as usize
+        };
+        let mut number = |side: f64| {
+            let apart = [0.0, -0.0, side, side * (1.0 + f64::EPSILON), side * 0.5, side * 1.5];
+            let anywhere = random() as f64 / f64::from(1u32 << 31) * 4.0 - 2.0;
+            let sign = if random() % 2 == 0 { 1.0 } else { -1.0 };
+            apart.get(random() % 9).map_or(anywhere, |x| x * sign)
+        };
+        (0..2000).map(|_| DVec3::new(number(sides.x), number(sides.y), number(sides.z))).collect()
+    }
+
+    fn sixteen_are_as_one<R: Real>(shape: &Shape, sides: DVec3) {
+        let mut solid = Solid::new(shape.clone());
+        for axes in [DMat3::IDENTITY, rotation(DVec3::new(2.0, -1.0, 2.0) / 3.0, 0.8)] {
+            solid.axes = axes;
+            let placed = Placed::new(&solid, 0.0);
+            for points in points(sides).chunks_exact(LANES) {
+                let mut x = [R::ZERO; RECORD];
+                for (lane, &point) in points.iter().enumerate() {
+                    set_vector(&mut x, lane, R::Vec3::of(axes * point));
+                }
+                for level in Instructions::ALL.map(Instructions::level) {
+                    let at = (&x, u32::MAX);
+                    let (gaps, normals) =
+                        at_level!(level, _simd => (placed.gaps(at, 0.0), placed.normals(at, 0.0)));
+                    for (lane, sixteenth) in gaps.into_iter().enumerate() {
+                        let point = R::Vec3::from_components(lane_of(&x, lane));
+                        let gap: R = placed.gap(point, 0.0);
+                        let normal = Obstacle::<R>::normal(&placed, point, 0.0);
+                        let bits = |number: R| number.to_f64().to_bits();
+                        assert_eq!(bits(sixteenth), bits(gap), "{shape:?} {point:?}");
+                        let normals = lane_of(&normals, lane).map(bits);
+                        assert_eq!(normals, normal.components().map(bits), "{shape:?} {point:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sixteen_gaps_and_normals_have_the_bits_of_single_ones() {
+        let (radius, length, tube) = (0.6, 0.9, 0.25);
+        let size = DVec3::new(0.8, 1.2, 0.5);
+        let round = DVec3::new(radius, 0.5 * length, radius);
+        for (shape, sides) in [
+            (Shape::Sphere { radius }, DVec3::splat(radius)),
+            (Shape::Capsule { radius, length }, round),
+            (Shape::Box { size }, size * 0.5),
+            (Shape::Cylinder { radius, length }, round),
+            (Shape::Torus { radius, tube }, DVec3::new(radius + tube, tube, radius)),
+            (Shape::HalfSpace, DVec3::ONE),
+        ] {
+            sixteen_are_as_one::<f32>(&shape, sides);
+            sixteen_are_as_one::<f64>(&shape, sides);
+        }
     }
 }

@@ -108,44 +108,90 @@ impl Solid {
 }
 
 impl Shape {
-    /// A ball or a capsule as a rod.
-    #[inline(always)]
-    pub(crate) fn rod(&self) -> Option<Rod> {
-        match *self {
-            Shape::Sphere { radius } => Some(Rod { radius, length: 0.0 }),
-            Shape::Capsule { radius, length } => Some(Rod { radius, length }),
-            _ => None,
-        }
-    }
-
     /// The distance of a point from the surface, metres; negative inside.
     pub fn gap(&self, point: DVec3) -> f64 {
-        match *self {
-            Shape::Sphere { radius } => Rod { radius, length: 0.0 }.gap(point),
-            Shape::Capsule { radius, length } => Rod { radius, length }.gap(point),
-            Shape::Box { size } => beyond(point.abs() - size * 0.5),
-            Shape::Cylinder { radius, length } => beyond(sides_of_rod(point, radius, length)),
-            Shape::Torus { radius, tube } => length(point - on_circle(point, radius)) - tube,
-            Shape::Mesh(ref grid) => grid.gap(point),
-            Shape::HalfSpace => point.y,
-        }
+        let mut only = 0.0;
+        self.each_gap::<1>(1, |_| point, |_, gap| only = gap);
+        only
     }
 
     /// The direction out of the solid at a point, length one.
     pub fn normal(&self, point: DVec3) -> DVec3 {
+        let mut only = DVec3::ZERO;
+        self.each_normal::<1>(1, |_| point, |_, normal| only = normal);
+        only
+    }
+
+    /// Computes the gaps of N points, as of [`Shape::gap`]; of a mesh only where a bit says so.
+    #[inline(always)]
+    pub(crate) fn each_gap<const N: usize>(
+        &self,
+        which: u32,
+        point: impl Fn(usize) -> DVec3,
+        set: impl FnMut(usize, f64),
+    ) {
         match *self {
-            Shape::Sphere { radius } => Rod { radius, length: 0.0 }.normal(point),
-            Shape::Capsule { radius, length } => Rod { radius, length }.normal(point),
-            Shape::Box { size } => out(point.abs() - size * 0.5, point, DMat3::IDENTITY),
-            Shape::Cylinder { radius, length } => {
-                let across = direction(around(point), DVec3::X);
-                let axes = DMat3::from_cols(across, DVec3::Y, DVec3::ZERO);
-                let sides = sides_of_rod(point, radius, length);
-                out(sides, DVec3::new(1.0, point.y, 1.0), axes)
+            Shape::Sphere { radius } => {
+                let rod = Rod { radius, length: 0.0 };
+                each::<N, f64>(ALL, |lane| rod.gap(point(lane)), set);
             }
-            Shape::Torus { radius, .. } => direction(point - on_circle(point, radius), DVec3::Y),
-            Shape::Mesh(ref grid) => grid.normal(point),
-            Shape::HalfSpace => DVec3::Y,
+            Shape::Capsule { radius, length } => {
+                let rod = Rod { radius, length };
+                each::<N, f64>(ALL, |lane| rod.gap(point(lane)), set);
+            }
+            Shape::Box { size } => {
+                each::<N, f64>(ALL, |lane| beyond(point(lane).abs() - size * 0.5), set);
+            }
+            Shape::Cylinder { radius, length } => {
+                let sides = |lane| sides_of_rod(point(lane), radius, length);
+                each::<N, f64>(ALL, |lane| beyond(sides(lane)), set);
+            }
+            Shape::Torus { radius, tube } => {
+                let away = |lane| from_circle(point(lane), radius);
+                each::<N, f64>(ALL, |lane| length(away(lane)) - tube, set);
+            }
+            Shape::Mesh(ref grid) => each::<N, f64>(which, |lane| grid.gap(point(lane)), set),
+            Shape::HalfSpace => each::<N, f64>(ALL, |lane| point(lane).y, set),
+        }
+    }
+
+    /// Computes the normals at N points, as of [`Shape::normal`]; of a mesh only where a bit says
+    /// so.
+    #[inline(always)]
+    pub(crate) fn each_normal<const N: usize>(
+        &self,
+        which: u32,
+        point: impl Fn(usize) -> DVec3,
+        set: impl FnMut(usize, DVec3),
+    ) {
+        match *self {
+            Shape::Sphere { radius } => {
+                let rod = Rod { radius, length: 0.0 };
+                each::<N, DVec3>(ALL, |lane| rod.normal(point(lane)), set);
+            }
+            Shape::Capsule { radius, length } => {
+                let rod = Rod { radius, length };
+                each::<N, DVec3>(ALL, |lane| rod.normal(point(lane)), set);
+            }
+            Shape::Box { size } => {
+                let law = |point: DVec3| out(point.abs() - size * 0.5, point, DMat3::IDENTITY);
+                each::<N, DVec3>(ALL, |lane| law(point(lane)), set);
+            }
+            Shape::Cylinder { radius, length } => {
+                let law = |point: DVec3| {
+                    let across = direction(around(point), DVec3::X);
+                    let axes = DMat3::from_cols(across, DVec3::Y, DVec3::ZERO);
+                    let sides = sides_of_rod(point, radius, length);
+                    out(sides, DVec3::new(1.0, point.y, 1.0), axes)
+                };
+                each::<N, DVec3>(ALL, |lane| law(point(lane)), set);
+            }
+            Shape::Torus { radius, .. } => {
+                let away = |lane| from_circle(point(lane), radius);
+                each::<N, DVec3>(ALL, |lane| direction(away(lane), DVec3::Y), set);
+            }
+            Shape::Mesh(ref grid) => each::<N, DVec3>(which, |lane| grid.normal(point(lane)), set),
+            Shape::HalfSpace => each::<N, DVec3>(ALL, |_| DVec3::Y, set),
         }
     }
 
@@ -189,22 +235,35 @@ impl Shape {
     }
 }
 
-/// All points within a radius of a piece of the axis, which may be a point: its laws are those of
-/// balls and capsules, without a branch, so that many points are computed at once.
+/// Computes a law at each of N points that a bit is set for. The laws of shapes have no branches:
+/// all of their points are computed at once.
+#[inline(always)]
+fn each<const N: usize, T>(which: u32, law: impl Fn(usize) -> T, mut set: impl FnMut(usize, T)) {
+    for lane in 0..N {
+        if which >> lane & 1 != 0 {
+            set(lane, law(lane));
+        }
+    }
+}
+
+/// Every point.
+const ALL: u32 = u32::MAX;
+
+/// All points within a radius of a piece of the axis, which may be a point: a ball or a capsule.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Rod {
+struct Rod {
     radius: f64,
     length: f64,
 }
 
 impl Rod {
     #[inline(always)]
-    pub(crate) fn gap(self, point: DVec3) -> f64 {
+    fn gap(self, point: DVec3) -> f64 {
         length(self.away(point)) - self.radius
     }
 
     #[inline(always)]
-    pub(crate) fn normal(self, point: DVec3) -> DVec3 {
+    fn normal(self, point: DVec3) -> DVec3 {
         // On the axis of a capsule its ends are farther than its round side.
         direction(self.away(point), if 0.0 < self.length { DVec3::X } else { DVec3::Y })
     }
@@ -221,50 +280,57 @@ fn length(vector: DVec3) -> f64 {
     Real::sqrt(vector.dot(vector))
 }
 
+/// One of two vectors.
+#[inline(always)]
+fn select(first: bool, a: DVec3, b: DVec3) -> DVec3 {
+    let one = |a, b| if first { a } else { b };
+    DVec3::new(one(a.x, b.x), one(a.y, b.y), one(a.z, b.z))
+}
+
 /// A vector at length one, or another where it has no direction.
 #[inline(always)]
 fn direction(vector: DVec3, other: DVec3) -> DVec3 {
     let length = length(vector);
-    if 0.0 < length { vector / length } else { other }
+    select(0.0 < length, vector / length, other)
 }
 
 /// The way from the axis.
+#[inline(always)]
 fn around(point: DVec3) -> DVec3 {
     DVec3::new(point.x, 0.0, point.z)
 }
 
-/// The nearest point of a circle about the axis.
-fn on_circle(point: DVec3, radius: f64) -> DVec3 {
+/// The way from the nearest point of a circle about the axis.
+#[inline(always)]
+fn from_circle(point: DVec3, radius: f64) -> DVec3 {
     let away = around(point);
     let length = length(away);
-    if 0.0 < length { away * (radius / length) } else { DVec3::X * radius }
+    point - select(0.0 < length, away * (radius / length), DVec3::X * radius)
 }
 
 /// How far a point is beyond the round side of a rod and beyond its end; it has no third side.
+#[inline(always)]
 fn sides_of_rod(point: DVec3, radius: f64, long: f64) -> DVec3 {
     DVec3::new(length(around(point)) - radius, point.y.abs() - 0.5 * long, f64::MIN)
 }
 
 /// The distance from what has flat sides, by how far a point is beyond each.
+#[inline(always)]
 fn beyond(sides: DVec3) -> f64 {
-    length(sides.max(DVec3::ZERO)) + sides.max_element().min(0.0)
+    length(sides.max(DVec3::ZERO)) + Real::min(sides.max_element(), 0.0)
 }
 
 /// The direction out of what has flat sides: from the nearest point outside, through the nearest
 /// side inside; `point` gives the signs of the axes.
+#[inline(always)]
 fn out(sides: DVec3, point: DVec3, axes: DMat3) -> DVec3 {
     let outside = sides.max(DVec3::ZERO);
-    let nearest = if outside != DVec3::ZERO {
-        outside / length(outside)
-    } else if sides.x == sides.max_element() {
-        DVec3::X
-    } else if sides.y == sides.max_element() {
-        DVec3::Y
-    } else {
-        DVec3::Z
-    };
-    let sign = DVec3::from_array(point.to_array().map(|x| if x < 0.0 { -1.0 } else { 1.0 }));
-    axes * (nearest * sign)
+    let most = sides.max_element();
+    let side = select(sides.y == most, DVec3::Y, DVec3::Z);
+    let side = select(sides.x == most, DVec3::X, side);
+    let nearest = select(0.0 < most, outside / length(outside), side);
+    let sign = |x: f64| if x < 0.0 { -1.0 } else { 1.0 };
+    axes * (nearest * DVec3::new(sign(point.x), sign(point.y), sign(point.z)))
 }
 
 /// The matrix of a turn about an axis of length one, by the right-hand rule (Rodrigues, 1840).

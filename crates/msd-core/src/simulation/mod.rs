@@ -22,6 +22,7 @@ pub use witness::Witness;
 
 use crate::columns::threads;
 use crate::contact::ending::Substep;
+use crate::contact::found::When;
 use crate::contact::shells::{RowImpulse, Rows};
 use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
@@ -135,7 +136,10 @@ impl<R: Real> Simulation<R> {
     fn leave_obstacles(&mut self) {
         self.scratch.forces.fill(R::ZERO);
         let substep = Substep::instant(self.time());
-        self.model.resolve(self.level, &mut self.state, &self.scratch.forces, substep);
+        let Scratch { forces, contacts, .. } = &mut self.scratch;
+        let when = When { time: substep.time, settles: substep.evaluated.settles() };
+        self.model.find(self.level, &self.state.positions, when, contacts);
+        self.model.resolve(self.level, &mut self.state, (forces, contacts), substep);
     }
 
     /// Advances by one step of `settings.step` seconds.

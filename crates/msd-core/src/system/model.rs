@@ -2,10 +2,11 @@
 
 use super::state::{Columns, State};
 use crate::columns::slots::Slots;
-use crate::columns::{Aligned, LANES, single};
-use crate::contact::after_kick::{Kick, Kicked, Places, is_any_on, settle};
+use crate::columns::{Aligned, LANES, RECORD, single};
+use crate::contact::after_kick::{Kick, Kicked, settle};
 use crate::contact::arrive::resolve;
 use crate::contact::ending::{Bodies, Substep};
+use crate::contact::found::{Contact, Found, Places, Search, When, find};
 use crate::contact::points::Points;
 use crate::contact::shells::Shells;
 use crate::contact::{Contacts, Radii};
@@ -248,10 +249,12 @@ impl<R: Real> Model<R> {
         &self,
         level: Level,
         state: &mut Columns<R>,
-        forces: &[R],
+        (forces, contacts): (&[R], &[Contact]),
         substep: Substep<'_, R>,
     ) -> Contacts {
-        let contacts = resolve(level, &self.obstacles, self.ending(state, forces, substep));
+        let found = self.found(contacts);
+        let bodies = Bodies { found, ..self.ending(state, forces, substep) };
+        let contacts = resolve(level, &self.obstacles, bodies);
         contacts + self.meet_springs(state, forces, substep)
     }
 
@@ -284,18 +287,29 @@ impl<R: Real> Model<R> {
             positions: &mut state.positions,
             velocities: &mut state.velocities,
             substep,
+            found: Found::default(),
         }
     }
 
-    /// Whether a particle at these positions is on an obstacle at a time, seconds; `are_far`: none
-    /// is near a solid.
-    pub(crate) fn is_any_on(
+    /// Finds the contacts of these positions; whether a particle that something moves lies on an
+    /// obstacle.
+    pub(crate) fn find(
         &self,
         level: Level,
-        (positions, are_far): (&[R], bool),
-        time: f64,
+        positions: &[R],
+        when: When,
+        contacts: &mut Vec<Contact>,
     ) -> bool {
-        is_any_on(level, &self.obstacles, self.places(positions), (time, are_far))
+        if self.obstacles.is_empty() {
+            return false;
+        }
+        let (places, count) = (self.places(positions), self.obstacles.count());
+        contacts.resize(positions.len() / RECORD * count, Contact::default());
+        find(level, &self.obstacles, Search { places, contacts, count, when })
+    }
+
+    fn found<'a>(&self, contacts: &'a [Contact]) -> Found<'a> {
+        Found { contacts, count: self.obstacles.count() }
     }
 
     fn places<'a>(&'a self, positions: &'a [R]) -> Places<'a, R> {
@@ -307,11 +321,12 @@ impl<R: Real> Model<R> {
         &self,
         level: Level,
         (positions, velocities): (&[R], &mut [R]),
-        accelerations: &[R],
+        (accelerations, contacts): (&[R], &[Contact]),
         kick: Kick<R>,
     ) -> Contacts {
         let (masses, places) = (&*self.mass_column, self.places(positions));
-        let kicked = Kicked { masses, places, velocities, accelerations, kick };
+        let found = self.found(contacts);
+        let kicked = Kicked { masses, places, found, velocities, accelerations, kick };
         settle(level, &self.obstacles, kicked)
     }
 

@@ -2,11 +2,10 @@
 
 use super::super::held::{self, Limit, Limits, Stopped};
 use super::super::law::{Contacts, rounding};
-use super::{Drift, Kick, Kicked, is_on, lay};
+use super::{Drift, Kick, Kicked, lay};
 use crate::columns::{LANES, RECORD, set_vector, vector};
 use crate::number::{Real, Vector};
 use crate::obstacles::Obstacles;
-use crate::obstacles::solid::Ball;
 
 /// Iterations that find how particles bend with a surface, at most. Each leaves of a gap the angle
 /// by which the surface turns in a substep, squared, and times the friction.
@@ -20,17 +19,23 @@ pub(super) fn settle_in_corner<R: Real>(
     contacts: &mut Contacts,
 ) {
     let (at, kick) = (record * RECORD + lane, kicked.kick);
-    if kicked.places.inverse_masses[at] == R::ZERO {
-        return;
-    }
-    let place = (vector::<R>(kicked.places.positions, at), kicked.places.radii.at(at));
+    let (position, radius) = (vector::<R>(kicked.places.positions, at), kicked.places.radii.at(at));
     let v = vector::<R>(kicked.velocities, at);
     let a = vector::<R>(kicked.accelerations, at);
     let start = v - a * kick.length;
     let limit = (kick.substep + kick.substep) * a.dot(a).sqrt();
     let (mut rows, mut indices) = (Limits::default(), [0; held::MOST]);
     for index in 0..obstacles.count() {
-        let Some(row) = row_of(obstacles, index, place, &kick) else { continue };
+        if kicked.found.on(record, index) >> lane & 1 == 0 {
+            continue;
+        }
+        let obstacle = obstacles.get(index);
+        let row = Limit {
+            normal: obstacle.normal(position, kick.time),
+            surface: obstacle.velocity(position, kick.time),
+            least: R::ZERO,
+            law: kick.law(obstacle.law()),
+        };
         let seen = start - row.surface;
         let lay = lay(&row.law, row.normal.dot(seen), -limit, seen.components());
         if kick.drift == Drift::Behind || lay {
@@ -43,7 +48,8 @@ pub(super) fn settle_in_corner<R: Real>(
     let mut held = rows.hold(v);
     if kick.drift == Drift::Ahead {
         for _ in 0..BENDS {
-            if !bend_in_corner(obstacles, (&mut rows, &indices), (place, &held), &kick) {
+            if !bend_in_corner(obstacles, (&mut rows, &indices), ((position, radius), &held), &kick)
+            {
                 break;
             }
             held = rows.hold(v);
@@ -90,71 +96,4 @@ fn bend_in_corner<R: Real>(
         }
     }
     is_any
-}
-
-/// The surface of an obstacle that a particle of some radius lies on.
-fn row_of<R: Real>(
-    obstacles: &Obstacles<R>,
-    index: usize,
-    (position, radius): (R::Vec3, R),
-    kick: &Kick<R>,
-) -> Option<Limit<R>> {
-    let time = kick.time;
-    if !is_on_obstacle(obstacles, index, (position, radius), time) {
-        return None;
-    }
-    let obstacle = obstacles.get(index);
-    Some(Limit {
-        normal: obstacle.normal(position, time),
-        surface: obstacle.velocity(position, time),
-        least: R::ZERO,
-        law: kick.law(obstacle.law()),
-    })
-}
-
-/// Whether a particle of some radius lies on an obstacle.
-pub(super) fn is_on_obstacle<R: Real>(
-    obstacles: &Obstacles<R>,
-    index: usize,
-    (position, radius): (R::Vec3, R),
-    time: f64,
-) -> bool {
-    if let Some(plane) = obstacles.planes.get(index) {
-        return is_on(plane, position.components(), radius);
-    }
-    let solid = obstacles.solids.get(index - obstacles.planes.len());
-    if solid.is_some_and(|solid| !Ball::<R>::new(solid, time, radius).holds(position)) {
-        return false;
-    }
-    let obstacle = obstacles.get(index);
-    let gap = obstacle.gap(position, time) - radius;
-    gap.abs() <= rounding(obstacle.terms(position, time), radius)
-}
-
-/// The obstacles that hold a particle which lies on a curved one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Holder {
-    /// This obstacle alone.
-    Alone,
-    /// Several, of which this one is the first.
-    First,
-    /// Several, and another is the first.
-    Other,
-}
-
-/// Who holds a particle that lies on the obstacle of this number.
-pub(super) fn holder<R: Real>(
-    obstacles: &Obstacles<R>,
-    index: usize,
-    place: (R::Vec3, R),
-    time: f64,
-) -> Holder {
-    let is_on = |other: usize| is_on_obstacle(obstacles, other, place, time);
-    if (0..index).any(is_on) {
-        Holder::Other
-    } else if (index + 1..obstacles.count()).any(is_on) {
-        Holder::First
-    } else {
-        Holder::Alone
-    }
 }

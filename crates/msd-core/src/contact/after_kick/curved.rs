@@ -8,52 +8,27 @@
 //! Andersen, 1983.)
 
 use super::super::law::{Contacts, rounding};
-use super::corner::{BENDS, Holder, holder, settle_in_corner};
+use super::corner::BENDS;
 use super::{Drift, Kick, Kicked};
 use crate::columns::{LANES, RECORD, set_vector};
 use crate::number::{Real, Vector};
+use crate::obstacles::ContactLaw;
 use crate::obstacles::solid::{Sampled, lane_of, lanes};
-use crate::obstacles::{ContactLaw, Obstacles};
 use crate::pack::dot;
 
-/// The particles of a record, of these radii, on an obstacle, a bit for each, and the normals
-/// there; the bits say which may be.
+/// Holds the particles of a record that lie on an obstacle which is no plane, and on no other, a
+/// bit for each. The obstacle is given where it is and where it will be after a drift.
 #[inline(always)]
-pub(crate) fn on_curved<R: Real>(
-    obstacle: &impl Sampled<R>,
-    (x, radii, which): (&[R; RECORD], &[R; LANES], u32),
-    time: f64,
-) -> (u32, [R; RECORD]) {
-    let gaps = obstacle.gaps((x, which), time);
-    let mut bits = [0; LANES];
-    for lane in 0..LANES {
-        let gap = (gaps[lane] - radii[lane]).abs();
-        let terms = obstacle.terms_at(lane_of(x, lane), time);
-        bits[lane] = u32::from(gap <= rounding(terms, radii[lane])) << lane;
-    }
-    let on = which & bits.iter().fold(0, |all, bit| all | bit);
-    let normals = if on == 0 { [R::ZERO; RECORD] } else { obstacle.normals((x, on), time) };
-    (on, normals)
-}
-
-/// Holds the particles of a record that lie on an obstacle which is no plane; the bits say which
-/// may. The obstacle is given where it is and where it will be after a drift.
-#[inline(always)]
-pub(crate) fn settle_on_curved<R: Real>(
-    (obstacles, index, obstacle, moved): (&Obstacles<R>, usize, &impl Sampled<R>, &impl Sampled<R>),
+pub(crate) fn settle_on_curved<R: Real, O: Sampled<R> + ?Sized>(
+    (obstacle, moved): (&O, &O),
     kicked: &mut Kicked<'_, R>,
-    (record, x, which): (usize, &[R; RECORD], u32),
+    (record, on): (usize, u32),
     contacts: &mut Contacts,
 ) {
     let (at, kick) = (record * RECORD, kicked.kick);
-    let radii = kicked.places.radii.of_record(record);
-    let which = which & kicked.places.moving_of(record);
-    let (on, normals) = on_curved(obstacle, (x, &radii, which), kick.time);
-    let on = alone_on(obstacles, index, (on, x, &radii), (kicked, record), contacts);
-    if on == 0 {
-        return;
-    }
-    let law = kick.law(obstacle.single().law());
+    let (x, radii) = (&kicked.places.records()[record], kicked.places.radii.of_record(record));
+    let normals = obstacle.normals((x, on), kick.time);
+    let law = kick.law(obstacle.law());
     let of = |column: &[R]| -> [R; RECORD] { *column[at..].first_chunk().expect("a record") };
     let (v, a) = (of(kicked.velocities), of(kicked.accelerations));
     let surface = obstacle.velocities((x, on), kick.time);
@@ -81,43 +56,21 @@ pub(crate) fn settle_on_curved<R: Real>(
     }
 }
 
-/// Which of the particles of a record that lie on an obstacle lie on no other; those of which it is
-/// the first of several are held by all.
-#[inline(always)]
-fn alone_on<R: Real>(
-    obstacles: &Obstacles<R>,
-    index: usize,
-    (on, x, radii): (u32, &[R; RECORD], &[R; LANES]),
-    (kicked, record): (&mut Kicked<'_, R>, usize),
-    contacts: &mut Contacts,
-) -> u32 {
-    if obstacles.count() == 1 {
-        return on;
-    }
-    let time = kicked.kick.time;
-    lanes(on).fold(on, |alone, lane| {
-        let place = (R::Vec3::from_components(lane_of(x, lane)), radii[lane]);
-        let holder = holder(obstacles, index, place, time);
-        if holder == Holder::First {
-            settle_in_corner(obstacles, kicked, (record, lane), contacts);
-        }
-        if holder == Holder::Alone { alone } else { alone & !(1 << lane) }
-    })
-}
-
 /// Turns the velocities of particles that lie, so that they do so after a drift: lowers their
 /// speeds along the normals by the gaps that the drift would leave. Whether there were any.
 #[inline(always)]
 fn bend<R: Real>(
-    moved: &impl Sampled<R>,
+    moved: &(impl Sampled<R> + ?Sized),
     (x, velocities, lie): (&[R; RECORD], &[R; RECORD], u32),
     (kick, radii): (&Kick<R>, &[R; LANES]),
     bends: &mut [R; LANES],
 ) -> bool {
-    let moving = (0..LANES)
-        .filter(|&lane| lane_of(velocities, lane) != [R::ZERO; 3])
-        .fold(0, |bits, lane| bits | 1 << lane);
-    let which = lie & moving;
+    let mut moving = [0; LANES];
+    for (lane, moving) in moving.iter_mut().enumerate() {
+        let [x, y, z] = lane_of(velocities, lane).map(|number| number != R::ZERO);
+        *moving = u32::from(x | y | z) << lane;
+    }
+    let which = lie & moving.iter().fold(0, |all, bit| all | bit);
     if which == 0 {
         return false;
     }
@@ -129,7 +82,8 @@ fn bend<R: Real>(
     let mut is_any = false;
     for lane in lanes(which) {
         let gap = gaps[lane] - radii[lane];
-        let noise = rounding(moved.terms_at(lane_of(&ends, lane), kick.time), radii[lane]);
+        let end = R::Vec3::from_components(lane_of(&ends, lane));
+        let noise = rounding(moved.terms(end, kick.time), radii[lane]);
         if noise * R::HALF < gap.abs() {
             bends[lane] -= gap / kick.substep;
             is_any = true;

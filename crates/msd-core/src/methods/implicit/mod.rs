@@ -159,7 +159,7 @@ fn advance<R: Real>(step: &mut StepContext<'_, R>, rule: Rule) {
         // The displacement was h u: with the midpoint rule the velocity is half a substep ahead of
         // it.
         let lag = if rule.mirrors { 0.5 } else { 0.0 };
-        step.finish(Way::Kicked(lag), Evaluated::Nowhere);
+        step.finish(Way::Kicked(lag), Evaluated::Solved);
     }
     // Friction that goes back and forth holds what should slip. A start may take a few substeps.
     step.done.turned |= step.substeps() < 2 * scratch.unsettled;
@@ -175,8 +175,8 @@ fn advance_substep<R: Real>(
     let (h, start, length) = (step.substep(), step.time(), step.settings.substep());
     let (tau, time) = (h * R::of(rule.fraction), start + rule.fraction * length);
     let (model, level) = (step.model, step.level);
-    let span = Span { h, start, stage: time, end: start + length };
-    scratch.holds.find(model, &span, step.state);
+    let span = Span { h, tau, start, stage: time, end: start + length };
+    step.done.meet(scratch.holds.find(model, &span, step.state));
     scratch.stage.velocities.copy_from_slice(&step.state.velocities);
     scratch.holds.restrict(&mut scratch.stage.velocities);
     scratch.first = 0.0;

@@ -17,10 +17,10 @@
 use super::conjugate::Solve;
 use crate::columns::{Aligned, set_vector, single, vector};
 use crate::contact::Contacts;
-use crate::contact::held::{self, Facets};
-use crate::contact::law::{coulomb, resting_speed};
+use crate::contact::held::{Facet, Facets, Limit, Limits, Stopped};
+use crate::contact::law::{coulomb, resting_speed, rounding};
 use crate::number::{Real, Vector};
-use crate::obstacles::{ContactLaw, Obstacle, PlaneColumn};
+use crate::obstacles::{ContactLaw, Obstacle};
 use crate::system::{Columns, Model};
 use alloc::vec::Vec;
 use core::ops::Add;
@@ -55,6 +55,8 @@ struct Hold<R: Real> {
     surface: R::Vec3,
     /// Velocity towards the faces that are not touched yet, metres per second.
     closing: R::Vec3,
+    /// Whether it comes too fast into a face that it lies on.
+    is_struck: bool,
     /// Whether friction holds it along the faces too.
     stuck: bool,
     /// About the effective mass of its own block along the faces, kilograms.
@@ -73,16 +75,12 @@ pub(crate) struct Holds<R: Real> {
     unrest: R,
 }
 
-/// The gap up to which a particle lies on a surface, in roundings of the lengths that it is the
-/// difference of. A particle that is set half as far out is within two and a half of there: two for
-/// the products and sums of a plane's gap and a half for its coordinates.
-const NEAR: f64 = 8.0;
-
 /// The substep for which holds are sought.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span<R> {
-    /// Its length, seconds.
+    /// Its length and that of its stage, seconds.
     pub(crate) h: R,
+    pub(crate) tau: R,
     /// Its start, the time of the stage, and its end, seconds.
     pub(crate) start: f64,
     pub(crate) stage: f64,
@@ -95,32 +93,41 @@ impl<R: Real> Holds<R> {
         Holds { rows: Vec::with_capacity(most), unrest: R::ZERO }
     }
 
-    /// Lists the particles that lie on an obstacle and neither leave it nor hit it.
+    /// Lists the particles that lie on an obstacle and neither leave it nor hit it. A blow to what
+    /// lies on several, as it slides from one to another, takes no time: it is over before the
+    /// solve, which would spread it over the substep. Returns what such blows did.
     ///
     /// A particle is at rest if it moves along the normal slower than the speed that gravity adds
     /// in two substeps, as in [`crate::contact::law`].
-    pub(crate) fn find(&mut self, model: &Model<R>, span: &Span<R>, state: &Columns<R>) {
+    pub(crate) fn find(
+        &mut self,
+        model: &Model<R>,
+        span: &Span<R>,
+        state: &mut Columns<R>,
+    ) -> Contacts {
         self.rows.clear();
-        let obstacles = &model.obstacles;
-        if obstacles.is_empty() {
-            return;
+        let mut contacts = Contacts::default();
+        if model.obstacles.is_empty() {
+            return contacts;
         }
         for at in model.slots.places().filter(|&at| model.inverse_mass_column[at] != R::ZERO) {
-            let motion = state.get(at);
-            let mut hold = Hold::new(at);
-            for (index, plane) in obstacles.planes.iter().enumerate() {
-                hold.meet(model, (index, plane, terms(plane, motion.0)), span, motion);
-            }
-            for (index, curved) in (obstacles.planes.len()..).zip(obstacles.curved()) {
-                // The terms of a user-defined gap are unknown: taken as the position and the
-                // obstacle's size.
-                let terms = R::of(model.size) + motion.0.extent() * R::of(3.0);
-                hold.meet(model, (index, curved, terms), span, motion);
+            let (position, velocity) = state.get(at);
+            let mut hold = Hold::of(model, at, span, (position, velocity));
+            if hold.is_struck {
+                let held = hold.strike(velocity);
+                let lost = velocity.dot(velocity) - held.velocity.dot(held.velocity);
+                let mass = model.mass_column[single(at)];
+                let [taken, driven] = [lost * R::HALF + held.driven, held.driven]
+                    .map(|energy| (energy * mass).to_f64());
+                contacts += Contacts { driven, ..Contacts::one(taken) };
+                state.put(at, (position, held.velocity));
+                hold = Hold::of(model, at, span, (position, held.velocity));
             }
             if !hold.faces().is_empty() {
                 self.rows.push(hold);
             }
         }
+        contacts
     }
 
     /// Removes the velocities that the obstacles do not allow.
@@ -262,18 +269,23 @@ impl<R: Real> Holds<R> {
             let (mut position, velocity) = state.get(hold.at);
             let surface = hold.surface_at(model, position, end);
             let mut slowed = surface + hold.project(velocity - surface);
-            for face in hold.faces() {
+            let (from, radius) = (position, model.radii().at(hold.at));
+            for (face, own) in hold.faces().iter().zip(hold.corner.faces()) {
                 slowed = surface + (slowed - surface) * (R::ONE - face.law.loss);
-                // Outside, so that it is not taken for a second contact, and near. A particle
-                // further out has left a curved surface.
+                // A particle further out has left a curved surface.
                 let obstacle = model.obstacles.get(face.obstacle);
-                let gap = obstacle.gap(position, end) - model.radii().at(hold.at);
-                let lift = face.near * R::HALF - gap;
+                let gap = obstacle.gap(from, end) - radius;
                 let most = face.near + face.near + face.bend.abs() * (h + h);
-                if face.near * R::of(0.25) < lift.abs() && gap < most {
-                    position += face.normal * lift;
+                if most <= gap {
+                    continue;
                 }
-                if face.bend != R::ZERO && gap < most {
+                // A little outside: where walls meet at the origin, no gap is within its rounding.
+                let noise = rounding(obstacle.terms(from, end), radius);
+                let is_off = gap < -noise || face.near < gap || position != from;
+                let lift = if is_off { face.near * R::HALF - gap } else { R::ZERO };
+                let missing = lift - face.normal.dot(position - from);
+                position += own.axis * (missing / own.slope);
+                if face.bend != R::ZERO {
                     let normal = obstacle.normal(position, end);
                     // The velocity of a midpoint is that of the chord, between two of tangents.
                     let off = if mirrors { R::ZERO } else { face.bend };
@@ -300,11 +312,34 @@ impl<R: Real> Hold<R> {
             corner: Facets::default(),
             surface: R::Vec3::ZERO,
             closing: R::Vec3::ZERO,
+            is_struck: false,
             stuck: false,
             weight: R::ZERO,
             friction: R::Vec3::ZERO,
             held: R::Vec3::ZERO,
         }
+    }
+
+    /// The particle at a place in the columns with the obstacles that it lies on.
+    fn of(model: &Model<R>, at: usize, span: &Span<R>, motion: (R::Vec3, R::Vec3)) -> Self {
+        let (obstacles, mut hold) = (&model.obstacles, Hold::new(at));
+        for (index, plane) in obstacles.planes.iter().enumerate() {
+            hold.meet(model, (index, plane), span, motion);
+        }
+        for (index, curved) in (obstacles.planes.len()..).zip(obstacles.curved()) {
+            hold.meet(model, (index, curved), span, motion);
+        }
+        hold
+    }
+
+    /// The effect of a blow on it at a velocity.
+    #[cold]
+    fn strike(&self, velocity: R::Vec3) -> Stopped<R> {
+        let mut limits = Limits::default();
+        for &Face { normal, velocity: surface, law, .. } in self.faces() {
+            limits.push(Limit { normal, surface, least: R::ZERO, law });
+        }
+        limits.hold(velocity)
     }
 
     /// Sets aside the held part of a residual and returns the rest, newton seconds.
@@ -315,29 +350,33 @@ impl<R: Real> Hold<R> {
     }
 
     /// Adds an obstacle that a particle lies on at the end of the substep, if it neither leaves nor
-    /// hits it: of itself it moves as fast as gravity lets it. A particle wrongly held back by this
-    /// is released in [`Hold::review`]. `terms` is the sum of the lengths that the gap is the
-    /// difference of, metres.
+    /// hits it: of itself it moves as fast as gravity lets it. Without restitution what lies on it
+    /// already does not hit it. A particle wrongly held back by this is released in
+    /// [`Hold::review`].
     #[inline]
     fn meet<O: Obstacle<R> + ?Sized>(
         &mut self,
         model: &Model<R>,
-        (index, obstacle, terms): (usize, &O, R),
+        (index, obstacle): (usize, &O),
         span: &Span<R>,
         (position, velocity): (R::Vec3, R::Vec3),
     ) {
-        let (rounding, radius) = (R::of(NEAR) * R::EPSILON, model.radii().at(self.at));
+        let radius = model.radii().at(self.at);
         let moved = span.h * (velocity.extent() + span.h * model.gravity().extent());
-        let near = rounding * (terms + radius + moved);
         let gap = obstacle.gap(position, span.start) - radius;
+        // What it ends on is rounded as its way is, too.
+        let near = rounding(obstacle.terms(position, span.start) + moved, radius);
         let is_near = gap <= near + moved;
         if !is_near {
             return;
         }
         let normal = obstacle.normal(position, span.start);
         let surface = obstacle.velocity(position, span.stage);
+        // Friction is along the surface, where the stage takes it; its way off is that of a chord.
+        let there = obstacle.velocity(position + velocity * span.tau, span.stage);
+        let surface = there + normal * normal.dot(surface - there);
         let resting = resting_speed::<R>(normal, model.gravity(), span.h);
-        let resting = resting + rounding * (velocity.extent() + surface.extent());
+        let resting = resting + rounding(velocity.extent() + surface.extent(), R::ZERO);
         let speed = (velocity - surface).dot(normal);
         let falls = speed + span.h * model.gravity().dot(normal).min(R::ZERO);
         let bend = if index < model.obstacles.planes.len() {
@@ -355,9 +394,13 @@ impl<R: Real> Hold<R> {
             bend
         };
         let bends = bend.abs() + bend.abs();
-        if speed.abs() <= resting + bends && gap + span.h * (falls - bends) <= near {
+        let law = obstacle.law();
+        let lies = gap <= near && law.restitution == R::ZERO;
+        let is_slow = speed <= resting + bends && (lies || -speed <= resting + bends);
+        if is_slow && gap + span.h * (falls - bends) <= near {
             let off = if near < gap { (near * R::HALF - gap) / span.h } else { R::ZERO };
-            let (closing, law) = (off - bend, obstacle.law());
+            self.is_struck |= resting + bends < -speed;
+            let closing = off - bend;
             self.add(Face { obstacle: index, normal, velocity: surface, law, near, closing, bend });
         }
     }
@@ -465,22 +508,10 @@ impl<R: Real> Hold<R> {
     }
 }
 
-/// The sum of the lengths that the gap of a plane is the difference of, metres.
-fn terms<R: Real>(plane: &PlaneColumn<R>, position: R::Vec3) -> R {
-    let [x, y, z] = position.components();
-    let [a, b, c] = plane.normal.components();
-    (a * x).abs() + (b * y).abs() + (c * z).abs() + plane.offset.abs()
-}
-
 /// The velocity that the surface of the faces before and this one, so many after the first, has
 /// where this one moves at a velocity: along an axis of its own, which leaves those before as they
 /// are.
-fn carry<R: Real>(
-    own: &held::Facet<R>,
-    surface: R::Vec3,
-    velocity: R::Vec3,
-    number: usize,
-) -> R::Vec3 {
+fn carry<R: Real>(own: &Facet<R>, surface: R::Vec3, velocity: R::Vec3, number: usize) -> R::Vec3 {
     let missing = own.normal.dot(velocity - surface) / own.slope;
     if number == 0 { velocity } else { surface + own.axis * missing }
 }

@@ -1,0 +1,240 @@
+//! Contacts of a when: which particles are at which obstacles, found once for all that hold them.
+
+use super::Radii;
+use super::law::rounding;
+use crate::columns::threads::{Split, merge_shares};
+use crate::columns::{LANES, RECORD};
+use crate::number::{Real, Vector, at_level};
+use crate::obstacles::solid::{Ball, Sampled, lane_of};
+use crate::obstacles::{Obstacles, Placed};
+use crate::pack::dot;
+use core::ops::BitOr;
+use fearless_simd::Level;
+
+/// The particles of a record at an obstacle that something moves, a bit for each.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Contact {
+    /// On its surface or inside.
+    pub(crate) near: u16,
+    /// Inside; of a method that holds what lies on a surface, by more than rounding.
+    pub(crate) inside: u16,
+}
+
+impl Contact {
+    /// On the surface, for a method that holds what lies there.
+    fn on(self) -> u32 {
+        u32::from(self.near & !self.inside)
+    }
+}
+
+/// The contacts of some records: one with each obstacle, record by record.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Found<'a> {
+    pub(crate) contacts: &'a [Contact],
+    /// The number of obstacles.
+    pub(crate) count: usize,
+}
+
+impl<'a> Found<'a> {
+    /// The contacts of a record.
+    #[inline(always)]
+    pub(crate) fn of(&self, record: usize) -> &'a [Contact] {
+        &self.contacts[record * self.count..][..self.count]
+    }
+
+    /// The particles of a record on the obstacle of a number.
+    #[inline(always)]
+    pub(crate) fn on(&self, record: usize, index: usize) -> u32 {
+        self.contacts[record * self.count + index].on()
+    }
+
+    /// The particles of a record on the obstacle of a number and on no other.
+    #[inline(always)]
+    pub(crate) fn alone_on(&self, record: usize, index: usize) -> u32 {
+        let on = self.on(record, index);
+        if on == 0 { 0 } else { on & !self.on_several(record) }
+    }
+
+    /// The particles of a record on several obstacles.
+    #[inline(always)]
+    pub(crate) fn on_several(&self, record: usize) -> u32 {
+        twice(self.of(record).iter().map(|contact| contact.on()))
+    }
+
+    pub(crate) fn split(self, numbers: usize) -> (Self, Self) {
+        let (low, high) = self.contacts.split_at(numbers / RECORD * self.count);
+        (Found { contacts: low, ..self }, Found { contacts: high, ..self })
+    }
+}
+
+/// The bits that are set in several of some masks.
+#[inline(always)]
+pub(crate) fn twice(masks: impl Iterator<Item = u32>) -> u32 {
+    masks.fold((0, 0), |(once, twice), mask| (once | mask, twice | once & mask)).1
+}
+
+/// Where particles are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Places<'a, R> {
+    pub(crate) positions: &'a [R],
+    /// The reciprocals of their masses, three for each slot.
+    pub(crate) inverse_masses: &'a [R],
+    pub(crate) radii: Radii<'a, R>,
+}
+
+impl<'a, R: Real> Places<'a, R> {
+    pub(crate) fn records(&self) -> &'a [[R; RECORD]] {
+        self.positions.as_chunks::<RECORD>().0
+    }
+
+    pub(crate) fn split(self, numbers: usize) -> (Self, Self) {
+        let (low_positions, positions) = self.positions.split_at(numbers);
+        let (low_inverse_masses, inverse_masses) = self.inverse_masses.split_at(numbers);
+        let (low_radii, radii) = self.radii.split(numbers);
+        let low = Places {
+            positions: low_positions,
+            inverse_masses: low_inverse_masses,
+            radii: low_radii,
+        };
+        (low, Places { positions, inverse_masses, radii })
+    }
+
+    /// The particles of a record that something moves, a bit for each.
+    #[inline(always)]
+    fn moving_of(&self, record: usize) -> u32 {
+        let bit = |lane| u32::from(self.inverse_masses[record * RECORD + lane] != R::ZERO) << lane;
+        (0..LANES).fold(0, |bits, lane| bits | bit(lane))
+    }
+}
+
+/// Particles and the contacts to be found of them.
+#[derive(Debug)]
+pub(crate) struct Search<'a, R> {
+    pub(crate) places: Places<'a, R>,
+    /// As of [`Found`].
+    pub(crate) contacts: &'a mut [Contact],
+    pub(crate) count: usize,
+    pub(crate) when: When,
+}
+
+/// When contacts are found, and for whom.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct When {
+    /// Simulated time, seconds.
+    pub(crate) time: f64,
+    /// Whether the method holds by [`super::after_kick`] what lies on an obstacle.
+    pub(crate) settles: bool,
+}
+
+impl<R: Real> Split for Search<'_, R> {
+    fn numbers(&self) -> usize {
+        self.places.positions.len()
+    }
+    fn split(self, numbers: usize) -> (Self, Self) {
+        let (low_places, places) = self.places.split(numbers);
+        let (low_contacts, contacts) = self.contacts.split_at_mut(numbers / RECORD * self.count);
+        let low = Search { places: low_places, contacts: low_contacts, ..self };
+        (low, Search { places, contacts, ..self })
+    }
+}
+
+/// Finds all contacts; whether a particle that something moves lies on an obstacle.
+pub(crate) fn find<R: Real>(level: Level, obstacles: &Obstacles<R>, search: Search<'_, R>) -> bool {
+    let find = |search: Search<'_, R>| at_level!(level, _simd => find_records(obstacles, search));
+    merge_shares(search, &find, &bool::bitor)
+}
+
+/// Records that are compared with a solid at once.
+pub(crate) const TOGETHER: usize = 32;
+
+#[inline(always)]
+fn find_records<R: Real>(obstacles: &Obstacles<R>, search: Search<'_, R>) -> bool {
+    let Search { places, contacts, count, when } = search;
+    let (records, time) = (places.records(), when.time);
+    contacts.fill(Contact::default());
+    let mut lie = 0;
+    let mut note = |record: usize, index: usize, contact: Contact| {
+        contacts[record * count + index] = contact;
+        lie |= contact.on();
+    };
+    for (index, plane) in obstacles.planes.iter().enumerate() {
+        let normal = plane.normal.components();
+        for (record, x) in records.iter().enumerate() {
+            let gap = |lane| {
+                let point = lane_of(x, lane);
+                (dot(normal, point) - plane.offset, plane.terms_of(point))
+            };
+            let contact = contact(&places, (record, u32::MAX), gap, when.settles);
+            if contact.near != 0 {
+                note(record, index, contact);
+            }
+        }
+    }
+    let mut index = obstacles.planes.len();
+    for solid in &obstacles.solids {
+        let ball = Ball::<R>::new(solid, time, places.radii.largest);
+        let placed = Placed::new(solid, time);
+        for (block, some) in records.chunks(TOGETHER).enumerate() {
+            if !ball.may_hold_any(some) {
+                continue;
+            }
+            for (record, x) in (block * TOGETHER..).zip(some) {
+                let near = ball.inside(x);
+                if near != 0 {
+                    note(record, index, sampled_contact(&placed, &places, (record, near), when));
+                }
+            }
+        }
+        index += 1;
+    }
+    for (_, own) in &obstacles.own {
+        for record in 0..records.len() {
+            let moving = places.moving_of(record);
+            let contact = sampled_contact(own.of::<R>(), &places, (record, moving), when);
+            note(record, index, contact);
+        }
+        index += 1;
+    }
+    lie != 0
+}
+
+/// The contact of a record with an obstacle that is no plane; the bits say who may have one.
+#[inline(always)]
+fn sampled_contact<R: Real, O: Sampled<R> + ?Sized>(
+    obstacle: &O,
+    places: &Places<'_, R>,
+    (record, which): (usize, u32),
+    When { time, settles }: When,
+) -> Contact {
+    let x = &places.records()[record];
+    let gaps = obstacle.gaps((x, which), time);
+    let terms = |lane| obstacle.terms(R::Vec3::from_components(lane_of(x, lane)), time);
+    contact(places, (record, which), |lane| (gaps[lane], terms(lane)), settles)
+}
+
+/// The contact of a record with an obstacle, by the gap in each lane and its terms; the bits say
+/// who may have one.
+#[inline(always)]
+fn contact<R: Real>(
+    places: &Places<'_, R>,
+    (record, which): (usize, u32),
+    gap: impl Fn(usize) -> (R, R),
+    settles: bool,
+) -> Contact {
+    let radii = places.radii.of_record(record);
+    let (mut near, mut inside) = ([0; LANES], [0; LANES]);
+    for lane in 0..LANES {
+        let (gap, terms) = gap(lane);
+        let (depth, noise) = (radii[lane] - gap, rounding(terms, radii[lane]));
+        let least = if settles { noise } else { R::ZERO };
+        near[lane] = u32::from(-noise <= depth) << lane;
+        inside[lane] = u32::from(least < depth) << lane;
+    }
+    let any = |bits: [u32; LANES]| bits.iter().fold(0, |all, bit| all | bit) & which;
+    let near = any(near);
+    if near == 0 {
+        return Contact::default();
+    }
+    let moving = places.moving_of(record);
+    Contact { near: (near & moving) as u16, inside: (any(inside) & moving) as u16 }
+}
