@@ -1,4 +1,4 @@
-//! Contacts of a when: which particles are at which obstacles, found once for all that hold them.
+//! Contacts at a time: which particles are at which obstacles, found once for all that hold them.
 
 use super::Radii;
 use super::law::rounding;
