@@ -90,26 +90,30 @@ impl<R: Real, const M: usize> BendGroup<R, M> {
     /// The weighted sums of a column.
     #[inline(always)]
     fn sums(&self, column: &[R]) -> Triple<R, M> {
-        [0, 1, 2].map(|axis| {
+        let mut all = [[R::ZERO; M]; 3];
+        for (axis, sums) in all.iter_mut().enumerate() {
             let first = self.numbers(column, 0, axis);
-            let mut sums = [R::ZERO; M];
             for end in (1..4).filter(|&end| self.law.weights[end] != R::ZERO) {
                 let (other, weight) = (self.numbers(column, end, axis), self.law.weights[end]);
                 for lane in 0..M {
                     sums[lane] += (other[lane] - first[lane]) * weight;
                 }
             }
-            sums
-        })
+        }
+        all
     }
 
     /// First edges.
     #[inline(always)]
     fn edges(&self, column: &[R]) -> Triple<R, M> {
-        [0, 1, 2].map(|axis| {
-            let [first, second] = [0, 1].map(|end| self.numbers(column, end, axis));
-            from_fn(|lane| second[lane] - first[lane])
-        })
+        let mut edges = [[R::ZERO; M]; 3];
+        for (axis, edges) in edges.iter_mut().enumerate() {
+            let (first, second) = (self.numbers(column, 0, axis), self.numbers(column, 1, axis));
+            for lane in 0..M {
+                edges[lane] = second[lane] - first[lane];
+            }
+        }
+        edges
     }
 
     /// Subtracts pulls, each times the weights, from what is summed.
@@ -155,7 +159,12 @@ impl<R: Real, const M: usize> BendGroup<R, M> {
         of: &Triple<R, M>,
     ) -> Triple<R, M> {
         let [stiffnesses, dampings] = &self.constants;
-        let mut pulls = of.map(|of| product(of, stiffnesses.map(|k| tau * tau * k)));
+        let mut pulls = *of;
+        for pulls in &mut pulls {
+            for lane in 0..M {
+                pulls[lane] *= tau * tau * stiffnesses[lane];
+            }
+        }
         if !is_damped {
             return pulls;
         }
@@ -223,7 +232,9 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
                 powers[lane] = alongs[lane] * drag;
             }
         }
-        group.subtract_pulls(&sums.map(|sums| product(sums, factors)), forces);
+        let mut pulls = sums;
+        pulls.iter_mut().for_each(|pulls| multiply(pulls, &factors));
+        group.subtract_pulls(&pulls, forces);
         powers
     }
 
@@ -245,8 +256,9 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
         let none = [[R::ZERO; M]; 3];
         let [bent, edges] = if *is_damped { [group.sums(x), group.edges(x)] } else { [none; 2] };
         let of = group.sums(direction);
-        let pulls = group.products((tau, *is_damped), [&bent, &edges], &of);
-        group.subtract_pulls(&pulls.map(|pulls| pulls.map(|pull| -pull)), products);
+        let mut pulls = group.products((tau, *is_damped), [&bent, &edges], &of);
+        pulls.iter_mut().flatten().for_each(|pull| *pull = -*pull);
+        group.subtract_pulls(&pulls, products);
     }
 
     fn add_blocks(
@@ -419,11 +431,17 @@ fn dot_parts<R: Real>(parts: &[R::Vec3; 4], of: impl Fn(usize) -> R::Vec3) -> R 
 /// The scalar products of vectors in lanes.
 #[inline(always)]
 fn dots<R: Real, const M: usize>(a: &Triple<R, M>, b: &Triple<R, M>) -> [R; M] {
-    from_fn(|lane| a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane])
+    let mut dots = [R::ZERO; M];
+    for lane in 0..M {
+        dots[lane] = a[0][lane] * b[0][lane] + a[1][lane] * b[1][lane] + a[2][lane] * b[2][lane];
+    }
+    dots
 }
 
-/// The products of numbers, lane by lane.
+/// Multiplies numbers by others, lane by lane.
 #[inline(always)]
-fn product<R: Real, const M: usize>(a: [R; M], b: [R; M]) -> [R; M] {
-    from_fn(|lane| a[lane] * b[lane])
+fn multiply<R: Real, const M: usize>(numbers: &mut [R; M], by: &[R; M]) {
+    for lane in 0..M {
+        numbers[lane] *= by[lane];
+    }
 }
