@@ -109,7 +109,7 @@ impl<'a, R: Real> Places<'a, R> {
 
 /// Particles and the contacts to be found of them.
 #[derive(Debug)]
-pub(crate) struct Search<'a, R> {
+pub(crate) struct ContactSearch<'a, R> {
     pub(crate) places: Places<'a, R>,
     /// As of [`Found`].
     pub(crate) contacts: &'a mut [Contact],
@@ -126,21 +126,26 @@ pub(crate) struct When {
     pub(crate) settles: bool,
 }
 
-impl<R: Real> Split for Search<'_, R> {
+impl<R: Real> Split for ContactSearch<'_, R> {
     fn numbers(&self) -> usize {
         self.places.positions.len()
     }
     fn split(self, numbers: usize) -> (Self, Self) {
         let (low_places, places) = self.places.split(numbers);
         let (low_contacts, contacts) = self.contacts.split_at_mut(numbers / RECORD * self.count);
-        let low = Search { places: low_places, contacts: low_contacts, ..self };
-        (low, Search { places, contacts, ..self })
+        let low = ContactSearch { places: low_places, contacts: low_contacts, ..self };
+        (low, ContactSearch { places, contacts, ..self })
     }
 }
 
 /// Finds all contacts; whether a particle that something moves lies on an obstacle.
-pub(crate) fn find<R: Real>(level: Level, obstacles: &Obstacles<R>, search: Search<'_, R>) -> bool {
-    let find = |search: Search<'_, R>| at_level!(level, _simd => find_records(obstacles, search));
+pub(crate) fn find<R: Real>(
+    level: Level,
+    obstacles: &Obstacles<R>,
+    search: ContactSearch<'_, R>,
+) -> bool {
+    let find =
+        |search: ContactSearch<'_, R>| at_level!(level, _simd => find_records(obstacles, search));
     merge_shares(search, &find, &bool::bitor)
 }
 
@@ -148,8 +153,8 @@ pub(crate) fn find<R: Real>(level: Level, obstacles: &Obstacles<R>, search: Sear
 pub(crate) const TOGETHER: usize = 32;
 
 #[inline(always)]
-fn find_records<R: Real>(obstacles: &Obstacles<R>, search: Search<'_, R>) -> bool {
-    let Search { places, contacts, count, when } = search;
+fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>) -> bool {
+    let ContactSearch { places, contacts, count, when } = search;
     let (records, time) = (places.records(), when.time);
     contacts.fill(Contact::default());
     let mut lie = 0;

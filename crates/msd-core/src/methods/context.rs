@@ -10,7 +10,7 @@ use crate::contact::after_kick::Kick;
 use crate::contact::ending::Substep;
 use crate::contact::found::{Contact, When};
 use crate::contact::passage::fastest;
-use crate::contact::shells::{At, Rows};
+use crate::contact::shells::{At, ShellRows};
 use crate::contact::{Contacts, Evaluated};
 use crate::elements::{ForceWork, Motion, column};
 use crate::number::Real;
@@ -132,7 +132,7 @@ pub struct StepContext<'a, R: Real> {
     pub(crate) state: &'a mut Columns<R>,
     pub(crate) scratch: &'a mut Scratch<R>,
     /// The rows of shells, and the impulses from which they start.
-    pub(crate) rows: &'a mut Rows<R>,
+    pub(crate) rows: &'a mut ShellRows<R>,
     pub(crate) done: Done,
 }
 

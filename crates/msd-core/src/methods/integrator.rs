@@ -1,6 +1,7 @@
 //! The built-in methods by name.
 
 use crate::error::Error;
+use crate::scene::Shell;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
@@ -103,6 +104,19 @@ impl Integrator {
     pub fn lets_shells_meet(self) -> bool {
         use Integrator::{Rk4, SymplecticEuler, VelocityVerlet};
         matches!(self, SymplecticEuler | VelocityVerlet | Rk4)
+    }
+
+    /// Refuses a method that does not let shells meet where there are some.
+    pub(crate) fn check_shells(self, shells: &[Shell]) -> Result<(), Error> {
+        if shells.is_empty() || self.lets_shells_meet() {
+            return Ok(());
+        }
+        let able = Integrator::ALL.into_iter().filter(|other| other.lets_shells_meet());
+        Err(Error::UnknownName {
+            what: "integrator of a scene with shells",
+            name: self.to_string(),
+            expected: able.map(Integrator::name).collect::<Vec<_>>().join(", "),
+        })
     }
 
     /// Whether it solves a linear system in each substep.

@@ -269,15 +269,15 @@ mod tests {
     /// Points inside and outside, on faces, edges, corners and axes, and a rounding beside them.
     fn points(sides: DVec3) -> Vec<DVec3> {
         let mut state = 7u64;
-        let mut random = || {
+        let mut next = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 33) as usize
         };
         let mut number = |side: f64| {
             let apart = [0.0, -0.0, side, side * (1.0 + f64::EPSILON), side * 0.5, side * 1.5];
-            let anywhere = random() as f64 / f64::from(1u32 << 31) * 4.0 - 2.0;
-            let sign = if random() % 2 == 0 { 1.0 } else { -1.0 };
-            apart.get(random() % 9).map_or(anywhere, |x| x * sign)
+            let anywhere = next() as f64 / f64::from(1u32 << 31) * 4.0 - 2.0;
+            let sign = if next() % 2 == 0 { 1.0 } else { -1.0 };
+            apart.get(next() % 9).map_or(anywhere, |x| x * sign)
         };
         (0..2000).map(|_| DVec3::new(number(sides.x), number(sides.y), number(sides.z))).collect()
     }

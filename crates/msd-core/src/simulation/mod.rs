@@ -23,14 +23,12 @@ pub use witness::Witness;
 use crate::columns::threads;
 use crate::contact::ending::Substep;
 use crate::contact::found::When;
-use crate::contact::shells::{RowImpulse, Rows};
+use crate::contact::shells::{RowImpulse, ShellRows};
 use crate::elements::grabs::Grab;
 use crate::elements::{Element, Own};
 use crate::energy::Ledger;
 use crate::error::Error;
-use crate::methods::{
-    Done, Failure, Integrator, Method, OwnMethod, Scratch, Settings, Solved, StepContext, Work,
-};
+use crate::methods::{Done, Failure, Method, OwnMethod, Scratch, Settings, StepContext};
 use crate::number::{Instructions, Real};
 use crate::obstacles::{Obstacle, Obstacles, OwnObstacle};
 use crate::scene::check::check_steps;
@@ -38,7 +36,6 @@ use crate::scene::{Scene, Solid};
 use crate::stability::Region;
 use crate::system::{Columns, Model, State};
 use alloc::boxed::Box;
-use alloc::string::ToString;
 use alloc::vec::Vec;
 use compiled::Compiled;
 use fearless_simd::Level;
@@ -56,7 +53,7 @@ pub struct Simulation<R: Real = f32> {
     level: Level,
     scratch: Scratch<R>,
     /// The rows of shells; their impulses are a part of the state.
-    rows: Rows<R>,
+    rows: ShellRows<R>,
     good_impulses: Vec<RowImpulse>,
     /// The state at the start of the step, to fall back on.
     good: Columns<R>,
@@ -108,7 +105,7 @@ impl<R: Real> Simulation<R> {
         settings: Settings,
     ) -> Result<Self, Error> {
         settings.check::<R>()?;
-        check_method(&model, settings.integrator)?;
+        settings.integrator.check_shells(model.shells())?;
         model.prepare_bounces();
         let columns = Method::<R>::columns(&settings.integrator);
         Ok(Simulation {
@@ -116,7 +113,7 @@ impl<R: Real> Simulation<R> {
             good: Columns::new(&model.slots, 2),
             good_grabs: Vec::new(),
             state: Columns::of(&model.slots, state, 0),
-            rows: Rows::default(),
+            rows: ShellRows::default(),
             good_impulses: Vec::new(),
             model,
             settings,
@@ -321,16 +318,6 @@ impl<R: Real> Simulation<R> {
         self.scratch.warm = false;
     }
 
-    /// Whether user input does work: by a grab, a push or a moving pin.
-    pub fn is_handled(&self) -> bool {
-        let pinned = |(&w, at): (&R, usize)| {
-            let moves = || self.state.get(at).1 != Default::default();
-            w == R::ZERO && moves()
-        };
-        let mut rows = self.model.inverse_masses.iter().zip(self.model.slots.places());
-        !self.model.grabs.0.is_empty() || !self.model.pushes.0.is_empty() || rows.any(pinned)
-    }
-
     /// Queues an interaction for the start of the next step.
     ///
     /// # Errors
@@ -413,6 +400,8 @@ impl<R: Real> Simulation<R> {
             let pinned = self.model.is_pinned(particle);
             self.state.put(at, (position, if pinned { now } else { velocity }));
         }
+        // Impulses of shells belong to the state that was.
+        self.rows.set_impulses(&[]);
         self.scratch.warm = false;
     }
 
@@ -432,7 +421,7 @@ impl<R: Real> Simulation<R> {
     /// A step or a number of substeps out of its domain; nothing changes then.
     pub fn set_settings(&mut self, settings: Settings) -> Result<(), Error> {
         settings.check::<R>()?;
-        check_method(&self.model, settings.integrator)?;
+        settings.integrator.check_shells(self.model.shells())?;
         self.rows.scale(settings.substep() / self.settings.substep());
         if settings.step != self.settings.step {
             self.epoch = (self.steps, self.time());
@@ -593,36 +582,9 @@ impl<R: Real> Simulation<R> {
     pub fn time(&self) -> f64 {
         step_start(self.epoch, self.steps, self.settings.step)
     }
-
-    /// The work of the steps of an adaptive method since it was chosen; `None` for others.
-    pub fn work(&self) -> Option<Work> {
-        if !self.settings.integrator.is_adaptive() {
-            return None;
-        }
-        Some(self.scratch.dormand_prince.as_ref().map_or(Work::default(), |scratch| scratch.work()))
-    }
-
-    /// How far the solves of the last step of an implicit method got; `None` for others, and before
-    /// the first step.
-    pub fn solved(&self) -> Option<Solved> {
-        self.scratch.implicit.as_ref().map(|scratch| scratch.solved())
-    }
 }
 
 /// Time at the start of a step, seconds.
 fn step_start((steps, time): (u64, f64), taken: u64, step: f64) -> f64 {
     time + (taken - steps) as f64 * step
-}
-
-/// Refuses a method that does not let shells meet.
-fn check_method<R: Real>(model: &Model<R>, integrator: Integrator) -> Result<(), Error> {
-    if model.shells().is_empty() || integrator.lets_shells_meet() {
-        return Ok(());
-    }
-    let able = Integrator::ALL.into_iter().filter(|other| other.lets_shells_meet());
-    Err(Error::UnknownName {
-        what: "integrator of a scene with shells",
-        name: integrator.to_string(),
-        expected: able.map(Integrator::name).collect::<Vec<_>>().join(", "),
-    })
 }

@@ -7,7 +7,7 @@ use crate::contact::Contacts;
 use crate::elements::touches::near::Near;
 use crate::elements::{ForceWork, collected, column};
 use crate::energy::{self, Energy, Momentum};
-use crate::methods::{Integrator, Method};
+use crate::methods::{Integrator, Method, Solved, Work};
 use crate::number::{Real, Vector};
 use crate::stability::{self, Estimator, Mode};
 use crate::system::{Columns, Snapshot, State};
@@ -16,6 +16,30 @@ use core::ops::Range;
 use glam::DVec3;
 
 impl<R: Real> Simulation<R> {
+    /// Whether user input does work: by a grab, a push or a moving pin.
+    pub fn is_handled(&self) -> bool {
+        let pinned = |(&w, at): (&R, usize)| {
+            let moves = || self.state.get(at).1 != Default::default();
+            w == R::ZERO && moves()
+        };
+        let mut rows = self.model.inverse_masses.iter().zip(self.model.slots.places());
+        !self.model.grabs.0.is_empty() || !self.model.pushes.0.is_empty() || rows.any(pinned)
+    }
+
+    /// The work of the steps of an adaptive method since it was chosen; `None` for others.
+    pub fn work(&self) -> Option<Work> {
+        if !self.settings.integrator.is_adaptive() {
+            return None;
+        }
+        Some(self.scratch.dormand_prince.as_ref().map_or(Work::default(), |scratch| scratch.work()))
+    }
+
+    /// How far the solves of the last step of an implicit method got; `None` for others, and before
+    /// the first step.
+    pub fn solved(&self) -> Option<Solved> {
+        self.scratch.implicit.as_ref().map(|scratch| scratch.solved())
+    }
+
     /// Predicts the largest stable substep at the present state, seconds: 0 if no step is stable,
     /// infinite if every step is.
     pub fn stable_substep(&self) -> f64 {

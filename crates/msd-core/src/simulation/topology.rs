@@ -5,7 +5,7 @@
 //! there, and the springs are put in order anew; a removed one leaves a gap.
 
 use super::Simulation;
-use crate::contact::shells::Rows;
+use crate::contact::shells::ShellRows;
 use crate::elements::touches::Touches;
 use crate::elements::touches::near::Near;
 use crate::elements::{Force, Joints};
@@ -140,7 +140,7 @@ impl<R: Real> Simulation<R> {
             self.state.put(at, (position, R::Vec3::ZERO));
         }
         self.model.renew_masses();
-        self.rows = Rows::default();
+        self.rows = ShellRows::default();
         self.scratch.work.near.forget();
         self.scratch.warm = false;
     }

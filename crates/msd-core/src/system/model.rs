@@ -6,7 +6,7 @@ use crate::columns::{Aligned, LANES, RECORD, single};
 use crate::contact::after_kick::{Kick, Kicked, settle};
 use crate::contact::arrive::resolve;
 use crate::contact::ending::{Bodies, Substep};
-use crate::contact::found::{Contact, Found, Places, Search, When, find};
+use crate::contact::found::{Contact, ContactSearch, Found, Places, When, find};
 use crate::contact::points::Points;
 use crate::contact::shells::Shells;
 use crate::contact::{Contacts, Radii};
@@ -305,7 +305,7 @@ impl<R: Real> Model<R> {
         }
         let (places, count) = (self.places(positions), self.obstacles.count());
         contacts.resize(positions.len() / RECORD * count, Contact::default());
-        find(level, &self.obstacles, Search { places, contacts, count, when })
+        find(level, &self.obstacles, ContactSearch { places, contacts, count, when })
     }
 
     fn found<'a>(&self, contacts: &'a [Contact]) -> Found<'a> {

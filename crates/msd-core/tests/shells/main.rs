@@ -1,4 +1,4 @@
-//! Bodies that meet: they bear, stick, slide by Coulomb's law, keep their momentum and do not cross.
+//! Bodies that meet: they bear, stick, slide by Coulomb's law, keep momentum and do not cross.
 
 mod bodies;
 mod crossings;

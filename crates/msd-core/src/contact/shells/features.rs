@@ -28,7 +28,7 @@ pub(super) struct Edge {
 
 /// A triangle, by its vertices and the edges from each to the next.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Face {
+pub(super) struct ShellFace {
     pub(super) corners: [u32; 3],
     pub(super) edges: [u32; 3],
 }
@@ -39,7 +39,7 @@ pub(crate) struct Shells {
     rows: Vec<Shell>,
     pub(super) vertices: Vec<Vertex>,
     pub(super) edges: Vec<Edge>,
-    pub(super) faces: Vec<Face>,
+    pub(super) faces: Vec<ShellFace>,
     /// The vertices that edges join to each, one vertex after the other, and where those of each
     /// start and the last ones end.
     joined: Vec<u32>,
@@ -76,7 +76,7 @@ impl Shells {
                     }
                     edge
                 });
-                shells.faces.push(Face { corners, edges });
+                shells.faces.push(ShellFace { corners, edges });
             }
             for ends in &row.edges {
                 shells.edge(ends.map(|end| numbers[&end]), &mut edges);

@@ -1,25 +1,34 @@
 //! Rows of the features that are nearest to each other.
 
-use super::features::NONE;
-use super::row::{EDGE, EDGES, FACE, OBSTACLE, Row, VERTEX, features, key};
-use super::rows::At;
+use super::features::{NONE, Shells};
+use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, VERTEX, features, key};
 use crate::columns::vector;
 use crate::number::{Real, Vector};
+use crate::obstacles::Obstacles;
 use crate::triangle::nearest;
 use alloc::vec::Vec;
 
+/// A state in columns, and what the rows of it depend on.
+pub(crate) struct At<'a, R: Real> {
+    pub(crate) shells: &'a Shells,
+    pub(crate) obstacles: &'a Obstacles<R>,
+    pub(crate) inverse_masses: &'a [R],
+    /// Simulated time, seconds.
+    pub(crate) time: f64,
+}
+
 /// Rows as they are found.
-pub(super) struct Found<'a, R: Real> {
+pub(super) struct Finder<'a, R: Real> {
     pub(super) at: &'a At<'a, R>,
     pub(super) positions: &'a [R],
     /// How far beyond their reach features may be, metres.
     pub(super) margin: R,
-    pub(super) rows: Vec<Row<R>>,
+    pub(super) rows: Vec<ContactRow<R>>,
     /// The vertices in them.
     pub(super) used: Vec<u32>,
 }
 
-impl<R: Real> Found<'_, R> {
+impl<R: Real> Finder<'_, R> {
     fn point(&self, vertex: u32) -> R::Vec3 {
         self.at.shells.point(self.positions, vertex)
     }
@@ -40,12 +49,13 @@ impl<R: Real> Found<'_, R> {
 
     /// The row of some features, and its vertices; none where they are too far apart, or nothing
     /// moves either.
-    pub(super) fn row(&self, key: u64) -> Option<(Row<R>, [u32; 4])> {
+    pub(super) fn row(&self, key: u64) -> Option<(ContactRow<R>, [u32; 4])> {
         let shells = self.at.shells;
         let Sides { vertices, weights, count } = self.sides(key);
         let (stop, friction) = shells.law_of::<R>(vertices[0], vertices[count - 1]);
         let at = vertices.map(|vertex| shells.vertices[vertex as usize].at);
-        let mut row = Row { key, at, weights, count, stop, friction, ..Row::default() };
+        let mut row =
+            ContactRow { key, at, weights, count, stop, friction, ..ContactRow::default() };
         let way = row.relative(self.positions);
         let square = way.dot(way);
         let most = stop + self.margin;
@@ -121,7 +131,7 @@ impl<R: Real> Found<'_, R> {
 
     /// Lets the face that faces the normal most of some take the couple of friction. One that a
     /// normal is nearly along would be turned by much for little.
-    fn turn(&self, row: &mut Row<R>, distance: R) {
+    fn turn(&self, row: &mut ContactRow<R>, distance: R) {
         let mut best = R::of(LEAST_FACING);
         for face in self.faces_of(row.key) {
             let corners = self.at.shells.faces[face as usize].corners;
@@ -140,7 +150,7 @@ impl<R: Real> Found<'_, R> {
     }
 
     /// The mass of both sides of a row, kilograms; none where nothing moves either.
-    fn mass(&self, row: &Row<R>) -> Option<R> {
+    fn mass(&self, row: &ContactRow<R>) -> Option<R> {
         let each = row.at.iter().zip(row.weights).take(row.count);
         let inverse = each.fold(R::ZERO, |sum, (&at, weight)| {
             sum + weight * weight * self.at.inverse_masses[at as usize]
@@ -271,7 +281,7 @@ impl<R: Real> Found<'_, R> {
                 if self.margin <= gap {
                     continue;
                 }
-                let row = Row {
+                let row = ContactRow {
                     key: EDGES << 62 | OBSTACLE | u64::from(vertex) << 24 | index as u64,
                     at: [at; 4],
                     weights: [R::ONE, R::ZERO, R::ZERO, R::ZERO],
@@ -280,10 +290,10 @@ impl<R: Real> Found<'_, R> {
                     gap,
                     carried: obstacle.velocity(here, time),
                     friction: obstacle.law().friction,
-                    ..Row::default()
+                    ..ContactRow::default()
                 };
                 if let Some(mass) = self.mass(&row) {
-                    self.rows.push(Row { mass, ..row });
+                    self.rows.push(ContactRow { mass, ..row });
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Lists of features that may be near each other, which serve for many substeps.
+//! Candidates of features that may be near each other, which serve for many substeps.
 
 use super::features::{Edge, NONE, Shells};
 use crate::columns::vector;
@@ -49,7 +49,7 @@ impl<R: Real> Since<R> {
 
 /// Features that may be near each other, and those of them that are closer.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Lists<R: Real> {
+pub(super) struct Candidates<R: Real> {
     pub(super) close: Pairs,
     near: Pairs,
     close_since: Since<R>,
@@ -57,15 +57,15 @@ pub(super) struct Lists<R: Real> {
     grid: Grid,
 }
 
-impl<R: Real> Lists<R> {
+impl<R: Real> Candidates<R> {
     /// Discards the lists: features are other ones.
     pub(super) fn forget(&mut self) {
         self.close_since.from.clear();
         self.near_since.from.clear();
     }
 
-    /// Lists features anew unless the close ones hold all that are within their reach and a margin,
-    /// metres.
+    /// Lists features anew unless the close ones hold all that are within their reach and a
+    /// margin, metres.
     pub(super) fn serve(&mut self, shells: &Shells, positions: &[R], margin: R) {
         if margin <= self.close_since.left(shells, positions) {
             return;
@@ -76,7 +76,7 @@ impl<R: Real> Lists<R> {
             left = (R::of(edge) * R::HALF).max(margin + margin);
             self.near_since.set(positions, left);
             let reach = shells.reach() + left.to_f64();
-            let span = Span { reach, edge, boxes: Boxes::new(shells, positions, reach) };
+            let span = Reach { reach, edge, boxes: Boxes::new(shells, positions, reach) };
             self.list_vertices(shells, positions, &span);
             self.list_edges(shells, positions, &span);
         }
@@ -84,7 +84,7 @@ impl<R: Real> Lists<R> {
         let skin = left.min(margin + margin + reach * R::HALF);
         self.close_since.set(positions, skin);
         let most = (reach + skin) * (reach + skin);
-        let Lists { close: Pairs { facing, ending, crossing }, near, .. } = self;
+        let Candidates { close: Pairs { facing, ending, crossing }, near, .. } = self;
         let point = |vertex: u32| shells.point::<R>(positions, vertex);
         let ends = |edge: u32| shells.edges[edge as usize].ends.map(point);
         let faces = |&&[vertex, face]: &&[u32; 2]| {
@@ -104,8 +104,8 @@ impl<R: Real> Lists<R> {
         crossing.extend(near.crossing.iter().filter(cross));
     }
 
-    /// Lists what is near vertices: faces, and edges of no face.
-    fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Span) {
+    /// Lists the features near vertices: faces, and edges of no face.
+    fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Reach) {
         let at = |vertex: u32| shells.point(positions, vertex).to_f64();
         self.grid.fill(span.reach + span.edge, (0..shells.vertices.len() as u32).map(at));
         self.near.facing.clear();
@@ -134,7 +134,7 @@ impl<R: Real> Lists<R> {
     }
 
     /// Lists edges that are near each other.
-    fn list_edges(&mut self, shells: &Shells, positions: &[R], span: &Span) {
+    fn list_edges(&mut self, shells: &Shells, positions: &[R], span: &Reach) {
         let ends = |edge: &Edge| edge.ends.map(|end| shells.point(positions, end).to_f64());
         let middles = shells.edges.iter().map(|edge| {
             let [a, b] = ends(edge);
@@ -179,7 +179,7 @@ fn square_between<R: Real>([p, p_end]: [R::Vec3; 2], [q, q_end]: [R::Vec3; 2]) -
 }
 
 /// How far features are looked for.
-struct Span {
+struct Reach {
     /// The distance up to which they are listed, and the length of the longest edge, metres.
     reach: f64,
     edge: f64,

@@ -21,5 +21,6 @@ mod sweep;
 mod rows;
 
 pub(crate) use features::Shells;
+pub(crate) use find::At;
 pub use row::RowImpulse;
-pub(crate) use rows::{At, Rows};
+pub(crate) use rows::ShellRows;

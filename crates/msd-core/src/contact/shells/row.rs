@@ -7,7 +7,7 @@ use glam::DVec3;
 
 /// A contact: up to four particles, and what keeps two sides of them apart.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Row<R: Real> {
+pub(super) struct ContactRow<R: Real> {
     /// Which features: their kind, and the number of each.
     pub(super) key: u64,
     /// Where the numbers of each particle are in a column of vectors, and their weights: positive
@@ -71,9 +71,9 @@ pub(super) fn features(key: u64) -> [u32; 2] {
     [key >> 30 & MOST_FEATURES, key & MOST_FEATURES].map(|number| number as u32)
 }
 
-impl<R: Real> Default for Row<R> {
+impl<R: Real> Default for ContactRow<R> {
     fn default() -> Self {
-        Row {
+        ContactRow {
             key: 0,
             at: [0; 4],
             weights: [R::ZERO; 4],
@@ -95,7 +95,7 @@ impl<R: Real> Default for Row<R> {
     }
 }
 
-impl<R: Real> Row<R> {
+impl<R: Real> ContactRow<R> {
     /// A vector of one side as seen from the other.
     #[inline(always)]
     pub(super) fn relative(&self, column: &[R]) -> R::Vec3 {

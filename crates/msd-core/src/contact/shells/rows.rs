@@ -1,43 +1,33 @@
 //! The rows of a model, and the moments at which methods ask them.
 
-use super::find::Found;
-use super::lists::{Lists, diagonal};
-use super::row::{Row, RowImpulse};
+use super::find::{At, Finder};
+use super::lists::{Candidates, diagonal};
+use super::row::{ContactRow, RowImpulse};
 use super::{Shells, sweep};
 use crate::columns::vector;
 use crate::contact::Contacts;
 use crate::number::{Real, Vector};
-use crate::obstacles::Obstacles;
 use alloc::vec::Vec;
 
 /// The rows of a model.
 #[derive(Clone, Debug)]
-pub(crate) struct Rows<R: Real> {
-    rows: Vec<Row<R>>,
+pub(crate) struct ShellRows<R: Real> {
+    rows: Vec<ContactRow<R>>,
     /// The rows of the substep before.
-    last: Vec<Row<R>>,
-    lists: Lists<R>,
+    last: Vec<ContactRow<R>>,
+    lists: Candidates<R>,
     /// Vertices in rows.
     used: Vec<u32>,
 }
 
-impl<R: Real> Default for Rows<R> {
+impl<R: Real> Default for ShellRows<R> {
     fn default() -> Self {
         let (rows, last, used) = (Vec::new(), Vec::new(), Vec::new());
-        Rows { rows, last, lists: Lists::default(), used }
+        ShellRows { rows, last, lists: Candidates::default(), used }
     }
 }
 
-/// A state in columns, and what the rows of it depend on.
-pub(crate) struct At<'a, R: Real> {
-    pub(crate) shells: &'a Shells,
-    pub(crate) obstacles: &'a Obstacles<R>,
-    pub(crate) inverse_masses: &'a [R],
-    /// Simulated time, seconds.
-    pub(crate) time: f64,
-}
-
-impl<R: Real> Rows<R> {
+impl<R: Real> ShellRows<R> {
     /// Discards the lists: features are other ones.
     pub(crate) fn forget(&mut self) {
         self.lists.forget();
@@ -54,7 +44,7 @@ impl<R: Real> Rows<R> {
     pub(crate) fn keep(&self, impulses: &mut Vec<RowImpulse>) {
         impulses.clear();
         let given = self.rows.iter().filter(|row| row.push != R::ZERO);
-        let impulse = |row: &Row<R>| RowImpulse {
+        let impulse = |row: &ContactRow<R>| RowImpulse {
             key: row.key,
             push: row.push.to_f64(),
             rub: row.rub.to_f64(),
@@ -72,18 +62,18 @@ impl<R: Real> Rows<R> {
 
     /// Replaces these impulses, in the order of their keys.
     pub(crate) fn set_impulses(&mut self, impulses: &[RowImpulse]) {
-        let row = |impulse: &RowImpulse| Row {
+        let row = |impulse: &RowImpulse| ContactRow {
             key: impulse.key,
             push: R::of(impulse.push),
             rub: R::Vec3::of(impulse.rub),
-            ..Row::default()
+            ..ContactRow::default()
         };
         self.rows.clear();
         self.rows.extend(impulses.iter().map(row));
     }
 
-    /// Lets shells meet after a kick of `length` seconds by some forces, before a drift of `h` seconds, and
-    /// returns whether particles are so fast that some may have crossed.
+    /// Lets shells meet after a kick of `length` seconds by some forces, before a drift of `h`
+    /// seconds, and returns whether particles are so fast that some may have crossed.
     pub(crate) fn meet(
         &mut self,
         at: &At<'_, R>,
@@ -183,7 +173,7 @@ impl<R: Real> Rows<R> {
         self.lists.serve(shells, positions, margin);
         core::mem::swap(&mut self.rows, &mut self.last);
         self.rows.clear();
-        let mut found = Found {
+        let mut found = Finder {
             at,
             positions,
             margin,
@@ -204,7 +194,7 @@ impl<R: Real> Rows<R> {
 
     /// Lets the rows that have given an impulse follow their features to where these are now.
     fn follow(&mut self, at: &At<'_, R>, positions: &[R]) {
-        let found = Found {
+        let found = Finder {
             at,
             positions,
             margin: R::LARGEST.sqrt() * R::HALF,
@@ -213,7 +203,7 @@ impl<R: Real> Rows<R> {
         };
         for row in self.rows.iter_mut().filter(|row| 1 < row.count && row.push != R::ZERO) {
             if let Some((new, _)) = found.row(row.key) {
-                *row = Row { push: row.push, rub: row.rub, ..new };
+                *row = ContactRow { push: row.push, rub: row.rub, ..new };
                 row.rub -= row.normal * row.normal.dot(row.rub);
             }
         }

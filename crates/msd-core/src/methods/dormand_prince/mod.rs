@@ -385,7 +385,7 @@ fn sum_of_squares<R: Real>(column: &[R]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::{Scratch, StepContext};
-    use crate::contact::shells::Rows;
+    use crate::contact::shells::ShellRows;
     use crate::methods::{self, Settings};
     use crate::number::Instructions;
     use crate::scene::{Material, Scene, World, shape};
@@ -421,7 +421,7 @@ mod tests {
                 finished: 0,
                 state: &mut columns,
                 scratch: &mut scratch,
-                rows: &mut Rows::default(),
+                rows: &mut ShellRows::default(),
                 done: Default::default(),
             };
             own.run(&mut step).unwrap();
