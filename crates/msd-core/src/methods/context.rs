@@ -312,7 +312,13 @@ impl<'a, R: Real> StepContext<'a, R> {
         let state: [&mut [R]; 2] = [positions, velocities];
         let (contacts, is_fast) = self.rows.meet(&at, state, &self.scratch.forces, (length, h));
         self.done.meet(contacts);
+        self.note_fast(is_fast);
+    }
+
+    /// Takes note of particles that are too fast for shells to be known to stop them.
+    fn note_fast(&mut self, is_fast: bool) {
         self.done.turned |= is_fast;
+        self.done.passes += u64::from(is_fast);
     }
 
     /// Lets the rows of shells hold after a kick that no drift follows.
@@ -345,8 +351,9 @@ impl<'a, R: Real> StepContext<'a, R> {
         let (h, at) = (self.substep(), self.rows_at(self.time()));
         let Columns { positions, velocities } = &*self.state;
         let columns: [&[R]; 3] = [positions, velocities, &self.scratch.forces];
-        self.done.turned |= self.rows.begin(&at, columns, h);
+        let is_fast = self.rows.begin(&at, columns, h);
         self.rows.add_forces(&mut self.scratch.forces, h);
+        self.note_fast(is_fast);
     }
 
     /// Corrects the outcome of a substep whose stages had the impulses of shells as forces; its

@@ -244,6 +244,37 @@ fn contact_of_bodies_is_of_first_order() {
 }
 
 #[test]
+fn a_run_that_diverges_stops_at_the_last_good_state() {
+    let (scene, _) = cubes();
+    for integrator in ALL {
+        let mut simulation = start::<f32>(&scene, integrator, 1);
+        let error = (0..600).find_map(|_| simulation.step().err());
+        assert!(matches!(error, Some(Error::Diverged(_))), "{integrator}: {error:?}");
+        assert!(simulation.state().positions.iter().all(|at| at.to_f64().is_finite()));
+    }
+}
+
+#[test]
+fn shells_out_of_their_domain_are_refused() {
+    let (scene, _) = cubes();
+    let refuse = |change: fn(&mut Shell)| {
+        let mut scene = scene.clone();
+        change(&mut scene.shells[1]);
+        Simulation::<f32>::new(&scene, Settings::default()).expect_err("a fault").to_string()
+    };
+    let thin = refuse(|shell| shell.thickness = 0.0);
+    assert_eq!(thin, "thickness of shell 1 is 0; it must be positive and finite");
+    let rough = refuse(|shell| shell.friction = -1.0);
+    assert!(rough.starts_with("friction of shell 1 is -1"), "{rough}");
+    let far = refuse(|shell| shell.edges.push([400, 1_000_000]));
+    assert!(far.contains("shell 1 names particle 1000000"), "{far}");
+    let shared = refuse(|shell| shell.edges.push([0, 1]));
+    assert!(shared.contains("it must be in one shell"), "{shared}");
+    let folded = refuse(|shell| shell.edges.push([400, 400]));
+    assert!(folded.contains("between different particles"), "{folded}");
+}
+
+#[test]
 fn a_method_that_does_not_let_shells_meet_is_refused_by_name() {
     let settings = Settings { integrator: Integrator::Xpbd, ..Settings::default() };
     let refused = Simulation::<f32>::new(&cubes().0, settings);

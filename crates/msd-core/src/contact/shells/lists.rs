@@ -65,11 +65,13 @@ impl<R: Real> Candidates<R> {
     }
 
     /// Lists features anew unless the close ones hold all that are within their reach and a
-    /// margin, metres.
-    pub(super) fn serve(&mut self, shells: &Shells, positions: &[R], margin: R) {
+    /// margin, metres; returns whether they do. Where features are so long or so many in one place
+    /// that each would be near hundreds of others, as in a run that diverges, they do not.
+    pub(super) fn serve(&mut self, shells: &Shells, positions: &[R], margin: R) -> bool {
         if margin <= self.close_since.left(shells, positions) {
-            return;
+            return true;
         }
+        let mut are_all = true;
         let mut left = self.near_since.left(shells, positions);
         if left < margin {
             let edge = longest_edge(shells, positions);
@@ -77,8 +79,12 @@ impl<R: Real> Candidates<R> {
             self.near_since.set(positions, left);
             let reach = shells.reach() + left.to_f64();
             let span = Reach { reach, edge, boxes: Boxes::new(shells, positions, reach) };
-            self.list_vertices(shells, positions, &span);
-            self.list_edges(shells, positions, &span);
+            are_all = self.list_vertices(shells, positions, &span)
+                && self.list_edges(shells, positions, &span);
+            if !are_all {
+                // Not to be served from again.
+                self.near_since.from.clear();
+            }
         }
         let reach = R::of(shells.reach());
         let skin = left.min(margin + margin + reach * R::HALF);
@@ -102,10 +108,11 @@ impl<R: Real> Candidates<R> {
         let cross = |&&[a, b]: &&[u32; 2]| square_between::<R>(ends(a), ends(b)) < most;
         crossing.clear();
         crossing.extend(near.crossing.iter().filter(cross));
+        are_all
     }
 
-    /// Lists the features near vertices: faces, and edges of no face.
-    fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Reach) {
+    /// Lists the features near vertices: faces, and edges of no face; returns whether it lists all.
+    fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Reach) -> bool {
         let at = |vertex: u32| shells.point(positions, vertex).to_f64();
         self.grid.fill(span.reach + span.edge, (0..shells.vertices.len() as u32).map(at));
         self.near.facing.clear();
@@ -114,12 +121,19 @@ impl<R: Real> Candidates<R> {
             if !span.boxes.meet(shells, face.corners[0], corners) {
                 continue;
             }
+            let [low, high] = corners;
             each_in(&self.grid, corners, |vertex| {
                 let is_other = !face.corners.contains(&vertex);
                 if is_other && shells.do_meet(vertex, face.corners[0]) {
-                    self.near.facing.push([vertex, number]);
+                    let here = at(vertex);
+                    if low.cmple(here).all() && here.cmple(high).all() {
+                        self.near.facing.push([vertex, number]);
+                    }
                 }
             });
+            if MOST_PAIRS * shells.faces.len() < self.near.facing.len() {
+                return false;
+            }
         }
         self.near.ending.clear();
         let is_bare = |edge: &Edge| edge.faces == [NONE; 2];
@@ -130,11 +144,15 @@ impl<R: Real> Candidates<R> {
                     self.near.ending.push([vertex, number]);
                 }
             });
+            if MOST_PAIRS * shells.edges.len() < self.near.ending.len() {
+                return false;
+            }
         }
+        true
     }
 
-    /// Lists edges that are near each other.
-    fn list_edges(&mut self, shells: &Shells, positions: &[R], span: &Reach) {
+    /// Lists edges that are near each other; returns whether it lists all.
+    fn list_edges(&mut self, shells: &Shells, positions: &[R], span: &Reach) -> bool {
         let ends = |edge: &Edge| edge.ends.map(|end| shells.point(positions, end).to_f64());
         let middles = shells.edges.iter().map(|edge| {
             let [a, b] = ends(edge);
@@ -159,9 +177,16 @@ impl<R: Real> Candidates<R> {
                     self.near.crossing.push([number, other]);
                 }
             });
+            if MOST_PAIRS * shells.edges.len() < self.near.crossing.len() {
+                return false;
+            }
         }
+        true
     }
 }
+
+/// The most pairs for each feature.
+const MOST_PAIRS: usize = 256;
 
 /// The square of the distance between two edges, or an edge and a point (Ericson, Real-Time
 /// Collision Detection, 2005, section 5.1.9).

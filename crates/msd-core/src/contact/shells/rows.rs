@@ -169,10 +169,15 @@ impl<R: Real> ShellRows<R> {
             margin += diagonal::<R>(kicks.chain([R::Vec3::ZERO])) * h;
         }
         let most = R::of(MOST_MARGIN * shells.reach());
-        let (is_fast, margin) = (most < margin, margin.min(most));
-        self.lists.serve(shells, positions, margin);
         core::mem::swap(&mut self.rows, &mut self.last);
         self.rows.clear();
+        // In a run that diverges nothing is near anything.
+        if !margin.to_f64().is_finite() {
+            return true;
+        }
+        let is_fast = most < margin;
+        let margin = margin.min(most);
+        let are_all = self.lists.serve(shells, positions, margin);
         let mut found = Finder {
             at,
             positions,
@@ -189,7 +194,7 @@ impl<R: Real> ShellRows<R> {
         found.obstacles();
         (self.rows, self.used) = (found.rows, found.used);
         self.warm();
-        is_fast
+        is_fast || !are_all
     }
 
     /// Lets the rows that have given an impulse follow their features to where these are now.
