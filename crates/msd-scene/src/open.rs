@@ -228,6 +228,7 @@ impl Draft {
     /// Text that does not follow its format; a key that was set and has no place in the tree.
     pub fn source(&self) -> Result<Source<'_>, FileError> {
         let mut source = Source::parse(&self.text, self.format, &self.name)?;
+        source.drop = matches!(self.origin, Origin::Mesh).then_some(DROP);
         self.assignments.iter().try_for_each(|assignment| assignment.apply(&mut source))?;
         Ok(source)
     }
@@ -380,16 +381,13 @@ const DROP: f64 = 0.3;
 /// The most substeps that a bare mesh is given: beyond it another stiffness is the better answer.
 const MAX_SUBSTEPS: f64 = 1000.0;
 
-/// Puts a mesh that nobody made a scene for just above the ground, and gives it as many substeps as
-/// it needs unless the `source` says how many.
+/// Names a mesh that nobody made a scene for, and gives it as many substeps as it needs unless the
+/// `source` says how many.
 fn drop_mesh(loaded: &mut Loaded, source: &Source<'_>) -> Result<(), FileError> {
     loaded.title = format!("{} dropped on the ground", loaded.name);
     for body in &mut loaded.scene.bodies {
         body.name.clone_from(&loaded.name);
     }
-    let particles = &mut loaded.scene.particles;
-    let lowest = particles.iter().map(|particle| particle.position.y).fold(f64::MAX, f64::min);
-    particles.iter_mut().for_each(|particle| particle.position.y += DROP - lowest);
     if source.holds("solver.substeps") {
         return Ok(());
     }

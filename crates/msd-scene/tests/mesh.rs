@@ -287,6 +287,30 @@ fn texture_coordinates_follow_their_corners() {
     assert_eq!(mesh.uvs, Some(vec![[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]]));
     let half = text.to_owned() + "v 1 1 0\nf 2 4 3\n";
     assert_eq!(parse("half.obj", Format::Obj, half.as_bytes()).uvs, None);
+    // Indices into a map that is not there.
+    let none = text.replace("vt 0 0\nvt 2 0\nvt 0 1\n", "");
+    let mesh = parse("none.obj", Format::Obj, none.as_bytes());
+    assert_eq!((mesh.triangles.len(), mesh.uvs), (1, None));
+}
+
+/// However many accessors lack their numbers, which is what the format's own check would list.
+#[test]
+fn a_compressed_gltf_is_refused_by_the_name_of_its_compression() {
+    for extension in ["KHR_draco_mesh_compression", "EXT_meshopt_compression"] {
+        for count in [2, 12] {
+            let accessors = vec![r#"{"componentType":5126,"count":3,"type":"VEC3"}"#; count];
+            let accessors = accessors.join(",");
+            let text = format!(
+                r#"{{"asset":{{"version":"2.0"}},"extensionsRequired":["{extension}"],
+                "accessors":[{accessors}],
+                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}]}}"#
+            );
+            let error = mesh::parse(text.as_bytes(), Format::Gltf, "box.gltf").unwrap_err();
+            let error = error.to_string();
+            assert!(error.contains(extension) && error.len() < 200, "{error}");
+            assert!(error.contains("export it without compression"), "{error}");
+        }
+    }
 }
 
 #[test]

@@ -81,6 +81,20 @@ fn a_body_that_starts_inside_an_obstacle_is_told_and_is_moved_to_its_surface() {
     assert!(told.len() == 1 && told[0].contains(expected), "{told:?}");
 }
 
+/// The scene around a bare mesh puts it above the ground, wherever its file has it.
+#[test]
+fn a_bare_mesh_starts_above_the_ground_and_no_note_says_otherwise() {
+    let tetrahedron =
+        "v 0 -9 0\nv 1 -9 0\nv 0 -8 0\nv 0 -9 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+    let path = std::env::temp_dir().join(format!("msd-bare-{}.obj", std::process::id()));
+    std::fs::write(&path, tetrahedron).expect("a file");
+    let loaded = open(&path).expect("a mesh");
+    std::fs::remove_file(&path).expect("the file");
+    let heights = loaded.scene.particles.iter().map(|particle| particle.position.y);
+    assert!((heights.fold(f64::MAX, f64::min) - 0.3).abs() < 1e-12);
+    assert!(!loaded.notes.concat().contains("starts inside"), "{:?}", loaded.notes);
+}
+
 #[test]
 fn no_body_of_a_scene_of_msd_starts_inside_an_obstacle_or_another() {
     let notes_of = |name: &str| open(name).expect("a built-in scene").notes;

@@ -99,6 +99,9 @@ pub(crate) fn understand_rows(
     scene.pins = pins;
     scene.springs.extend(links);
     load(source, &mut scene, (&file.bodies, &loads))?;
+    if let Some(height) = source.drop {
+        raise(&mut scene, height);
+    }
     notes.extend(started_inside(source, &scene)?);
     notes.extend(started_in_each_other(&scene));
     let precision = file.solver.precision.unwrap_or_else(|| fitting(&scene, &mut notes));
@@ -107,6 +110,13 @@ pub(crate) fn understand_rows(
     // They quote names of bodies and files.
     let notes = notes.iter().map(|note| tame(note)).collect();
     Ok(Understood { title, scene, settings, automatic, precision, camera, notes, made })
+}
+
+/// Moves all particles up or down so that the lowest is at a height, metres.
+fn raise(scene: &mut Scene, height: f64) {
+    let particles = &mut scene.particles;
+    let lowest = particles.iter().map(|particle| particle.position.y).fold(f64::MAX, f64::min);
+    particles.iter_mut().for_each(|particle| particle.position.y += height - lowest);
 }
 
 /// The precision of a scene that asks for none: single, unless that loses too much where it is.

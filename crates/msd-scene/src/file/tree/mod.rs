@@ -52,6 +52,9 @@ pub struct Source<'t> {
     pub root: Node,
     /// The precision that the scene asks for, once that is known: its numbers must fit.
     pub precision: Cell<Precision>,
+    /// The height above the ground from which its bodies drop, metres; `None` where they start at
+    /// places of their own.
+    pub drop: Option<f64>,
 }
 
 impl<'t> Source<'t> {
@@ -66,7 +69,7 @@ impl<'t> Source<'t> {
             SceneFormat::Toml => read_toml(text, name)?,
             SceneFormat::Json => read_json(text, name)?,
         };
-        Ok(Source { name, text, root, precision: Cell::new(Precision::F64) })
+        Ok(Source { name, text, root, precision: Cell::new(Precision::F64), drop: None })
     }
 
     /// The place of a byte.

@@ -49,6 +49,9 @@ pub(crate) fn parse(bytes: &[u8], file: &str, load: &Loader) -> Result<Raw, Mesh
     Ok(reader.raw)
 }
 
+/// Extensions by which the numbers of meshes are compressed.
+const COMPRESSED: [&str; 2] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression"];
+
 /// The valid structure of a file, and the binary chunk that comes with it.
 fn read_structure(
     bytes: &[u8],
@@ -62,8 +65,18 @@ fn read_structure(
     let invalid = |error: gltf::Error| malformed(file, error.to_string());
     let gltf::Gltf { document, blob } =
         gltf::Gltf::from_slice_without_validation(bytes).map_err(invalid)?;
-    // `gltf` looks at the accessor of the positions before it checks that there is one.
     let root = document.as_json();
+    // First: what follows would say that the numbers are missing, not why.
+    let compressed =
+        COMPRESSED.iter().find(|name| root.extensions_required.iter().any(|own| own == *name));
+    if let Some(name) = compressed {
+        let reason = format!(
+            "its meshes are compressed ({name}), which msd does not read; export it without \
+             compression"
+        );
+        return Err(malformed(file, reason));
+    }
+    // `gltf` looks at the accessor of the positions before it checks that there is one.
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     for accessor in primitives.flat_map(|primitive| primitive.attributes.values()) {
         if root.accessors.len() <= accessor.value() {

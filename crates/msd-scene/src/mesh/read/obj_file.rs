@@ -98,10 +98,12 @@ impl Rows {
             let vertex = parts.next().unwrap_or_default();
             let vertex = index(at, "a vertex index", vertex, self.vertices.len())?;
             corners.push(self.number(vertex - 1).into());
+            let count = self.texture_vertices.len();
             match parts.next() {
+                // Exporters leave out an empty map, but not the indices into it.
                 None | Some("") => self.bare = true,
+                Some(_) if count == 0 => self.bare = true,
                 Some(text) => {
-                    let count = self.texture_vertices.len();
                     let texture = index(at, "a texture index", text, count)?;
                     uvs.push(self.texture_vertices[texture - 1]);
                 }
