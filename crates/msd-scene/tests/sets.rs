@@ -449,3 +449,17 @@ fn every_scene_of_the_documentation_runs_and_stays_whole() {
         }
     }
 }
+
+#[test]
+fn a_number_of_a_particle_of_a_mesh_is_said_to_be_no_vertex_of_its_file() {
+    let notes = |rows: &str| {
+        let mesh = "[[bodies]]\nkind = 'mesh'\nfile = 'bunny.obj'\nname = 'hare'\n";
+        let rope = "[[bodies]]\nkind = 'rope'\nsize = [3]\nposition = [0, 3, 0]\n";
+        toml(&format!("version = 1\n{mesh}{rope}{rows}")).expect("a scene").notes
+    };
+    let warned = |rows: &str| notes(rows).concat().contains("not that of a vertex in its file");
+    assert!(warned("[[pins]]\nparticle = 20\n"));
+    assert!(warned("[[masses]]\nbody = 'hare'\nparticle = 3\nmass = 1\n"));
+    assert!(!warned("[[pins]]\nset = 'first'\n"));
+    assert!(!warned("[[pins]]\nbody = 1\nparticle = 2\n"));
+}

@@ -96,6 +96,7 @@ pub(crate) fn understand_rows(
     let pins = pins(&sets, &file.pins)?;
     let loads = masses(&sets, &file.masses)?;
     let links = links(&sets, &file.links, &mut budget)?;
+    notes.extend(sets.numbered(&file));
     scene.pins = pins;
     scene.springs.extend(links);
     load(source, &mut scene, (&file.bodies, &loads))?;

@@ -10,11 +10,11 @@ pub(crate) mod materials;
 pub(crate) mod pins;
 
 use crate::error::{FileError, nearest, plain};
-use crate::file::schema::{BodyKey, EndRow, MassRow, MaterialRow, PinRow, SetRow};
+use crate::file::schema::{BodyKey, EndRow, Kind, MassRow, MaterialRow, PinRow, SceneFile, SetRow};
 use crate::file::tree::Source;
 use glam::DVec3;
 use msd_core::{Lattice, Scene};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// How a row chooses particles; exactly one of its keys but `body` is given.
 #[derive(Clone, Copy, Default)]
@@ -191,6 +191,25 @@ impl<'s> NamedSets<'s> {
     }
 
     /// The number of a body.
+    /// A line on each mesh of which rows choose particles by number: these are not the numbers of
+    /// the vertices in its file, some of which may have been merged or left out.
+    pub(crate) fn numbered(&self, file: &SceneFile) -> Vec<String> {
+        let pins = file.pins.iter().map(Choice::from);
+        let masses = file.masses.iter().map(Choice::from);
+        let ends = file.links.iter().flat_map(|link| [&link.from, &link.to]).map(Choice::from);
+        let by_number = pins.chain(masses).chain(ends).filter(|choice| choice.particle.is_some());
+        let bodies = by_number.filter_map(|choice| self.body("", choice.body).ok());
+        let meshes = bodies.filter(|&body| file.bodies[body].kind == Kind::Mesh);
+        let line = |body: usize| {
+            let name = &self.scene.bodies[body].name;
+            format!(
+                "a `particle` of {name} is a number among its particles, not that of a vertex in \
+                 its file; choose by place with a set of a `sphere` or a `box`"
+            )
+        };
+        meshes.collect::<BTreeSet<usize>>().into_iter().map(line).collect()
+    }
+
     fn body(&self, key: &str, body: Option<&BodyKey>) -> Result<usize, FileError> {
         let (key, bodies) = (format_args!("{key}.body"), &self.scene.bodies);
         let name = match body {
