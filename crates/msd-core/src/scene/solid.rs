@@ -209,7 +209,8 @@ impl Shape {
     }
 
     /// The least radius by which its surface bends outwards, metres: infinite where it is flat
-    /// between edges; of a mesh unknown, and infinite too.
+    /// between edges; of a mesh unknown, and infinite too. Edges and corners do not count:
+    /// automatic substeps follow this radius, and would never be short enough.
     pub fn bend(&self) -> f64 {
         match *self {
             Shape::Sphere { radius }
