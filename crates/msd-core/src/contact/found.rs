@@ -6,9 +6,9 @@ use crate::columns::threads::{Split, merge_shares};
 use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{Ball, Sampled, lane_of};
-use crate::obstacles::{Obstacles, Placed};
+use crate::obstacles::{Obstacles, Placed, PlaneColumn};
 use crate::pack::dot;
-use core::ops::BitOr;
+use core::ops::{BitOr, Range};
 use fearless_simd::Level;
 
 /// The particles of a record at an obstacle that something moves, a bit for each.
@@ -163,15 +163,21 @@ fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>)
         lie |= contact.on();
     };
     for (index, plane) in obstacles.planes.iter().enumerate() {
-        let normal = plane.normal.components();
-        for (record, x) in records.iter().enumerate() {
-            let gap = |lane| {
-                let point = lane_of(x, lane);
-                (dot(normal, point) - plane.offset, plane.terms_of(point))
-            };
-            let contact = contact(&places, (record, u32::MAX), gap, when.settles);
-            if contact.near != 0 {
-                note(record, index, contact);
+        for first in (0..records.len()).step_by(AT_ONCE) {
+            let some = first..records.len().min(first + AT_ONCE);
+            if !is_any_at(plane, &places, some.clone()) {
+                continue;
+            }
+            for record in some {
+                let contact = contact(
+                    &places,
+                    (record, u32::MAX),
+                    plane_gap(plane, &places, record),
+                    when.settles,
+                );
+                if contact.near != 0 {
+                    note(record, index, contact);
+                }
             }
         }
     }
@@ -203,6 +209,41 @@ fn find_records<R: Real>(obstacles: &Obstacles<R>, search: ContactSearch<'_, R>)
     lie != 0
 }
 
+/// Records that are compared with a plane before anything is decided.
+const AT_ONCE: usize = 4;
+
+/// The gap of a plane in each lane of a record, and its terms.
+#[inline(always)]
+fn plane_gap<'a, R: Real>(
+    plane: &'a PlaneColumn<R>,
+    places: &Places<'_, R>,
+    record: usize,
+) -> impl Fn(usize) -> (R, R) + use<'a, R> {
+    let (normal, x) = (plane.normal.components(), places.records()[record]);
+    move |lane| {
+        let point = lane_of(&x, lane);
+        (dot(normal, point) - plane.offset, plane.terms_of(point))
+    }
+}
+
+/// Whether a place of some records is on a plane or inside.
+#[inline(always)]
+fn is_any_at<R: Real>(
+    plane: &PlaneColumn<R>,
+    places: &Places<'_, R>,
+    records: Range<usize>,
+) -> bool {
+    let mut any = [0; LANES];
+    for record in records {
+        let (gap, radii) = (plane_gap(plane, places, record), places.radii.of_record(record));
+        for (lane, any) in any.iter_mut().enumerate() {
+            let (gap, terms) = gap(lane);
+            *any |= u32::from(-rounding(terms, radii[lane]) <= radii[lane] - gap);
+        }
+    }
+    any.iter().fold(0, |all, any| all | any) != 0
+}
+
 /// The contact of a record with an obstacle that is no plane; the bits say who may have one.
 #[inline(always)]
 fn sampled_contact<R: Real, O: Sampled<R> + ?Sized>(
@@ -227,18 +268,22 @@ fn contact<R: Real>(
     settles: bool,
 ) -> Contact {
     let radii = places.radii.of_record(record);
-    let (mut near, mut inside) = ([0; LANES], [0; LANES]);
-    for lane in 0..LANES {
+    let mut near = [0; LANES];
+    for (lane, near) in near.iter_mut().enumerate() {
         let (gap, terms) = gap(lane);
-        let (depth, noise) = (radii[lane] - gap, rounding(terms, radii[lane]));
-        let least = if settles { noise } else { R::ZERO };
-        near[lane] = u32::from(-noise <= depth) << lane;
-        inside[lane] = u32::from(least < depth) << lane;
+        *near = u32::from(-rounding(terms, radii[lane]) <= radii[lane] - gap) << lane;
     }
     let any = |bits: [u32; LANES]| bits.iter().fold(0, |all, bit| all | bit) & which;
     let near = any(near);
     if near == 0 {
         return Contact::default();
+    }
+    // Most records are at no obstacle.
+    let mut inside = [0; LANES];
+    for (lane, inside) in inside.iter_mut().enumerate() {
+        let (gap, terms) = gap(lane);
+        let least = if settles { rounding(terms, radii[lane]) } else { R::ZERO };
+        *inside = u32::from(least < radii[lane] - gap) << lane;
     }
     let moving = places.moving_of(record);
     Contact { near: (near & moving) as u16, inside: (any(inside) & moving) as u16 }
