@@ -61,9 +61,10 @@ pub(crate) fn around([a, b, c]: [DVec3; 3], margin: f64) -> [DVec3; 2] {
 /// The weights of a corner.
 const CORNER: [f64; 3] = [1.0, 0.0, 0.0];
 
-/// Which part of the way from one point to another the point nearest to the origin is.
+/// Which part of the way from one point to another the point nearest to the origin is; 0 or 1
+/// exactly where it is an end.
 #[inline(always)]
-fn part_of_edge<R: Real>(from: R::Vec3, to: R::Vec3) -> R {
+pub(crate) fn part_of_edge<R: Real>(from: R::Vec3, to: R::Vec3) -> R {
     let way = to - from;
     let (along, square) = (-from.dot(way), way.dot(way));
     if along <= R::ZERO {

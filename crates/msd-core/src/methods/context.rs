@@ -351,7 +351,7 @@ impl<'a, R: Real> StepContext<'a, R> {
         let (h, at) = (self.substep(), self.rows_at(self.time()));
         let Columns { positions, velocities } = &*self.state;
         let columns: [&[R]; 3] = [positions, velocities, &self.scratch.forces];
-        let is_fast = self.rows.begin(&at, columns, h);
+        let is_fast = self.rows.find(&at, columns, h);
         self.rows.add_forces(&mut self.scratch.forces, h);
         self.note_fast(is_fast);
     }

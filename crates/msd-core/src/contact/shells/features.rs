@@ -40,20 +40,40 @@ pub(crate) struct Shells {
     pub(super) vertices: Vec<Vertex>,
     pub(super) edges: Vec<Edge>,
     pub(super) faces: Vec<ShellFace>,
-    /// The vertices that edges join to each, one vertex after the other, and where those of each
-    /// start and the last ones end.
-    joined: Vec<u32>,
-    joined_starts: Vec<u32>,
-    /// The faces at each vertex, in the same way.
-    faces_at: Vec<u32>,
-    faces_starts: Vec<u32>,
+    /// The vertices that edges join to each.
+    joined: ByVertex,
+    faces_at: ByVertex,
+}
+
+/// Numbers of each vertex.
+#[derive(Clone, Debug, Default)]
+struct ByVertex {
+    /// One vertex after the other.
+    numbers: Vec<u32>,
+    /// Where those of each start, and the last ones end.
+    starts: Vec<u32>,
+}
+
+impl ByVertex {
+    /// Those of so many vertices, from pairs of a vertex and a number.
+    fn new(count: usize, pairs: impl Iterator<Item = [u32; 2]>) -> Self {
+        let mut pairs: Vec<_> = pairs.collect();
+        pairs.sort_unstable();
+        let start = |vertex: u32| pairs.partition_point(|pair| pair[0] < vertex) as u32;
+        let starts = (0..=count as u32).map(start).collect();
+        ByVertex { numbers: pairs.into_iter().map(|pair| pair[1]).collect(), starts }
+    }
+
+    fn of(&self, vertex: u32) -> &[u32] {
+        let [start, end] = [0, 1].map(|by| self.starts[vertex as usize + by] as usize);
+        &self.numbers[start..end]
+    }
 }
 
 impl Shells {
     /// The features of some rows.
     pub(crate) fn new(rows: Vec<Shell>, slots: &Slots) -> Self {
-        let mut shells = Shells { rows, ..Shells::default() };
-        let rows = core::mem::take(&mut shells.rows);
+        let mut shells = Shells::default();
         let (mut numbers, mut edges) = (BTreeMap::new(), BTreeMap::new());
         for (number, row) in rows.iter().enumerate() {
             let particles = row.triangles.as_flattened().iter().chain(row.edges.as_flattened());
@@ -109,19 +129,11 @@ impl Shells {
     }
 
     fn join(&mut self) {
-        let both = self.edges.iter().flat_map(|edge| [edge.ends, [edge.ends[1], edge.ends[0]]]);
-        let mut pairs: Vec<_> = both.collect();
-        pairs.sort_unstable();
-        let start = |vertex: u32| pairs.partition_point(|pair| pair[0] < vertex) as u32;
-        self.joined_starts = (0..=self.vertices.len() as u32).map(start).collect();
-        self.joined = pairs.into_iter().map(|pair| pair[1]).collect();
+        let ends = self.edges.iter().flat_map(|edge| [edge.ends, [edge.ends[1], edge.ends[0]]]);
+        self.joined = ByVertex::new(self.vertices.len(), ends);
         let faces = (0..).zip(&self.faces);
-        let both = faces.flat_map(|(face, row)| row.corners.map(|corner| [corner, face]));
-        let mut pairs: Vec<[u32; 2]> = both.collect();
-        pairs.sort_unstable();
-        let start = |vertex: u32| pairs.partition_point(|pair| pair[0] < vertex) as u32;
-        self.faces_starts = (0..=self.vertices.len() as u32).map(start).collect();
-        self.faces_at = pairs.into_iter().map(|pair| pair[1]).collect();
+        let corners = faces.flat_map(|(face, row)| row.corners.map(|corner| [corner, face]));
+        self.faces_at = ByVertex::new(self.vertices.len(), corners);
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -135,14 +147,12 @@ impl Shells {
 
     /// The vertices that edges join to one.
     pub(super) fn joined_to(&self, vertex: u32) -> &[u32] {
-        let ends = [0, 1].map(|by| self.joined_starts[vertex as usize + by] as usize);
-        &self.joined[ends[0]..ends[1]]
+        self.joined.of(vertex)
     }
 
     /// The faces at a vertex.
     pub(super) fn faces_at(&self, vertex: u32) -> &[u32] {
-        let ends = [0, 1].map(|by| self.faces_starts[vertex as usize + by] as usize);
-        &self.faces_at[ends[0]..ends[1]]
+        self.faces_at.of(vertex)
     }
 
     /// Whether the shells of two vertices stop each other.

@@ -5,7 +5,7 @@ use super::row::{ContactRow, EDGE, EDGES, FACE, OBSTACLE, VERTEX, features, key}
 use crate::columns::vector;
 use crate::number::{Real, Vector};
 use crate::obstacles::Obstacles;
-use crate::triangle::nearest;
+use crate::triangle::{nearest, part_of_edge};
 use alloc::vec::Vec;
 
 /// A state in columns, and what the rows of it depend on.
@@ -85,10 +85,8 @@ impl<R: Real> Finder<'_, R> {
             }
             EDGE => {
                 let [from, to] = shells.edges[b as usize].ends;
-                let (start, end) = (self.point(from), self.point(to));
-                let way = end - start;
-                let along = (self.point(a) - start).dot(way) / way.dot(way);
-                let part = along.max(R::ZERO).min(R::ONE);
+                let here = self.point(a);
+                let part = part_of_edge::<R>(self.point(from) - here, self.point(to) - here);
                 Sides::new([a, from, to], [R::ONE, part - R::ONE, -part])
             }
             VERTEX => Sides::new([a, b], [R::ONE, -R::ONE]),
@@ -200,12 +198,11 @@ impl<R: Real> Finder<'_, R> {
     /// Finds the row of a vertex and an edge of no face, or of the vertex and an end of it.
     pub(super) fn end(&mut self, [vertex, number]: [u32; 2]) {
         let [a, b] = self.at.shells.edges[number as usize].ends;
-        let (from, to) = (self.point(a), self.point(b));
-        let (way, here) = (to - from, self.point(vertex) - from);
-        let (along, square) = (here.dot(way), way.dot(way));
-        if along <= R::ZERO {
+        let here = self.point(vertex);
+        let part = part_of_edge::<R>(self.point(a) - here, self.point(b) - here);
+        if part == R::ZERO {
             self.corner(vertex, a);
-        } else if square <= along {
+        } else if part == R::ONE {
             self.corner(vertex, b);
         } else {
             self.add(key(EDGE, vertex, number));

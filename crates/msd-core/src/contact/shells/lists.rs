@@ -1,4 +1,4 @@
-//! Candidates of features that may be near each other, which serve for many substeps.
+//! Lists of features that may be near each other, which serve for many substeps.
 
 use super::features::{Edge, NONE, Shells};
 use crate::columns::vector;

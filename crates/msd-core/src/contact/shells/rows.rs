@@ -106,19 +106,13 @@ impl<R: Real> ShellRows<R> {
         sweep::work(rows, velocities)
     }
 
-    /// Finds the rows at the start of a substep of h seconds, in the stages of which their last
-    /// impulses act as constant forces, and returns whether particles are so fast that some may
-    /// cross.
-    pub(crate) fn begin(&mut self, at: &At<'_, R>, columns: [&[R]; 3], h: R) -> bool {
-        self.find(at, columns, h)
-    }
-
     /// Adds the impulses as forces that act for h seconds.
     pub(crate) fn add_forces(&self, forces: &mut [R], h: R) {
         sweep::add_forces(&self.rows, forces, R::ONE / h);
     }
 
-    /// Corrects the outcome of such a substep by its mean velocities, and then its last ones.
+    /// Corrects the outcome of a substep in the stages of which these forces acted, by its mean
+    /// velocities, and then its last ones.
     pub(crate) fn end(
         &mut self,
         at: &At<'_, R>,
@@ -157,10 +151,15 @@ impl<R: Real> ShellRows<R> {
     }
 
     /// Finds the rows at a state that drifts for h seconds, each with the impulse that it gave
-    /// last.
+    /// last, and returns whether particles are so fast that some may cross.
     ///
     /// Forces count where the drift is faster than the velocities by them; empty where they do not.
-    fn find(&mut self, at: &At<'_, R>, [positions, velocities, forces]: [&[R]; 3], h: R) -> bool {
+    pub(crate) fn find(
+        &mut self,
+        at: &At<'_, R>,
+        [positions, velocities, forces]: [&[R]; 3],
+        h: R,
+    ) -> bool {
         let shells = at.shells;
         let mut margin = self.margin(shells, velocities, h);
         if !forces.is_empty() {
