@@ -226,6 +226,13 @@ fn plane_gap<'a, R: Real>(
     }
 }
 
+/// Whether a particle of some radius is on a surface or inside, by the gap of its middle and the
+/// terms of that.
+#[inline(always)]
+fn is_near<R: Real>((gap, terms): (R, R), radius: R) -> bool {
+    -rounding(terms, radius) <= radius - gap
+}
+
 /// Whether a place of some records is on a plane or inside.
 #[inline(always)]
 fn is_any_at<R: Real>(
@@ -237,8 +244,7 @@ fn is_any_at<R: Real>(
     for record in records {
         let (gap, radii) = (plane_gap(plane, places, record), places.radii.of_record(record));
         for (lane, any) in any.iter_mut().enumerate() {
-            let (gap, terms) = gap(lane);
-            *any |= u32::from(-rounding(terms, radii[lane]) <= radii[lane] - gap);
+            *any |= u32::from(is_near(gap(lane), radii[lane]));
         }
     }
     any.iter().fold(0, |all, any| all | any) != 0
@@ -270,8 +276,7 @@ fn contact<R: Real>(
     let radii = places.radii.of_record(record);
     let mut near = [0; LANES];
     for (lane, near) in near.iter_mut().enumerate() {
-        let (gap, terms) = gap(lane);
-        *near = u32::from(-rounding(terms, radii[lane]) <= radii[lane] - gap) << lane;
+        *near = u32::from(is_near(gap(lane), radii[lane])) << lane;
     }
     let any = |bits: [u32; LANES]| bits.iter().fold(0, |all, bit| all | bit) & which;
     let near = any(near);
