@@ -190,7 +190,6 @@ impl<'s> NamedSets<'s> {
         Ok(particles.into_iter().map(|particle| range.start + particle).collect())
     }
 
-    /// The number of a body.
     /// A line on each mesh of which rows choose particles by number: these are not the numbers of
     /// the vertices in its file, some of which may have been merged or left out.
     pub(crate) fn numbered(&self, file: &SceneFile) -> Vec<String> {
@@ -210,6 +209,7 @@ impl<'s> NamedSets<'s> {
         meshes.collect::<BTreeSet<usize>>().into_iter().map(line).collect()
     }
 
+    /// The number of a body.
     fn body(&self, key: &str, body: Option<&BodyKey>) -> Result<usize, FileError> {
         let (key, bodies) = (format_args!("{key}.body"), &self.scene.bodies);
         let name = match body {
