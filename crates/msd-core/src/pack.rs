@@ -23,6 +23,21 @@ pub trait Number:
 
     /// As many numbers that are all this one.
     fn splat(self, value: Self::Scalar) -> Self;
+    /// As many zeros.
+    #[inline(always)]
+    fn zero(self) -> Self {
+        self.splat(Self::Scalar::ZERO)
+    }
+    /// As many ones.
+    #[inline(always)]
+    fn one(self) -> Self {
+        self.splat(Self::Scalar::ONE)
+    }
+    /// Half of it.
+    #[inline(always)]
+    fn half(self) -> Self {
+        self * self.splat(Self::Scalar::HALF)
+    }
     /// The square root.
     fn sqrt(self) -> Self;
     /// The absolute value.
@@ -176,4 +191,54 @@ pub(crate) fn zip<A: Copy, B: Copy, C>(a: [A; 3], b: [B; 3], f: impl Fn(A, B) ->
 #[inline(always)]
 pub(crate) fn dot<N: Number>(a: [N; 3], b: [N; 3]) -> N {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// Laws computed for as many as a register holds, against each on its own.
+#[cfg(test)]
+pub(crate) mod lanes {
+    use super::*;
+    use crate::number::at_level;
+    use fearless_simd::Level;
+
+    /// A law of some numbers that gives others.
+    pub(crate) trait Law<const IN: usize, const OUT: usize> {
+        fn of<N: Number>(numbers: [N; IN]) -> [N; OUT];
+    }
+
+    /// Asserts that a law has the same bits for many as for each, by all instructions.
+    pub(crate) fn check<L: Law<IN, OUT>, const IN: usize, const OUT: usize>() {
+        for level in [Level::baseline(), Level::new()] {
+            at_level!(level, simd => check_by::<_, f32, L, IN, OUT>(simd));
+            at_level!(level, simd => check_by::<_, f64, L, IN, OUT>(simd));
+        }
+    }
+
+    #[inline(always)]
+    fn check_by<S: Simd, R: Real, L: Law<IN, OUT>, const IN: usize, const OUT: usize>(simd: S) {
+        let count = Pack::<S, R>::LEN;
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            // Coarse, so that some are zero and some equal.
+            R::of(((state >> 40) % 65) as f64 / 32.0 - 1.0)
+        };
+        for _ in 0..300 {
+            let columns: [[R; 16]; IN] = [[(); 16]; IN].map(|lanes| lanes.map(|()| random()));
+            let all = L::of(columns.map(|lanes| Pack::from_slice(simd, &lanes[..count])));
+            let all = all.map(|pack: Pack<S, R>| {
+                let mut lanes = [R::ZERO; 16];
+                pack.store_slice(&mut lanes[..count]);
+                lanes
+            });
+            for lane in 0..count {
+                let each = L::of(columns.map(|lanes| lanes[lane]));
+                for (all, each) in all.into_iter().zip(each) {
+                    let is_same = all[lane].to_le_bytes().into_iter().eq(each.to_le_bytes());
+                    // Of a NaN the bits do not matter.
+                    let are_nan = all[lane].to_f64().is_nan() && each.to_f64().is_nan();
+                    assert!(is_same || are_nan, "lane {lane}: {} and {each}", all[lane]);
+                }
+            }
+        }
+    }
 }

@@ -14,20 +14,20 @@
 //!   [`Touch::impact`].
 //!
 //! Everything is as seen from the surface. What lies on it already is [`super::after_kick`]'s,
-//! under the methods that need it.
+//! under the methods that need it. Laws have no branches and compute with any [`Number`].
 
 use crate::number::{Real, Vector};
 use crate::obstacles::ContactLaw;
-use crate::pack::dot;
+use crate::pack::{Number, dot};
 
 /// Coulomb's law: the fraction of a slip that friction leaves which can take so much of it at most,
 /// and the reciprocal of the slip, 0 where friction holds it.
 #[inline(always)]
-pub(crate) fn coulomb<R: Real>(slip: R, most: R) -> (R, R) {
-    let held = slip <= most;
-    let per_slip = R::ONE / slip;
-    let left = if held { R::ZERO } else { R::ONE - most * per_slip };
-    (left, if held { R::ZERO } else { per_slip })
+pub(crate) fn coulomb<N: Number>(slip: N, most: N) -> (N, N) {
+    let (held, zero, one) = (slip.is_at_most(most), slip.zero(), slip.one());
+    let per_slip = one / slip;
+    let left = one - most * per_slip;
+    (N::select(held, zero, left), N::select(held, zero, per_slip))
 }
 
 /// The velocity after a bounce that takes no time, metres per second.
@@ -44,9 +44,9 @@ pub(crate) fn bounced<R: Real>(law: &ContactLaw<R>, normal: R::Vec3, velocity: R
 /// The fraction of a slip that friction leaves at a push, both in metres per second, and the
 /// reciprocal of the slip, 0 where friction holds it.
 #[inline(always)]
-pub(crate) fn rub<R: Real>(law: &ContactLaw<R>, slip: R, push: R) -> (R, R) {
+pub(crate) fn rub<N: Number>(law: &ContactLaw<N>, slip: N, push: N) -> (N, N) {
     let (left, per_slip) = coulomb(slip, law.friction * push);
-    (left * (R::ONE - law.loss), per_slip)
+    (left * (slip.one() - law.loss), per_slip)
 }
 
 /// Whether the surface keeps the particle for the rest of the substep.
@@ -56,13 +56,13 @@ pub(crate) fn rub<R: Real>(law: &ContactLaw<R>, slip: R, push: R) -> (R, R) {
 /// substeps: a bounce would be over before it could be resolved, and a particle at rest would
 /// buzz.
 #[inline(always)]
-pub(crate) fn keeps<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span<R>) -> bool {
+pub(crate) fn keeps<N: Number>(law: &ContactLaw<N>, touch: &Touch<N>, span: &Span<N>) -> N::Mask {
     let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
-    let (real, squared) = touch.impact(span);
+    let ((real, squared), zero) = (touch.impact(span), speed.zero());
     let limit = (span.h + span.h) * pull;
-    let is_slow = squared < limit * limit;
-    let is_free = (R::ZERO <= speed) | (R::ZERO <= real);
-    (law.restitution == R::ZERO) | is_free | ((pull < R::ZERO) & is_slow)
+    let is_slow = squared.is_less(limit * limit);
+    let is_free = zero.is_at_most(speed) | zero.is_at_most(real);
+    law.restitution.is_at_most(zero) | is_free | (pull.is_less(zero) & is_slow)
 }
 
 /// The outcome for a particle that the surface keeps.
@@ -70,12 +70,12 @@ pub(crate) fn keeps<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span<
 /// The energy along the normal is that at the start of the substep, which is 0 at rest: gains
 /// and losses of a method within a substep, while a surface holds the particle, are undone.
 #[inline(always)]
-pub(crate) fn hold<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
+pub(crate) fn hold<N: Number>(law: &ContactLaw<N>, touch: &Touch<N>, span: &Span<N>) -> Outcome<N> {
     let (speed, pull) = (touch.along_normal(touch.velocity), touch.along_normal(touch.pull));
-    let push = if speed < R::ZERO { -speed } else { R::ZERO };
+    let push = N::select(speed.is_less(speed.zero()), -speed, speed.zero());
     let (before, after) = (speed - pull * span.h, speed + push);
     let moved = touch.along_normal(touch.way()) + touch.depth;
-    let taken = (before * before - after * after) * R::HALF + pull * moved + touch.eased();
+    let taken = (before * before - after * after).half() + pull * moved + touch.eased();
     let push = Push { push, lift: touch.depth, reach: touch.depth, taken };
     finish(law, (touch, span), push)
 }
@@ -86,17 +86,21 @@ pub(crate) fn hold<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span<R
 /// before. It is put there and leaves at e u: with as much energy as at the impact for e = 1, a
 /// part of a substep late. Letting it fly on would move it against its springs once more, which
 /// adds energy to a stiff body.
-pub(crate) fn bounce<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span<R>) -> Outcome<R> {
+pub(crate) fn bounce<N: Number>(
+    law: &ContactLaw<N>,
+    touch: &Touch<N>,
+    span: &Span<N>,
+) -> Outcome<N> {
     let (real, squared) = touch.impact(span);
-    let impact = squared.max(R::ZERO).sqrt();
+    let impact = squared.max(squared.zero()).sqrt();
     let after = law.restitution * impact;
     let time = ((touch.depth + touch.depth) / (impact - real)).min(span.h);
     let mut push = after - real;
     if let Evaluated::AtStart = span.evaluated {
         // The next acceleration is that at the surface.
-        push -= touch.strain(span) * span.h * R::HALF;
+        push = push - (touch.strain(span) * span.h).half();
     }
-    let taken = (impact * impact - after * after) * R::HALF;
+    let taken = (impact * impact - after * after).half();
     let (lift, reach) = (touch.depth, push * time);
     finish(law, (touch, span), Push { push, lift, reach, taken })
 }
@@ -106,46 +110,47 @@ pub(crate) fn bounce<R: Real>(law: &ContactLaw<R>, touch: &Touch<R>, span: &Span
 /// A particle that sticks goes back by the part of its path since it met the surface. One that
 /// slides goes back by the distance that it would not have gone at the velocity it has now.
 #[inline(always)]
-fn finish<R: Real>(
-    law: &ContactLaw<R>,
-    (touch, span): (&Touch<R>, &Span<R>),
-    push: Push<R>,
-) -> Outcome<R> {
+fn finish<N: Number>(
+    law: &ContactLaw<N>,
+    (touch, span): (&Touch<N>, &Span<N>),
+    push: Push<N>,
+) -> Outcome<N> {
     let (Touch { normal: n, velocity: v, pull, depth, .. }, moved) = (*touch, touch.way());
     let [speed, way, pressing] = [v, moved, pull].map(|vector| touch.along_normal(vector));
+    let (zero, one) = (depth.zero(), depth.one());
     let along = [v[0] - n[0] * speed, v[1] - n[1] * speed, v[2] - n[2] * speed];
     let squared = dot(along, along);
     let (slip, grip) = (squared.sqrt(), law.friction * push.push);
     let (kept, per_slip) = rub(law, slip, push.push);
-    let sticks = (slip <= grip) & (R::ZERO < grip);
+    let sticks = slip.is_at_most(grip) & zero.is_less(grip);
     // A gap within rounding counts as zero: small steps out of it would add up to a drift.
     let (gap, noise) = (-(way + depth), touch.noise);
-    let since = if gap <= noise { R::ONE } else { depth / -way };
-    let lift = if gap.abs() <= noise { R::ZERO } else { push.lift + way };
+    let since = N::select(gap.is_at_most(noise), one, depth / -way);
+    let lift = N::select(gap.abs().is_at_most(noise), zero, push.lift + way);
     let slid = law.friction * push.reach * per_slip;
-    let mut outcome = Outcome { position: touch.position, velocity: v, taken: R::ZERO };
+    let mut outcome = Outcome { position: touch.position, velocity: v, taken: zero };
     for axis in 0..3 {
         // From where it was: going back and forth would accumulate rounding.
-        let before = (moved[axis] - n[axis] * way) * (R::ONE - since);
+        let before = (moved[axis] - n[axis] * way) * (one - since);
         let stuck = touch.start[axis] + (n[axis] * lift + before);
         let slides = touch.position[axis] + (n[axis] * push.lift - along[axis] * slid);
-        outcome.position[axis] = if sticks { stuck } else { slides };
+        outcome.position[axis] = N::select(sticks, stuck, slides);
         outcome.velocity[axis] = n[axis] * (speed + push.push) + along[axis] * kept;
     }
     let drive = dot(pull, v) - pressing * speed;
     let still = (dot(pull, pull) - pressing * pressing) * span.h - (drive + drive);
-    let stuck = (squared + still * span.h) * R::HALF
-        + (dot(pull, moved) - pressing * way) * (R::ONE - since);
-    let slowed = squared * (R::ONE - kept * kept) * R::HALF - drive * slid;
-    outcome.taken = push.taken + if sticks { stuck } else { slowed };
+    let stuck =
+        (squared + still * span.h).half() + (dot(pull, moved) - pressing * way) * (one - since);
+    let slowed = (squared * (one - kept * kept)).half() - drive * slid;
+    outcome.taken = push.taken + N::select(sticks, stuck, slowed);
     outcome
 }
 
 /// The gap up to which a particle of some radius lies on a surface, metres: four roundings of what
 /// its gap is the difference of, see [`crate::obstacles::Obstacle::terms`].
 #[inline(always)]
-pub(crate) fn rounding<R: Real>(terms: R, radius: R) -> R {
-    (terms + radius) * (R::EPSILON * R::of(4.0))
+pub(crate) fn rounding<N: Number>(terms: N, radius: N) -> N {
+    (terms + radius) * terms.splat(N::Scalar::EPSILON * N::Scalar::of(4.0))
 }
 
 /// The speed towards a surface below which a contact rests, metres per second: the speed that
@@ -176,10 +181,10 @@ pub(crate) struct Touch<R> {
     pub(crate) stiffness: R,
 }
 
-impl<R: Real> Touch<R> {
+impl<N: Number> Touch<N> {
     /// How it moved in the substep, metres.
     #[inline(always)]
-    pub(crate) fn way(&self) -> [R; 3] {
+    pub(crate) fn way(&self) -> [N; 3] {
         let (to, from) = (self.position, self.start);
         [to[0] - from[0], to[1] - from[1], to[2] - from[2]]
     }
@@ -195,7 +200,7 @@ impl<R: Real> Touch<R> {
     /// rather takes energy out of a stiff body than adds some; both fall with the square of the
     /// substep.
     #[inline(always)]
-    pub(crate) fn impact(&self, span: &Span<R>) -> (R, R) {
+    pub(crate) fn impact(&self, span: &Span<N>) -> (N, N) {
         let pull = self.along_normal(self.pull);
         let real = self.along_normal(self.velocity) - span.shift * pull;
         let stored = self.strain(span) * self.distance(span);
@@ -206,38 +211,38 @@ impl<R: Real> Touch<R> {
     /// says, joules per kilogram: with one that changes by a₁ − a₀ along the way w, all the way to
     /// the depth d, they push back by what they were pressed together there.
     #[inline(always)]
-    pub(crate) fn eased(&self) -> R {
+    pub(crate) fn eased(&self) -> N {
         let eased = self.along_normal(self.before) - self.along_normal(self.pull);
         let way = self.along_normal(self.way()).abs().max(self.depth);
-        eased * R::HALF * self.depth * self.depth / way
+        eased.half() * self.depth * self.depth / way
     }
 
     /// How far from the surface the acceleration was evaluated, metres.
     #[inline(always)]
-    fn distance(&self, span: &Span<R>) -> R {
+    fn distance(&self, span: &Span<N>) -> N {
         // Without a branch, as `is_inside`: sixteen are computed at once.
         let at_start = (self.along_normal(self.way()) + self.depth).abs();
         match span.evaluated {
             Evaluated::AtStart => at_start,
             Evaluated::AtEnd => self.depth,
-            Evaluated::Solved | Evaluated::Nowhere => R::ZERO,
+            Evaluated::Solved | Evaluated::Nowhere => self.depth.zero(),
         }
     }
 
     /// By how much the springs pull less at the surface than there, metres per second squared.
     #[inline(always)]
-    fn strain(&self, span: &Span<R>) -> R {
+    fn strain(&self, span: &Span<N>) -> N {
         self.stiffness * self.distance(span)
     }
 
     /// Whether it is inside: what lies may be so by rounding.
     #[inline(always)]
-    pub(crate) fn is_inside(&self, span: &Span<R>) -> bool {
-        (if span.settles() { self.noise } else { R::ZERO }) < self.depth
+    pub(crate) fn is_inside(&self, span: &Span<N>) -> N::Mask {
+        (if span.settles() { self.noise } else { self.noise.zero() }).is_less(self.depth)
     }
 
     #[inline(always)]
-    fn along_normal(&self, vector: [R; 3]) -> R {
+    fn along_normal(&self, vector: [N; 3]) -> N {
         dot(self.normal, vector)
     }
 }
@@ -362,5 +367,54 @@ impl core::ops::AddAssign for Contacts {
         self.bounced |= other.bounced;
         self.turned |= other.turned;
         self.squeezed |= other.squeezed;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pack::lanes::{Law, check};
+
+    struct Arriving;
+
+    impl Law<27, 45> for Arriving {
+        fn of<N: Number>(numbers: [N; 27]) -> [N; 45] {
+            let [normal, position, start, velocity, pull, before] =
+                [0, 3, 6, 9, 12, 15].map(|at| [numbers[at], numbers[at + 1], numbers[at + 2]]);
+            let [depth, noise, stiffness, h, restitution, friction, loss] =
+                [18, 19, 20, 21, 22, 23, 24].map(|at| numbers[at].abs());
+            let (radius, [shift, turn]) = (depth.zero(), [numbers[25], numbers[26]]);
+            let law = ContactLaw { restitution, friction, loss };
+            let touch = Touch {
+                normal,
+                depth,
+                position,
+                radius,
+                noise,
+                velocity,
+                start,
+                pull,
+                before,
+                stiffness,
+            };
+            let mut all = [depth; 45];
+            let moments = [Evaluated::AtStart, Evaluated::AtEnd, Evaluated::Solved];
+            for (evaluated, all) in moments.into_iter().zip(all.as_chunks_mut::<15>().0) {
+                let span = Span { h, shift, evaluated, turn };
+                let outcomes = [hold(&law, &touch, &span), bounce(&law, &touch, &span)];
+                for (outcome, all) in outcomes.iter().zip(all.as_chunks_mut::<7>().0) {
+                    all[..3].copy_from_slice(&outcome.position);
+                    all[3..6].copy_from_slice(&outcome.velocity);
+                    all[6] = outcome.taken;
+                }
+                all[14] = N::select(keeps(&law, &touch, &span), depth.one(), depth.zero());
+            }
+            all
+        }
+    }
+
+    #[test]
+    fn particles_that_arrive_together_have_the_bits_of_each() {
+        check::<Arriving, 27, 45>();
     }
 }

@@ -19,7 +19,7 @@ use crate::columns::{LANES, RECORD};
 use crate::number::{Real, Vector, at_level};
 use crate::obstacles::solid::{lane_of, lanes};
 use crate::obstacles::{ContactLaw, Obstacles, Placed, PlaneColumn};
-use crate::pack::dot;
+use crate::pack::{Number, dot};
 use core::ops::Add;
 use corner::settle_in_corner;
 use curved::settle_on_curved;
@@ -176,34 +176,36 @@ const HOP: f64 = 0.01;
 /// it did not leave, and came so slowly that a bounce would be over within two substeps, as in
 /// [`super::law::keeps`]. The limit is that of such a speed, negative.
 #[inline(always)]
-fn lay<R: Real>(law: &ContactLaw<R>, speed: R, limit: R, velocity: [R; 3]) -> bool {
-    let rounding = R::EPSILON * R::of(8.0) * Real::sqrt(dot(velocity, velocity));
-    (speed <= rounding - limit * R::of(HOP)) & ((law.restitution == R::ZERO) | (limit < speed))
+fn lay<N: Number>(law: &ContactLaw<N>, speed: N, limit: N, velocity: [N; 3]) -> N::Mask {
+    let of = |value| speed.splat(value);
+    let rounding = of(N::Scalar::EPSILON * N::Scalar::of(8.0)) * dot(velocity, velocity).sqrt();
+    let stayed = speed.is_at_most(rounding - limit * of(N::Scalar::of(HOP)));
+    stayed & (law.restitution.is_at_most(speed.zero()) | limit.is_less(speed))
 }
 
 /// The velocity along a surface that friction leaves at a push, and the reciprocal of the slip, 0
 /// where it holds.
 #[inline(always)]
-fn slowed<R: Real>(law: &ContactLaw<R>, n: [R; 3], v: [R; 3], push: R) -> ([R; 3], R) {
+fn slowed<N: Number>(law: &ContactLaw<N>, n: [N; 3], v: [N; 3], push: N) -> ([N; 3], N) {
     let speed = dot(n, v);
-    let along: [R; 3] = core::array::from_fn(|axis| v[axis] - n[axis] * speed);
+    let along: [N; 3] = core::array::from_fn(|axis| v[axis] - n[axis] * speed);
     let (kept, per_slip) = rub(law, dot(along, along).sqrt(), push);
     (along.map(|number| number * kept), per_slip)
 }
 
 /// A velocity after the law.
-struct Settled<R> {
+struct Settled<N: Number> {
     /// Whether the particle lies, if it is on the surface: the law is for no other.
-    lies: bool,
+    lies: N::Mask,
     /// Along the surface.
-    velocity: [R; 3],
+    velocity: [N; 3],
     /// Energy dissipated per mass, joules per kilogram.
-    taken: R,
+    taken: N,
 }
 
-impl<R: Real> Kick<R> {
-    fn law(&self, law: ContactLaw<R>) -> ContactLaw<R> {
-        if self.loses { law } else { ContactLaw { loss: R::ZERO, ..law } }
+impl<N: Number> Kick<N> {
+    fn law(&self, law: ContactLaw<N>) -> ContactLaw<N> {
+        if self.loses { law } else { ContactLaw { loss: law.loss.zero(), ..law } }
     }
 
     /// Holds a particle on a surface with this normal, at a velocity after the kick and with the
@@ -217,35 +219,66 @@ impl<R: Real> Kick<R> {
     #[inline(always)]
     fn settle(
         &self,
-        law: &ContactLaw<R>,
-        n: [R; 3],
-        (v, a): ([R; 3], [R; 3]),
-        bend: R,
-    ) -> Settled<R> {
-        let (speed, pull) = (dot(n, v), dot(n, a));
+        law: &ContactLaw<N>,
+        n: [N; 3],
+        (v, a): ([N; 3], [N; 3]),
+        bend: N,
+    ) -> Settled<N> {
+        let (speed, pull, zero) = (dot(n, v), dot(n, a), bend.zero());
         let before = speed - pull * self.length;
         let limit = (self.substep + self.substep) * pull;
         let was = core::array::from_fn(|axis| v[axis] - a[axis] * self.length);
-        let lay = (self.drift == Drift::Behind) | lay(law, before, limit, was);
-        let lies = (speed < bend) & (pull < R::ZERO) & lay;
+        let mut lies = speed.is_less(bend) & pull.is_less(zero);
+        if self.drift != Drift::Behind {
+            lies = lies & lay(law, before, limit, was);
+        }
         let (velocity, per_slip) = slowed(law, n, v, bend - speed);
-        let sum = |term: [R; 3]| term[0] + term[1] + term[2];
+        let held = per_slip.is_at_most(zero);
+        let sum = |term: [N; 3]| term[0] + term[1] + term[2];
         let lost = sum(core::array::from_fn(|axis| {
             let along = v[axis] - n[axis] * speed;
             let slipped = along - (a[axis] - n[axis] * pull) * self.length;
-            let held = per_slip == R::ZERO;
             // A loss comes with the first of two kicks alone: the kick's work on the way that it
             // saves is in no second one.
-            let saved = if law.loss == R::ZERO { R::ZERO } else { along - slipped };
-            if held {
-                slipped * slipped
-            } else {
-                (along - velocity[axis]) * (slipped + velocity[axis] - saved)
-            }
+            let saved = N::select(law.loss.is_at_most(zero), zero, along - slipped);
+            let slowed = (along - velocity[axis]) * (slipped + velocity[axis] - saved);
+            N::select(held, slipped * slipped, slowed)
         }));
         // How the surface bends in a drift is the same motion before it and after it.
-        let stopped = if self.drift == Drift::Behind { R::ZERO } else { before * before };
-        let taken = (stopped + lost) * R::HALF;
-        Settled { lies, velocity, taken }
+        let stopped = if self.drift == Drift::Behind { zero } else { before * before };
+        Settled { lies, velocity, taken: (stopped + lost).half() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pack::lanes::{Law, check};
+
+    struct Resting;
+
+    impl Law<15, 10> for Resting {
+        fn of<N: Number>(numbers: [N; 15]) -> [N; 10] {
+            let [n, v, a] = [0, 3, 6].map(|at| [numbers[at], numbers[at + 1], numbers[at + 2]]);
+            let [length, substep, restitution, friction, loss] =
+                [9, 10, 11, 12, 13].map(|at| numbers[at].abs());
+            let law = ContactLaw { restitution, friction, loss };
+            let mut all = [length; 10];
+            for (drift, all) in
+                [Drift::Ahead, Drift::Behind].into_iter().zip(all.as_chunks_mut::<5>().0)
+            {
+                let kick = Kick { length, substep, time: 0.0, loses: true, drift };
+                let settled = kick.settle(&kick.law(law), n, (v, a), numbers[14]);
+                all[..3].copy_from_slice(&settled.velocity);
+                all[3] = settled.taken;
+                all[4] = N::select(settled.lies, length.one(), length.zero());
+            }
+            all
+        }
+    }
+
+    #[test]
+    fn particles_that_rest_together_have_the_bits_of_each() {
+        check::<Resting, 15, 10>();
     }
 }
