@@ -314,8 +314,13 @@ pub fn reference(study: &Study) -> Markup {
             @if note.tolerance == 0.0 {
                 "Where the particles should be is given by a closed form, exact but for rounding."
             } @else {
-                "Where the particles should be was found by Dormand-Prince in double precision, "
-                "its tolerance tightened tenfold to " (format_args!("{:e}", note.tolerance))
+                @if note.substeps == 0 {
+                    "Where the particles should be was found by Dormand-Prince in double precision, "
+                    "its tolerance tightened tenfold to " (format_args!("{:e}", note.tolerance))
+                } @else {
+                    "Where the particles should be was found by RK4 in double precision, with up to "
+                    (note.substeps) " substeps in a frame, doubled each time"
+                }
                 "; the last tightening moved the particles by " (quantity(note.uncertainty, "m"))
                 " (" (percent(relative(study, note.uncertainty))) " of the size). It took "
                 (quantity(note.seconds, "s")) " of processor time."

@@ -112,6 +112,7 @@ fn full() -> Study {
         wanted: 1e-3,
         reference: ReferenceNote {
             tolerance: 1e-11,
+            substeps: 0,
             uncertainty: 4e-9,
             reliable_until: 1.6,
             horizon: Some(1.6),

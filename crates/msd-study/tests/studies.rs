@@ -1,13 +1,16 @@
 //! The reference is right, errors are what they say, and tuning delivers.
 
-use msd_core::glam::DVec3;
-use msd_core::{Friction, Integrator, Material, Particle, Plane, Scene, Spring, World, shape};
+use msd_core::glam::{DMat3, DVec3};
+use msd_core::scene::Shell;
+use msd_core::{
+    Friction, Integrator, Material, Particle, Pin, Plane, Scene, Simulation, Spring, World, shape,
+};
 use msd_run::Runner;
 use msd_scene::{Loaded, Precision};
 use msd_study::Study;
 use msd_study::choice::{Choice, FRAME, Fineness};
 use msd_study::conduct::{Course, Follower, Plan, Progress, study};
-use msd_study::errors::Errors;
+use msd_study::errors::{Errors, rms_distance};
 use msd_study::leave::Halt;
 use msd_study::live_error::{Estimator, calibrate};
 use msd_study::quantity::rounded;
@@ -35,7 +38,7 @@ fn two_masses(stiffness: f64, damping: f64, stretch: f64) -> Scene {
 fn cloth() -> Loaded {
     let material = Material { mass: 1.0, stiffness: 500.0, damping: 1.0 };
     let mut loaded = msd_scene::open("chain").unwrap();
-    let pins = vec![msd_core::Pin { particle: 0, velocity: DVec3::ZERO }];
+    let pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
     let part = shape::cloth([5, 5], 1.0, material).unwrap();
     loaded.scene = Scene { pins, ..Scene::of("cloth", part) };
     loaded.name = "cloth".into();
@@ -73,6 +76,47 @@ fn free_fall_has_a_reference_in_closed_form() {
     assert!((last.positions[1].x - 3.0).abs() < 1e-12);
 }
 
+/// A small cloth above a larger one that is pinned, both with a thickness.
+fn sheets() -> Scene {
+    let material = Material { mass: 0.1, stiffness: 200.0, damping: 0.5 };
+    let mut scene = Scene::default();
+    for (size, offset) in [(5, DVec3::ZERO), (3, DVec3::new(0.03, 0.05, 0.02))] {
+        let mut part = shape::cloth([size, size], 0.1, material).unwrap();
+        part.place(DMat3::from_rotation_x(std::f64::consts::FRAC_PI_2), offset);
+        scene.add("sheet", part);
+    }
+    scene.pins = (0..25).map(|particle| Pin { particle, velocity: DVec3::ZERO }).collect();
+    for body in &scene.bodies {
+        let triangles = body.surface.particles();
+        let triangles = triangles.map(|corners| corners.map(|corner| corner as usize)).collect();
+        scene.shells.push(Shell { triangles, thickness: 0.01, friction: 0.3, ..Shell::default() });
+    }
+    scene
+}
+
+#[test]
+fn where_shells_meet_a_finer_run_confirms_the_reference() {
+    let scene = sheets();
+    let wish = Wish { duration: 0.3, uncertainty: 1e-4, patience: 10.0 };
+    let reference = make_reference(&scene, wish).unwrap();
+    let substeps = 4 * reference.substeps;
+    let fineness = Fineness::Substeps(substeps);
+    let finer = Choice { integrator: Integrator::Rk4, fineness, precision: Precision::F64 };
+    let mut run = Simulation::<f64>::new(&scene, finer.settings()).unwrap();
+    (0..18).for_each(|_| run.step().unwrap());
+    let off = rms_distance(&run.state(), &reference.states.last().unwrap().state());
+    assert!(off <= reference.uncertainty(), "{off} m and {} m", reference.uncertainty());
+    assert!((run.position(29).y - 0.02).abs() <= 1e-3, "{}, on the lower one", run.position(29));
+}
+
+#[test]
+fn tuning_chooses_among_the_methods_that_let_shells_meet() {
+    let tuned = tune(&sheets(), 0.3, Goal::MaxError(1e-3), &mut |_| {}).unwrap();
+    let Trial { choice, .. } = tuned.best.trial;
+    assert!(tuned.met && choice.integrator.lets_shells_meet(), "{choice}");
+    assert!(tuned.uncertainty <= 1e-4, "{} m", tuned.uncertainty);
+}
+
 #[test]
 fn a_tower_that_falls_is_told_to_be_unpredictable_and_a_pendulum_is_not() {
     // A chain stood on its end grows a sideways perturbation by e every √(l/g): here e¹² in 1 s
@@ -82,7 +126,7 @@ fn a_tower_that_falls_is_told_to_be_unpredictable_and_a_pendulum_is_not() {
     for (row, particle) in part.particles.iter_mut().enumerate() {
         particle.position = DVec3::new(0.0, 0.1 * row as f64, 0.0);
     }
-    let pins = vec![msd_core::Pin { particle: 0, velocity: DVec3::ZERO }];
+    let pins = vec![Pin { particle: 0, velocity: DVec3::ZERO }];
     let tower = Scene { pins, ..Scene::of("tower", part) };
     let wish = Wish { duration: 1.5, uncertainty: 1e-9, ..Wish::default() };
     let reference = make_reference(&tower, wish).unwrap();

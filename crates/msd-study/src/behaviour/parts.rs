@@ -66,7 +66,7 @@ impl Part {
             Part::Drag => scene.world.drag != 0.0,
             Part::Contact => {
                 let is_stopped = !scene.planes.is_empty() || !scene.solids.is_empty();
-                is_stopped || !scene.touches.is_empty()
+                is_stopped || !scene.touches.is_empty() || !scene.shells.is_empty()
             }
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
                 let mut found = springs.iter().flat_map(|rows| &scene.springs[rows.clone()]);
@@ -116,6 +116,7 @@ impl Part {
             Part::Contact => {
                 (rest.planes, rest.solids) = (Vec::new(), Vec::new());
                 rest.touches.clear();
+                rest.shells.clear();
             }
             Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
                 let rows: BTreeSet<usize> = springs.into_iter().flatten().collect();

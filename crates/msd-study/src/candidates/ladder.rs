@@ -56,7 +56,7 @@ impl Ladder {
 /// Share of the largest stable substep that is used: contact and stretch make a scene stiffer.
 const MARGIN: f64 = 0.95;
 
-/// Every method in both precisions with the fewest substeps predicted stable for a scene.
+/// Every method that can run a scene, in both precisions, with the fewest substeps predicted stable.
 ///
 /// # Errors
 /// What [`Simulation::new`] refuses.
@@ -78,5 +78,6 @@ pub fn ladders(scene: &Scene) -> Result<Vec<Ladder>, Error> {
         let fewest = fewest(integrator);
         PRECISIONS.map(|precision| Ladder { integrator, precision, fewest })
     };
-    Ok(Integrator::ALL.into_iter().flat_map(each).collect())
+    let is_able = |method: &Integrator| scene.shells.is_empty() || method.lets_shells_meet();
+    Ok(Integrator::ALL.into_iter().filter(is_able).flat_map(each).collect())
 }

@@ -45,6 +45,9 @@ pub struct Reference {
     pub grown: Vec<f64>,
     /// Tolerance of the run; 0 where a closed form gave the states.
     pub tolerance: f64,
+    /// Substeps in a frame of 1/60 s of the run of RK4 that stands for that tolerance where shells
+    /// meet; 0 of Dormand-Prince.
+    pub substeps: u32,
     /// Size of the scene, metres: see [`size_of`].
     pub size: f64,
     /// Time of the processor that it took, seconds.
@@ -198,7 +201,8 @@ fn sample_frames(duration: f64) -> Vec<u64> {
 }
 
 /// Makes the reference of a scene: Dormand-Prince in double precision, its tolerance tightened
-/// tenfold until that moves the particles by no more than the wish allows.
+/// tenfold until that moves the particles by no more than the wish allows. Where shells meet it is
+/// RK4 with twice the substeps each time.
 ///
 /// # Errors
 /// What [`Simulation::new`] and [`Simulation::step`] refuse.
@@ -214,7 +218,8 @@ fn make_watched(scene: &Scene, wish: Wish, watch: Watch<'_>) -> Result<Reference
         let moved = vec![0.0; frames.len()];
         let grown = vec![0.0; frames.len()];
         let seconds = clock.seconds();
-        return Ok(Reference { frames, states, moved, grown, tolerance: 0.0, size, seconds });
+        let (tolerance, substeps) = (0.0, 0);
+        return Ok(Reference { frames, states, moved, grown, tolerance, substeps, size, seconds });
     }
     let wanted = wish.uncertainty * size;
     let mut runs = Runs { frames: &frames, run: 0, watch };
@@ -234,19 +239,25 @@ fn make_watched(scene: &Scene, wish: Wish, watch: Watch<'_>) -> Result<Reference
             Err(halt @ (Halt::Stopped | Halt::Late)) => return Err(halt),
             Err(Halt::Refused(_)) if worst.is_infinite() => {
                 let looser = runs.states(scene, 10.0 * tolerance)?;
-                moved = at_least(distances(&looser, &states), 10.0 * tolerance * size);
+                let allowed = allowed(scene, 10.0 * tolerance, (size, &looser))?;
+                moved = at_least(distances(&looser, &states), allowed);
                 break;
             }
             Err(Halt::Refused(_)) => break,
         };
         tolerance *= 0.1;
-        moved = at_least(distances(&states, &tighter), tolerance * size);
+        let allowed = allowed(scene, tolerance, (size, &tighter))?;
+        moved = at_least(distances(&states, &tighter), allowed);
         states = tighter;
     }
     let perturbed = runs.states(&perturb(scene, PERTURBATION * size), tolerance)?;
     let grown = distances(&states, &perturbed);
     let seconds = clock.seconds();
-    Ok(Reference { frames, states, moved, grown, tolerance, size, seconds })
+    let substeps = match exact(scene, tolerance)?.fineness {
+        Fineness::Substeps(substeps) => substeps,
+        Fineness::Tolerance(_) => 0,
+    };
+    Ok(Reference { frames, states, moved, grown, tolerance, substeps, size, seconds })
 }
 
 /// The runs of a reference, one after the other.
@@ -290,19 +301,34 @@ impl Runs<'_> {
     }
 }
 
-/// Shows the states at some frames of a run of Dormand-Prince in double precision.
+/// Part of the longest stable substep that a reference of RK4 begins with.
+const FIRST_PART: f64 = 0.25;
+
+/// The run that a tolerance stands for.
+pub(crate) fn exact(scene: &Scene, tolerance: f64) -> Result<Choice, Error> {
+    let precision = Precision::F64;
+    if scene.shells.is_empty() {
+        let fineness = Fineness::Tolerance(tolerance);
+        return Ok(Choice { integrator: Integrator::DormandPrince, fineness, precision });
+    }
+    let integrator = Integrator::Rk4;
+    let settings = Settings { integrator, ..Settings::default() };
+    let stable = Simulation::<f64>::new(scene, settings)?.stable_substep_of(integrator, 64);
+    let tenths = (FIRST_TOLERANCES[0] / tolerance).log10().round();
+    let substeps = FRAME / (FIRST_PART * stable) * tenths.exp2();
+    let fineness = Fineness::Substeps(substeps.ceil().clamp(1.0, 1e6) as u32);
+    Ok(Choice { integrator, fineness, precision })
+}
+
+/// Shows the states at some frames of an exact run in double precision.
 pub(crate) fn visit_frames(
     scene: &Scene,
     (frames, tolerance): (&[u64], f64),
     see: &mut dyn FnMut(State<f64>),
     leave: Leave<'_>,
 ) -> Result<(), Halt> {
-    let choice = Choice {
-        integrator: Integrator::DormandPrince,
-        fineness: Fineness::Tolerance(tolerance),
-        precision: Precision::F64,
-    };
-    let mut simulation = Simulation::<f64>::new(scene, choice.settings())?;
+    let settings = exact(scene, tolerance)?.settings();
+    let mut simulation = Simulation::<f64>::new(scene, settings)?;
     for &frame in frames {
         while simulation.steps() < frame {
             ask(leave)?;
@@ -311,6 +337,19 @@ pub(crate) fn visit_frames(
         see(simulation.state());
     }
     Ok(())
+}
+
+/// The least uncertainty that a run of these states may claim, metres.
+///
+/// Shells that meet are located to a substep, sooner or later by chance: one doubling may move them
+/// by far less than the next, but not by more than they go in two substeps.
+fn allowed(scene: &Scene, tolerance: f64, (size, states): (f64, &[Sample])) -> Result<f64, Error> {
+    if scene.shells.is_empty() {
+        return Ok(tolerance * size);
+    }
+    let speeds = states.iter().flat_map(|sample| &sample.velocities).map(|v| v.length());
+    let substep = exact(scene, tolerance)?.settings().substep();
+    Ok(2.0 * substep * speeds.fold(0.0, f64::max))
 }
 
 /// Where both runs took one substep per frame nothing moves, and nothing is learnt: the tolerance
@@ -336,14 +375,15 @@ fn perturb(scene: &Scene, distance: f64) -> Scene {
     scene
 }
 
-/// Free fall: without springs, bends, volumes, obstacles, touches, drag and air each particle
+/// Free fall: without springs, bends, volumes, obstacles, touches, shells, drag and air each particle
 /// follows its parabola.
 fn in_closed_form(scene: &Scene, frames: &[u64]) -> Option<Vec<Sample>> {
     let is_joined =
         !scene.springs.is_empty() || !scene.bends.is_empty() || !scene.volumes.is_empty();
     let is_stopped = !scene.planes.is_empty() || !scene.solids.is_empty();
     let is_dragged = scene.world.drag != 0.0 || scene.world.air.is_some();
-    if is_joined || is_stopped || !scene.touches.is_empty() || is_dragged {
+    let meet = !scene.touches.is_empty() || !scene.shells.is_empty();
+    if is_joined || is_stopped || meet || is_dragged {
         return None;
     }
     let start = Simulation::<f64>::new(scene, Settings::default()).ok()?.state();

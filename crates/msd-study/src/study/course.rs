@@ -315,6 +315,7 @@ fn note(right: &Reference, reliable: usize, wanted: f64) -> ReferenceNote {
     let compared = &right.moved[..reliable.min(right.moved.len())];
     ReferenceNote {
         tolerance: right.tolerance,
+        substeps: right.substeps,
         uncertainty: compared.iter().copied().fold(0.0, f64::max),
         reliable_until: right.frames[reliable.min(right.frames.len()) - 1] as f64 * FRAME,
         horizon: right.horizon(wanted),

@@ -62,6 +62,8 @@ pub struct Study {
 pub struct ReferenceNote {
     /// Tolerance of Dormand-Prince; 0 where a closed form was used.
     pub tolerance: f64,
+    /// Substeps in a frame of RK4 where shells meet; 0 of Dormand-Prince.
+    pub substeps: u32,
     /// Uncertainty over the time compared, metres.
     pub uncertainty: f64,
     /// Time up to which particles were compared, seconds; later only energy and centre of mass.

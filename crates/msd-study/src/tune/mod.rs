@@ -9,7 +9,7 @@ mod spacing;
 use crate::candidates::choice::{Choice, FRAME, Fineness};
 use crate::candidates::ladder::{Ladder, ladders};
 use crate::measure::leave::{Halt, unstopped};
-use crate::measure::reference::{Reference, frames_of, size_of};
+use crate::measure::reference::{Reference, exact, frames_of, size_of};
 use crate::measure::trial::{Trial, time_by_leave, try_by_leave};
 use crate::study::conduct::{Follower, Listener, Progress};
 use crate::study::follower::Hurried;
@@ -428,13 +428,9 @@ fn unless_refused<T>(found: Result<T, Halt>) -> Result<Option<T>, Halt> {
 
 /// The error of the most patient method tells best why a scene cannot be run.
 fn nothing_runs(scene: &Scene) -> Error {
-    let choice = Choice {
-        integrator: Integrator::DormandPrince,
-        fineness: Fineness::Tolerance(1e-4),
-        precision: Precision::F64,
-    };
     let run = || -> Result<(), Error> {
-        let mut simulation = msd_core::Simulation::<f64>::new(scene, choice.settings())?;
+        let settings = exact(scene, 1e-4)?.settings();
+        let mut simulation = msd_core::Simulation::<f64>::new(scene, settings)?;
         (0..60).try_for_each(|_| simulation.step())
     };
     run().err().unwrap_or(Error::Empty)
