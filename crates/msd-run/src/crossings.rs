@@ -1,8 +1,8 @@
 //! Crossings: triangles of surfaces that pass through each other, by an exact test.
 
-use msd_core::elements::touches::Touches;
 use msd_core::glam::{DVec3, IVec3};
-use msd_core::{Body, Real, Simulation};
+use msd_core::scene::shell::do_meet;
+use msd_core::{Body, Real, Simulation, Vector};
 use robust::{Coord3D, orient3d};
 
 /// What counting costs for a triangle at most, in evaluations of a spring with all that a step does
@@ -21,13 +21,24 @@ struct Triangle {
 /// through the inside of the other: of two bodies that touch, or of one that touches itself.
 ///
 /// Signs of volumes are exact (Shewchuk, 1997): what only touches does not cross.
-pub fn crossings(positions: &[DVec3], bodies: &[Body], touches: &Touches) -> u64 {
+pub fn crossings<R: Real>(simulation: &Simulation<R>) -> u64 {
+    let model = simulation.model();
+    let positions: Vec<DVec3> = simulation.positions().map(Vector::to_f64).collect();
+    let mut shells = vec![None; model.particle_count()];
+    for (number, shell) in model.shells().iter().enumerate() {
+        shell.triangles.as_flattened().iter().for_each(|&corner| shells[corner] = Some(number));
+    }
     // All of a body touch alike.
-    let may_touch = |[a, _, _]: [u32; 3], [b, _, _]: [u32; 3]| touches.may_touch([a, b]);
-    let triangles = bodies.iter().flat_map(|body| of(positions, body)).collect();
+    let may_meet = |[a, b]: [u32; 2]| {
+        let pair = shells[a as usize].zip(shells[b as usize]);
+        model.touches().may_touch([a, b])
+            || pair.is_some_and(|(a, b)| do_meet(model.shells(), [a, b]))
+    };
+    let triangles = model.bodies().iter().flat_map(|body| of(&positions, body)).collect();
     let mut count = 0;
     for_each_beside(triangles, |triangle, other| {
-        let meet = triangle.meets(other) && may_touch(triangle.particles, other.particles);
+        let particles = [triangle.particles[0], other.particles[0]];
+        let meet = triangle.meets(other) && may_meet(particles);
         count += u64::from(meet && triangle.crosses(other));
     });
     count

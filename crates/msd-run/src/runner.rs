@@ -8,7 +8,7 @@ use msd_core::obstacles::Obstacle;
 use msd_core::stability::{Estimator, Mode};
 use msd_core::{
     Contacts, Energy, Error, Integrator, Interaction, Ledger, Momentum, Progress, Scene, Settings,
-    Simulation, Touch, Vector, Witness,
+    Simulation, Touch, Witness,
 };
 use msd_scene::{AnyState, Loaded, Precision, Viewpoint};
 use serde::Serialize;
@@ -466,14 +466,14 @@ impl Runner {
         on!(self, simulation => simulation.contacts())
     }
 
-    /// What is known of particles that touch; `None` where none has a radius.
+    /// What is known of bodies that touch; `None` where none does.
     pub fn touched(&self) -> Option<Touched> {
         on!(self, simulation => {
             let model = simulation.model();
-            let positions = || simulation.positions().map(Vector::to_f64).collect::<Vec<_>>();
-            (!model.touches().is_empty()).then(|| Touched {
+            let is_any = !model.touches().is_empty() || !model.shells().is_empty();
+            is_any.then(|| Touched {
                 passes: simulation.ledger().passes(),
-                crossings: crossings(&positions(), model.bodies(), model.touches()),
+                crossings: crossings(simulation),
             })
         })
     }

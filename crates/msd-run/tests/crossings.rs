@@ -21,8 +21,7 @@ fn count_where(parts: [Part; 2], says: impl FnOnce(&mut Vec<Touch>)) -> u64 {
     }
     says(&mut scene.touches);
     let run = Simulation::<f64>::new(&scene, Settings::default()).expect("a valid scene");
-    let positions: Vec<DVec3> = run.positions().collect();
-    crossings(&positions, run.model().bodies(), run.model().touches())
+    crossings(&run)
 }
 
 fn count(parts: [Part; 2]) -> u64 {

@@ -223,3 +223,47 @@ fn bodies_that_may_be_in_each_other_are_not_told() {
     let links = "[[links]]\nfrom = { body = 'b', set = 'all' }\nto = { body = 'a', set = 'all' }";
     assert!(notes(["touch = {}"; 2], links).is_empty(), "glued");
 }
+
+#[test]
+fn a_thickness_makes_shells_of_surfaces_and_of_the_springs_of_ropes() {
+    let loaded = load(
+        "[[bodies]]\nkind = 'cloth'\nsize = [3, 3]\nspacing = 0.1\nneighbours = 8\n\
+         touch = { thickness = 0.01 }\n\
+         [[bodies]]\nkind = 'rope'\nsize = [4]\nspacing = 0.1\nposition = [0, 9, 0]\n\
+         touch = { thickness = 0.02, friction = 0.25, itself = false, ignore = ['cloth'] }\n",
+    );
+    let [cloth, rope] = &loaded.scene.shells[..] else { panic!("two shells") };
+    assert_eq!((cloth.triangles.len(), cloth.edges.len()), (8, 0));
+    assert_eq!((cloth.thickness, cloth.friction, cloth.itself), (0.01, 0.5, true));
+    assert_eq!(rope.edges, [[9, 10], [10, 11], [11, 12]]);
+    assert_eq!((rope.thickness, rope.friction, rope.itself), (0.02, 0.25, false));
+    assert_eq!((&cloth.ignored[..], &rope.ignored[..]), (&[][..], &[0][..]));
+    assert!(loaded.scene.touches.is_empty() && loaded.notes.is_empty(), "{:?}", loaded.notes);
+}
+
+#[test]
+fn keys_beside_a_thickness_and_a_thick_surface_are_refused() {
+    let refused = |touch: &str, words: &str| {
+        let text = format!(
+            "version = 1\n[[bodies]]\nkind = 'cloth'\nsize = [3, 3]\nspacing = 0.1\ntouch = {touch}\n"
+        );
+        let error = parse(&text, SceneFormat::Toml, "s.toml").expect_err(words).to_string();
+        assert!(error.contains(words), "{error}");
+    };
+    refused("{ thickness = 0.01, radius = 0.04 }", "bodies[0].touch.radius is for particles");
+    refused("{ thickness = 0.01, triangles = true }", "bodies[0].touch.triangles is for");
+    refused("{ thickness = 0 }", "bodies[0].touch.thickness is 0; it must be positive");
+    let words = "bodies[0].touch.thickness is 0.05; it must be at most 0.4 of the spacing, 0.04 m";
+    refused("{ thickness = 0.05 }", words);
+}
+
+#[test]
+fn a_radius_and_a_thickness_that_do_not_meet_are_noted() {
+    let notes = load(
+        "[[bodies]]\nkind = 'rope'\nname = 'a'\nsize = [3]\ntouch = {}\n\
+         [[bodies]]\nkind = 'rope'\nname = 'b'\nsize = [3]\ntouch = { thickness = 0.01 }\n",
+    )
+    .notes;
+    let [note] = &notes[..] else { panic!("{notes:?}") };
+    assert!(note.contains("a touches by the radius of its particles and b by the thickness"));
+}

@@ -50,10 +50,10 @@ fn is_on_in<R: Real>(part: Part, springs: &[Range<usize>], model: &Model<R>) -> 
         Part::Damping => (0..model.ends().len()).any(|row| model.damping(row) != R::ZERO),
         Part::Gravity => model.gravity().to_f64() != DVec3::ZERO,
         Part::Drag => model.drag() != R::ZERO,
-        // Planes can be taken away and put back, solids and touches cannot.
+        // Planes can be taken away and put back, solids, touches and shells cannot.
         Part::Contact => {
-            let others = model.solids().is_empty() && model.touches().is_empty();
-            others && !model.planes().is_empty()
+            let meet = !model.touches().is_empty() || !model.shells().is_empty();
+            !meet && model.solids().is_empty() && !model.planes().is_empty()
         }
         Part::FaceDiagonals | Part::SpaceDiagonals | Part::BendingSprings => {
             let mut rows = springs.iter().cloned().flatten();

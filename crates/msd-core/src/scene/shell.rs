@@ -29,7 +29,7 @@ pub struct Shell {
 }
 
 /// Whether two shells stop each other, or one itself.
-pub(crate) fn do_meet(shells: &[Shell], [a, b]: [usize; 2]) -> bool {
+pub fn do_meet(shells: &[Shell], [a, b]: [usize; 2]) -> bool {
     let (first, last) = (a.min(b), a.max(b));
     if first == last { shells[first].itself } else { !shells[last].ignored.contains(&first) }
 }

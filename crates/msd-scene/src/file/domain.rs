@@ -51,7 +51,7 @@ pub(crate) const LENGTH: Domain = Domain::UpTo(1e12, "positive and at most 1e12"
 const LONGEST_STEP: f64 = 1e6;
 
 /// The domain of every key that holds numbers of one kind, by its tables.
-pub const DOMAINS: [(&str, Domain); 92] = [
+pub const DOMAINS: [(&str, Domain); 93] = [
     ("solver.step", Domain::Step),
     ("solver.steps_per_second", Domain::Rate),
     ("solver.substeps", Domain::Count(u32::MAX as u64, "from 1 to 4294967295, or \"auto\"")),
@@ -105,6 +105,7 @@ pub const DOMAINS: [(&str, Domain); 92] = [
     ("bodies.bending_weft", Domain::NotNegative),
     ("bodies.bending_bias", Domain::NotNegative),
     ("bodies.diameter", Domain::Positive),
+    ("bodies.touch.thickness", LENGTH),
     ("bodies.touch.radius", LENGTH),
     ("bodies.touch.stiffness", LENGTH),
     ("bodies.touch.damping", Domain::NotNegative),

@@ -167,6 +167,7 @@ fn finer(body: &BodyRow, nesting: &Nesting, parts: u64) -> BodyRow {
 fn finer_touch(touch: &TouchRow, parts: u64, dimensions: u32) -> TouchRow {
     let share = 1.0 / power(parts, dimensions.min(2));
     TouchRow {
+        thickness: touch.thickness.map(|thickness| thickness / parts as f64),
         radius: touch.radius.map(|radius| radius / parts as f64),
         stiffness: touch.stiffness.map(|stiffness| stiffness * share),
         damping: touch.damping.map(|damping| damping * share),

@@ -1,5 +1,6 @@
 //! Radii and contact of the particles of bodies, from the keys `touch`.
 
+mod shells;
 mod starts;
 
 pub(crate) use starts::{started_in_each_other, started_inside};
@@ -28,26 +29,39 @@ pub(crate) fn touch(
     scene: &mut Scene,
     notes: &mut Vec<String>,
 ) -> Result<(), FileError> {
-    // The row of touches of each body.
     let mut rows = vec![None; bodies.len()];
     for (row, body) in bodies.iter().enumerate() {
         let Some(touch) = &body.touch else { continue };
+        if let Some(thickness) = touch.thickness {
+            rows[row] = Some(Row::Shell(scene.shells.len()));
+            let shell = shells::made(source, (row, touch), thickness, scene)?;
+            scene.shells.push(shell);
+            continue;
+        }
         let made = made(source, (row, touch), scene)?;
         notes.extend(leak(scene, row, &made));
-        rows[row] = Some(scene.touches.len());
+        rows[row] = Some(Row::Touch(scene.touches.len()));
         let key = format!("bodies[{row}].touch.radius");
         scene.add_touch(made).map_err(|error| source.refuse(format_args!("{key}"), error))?;
     }
+    notes.extend(strangers(scene, &rows));
     for (row, body) in bodies.iter().enumerate() {
         for (at, name) in body.touch.iter().flat_map(|touch| touch.ignore.iter().enumerate()) {
             let key = format!("bodies[{row}].touch.ignore[{at}]");
             let other = named(source, &key, name, scene)?;
-            let (Some(a), Some(b)) = (rows[row], rows[other]) else { continue };
-            if a == b {
+            if row == other && rows[row].is_some() {
                 let reason = "is the body itself; that is what `itself = false` is for";
                 return Err(source.refuse(format_args!("{key}"), reason));
             }
-            scene.touches[a.max(b)].ignored.push(a.min(b));
+            match (rows[row], rows[other]) {
+                (Some(Row::Touch(a)), Some(Row::Touch(b))) => {
+                    scene.touches[a.max(b)].ignored.push(a.min(b));
+                }
+                (Some(Row::Shell(a)), Some(Row::Shell(b))) => {
+                    scene.shells[a.max(b)].ignored.push(a.min(b));
+                }
+                _ => {}
+            }
         }
     }
     for (row, body) in bodies.iter().enumerate() {
@@ -59,11 +73,30 @@ pub(crate) fn touch(
     Ok(())
 }
 
+/// How a body touches: its row of touches or of shells.
+#[derive(Clone, Copy)]
+enum Row {
+    Touch(usize),
+    Shell(usize),
+}
+
+/// A line where some bodies have a radius and others a thickness.
+fn strangers(scene: &Scene, rows: &[Option<Row>]) -> Option<String> {
+    let first = |is: fn(&Row) -> bool| rows.iter().position(|row| row.as_ref().is_some_and(is));
+    let radius = first(|row| matches!(row, Row::Touch(_)))?;
+    let thickness = first(|row| matches!(row, Row::Shell(_)))?;
+    let [radius, thickness] = [radius, thickness].map(|row| &scene.bodies[row].name);
+    Some(format!(
+        "{radius} touches by the radius of its particles and {thickness} by the thickness of its \
+         surface: they pass through each other; give both a `thickness`"
+    ))
+}
+
 /// Adds how a body touches another; a line where that one touches nothing.
 fn add_between(
     source: &Source<'_>,
     (key, row, with): (&str, usize, &WithRow),
-    rows: &[Option<usize>],
+    rows: &[Option<Row>],
     scene: &mut Scene,
 ) -> Result<Option<String>, FileError> {
     let of_body = format!("{key}.body");
@@ -76,8 +109,12 @@ fn add_between(
     let friction = number("friction", with.friction)?;
     let name = &with.body;
     let other = named(source, &of_body, name, scene)?;
-    let (Some(a), Some(b)) = (rows[row], rows[other]) else {
-        return Ok(Some(format!("{key} has no effect: \"{name}\" has no table `touch`")));
+    let (Some(Row::Touch(a)), Some(Row::Touch(b))) = (rows[row], rows[other]) else {
+        let reason = match rows[other] {
+            None => "has no table `touch`",
+            Some(_) => "touches by its thickness",
+        };
+        return Ok(Some(format!("{key} has no effect: \"{name}\" {reason}")));
     };
     if a == b {
         return refuse("is the body itself; its own numbers stand in `touch`");

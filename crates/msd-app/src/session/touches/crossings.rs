@@ -55,11 +55,14 @@ impl CrossingCount {
 }
 
 fn touches(runner: &Runner) -> bool {
-    on!(runner, simulation => !simulation.model().touches().is_empty())
+    on!(runner, simulation => {
+        let model = simulation.model();
+        !model.touches().is_empty() || !model.shells().is_empty()
+    })
 }
 
 impl Session {
-    /// Whether any particle has a radius, and touches others.
+    /// Whether any bodies touch each other or themselves.
     pub fn touches(&self) -> bool {
         touches(self.runner())
     }

@@ -88,11 +88,14 @@ pub(in crate::session) fn touch_as(
 
 /// How the bodies of a session touch.
 impl Session {
-    /// How the selected bodies touch; `None` where what touches is not body by body.
+    /// How the selected bodies touch; `None` where what touches is not body by body, and where
+    /// bodies meet as shells.
     pub fn touch_values(&self) -> Option<TouchValues> {
         let (rows, _) = touches_of(self.runner());
-        let bodies = on!(self.runner(), simulation => simulation.model().bodies());
-        let all = touch_rows(rows, bodies)?;
+        let (bodies, shells) = on!(self.runner(), simulation => {
+            (simulation.model().bodies(), simulation.model().shells())
+        });
+        let all = touch_rows(rows, bodies).filter(|_| shells.is_empty())?;
         let select = self.material().values().select;
         let chosen = || all.iter().enumerate().filter(|(body, _)| is_chosen(select, *body));
         let number = |number: fn(&Touch) -> f64| {

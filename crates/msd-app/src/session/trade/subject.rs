@@ -108,6 +108,7 @@ pub(super) fn is_same(a: &Scene, b: &Scene) -> bool {
         && a.planes.iter().map(plane).eq(b.planes.iter().map(plane))
         && a.solids == b.solids
         && a.touches == b.touches
+        && a.shells == b.shells
         && pins(a) == pins(b)
 }
 
