@@ -217,13 +217,13 @@ pub(crate) mod lanes {
     fn check_by<S: Simd, R: Real, L: Law<IN, OUT>, const IN: usize, const OUT: usize>(simd: S) {
         let count = Pack::<S, R>::LEN;
         let mut state = 1u64;
-        let mut random = || {
+        let mut coarse = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            // Coarse, so that some are zero and some equal.
+            // Some are zero and some equal.
             R::of(((state >> 40) % 65) as f64 / 32.0 - 1.0)
         };
         for _ in 0..300 {
-            let columns: [[R; 16]; IN] = [[(); 16]; IN].map(|lanes| lanes.map(|()| random()));
+            let columns: [[R; 16]; IN] = [[(); 16]; IN].map(|lanes| lanes.map(|()| coarse()));
             let all = L::of(columns.map(|lanes| Pack::from_slice(simd, &lanes[..count])));
             let all = all.map(|pack: Pack<S, R>| {
                 let mut lanes = [R::ZERO; 16];

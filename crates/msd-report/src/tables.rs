@@ -315,11 +315,11 @@ pub fn reference(study: &Study) -> Markup {
                 "Where the particles should be is given by a closed form, exact but for rounding."
             } @else {
                 @if note.substeps == 0 {
-                    "Where the particles should be was found by Dormand-Prince in double precision, "
-                    "its tolerance tightened tenfold to " (format_args!("{:e}", note.tolerance))
+                    "Where the particles should be was found by Dormand-Prince in double "
+                    "precision, its tolerance tightened tenfold to " (format_args!("{:e}", note.tolerance))
                 } @else {
-                    "Where the particles should be was found by RK4 in double precision, with up to "
-                    (note.substeps) " substeps in a frame, doubled each time"
+                    "Where the particles should be was found by RK4 in double precision, with up "
+                    "to " (note.substeps) " substeps in a frame, doubled each time"
                 }
                 "; the last tightening moved the particles by " (quantity(note.uncertainty, "m"))
                 " (" (percent(relative(study, note.uncertainty))) " of the size). It took "

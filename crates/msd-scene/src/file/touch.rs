@@ -33,14 +33,14 @@ pub(crate) fn touch(
     for (row, body) in bodies.iter().enumerate() {
         let Some(touch) = &body.touch else { continue };
         if let Some(thickness) = touch.thickness {
-            rows[row] = Some(Row::Shell(scene.shells.len()));
+            rows[row] = Some(Meeting::Thickness(scene.shells.len()));
             let shell = shells::made(source, (row, touch), thickness, scene)?;
             scene.shells.push(shell);
             continue;
         }
         let made = made(source, (row, touch), scene)?;
         notes.extend(leak(scene, row, &made));
-        rows[row] = Some(Row::Touch(scene.touches.len()));
+        rows[row] = Some(Meeting::Radius(scene.touches.len()));
         let key = format!("bodies[{row}].touch.radius");
         scene.add_touch(made).map_err(|error| source.refuse(format_args!("{key}"), error))?;
     }
@@ -54,10 +54,10 @@ pub(crate) fn touch(
                 return Err(source.refuse(format_args!("{key}"), reason));
             }
             match (rows[row], rows[other]) {
-                (Some(Row::Touch(a)), Some(Row::Touch(b))) => {
+                (Some(Meeting::Radius(a)), Some(Meeting::Radius(b))) => {
                     scene.touches[a.max(b)].ignored.push(a.min(b));
                 }
-                (Some(Row::Shell(a)), Some(Row::Shell(b))) => {
+                (Some(Meeting::Thickness(a)), Some(Meeting::Thickness(b))) => {
                     scene.shells[a.max(b)].ignored.push(a.min(b));
                 }
                 _ => {}
@@ -75,16 +75,16 @@ pub(crate) fn touch(
 
 /// How a body touches: its row of touches or of shells.
 #[derive(Clone, Copy)]
-enum Row {
-    Touch(usize),
-    Shell(usize),
+enum Meeting {
+    Radius(usize),
+    Thickness(usize),
 }
 
 /// A line where some bodies have a radius and others a thickness.
-fn strangers(scene: &Scene, rows: &[Option<Row>]) -> Option<String> {
-    let first = |is: fn(&Row) -> bool| rows.iter().position(|row| row.as_ref().is_some_and(is));
-    let radius = first(|row| matches!(row, Row::Touch(_)))?;
-    let thickness = first(|row| matches!(row, Row::Shell(_)))?;
+fn strangers(scene: &Scene, rows: &[Option<Meeting>]) -> Option<String> {
+    let first = |is: fn(&Meeting) -> bool| rows.iter().position(|row| row.as_ref().is_some_and(is));
+    let radius = first(|row| matches!(row, Meeting::Radius(_)))?;
+    let thickness = first(|row| matches!(row, Meeting::Thickness(_)))?;
     let [radius, thickness] = [radius, thickness].map(|row| &scene.bodies[row].name);
     Some(format!(
         "{radius} touches by the radius of its particles and {thickness} by the thickness of its \
@@ -96,7 +96,7 @@ fn strangers(scene: &Scene, rows: &[Option<Row>]) -> Option<String> {
 fn add_between(
     source: &Source<'_>,
     (key, row, with): (&str, usize, &WithRow),
-    rows: &[Option<Row>],
+    rows: &[Option<Meeting>],
     scene: &mut Scene,
 ) -> Result<Option<String>, FileError> {
     let of_body = format!("{key}.body");
@@ -109,7 +109,7 @@ fn add_between(
     let friction = number("friction", with.friction)?;
     let name = &with.body;
     let other = named(source, &of_body, name, scene)?;
-    let (Some(Row::Touch(a)), Some(Row::Touch(b))) = (rows[row], rows[other]) else {
+    let (Some(Meeting::Radius(a)), Some(Meeting::Radius(b))) = (rows[row], rows[other]) else {
         let reason = match rows[other] {
             None => "has no table `touch`",
             Some(_) => "touches by its thickness",
