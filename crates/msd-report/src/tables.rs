@@ -316,7 +316,8 @@ pub fn reference(study: &Study) -> Markup {
             } @else {
                 @if note.substeps == 0 {
                     "Where the particles should be was found by Dormand-Prince in double "
-                    "precision, its tolerance tightened tenfold to " (format_args!("{:e}", note.tolerance))
+                    "precision, its tolerance tightened tenfold to "
+                    (format_args!("{:e}", note.tolerance))
                 } @else {
                     "Where the particles should be was found by RK4 in double precision, with up "
                     "to " (note.substeps) " substeps in a frame, doubled each time"

@@ -244,9 +244,8 @@ fn a_thickness_makes_shells_of_surfaces_and_of_the_springs_of_ropes() {
 #[test]
 fn keys_beside_a_thickness_and_a_thick_surface_are_refused() {
     let refused = |touch: &str, words: &str| {
-        let text = format!(
-            "version = 1\n[[bodies]]\nkind = 'cloth'\nsize = [3, 3]\nspacing = 0.1\ntouch = {touch}\n"
-        );
+        let body = "kind = 'cloth'\nsize = [3, 3]\nspacing = 0.1";
+        let text = format!("version = 1\n[[bodies]]\n{body}\ntouch = {touch}\n");
         let error = parse(&text, SceneFormat::Toml, "s.toml").expect_err(words).to_string();
         assert!(error.contains(words), "{error}");
     };
