@@ -56,7 +56,8 @@ impl Ladder {
 /// Share of the largest stable substep that is used: contact and stretch make a scene stiffer.
 const MARGIN: f64 = 0.95;
 
-/// Every method that can run a scene, in both precisions, with the fewest substeps predicted stable.
+/// Every method that can run a scene in both precisions, with the fewest substeps that are
+/// predicted stable.
 ///
 /// # Errors
 /// What [`Simulation::new`] refuses.
