@@ -375,8 +375,8 @@ fn perturb(scene: &Scene, distance: f64) -> Scene {
     scene
 }
 
-/// Free fall: without springs, bends, volumes, obstacles, touches, shells, drag and air each particle
-/// follows its parabola.
+/// Free fall: without springs, bends, volumes, obstacles, touches, shells, drag and air each
+/// particle follows its parabola.
 fn in_closed_form(scene: &Scene, frames: &[u64]) -> Option<Vec<Sample>> {
     let is_joined =
         !scene.springs.is_empty() || !scene.bends.is_empty() || !scene.volumes.is_empty();
