@@ -146,11 +146,11 @@ pub(crate) fn check_bend<R: Real>(row: usize, bend: &Bend, count: usize) -> Resu
     // What is left over would push the body as a whole. A run in single precision rounds weights.
     let balanced = sum.abs() <= 1e-6 * largest;
     check(balanced, "sum of the weights", at, sum, "0")?;
-    check(is_finite::<R>(bend.rest), "sum at rest", at, bend.rest, "finite")?;
+    check(is_finite::<R>(bend.rest), "tangent at rest", at, bend.rest, "finite")?;
     let [a, b, c, d] = bend.particles;
     let is_hinge = a != b && a != c && a != d && b != c && b != d && c != d;
     let expected = "0 unless its four particles differ";
-    check(is_hinge || bend.rest == 0.0, "sum at rest", at, bend.rest, expected)?;
+    check(is_hinge || bend.rest == 0.0, "tangent at rest", at, bend.rest, expected)?;
     check_not_negative::<R>("stiffness", at, bend.stiffness)?;
     check_not_negative::<R>("damping", at, bend.damping)
 }

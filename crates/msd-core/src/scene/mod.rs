@@ -67,11 +67,12 @@ pub struct Spring {
 /// of s: without damping it is linear. It keeps linear and angular momentum. Over the square of the
 /// spacing s is a curvature, as long as the spacing stays what it was.
 ///
-/// One that is curved at rest stores k |s − z n|²/2, with z the sum at rest along the normal n of
-/// the two triangles, e × f over its length: e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0).
-/// Triangles that keep their shape have s = ψ c n, where ψ is twice the sine of half the angle
-/// between them. Its damper acts against changes of s·n, of which there are none where it turns as
-/// a whole.
+/// One that is curved at rest stores k |s − t m|² cos² φ0/2: with e = x1 − x0, f = w2 (x2 − x0) −
+/// w3 (x3 − x0) and m = e × f/|e|, triangles that keep their shape have s = L sin φ n and
+/// m = L cos φ n, φ being half of the angle between them and n their normal, and t = tan φ0 is that
+/// at rest. So it stores k L² sin²(φ − φ0)/2, which does not jump where the triangles are folded
+/// onto each other and through: it is most at half a turn from rest. Its damper acts against changes
+/// of φ, of which there are none where it turns as a whole.
 ///
 /// Source of the quadratic energy: Bergou, Wardetzky, Harmon, Zorin and Grinspun, 2006.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,8 +83,8 @@ pub struct Bend {
     /// The weight of each; they add up to 0. A particle of weight 0 takes no part in a bend that is
     /// straight at rest.
     pub weights: [f64; 4],
-    /// The sum at rest z, metres, along the normal; 0 for one that is straight at rest. Others need
-    /// four different particles.
+    /// Tangent t of half the angle between the triangles at rest, no unit, of the sign of s·n; 0 for
+    /// one that is straight at rest. Others need four different particles.
     pub rest: f64,
     /// Stiffness k, newtons per metre; not negative.
     pub stiffness: f64,
@@ -93,6 +94,8 @@ pub struct Bend {
 
 /// Two triangles of a smaller angle, radians, count as in a plane.
 const STRAIGHT: f64 = 1e-9;
+/// The largest tangent of half an angle at rest: of triangles that are folded onto each other.
+const STEEPEST: f64 = 1e6;
 
 impl Bend {
     /// A bend of three particles, one after the other at equal distances a: s = x0 − 2 x1 + x2 is
@@ -113,8 +116,8 @@ impl Bend {
     /// of the bending stiffness B, newton metres, without damping.
     ///
     /// With l the length of the edge, h2 and h3 the heights above it and θ the angle between the
-    /// triangles, 0 where they are in a plane, s is h ψ: h = 2 h2 h3/(h2 + h3), ψ = 2 sin(θ/2). A
-    /// small change of θ stores B l² (θ − θ0)²/(2 A), where A is the area of both: equilateral
+    /// triangles, 0 where they are in a plane, L is 2 h, h = 2 h2 h3/(h2 + h3), and φ is θ/2. A small
+    /// change of θ stores B l² (θ − θ0)²/(2 A), where A is the area of both: equilateral
     /// triangles bend as a plate, others do not, see `docs/materials.md`.
     ///
     /// `None` where a triangle has no area.
@@ -132,16 +135,17 @@ impl Bend {
         let second = -(weights[0] * feet[0] + weights[1] * feet[1]);
         let weights = [-(weights[0] + weights[1]) - second, second, weights[0], weights[1]];
         // Where they are in a plane, c and d are opposite.
-        let sum = c * weights[2] + d * weights[3];
-        let fold = Real::sqrt(sum.dot(sum)) / (weights[2] * low);
-        let normal = edge.cross(c * weights[2] - d * weights[3]);
-        let rest =
-            if fold < STRAIGHT { 0.0 } else { fold * weights[2] * low * normal.dot(sum).signum() };
-        // A change of θ changes ψ by cos(θ/2) times that. A sharp edge is no plate.
-        let cosine_squared = Real::max(1.0 - 0.25 * fold * fold, 0.5);
+        let (sum, other) = (c * weights[2] + d * weights[3], c * weights[2] - d * weights[3]);
+        let [sine, cosine] =
+            [sum, other].map(|arm| Real::sqrt(arm.dot(arm)) / (2.0 * weights[2] * low));
+        let sign = edge.cross(other).dot(sum).signum();
+        let is_straight = 2.0 * sine < STRAIGHT;
+        let rest = if is_straight { 0.0 } else { sign * Real::min(sine / cosine, STEEPEST) };
+        // A sharp edge is no plate.
+        let softer = Real::min(2.0 * cosine * cosine, 1.0);
         let area = 0.5 * Real::sqrt(square) * (low + high);
         let reach = weights[2] * low;
-        let stiffness = bending * square / (area * reach * reach * cosine_squared);
+        let stiffness = softer * bending * square / (area * reach * reach);
         Some(Bend { particles, weights, rest, stiffness, damping: 0.0 })
     }
 }

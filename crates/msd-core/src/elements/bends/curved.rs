@@ -1,122 +1,137 @@
-//! The law of a bend that is curved at rest.
+//! The law of two triangles that are bent at rest.
 
 use crate::number::{Real, Vector};
 use core::array::from_fn;
 
-/// How far from flat or folded up the two triangles must be to have a normal: the square of the
-/// sine of the angle of the two vectors that span it.
-const LEAST_SINE_SQUARED: f64 = 1e-8;
+/// The part of all that is bent, squared, that must be along the normal for there to be one: at the
+/// opposite of the rest there is none.
+const LEAST_PART_SQUARED: f64 = 1e-8;
 
 /// A bend that is curved at rest, as it is bent.
 ///
-/// With e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0) and n the direction of e × f, it is off its
-/// rest by d = s − z n, z being the weighted sum s at rest. The change of d with positions is a
-/// matrix G, and p is the gradient of s·n: forces are −Gᵀ k d − p b (p·v).
+/// With e = x1 − x0, f = w2 (x2 − x0) − w3 (x3 − x0), s the weighted sum and m = e × f/|e|,
+/// triangles that keep their shape have s = L sin φ n and m = L cos φ n, n being the normal of the
+/// two and φ half of the angle between them. So it is off its rest t = tan φ0 by
+/// d = (s − t m) cos φ0 = L sin(φ − φ0) n, and along w = (t s + m) cos φ0 = L cos(φ − φ0) n. Where
+/// the triangles are folded onto each other n and φ jump, but d² does not: forces are −Gᵀ k d −
+/// p b (p·v), with G the change of d with positions and p the gradient of d·ŵ.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Curved<R: Real> {
     weights: [R; 4],
+    /// t, and cos φ0.
     rest: R,
+    part: R,
+    /// Direction of e; zero where there is none.
     edge: R::Vec3,
-    across: R::Vec3,
-    /// Direction of the normal; zero where there is none.
-    normal: R::Vec3,
-    /// 1/|e × f|, or zero.
+    /// 1/|e|, or zero.
     inverse: R,
+    across: R::Vec3,
+    /// ŵ; zero where there is none.
+    normal: R::Vec3,
+    /// What d is across ŵ, by |w|.
+    tilt: R::Vec3,
     /// How far it is off its rest, d.
     pub(super) off: R::Vec3,
 }
 
 impl<R: Real> Curved<R> {
-    /// By weights, the sum at rest and what a function says are the positions.
+    /// By weights, the tangent at rest and what a function says are the positions.
     #[inline(always)]
     pub(super) fn new(weights: [R; 4], rest: R, of: impl Fn(usize) -> R::Vec3) -> Self {
         let [sum, edge, across] = sums(weights, of);
-        let normal = edge.cross(across);
-        let (square, most) = (normal.dot(normal), edge.dot(edge) * across.dot(across));
-        let is_flat = R::SHORTEST_SQUARED <= square && R::of(LEAST_SINE_SQUARED) * most <= square;
-        let inverse = if is_flat { R::ONE / square.sqrt() } else { R::ZERO };
-        let normal = normal * inverse;
-        Curved { weights, rest, edge, across, normal, inverse, off: sum - normal * rest }
+        let square = edge.dot(edge);
+        let has_edge = R::SHORTEST_SQUARED <= square;
+        let inverse = if has_edge { R::ONE / square.sqrt() } else { R::ZERO };
+        let (edge, part) = (edge * inverse, R::ONE / (R::ONE + rest * rest).sqrt());
+        let lifted = edge.cross(across);
+        let off = (sum - lifted * rest) * part;
+        let along = (sum * rest + lifted) * part;
+        let (square, all) = (along.dot(along), along.dot(along) + off.dot(off));
+        let is_there = R::SHORTEST_SQUARED <= square && R::of(LEAST_PART_SQUARED) * all <= square;
+        let shrink = if is_there { R::ONE / square.sqrt() } else { R::ZERO };
+        let normal = along * shrink;
+        let tilt = (off - normal * normal.dot(off)) * shrink;
+        Curved { weights, rest, part, edge, inverse, across, normal, tilt, off }
     }
 
-    /// What is left of a vector across the normal.
+    /// What is left of a vector across the edge.
     #[inline(always)]
     fn beside(&self, vector: R::Vec3) -> R::Vec3 {
-        vector - self.normal * self.normal.dot(vector)
+        vector - self.edge * self.edge.dot(vector)
     }
 
-    /// The change of e × f with motions that a function says: of the sum, the edge and f as well.
+    /// The changes of s, e, f, the direction of e and m with motions that a function says.
     #[inline(always)]
-    fn changes(&self, of: impl Fn(usize) -> R::Vec3) -> ([R::Vec3; 3], R::Vec3) {
+    fn changes(&self, of: impl Fn(usize) -> R::Vec3) -> [R::Vec3; 5] {
         let [sum, edge, across] = sums(self.weights, of);
-        ([sum, edge, across], edge.cross(self.across) + self.edge.cross(across))
+        let turn = self.beside(edge) * self.inverse;
+        [sum, edge, across, turn, turn.cross(self.across) + self.edge.cross(across)]
     }
 
     /// The change G v of what it is off, by motions that a function says.
     #[inline(always)]
     pub(super) fn change(&self, of: impl Fn(usize) -> R::Vec3) -> R::Vec3 {
-        let ([sum, ..], turn) = self.changes(of);
-        sum - self.beside(turn) * (self.rest * self.inverse)
+        let [sum, .., lifted] = self.changes(of);
+        (sum - lifted * self.rest) * self.part
     }
 
     /// The parts of a vector y that particles get, Gᵀ y.
     #[inline(always)]
     pub(super) fn parts(&self, y: R::Vec3) -> [R::Vec3; 4] {
-        let turn = self.turned(y);
-        self.spread(y, self.across.cross(turn), turn.cross(self.edge))
+        let y = y * self.part;
+        self.spread(y, self.pulls(y * (R::ZERO - self.rest)))
     }
 
-    /// The gradient p of s·n by the particles.
+    /// The gradient p of d·ŵ by the particles.
     #[inline(always)]
     pub(super) fn gradient(&self) -> [R::Vec3; 4] {
-        let turn = self.beside(self.off) * self.inverse;
-        self.spread(self.normal, self.across.cross(turn), turn.cross(self.edge))
+        let sum = (self.normal + self.tilt * self.rest) * self.part;
+        self.spread(sum, self.pulls((self.tilt - self.normal * self.rest) * self.part))
     }
 
-    /// A pull y along what changes e × f.
+    /// The pulls along e and f of one along m.
     #[inline(always)]
-    fn turned(&self, y: R::Vec3) -> R::Vec3 {
-        self.beside(y) * (R::ZERO - self.rest * self.inverse)
+    fn pulls(&self, lifted: R::Vec3) -> [R::Vec3; 2] {
+        [self.beside(self.across.cross(lifted)) * self.inverse, lifted.cross(self.edge)]
     }
 
-    /// The parts of particles, by pulls along the sum, the edge and f.
+    /// The parts of particles, by pulls along the sum, e and f.
     #[inline(always)]
-    fn spread(&self, sum: R::Vec3, edge: R::Vec3, across: R::Vec3) -> [R::Vec3; 4] {
+    fn spread(&self, sum: R::Vec3, [edge, across]: [R::Vec3; 2]) -> [R::Vec3; 4] {
         let [edges, acrosses] = [[-R::ONE, R::ONE, R::ZERO, R::ZERO], shares(self.weights)];
         from_fn(|end| sum * self.weights[end] + edge * edges[end] + across * acrosses[end])
     }
 
     /// The change of Gᵀ (k d) with motions that a function says: the product of its stiffness.
     pub(super) fn product(&self, stiffness: R, of: impl Fn(usize) -> R::Vec3) -> [R::Vec3; 4] {
-        let ([sum, edge, across], turn) = self.changes(of);
-        let pull = self.off * stiffness;
-        let (tilt, shrink) =
-            (self.beside(turn) * self.inverse, self.normal.dot(turn) * self.inverse);
-        let change = (sum - tilt * self.rest) * stiffness;
-        let beside = self.beside(change)
-            - tilt * self.normal.dot(pull)
-            - self.normal * tilt.dot(pull)
-            - self.beside(pull) * shrink;
-        let (turned, turning) = (self.turned(pull), beside * (R::ZERO - self.rest * self.inverse));
-        let edges = across.cross(turned) + self.across.cross(turning);
-        let acrosses = turning.cross(self.edge) + turned.cross(edge);
-        self.spread(change, edges, acrosses)
+        let [sum, edge, across, turn, lifted] = self.changes(of);
+        let by = R::ZERO - self.rest * self.part;
+        let change = (sum - lifted * self.rest) * (self.part * stiffness);
+        let [edges, acrosses] = self.pulls(change * by);
+        // The pull along m as it is, whose parts change as the edge turns and stretches.
+        let pull = self.off * (stiffness * by);
+        let (pulled, stretch) = (self.across.cross(pull), self.edge.dot(edge) * self.inverse);
+        let turned = turn * self.edge.dot(pulled) + self.edge * turn.dot(pulled);
+        let turning = self.beside(across.cross(pull)) - turned - self.beside(pulled) * stretch;
+        let pulls = [edges + turning * self.inverse, acrosses + pull.cross(turn)];
+        self.spread(change * self.part, pulls)
     }
 
     /// At most how much each particle changes what it is off, and how stiff its turning makes that
     /// particle beyond the square of these, for a pull of one newton: row sums of magnitudes.
     pub(super) fn bounds(&self) -> [[R; 2]; 4] {
         let length = |vector: R::Vec3| vector.dot(vector).sqrt();
-        let (edge, across) = (length(self.edge), length(self.across));
+        let (across, by) = (length(self.across) * self.inverse, self.rest.abs() * self.part);
         let (ends, weights) = ([R::ONE, R::ONE, R::ZERO, R::ZERO], shares(self.weights));
         let weights = weights.map(R::abs);
         let total = |numbers: [R; 4]| numbers.into_iter().fold(R::ZERO, |sum, x| sum + x);
-        let turns: [R; 4] = from_fn(|end| ends[end] * across + weights[end] * edge);
-        let by = self.rest.abs() * self.inverse;
         from_fn(|end| {
-            let twice = turns[end] * total(turns) * (R::of(4.0) * self.inverse);
-            let crossed = ends[end] * total(weights) + weights[end] * total(ends);
-            [self.weights[end].abs() + turns[end] * by, (twice + crossed) * by]
+            let turn = ends[end] * across + weights[end];
+            // A direction has a second derivative of at most 2/|e|².
+            let bent = ends[end] * total(ends) * (across + across);
+            let twisted = ends[end] * total(weights) + weights[end] * total(ends);
+            let own = self.weights[end].abs() * self.part + turn * by;
+            [own, (bent + twisted) * (self.inverse * by)]
         })
     }
 }

@@ -21,7 +21,7 @@ pub type Bends<R> = Stencils<R, BendLaw<R>, 4>;
 #[derive(Clone, Copy, Debug)]
 pub struct BendLaw<R> {
     weights: [R; 4],
-    /// The sum at rest; 0 for one that is straight.
+    /// The tangent at rest; 0 for one that is straight.
     rest: R,
     stiffness: R,
     damping: R,
@@ -385,7 +385,7 @@ impl<R: Real> StencilLaw<R, 4> for BendLaw<R> {
 }
 
 /// Moves the particles of one that is curved, by h² k and h b: first to where it is off its rest by
-/// less, then against the change of its sum along the normal.
+/// less, then against the change of its angle.
 fn project_curved<R: Real>(
     row: &Row<R>,
     curved: &Curved<R>,
