@@ -8,7 +8,9 @@
 //!
 //! A step in which particles that touch may pass through each other, or in a substep of which one
 //! goes a tenth of a radian round a solid that it meets, or such a solid moves by more than half of
-//! its thickness, is taken again with twice as many, and these stay until the next renewal.
+//! its thickness, is taken again with twice as many, and these stay until the next renewal. So is one
+//! in which energy appears that nothing supplied: a body that is pressed flat is stiffer than at the
+//! last prediction.
 
 use Automatic::{Begun, Chosen, Due, Wanted};
 use msd_core::stability::{Estimator, Mode};
@@ -26,9 +28,11 @@ const LEFT: f64 = 1.0 - AIM * AIM;
 /// A body is loose where what is stable in any shape is at least this part of what is stable now:
 /// a rope or a cloth; of a block it is less.
 const LOOSE: f64 = 0.6;
-/// The most substeps that are chosen: beyond them another method is the better answer, and a step
-/// of a large scene would take seconds.
-const MOST: f64 = 1000.0;
+/// The most substeps that are chosen: a step of a large scene then takes seconds.
+const MOST: f64 = 1e4;
+/// The most that refused steps lead to, unless the limit asks for as many: where they do not help,
+/// as in a body that is squeezed, more would not either.
+const MOST_OF_REFUSALS: u32 = 1000;
 /// The part of the work of a run that renewals may take by the costs below; on the built-in scenes
 /// it is 3 % to 25 %.
 const SHARE: f64 = 0.05;
@@ -253,7 +257,8 @@ pub(crate) fn longest_automatic<R: Real>(simulation: &Simulation<R>) -> f64 {
 
 /// The settings with twice the substeps, for a step that was refused; `None` of the most.
 pub(crate) fn divided(settings: Settings) -> Option<Settings> {
-    let substeps = settings.substeps.saturating_mul(2).min(MOST as u32);
+    let most = if settings.substeps <= MOST_OF_REFUSALS { MOST_OF_REFUSALS } else { MOST as u32 };
+    let substeps = settings.substeps.saturating_mul(2).min(most);
     (settings.substeps < substeps).then_some(Settings { substeps, ..settings })
 }
 

@@ -95,6 +95,19 @@ fn farthest_on_solids<R: Real>(model: &Model<R>, far: f64, time: f64) -> f64 {
     farthest.fold(0.0, Real::max)
 }
 
+/// The kinetic energy, joules.
+pub(crate) fn kinetic<R: Real>(model: &Model<R>, state: &Columns<R>) -> f64 {
+    let velocities = state.velocities.as_chunks::<RECORD>().0;
+    let mut lanes = [0.0; LANES];
+    for (v, masses) in velocities.iter().zip(model.mass_column.as_chunks::<LANES>().0) {
+        for (lane, sum) in lanes.iter_mut().enumerate() {
+            let [x, y, z] = [0, LANES, 2 * LANES].map(|axis| v[axis + lane]);
+            *sum += (masses[lane] * (x * x + y * y + z * z)).to_f64();
+        }
+    }
+    0.5 * lanes.iter().sum::<f64>()
+}
+
 /// Sums over the particles that were not removed.
 #[derive(Clone, Copy, Debug, Default)]
 struct ParticleSums {

@@ -12,6 +12,7 @@ mod material;
 pub(crate) mod interaction;
 mod progress;
 mod readings;
+mod rise;
 mod topology;
 mod witness;
 
@@ -154,8 +155,8 @@ impl<R: Real> Simulation<R> {
 
     /// Advances by one step unless particles may pass through each other in it, see
     /// [`Ledger::passes`], or in a substep a surface turns by more than a tenth of a radian on the
-    /// way of one that meets it, or moves by half of its thickness; returns whether it did. If not,
-    /// all is as it was before.
+    /// way of one that meets it, or moves by half of its thickness, or energy appears that nothing
+    /// supplied, a quarter of what moves; returns whether it did. If not, all is as it was before.
     ///
     /// # Errors
     /// See [`Simulation::step`].
@@ -203,7 +204,7 @@ impl<R: Real> Simulation<R> {
             method.advance(&mut step);
         }
         let done = step.done;
-        if is_refused(done) {
+        if is_refused(done) || !may_pass && self.has_risen(&done) {
             self.go_back();
             self.put_model_back(kept);
             return Ok(false);

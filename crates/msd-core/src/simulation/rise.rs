@@ -1,0 +1,48 @@
+//! Energy that appears in a step: the first sign of one beyond the limit of stability.
+//!
+//! A body that is pressed flat, or whose springs come to lie along one line, is stiffer than at the
+//! last prediction, and a step that was stable no longer is. Its error grows by a factor in each
+//! substep, so it shows in the energy long before anything leaves the world.
+
+use super::Simulation;
+use crate::elements::touches::near::Near;
+use crate::energy;
+use crate::methods::{Done, Integrator};
+use crate::number::Real;
+
+/// By how much the kinetic energy grows in a step at least, as a part of it, before the rest of the
+/// energy is looked at: most steps pay for two sums over the particles.
+const GROWTH: f64 = 0.1;
+/// The rise of the energy in a step, as a part of what is in motion after it, that is too much.
+///
+/// The energy of a mode at 0.9 of the limit comes and goes by a factor of five, but little of what
+/// moves is in such modes.
+const RISE: f64 = 0.25;
+
+impl<R: Real> Simulation<R> {
+    /// Whether the step since the last good state has raised the energy by so much that it must have
+    /// been too long. Not asked where something else may supply energy, nor of methods that have no
+    /// limit or always add some.
+    pub(super) fn has_risen(&self, done: &Done) -> bool {
+        use Integrator::{Rk4, SymplecticEuler, VelocityVerlet};
+        let is_limited = matches!(self.settings.integrator, SymplecticEuler | VelocityVerlet | Rk4);
+        if !is_limited || self.own_method.is_some() || !self.queue.is_empty() {
+            return false;
+        }
+        let [before, after] =
+            [&self.good, &self.state].map(|state| energy::kinetic(&self.model, state));
+        if after <= before * (1.0 + GROWTH) || self.is_handled() {
+            return false;
+        }
+        let at = (self.time(), self.settings.substep());
+        let near = &Near::default();
+        let [before, after] = [&self.good, &self.state]
+            .map(|state| energy::energy_and_rounding(&self.model, state, at, (self.level, near)));
+        let sum = |energy: &energy::Energy| {
+            energy.kinetic + energy.elastic + energy.gravitational + energy.own
+        };
+        let rise = sum(&after.0) - sum(&before.0) - done.given - before.1 - after.1;
+        let moving = after.0.kinetic + after.0.elastic.abs();
+        !(rise <= RISE * moving)
+    }
+}
