@@ -1,21 +1,44 @@
 //! Lists of features that may be near each other, which serve for many substeps.
 
 use super::features::{Edge, NONE, Shells};
-use crate::columns::vector;
+use crate::columns::extent::Extent;
+use crate::columns::load;
 use crate::grid::Grid;
-use crate::number::{Real, Vector};
+use crate::number::{Real, Vector, at_level};
+use crate::pack::zip;
 use crate::scene::shell::do_meet;
 use crate::triangle::{around, nearest};
 use alloc::vec::Vec;
 use core::convert::Infallible;
+use fearless_simd::{Level, Simd};
 use glam::DVec3;
 
-/// Pairs of features: vertices and faces, vertices and edges of no face, and edges.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Pairs {
-    pub(super) facing: Vec<[u32; 2]>,
-    pub(super) ending: Vec<[u32; 2]>,
-    pub(super) crossing: Vec<[u32; 2]>,
+/// Pairs of features: vertices and faces, vertices and edges of no face, and edges; each in order.
+#[derive(Clone, Debug)]
+pub(super) struct Pairs<P> {
+    pub(super) facing: Vec<P>,
+    pub(super) ending: Vec<P>,
+    pub(super) crossing: Vec<P>,
+}
+
+impl<P> Default for Pairs<P> {
+    fn default() -> Self {
+        Pairs { facing: Vec::new(), ending: Vec::new(), crossing: Vec::new() }
+    }
+}
+
+impl<P> Pairs<P> {
+    /// All pairs.
+    fn all(&self) -> impl Iterator<Item = &P> {
+        self.facing.iter().chain(&self.ending).chain(&self.crossing)
+    }
+}
+
+/// Two features, and the gap between them when they were listed, metres.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ClosePair<R> {
+    pub(super) features: [u32; 2],
+    pub(super) gap: R,
 }
 
 /// Where features were listed, and how far beyond their reach they may have been.
@@ -34,27 +57,40 @@ impl<R: Real> Since<R> {
         self.from.extend_from_slice(positions);
     }
 
-    /// How much of the skin is left at most, metres; less than none where nothing is listed.
-    fn left(&self, shells: &Shells, positions: &[R]) -> R {
+    /// How much closer than when they were listed features can be, metres; more than anything where
+    /// nothing is listed.
+    fn wear(&self, level: Level, shells: &Shells, positions: &[R]) -> R {
         if self.from.is_empty() {
-            return -R::ONE;
+            return R::LARGEST;
         }
-        self.skin
-            - diagonal::<R>(shells.vertices.iter().map(|vertex| {
-                let at = vertex.at as usize;
-                vector::<R>(positions, at) - vector::<R>(&self.from, at)
-            }))
+        at_level!(level, simd => wear(simd, shells, [&self.from, positions])).sqrt()
     }
+}
+
+/// The square of the diagonal of the box around all displacements.
+#[inline(always)]
+fn wear<S: Simd, R: Real>(simd: S, shells: &Shells, [from, to]: [&[R]; 2]) -> R {
+    let way = |at: usize, part| {
+        zip(load(simd, &to[at..], part), load(simd, &from[at..], part), |a, b| a - b)
+    };
+    Extent::of(simd, &shells.records, way).diagonal()
 }
 
 /// Features that may be near each other, and those of them that are closer.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Candidates<R: Real> {
-    pub(super) close: Pairs,
-    near: Pairs,
+    pub(super) close: Pairs<ClosePair<R>>,
+    /// The vertices of the close ones and those that edges join to them, in order.
+    pub(super) vertices: Vec<u32>,
+    /// How much closer than when they were listed those may be, metres.
+    pub(super) worn: R,
+    near: Pairs<[u32; 2]>,
     close_since: Since<R>,
     near_since: Since<R>,
     grid: Grid,
+    boxes: Boxes,
+    /// Whether each vertex is one of a close pair.
+    are_close: Vec<bool>,
 }
 
 impl<R: Real> Candidates<R> {
@@ -67,58 +103,103 @@ impl<R: Real> Candidates<R> {
     /// Lists features anew unless the close ones hold all that are within their reach and a
     /// margin, metres; returns whether they do. Where features are so long or so many in one place
     /// that each would be near hundreds of others, as in a run that diverges, they do not.
-    pub(super) fn serve(&mut self, shells: &Shells, positions: &[R], margin: R) -> bool {
-        if margin <= self.close_since.left(shells, positions) {
+    pub(super) fn serve(
+        &mut self,
+        level: Level,
+        shells: &Shells,
+        positions: &[R],
+        margin: R,
+    ) -> bool {
+        let reach = R::of(shells.reach());
+        let noise = reach * R::of(NOISE);
+        self.worn = self.close_since.wear(level, shells, positions) + noise;
+        if self.worn + margin <= self.close_since.skin {
             return true;
         }
         let mut are_all = true;
-        let mut left = self.near_since.left(shells, positions);
-        if left < margin {
+        let mut left = self.near_since.skin - self.near_since.wear(level, shells, positions);
+        if left < margin + noise {
             let edge = longest_edge(shells, positions);
-            left = (R::of(edge) * R::HALF).max(margin + margin);
-            self.near_since.set(positions, left);
-            let reach = shells.reach() + left.to_f64();
-            let span = Reach { reach, edge, boxes: Boxes::new(shells, positions, reach) };
-            are_all = self.list_vertices(shells, positions, &span)
-                && self.list_edges(shells, positions, &span);
-            if !are_all {
-                // Not to be served from again.
-                self.near_since.from.clear();
-            }
+            left = (R::of(edge) * R::HALF).max(margin + margin) + noise;
+            are_all = self.list_near(shells, positions, (left, edge));
         }
-        let reach = R::of(shells.reach());
         let skin = left.min(margin + margin + reach * R::HALF);
-        self.close_since.set(positions, skin);
-        let most = (reach + skin) * (reach + skin);
-        let Candidates { close: Pairs { facing, ending, crossing }, near, .. } = self;
-        let point = |vertex: u32| shells.point::<R>(positions, vertex);
-        let ends = |edge: u32| shells.edges[edge as usize].ends.map(point);
-        let faces = |&&[vertex, face]: &&[u32; 2]| {
-            let (here, corners) = (point(vertex), shells.faces[face as usize].corners.map(point));
-            nearest::<R>(corners.map(|corner| corner - here)).square < most
-        };
-        facing.clear();
-        facing.extend(near.facing.iter().filter(faces));
-        let meets = |&&[vertex, edge]: &&[u32; 2]| {
-            let here = point(vertex);
-            square_between::<R>([here, here], ends(edge)) < most
-        };
-        ending.clear();
-        ending.extend(near.ending.iter().filter(meets));
-        let cross = |&&[a, b]: &&[u32; 2]| square_between::<R>(ends(a), ends(b)) < most;
-        crossing.clear();
-        crossing.extend(near.crossing.iter().filter(cross));
+        self.list_close(shells, positions, skin);
+        self.worn = noise;
+        if !are_all {
+            // Not to be served from again.
+            self.forget();
+        }
         are_all
     }
 
+    /// Lists features whose boxes are within their reach and a skin, metres; returns whether it
+    /// lists all.
+    fn list_near(&mut self, shells: &Shells, positions: &[R], (skin, edge): (R, f64)) -> bool {
+        self.near_since.set(positions, skin);
+        let reach = shells.reach() + skin.to_f64();
+        self.boxes.set(shells, positions, reach);
+        let span = Span { reach, edge };
+        let are_all = self.list_vertices(shells, positions, &span)
+            && self.list_edges(shells, positions, &span);
+        let Pairs { facing, ending, crossing } = &mut self.near;
+        [facing, ending, crossing].into_iter().for_each(|pairs| pairs.sort_unstable());
+        are_all
+    }
+
+    /// Lists those that are within their reach and a skin, metres.
+    fn list_close(&mut self, shells: &Shells, positions: &[R], skin: R) {
+        self.close_since.set(positions, skin);
+        let far = R::of(shells.reach()) + skin;
+        let point = |vertex: u32| shells.point::<R>(positions, vertex);
+        let ends = |edge: u32| shells.edges[edge as usize].ends;
+        let corners = |face: u32| shells.faces[face as usize].corners;
+        let Candidates { close, near, are_close, vertices, .. } = self;
+        are_close.clear();
+        are_close.resize(shells.vertices.len(), false);
+        let mut list = |to: &mut Vec<_>, features, square: R, of: [&[u32]; 2]| {
+            if square < far * far {
+                let (stop, _) = shells.law_of::<R>(of[0][0], of[1][0]);
+                to.push(ClosePair { features, gap: square.sqrt() - stop });
+                of.into_iter().flatten().for_each(|&vertex| are_close[vertex as usize] = true);
+            }
+        };
+        close.facing.clear();
+        for &[vertex, face] in &near.facing {
+            let (here, corners) = (point(vertex), corners(face));
+            let square = nearest::<R>(corners.map(|corner| point(corner) - here)).square;
+            list(&mut close.facing, [vertex, face], square, [&[vertex], &corners]);
+        }
+        close.ending.clear();
+        for &[vertex, edge] in &near.ending {
+            let (here, ends) = (point(vertex), ends(edge));
+            let square = square_between::<R>([here, here], ends.map(point));
+            list(&mut close.ending, [vertex, edge], square, [&[vertex], &ends]);
+        }
+        close.crossing.clear();
+        for &[a, b] in &near.crossing {
+            let (own, other) = (ends(a), ends(b));
+            let square = square_between::<R>(own.map(point), other.map(point));
+            list(&mut close.crossing, [a, b], square, [&own, &other]);
+        }
+        let is_close = |vertex: u32| are_close[vertex as usize];
+        let is_beside = |&vertex: &u32| {
+            is_close(vertex) || shells.joined_to(vertex).iter().any(|&other| is_close(other))
+        };
+        vertices.clear();
+        if close.all().next().is_some() {
+            vertices.extend((0..shells.vertices.len() as u32).filter(is_beside));
+        }
+    }
+
     /// Lists the features near vertices: faces, and edges of no face; returns whether it lists all.
-    fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Reach) -> bool {
+    fn list_vertices(&mut self, shells: &Shells, positions: &[R], span: &Span) -> bool {
         let at = |vertex: u32| shells.point(positions, vertex).to_f64();
         self.grid.fill(span.reach + span.edge, (0..shells.vertices.len() as u32).map(at));
         self.near.facing.clear();
         for (number, face) in (0u32..).zip(&shells.faces) {
             let corners = around(face.corners.map(at), span.reach);
-            if !span.boxes.meet(shells, face.corners[0], corners) {
+            if !self.boxes.meet(shells, face.corners[0], corners) {
                 continue;
             }
             let [low, high] = corners;
@@ -152,7 +233,7 @@ impl<R: Real> Candidates<R> {
     }
 
     /// Lists edges that are near each other; returns whether it lists all.
-    fn list_edges(&mut self, shells: &Shells, positions: &[R], span: &Reach) -> bool {
+    fn list_edges(&mut self, shells: &Shells, positions: &[R], span: &Span) -> bool {
         let ends = |edge: &Edge| edge.ends.map(|end| shells.point(positions, end).to_f64());
         let middles = shells.edges.iter().map(|edge| {
             let [a, b] = ends(edge);
@@ -163,7 +244,7 @@ impl<R: Real> Candidates<R> {
         for (number, own) in (0u32..).zip(&shells.edges) {
             let [a, b] = ends(own);
             let corners = around([a, b, b], span.reach);
-            if !span.boxes.meet(shells, own.ends[0], corners) {
+            if !self.boxes.meet(shells, own.ends[0], corners) {
                 continue;
             }
             each_in(&self.grid, around([a, b, b], span.reach + 0.5 * span.edge), |other| {
@@ -204,27 +285,14 @@ fn square_between<R: Real>([p, p_end]: [R::Vec3; 2], [q, q_end]: [R::Vec3; 2]) -
 }
 
 /// How far features are looked for.
-struct Reach {
+struct Span {
     /// The distance up to which they are listed, and the length of the longest edge, metres.
     reach: f64,
     edge: f64,
-    boxes: Boxes,
 }
 
-/// The diagonal of the box around some vectors.
-pub(super) fn diagonal<R: Real>(mut vectors: impl Iterator<Item = R::Vec3>) -> R {
-    let Some(first) = vectors.next() else { return R::ZERO };
-    let first = first.components();
-    let (low, high) = vectors.fold((first, first), |(low, high), vector| {
-        let vector = vector.components();
-        let pick = |a: [R; 3], of: fn(R, R) -> R| {
-            [of(a[0], vector[0]), of(a[1], vector[1]), of(a[2], vector[2])]
-        };
-        (pick(low, R::min), pick(high, R::max))
-    });
-    let sides = R::Vec3::from_components(high) - R::Vec3::from_components(low);
-    sides.dot(sides).sqrt()
-}
+/// More than the part of a reach that rounding is worth.
+const NOISE: f64 = 0.01;
 
 fn longest_edge<R: Real>(shells: &Shells, positions: &[R]) -> f64 {
     let square = |ends| {
@@ -245,21 +313,21 @@ fn each_in(grid: &Grid, corners: [DVec3; 2], mut see: impl FnMut(u32)) {
 }
 
 /// The boxes around shells: most of a body is far from all others.
+#[derive(Clone, Debug, Default)]
 struct Boxes(Vec<[DVec3; 2]>);
 
 impl Boxes {
-    fn new<R: Real>(shells: &Shells, positions: &[R], reach: f64) -> Self {
-        let none = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let mut boxes = alloc::vec![none; shells.rows().len()];
+    fn set<R: Real>(&mut self, shells: &Shells, positions: &[R], reach: f64) {
+        self.0.clear();
+        self.0.resize(shells.rows().len(), [DVec3::INFINITY, DVec3::NEG_INFINITY]);
         for vertex in 0..shells.vertices.len() as u32 {
             let place = shells.point(positions, vertex).to_f64();
-            let [low, high] = &mut boxes[shells.shell_of(vertex)];
+            let [low, high] = &mut self.0[shells.shell_of(vertex)];
             (*low, *high) = (low.min(place), high.max(place));
         }
-        for [low, high] in &mut boxes {
+        for [low, high] in &mut self.0 {
             (*low, *high) = (*low - reach, *high + reach);
         }
-        Boxes(boxes)
     }
 
     /// Whether a feature with this box, of the shell of a vertex, may be near one that it meets.
